@@ -1,0 +1,89 @@
+//! Coupled dynamics of bus and arm about the system's centre of mass (section 4).
+//!
+//! HCW is linear, so the motion about the centre of mass does not depend on where the centre of
+//! mass is. What remains is a tree of bodies with `3 + NL` degrees of freedom: bus attitude and
+//! joint angles. In inertial rates the rotating-frame terms of the problem definition reduce to
+//! Euler's equations, a tidal force `m_i G s_i` (`G = n^2 (3 e_R e_R^T - 1)`, `s_i` from the centre
+//! of mass) and the gravity-gradient moment `3 n^2 e_R x I e_R`; all are evaluated in bus axes,
+//! where the arm's geometry depends on the joint angles alone.
+//!
+//! Two independent algorithms compute accelerations: [`Multibody`] by composite bodies (the
+//! planner's), [`articulated`] by articulated bodies in RTN axes (the verifier's).
+
+pub mod articulated;
+mod forward;
+mod inverse;
+mod linear;
+mod multibody;
+mod step;
+mod system;
+
+pub use linear::{AccelerationJacobian, ForceJacobian};
+pub use multibody::Multibody;
+pub use step::{Integrator, StepJacobian};
+pub use system::{EndEffectorPose, SystemState, SystemRates};
+
+use crate::math::quaternion;
+use nalgebra::{SVector, Vector3, Vector4};
+
+/// State of Stage 2: attitude and arm, with their rates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State<const NL: usize> {
+    /// Bus attitude, body to RTN, `(x, y, z, w)`.
+    pub attitude: Vector4<f64>,
+    /// Joint angles [rad].
+    pub joint_angle: SVector<f64, NL>,
+    /// Bus angular velocity relative to RTN, resolved in RTN [rad/s].
+    pub rate: Vector3<f64>,
+    /// Joint rates [rad/s].
+    pub joint_rate: SVector<f64, NL>,
+}
+
+impl<const NL: usize> State<NL> {
+    /// At rest relative to RTN, aligned with it, arm straight.
+    pub const ZERO: Self = Self {
+        attitude: quaternion::IDENTITY,
+        joint_angle: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
+        rate: Vector3::new(0.0, 0.0, 0.0),
+        joint_rate: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
+    };
+
+    /// Whether every component is a finite number.
+    pub fn is_finite(&self) -> bool {
+        self.attitude.iter().all(|x| x.is_finite())
+            && self.joint_angle.iter().all(|x| x.is_finite())
+            && self.rate.iter().all(|x| x.is_finite())
+            && self.joint_rate.iter().all(|x| x.is_finite())
+    }
+}
+
+/// Control of Stage 2, held over an interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Control<const NL: usize> {
+    /// Bus torque, bus body axes [N m].
+    pub bus_torque: Vector3<f64>,
+    /// Joint torques [N m]; positive increases the angle.
+    pub joint_torque: SVector<f64, NL>,
+}
+
+impl<const NL: usize> Control<NL> {
+    /// No torque.
+    pub const ZERO: Self = Self {
+        bus_torque: Vector3::new(0.0, 0.0, 0.0),
+        joint_torque: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
+    };
+
+    /// Whether every component is a finite number.
+    pub fn is_finite(&self) -> bool {
+        self.bus_torque.iter().chain(self.joint_torque.iter()).all(|x| x.is_finite())
+    }
+}
+
+/// Accelerations of bus attitude and joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Acceleration<const NL: usize> {
+    /// RTN-component derivative of the bus rate [rad/s^2].
+    pub bus: Vector3<f64>,
+    /// Joint accelerations [rad/s^2].
+    pub joint: SVector<f64, NL>,
+}

@@ -1,0 +1,17 @@
+//! Small fixed-size mathematics that nalgebra lacks or must not provide here.
+//!
+//! Everything is written so that it rounds the same on every target: IEEE add, subtract, multiply,
+//! divide and square root in a fixed order, and [`libm`] for the transcendental functions. Nothing
+//! here calls a `std` or nalgebra float function, whose implementation depends on features that
+//! other crates may switch on.
+
+mod cholesky;
+mod dual;
+pub mod quaternion;
+mod scalar;
+mod spatial;
+
+pub use cholesky::{NotPositiveDefinite, cholesky_in_place, cholesky_solve_in_place};
+pub use dual::Dual;
+pub use scalar::Scalar;
+pub use spatial::{Mat3, Vec3};

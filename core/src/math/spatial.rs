@@ -1,0 +1,168 @@
+//! Vectors and matrices of three over any [`Scalar`].
+
+use super::Scalar;
+use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
+use nalgebra::{Matrix3, Vector3};
+
+/// A vector of three scalars.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vec3<T>(pub [T; 3]);
+
+impl<T: Scalar> Vec3<T> {
+    /// The zero vector.
+    pub const ZERO: Self = Self([T::ZERO; 3]);
+
+    /// A constant vector: no derivatives.
+    #[inline]
+    pub fn constant(v: &Vector3<f64>) -> Self {
+        Self([T::constant(v.x), T::constant(v.y), T::constant(v.z)])
+    }
+
+    /// Scalar product.
+    #[inline]
+    pub fn dot(self, other: Self) -> T {
+        self.0[0] * other.0[0] + self.0[1] * other.0[1] + self.0[2] * other.0[2]
+    }
+
+    /// Vector product.
+    #[inline]
+    pub fn cross(self, other: Self) -> Self {
+        let ([a0, a1, a2], [b0, b1, b2]) = (self.0, other.0);
+        Self([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])
+    }
+
+    /// Component-wise product with constants: a diagonal matrix applied to the vector.
+    #[inline]
+    pub fn scale_each(self, factors: &Vector3<f64>) -> Self {
+        Self([self.0[0] * factors.x, self.0[1] * factors.y, self.0[2] * factors.z])
+    }
+}
+
+impl Vec3<f64> {
+    /// As an nalgebra vector.
+    #[inline]
+    pub fn to_vector(self) -> Vector3<f64> {
+        Vector3::from(self.0)
+    }
+}
+
+impl<T: Scalar> Add for Vec3<T> {
+    type Output = Self;
+    #[inline]
+    fn add(self, o: Self) -> Self {
+        Self([self.0[0] + o.0[0], self.0[1] + o.0[1], self.0[2] + o.0[2]])
+    }
+}
+
+impl<T: Scalar> Sub for Vec3<T> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, o: Self) -> Self {
+        Self([self.0[0] - o.0[0], self.0[1] - o.0[1], self.0[2] - o.0[2]])
+    }
+}
+
+impl<T: Scalar> Neg for Vec3<T> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self([-self.0[0], -self.0[1], -self.0[2]])
+    }
+}
+
+impl<T: Scalar> Mul<T> for Vec3<T> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, factor: T) -> Self {
+        Self([self.0[0] * factor, self.0[1] * factor, self.0[2] * factor])
+    }
+}
+
+impl<T: Scalar> AddAssign for Vec3<T> {
+    #[inline]
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+
+impl<T: Scalar> SubAssign for Vec3<T> {
+    #[inline]
+    fn sub_assign(&mut self, o: Self) {
+        *self = *self - o;
+    }
+}
+
+/// A 3 x 3 matrix of scalars, by columns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mat3<T>(pub [Vec3<T>; 3]);
+
+impl<T: Scalar> Mat3<T> {
+    /// A constant matrix: no derivatives.
+    #[inline]
+    pub fn constant(m: &Matrix3<f64>) -> Self {
+        Self([0, 1, 2].map(|j| Vec3([0, 1, 2].map(|i| T::constant(m[(i, j)])))))
+    }
+
+    /// Rotation about a constant unit `axis` by the angle whose sine and cosine are given
+    /// (Rodrigues' formula).
+    #[inline]
+    pub fn rotation(axis: &Vector3<f64>, (sin, cos): (T, T)) -> Self {
+        let versine = T::constant(1.0) - cos;
+        Self([0, 1, 2].map(|j| {
+            Vec3([0, 1, 2].map(|i| {
+                let outer = versine * (axis[i] * axis[j]);
+                match (j + 3 - i) % 3 {
+                    0 => outer + cos,
+                    1 => outer - sin * axis[3 - i - j],
+                    _ => outer + sin * axis[3 - i - j],
+                }
+            }))
+        }))
+    }
+
+    /// Matrix times vector.
+    #[inline]
+    pub fn apply(&self, v: Vec3<T>) -> Vec3<T> {
+        self.0[0] * v.0[0] + self.0[1] * v.0[1] + self.0[2] * v.0[2]
+    }
+
+    /// Matrix times a constant vector.
+    #[inline]
+    pub fn apply_constant(&self, v: &Vector3<f64>) -> Vec3<T> {
+        let column = |j: usize| Vec3(self.0[j].0.map(|x| x * v[j]));
+        column(0) + column(1) + column(2)
+    }
+
+    /// Transposed matrix times vector.
+    #[inline]
+    pub fn apply_transposed(&self, v: Vec3<T>) -> Vec3<T> {
+        Vec3([self.0[0].dot(v), self.0[1].dot(v), self.0[2].dot(v)])
+    }
+
+    /// Matrix product.
+    #[inline]
+    pub fn product(&self, other: &Self) -> Self {
+        Self(other.0.map(|column| self.apply(column)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Rotation3, Unit};
+
+    #[test]
+    fn rotation_agrees_with_nalgebra() {
+        let axis = Vector3::new(0.36, -0.48, 0.8);
+        let ours = Mat3::rotation(&axis, 0.7f64.sin_cos());
+        let theirs = Rotation3::from_axis_angle(&Unit::new_normalize(axis), 0.7);
+        for j in 0..3 {
+            for i in 0..3 {
+                assert!((ours.0[j].0[i] - theirs.matrix()[(i, j)]).abs() < 1e-15);
+            }
+        }
+        let v = Vector3::new(1.0, -2.0, 3.0);
+        let back = ours.apply_transposed(ours.apply_constant(&v)).to_vector();
+        assert!((back - v).norm() < 1e-14);
+    }
+}

@@ -1,0 +1,326 @@
+//! Everything that is the same for every approach of a mission.
+
+use super::{Orbit, Servicer, Target};
+use core::fmt;
+use nalgebra::Vector3;
+
+/// The approach itself: how long, how far off, how well seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Approach {
+    /// Time from the first node to the last [s].
+    pub duration: f64,
+    /// Keep-out distance of the system centre of mass from the target's box while far [m].
+    pub keep_out_far: f64,
+    /// The same during the last part of the approach [m].
+    pub keep_out_near: f64,
+    /// Fraction of the duration up to which (inclusive) the far distance holds.
+    pub keep_out_far_until: f64,
+    /// Half angle of the cone about the boresight that must contain the docking port [rad].
+    pub field_of_view_half_angle: f64,
+    /// Number of intervals before the end at which the arm is in its capture configuration.
+    pub preset_lead: usize,
+}
+
+impl Default for Approach {
+    fn default() -> Self {
+        Self {
+            duration: 1200.0,
+            keep_out_far: 1.85,
+            keep_out_near: 1.46,
+            keep_out_far_until: 0.7,
+            field_of_view_half_angle: 20.0 * core::f64::consts::PI / 180.0,
+            preset_lead: 4,
+        }
+    }
+}
+
+impl Approach {
+    /// Keep-out distance [m] at node `k` (from 0) of `nodes`.
+    pub fn keep_out(&self, k: usize, nodes: usize) -> f64 {
+        // In node counts, so that a node exactly at the switch is not lost to rounding of times.
+        let fraction = k as f64 / (nodes - 1) as f64;
+        if fraction <= self.keep_out_far_until { self.keep_out_far } else { self.keep_out_near }
+    }
+}
+
+/// Weights of the cost, on controls divided by their limits (sections 5 and 6).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    /// `W1`: force.
+    pub force: f64,
+    /// `W2`: change of force from node to node.
+    pub force_change: f64,
+    /// `W3`, first block: bus torque.
+    pub bus_torque: f64,
+    /// `W3`, second block: joint torque.
+    pub joint_torque: f64,
+}
+
+impl Default for Weights {
+    fn default() -> Self {
+        Self { force: 1.0, force_change: 0.03, bus_torque: 0.5, joint_torque: 1.0 }
+    }
+}
+
+/// What counts as solved (section 7). Residuals below these, by the independent verifier.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerances {
+    /// Dynamics defects over their scales.
+    pub dynamics: f64,
+    /// Control bounds, relative.
+    pub control: f64,
+    /// Joint limits [rad].
+    pub joint: f64,
+    /// Joint rate limit, relative.
+    pub joint_rate: f64,
+    /// Pointing, in cosine.
+    pub pointing: f64,
+    /// Arm preset, scaled.
+    pub preset: f64,
+    /// Terminal bus rate, scaled.
+    pub terminal_rate: f64,
+    /// Keep-out distance [m].
+    pub keep_out: f64,
+    /// End effector at the port [m].
+    pub end_effector_position: f64,
+    /// Approach direction [rad].
+    pub end_effector_angle: f64,
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        Self {
+            dynamics: 1e-4,
+            control: 1e-6,
+            joint: 1e-6,
+            joint_rate: 1e-6,
+            pointing: 1e-4,
+            preset: 1e-4,
+            terminal_rate: 1e-4,
+            keep_out: 1e-4,
+            end_effector_position: 1e-3,
+            end_effector_angle: 1e-3,
+        }
+    }
+}
+
+/// A mission: everything but the scenario.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mission<const NL: usize> {
+    /// The target's orbit.
+    pub orbit: Orbit,
+    /// The target.
+    pub target: Target,
+    /// The servicer.
+    pub servicer: Servicer<NL>,
+    /// The approach.
+    pub approach: Approach,
+    /// Cost weights.
+    pub weights: Weights,
+    /// What counts as solved.
+    pub tolerances: Tolerances,
+}
+
+impl Default for Mission<3> {
+    fn default() -> Self {
+        Self {
+            orbit: Orbit::default(),
+            target: Target::default(),
+            servicer: Servicer::default(),
+            approach: Approach::default(),
+            weights: Weights::default(),
+            tolerances: Tolerances::default(),
+        }
+    }
+}
+
+/// A field whose value makes no sense, and why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InvalidField {
+    /// Path of the field, such as `servicer.bus_mass`.
+    pub field: &'static str,
+    /// What is wrong with it.
+    pub reason: &'static str,
+}
+
+impl fmt::Display for InvalidField {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.field, self.reason)
+    }
+}
+
+impl core::error::Error for InvalidField {}
+
+/// Collects checks so that each is one line.
+struct Check;
+
+impl Check {
+    fn that(ok: bool, field: &'static str, reason: &'static str) -> Result<(), InvalidField> {
+        if ok { Ok(()) } else { Err(InvalidField { field, reason }) }
+    }
+
+    fn positive(value: f64, field: &'static str) -> Result<(), InvalidField> {
+        Self::that(value > 0.0 && value < f64::INFINITY, field, "must be positive and finite")
+    }
+
+    fn non_negative(value: f64, field: &'static str) -> Result<(), InvalidField> {
+        Self::that((0.0..f64::INFINITY).contains(&value), field, "must be finite and not negative")
+    }
+
+    fn finite(values: &[f64], field: &'static str) -> Result<(), InvalidField> {
+        Self::that(values.iter().all(|v| v.is_finite()), field, "must be finite")
+    }
+
+    fn unit(v: &Vector3<f64>, field: &'static str) -> Result<(), InvalidField> {
+        // NaN fails the comparison too.
+        let off = (libm::sqrt(v.dot(v)) - 1.0).abs();
+        Self::that(off <= 1e-9, field, "must be a unit vector")
+    }
+
+    fn inertia(v: &Vector3<f64>, field: &'static str) -> Result<(), InvalidField> {
+        for i in 0..3 {
+            Self::positive(v[i], field)?;
+        }
+        let triangle = v.x + v.y >= v.z && v.y + v.z >= v.x && v.z + v.x >= v.y;
+        Self::that(triangle, field, "no body has such moments: each must be at most the sum of the other two")
+    }
+}
+
+impl<const NL: usize> Mission<NL> {
+    /// Mean motion of the orbit [rad/s].
+    pub fn mean_motion(&self) -> f64 {
+        self.orbit.mean_motion()
+    }
+
+    /// Refuses values that no mission can have: NaN, negative masses, axes that are not unit
+    /// vectors, limits that exclude the arm's own start.
+    ///
+    /// # Errors
+    /// The first field found wrong, with the reason.
+    pub fn validate(&self) -> Result<(), InvalidField> {
+        let o = &self.orbit;
+        Check::positive(o.gravitational_parameter, "orbit.gravitational_parameter")?;
+        Check::positive(o.semi_major_axis, "orbit.semi_major_axis")?;
+        Check::that(
+            (0.0..1.0).contains(&o.eccentricity),
+            "orbit.eccentricity",
+            "must lie in [0, 1)",
+        )?;
+        Check::finite(&[o.inclination], "orbit.inclination")?;
+        self.validate_target()?;
+        self.validate_servicer()?;
+        self.validate_approach()?;
+        self.validate_weights_and_tolerances()
+    }
+
+    fn validate_target(&self) -> Result<(), InvalidField> {
+        let t = &self.target;
+        for i in 0..3 {
+            Check::positive(t.half_extents[i], "target.half_extents")?;
+        }
+        Check::inertia(&t.inertia, "target.inertia")?;
+        Check::positive(t.mass, "target.mass")?;
+        Check::finite(t.port_position.as_slice(), "target.port_position")?;
+        Check::unit(&t.port_normal, "target.port_normal")
+    }
+
+    fn validate_servicer(&self) -> Result<(), InvalidField> {
+        let s = &self.servicer;
+        Check::positive(s.bus_mass, "servicer.bus_mass")?;
+        Check::inertia(&s.bus_inertia, "servicer.bus_inertia")?;
+        Check::unit(&s.boresight, "servicer.boresight")?;
+        Check::finite(s.arm_base.as_slice(), "servicer.arm_base")?;
+        for link in &s.links {
+            Check::finite(link.tip.as_slice(), "servicer.links.tip")?;
+            Check::finite(link.center_of_mass.as_slice(), "servicer.links.center_of_mass")?;
+            Check::positive(link.mass, "servicer.links.mass")?;
+            Check::inertia(&link.inertia, "servicer.links.inertia")?;
+            Check::unit(&link.axis, "servicer.links.axis")?;
+        }
+        for i in 0..NL {
+            let limit = s.max_joint_angle[i];
+            Check::positive(limit, "servicer.max_joint_angle")?;
+            let within = |angle: f64| angle.abs() <= limit;
+            let reason = "must lie within max_joint_angle";
+            Check::that(within(s.initial_joint_angle[i]), "servicer.initial_joint_angle", reason)?;
+            Check::that(within(s.capture_joint_angle[i]), "servicer.capture_joint_angle", reason)?;
+        }
+        Check::positive(s.max_joint_rate, "servicer.max_joint_rate")?;
+        Check::positive(s.max_force, "servicer.max_force")?;
+        Check::positive(s.max_bus_torque, "servicer.max_bus_torque")?;
+        Check::positive(s.max_joint_torque, "servicer.max_joint_torque")?;
+        let reach = s.capture_geometry().reach;
+        Check::positive(reach, "servicer.capture_joint_angle")
+    }
+
+    fn validate_approach(&self) -> Result<(), InvalidField> {
+        let a = &self.approach;
+        Check::positive(a.duration, "approach.duration")?;
+        Check::non_negative(a.keep_out_far, "approach.keep_out_far")?;
+        Check::non_negative(a.keep_out_near, "approach.keep_out_near")?;
+        Check::that(
+            (0.0..=1.0).contains(&a.keep_out_far_until),
+            "approach.keep_out_far_until",
+            "must lie in [0, 1]",
+        )?;
+        Check::that(
+            a.field_of_view_half_angle > 0.0
+                && a.field_of_view_half_angle <= core::f64::consts::PI,
+            "approach.field_of_view_half_angle",
+            "must lie in (0, pi]",
+        )?;
+        Check::that(a.preset_lead >= 1, "approach.preset_lead", "must be at least 1")
+    }
+
+    fn validate_weights_and_tolerances(&self) -> Result<(), InvalidField> {
+        let w = &self.weights;
+        Check::positive(w.force, "weights.force")?;
+        Check::non_negative(w.force_change, "weights.force_change")?;
+        Check::positive(w.bus_torque, "weights.bus_torque")?;
+        Check::positive(w.joint_torque, "weights.joint_torque")?;
+        let t = &self.tolerances;
+        Check::positive(t.dynamics, "tolerances.dynamics")?;
+        Check::positive(t.control, "tolerances.control")?;
+        Check::positive(t.joint, "tolerances.joint")?;
+        Check::positive(t.joint_rate, "tolerances.joint_rate")?;
+        Check::positive(t.pointing, "tolerances.pointing")?;
+        Check::positive(t.preset, "tolerances.preset")?;
+        Check::positive(t.terminal_rate, "tolerances.terminal_rate")?;
+        Check::positive(t.keep_out, "tolerances.keep_out")?;
+        Check::positive(t.end_effector_position, "tolerances.end_effector_position")?;
+        Check::positive(t.end_effector_angle, "tolerances.end_effector_angle")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_is_valid_and_switches_keep_out_after_node_42() {
+        let mission = Mission::default();
+        mission.validate().unwrap();
+        // One-based node 42 of 60 is at 41/59 = 0.695 of the duration, node 43 at 0.712.
+        assert_eq!(mission.approach.keep_out(41, 60), 1.85);
+        assert_eq!(mission.approach.keep_out(42, 60), 1.46);
+    }
+
+    #[test]
+    fn each_kind_of_nonsense_is_named() {
+        let field = |change: fn(&mut Mission<3>)| {
+            let mut mission = Mission::default();
+            change(&mut mission);
+            mission.validate().unwrap_err().field
+        };
+        assert_eq!(field(|m| m.servicer.bus_mass = -1.0), "servicer.bus_mass");
+        assert_eq!(field(|m| m.servicer.links[1].mass = f64::NAN), "servicer.links.mass");
+        assert_eq!(field(|m| m.servicer.links[2].axis.y = 0.9), "servicer.links.axis");
+        assert_eq!(field(|m| m.target.inertia.x = 50.0), "target.inertia");
+        assert_eq!(field(|m| m.servicer.max_joint_angle[1] = 0.1), "servicer.initial_joint_angle");
+        assert_eq!(field(|m| m.approach.duration = 0.0), "approach.duration");
+        assert_eq!(field(|m| m.approach.preset_lead = 0), "approach.preset_lead");
+        assert_eq!(field(|m| m.orbit.eccentricity = 1.0), "orbit.eccentricity");
+        assert_eq!(field(|m| m.weights.force = 0.0), "weights.force");
+        assert_eq!(field(|m| m.tolerances.dynamics = 0.0), "tolerances.dynamics");
+    }
+}

@@ -1,0 +1,19 @@
+//! The world as data: orbit, target, servicer, limits and weights, and what one scenario adds.
+//!
+//! Nothing here moves except the target's tumble and the orbit's exact transition; the coupled
+//! dynamics of bus and arm are in [`crate::dynamics`]. Defaults are exactly those of the problem
+//! definition (docs/problem.md, sections 1-3 and 5-7).
+
+mod keep_out;
+mod mission;
+mod orbit;
+mod scenario;
+mod servicer;
+mod target;
+
+pub use keep_out::{SignedDistance, signed_distance_to_box};
+pub use mission::{Approach, InvalidField, Mission, Tolerances, Weights};
+pub use orbit::{HcwTransition, Orbit, hcw_acceleration};
+pub use scenario::{Scenario, initial_bus_attitude};
+pub use servicer::{CaptureGeometry, Link, Servicer};
+pub use target::{Target, TargetState};

@@ -1,0 +1,142 @@
+//! The servicer: bus, arm and actuators as data.
+
+use crate::math::quaternion;
+use nalgebra::{SVector, Vector3};
+
+/// One link of the arm. Its frame sits at its own joint, which turns it relative to the body
+/// before it; at zero angle all frames are parallel to the bus body frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// Vector from this joint to the next one (for the last link, to the end effector), in link
+    /// axes [m].
+    pub tip: Vector3<f64>,
+    /// Centre of mass in link axes, from the joint [m].
+    pub center_of_mass: Vector3<f64>,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Principal moments of inertia about the centre of mass, along the link's axes [kg m^2].
+    pub inertia: Vector3<f64>,
+    /// Unit joint axis, in link axes.
+    pub axis: Vector3<f64>,
+}
+
+impl Link {
+    /// A uniform cylinder along +z, turning about +y.
+    pub fn cylinder(length: f64, mass: f64, radius: f64) -> Self {
+        let across = mass * (3.0 * radius * radius + length * length) / 12.0;
+        Self {
+            tip: Vector3::new(0.0, 0.0, length),
+            center_of_mass: Vector3::new(0.0, 0.0, 0.5 * length),
+            mass,
+            inertia: Vector3::new(across, across, 0.5 * mass * radius * radius),
+            axis: Vector3::y(),
+        }
+    }
+}
+
+/// A spacecraft bus with a serial arm of `NL` revolute joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Servicer<const NL: usize> {
+    /// Bus mass [kg].
+    pub bus_mass: f64,
+    /// Bus principal moments of inertia about its centre of mass, body axes [kg m^2].
+    pub bus_inertia: Vector3<f64>,
+    /// Unit boresight of the camera, bus axes.
+    pub boresight: Vector3<f64>,
+    /// First joint, from the bus centre of mass, bus axes [m].
+    pub arm_base: Vector3<f64>,
+    /// The arm, from the bus outwards.
+    pub links: [Link; NL],
+    /// Joint angles are kept within plus and minus these [rad].
+    pub max_joint_angle: SVector<f64, NL>,
+    /// Joint rates are kept within plus and minus this [rad/s].
+    pub max_joint_rate: f64,
+    /// Joint angles at the start of the approach, at rest [rad].
+    pub initial_joint_angle: SVector<f64, NL>,
+    /// Joint angles at capture [rad].
+    pub capture_joint_angle: SVector<f64, NL>,
+    /// Largest force component, RTN axes [N].
+    pub max_force: f64,
+    /// Largest bus torque component, body axes [N m].
+    pub max_bus_torque: f64,
+    /// Largest joint torque [N m].
+    pub max_joint_torque: f64,
+}
+
+impl Default for Servicer<3> {
+    /// The servicer of section 3.
+    fn default() -> Self {
+        use core::f64::consts::PI;
+        Self {
+            bus_mass: 500.0,
+            bus_inertia: Vector3::new(83.3, 83.3, 83.3),
+            boresight: Vector3::z(),
+            arm_base: Vector3::new(0.0, 0.0, 0.116),
+            links: [0.75, 0.75, 0.30].map(|length| Link::cylinder(length, 10.0, 0.05)),
+            max_joint_angle: SVector::from([PI, PI / 2.0, 1.75]),
+            max_joint_rate: 5e-3,
+            initial_joint_angle: SVector::from([-PI / 9.0, PI / 5.0, 0.0]),
+            capture_joint_angle: SVector::from([-0.752_793_7, 1.505_587_4, -0.752_793_7]),
+            max_force: 2.5,
+            max_bus_torque: 5e-3,
+            max_joint_torque: 5e-3,
+        }
+    }
+}
+
+/// Where the end effector is at capture, seen from the system's centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CaptureGeometry {
+    /// Distance `d` from the system's centre of mass to the end effector [m].
+    pub reach: f64,
+    /// Unit vector `rhat_ee` from the centre of mass to the end effector, bus axes.
+    pub direction: Vector3<f64>,
+}
+
+impl<const NL: usize> Servicer<NL> {
+    /// Mass of bus and arm together [kg].
+    pub fn total_mass(&self) -> f64 {
+        self.bus_mass + self.links.iter().map(|link| link.mass).sum::<f64>()
+    }
+
+    /// System centre of mass and end effector for joint angles `angles`, both from the bus centre
+    /// of mass in bus axes [m].
+    pub fn center_of_mass_and_end_effector(
+        &self,
+        angles: &SVector<f64, NL>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let mut moment = Vector3::zeros();
+        let mut joint = self.arm_base;
+        let mut attitude = quaternion::IDENTITY;
+        for (link, angle) in self.links.iter().zip(angles.iter()) {
+            attitude = quaternion::product(&attitude, &quaternion::exp(&(link.axis * *angle)));
+            let rotation = quaternion::rotation_matrix(&attitude);
+            moment += (joint + rotation * link.center_of_mass) * link.mass;
+            joint += rotation * link.tip;
+        }
+        (moment / self.total_mass(), joint)
+    }
+
+    /// Reach and direction of the end effector at capture.
+    pub fn capture_geometry(&self) -> CaptureGeometry {
+        let (com, tip) = self.center_of_mass_and_end_effector(&self.capture_joint_angle);
+        let arm = tip - com;
+        let reach = libm::sqrt(arm.dot(&arm));
+        CaptureGeometry { reach, direction: arm / reach }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The two keep-out radii the paper publishes follow from the arm's mounting and alpha_f.
+    #[test]
+    fn geometry_gives_the_published_radii() {
+        let servicer = Servicer::default();
+        assert!((servicer.capture_geometry().reach - 1.46).abs() < 5e-5);
+        let (com, tip) = servicer.center_of_mass_and_end_effector(&SVector::zeros());
+        assert!(((tip - com).norm() - 1.85).abs() < 5e-3);
+        assert_eq!(servicer.total_mass(), 530.0);
+    }
+}
