@@ -12,3 +12,7 @@
 pub mod dynamics;
 pub mod math;
 pub mod model;
+pub mod planner;
+pub mod qp;
+pub mod scp;
+pub mod stages;

@@ -1,1 +1,3 @@
 //! The bench around `remora-core`.
+
+pub mod backend;

@@ -1,7 +1,7 @@
 //! Inverse dynamics: the torques that given accelerations need (recursive Newton-Euler).
 
 use super::multibody::{BusFrame, LinkPose};
-use super::{Acceleration, Control, Multibody, State};
+use super::{Acceleration, Control, Integrator, Multibody, State};
 use crate::math::{Scalar, Vec3};
 use nalgebra::{SVector, Vector3};
 
@@ -139,4 +139,46 @@ struct LinkAcceleration<T> {
 
 impl<T: Scalar> LinkAcceleration<T> {
     const ZERO: Self = Self { rate: Vec3::ZERO, angular: Vec3::ZERO, center: Vec3::ZERO };
+}
+
+impl<const NL: usize> Multibody<NL> {
+    /// The control, near `guess`, that moves the rates of `state` to `goal` (bus rate and joint
+    /// rates) over one step of `integrator`.
+    ///
+    /// Exact for Euler; for RK4 the error of the guess is divided by a factor that is small
+    /// like the change of the arm's geometry over the step. Cost: one inverse dynamics (Euler), or
+    /// one step and two (RK4).
+    pub fn steer(
+        &self,
+        integrator: Integrator,
+        dt: f64,
+        state: &State<NL>,
+        goal: (&Vector3<f64>, &SVector<f64, NL>),
+        guess: &Control<NL>,
+        force: &Vector3<f64>,
+    ) -> Control<NL> {
+        let mean = |rate: &Vector3<f64>, joint_rate: &SVector<f64, NL>| Acceleration {
+            bus: (rate - state.rate) / dt,
+            joint: (joint_rate - state.joint_rate) / dt,
+        };
+        match integrator {
+            Integrator::Euler => self.torques(state, force, &mean(goal.0, goal.1)),
+            Integrator::Rk4 { .. } => {
+                let reached = self.step(integrator, dt, state, guess, force);
+                let middle = State {
+                    attitude: reached.attitude,
+                    joint_angle: (state.joint_angle + reached.joint_angle) * 0.5,
+                    rate: (state.rate + reached.rate) * 0.5,
+                    joint_rate: (state.joint_rate + reached.joint_rate) * 0.5,
+                };
+                let wanted = self.torques(&middle, force, &mean(goal.0, goal.1));
+                let got =
+                    self.torques(&middle, force, &mean(&reached.rate, &reached.joint_rate));
+                Control {
+                    bus_torque: guess.bus_torque + wanted.bus_torque - got.bus_torque,
+                    joint_torque: guess.joint_torque + wanted.joint_torque - got.joint_torque,
+                }
+            }
+        }
+    }
 }

@@ -1,0 +1,79 @@
+//! What the loop asks of a problem.
+
+use crate::qp::{Qp, Solution};
+use nalgebra::{SMatrix, SVector};
+
+/// Cost and constraint residuals of a trajectory, in the problem's scaled units.
+#[derive(Clone, Debug)]
+pub struct Residuals<const N: usize, const NX: usize, const NR: usize> {
+    /// Objective the loop minimises.
+    pub cost: f64,
+    /// `F(x_k, u_k) - x_{k+1}`, scaled; the last is zero.
+    pub defect: [SVector<f64, NX>; N],
+    /// Soft rows `h(x_k) <= 0`, scaled.
+    pub row: [SVector<f64, NR>; N],
+}
+
+impl<const N: usize, const NX: usize, const NR: usize> Residuals<N, NX, NR> {
+    /// Storage, to be filled.
+    pub const ZERO: Self = Self {
+        cost: 0.0,
+        defect: [SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NX]; 1])); N],
+        row: [SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NR]; 1])); N],
+    };
+
+    /// L1 norm of defects and violated rows. NaN where any of them is.
+    pub fn penalty(&self) -> f64 {
+        let defects: f64 = self.defect.iter().map(|d| d.abs().sum()).sum();
+        // `f64::max` would drop a NaN.
+        let violated = |h: &f64| if *h <= 0.0 { 0.0 } else { *h };
+        let rows: f64 = self.row.iter().flat_map(|r| r.iter()).map(violated).sum();
+        defects + rows
+    }
+}
+
+/// A non-convex problem of fixed horizon, seen through its convex subproblems.
+///
+/// The subproblem's variables are scaled steps from the current trajectory. The problem chooses
+/// them: a step may live on a manifold (attitude) and [`Problem::retract`] may follow the
+/// constraints' curvature, as long as it agrees with the linearisation to first order.
+pub trait Problem<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
+    /// States and controls over the horizon.
+    type Trajectory;
+
+    /// Moves a start into the boxes and onto the pinned values, so that every subproblem has a
+    /// feasible point whatever the radius.
+    fn clip(&self, trajectory: &mut Self::Trajectory);
+
+    /// Fills `qp` (cost, dynamics, rows; not the bounds) with the subproblem at `trajectory`.
+    /// `multipliers` are those of the last subproblem, `None` at the first iteration: a problem
+    /// may use them for the curvature of its constraints.
+    fn linearise(
+        &mut self,
+        trajectory: &Self::Trajectory,
+        multipliers: Option<&Solution<N, NX, NU, NR>>,
+        qp: &mut Qp<N, NX, NU, NR>,
+    );
+
+    /// Sets the bounds of `qp`: limits and trust region of `radius` merged.
+    fn bound(&self, trajectory: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NR>);
+
+    /// The trajectory that `step` leads to.
+    fn retract(
+        &self,
+        from: &Self::Trajectory,
+        qp: &Qp<N, NX, NU, NR>,
+        step: &Solution<N, NX, NU, NR>,
+        to: &mut Self::Trajectory,
+    );
+
+    /// Cost and residuals of a trajectory by the non-linear model.
+    fn residuals(&self, trajectory: &Self::Trajectory, out: &mut Residuals<N, NX, NR>);
+
+    /// Largest violation over its tolerance: feasible where it is at most one.
+    fn violation(&self, residuals: &Residuals<N, NX, NR>) -> f64;
+
+    /// Length of a step in units of the trust region, so that a step on its border has one
+    /// radius.
+    fn step_length(&self, step: &Solution<N, NX, NU, NR>) -> f64;
+}

@@ -1,0 +1,60 @@
+//! The heuristic start of Stage 2 (section 9).
+
+use super::{ReorientationTrajectory, TranslationTrajectory};
+use crate::dynamics::Control;
+use crate::math::quaternion;
+use crate::model::{Mission, TargetState, initial_bus_attitude};
+use nalgebra::Vector3;
+
+/// Writes the heuristic start: the bus's +z axis follows the docking port's line of sight without
+/// roll about it (parallel transport from the initial attitude), the joints move linearly to their
+/// capture angles at the preset node, rates are finite differences of the pose, controls are zero.
+///
+/// The initial state is the mission's, at rest relative to RTN.
+pub fn warm_start<const N: usize, const NL: usize>(
+    mission: &Mission<NL>,
+    translation: &TranslationTrajectory<N>,
+    target: &[TargetState; N],
+    out: &mut ReorientationTrajectory<N, NL>,
+) {
+    let servicer = &mission.servicer;
+    let preset = (N - 1).saturating_sub(mission.approach.preset_lead).max(1);
+    let dt = mission.approach.duration / (N - 1) as f64;
+    let mut attitude = initial_bus_attitude(&translation.position[0]);
+    for k in 0..N {
+        if k > 0 {
+            let sight = line_of_sight(mission, &translation.position[k], &target[k]);
+            let axis = quaternion::rotation_matrix(&attitude) * Vector3::z();
+            attitude = quaternion::normalized(&quaternion::product(
+                &quaternion::between(&axis, &sight),
+                &attitude,
+            ));
+        }
+        let progress = (k as f64 / preset as f64).min(1.0);
+        let travel = servicer.capture_joint_angle - servicer.initial_joint_angle;
+        out.states[k].attitude = attitude;
+        out.states[k].joint_angle = servicer.initial_joint_angle + travel * progress;
+        out.controls[k] = Control::ZERO;
+    }
+    for k in 0..N {
+        // The pose of the last node says nothing about its rate; the terminal constraints do.
+        let next = (k + 1).min(N - 1);
+        let turn = quaternion::product(
+            &out.states[next].attitude,
+            &quaternion::conjugate(&out.states[k].attitude),
+        );
+        out.states[k].rate = quaternion::log(&turn) / dt;
+        out.states[k].joint_rate = (out.states[next].joint_angle - out.states[k].joint_angle) / dt;
+    }
+}
+
+/// Unit vector from the system's centre of mass (`position`, RTN) to the docking port, in RTN.
+pub fn line_of_sight<const NL: usize>(
+    mission: &Mission<NL>,
+    position: &Vector3<f64>,
+    target: &TargetState,
+) -> Vector3<f64> {
+    let port = quaternion::rotation_matrix(&target.attitude) * mission.target.port_position;
+    let sight = port - position;
+    sight / libm::sqrt(sight.dot(&sight))
+}

@@ -1,0 +1,431 @@
+//! Stage 2: bus attitude and arm (section 6).
+
+use super::TranslationTrajectory;
+use super::heuristic::line_of_sight;
+use super::reorientation_size::NR;
+use crate::dynamics::{Control, Integrator, Multibody, State, StepJacobian};
+use crate::math::quaternion;
+use crate::model::{Mission, TargetState, initial_bus_attitude};
+use crate::qp::{Qp, Solution, Stage};
+use crate::scp::{Problem, Residuals};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+/// Attitude and arm over the horizon, torques over the intervals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReorientationTrajectory<const N: usize, const NL: usize> {
+    /// States at the nodes.
+    pub states: [State<NL>; N],
+    /// Controls over the intervals; the last is zero.
+    pub controls: [Control<NL>; N],
+}
+
+impl<const N: usize, const NL: usize> ReorientationTrajectory<N, NL> {
+    /// Placeholder for storage.
+    pub const ZERO: Self = Self { states: [State::ZERO; N], controls: [Control::ZERO; N] };
+}
+
+/// What is asked of Stage 2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Mode {
+    /// Minimise the cost.
+    #[default]
+    Optimal,
+    /// Stop at the first feasible iterate; no objective, steps as short as they can be.
+    Feasible,
+}
+
+/// Stage 2 as a problem for the loop.
+///
+/// Steps live on the tangent space: `[dtheta, dalpha, drate, djoint_rate]`, `dtheta` a left
+/// perturbation in RTN axes (at the last node, in axes whose first is the approach direction, so
+/// that the terminal attitude constraint pins the other two).
+pub struct Reorientation<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize> {
+    mission: &'a Mission<NL>,
+    body: Multibody<NL>,
+    translation: &'a TranslationTrajectory<N>,
+    integrator: Integrator,
+    mode: Mode,
+    dt: f64,
+    preset: usize,
+    sight: [Vector3<f64>; N],
+    terminal_rate: Vector3<f64>,
+    /// Direction that the end effector must point in at the last node.
+    approach: Vector3<f64>,
+    /// The end effector's direction in bus axes at capture.
+    arm: Vector3<f64>,
+    /// Axes of the last node's attitude step, as columns in RTN.
+    terminal_axes: Matrix3<f64>,
+    cos_field_of_view: f64,
+    scale_x: SVector<f64, NX>,
+    scale_u: SVector<f64, NU>,
+    tolerance_x: SVector<f64, NX>,
+}
+
+/// Typical magnitudes by which steps are divided: attitude and joint angles [rad], bus rate and
+/// joint rates [rad/s], torques relative to their limits.
+const ANGLE_SCALE: f64 = 0.1;
+const RATE_SCALE: f64 = 1e-3;
+const JOINT_RATE_SCALE: f64 = 5e-3;
+const TORQUE_SCALE: f64 = 0.1;
+
+/// Share of each tolerance that the loop leaves to the verifier.
+const MARGIN: f64 = 0.5;
+
+impl<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+    Reorientation<'a, N, NL, NX, NU>
+{
+    /// The problem that follows from Stage 1's path; `target` the tumble at the nodes.
+    pub fn new(
+        mission: &'a Mission<NL>,
+        translation: &'a TranslationTrajectory<N>,
+        target: &[TargetState; N],
+        integrator: Integrator,
+        mode: Mode,
+    ) -> Self {
+        const { assert!(NX == 6 + 2 * NL && NU == 3 + NL, "sizes of state and control") };
+        let servicer = &mission.servicer;
+        let last = &target[N - 1];
+        let approach = -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal);
+        let across = quaternion::any_normal(&approach);
+        let t = &mission.tolerances;
+        Self {
+            mission,
+            body: Multibody::new(mission),
+            translation,
+            integrator,
+            mode,
+            dt: mission.approach.duration / (N - 1) as f64,
+            preset: (N - 1).saturating_sub(mission.approach.preset_lead).max(1),
+            sight: core::array::from_fn(|k| {
+                line_of_sight(mission, &translation.position[k], &target[k])
+            }),
+            terminal_rate: last.rate,
+            approach,
+            arm: servicer.capture_geometry().direction,
+            terminal_axes: Matrix3::from_columns(&[approach, across, approach.cross(&across)]),
+            cos_field_of_view: libm::cos(mission.approach.field_of_view_half_angle),
+            scale_x: Self::by_kind(ANGLE_SCALE, ANGLE_SCALE, RATE_SCALE, JOINT_RATE_SCALE),
+            scale_u: SVector::from_fn(|i, _| TORQUE_SCALE * Self::max_torque(mission, i)),
+            tolerance_x: Self::by_kind(1.0, 1.0, 1e-2, 1e-2) * t.dynamics,
+        }
+    }
+
+    /// Cost of a torque profile, as section 6 defines it.
+    pub fn cost(&self, controls: &[Control<NL>; N]) -> f64 {
+        let (w, s) = (&self.mission.weights, &self.mission.servicer);
+        controls[..N - 1]
+            .iter()
+            .map(|u| {
+                w.bus_torque * (u.bus_torque / s.max_bus_torque).norm_squared()
+                    + w.joint_torque * (u.joint_torque / s.max_joint_torque).norm_squared()
+            })
+            .sum()
+    }
+
+    fn by_kind(angle: f64, joint: f64, rate: f64, joint_rate: f64) -> SVector<f64, NX> {
+        SVector::from_fn(|i, _| match i {
+            i if i < 3 => angle,
+            i if i < 3 + NL => joint,
+            i if i < 6 + NL => rate,
+            _ => joint_rate,
+        })
+    }
+
+    fn max_torque(mission: &Mission<NL>, i: usize) -> f64 {
+        if i < 3 { mission.servicer.max_bus_torque } else { mission.servicer.max_joint_torque }
+    }
+
+    fn weight(&self, i: usize) -> f64 {
+        if i < 3 { self.mission.weights.bus_torque } else { self.mission.weights.joint_torque }
+    }
+
+    /// Axes in which attitude steps at node `k` are resolved, as columns in RTN.
+    fn axes(&self, k: usize) -> Matrix3<f64> {
+        if k + 1 == N { self.terminal_axes } else { Matrix3::identity() }
+    }
+
+    /// `F(x_k, u_k) - x_{k+1}`, scaled, in the axes of node `k + 1`.
+    fn defect(&self, k: usize, next: &State<NL>, at: &State<NL>) -> SVector<f64, NX> {
+        let turn = quaternion::difference(&next.attitude, &at.attitude);
+        let turn = self.axes(k + 1).tr_mul(&turn);
+        self.stack(
+            turn,
+            next.joint_angle - at.joint_angle,
+            next.rate - at.rate,
+            next.joint_rate - at.joint_rate,
+        )
+        .component_div(&self.scale_x)
+    }
+
+    fn stack(
+        &self,
+        turn: Vector3<f64>,
+        angle: SVector<f64, NL>,
+        rate: Vector3<f64>,
+        joint_rate: SVector<f64, NL>,
+    ) -> SVector<f64, NX> {
+        SVector::from_fn(|i, _| match i {
+            i if i < 3 => turn[i],
+            i if i < 3 + NL => angle[i - 3],
+            i if i < 6 + NL => rate[i - 3 - NL],
+            _ => joint_rate[i - 6 - NL],
+        })
+    }
+
+    fn stacked_control(control: &Control<NL>) -> SVector<f64, NU> {
+        SVector::from_fn(|i, _| {
+            if i < 3 { control.bus_torque[i] } else { control.joint_torque[i - 3] }
+        })
+    }
+
+    /// Pointing row `cos(fov) - sight . R b` and its gradient by the attitude step.
+    fn pointing_row(&self, k: usize, state: &State<NL>) -> (f64, Vector3<f64>) {
+        let boresight =
+            quaternion::rotation_matrix(&state.attitude) * self.mission.servicer.boresight;
+        let gradient = self.sight[k].cross(&boresight);
+        (self.cos_field_of_view - self.sight[k].dot(&boresight), gradient)
+    }
+
+    /// Fills dynamics and offset of one interval.
+    fn linearise_interval(&self, k: usize, z: &ReorientationTrajectory<N, NL>, stage: &mut Stage<NX, NU, NR>) {
+        let (next, by): (State<NL>, StepJacobian<NX, NU>) = self.body.step_jacobian(
+            self.integrator,
+            self.dt,
+            &z.states[k],
+            &z.controls[k],
+            &self.translation.force[k],
+        );
+        let at = &z.states[k + 1];
+        stage.a = by.state;
+        stage.b = by.control;
+        stage.c = self.defect(k, &next, at);
+        // The attitude defect is measured in the chart at the next node: where the defect is not
+        // small, its derivative is not the identity.
+        let error = quaternion::product(&next.attitude, &quaternion::conjugate(&at.attitude));
+        let error = if error.w < 0.0 { -error } else { error };
+        let vector = Vector3::new(error.x, error.y, error.z);
+        let chart = Matrix3::identity() * error.w - vector.cross_matrix();
+        let to_axes = self.axes(k + 1).transpose() * chart;
+        let rows = to_axes * stage.a.fixed_rows::<3>(0);
+        stage.a.fixed_rows_mut::<3>(0).copy_from(&rows);
+        let rows = to_axes * stage.b.fixed_rows::<3>(0);
+        stage.b.fixed_rows_mut::<3>(0).copy_from(&rows);
+        for i in 0..NX {
+            for j in 0..NX {
+                stage.a[(i, j)] *= self.scale_x[j] / self.scale_x[i];
+            }
+            for j in 0..NU {
+                stage.b[(i, j)] *= self.scale_u[j] / self.scale_x[i];
+            }
+        }
+    }
+
+    /// Whether component `i` of the state at node `k` is fixed by a constraint.
+    fn is_pinned(&self, k: usize, i: usize) -> bool {
+        let joint_rate = i >= 6 + NL;
+        k == 0
+            || (k >= self.preset && joint_rate)
+            || (k == self.preset && (3..3 + NL).contains(&i))
+            || (k == N - 1 && (i == 1 || i == 2 || (3 + NL..6 + NL).contains(&i)))
+    }
+
+    /// The control that moves the rates of `state` to those of `goal` over interval `k`, near
+    /// `guess`: what the linear model meant, without its error.
+    fn steer(
+        &self,
+        k: usize,
+        state: &State<NL>,
+        goal: (&Vector3<f64>, &SVector<f64, NL>),
+        guess: &Control<NL>,
+    ) -> Control<NL> {
+        let force = &self.translation.force[k];
+        self.body.steer(self.integrator, self.dt, state, goal, guess, force)
+    }
+}
+
+impl<const N: usize, const NL: usize, const NX: usize, const NU: usize> Problem<N, NX, NU, NR>
+    for Reorientation<'_, N, NL, NX, NU>
+{
+    type Trajectory = ReorientationTrajectory<N, NL>;
+
+    fn clip(&self, z: &mut Self::Trajectory) {
+        let servicer = &self.mission.servicer;
+        for (k, state) in z.states.iter_mut().enumerate() {
+            for i in 0..NL {
+                let limit = servicer.max_joint_angle[i];
+                state.joint_angle[i] = state.joint_angle[i].clamp(-limit, limit);
+                let limit = servicer.max_joint_rate;
+                state.joint_rate[i] = state.joint_rate[i].clamp(-limit, limit);
+            }
+            if k >= self.preset {
+                state.joint_rate.fill(0.0);
+            }
+            state.attitude = quaternion::normalized(&state.attitude);
+        }
+        z.states[self.preset].joint_angle = servicer.capture_joint_angle;
+        z.states[0] = State {
+            attitude: initial_bus_attitude(&self.translation.position[0]),
+            joint_angle: servicer.initial_joint_angle,
+            rate: Vector3::zeros(),
+            joint_rate: SVector::zeros(),
+        };
+        let last = &mut z.states[N - 1];
+        last.rate = self.terminal_rate;
+        let arm = quaternion::rotation_matrix(&last.attitude) * self.arm;
+        let turn = quaternion::between(&arm, &self.approach);
+        last.attitude = quaternion::normalized(&quaternion::product(&turn, &last.attitude));
+        for control in &mut z.controls {
+            let limit = servicer.max_bus_torque;
+            control.bus_torque = control.bus_torque.map(|t| t.clamp(-limit, limit));
+            let limit = servicer.max_joint_torque;
+            control.joint_torque = control.joint_torque.map(|t| t.clamp(-limit, limit));
+        }
+        z.controls[N - 1] = Control::ZERO;
+    }
+
+    fn linearise(
+        &mut self,
+        z: &Self::Trajectory,
+        _multipliers: Option<&Solution<N, NX, NU, NR>>,
+        qp: &mut Qp<N, NX, NU, NR>,
+    ) {
+        qp.defect_weight = 1.0;
+        for (k, stage) in qp.stages.iter_mut().enumerate() {
+            *stage = Stage::ZERO;
+            let (offset, gradient) = self.pointing_row(k, &z.states[k]);
+            let gradient = self.axes(k).tr_mul(&gradient) * ANGLE_SCALE;
+            stage.row_offset[0] = offset;
+            for i in 0..3 {
+                stage.row_x[(0, i)] = gradient[i];
+            }
+            if k + 1 == N {
+                continue;
+            }
+            self.linearise_interval(k, z, stage);
+            let control = Self::stacked_control(&z.controls[k]);
+            for i in 0..NU {
+                let unit = self.scale_u[i] / Self::max_torque(self.mission, i);
+                let hessian = 2.0 * self.weight(i) * unit * unit;
+                stage.hessian_uu[(i, i)] = hessian;
+                if self.mode == Mode::Optimal {
+                    stage.gradient_u[i] = hessian * control[i] / self.scale_u[i];
+                }
+            }
+        }
+    }
+
+    fn bound(&self, z: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NR>) {
+        let servicer = &self.mission.servicer;
+        for (k, stage) in qp.stages.iter_mut().enumerate() {
+            let state = &z.states[k];
+            for i in 0..NX {
+                let reach = radius / ANGLE_SCALE;
+                let (lower, upper) = match i {
+                    _ if self.is_pinned(k, i) => (0.0, 0.0),
+                    i if i < 3 => (-reach, reach),
+                    i if i < 3 + NL => {
+                        let (at, limit) = (state.joint_angle[i - 3], servicer.max_joint_angle[i - 3]);
+                        (
+                            ((-limit - at) / ANGLE_SCALE).max(-reach),
+                            ((limit - at) / ANGLE_SCALE).min(reach),
+                        )
+                    }
+                    i if i < 6 + NL => (f64::NEG_INFINITY, f64::INFINITY),
+                    _ => {
+                        let (at, limit) = (state.joint_rate[i - 6 - NL], servicer.max_joint_rate);
+                        ((-limit - at) / JOINT_RATE_SCALE, (limit - at) / JOINT_RATE_SCALE)
+                    }
+                };
+                stage.lower_x[i] = lower;
+                stage.upper_x[i] = upper;
+            }
+            let control = Self::stacked_control(&z.controls[k]);
+            for i in 0..NU {
+                let limit = Self::max_torque(self.mission, i);
+                stage.lower_u[i] = (-limit - control[i]) / self.scale_u[i];
+                stage.upper_u[i] = (limit - control[i]) / self.scale_u[i];
+            }
+        }
+    }
+
+    fn retract(
+        &self,
+        from: &Self::Trajectory,
+        qp: &Qp<N, NX, NU, NR>,
+        step: &Solution<N, NX, NU, NR>,
+        to: &mut Self::Trajectory,
+    ) {
+        let servicer = &self.mission.servicer;
+        for k in 0..N {
+            let d = step.x[k].component_mul(&self.scale_x);
+            let (at, state) = (&from.states[k], &mut to.states[k]);
+            let turn = self.axes(k) * Vector3::new(d[0], d[1], d[2]);
+            state.attitude = quaternion::normalized(&quaternion::product(
+                &quaternion::exp(&turn),
+                &at.attitude,
+            ));
+            for i in 0..NL {
+                let limit = servicer.max_joint_angle[i];
+                state.joint_angle[i] = (at.joint_angle[i] + d[3 + i]).clamp(-limit, limit);
+                let limit = servicer.max_joint_rate;
+                state.joint_rate[i] = (at.joint_rate[i] + d[6 + NL + i]).clamp(-limit, limit);
+            }
+            for i in 0..3 {
+                state.rate[i] = at.rate[i] + d[3 + NL + i];
+            }
+        }
+        for k in 0..N - 1 {
+            let d = step.u[k].component_mul(&self.scale_u);
+            let at = &from.controls[k];
+            let guess = Control {
+                bus_torque: Vector3::from_fn(|i, _| at.bus_torque[i] + d[i]),
+                joint_torque: SVector::from_fn(|i, _| at.joint_torque[i] + d[3 + i]),
+            };
+            // Rates the linear model reaches: those of the next node less the slack it paid for.
+            let slack = qp.slack(step, k).component_mul(&self.scale_x);
+            let goal = &to.states[k + 1];
+            let rate = Vector3::from_fn(|i, _| goal.rate[i] - slack[3 + NL + i]);
+            let joint_rate = SVector::from_fn(|i, _| goal.joint_rate[i] - slack[6 + NL + i]);
+            let control = self.steer(k, &to.states[k], (&rate, &joint_rate), &guess);
+            let (bus, joint) = (servicer.max_bus_torque, servicer.max_joint_torque);
+            to.controls[k] = Control {
+                bus_torque: control.bus_torque.map(|t| t.clamp(-bus, bus)),
+                joint_torque: control.joint_torque.map(|t| t.clamp(-joint, joint)),
+            };
+        }
+        to.controls[N - 1] = Control::ZERO;
+    }
+
+    fn residuals(&self, z: &Self::Trajectory, out: &mut Residuals<N, NX, NR>) {
+        out.cost = if self.mode == Mode::Optimal { self.cost(&z.controls) } else { 0.0 };
+        for k in 0..N {
+            out.row[k][0] = self.pointing_row(k, &z.states[k]).0;
+            out.defect[k] = SMatrix::zeros();
+            if k + 1 < N {
+                let next = self.body.step(
+                    self.integrator,
+                    self.dt,
+                    &z.states[k],
+                    &z.controls[k],
+                    &self.translation.force[k],
+                );
+                out.defect[k] = self.defect(k, &next, &z.states[k + 1]);
+            }
+        }
+    }
+
+    fn violation(&self, residuals: &Residuals<N, NX, NR>) -> f64 {
+        let mut worst = 0.0f64;
+        for k in 0..N {
+            worst = worst.max(residuals.row[k][0] / self.mission.tolerances.pointing);
+            let defect = residuals.defect[k].component_mul(&self.scale_x);
+            worst = worst.max(defect.component_div(&self.tolerance_x).amax());
+        }
+        worst / MARGIN
+    }
+
+    fn step_length(&self, step: &Solution<N, NX, NU, NR>) -> f64 {
+        let angles = |x: &SVector<f64, NX>| x.iter().take(3 + NL).fold(0.0f64, |m, v| m.max(v.abs()));
+        step.x.iter().map(angles).fold(0.0, f64::max) * ANGLE_SCALE
+    }
+}
