@@ -182,9 +182,14 @@ fn plan_translation<S: TranslationSolver>(
     let mut problem = Translation::new(mission, scenario, target);
     solver.reset();
     let start = problem.warm_start(solver, &mut w.qp, &mut w.step, &mut w.trajectory);
-    let mut outcome = scp::solve(&mut problem, solver, settings, clock, w);
+    let mut outcome = if start.status.is_usable() {
+        scp::solve(&mut problem, solver, settings, clock, w)
+    } else {
+        w.log.clear();
+        Outcome { status: Status::of_failed(start.status), ..Default::default() }
+    };
+    // The start is a subproblem too.
     outcome.iterations += 1;
-    let _ = start;
     StageReport {
         outcome,
         cost: problem.cost(&w.trajectory.force),

@@ -1,3 +1,27 @@
-//! The bench around `remora-core`.
+//! The bench around `remora-core`: what runs on a desktop, not in flight.
+//!
+//! Data goes down this list, imports go up it:
+//!
+//! - [`error`]: one line an error: file, field, reason;
+//! - [`method`]: how a plan is made, by the names that files and command line use;
+//! - [`formats`]: scenario sets, missions, plans, tables of results; how they are read, validated
+//!   and written whole or not at all;
+//! - [`backend`]: Clarabel behind the core's solver trait;
+//! - [`draw`]: random scenarios, the same for a seed everywhere;
+//! - [`planning`]: from a scenario to a plan file, the only module that calls the core's planner;
+//! - [`checking`]: plan files against the core's independent verifier;
+//! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
+//! - [`report`]: tables for the terminal;
+//! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
+//!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`].
 
 pub mod backend;
+pub mod campaign;
+pub mod checking;
+pub mod cli;
+pub mod draw;
+pub mod error;
+pub mod formats;
+pub mod method;
+pub mod planning;
+pub mod report;

@@ -1,2 +1,7 @@
-//! Binary.
-fn main(){}
+//! The program `remora`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    ExitCode::from(remora_host::cli::run(std::env::args_os()))
+}

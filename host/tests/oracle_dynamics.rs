@@ -68,10 +68,7 @@ impl Case {
     }
 
     fn control(&self) -> Control<3> {
-        Control {
-            bus_torque: Vector3::from(self.tau_0),
-            joint_torque: SVector::from(self.tau_m),
-        }
+        Control { bus_torque: Vector3::from(self.tau_0), joint_torque: SVector::from(self.tau_m) }
     }
 
     fn force(&self) -> Vector3<f64> {

@@ -1,9 +1,15 @@
 //! Inverse dynamics: the torques that given accelerations need (recursive Newton-Euler).
+//!
+//! A rigid body accelerates by an affine field: at a point `x` of it, by
+//! `at + gradient (x - joint)`. The tide is linear in `x` as well, so that it needs no equations of
+//! its own: one matrix a body holds angular acceleration, rate and orbit, and the force and moment
+//! the body needs are that matrix against its mass moments.
 
-use super::multibody::{BusFrame, LinkPose};
+use super::arm::{Arm, ArmLink, second_moments};
+use super::multibody::BusFrame;
 use super::{Acceleration, Control, Integrator, Multibody, State};
-use crate::math::{Scalar, Vec3};
-use nalgebra::{SVector, Vector3};
+use crate::math::{Mat3, Scalar, Vec3};
+use nalgebra::{Matrix3, SVector, Vector3};
 
 /// Joint motion and bus angular acceleration, bus axes.
 #[derive(Clone, Copy)]
@@ -21,10 +27,88 @@ pub(super) struct GeneralizedForce<T, const NL: usize> {
     pub joint: [T; NL],
 }
 
+/// How a body moves and what force its points need for it, per unit mass: inertial acceleration
+/// less the tide. Bus axes.
+#[derive(Clone, Copy)]
+pub(super) struct Field<T> {
+    /// Inertial angular velocity [rad/s].
+    pub rate: Vec3<T>,
+    /// `[angular acceleration x] + [rate x]^2 + n^2 (1 - 3 e_R e_R^T)` [1/s^2].
+    pub gradient: Mat3<T>,
+    /// At the body's joint [m/s^2].
+    pub at: Vec3<T>,
+}
+
+/// Force, and moment about a joint, that a link and all beyond it need.
+#[derive(Clone, Copy)]
+pub(super) struct Wrench<T> {
+    pub force: Vec3<T>,
+    pub moment: Vec3<T>,
+}
+
+/// The inverse dynamics and all its intermediate results.
+pub(super) struct Sweep<const NL: usize> {
+    pub bus: Field<f64>,
+    pub links: [Field<f64>; NL],
+    pub wrenches: [Wrench<f64>; NL],
+    pub needed: GeneralizedForce<f64, NL>,
+}
+
+impl<T: Scalar> Field<T> {
+    pub(super) const ZERO: Self =
+        Self { rate: Vec3::ZERO, gradient: Mat3([Vec3::ZERO; 3]), at: Vec3::ZERO };
+
+    /// What `link` alone needs.
+    #[inline]
+    pub(super) fn wrench(&self, link: &ArmLink) -> Wrench<T> {
+        let offset = link.offset.lift();
+        let force = (self.at + self.gradient.apply(offset)).scaled(link.mass);
+        let moment = self.moment(&link.second_moment) + offset.cross(force);
+        Wrench { force, moment }
+    }
+
+    /// The integral of `s x (gradient s)` over a body with this second mass moment about its
+    /// centre.
+    #[inline]
+    fn moment(&self, second: &Mat3<f64>) -> Vec3<T> {
+        let a = |i: usize, k: usize| self.gradient.0[k].0[i];
+        let product = |i: usize, j: usize| {
+            let s = second.0[j].0;
+            a(i, 0) * s[0] + a(i, 1) * s[1] + a(i, 2) * s[2]
+        };
+        let turn = |i: usize, j: usize| product(i, j) - product(j, i);
+        Vec3([turn(2, 1), turn(0, 2), turn(1, 0)])
+    }
+
+    /// The same along principal axes: the moment the bus needs for itself.
+    #[inline]
+    pub(super) fn principal_moment(&self, inertia: &Vector3<f64>) -> Vec3<T> {
+        let second = second_moments(inertia);
+        let a = |i: usize, j: usize| self.gradient.0[j].0[i] * second[j];
+        Vec3([a(2, 1) - a(1, 2), a(0, 2) - a(2, 0), a(1, 0) - a(0, 1)])
+    }
+}
+
+impl<T: Scalar> Wrench<T> {
+    pub(super) const ZERO: Self = Self { force: Vec3::ZERO, moment: Vec3::ZERO };
+
+    #[inline]
+    pub(super) fn add(&mut self, other: &Self) {
+        self.force += other.force;
+        self.moment += other.moment;
+    }
+
+    /// Refers the moment to a point that stands at `-lever`.
+    #[inline]
+    pub(super) fn shift(&mut self, lever: Vec3<f64>) {
+        self.moment += lever.lift().cross(self.force);
+    }
+}
+
 impl<const NL: usize> Multibody<NL> {
     /// Bus and joint torques that produce `acceleration` in `state` under actuator force `force`
     /// (RTN, N): the inverse of [`Multibody::acceleration`].
-    /// Cost: O(NL), about 250 flops a link.
+    /// Cost: O(NL), about 500 flops a link.
     pub fn torques(
         &self,
         state: &State<NL>,
@@ -38,116 +122,71 @@ impl<const NL: usize> Multibody<NL> {
             bus_acceleration: Vec3(r.tr_mul(&inertial).into()),
             joint_acceleration: Self::angles(&acceleration.joint),
         };
-        let poses = self.link_poses(&Self::angles(&state.joint_angle));
-        let needed = self.generalized_force(&poses, &frame, &motion);
-        Control {
-            bus_torque: needed.bus.to_vector(),
-            joint_torque: SVector::from(needed.joint),
-        }
+        let needed = self.sweep(&self.arm(state), &frame, &motion).needed;
+        Control { bus_torque: needed.bus.to_vector(), joint_torque: SVector::from(needed.joint) }
     }
 
     /// Newton-Euler over the tree, outwards for accelerations, inwards for forces.
     #[inline]
-    pub(super) fn generalized_force<T: Scalar>(
+    pub(super) fn sweep(
         &self,
-        poses: &[LinkPose<T>; NL],
-        frame: &BusFrame<T>,
-        motion: &Motion<T, NL>,
-    ) -> GeneralizedForce<T, NL> {
-        let accelerations = self.link_accelerations(poses, frame, motion);
+        arm: &Arm<NL>,
+        frame: &BusFrame<f64>,
+        motion: &Motion<f64, NL>,
+    ) -> Sweep<NL> {
         let n2 = self.mean_motion * self.mean_motion;
-        let radial = frame.radial;
-
-        // Centre of mass and its acceleration, relative to the bus.
-        let (mut center, mut drift) = (Vec3::ZERO, Vec3::ZERO);
-        for i in 0..NL {
-            center += Self::scaled(poses[i].center, self.links[i].mass / self.total_mass);
-            drift += Self::scaled(accelerations[i].center, self.links[i].mass / self.total_mass);
+        let tide = Mat3::outer(frame.radial, frame.radial.scaled(-3.0 * n2))
+            + Mat3::constant(&Matrix3::from_diagonal_element(n2));
+        let gradient = Mat3::cross_matrix(motion.bus_acceleration)
+            + Mat3::double_cross(frame.rate, frame.rate)
+            + tide;
+        // Relative to the bus centre of mass at first.
+        let bus = Field { rate: frame.rate, gradient, at: Vec3::ZERO };
+        let mut links = [Field::ZERO; NL];
+        let mut field = bus;
+        for (i, link) in arm.links.iter().enumerate() {
+            field.at += field.gradient.apply(link.lever);
+            let before = field.rate;
+            field.rate += link.axis * motion.joint_rate[i];
+            let twice = (before + field.rate) * motion.joint_rate[i];
+            field.gradient += Mat3::cross_matrix(link.axis * motion.joint_acceleration[i])
+                + Mat3::double_cross(twice, link.axis);
+            links[i] = field;
         }
-        let common = frame.specific_force - drift;
 
-        // Bus: only its own Euler equation; forces act at its centre of mass.
-        let spin = frame.rate.scale_each(&self.bus_inertia);
-        let mut bus = motion.bus_acceleration.scale_each(&self.bus_inertia)
-            + frame.rate.cross(spin)
-            - Self::scaled(radial.cross(radial.scale_each(&self.bus_inertia)), 3.0 * n2);
-
-        let mut joint = [T::ZERO; NL];
-        // Force and moment (about the bus centre of mass) that the links beyond need.
-        let (mut force, mut moment) = (Vec3::ZERO, Vec3::ZERO);
-        for i in (0..NL).rev() {
-            let (link, pose, acceleration) = (&self.links[i], &poses[i], &accelerations[i]);
-            let arm = pose.center - center;
-            // -G s: the tide, moved to the side of the inertial force.
-            let tide = (arm - Self::scaled(radial * radial.dot(arm), 3.0)) * T::constant(n2);
-            let f = Self::scaled(acceleration.center + common + tide, link.mass);
-            let spin = Self::apply_inertia(link, pose, acceleration.rate);
-            let gravity_gradient = radial.cross(Self::apply_inertia(link, pose, radial));
-            let m = Self::apply_inertia(link, pose, acceleration.angular)
-                + acceleration.rate.cross(spin)
-                - Self::scaled(gravity_gradient, 3.0 * n2);
-            force += f;
-            moment += m + pose.center.cross(f);
-            joint[i] = pose.axis.dot(moment - pose.joint.cross(force));
+        let mut wrenches = [Wrench::ZERO; NL];
+        let mut wrench = Wrench::ZERO;
+        for (i, link) in arm.links.iter().enumerate().rev() {
+            wrench.add(&links[i].wrench(link));
+            wrenches[i] = wrench;
+            wrench.shift(link.lever);
         }
-        bus += moment;
-        GeneralizedForce { bus, joint }
-    }
 
-    /// Inertial rates and accelerations of the links, positions relative to the bus.
-    #[inline]
-    fn link_accelerations<T: Scalar>(
-        &self,
-        poses: &[LinkPose<T>; NL],
-        frame: &BusFrame<T>,
-        motion: &Motion<T, NL>,
-    ) -> [LinkAcceleration<T>; NL] {
-        let mut out = [LinkAcceleration::ZERO; NL];
-        let (mut rate, mut angular) = (frame.rate, motion.bus_acceleration);
-        // Acceleration of the joint before, and where it is.
-        let (mut at, mut linear) = (Vec3::ZERO, Vec3::ZERO);
-        for i in 0..NL {
-            let pose = &poses[i];
-            let lever = pose.joint - at;
-            linear += angular.cross(lever) + rate.cross(rate.cross(lever));
-            at = pose.joint;
-            let spin = pose.axis * motion.joint_rate[i];
-            angular += pose.axis * motion.joint_acceleration[i] + rate.cross(spin);
-            rate += spin;
-            let lever = pose.center - pose.joint;
-            let center = linear + angular.cross(lever) + rate.cross(rate.cross(lever));
-            out[i] = LinkAcceleration { rate, angular, center };
+        // Tides and inner forces cancel over the whole: the actuator force is all that moves the
+        // centre of mass, and that says how the bus's own centre accelerates.
+        let base = frame.specific_force - wrench.force.scaled(1.0 / self.total_mass);
+        let mut joint = [0.0; NL];
+        for (i, link) in arm.links.iter().enumerate() {
+            links[i].at += base;
+            wrenches[i].force += base.scaled(link.beyond.mass);
+            wrenches[i].moment += link.beyond.first.cross(base);
+            joint[i] = link.axis.dot(wrenches[i].moment);
         }
-        out
+        let moment = wrench.moment + arm.whole.first.cross(base);
+        let needed =
+            GeneralizedForce { bus: bus.principal_moment(&self.bus_inertia) + moment, joint };
+        Sweep { bus, links, wrenches, needed }
     }
-
-    #[inline]
-    fn scaled<T: Scalar>(v: Vec3<T>, factor: f64) -> Vec3<T> {
-        Vec3(v.0.map(|x| x * factor))
-    }
-}
-
-#[derive(Clone, Copy)]
-struct LinkAcceleration<T> {
-    /// Inertial angular velocity.
-    rate: Vec3<T>,
-    /// Inertial angular acceleration.
-    angular: Vec3<T>,
-    /// Inertial acceleration of the centre of mass relative to the bus.
-    center: Vec3<T>,
-}
-
-impl<T: Scalar> LinkAcceleration<T> {
-    const ZERO: Self = Self { rate: Vec3::ZERO, angular: Vec3::ZERO, center: Vec3::ZERO };
 }
 
 impl<const NL: usize> Multibody<NL> {
     /// The control, near `guess`, that moves the rates of `state` to `goal` (bus rate and joint
-    /// rates) over one step of `integrator`.
+    /// rates) over one step of `integrator`, and the state it leads to.
     ///
-    /// Exact for Euler; for RK4 the error of the guess is divided by a factor that is small
-    /// like the change of the arm's geometry over the step. Cost: one inverse dynamics (Euler), or
-    /// one step and two (RK4).
+    /// Exact for Euler, where it is inverse dynamics. For RK4 inverse dynamics half way serves as
+    /// the derivative of a Newton iteration, stopped at an error of [`STEERING_ERROR`]; each
+    /// iteration divides the error by a factor like the inverse change of the arm's geometry over
+    /// the step. Cost: one step an iteration, one to three iterations.
     pub fn steer(
         &self,
         integrator: Integrator,
@@ -156,29 +195,36 @@ impl<const NL: usize> Multibody<NL> {
         goal: (&Vector3<f64>, &SVector<f64, NL>),
         guess: &Control<NL>,
         force: &Vector3<f64>,
-    ) -> Control<NL> {
+    ) -> (Control<NL>, State<NL>) {
         let mean = |rate: &Vector3<f64>, joint_rate: &SVector<f64, NL>| Acceleration {
             bus: (rate - state.rate) / dt,
             joint: (joint_rate - state.joint_rate) / dt,
         };
-        match integrator {
-            Integrator::Euler => self.torques(state, force, &mean(goal.0, goal.1)),
-            Integrator::Rk4 { .. } => {
-                let reached = self.step(integrator, dt, state, guess, force);
-                let middle = State {
-                    attitude: reached.attitude,
-                    joint_angle: (state.joint_angle + reached.joint_angle) * 0.5,
-                    rate: (state.rate + reached.rate) * 0.5,
-                    joint_rate: (state.joint_rate + reached.joint_rate) * 0.5,
-                };
-                let wanted = self.torques(&middle, force, &mean(goal.0, goal.1));
-                let got =
-                    self.torques(&middle, force, &mean(&reached.rate, &reached.joint_rate));
-                Control {
-                    bus_torque: guess.bus_torque + wanted.bus_torque - got.bus_torque,
-                    joint_torque: guess.joint_torque + wanted.joint_torque - got.joint_torque,
-                }
-            }
+        let wanted = mean(goal.0, goal.1);
+        let mut control = *guess;
+        if integrator == Integrator::Euler {
+            control = self.torques(state, force, &wanted);
+            return (control, self.step(integrator, dt, state, &control, force));
         }
+        let mut reached = self.step(integrator, dt, state, &control, force);
+        for _ in 0..STEERING_ITERATIONS {
+            let error = (goal.0 - reached.rate).amax().max((goal.1 - reached.joint_rate).amax());
+            if error <= STEERING_ERROR {
+                break;
+            }
+            let middle = state.midway(&reached);
+            let needed = self.torques(&middle, force, &wanted);
+            let spent = self.torques(&middle, force, &mean(&reached.rate, &reached.joint_rate));
+            control.bus_torque += needed.bus_torque - spent.bus_torque;
+            control.joint_torque += needed.joint_torque - spent.joint_torque;
+            reached = self.step(integrator, dt, state, &control, force);
+        }
+        (control, reached)
     }
 }
+
+/// Most iterations of [`Multibody::steer`].
+const STEERING_ITERATIONS: usize = 4;
+
+/// Error of a rate at which [`Multibody::steer`] stops [rad/s].
+const STEERING_ERROR: f64 = 1e-8;

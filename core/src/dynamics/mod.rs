@@ -10,7 +10,9 @@
 //! Two independent algorithms compute accelerations: [`Multibody`] by composite bodies (the
 //! planner's), [`articulated`] by articulated bodies in RTN axes (the verifier's).
 
+mod arm;
 pub mod articulated;
+mod curvature;
 mod forward;
 mod inverse;
 mod linear;
@@ -18,10 +20,11 @@ mod multibody;
 mod step;
 mod system;
 
+pub use curvature::TorqueCurvature;
 pub use linear::{AccelerationJacobian, ForceJacobian};
 pub use multibody::Multibody;
 pub use step::{Integrator, StepJacobian};
-pub use system::{EndEffectorPose, SystemState, SystemRates};
+pub use system::{EndEffectorPose, SystemRates, SystemState};
 
 use crate::math::quaternion;
 use nalgebra::{SVector, Vector3, Vector4};
@@ -47,6 +50,16 @@ impl<const NL: usize> State<NL> {
         rate: Vector3::new(0.0, 0.0, 0.0),
         joint_rate: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
     };
+
+    /// The state half way to `other`, a near one.
+    pub fn midway(&self, other: &Self) -> Self {
+        Self {
+            attitude: quaternion::normalized(&(self.attitude + other.attitude)),
+            joint_angle: (self.joint_angle + other.joint_angle) * 0.5,
+            rate: (self.rate + other.rate) * 0.5,
+            joint_rate: (self.joint_rate + other.joint_rate) * 0.5,
+        }
+    }
 
     /// Whether every component is a finite number.
     pub fn is_finite(&self) -> bool {

@@ -106,11 +106,7 @@ impl<const NL: usize> Multibody<NL> {
 
     /// A link's inertia applied to a vector in bus axes.
     #[inline]
-    pub(super) fn apply_inertia<T: Scalar>(
-        link: &Link,
-        pose: &LinkPose<T>,
-        v: Vec3<T>,
-    ) -> Vec3<T> {
+    pub(super) fn apply_inertia<T: Scalar>(link: &Link, pose: &LinkPose<T>, v: Vec3<T>) -> Vec3<T> {
         pose.rotation.apply(pose.rotation.apply_transposed(v).scale_each(&link.inertia))
     }
 

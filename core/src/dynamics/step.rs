@@ -102,7 +102,12 @@ impl<const NL: usize> Multibody<NL> {
                 let mut by_control = Sensitivity::<NL, NU>::ZERO;
                 for _ in 0..substeps {
                     x = self.rk4_substep_jacobian(
-                        &x, control, force, h, &mut by_state, &mut by_control,
+                        &x,
+                        control,
+                        force,
+                        h,
+                        &mut by_state,
+                        &mut by_control,
                     );
                 }
                 let jacobian = StepJacobian {
@@ -150,15 +155,13 @@ impl<const NL: usize> Multibody<NL> {
         force: &Vector3<f64>,
     ) -> (State<NL>, StepJacobian<NX, NU>) {
         let (acceleration, by) = self.acceleration_jacobian::<NX, NU>(x, control, force);
-        let rates =
-            Rates { attitude: quaternion::derivative(&x.attitude, &x.rate), acceleration };
+        let rates = Rates { attitude: quaternion::derivative(&x.attitude, &x.rate), acceleration };
         let next = x.advanced(x, &rates, dt).renormalized();
 
         // The attitude turns by the quaternion (dt/2 w, 1), which need not be of unit length.
         let half = x.rate * (0.5 * dt);
         let turn = quaternion::rotation_matrix(&Vector4::new(half.x, half.y, half.z, 1.0));
-        let by_rate =
-            (Matrix3::identity() + half.cross_matrix()) * (dt / (1.0 + half.dot(&half)));
+        let by_rate = (Matrix3::identity() + half.cross_matrix()) * (dt / (1.0 + half.dot(&half)));
         let mut state = SMatrix::<f64, NX, NX>::identity();
         state.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
         state.fixed_view_mut::<3, 3>(0, 3 + NL).copy_from(&by_rate);
@@ -198,7 +201,8 @@ impl<const NL: usize> Multibody<NL> {
         let (mut stage_state, mut stage_control) = (*by_state, *by_control);
         let (mut stage, mut sum) = (*x, *x);
         // Weight of each stage in the sum, and how far ahead the next stage stands.
-        for (weight, ahead) in [(h / 6.0, 0.5 * h), (h / 3.0, 0.5 * h), (h / 3.0, h), (h / 6.0, 0.0)]
+        for (weight, ahead) in
+            [(h / 6.0, 0.5 * h), (h / 3.0, 0.5 * h), (h / 3.0, h), (h / 6.0, 0.0)]
         {
             let (acceleration, by) = self.acceleration_jacobian::<NX, NU>(&stage, control, force);
             let attitude = quaternion::derivative(&stage.attitude, &stage.rate);

@@ -82,16 +82,11 @@ impl<const NL: usize> Multibody<NL> {
         let (offset, offset_rate) = self.center_of_mass(internal);
         let center = state.position + offset;
         let center_rate = state.velocity + offset_rate;
-        let center_of_mass = hcw_acceleration(self.mean_motion, &center, &center_rate)
-            + force / self.total_mass;
+        let center_of_mass =
+            hcw_acceleration(self.mean_motion, &center, &center_rate) + force / self.total_mass;
         let acceleration = self.acceleration(internal, control, force);
         let bus = center_of_mass - self.offset_acceleration(internal, &acceleration);
-        SystemRates {
-            bus,
-            center_of_mass,
-            rate: acceleration.bus,
-            joint_rate: acceleration.joint,
-        }
+        SystemRates { bus, center_of_mass, rate: acceleration.bus, joint_rate: acceleration.joint }
     }
 
     /// Second RTN derivative of the vector from the bus to the system's centre of mass [m/s^2].

@@ -80,6 +80,7 @@ impl<const L: usize> Sub for Dual<L> {
 impl<const L: usize> Mul for Dual<L> {
     type Output = Self;
     #[inline]
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule adds")]
     fn mul(self, other: Self) -> Self {
         let (x, y) = (self.value, other.value);
         self.zip(other, x * y, |a, b| a * y + b * x)

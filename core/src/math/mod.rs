@@ -7,11 +7,15 @@
 
 mod cholesky;
 mod dual;
+mod eigen;
+mod lanes;
 pub mod quaternion;
 mod scalar;
 mod spatial;
 
 pub use cholesky::{NotPositiveDefinite, cholesky_in_place, cholesky_solve_in_place};
 pub use dual::Dual;
+pub use eigen::project_positive;
+pub use lanes::Lanes;
 pub use scalar::Scalar;
 pub use spatial::{Mat3, Vec3};

@@ -31,6 +31,12 @@ impl<T: Scalar> Vec3<T> {
         Self([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])
     }
 
+    /// Product with a constant.
+    #[inline]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self([self.0[0] * factor, self.0[1] * factor, self.0[2] * factor])
+    }
+
     /// Component-wise product with constants: a diagonal matrix applied to the vector.
     #[inline]
     pub fn scale_each(self, factors: &Vector3<f64>) -> Self {
@@ -43,6 +49,12 @@ impl Vec3<f64> {
     #[inline]
     pub fn to_vector(self) -> Vector3<f64> {
         Vector3::from(self.0)
+    }
+
+    /// The same vector over another scalar.
+    #[inline]
+    pub fn lift<T: Scalar>(self) -> Vec3<T> {
+        Vec3(self.0.map(T::constant))
     }
 }
 
@@ -120,6 +132,31 @@ impl<T: Scalar> Mat3<T> {
         }))
     }
 
+    /// `[a x]`: the matrix of a vector product.
+    #[inline]
+    pub fn cross_matrix(a: Vec3<T>) -> Self {
+        let ([x, y, z], zero) = (a.0, T::ZERO);
+        Self([Vec3([zero, z, -y]), Vec3([-z, zero, x]), Vec3([y, -x, zero])])
+    }
+
+    /// `[b x] [a x]`: the matrix of two vector products in a row.
+    #[inline]
+    pub fn double_cross(b: Vec3<T>, a: Vec3<T>) -> Self {
+        let ([a0, a1, a2], [b0, b1, b2]) = (a.0, b.0);
+        let (p0, p1, p2) = (a0 * b0, a1 * b1, a2 * b2);
+        Self([
+            Vec3([-p1 - p2, a1 * b0, a2 * b0]),
+            Vec3([a0 * b1, -p2 - p0, a2 * b1]),
+            Vec3([a0 * b2, a1 * b2, -p0 - p1]),
+        ])
+    }
+
+    /// The outer product `a b^T`.
+    #[inline]
+    pub fn outer(a: Vec3<T>, b: Vec3<T>) -> Self {
+        Self(b.0.map(|factor| a * factor))
+    }
+
     /// Matrix times vector.
     #[inline]
     pub fn apply(&self, v: Vec3<T>) -> Vec3<T> {
@@ -146,10 +183,43 @@ impl<T: Scalar> Mat3<T> {
     }
 }
 
+impl Mat3<f64> {
+    /// The same matrix over another scalar.
+    #[inline]
+    pub fn lift<T: Scalar>(&self) -> Mat3<T> {
+        Mat3(self.0.map(Vec3::lift))
+    }
+}
+
+impl<T: Scalar> Add for Mat3<T> {
+    type Output = Self;
+    #[inline]
+    fn add(self, o: Self) -> Self {
+        Self([self.0[0] + o.0[0], self.0[1] + o.0[1], self.0[2] + o.0[2]])
+    }
+}
+
+impl<T: Scalar> AddAssign for Mat3<T> {
+    #[inline]
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use nalgebra::{Rotation3, Unit};
+
+    #[test]
+    fn matrices_of_vector_products() {
+        let (a, b) = (Vec3([1.0, -2.0, 0.5]), Vec3([0.3, 0.7, -1.1]));
+        let v = Vec3([-0.4, 2.0, 3.0]);
+        let difference = |x: Vec3<f64>, y: Vec3<f64>| (x - y).to_vector().norm();
+        assert!(difference(Mat3::cross_matrix(a).apply(v), a.cross(v)) < 1e-15);
+        assert!(difference(Mat3::double_cross(b, a).apply(v), b.cross(a.cross(v))) < 1e-14);
+        assert!(difference(Mat3::outer(a, b).apply(v), a * b.dot(v)) < 1e-14);
+    }
 
     #[test]
     fn rotation_agrees_with_nalgebra() {

@@ -182,7 +182,11 @@ impl Check {
             Self::positive(v[i], field)?;
         }
         let triangle = v.x + v.y >= v.z && v.y + v.z >= v.x && v.z + v.x >= v.y;
-        Self::that(triangle, field, "no body has such moments: each must be at most the sum of the other two")
+        Self::that(
+            triangle,
+            field,
+            "no body has such moments: each must be at most the sum of the other two",
+        )
     }
 }
 
@@ -264,8 +268,7 @@ impl<const NL: usize> Mission<NL> {
             "must lie in [0, 1]",
         )?;
         Check::that(
-            a.field_of_view_half_angle > 0.0
-                && a.field_of_view_half_angle <= core::f64::consts::PI,
+            a.field_of_view_half_angle > 0.0 && a.field_of_view_half_angle <= core::f64::consts::PI,
             "approach.field_of_view_half_angle",
             "must lie in (0, pi]",
         )?;

@@ -88,10 +88,7 @@ impl Target {
         let rate = |q: &Vector4<f64>, w: &Vector3<f64>| {
             let relative = quaternion::rotation_matrix(q) * w - Vector3::new(0.0, 0.0, n);
             let momentum = self.inertia.component_mul(w);
-            (
-                quaternion::derivative(q, &relative),
-                -w.cross(&momentum).component_div(&self.inertia),
-            )
+            (quaternion::derivative(q, &relative), -w.cross(&momentum).component_div(&self.inertia))
         };
         let (q1, w1) = rate(q, w);
         let (q2, w2) = rate(&(q + q1 * (0.5 * h)), &(w + w1 * (0.5 * h)));

@@ -68,6 +68,8 @@ impl<const NX: usize, const NU: usize, const NR: usize> Stage<NX, NU, NR> {
 pub struct Qp<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
     /// The nodes in order.
     pub stages: [Stage<NX, NU, NR>; N],
+    /// Constant part of the objective.
+    pub constant: f64,
     /// Weight of the L1 norm of the dynamics' slack; infinite where they are hard.
     pub defect_weight: f64,
     /// Weight of the soft rows' violation.
@@ -76,12 +78,16 @@ pub struct Qp<const N: usize, const NX: usize, const NU: usize, const NR: usize>
 
 impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX, NU, NR> {
     /// Storage, to be filled.
-    pub const ZERO: Self =
-        Self { stages: [Stage::ZERO; N], defect_weight: f64::INFINITY, row_weight: 0.0 };
+    pub const ZERO: Self = Self {
+        stages: [Stage::ZERO; N],
+        constant: 0.0,
+        defect_weight: f64::INFINITY,
+        row_weight: 0.0,
+    };
 
     /// Smooth part of the objective at `point`.
     pub fn cost(&self, point: &Solution<N, NX, NU, NR>) -> f64 {
-        let mut sum = 0.0;
+        let mut sum = self.constant;
         for (k, stage) in self.stages.iter().enumerate() {
             let x = &point.x[k];
             sum += 0.5 * x.dot(&(stage.hessian_xx * x)) + stage.gradient_x.dot(x);
@@ -93,6 +99,14 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX
             }
         }
         sum
+    }
+
+    /// Derivative of the smooth part at the origin along `point`.
+    pub fn slope(&self, point: &Solution<N, NX, NU, NR>) -> f64 {
+        let term = |(k, stage): (usize, &Stage<NX, NU, NR>)| {
+            stage.gradient_x.dot(&point.x[k]) + stage.gradient_u.dot(&point.u[k])
+        };
+        self.stages.iter().enumerate().map(term).sum()
     }
 
     /// L1 norm of the dynamics' slack at `point`.
@@ -124,6 +138,11 @@ pub struct Solution<const N: usize, const NX: usize, const NU: usize, const NR: 
     pub u: [SVector<f64, NU>; N],
     /// Multipliers of the dynamics `A x + B u + c + xi - x+ = 0`; the last is zero.
     pub defect_multiplier: [SVector<f64, NX>; N],
+    /// Multipliers of the states' bounds: positive at an upper, negative at a lower one, either
+    /// where pinned.
+    pub bound_multiplier_x: [SVector<f64, NX>; N],
+    /// Multipliers of the controls' bounds; the last is zero.
+    pub bound_multiplier_u: [SVector<f64, NU>; N],
     /// Multipliers of the soft rows, from zero to `row_weight`.
     pub row_multiplier: [SVector<f64, NR>; N],
 }
@@ -134,6 +153,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution
         x: [zeros(); N],
         u: [zeros(); N],
         defect_multiplier: [zeros(); N],
+        bound_multiplier_x: [zeros(); N],
+        bound_multiplier_u: [zeros(); N],
         row_multiplier: [zeros(); N],
     };
 
@@ -143,6 +164,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution
         self.x.iter().all(|v| finite(v.as_slice()))
             && self.u.iter().all(|v| finite(v.as_slice()))
             && self.defect_multiplier.iter().all(|v| finite(v.as_slice()))
+            && self.bound_multiplier_x.iter().all(|v| finite(v.as_slice()))
+            && self.bound_multiplier_u.iter().all(|v| finite(v.as_slice()))
             && self.row_multiplier.iter().all(|v| finite(v.as_slice()))
     }
 }

@@ -14,6 +14,7 @@
 //! change between the subproblems of one plan. With a finite `defect_weight` the program is
 //! feasible whenever the boxes are not empty; an infinite one makes the dynamics hard (`xi = 0`).
 
+mod convexify;
 mod data;
 mod solver;
 

@@ -12,6 +12,10 @@ pub struct Residuals<const N: usize, const NX: usize, const NR: usize> {
     pub defect: [SVector<f64, NX>; N],
     /// Soft rows `h(x_k) <= 0`, scaled.
     pub row: [SVector<f64, NR>; N],
+    /// Defects up to these do not count in the merit: a fraction of their tolerances.
+    pub ignored_defect: SVector<f64, NX>,
+    /// The same for the rows.
+    pub ignored_row: SVector<f64, NR>,
 }
 
 impl<const N: usize, const NX: usize, const NR: usize> Residuals<N, NX, NR> {
@@ -20,15 +24,26 @@ impl<const N: usize, const NX: usize, const NR: usize> Residuals<N, NX, NR> {
         cost: 0.0,
         defect: [SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NX]; 1])); N],
         row: [SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NR]; 1])); N],
+        ignored_defect: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NX]; 1])),
+        ignored_row: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NR]; 1])),
     };
 
-    /// L1 norm of defects and violated rows. NaN where any of them is.
+    /// L1 norm of what defects and rows exceed the ignored by. NaN where any of them is.
     pub fn penalty(&self) -> f64 {
-        let defects: f64 = self.defect.iter().map(|d| d.abs().sum()).sum();
         // `f64::max` would drop a NaN.
-        let violated = |h: &f64| if *h <= 0.0 { 0.0 } else { *h };
-        let rows: f64 = self.row.iter().flat_map(|r| r.iter()).map(violated).sum();
-        defects + rows
+        let beyond = |value: f64, ignored: f64| {
+            if value <= ignored { 0.0 } else { value - ignored }
+        };
+        let mut sum = 0.0;
+        for k in 0..N {
+            for i in 0..NX {
+                sum += beyond(self.defect[k][i].abs(), self.ignored_defect[i]);
+            }
+            for i in 0..NR {
+                sum += beyond(self.row[k][i], self.ignored_row[i]);
+            }
+        }
+        sum
     }
 }
 

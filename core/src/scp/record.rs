@@ -14,7 +14,9 @@ pub struct IterationRecord {
     pub penalty: f64,
     /// Actual decrease of the merit.
     pub actual: f64,
-    /// Decrease the subproblem predicted.
+    /// Decrease the subproblem promised for its whole step.
+    pub promised: f64,
+    /// Decrease it predicts for the step taken.
     pub predicted: f64,
     /// `actual / predicted`.
     pub ratio: f64,
@@ -22,6 +24,8 @@ pub struct IterationRecord {
     pub radius: f64,
     /// Length of the step, in the same unit.
     pub step: f64,
+    /// Share of the subproblem's step that was tried last: the line search's result.
+    pub length: f64,
     /// Penalty weight `w`.
     pub weight: f64,
     /// Worst violation of the trial over its tolerance.

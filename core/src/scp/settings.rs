@@ -36,7 +36,10 @@ pub struct Settings {
     /// The weight grows by this factor where a subproblem pays for violations that its trust
     /// region would let it remove. Default 4; above 1.
     pub weight_growth: f64,
-    /// Below this ratio a second-order correction is tried. Default 0.7.
+    /// Curvature enters once the weighted penalty is below this multiple of the cost: before, the
+    /// multipliers say more about the penalty than about the optimum. Default 100; not negative.
+    pub curvature_below: f64,
+    /// Below this ratio a second-order correction may be tried. Default 0.3; `[0, 1]`.
     pub correct_below: f64,
     /// Most corrections an iteration. Default 2.
     pub max_corrections: u32,
@@ -59,7 +62,8 @@ impl Default for Settings {
             weight: 10.0,
             max_weight: 1e6,
             weight_growth: 4.0,
-            correct_below: 0.7,
+            curvature_below: 100.0,
+            correct_below: 0.3,
             max_corrections: 2,
         }
     }
@@ -123,6 +127,7 @@ impl Settings {
                 "finite and at least weight",
             ),
             (self.weight_growth > 1.0 && finite(self.weight_growth), "weight_growth", "above 1"),
+            (self.curvature_below >= 0.0, "curvature_below", "not negative"),
             ((0.0..=1.0).contains(&self.correct_below), "correct_below", "in [0, 1]"),
         ];
         match checks.into_iter().find(|(ok, _, _)| !ok) {
@@ -157,6 +162,7 @@ mod tests {
         assert_eq!(named(|s| s.weight = 0.0), "weight");
         assert_eq!(named(|s| s.max_weight = 1.0), "max_weight");
         assert_eq!(named(|s| s.weight_growth = 0.5), "weight_growth");
+        assert_eq!(named(|s| s.curvature_below = f64::NAN), "curvature_below");
         assert_eq!(named(|s| s.correct_below = 2.0), "correct_below");
     }
 }

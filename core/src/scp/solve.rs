@@ -28,6 +28,15 @@ impl Status {
     pub fn code(self) -> u32 {
         self as u32
     }
+
+    /// The status of a loop whose subproblem could not be solved.
+    pub fn of_failed(subproblem: QpStatus) -> Self {
+        match subproblem {
+            QpStatus::Infeasible | QpStatus::AlmostInfeasible => Self::Infeasible,
+            QpStatus::TimeLimit => Self::Deadline,
+            _ => Self::NumericalFailure,
+        }
+    }
 }
 
 /// What a solve reports besides trajectory and log.
@@ -57,6 +66,7 @@ pub struct Workspace<T, const N: usize, const NX: usize, const NU: usize, const 
     correction: Solution<N, NX, NU, NR>,
     residuals: Residuals<N, NX, NR>,
     trial_residuals: Residuals<N, NX, NR>,
+    searched: Residuals<N, NX, NR>,
     /// The subproblem's `c` and row offsets before corrections.
     c: [SVector<f64, NX>; N],
     row_offset: [SVector<f64, NR>; N],
@@ -78,6 +88,7 @@ impl<T: Copy, const N: usize, const NX: usize, const NU: usize, const NR: usize>
             correction: Solution::ZERO,
             residuals: Residuals::ZERO,
             trial_residuals: Residuals::ZERO,
+            searched: Residuals::ZERO,
             c: [crate::qp::zeros(); N],
             row_offset: [crate::qp::zeros(); N],
             log: Log::new(),
@@ -111,6 +122,9 @@ where
     let mut fresh = true;
     let mut have_multipliers = false;
 
+    if !(w.residuals.cost + w.residuals.penalty()).is_finite() {
+        return outcome;
+    }
     if settings.stop_when_feasible && outcome.violation <= 1.0 {
         outcome.status = Status::Solved;
         return outcome;
@@ -118,7 +132,9 @@ where
     while outcome.iterations < settings.max_iterations {
         let started = clock.seconds();
         if fresh {
-            let multipliers = have_multipliers.then_some(&w.step);
+            let near =
+                weight * w.residuals.penalty() <= settings.curvature_below * w.residuals.cost;
+            let multipliers = (have_multipliers && near).then_some(&w.step);
             problem.linearise(&w.trajectory, multipliers, &mut w.qp);
         }
         if w.qp.defect_weight.is_finite() {
@@ -136,6 +152,7 @@ where
             qp_iterations: solved.iterations,
             qp_status: solved.status,
             qp_time_s: clock.seconds() - before_qp,
+            length: 1.0,
             ..Default::default()
         };
         if !solved.status.is_usable() {
@@ -144,7 +161,7 @@ where
             fresh = false;
             radius *= settings.shrink * settings.shrink;
             if radius < settings.min_radius {
-                outcome.status = failure(solved.status);
+                outcome.status = Status::of_failed(solved.status);
                 return outcome;
             }
             continue;
@@ -152,19 +169,27 @@ where
         have_multipliers = true;
 
         let merit = w.residuals.cost + weight * w.residuals.penalty();
-        let slack = w.qp.row_violation(&w.step)
-            + if w.qp.defect_weight.is_finite() { w.qp.defect_norm(&w.step) } else { 0.0 };
-        record.predicted = weight * w.residuals.penalty() - w.qp.cost(&w.step) - weight * slack;
+        let slack = linear_penalty(&w.qp, &w.step);
+        record.promised = weight * w.residuals.penalty() - w.qp.cost(&w.step) - weight * slack;
+        record.predicted = record.promised;
         record.step = problem.step_length(&w.step);
         problem.retract(&w.trajectory, &w.qp, &w.step, &mut w.trial);
         problem.residuals(&w.trial, &mut w.trial_residuals);
         record.actual = merit - w.trial_residuals.cost - weight * w.trial_residuals.penalty();
         record.ratio = ratio(&record, merit);
 
-        if record.ratio < settings.correct_below && settings.max_corrections > 0 {
+        // Corrections mend linearised constraints, the line search a cost that is not quadratic:
+        // which of them is to blame decides.
+        let excess = weight * (w.trial_residuals.penalty() - slack);
+        let missing = record.predicted - record.actual;
+        if record.ratio < settings.correct_below
+            && settings.max_corrections > 0
+            && !(excess < 0.5 * missing)
+        {
             correct(problem, solver, settings, clock, w, merit, weight, &mut record);
             outcome.corrections += record.corrections as usize;
         }
+        search(problem, w, merit, weight, &mut record);
 
         record.cost = w.trial_residuals.cost;
         record.penalty = w.trial_residuals.penalty();
@@ -179,11 +204,10 @@ where
         record.time_s = clock.seconds() - started;
         let _ = w.log.push(record);
 
-        if record.accepted && outcome.violation <= 1.0 {
-            if settings.stop_when_feasible || settled(&record, settings, merit) {
-                outcome.status = Status::Solved;
-                return outcome;
-            }
+        let done = settings.stop_when_feasible || settled(&record, settings, merit);
+        if record.accepted && outcome.violation <= 1.0 && done {
+            outcome.status = Status::Solved;
+            return outcome;
         }
         let interior = record.step < 0.99 * radius;
         if record.ratio < settings.shrink_below {
@@ -193,7 +217,8 @@ where
         }
         if radius < settings.min_radius {
             // The model can't predict even tiny steps: no progress is possible from here.
-            break;
+            outcome.status = Status::NumericalFailure;
+            return outcome;
         }
         if record.accepted && interior && weight * slack > 1e-6 * merit.abs().max(1e-3) {
             weight = (settings.weight_growth * weight).min(settings.max_weight);
@@ -244,15 +269,13 @@ fn correct<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usi
             break;
         }
         problem.retract(&w.trajectory, &w.qp, &w.correction, &mut w.corrected);
-        // Residuals of the corrected trial; restored below if it is no better.
-        let (cost, penalty) = (w.trial_residuals.cost, w.trial_residuals.penalty());
-        problem.residuals(&w.corrected, &mut w.trial_residuals);
-        let actual = merit - w.trial_residuals.cost - weight * w.trial_residuals.penalty();
-        if !(actual > merit - cost - weight * penalty) {
-            problem.residuals(&w.trial, &mut w.trial_residuals);
+        problem.residuals(&w.corrected, &mut w.searched);
+        let actual = merit - w.searched.cost - weight * w.searched.penalty();
+        if !(actual > record.actual) {
             break;
         }
         mem::swap(&mut w.trial, &mut w.corrected);
+        mem::swap(&mut w.trial_residuals, &mut w.searched);
         at_step = false;
         record.actual = actual;
         record.step = problem.step_length(&w.correction);
@@ -262,9 +285,70 @@ fn correct<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usi
         w.qp.stages[k].c = w.c[k];
         w.qp.stages[k].row_offset = w.row_offset[k];
     }
-    if !at_step {
-        mem::swap(&mut w.step, &mut w.correction);
+}
+
+/// Line search along the step, by the non-linear model alone: one parabola through the slope and
+/// the trial tells where to try again, shorter where the step delivered less than promised,
+/// longer where it delivered more. Keeps the best trial.
+fn search<P, const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    problem: &P,
+    w: &mut Workspace<P::Trajectory, N, NX, NU, NR>,
+    merit: f64,
+    weight: f64,
+    record: &mut IterationRecord,
+) where
+    P: Problem<N, NX, NU, NR>,
+{
+    if (WELL_PREDICTED.0..=WELL_PREDICTED.1).contains(&record.ratio) {
+        return;
     }
+    // Decrease along the step as the subproblem sees it: slope t - curvature t^2 / 2.
+    let slope =
+        weight * (w.residuals.penalty() - linear_penalty(&w.qp, &w.step)) - w.qp.slope(&w.step);
+    let curvature = 2.0 * (slope - record.promised);
+    let (full, mut length) = (record.step, 1.0);
+    let mut fitted = record.actual;
+    for _ in 0..MAX_SEARCHES {
+        // Vertex of the parabola with this slope through the last trial.
+        let bend = slope * length - fitted;
+        let vertex =
+            if bend > 0.0 { slope * length * length / (2.0 * bend) } else { f64::INFINITY };
+        length = vertex.clamp(0.1 * length, 2.0 * length);
+        for k in 0..N {
+            w.correction.x[k] = w.step.x[k] * length;
+            w.correction.u[k] = w.step.u[k] * length;
+        }
+        problem.retract(&w.trajectory, &w.qp, &w.correction, &mut w.corrected);
+        problem.residuals(&w.corrected, &mut w.searched);
+        fitted = merit - w.searched.cost - weight * w.searched.penalty();
+        if fitted > record.actual {
+            mem::swap(&mut w.trial, &mut w.corrected);
+            mem::swap(&mut w.trial_residuals, &mut w.searched);
+            record.actual = fitted;
+            record.length = length;
+            record.step = full * length;
+            record.predicted = length * (slope - 0.5 * curvature * length);
+            record.ratio = ratio(record, merit);
+        }
+        if !(record.actual <= 0.0) {
+            return;
+        }
+    }
+}
+
+/// Ratios at which no line search is needed.
+const WELL_PREDICTED: (f64, f64) = (0.8, 1.2);
+
+/// Most trials of a line search; it ends at the first decrease.
+const MAX_SEARCHES: usize = 3;
+
+/// What the linearised constraints leave violated at `step`, with the subproblem's slacks.
+fn linear_penalty<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    qp: &Qp<N, NX, NU, NR>,
+    step: &Solution<N, NX, NU, NR>,
+) -> f64 {
+    let defects = if qp.defect_weight.is_finite() { qp.defect_norm(step) } else { 0.0 };
+    qp.row_violation(step) + defects
 }
 
 /// Actual over predicted decrease; NaN and steps that lead nowhere count as bad, decreases lost in
@@ -282,14 +366,6 @@ fn ratio(record: &IterationRecord, merit: f64) -> f64 {
 fn settled(record: &IterationRecord, settings: &Settings, merit: f64) -> bool {
     let small = settings.settle * merit.abs();
     record.actual.abs() <= small
-        && record.predicted.abs() <= small
+        && record.promised.abs() <= small
         && record.step < 0.99 * record.radius
-}
-
-fn failure(status: QpStatus) -> Status {
-    match status {
-        QpStatus::Infeasible | QpStatus::AlmostInfeasible => Status::Infeasible,
-        QpStatus::TimeLimit => Status::Deadline,
-        _ => Status::NumericalFailure,
-    }
 }

@@ -173,6 +173,7 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
         qp: &mut Qp<N, NX, NU, NR>,
     ) {
         qp.defect_weight = f64::INFINITY;
+        qp.constant = 0.0;
         let [r, v, f] = SCALE;
         let unit = f / self.max_force;
         let effort = 2.0 * COST_SCALE * self.force_weight * unit * unit;

@@ -107,8 +107,7 @@ pub fn verify_translation<const N: usize, const NL: usize>(
     let error = |position: Vector3<f64>, velocity: Vector3<f64>| {
         worse(worst(position.as_slice()), worst((velocity / RATE_SCALE).as_slice()))
     };
-    let mut dynamics =
-        error(t.position[0] - scenario.position, t.velocity[0] - scenario.velocity);
+    let mut dynamics = error(t.position[0] - scenario.position, t.velocity[0] - scenario.velocity);
     let (mut keep_out, mut control) = (0.0, 0.0);
     let dt = mission.approach.duration / (N - 1) as f64;
     for k in 0..N - 1 {
@@ -122,16 +121,8 @@ pub fn verify_translation<const N: usize, const NL: usize>(
     let capture = mission.servicer.capture_geometry();
     let goal = quaternion::rotation_matrix(&last.attitude)
         * (mission.target.port_position + mission.target.port_normal * capture.reach);
-    let at_goal = error(
-        t.position[N - 1] - goal,
-        t.velocity[N - 1] - last.rate.cross(&goal),
-    );
-    Residuals {
-        dynamics1: worse(dynamics, at_goal),
-        keep_out,
-        control,
-        ..Default::default()
-    }
+    let at_goal = error(t.position[N - 1] - goal, t.velocity[N - 1] - last.rate.cross(&goal));
+    Residuals { dynamics1: worse(dynamics, at_goal), keep_out, control, ..Default::default() }
 }
 
 fn tumble<const N: usize, const NL: usize>(
@@ -306,8 +297,7 @@ impl<const N: usize, const NL: usize> Checked<'_, N, NL> {
     fn terminal(&self, out: &mut Residuals) {
         let servicer = &self.mission.servicer;
         let preset = (N - 1).saturating_sub(self.mission.approach.preset_lead);
-        let angles =
-            self.reorientation.states[preset].joint_angle - servicer.capture_joint_angle;
+        let angles = self.reorientation.states[preset].joint_angle - servicer.capture_joint_angle;
         out.preset = worst(angles.as_slice());
         for state in &self.reorientation.states[preset..] {
             out.preset = worse(out.preset, worst((state.joint_rate / RATE_SCALE).as_slice()));

@@ -350,8 +350,7 @@ impl Built {
         let (mut q, mut b) = (Vec::new(), Vec::new());
         fill(&layout.q, qp, &mut q);
         fill(&layout.b, qp, &mut b);
-        let solver =
-            DefaultSolver::new(&p_matrix, &q, &a_matrix, &b, &cones, settings()?).ok()?;
+        let solver = DefaultSolver::new(&p_matrix, &q, &a_matrix, &b, &cones, settings()?).ok()?;
         Some(Self { layout, solver, values: Vec::new() })
     }
 
@@ -386,11 +385,24 @@ impl Built {
                 }
             }
         }
-        let first_row = self.layout.b.iter().position(|s| matches!(s, Source::RowOffset(..)));
-        let first_row = first_row.unwrap_or(0);
         for k in 0..N {
-            for i in 0..NR {
-                out.row_multiplier[k][i] = solution.z[first_row + k * NR + i];
+            out.bound_multiplier_x[k].fill(0.0);
+            out.bound_multiplier_u[k].fill(0.0);
+        }
+        for (source, z) in self.layout.b.iter().zip(&solution.z) {
+            let (k, i, multiplier) = match *source {
+                Source::Upper(k, i) => (k, i, *z),
+                Source::Lower(k, i) => (k, i, -*z),
+                Source::RowOffset(k, i) => {
+                    out.row_multiplier[k][i] = *z;
+                    continue;
+                }
+                _ => continue,
+            };
+            if i < NX {
+                out.bound_multiplier_x[k][i] += multiplier;
+            } else {
+                out.bound_multiplier_u[k][i - NX] += multiplier;
             }
         }
     }

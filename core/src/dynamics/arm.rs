@@ -1,0 +1,127 @@
+//! The arm's geometry at one set of joint angles: all that its mass properties and motion need.
+
+use super::{Multibody, State};
+use crate::math::{Mat3, Vec3};
+use nalgebra::Vector3;
+
+/// One link and what lies beyond its joint, bus axes.
+#[derive(Clone, Copy)]
+pub(super) struct ArmLink {
+    /// Joint axis.
+    pub axis: Vec3<f64>,
+    /// From the joint before (the bus centre of mass for the first link) to this joint [m].
+    pub lever: Vec3<f64>,
+    /// From the joint to the link's centre of mass [m].
+    pub offset: Vec3<f64>,
+    /// Mass of the link [kg].
+    pub mass: f64,
+    /// Second mass moment of the link, the integral of `s s^T`, about its centre [kg m^2].
+    pub second_moment: Mat3<f64>,
+    /// This link and all beyond it, about the joint.
+    pub beyond: MassMoments,
+    /// Linear momentum of all that for unit joint rate [kg m].
+    pub momentum: Vec3<f64>,
+}
+
+/// Mass moments about some point, bus axes.
+#[derive(Clone, Copy)]
+pub(super) struct MassMoments {
+    /// Mass [kg].
+    pub mass: f64,
+    /// First moment [kg m].
+    pub first: Vec3<f64>,
+    /// Second moment, the integral of `s s^T` [kg m^2].
+    pub second: Mat3<f64>,
+}
+
+/// The arm at one set of joint angles.
+#[derive(Clone, Copy)]
+pub(super) struct Arm<const NL: usize> {
+    pub links: [ArmLink; NL],
+    /// The whole arm about the bus centre of mass.
+    pub whole: MassMoments,
+}
+
+impl MassMoments {
+    const ZERO: Self = Self { mass: 0.0, first: Vec3::ZERO, second: Mat3([Vec3::ZERO; 3]) };
+
+    /// Adds a body by its moments about its own centre, which is at `center`.
+    #[inline]
+    fn add(&mut self, mass: f64, second: &Mat3<f64>, center: Vec3<f64>) {
+        let first = center.scaled(mass);
+        self.mass += mass;
+        self.first += first;
+        self.second += *second + Mat3::outer(center, first);
+    }
+
+    /// The same about a point that stands at `-lever`.
+    #[inline]
+    fn moved(&self, lever: Vec3<f64>) -> Self {
+        let first = self.first + lever.scaled(self.mass);
+        let second = self.second + Mat3::outer(lever, first) + Mat3::outer(self.first, lever);
+        Self { mass: self.mass, first, second }
+    }
+
+    /// Moment of inertia applied to a vector: `(tr S) v - S v`.
+    #[inline]
+    pub(super) fn inertia(&self, v: Vec3<f64>) -> Vec3<f64> {
+        let Mat3([x, y, z]) = self.second;
+        v.scaled(x.0[0] + y.0[1] + z.0[2]) - self.second.apply(v)
+    }
+}
+
+/// Second mass moments along a body's principal axes from its moments of inertia.
+#[inline]
+pub(super) fn second_moments(inertia: &Vector3<f64>) -> Vector3<f64> {
+    let half_trace = 0.5 * (inertia.x + inertia.y + inertia.z);
+    Vector3::new(half_trace - inertia.x, half_trace - inertia.y, half_trace - inertia.z)
+}
+
+/// `R diag(moments) R^T`.
+#[inline]
+fn turned(rotation: &Mat3<f64>, moments: &Vector3<f64>) -> Mat3<f64> {
+    let Mat3([x, y, z]) = *rotation;
+    let (mx, my, mz) = (x.scaled(moments.x), y.scaled(moments.y), z.scaled(moments.z));
+    Mat3::outer(mx, x) + Mat3::outer(my, y) + Mat3::outer(mz, z)
+}
+
+impl<const NL: usize> Multibody<NL> {
+    /// The arm in `state`. Cost: about 250 flops a link and a sine and cosine.
+    #[inline]
+    pub(super) fn arm(&self, state: &State<NL>) -> Arm<NL> {
+        let poses = self.link_poses(&Self::angles(&state.joint_angle));
+        let mut links = [ArmLink::ZERO; NL];
+        let mut beyond = MassMoments::ZERO;
+        for i in (0..NL).rev() {
+            let (link, pose) = (&self.links[i], &poses[i]);
+            let before = if i == 0 { Vec3::ZERO } else { poses[i - 1].joint };
+            let lever = pose.joint - before;
+            let offset = pose.center - pose.joint;
+            let second_moment = turned(&pose.rotation, &second_moments(&link.inertia));
+            beyond.add(link.mass, &second_moment, offset);
+            links[i] = ArmLink {
+                axis: pose.axis,
+                lever,
+                offset,
+                mass: link.mass,
+                second_moment,
+                beyond,
+                momentum: pose.axis.cross(beyond.first),
+            };
+            beyond = beyond.moved(lever);
+        }
+        Arm { links, whole: beyond }
+    }
+}
+
+impl ArmLink {
+    const ZERO: Self = Self {
+        axis: Vec3::ZERO,
+        lever: Vec3::ZERO,
+        offset: Vec3::ZERO,
+        mass: 0.0,
+        second_moment: Mat3([Vec3::ZERO; 3]),
+        beyond: MassMoments::ZERO,
+        momentum: Vec3::ZERO,
+    };
+}

@@ -1,0 +1,152 @@
+//! The step of Stage 2: along the dynamics.
+
+use super::{NR, Reorientation, ReorientationTrajectory};
+use crate::dynamics::{Control, State};
+use crate::math::quaternion;
+use crate::qp::{Qp, Solution};
+use nalgebra::{SVector, Vector3};
+
+/// Share of a drift from the planned pose that the next rate makes up for. One would be deadbeat
+/// for Euler and ring for RK4, whose zero-order hold has a zero on the unit circle.
+const TRACKING: f64 = 0.6;
+
+/// A change of pose to be made up by the rates of the whole approach.
+pub(super) struct RateOffset<const NL: usize> {
+    /// Turn of the bus, RTN [rad].
+    pub turn: Vector3<f64>,
+    /// Joint angles [rad].
+    pub joint: SVector<f64, NL>,
+}
+
+impl<const NL: usize> RateOffset<NL> {
+    /// No change.
+    pub const ZERO: Self = Self {
+        turn: Vector3::new(0.0, 0.0, 0.0),
+        joint: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
+    };
+}
+
+impl<const N: usize, const NL: usize, const NX: usize, const NU: usize>
+    Reorientation<'_, N, NL, NX, NU>
+{
+    /// Share of a pose offset that the rates of node `k` carry, of those free up to node `end`: a
+    /// parabola, so that it starts and ends without a jump.
+    fn bump(&self, k: usize, end: usize) -> f64 {
+        if k == 0 || k >= end {
+            return 0.0;
+        }
+        let (k, n) = (k as f64, end as f64);
+        // The sum of k (n - k) from 1 to n - 1 is n (n^2 - 1) / 6.
+        6.0 * k * (n - k) / (n * (n * n - 1.0)) / self.dt
+    }
+
+    /// By how much `state` at node `k` has left the pose that `step` leads to.
+    fn drift(
+        &self,
+        k: usize,
+        from: &ReorientationTrajectory<N, NL>,
+        step: &Solution<N, NX, NU, NR>,
+        state: &State<NL>,
+    ) -> RateOffset<NL> {
+        let d = step.x[k].component_mul(&self.scale_x);
+        let turn = self.axes(k) * Vector3::new(d[0], d[1], d[2]);
+        let planned = quaternion::product(&quaternion::exp(&turn), &from.states[k].attitude);
+        let joint = from.states[k].joint_angle;
+        RateOffset {
+            turn: quaternion::difference(&state.attitude, &planned),
+            joint: SVector::from_fn(|i, _| state.joint_angle[i] - joint[i] - d[3 + i]),
+        }
+    }
+
+    /// The trajectory that follows the rates of `step` from the initial state, by the non-linear
+    /// dynamics; returns by how much it misses the pinned poses.
+    ///
+    /// Node by node the control is the one that reaches the planned rates (less the slack the
+    /// subproblem paid for), and the next state is where it leads: a step along the dynamics, on
+    /// which only what is pinned or at a limit leaves a defect.
+    pub(super) fn roll_out(
+        &self,
+        from: &ReorientationTrajectory<N, NL>,
+        qp: &Qp<N, NX, NU, NR>,
+        step: &Solution<N, NX, NU, NR>,
+        offset: &RateOffset<NL>,
+        to: &mut ReorientationTrajectory<N, NL>,
+    ) -> RateOffset<NL> {
+        let servicer = &self.mission.servicer;
+        let mut gap = RateOffset::<NL>::ZERO;
+        to.states[0] = from.states[0];
+        for k in 0..N - 1 {
+            let slack = qp.slack(step, k).component_mul(&self.scale_x);
+            let at = &from.states[k + 1];
+            let d = step.x[k + 1].component_mul(&self.scale_x);
+            let limit = servicer.max_joint_rate;
+            let drift = self.drift(k, from, step, &to.states[k]);
+            let turning = match k + 2 < N {
+                true => offset.turn * self.bump(k + 1, N - 1) - drift.turn * (TRACKING / self.dt),
+                false => Vector3::zeros(),
+            };
+            let bending = match k + 1 < self.preset {
+                true => {
+                    offset.joint * self.bump(k + 1, self.preset)
+                        - drift.joint * (TRACKING / self.dt)
+                }
+                false => SVector::zeros(),
+            };
+            let rate = Vector3::from_fn(|i, _| at.rate[i] + d[3 + NL + i] + turning[i]);
+            let joint_rate = SVector::<f64, NL>::from_fn(|i, _| {
+                (at.joint_rate[i] + d[6 + NL + i] + bending[i]).clamp(-limit, limit)
+            });
+            let goal = (
+                &Vector3::from_fn(|i, _| rate[i] - slack[3 + NL + i]),
+                &SVector::<f64, NL>::from_fn(|i, _| joint_rate[i] - slack[6 + NL + i]),
+            );
+            let d = step.u[k].component_mul(&self.scale_u);
+            let control = &from.controls[k];
+            let guess = Control {
+                bus_torque: Vector3::from_fn(|i, _| control.bus_torque[i] + d[i]),
+                joint_torque: SVector::from_fn(|i, _| control.joint_torque[i] + d[3 + i]),
+            };
+            let state = &to.states[k];
+            let force = &self.translation.force[k];
+            let (control, mut next) =
+                self.body.steer(self.integrator, self.dt, state, goal, &guess, force);
+            let clipped = self.within_limits(&control);
+            if clipped != control {
+                next = self.body.step(self.integrator, self.dt, state, &clipped, force);
+            }
+
+            let turn = self.axes(k + 1) * Vector3::new(slack[0], slack[1], slack[2]);
+            next.attitude = quaternion::product(&quaternion::exp(&turn), &next.attitude);
+            for i in 0..NL {
+                next.joint_angle[i] += slack[3 + i];
+                next.joint_rate[i] = (next.joint_rate[i] + slack[6 + NL + i]).clamp(-limit, limit);
+            }
+            for i in 0..3 {
+                next.rate[i] += slack[3 + NL + i];
+            }
+            if k + 1 == self.preset {
+                gap.joint = next.joint_angle - servicer.capture_joint_angle;
+                next.joint_angle = servicer.capture_joint_angle;
+            }
+            if k + 1 >= self.preset {
+                next.joint_rate.fill(0.0);
+            }
+            if k + 2 == N {
+                next.rate = self.terminal_rate;
+                let arm = quaternion::rotation_matrix(&next.attitude) * self.arm;
+                let turn = quaternion::between(&arm, &self.approach);
+                gap.turn = -quaternion::log(&turn);
+                next.attitude = quaternion::product(&turn, &next.attitude);
+            }
+            for i in 0..NL {
+                let limit = servicer.max_joint_angle[i];
+                next.joint_angle[i] = next.joint_angle[i].clamp(-limit, limit);
+            }
+            next.attitude = quaternion::normalized(&next.attitude);
+            to.states[k + 1] = next;
+            to.controls[k] = clipped;
+        }
+        to.controls[N - 1] = Control::ZERO;
+        gap
+    }
+}

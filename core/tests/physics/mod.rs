@@ -1,0 +1,224 @@
+//! Cases and the reference that the dynamics are checked against.
+
+use nalgebra::{Quaternion, SVector, Unit, UnitQuaternion, Vector3, Vector4};
+use proptest::prelude::*;
+use remora_core::dynamics::{Acceleration, Control, Integrator, Multibody, State};
+use remora_core::math::quaternion;
+use remora_core::model::{Link, Mission, Orbit, Servicer};
+
+/// A servicer in an orbit, in some state, under some load. `NX` and `NU` are the sizes of state and
+/// control that go with `NL` links.
+#[derive(Clone, Debug)]
+pub struct Case<const NL: usize, const NX: usize, const NU: usize> {
+    pub servicer: Servicer<NL>,
+    pub mean_motion: f64,
+    pub state: State<NL>,
+    pub control: Control<NL>,
+    pub force: Vector3<f64>,
+}
+
+impl<const NL: usize, const NX: usize, const NU: usize> Case<NL, NX, NU> {
+    pub fn body(&self) -> Multibody<NL> {
+        let Mission { target, approach, weights, tolerances, .. } = Mission::default();
+        let orbit = Orbit {
+            gravitational_parameter: self.mean_motion * self.mean_motion,
+            semi_major_axis: 1.0,
+            ..Orbit::default()
+        };
+        let servicer = self.servicer;
+        Multibody::new(&Mission { orbit, target, servicer, approach, weights, tolerances })
+    }
+
+    /// Accelerations, bus first.
+    pub fn acceleration(&self) -> SVector<f64, NU> {
+        stacked(&self.body().acceleration(&self.state, &self.control, &self.force))
+    }
+
+    pub fn stepped(&self, integrator: Integrator, dt: f64) -> Self {
+        let state = self.body().step(integrator, dt, &self.state, &self.control, &self.force);
+        Self { state, ..self.clone() }
+    }
+
+    /// The state moved by `amount` along tangent direction `[dtheta, alpha, rate, joint_rate]`.
+    pub fn with_state_moved(&self, direction: usize, amount: f64) -> Self {
+        let mut moved = self.clone();
+        let state = &mut moved.state;
+        match direction {
+            j if j < 3 => {
+                let turn = quaternion::exp(&Vector3::ith(j, amount));
+                state.attitude = quaternion::product(&turn, &state.attitude);
+            }
+            j if j < 3 + NL => state.joint_angle[j - 3] += amount,
+            j if j < 6 + NL => state.rate[j - 3 - NL] += amount,
+            j => state.joint_rate[j - 6 - NL] += amount,
+        }
+        moved
+    }
+
+    pub fn with_control_moved(&self, direction: usize, amount: f64) -> Self {
+        let mut moved = self.clone();
+        match direction {
+            j if j < 3 => moved.control.bus_torque[j] += amount,
+            j => moved.control.joint_torque[j - 3] += amount,
+        }
+        moved
+    }
+
+    pub fn with_force_moved(&self, direction: usize, amount: f64) -> Self {
+        let mut moved = self.clone();
+        moved.force[direction] += amount;
+        moved
+    }
+}
+
+pub fn stacked<const NL: usize, const NU: usize>(a: &Acceleration<NL>) -> SVector<f64, NU> {
+    SVector::from_iterator(a.bus.iter().chain(a.joint.iter()).copied())
+}
+
+fn vector(limit: f64) -> impl Strategy<Value = Vector3<f64>> {
+    prop::array::uniform3(-limit..limit).prop_map(Vector3::from)
+}
+
+fn joints<const NL: usize>(limit: f64) -> impl Strategy<Value = SVector<f64, NL>> {
+    prop::array::uniform::<_, NL>(-limit..limit).prop_map(SVector::from)
+}
+
+fn unit_vector() -> impl Strategy<Value = Vector3<f64>> {
+    vector(1.0).prop_filter("not near zero", |v| v.norm() > 0.1).prop_map(|v| v.normalize())
+}
+
+fn attitude() -> impl Strategy<Value = Vector4<f64>> {
+    prop::array::uniform4(-1.0..1.0)
+        .prop_map(Vector4::from)
+        .prop_filter("not near zero", |q| q.norm() > 0.1)
+        .prop_map(|q| quaternion::normalized(&q))
+}
+
+/// Moments that a body can have: none above the sum of the other two.
+fn moments(low: f64, high: f64) -> impl Strategy<Value = Vector3<f64>> {
+    prop::array::uniform3(low..high).prop_map(|[a, b, c]| Vector3::new(b + c, c + a, a + b))
+}
+
+fn link() -> impl Strategy<Value = Link> {
+    (vector(0.8), vector(0.4), 5.0..20.0, moments(0.2, 1.0), unit_vector()).prop_map(
+        |(tip, center_of_mass, mass, inertia, axis)| Link {
+            tip,
+            center_of_mass,
+            mass,
+            inertia,
+            axis,
+        },
+    )
+}
+
+fn servicer<const NL: usize>() -> impl Strategy<Value = Servicer<NL>> {
+    let links = prop::array::uniform::<_, NL>(link());
+    (100.0..500.0, moments(10.0, 40.0), vector(0.5), links).prop_map(
+        |(bus_mass, bus_inertia, arm_base, links)| Servicer {
+            bus_mass,
+            bus_inertia,
+            boresight: Vector3::z(),
+            arm_base,
+            links,
+            max_joint_angle: SVector::repeat(3.0),
+            max_joint_rate: 1.0,
+            initial_joint_angle: SVector::zeros(),
+            capture_joint_angle: SVector::zeros(),
+            max_force: 1.0,
+            max_bus_torque: 1.0,
+            max_joint_torque: 1.0,
+        },
+    )
+}
+
+fn state<const NL: usize>(rate: f64, joint_rate: f64) -> impl Strategy<Value = State<NL>> {
+    (attitude(), joints(3.0), vector(rate), joints(joint_rate)).prop_map(
+        |(attitude, joint_angle, rate, joint_rate)| State {
+            attitude,
+            joint_angle,
+            rate,
+            joint_rate,
+        },
+    )
+}
+
+fn control<const NL: usize>(bus: f64, joint: f64) -> impl Strategy<Value = Control<NL>> {
+    (vector(bus), joints(joint))
+        .prop_map(|(bus_torque, joint_torque)| Control { bus_torque, joint_torque })
+}
+
+/// A lively arm: all terms of the equations are of comparable size, and things happen in seconds.
+pub fn lively<const NL: usize, const NX: usize, const NU: usize>()
+-> impl Strategy<Value = Case<NL, NX, NU>> {
+    (servicer(), 0.0..0.2, state(0.3, 0.5), control(5.0, 0.5), vector(5.0)).prop_map(
+        |(servicer, mean_motion, state, control, force)| Case {
+            servicer,
+            mean_motion,
+            state,
+            control,
+            force,
+        },
+    )
+}
+
+/// The mission's own servicer and orbit, at the magnitudes its plans have.
+pub fn on_mission() -> impl Strategy<Value = Case<3, 12, 6>> {
+    (state(2e-3, 5e-3), control(5e-4, 5e-4), vector(0.05)).prop_map(|(state, control, force)| {
+        let (servicer, mean_motion) = (Servicer::default(), Orbit::default().mean_motion());
+        Case { servicer, mean_motion, state, control, force }
+    })
+}
+
+/// RTN axes, relative to the bus centre of mass; the velocity relative to RTN.
+pub struct Point {
+    pub mass: f64,
+    pub position: Vector3<f64>,
+    pub velocity: Vector3<f64>,
+}
+
+/// The servicer as point masses: six a body, in pairs along its principal axes.
+pub fn cloud<const NL: usize>(servicer: &Servicer<NL>, state: &State<NL>) -> Vec<Point> {
+    let mut points = Vec::new();
+    let mut add = |mass: f64, inertia: Vector3<f64>, turn, center, velocity, rate: Vector3<f64>| {
+        // The second moments along the axes that these moments of inertia come from.
+        let spread = Vector3::repeat(inertia.sum() / 2.0) - inertia;
+        for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0), (2, 1.0), (2, -1.0)] {
+            let arm = turn * Vector3::ith(axis, sign * (3.0 * spread[axis] / mass).sqrt());
+            let (position, velocity) = (center + arm, velocity + rate.cross(&arm));
+            points.push(Point { mass: mass / 6.0, position, velocity });
+        }
+    };
+    let mut turn = UnitQuaternion::new_normalize(Quaternion::from(state.attitude));
+    let (mut rate, origin) = (state.rate, Vector3::zeros());
+    add(servicer.bus_mass, servicer.bus_inertia, turn, origin, origin, rate);
+    let mut joint = turn * servicer.arm_base;
+    let mut joint_velocity = rate.cross(&joint);
+    for (i, link) in servicer.links.iter().enumerate() {
+        rate += turn * link.axis * state.joint_rate[i];
+        let axis = Unit::new_unchecked(link.axis);
+        turn *= UnitQuaternion::from_axis_angle(&axis, state.joint_angle[i]);
+        let (center, tip) = (turn * link.center_of_mass, turn * link.tip);
+        let velocity = joint_velocity + rate.cross(&center);
+        add(link.mass, link.inertia, turn, joint + center, velocity, rate);
+        joint += tip;
+        joint_velocity += rate.cross(&tip);
+    }
+    points
+}
+
+/// Mass-weighted mean of something over the cloud.
+pub fn mean(cloud: &[Point], what: impl Fn(&Point) -> Vector3<f64>) -> Vector3<f64> {
+    let mass: f64 = cloud.iter().map(|p| p.mass).sum();
+    cloud.iter().map(|p| what(p) * (p.mass / mass)).sum()
+}
+
+/// The cloud seen from its own centre of mass, and that centre (from the bus).
+pub fn about_center(mut cloud: Vec<Point>) -> (Vec<Point>, Point) {
+    let (position, velocity) = (mean(&cloud, |p| p.position), mean(&cloud, |p| p.velocity));
+    for p in &mut cloud {
+        p.position -= position;
+        p.velocity -= velocity;
+    }
+    let mass = cloud.iter().map(|p| p.mass).sum();
+    (cloud, Point { mass, position, velocity })
+}

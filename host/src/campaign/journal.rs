@@ -1,0 +1,275 @@
+//! The journal: a header line that says what the campaign is, then one line a finished row.
+
+use super::Campaign;
+use super::fingerprint::{self, fingerprint};
+use crate::error::{Error, io_reason};
+use crate::formats::Row;
+use crate::method::{Integrator, Mode, Qp, WarmStart};
+use crate::planning;
+use serde::{Deserialize, Serialize};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// Name of the journal in the campaign's directory.
+pub const JOURNAL: &str = "journal.jsonl";
+
+const FORMAT: &str = "remora-journal/1";
+
+/// The journal's first line: all that the rows depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Header {
+    /// Format of the journal.
+    pub format: String,
+    /// Version of the program.
+    pub version: String,
+    /// Fingerprint of the program.
+    pub program: String,
+    /// Optimality or feasibility.
+    pub mode: Mode,
+    /// Start of Stage 2.
+    pub warm_start: WarmStart,
+    /// Solver of the subproblems.
+    pub qp: Qp,
+    /// Discretisation of Stage 2.
+    pub integrator: Integrator,
+    /// Whether plan files are written.
+    pub plans: bool,
+    /// Fingerprint of the planner's settings.
+    pub settings: String,
+    /// Fingerprint of the mission.
+    pub mission: String,
+    /// Fingerprint of the scenarios.
+    pub scenarios: String,
+}
+
+impl Header {
+    /// The header of a campaign.
+    pub fn new(campaign: &Campaign) -> Self {
+        let method = &campaign.method;
+        Self {
+            format: FORMAT.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            program: fingerprint::program(),
+            mode: method.mode,
+            warm_start: method.warm_start,
+            qp: method.qp,
+            integrator: method.integrator,
+            plans: campaign.save_plans,
+            settings: fingerprint(&planning::settings_text(method)),
+            mission: fingerprint(&campaign.mission),
+            scenarios: fingerprint(&campaign.scenarios),
+        }
+    }
+
+    /// The first difference from `begun`, as field and reason.
+    fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
+        let named = |now: &str, then: &str| format!("begun with {then}, not {now}");
+        let changed = |what: &str| format!("begun with {what}");
+        let yes = |plans: bool| if plans { "--plans" } else { "no --plans" };
+        let checks = [
+            ("version", self.version != begun.version, named(&self.version, &begun.version)),
+            ("program", self.program != begun.program, changed("another build of this program")),
+            ("mode", self.mode != begun.mode, named(self.mode.name(), begun.mode.name())),
+            (
+                "warm_start",
+                self.warm_start != begun.warm_start,
+                named(self.warm_start.name(), begun.warm_start.name()),
+            ),
+            ("qp", self.qp != begun.qp, named(self.qp.name(), begun.qp.name())),
+            (
+                "integrator",
+                self.integrator != begun.integrator,
+                named(&self.integrator.to_string(), &begun.integrator.to_string()),
+            ),
+            ("plans", self.plans != begun.plans, named(yes(self.plans), yes(begun.plans))),
+            ("settings", self.settings != begun.settings, changed("other planner settings")),
+            ("mission", self.mission != begun.mission, changed("another mission")),
+            ("scenarios", self.scenarios != begun.scenarios, changed("other scenarios")),
+        ];
+        checks.into_iter().find(|(_, differs, _)| *differs).map(|(field, _, reason)| {
+            (field, format!("this campaign was {reason}; choose another --out to start anew"))
+        })
+    }
+}
+
+/// An open journal, locked against other programs.
+pub(super) struct Journal {
+    path: PathBuf,
+    file: File,
+}
+
+impl Journal {
+    /// Refuses a journal of another campaign, without changing anything. There need not be one.
+    pub(super) fn look(path: &Path, header: &Header) -> Result<(), Error> {
+        match std::fs::read(path) {
+            Ok(bytes) => read_lines(path, &bytes, header).map(drop),
+            Err(_) => Ok(()),
+        }
+    }
+
+    /// Opens or begins the journal of a campaign, and reads the rows that are finished. A last
+    /// line that was torn by a kill is cut off.
+    pub(super) fn open(path: &Path, header: &Header) -> Result<(Self, Vec<Row>), Error> {
+        let failed = |cause: std::io::Error| Error::output(path, &cause);
+        let mut options = OpenOptions::new();
+        let options = options.read(true).write(true).create(true).truncate(false);
+        let mut file = options.open(path).map_err(failed)?;
+        file.try_lock().map_err(|error| match error {
+            TryLockError::WouldBlock => {
+                Error::input(path, "", "another campaign is running in this directory")
+            }
+            TryLockError::Error(cause) => failed(cause),
+        })?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(failed)?;
+        let (rows, whole) = read_lines(path, &bytes, header)?;
+        file.set_len(whole as u64).map_err(failed)?;
+        file.seek(SeekFrom::End(0)).map_err(failed)?;
+        let mut journal = Self { path: path.to_path_buf(), file };
+        if whole == 0 {
+            journal.write_line(header)?;
+        }
+        Ok((journal, rows))
+    }
+
+    /// Adds a finished row. The line is in the system's hands when this returns, so that only a
+    /// failure of the machine itself can lose it.
+    pub(super) fn append(&mut self, row: &Row) -> Result<(), Error> {
+        self.write_line(row)
+    }
+
+    fn write_line(&mut self, value: &impl Serialize) -> Result<(), Error> {
+        let write = || {
+            let mut line = serde_json::to_vec(value)?;
+            line.push(b'\n');
+            (&self.file).write_all(&line)
+        };
+        write()
+            .map_err(|cause| Error::Output { file: self.path.clone(), reason: io_reason(&cause) })
+    }
+}
+
+/// The rows of a journal, and the length of its whole lines. A last line that is not a row was
+/// torn and does not count; any other is an error.
+fn read_lines(path: &Path, bytes: &[u8], header: &Header) -> Result<(Vec<Row>, usize), Error> {
+    let mut lines = bytes.split_inclusive(|byte| *byte == b'\n').enumerate().peekable();
+    let (mut rows, mut whole) = (Vec::new(), 0);
+    while let Some((i, line)) = lines.next() {
+        let torn = lines.peek().is_none();
+        if torn && line.last() != Some(&b'\n') {
+            break;
+        }
+        if i == 0 {
+            let begun = serde_json::from_slice(line).map_err(|error| wrong(path, 1, &error))?;
+            agree(path, header, &begun)?;
+        } else {
+            match serde_json::from_slice(line) {
+                Ok(row) => rows.push(row),
+                Err(_) if torn => break,
+                Err(error) => return Err(wrong(path, i + 1, &error)),
+            }
+        }
+        whole += line.len();
+    }
+    Ok((rows, whole))
+}
+
+fn wrong(path: &Path, line: usize, error: &serde_json::Error) -> Error {
+    // The position that the parser adds is that within the line.
+    Error::input(path, format!("line {line}"), error.to_string())
+}
+
+/// Refuses to go on with a campaign that was begun with something else.
+fn agree(path: &Path, header: &Header, begun: &Header) -> Result<(), Error> {
+    if begun.format != FORMAT {
+        let reason = format!("unknown format {:?}: expected {FORMAT:?}", begun.format);
+        return Err(Error::input(path, "format", reason));
+    }
+    match header.difference(begun) {
+        Some((field, reason)) => Err(Error::input(path, field, reason)),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{PlanStatus, StageRow};
+    use crate::method::Method;
+    use remora_core::model::Mission;
+    use std::num::NonZeroUsize;
+
+    fn header() -> Header {
+        Header::new(&Campaign {
+            scenarios: Vec::new(),
+            mission: Mission::default(),
+            method: Method::default(),
+            jobs: NonZeroUsize::MIN,
+            save_plans: false,
+            csv: false,
+            out: PathBuf::new(),
+        })
+    }
+
+    fn row(scenario: &str) -> Row {
+        let stage = StageRow { iterations: 1, corrections: 0, cost: 0.1, time_s: 0.2 };
+        Row {
+            scenario: scenario.into(),
+            status: PlanStatus::Solved,
+            stage1: stage,
+            stage2: stage,
+            inference_s: 0.0,
+            residuals: [0.0; 11],
+        }
+    }
+
+    #[test]
+    fn rows_are_kept_and_a_torn_one_is_cut_off() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(JOURNAL);
+        let (mut journal, rows) = Journal::open(&path, &header()).unwrap();
+        assert_eq!(rows, []);
+        journal.append(&row("a")).unwrap();
+        journal.append(&row("b")).unwrap();
+        drop(journal);
+        let whole = std::fs::read(&path).unwrap();
+        for torn in ["{\"scenario\":\"c", "{\"scenario\":\"c\n", "\0\0\0\n", "\n"] {
+            std::fs::write(&path, [&whole, torn.as_bytes()].concat()).unwrap();
+            let (mut journal, rows) = Journal::open(&path, &header()).unwrap();
+            assert_eq!(rows, [row("a"), row("b")], "{torn:?}");
+            assert_eq!(std::fs::read(&path).unwrap(), whole, "{torn:?}");
+            journal.append(&row("c")).unwrap();
+            drop(journal);
+            let (_, rows) = Journal::open(&path, &header()).unwrap();
+            assert_eq!(rows.len(), 3, "{torn:?}");
+        }
+        // Anything else that is not a row is not the work of a kill.
+        let broken = String::from_utf8(whole).unwrap().replacen("\"a\"", "7", 1);
+        std::fs::write(&path, broken).unwrap();
+        let error = Journal::open(&path, &header()).err().unwrap().to_string();
+        assert!(error.contains("line 2: invalid type"), "{error}");
+    }
+
+    #[test]
+    fn a_torn_header_is_no_header() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(JOURNAL);
+        std::fs::write(&path, "{\"format\":").unwrap();
+        let (journal, rows) = Journal::open(&path, &header()).unwrap();
+        drop(journal);
+        assert_eq!(rows, []);
+        assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 1);
+        Journal::open(&path, &header()).unwrap();
+    }
+
+    #[test]
+    fn two_campaigns_do_not_share_a_directory() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(JOURNAL);
+        let (_journal, _) = Journal::open(&path, &header()).unwrap();
+        let error = Journal::open(&path, &header()).err().unwrap().to_string();
+        assert!(error.ends_with("another campaign is running in this directory"), "{error}");
+    }
+}

@@ -1,0 +1,82 @@
+//! `remora campaign`
+
+use super::Output;
+use super::options::{MethodArgs, MissionArgs, drawn};
+use super::progress::Bar;
+use crate::campaign::Campaign;
+use crate::draw::MAX_COUNT;
+use crate::error::Error;
+use crate::formats::ScenarioSet;
+use crate::report;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+/// Plan many scenarios over several threads; resumes what was interrupted.
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// Scenario set (*.scenarios.json)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["draw", "seed"])]
+    scenarios: Option<PathBuf>,
+    /// Draw so many scenarios instead; needs --seed
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    draw: Option<u64>,
+    /// Seed of the draw
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
+    #[command(flatten)]
+    mission: MissionArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    /// Worker threads [default: the machine's cores]
+    #[arg(long, value_name = "J")]
+    jobs: Option<NonZeroUsize>,
+    /// Write DIR/plans/ID.plan.json too
+    #[arg(long)]
+    plans: bool,
+    /// Write DIR/results.csv beside DIR/results.parquet
+    #[arg(long)]
+    csv: bool,
+    /// Directory of the results; made where it does not exist
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  remora campaign --scenarios a.scenarios.json --out runs/a
+  remora campaign --draw 300 --seed 1 --integrator euler --jobs 8 --plans --csv --out runs/b
+
+Interrupt it at any time: the same command goes on where it stopped. Results do not depend on the
+number of threads, but for times.
+
+Exit status: 0 all solved, 1 ran through but some were not solved, 2 bad input.";
+
+impl Args {
+    pub(super) fn run(self) -> Result<Output, Error> {
+        let mission = self.mission.mission()?;
+        let scenarios = match (&self.scenarios, self.draw, self.seed) {
+            (Some(file), _, _) => ScenarioSet::read(file)?,
+            (None, Some(count), Some(seed)) => drawn(count, seed, &mission)?,
+            (None, Some(_), None) => return Err(Error::argument("--draw", "needs --seed S")),
+            (None, None, Some(_)) => return Err(Error::argument("--seed", "needs --draw N")),
+            (None, None, None) => {
+                let reason = "one of --scenarios FILE and --draw N --seed S is needed";
+                return Err(Error::argument("campaign", reason));
+            }
+        };
+        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        let campaign = Campaign {
+            scenarios: scenarios.scenarios,
+            mission,
+            method: self.method.method(),
+            jobs: self.jobs.unwrap_or_else(cores),
+            save_plans: self.plans,
+            csv: self.csv,
+            out: self.out,
+        };
+        let results = campaign.run(&mut Bar::default())?;
+        let solved = results.summary.unsolved.is_empty();
+        Ok(Output::new(report::campaign_report(&results), solved))
+    }
+}

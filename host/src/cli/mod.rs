@@ -1,0 +1,125 @@
+//! The command line: parses, calls the library, prints. One file a command.
+
+mod campaign;
+mod check;
+mod draw;
+mod options;
+mod plan;
+mod progress;
+
+use crate::error::Error;
+use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
+use std::ffi::OsString;
+use std::io::Write;
+
+/// Plans how a free-flying servicer with a robot arm catches a tumbling object.
+///
+/// Without a command: plans the first of the built-in scenarios, as `remora plan` does.
+#[derive(Debug, Parser)]
+#[command(name = "remora", version, after_help = AFTER_HELP)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  remora                                            plan a built-in scenario
+  remora campaign --draw 300 --seed 1 --out runs/a  plan 300 drawn scenarios
+  remora check --scenarios a.scenarios.json a.plan.json
+
+Exit status: 0 done, 1 done but something was not solved or not feasible, 2 bad input.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Plan(plan::Args),
+    Campaign(campaign::Args),
+    Check(check::Args),
+    Draw(draw::Args),
+}
+
+/// How a command ended, where its inputs and outputs were sound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Exit {
+    Success,
+    /// It ran, but something was not solved or is not feasible.
+    Unsolved,
+}
+
+/// What a command prints, and how it ended.
+struct Output {
+    text: String,
+    exit: Exit,
+}
+
+impl Output {
+    fn new(text: String, success: bool) -> Self {
+        Self { text, exit: if success { Exit::Success } else { Exit::Unsolved } }
+    }
+}
+
+/// Runs the program with its arguments, the first of which is its name; returns the exit status:
+/// 0 done, 1 done but not solved or not feasible, 2 bad input (one line on standard error).
+pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
+    let parsed = Cli::try_parse_from(args).and_then(|cli| match cli.command {
+        Some(command) => Ok(command),
+        None => Ok(Command::Plan(plan::Args::from_arg_matches(&no_arguments()?)?)),
+    });
+    let command = match parsed {
+        Ok(command) => command,
+        Err(error) if !error.use_stderr() => {
+            // Help or version.
+            print(&error.to_string());
+            return 0;
+        }
+        Err(error) => return refuse(&usage_line(&error)),
+    };
+    match command.run() {
+        Ok(output) => {
+            print(&output.text);
+            match output.exit {
+                Exit::Success => 0,
+                Exit::Unsolved => 1,
+            }
+        }
+        Err(error) => refuse(&error.to_string()),
+    }
+}
+
+/// What `remora plan` without arguments parses to.
+fn no_arguments() -> Result<ArgMatches, clap::Error> {
+    plan::Args::augment_args(clap::Command::new("plan")).try_get_matches_from(["plan"])
+}
+
+impl Command {
+    fn run(self) -> Result<Output, Error> {
+        match self {
+            Self::Plan(args) => args.run(),
+            Self::Campaign(args) => args.run(),
+            Self::Check(args) => args.run(),
+            Self::Draw(args) => args.run(),
+        }
+    }
+}
+
+/// Writes to standard output. A reader that has gone away, such as `head`, is no error.
+fn print(text: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
+
+/// One line on standard error, whatever the message holds.
+fn refuse(message: &str) -> u8 {
+    let line: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let _ = writeln!(std::io::stderr(), "error: {line}");
+    2
+}
+
+/// The message of a usage error in one line, without the usage that follows it.
+fn usage_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let message = text.lines().take_while(|line| !line.trim().is_empty());
+    let words: Vec<&str> = message.map(str::trim).collect();
+    let line = words.join(" ");
+    line.strip_prefix("error: ").map(String::from).unwrap_or(line)
+}

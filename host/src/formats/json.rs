@@ -1,0 +1,224 @@
+//! Reading JSON with errors that name the field, and writing it a row a line.
+
+use crate::error::{Error, FieldError, io_reason};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use serde_json::ser::Formatter;
+use std::borrow::Cow;
+use std::io::{self, Write};
+use std::path::Path;
+
+#[derive(serde::Deserialize)]
+#[serde(expecting = "an object with a `format`")]
+struct Header<'a> {
+    #[serde(borrow)]
+    format: Option<Cow<'a, str>>,
+}
+
+/// Reads a whole text file.
+///
+/// # Errors
+/// The file with the reason why it cannot be read.
+pub fn read_text(file: &Path) -> Result<String, Error> {
+    std::fs::read_to_string(file).map_err(|cause| Error::input(file, "", io_reason(&cause)))
+}
+
+/// Parses a document whose `format` must be the one given.
+///
+/// # Errors
+/// The first field that cannot be understood.
+pub fn parse<T: DeserializeOwned + Serialize>(text: &str, format: &str) -> Result<T, FieldError> {
+    if text.trim_start().starts_with('[') {
+        return Err(FieldError::new("", "expected an object, not an array"));
+    }
+    let header: Header<'_> = deserialize(text)?;
+    check_format(header.format.as_deref(), format)?;
+    let document: T = deserialize(text)?;
+    let found = deserialize(text)?;
+    let failed = |error: serde_json::Error| FieldError::new("", error.to_string());
+    refuse_arrays(&found, &serde_json::to_value(&document).map_err(failed)?, "")?;
+    Ok(document)
+}
+
+/// Refuses arrays in the place of objects, which serde reads as their fields in order.
+fn refuse_arrays(found: &Value, understood: &Value, at: &str) -> Result<(), FieldError> {
+    match (found, understood) {
+        (Value::Array(_), Value::Object(_)) => {
+            Err(FieldError::new(at, "expected an object, not an array"))
+        }
+        (Value::Array(found), Value::Array(understood)) => found
+            .iter()
+            .zip(understood)
+            .enumerate()
+            .filter(|(_, (found, _))| found.is_array() || found.is_object())
+            .try_for_each(|(i, (f, u))| refuse_arrays(f, u, &format!("{at}[{i}]"))),
+        (Value::Object(found), Value::Object(understood)) => found
+            .iter()
+            .filter_map(|(key, value)| Some((key, value, understood.get(key)?)))
+            .try_for_each(|(key, f, u)| {
+                let dot = if at.is_empty() { "" } else { "." };
+                refuse_arrays(f, u, &format!("{at}{dot}{key}"))
+            }),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a `format` other than the one that is understood.
+pub(super) fn check_format(found: Option<&str>, expected: &str) -> Result<(), FieldError> {
+    match found {
+        Some(found) if found == expected => Ok(()),
+        Some(found) => {
+            let reason = format!("unknown format {found:?}: this reader understands {expected:?}");
+            Err(FieldError::new("format", reason))
+        }
+        None => Err(FieldError::new("format", format!("missing; expected {expected:?}"))),
+    }
+}
+
+fn deserialize<'a, T: serde::Deserialize<'a>>(text: &'a str) -> Result<T, FieldError> {
+    let mut reader = serde_json::Deserializer::from_str(text);
+    let value = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
+        let path = error.path().to_string();
+        // A syntax error leaves an unfinished path, which the line number replaces.
+        let named = path != "." && !path.contains('?');
+        FieldError::new(if named { path } else { String::new() }, error.inner().to_string())
+    })?;
+    reader.end().map_err(|error| FieldError::new("", error.to_string()))?;
+    Ok(value)
+}
+
+/// Serialises `value` with objects spread over lines and arrays of numbers on one line each.
+///
+/// Numbers are written with as many digits as it takes to read the same bits back; one that is
+/// not finite becomes `null`, which readers refuse.
+///
+/// # Errors
+/// Where a type cannot be JSON; none of this crate's is one.
+pub fn to_text<T: Serialize>(value: &T) -> Result<String, serde_json::Error> {
+    let mut bytes = Vec::new();
+    let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, Lines::default());
+    value.serialize(&mut serializer)?;
+    bytes.push(b'\n');
+    String::from_utf8(bytes).map_err(serde::ser::Error::custom)
+}
+
+/// Objects a member a line; a container within an array begins a line; other array elements
+/// follow each other.
+#[derive(Default)]
+struct Lines {
+    open: Vec<Container>,
+}
+
+struct Container {
+    is_array: bool,
+    has_lines: bool,
+}
+
+impl Lines {
+    fn line<W: ?Sized + Write>(&self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b"\n")?;
+        self.open.iter().try_for_each(|_| writer.write_all(b"  "))
+    }
+
+    fn begin<W: ?Sized + Write>(&mut self, writer: &mut W, is_array: bool) -> io::Result<()> {
+        let nested = self.open.last_mut().is_some_and(|outer| {
+            outer.has_lines |= outer.is_array;
+            outer.is_array
+        });
+        if nested {
+            self.line(writer)?;
+        }
+        self.open.push(Container { is_array, has_lines: false });
+        writer.write_all(if is_array { b"[" } else { b"{" })
+    }
+
+    fn end<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        let Some(closed) = self.open.pop() else { return Ok(()) };
+        if closed.has_lines {
+            self.line(writer)?;
+        }
+        writer.write_all(if closed.is_array { b"]" } else { b"}" })
+    }
+}
+
+impl Formatter for Lines {
+    fn begin_array<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.begin(writer, true)
+    }
+
+    fn end_array<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.end(writer)
+    }
+
+    fn begin_array_value<W: ?Sized + Write>(
+        &mut self,
+        writer: &mut W,
+        first: bool,
+    ) -> io::Result<()> {
+        writer.write_all(if first { b"" } else { b"," })
+    }
+
+    fn begin_object<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.begin(writer, false)
+    }
+
+    fn end_object<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        self.end(writer)
+    }
+
+    fn begin_object_key<W: ?Sized + Write>(
+        &mut self,
+        writer: &mut W,
+        first: bool,
+    ) -> io::Result<()> {
+        if !first {
+            writer.write_all(b",")?;
+        }
+        if let Some(object) = self.open.last_mut() {
+            object.has_lines = true;
+        }
+        self.line(writer)
+    }
+
+    fn begin_object_value<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
+        writer.write_all(b": ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_lines() {
+        let value = serde_json::json!({
+            "a": [[1.5, 2], [3, 4]], "b": [{"c": 1}, {"c": []}], "d": "e", "f": {},
+        });
+        let text = to_text(&value).unwrap();
+        let expected = "{\n  \"a\": [\n    [1.5,2],\n    [3,4]\n  ],\n  \"b\": [\n    {\n      \
+                        \"c\": 1\n    },\n    {\n      \"c\": []\n    }\n  ],\n  \"d\": \"e\",\n  \
+                        \"f\": {}\n}\n";
+        assert_eq!(text, expected);
+        assert_eq!(serde_json::from_str::<Value>(&text).unwrap(), value);
+    }
+
+    #[test]
+    fn numbers_come_back_bit_for_bit() {
+        let numbers = [0.1, 1e-300, 5e-324, -0.0, 1.0 / 3.0, 6.02e23, f64::MAX];
+        let text = to_text(&numbers).unwrap();
+        let back: [f64; 7] = serde_json::from_str(&text).unwrap();
+        assert_eq!(numbers.map(f64::to_bits), back.map(f64::to_bits));
+    }
+
+    #[test]
+    fn the_format_is_judged_before_the_fields() {
+        let parse = |text| parse::<Value>(text, "x/1").unwrap_err();
+        assert_eq!(parse(r#"{"format": "x/2", "new": 1}"#).field, "format");
+        assert!(parse(r#"{"new": 1}"#).reason.contains("missing"));
+        assert!(parse(" [1]").reason.contains("expected an object"));
+        assert!(parse("7").reason.contains("an object with a `format`"));
+        assert!(parse("{").reason.contains("line 1"));
+        assert!(parse(r#"{"format": "x/1"} 7"#).reason.contains("trailing"));
+    }
+}

@@ -1,0 +1,121 @@
+//! Writing files whole or not at all.
+
+use crate::error::Error;
+use std::ffi::OsString;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+const PARTIAL: &str = ".partial";
+
+/// The hidden file beside `file` that becomes it. The process number keeps two programs that
+/// write the same file apart.
+fn partial(file: &Path) -> Option<PathBuf> {
+    let mut name = OsString::from(".");
+    name.push(file.file_name()?);
+    name.push(format!(".{}{PARTIAL}", std::process::id()));
+    Some(file.with_file_name(name))
+}
+
+fn open(file: &Path) -> io::Result<(PathBuf, File)> {
+    let partial = partial(file).filter(|_| !ends_in_separator(file));
+    let partial = partial.ok_or_else(|| io::Error::other("is not a file name"))?;
+    if let Ok(existing) = fs::metadata(file) {
+        if existing.is_dir() {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        if !existing.is_file() {
+            // A device or a pipe must not be replaced by a file.
+            return Err(io::Error::other("is not a regular file"));
+        }
+    }
+    let handle = OpenOptions::new().write(true).create(true).truncate(true).open(&partial)?;
+    Ok((partial, handle))
+}
+
+fn ends_in_separator(file: &Path) -> bool {
+    file.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
+}
+
+/// Fails now if [`write_atomically`] could not write `file` later; leaves nothing behind. To be
+/// called before a long computation.
+///
+/// # Errors
+/// The file with the reason why it cannot be written.
+pub fn check_writable(file: &Path) -> Result<(), Error> {
+    let (partial, handle) = open(file).map_err(|cause| Error::output(file, &cause))?;
+    drop(handle);
+    fs::remove_file(partial).map_err(|cause| Error::output(file, &cause))
+}
+
+/// Writes `bytes` beside `file`, then renames: a reader sees the old file or the new one, never
+/// a part of it.
+///
+/// # Errors
+/// The file with the reason why it cannot be written; what was there before still is.
+pub fn write_atomically(file: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let write = || {
+        let (partial, mut handle) = open(file)?;
+        let written = handle
+            .write_all(bytes)
+            .and_then(|()| handle.sync_all())
+            .and_then(|()| fs::rename(&partial, file));
+        if written.is_err() {
+            let _ = fs::remove_file(&partial);
+        }
+        written
+    };
+    write().map_err(|cause| Error::output(file, &cause))
+}
+
+/// Removes what a killed program left half-written in `directory`. To be called only where no
+/// other program writes.
+pub fn remove_partials(directory: &Path) {
+    let Ok(entries) = fs::read_dir(directory) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with('.') && name.ends_with(PARTIAL) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_replaced_whole_and_nothing_is_left_beside_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("a.json");
+        check_writable(&file).unwrap();
+        assert!(!file.exists());
+        write_atomically(&file, b"one").unwrap();
+        write_atomically(&file, b"two").unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"two");
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn unwritable_paths_are_refused_beforehand() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("file");
+        write_atomically(&file, b"").unwrap();
+        let refused = |path: &Path| check_writable(path).unwrap_err().to_string();
+        assert!(refused(dir.path()).ends_with("is a directory"));
+        assert!(refused(&dir.path().join("none/a.json")).ends_with("no such file or directory"));
+        assert!(refused(&file.join("a.json")).ends_with("not a directory"));
+        assert!(refused(Path::new("/")).ends_with("is not a file name"));
+        assert!(refused(&dir.path().join("new/")).ends_with("is not a file name"));
+    }
+
+    #[test]
+    fn leftovers_are_removed() {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join(".a.json.77.partial"), b"{").unwrap();
+        fs::write(dir.path().join("a.json"), b"{}").unwrap();
+        remove_partials(dir.path());
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,188 @@
+//! From a scenario to a plan file: the only module that calls the core's planner.
+
+use crate::backend::ClarabelQp;
+use crate::error::Error;
+use crate::formats::{
+    self, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget, Row, StageEnd,
+};
+use crate::method::{Method, Qp, WarmStart};
+use remora_core::model::Mission;
+use remora_core::planner::{self, Options, Report, StageReport, Workspace};
+use remora_core::scp::{Clock, IterationRecord};
+use remora_core::stages::LINKS;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Stack of threads that plan [bytes]. The planner's large memory is on the heap; what is left
+/// needs less than the system's usual 8 MiB.
+pub const STACK_BYTES: usize = 8 << 20;
+
+/// The clock of a desktop: seconds since it was made.
+#[derive(Clone, Copy, Debug)]
+pub struct WallClock(Instant);
+
+impl WallClock {
+    /// A clock that starts now.
+    pub fn start() -> Self {
+        Self(Instant::now())
+    }
+}
+
+impl Clock for WallClock {
+    fn seconds(&self) -> f64 {
+        self.0.elapsed().as_secs_f64()
+    }
+}
+
+/// A plan with what its file does not hold.
+#[derive(Clone, Debug)]
+pub struct Planned {
+    /// The plan.
+    pub file: PlanFile,
+    /// Second-order corrections of stages 1 and 2.
+    pub corrections: (u64, u64),
+    /// Iteration logs of stages 1 and 2.
+    pub logs: [Vec<IterationRecord>; 2],
+}
+
+impl Planned {
+    /// The campaign's row of this plan.
+    pub fn row(&self) -> Row {
+        Row::new(&self.file, self.corrections)
+    }
+}
+
+/// A planner with its memory, for one plan after the other. About 1 MiB on the heap, and as much
+/// again for the solvers.
+pub struct Planner {
+    workspace: Box<Workspace>,
+    translation: ClarabelQp,
+    reorientation: ClarabelQp,
+}
+
+impl Planner {
+    /// A planner that has planned nothing yet. To be called with [`STACK_BYTES`] of stack.
+    pub fn new() -> Self {
+        Self {
+            workspace: Box::new(Workspace::new()),
+            translation: ClarabelQp::default(),
+            reorientation: ClarabelQp::default(),
+        }
+    }
+
+    /// Plans one scenario. The result does not depend on what was planned before.
+    ///
+    /// Where the status is other than solved, the file holds the best iterate.
+    pub fn plan(
+        &mut self,
+        mission: &Mission<LINKS>,
+        scenario: &NamedScenario,
+        method: &Method,
+    ) -> Planned {
+        let report = self.run(mission, scenario, method);
+        let (one, two) = (&report.translation, &report.reorientation);
+        let file = PlanFile {
+            format: formats::PLAN_FORMAT.into(),
+            scenario: scenario.id.clone(),
+            status: report.status.into(),
+            mode: method.mode,
+            warm_start: method.warm_start.name().into(),
+            qp: method.qp.name().into(),
+            integrator: method.integrator,
+            stage1: PlanStage1::new(end(one), self.workspace.path()),
+            stage2: PlanStage2::new(end(two), 0.0, self.workspace.motion()),
+            target: PlanTarget::from(&self.workspace.target),
+            residuals: PlanResiduals::from(report.residuals),
+        };
+        let (log1, log2) = self.workspace.logs();
+        Planned {
+            file,
+            corrections: (one.outcome.corrections as u64, two.outcome.corrections as u64),
+            logs: [log1.to_vec(), log2.to_vec()],
+        }
+    }
+
+    /// The call into the core.
+    fn run(
+        &mut self,
+        mission: &Mission<LINKS>,
+        scenario: &NamedScenario,
+        method: &Method,
+    ) -> Report {
+        let options = options(method);
+        let Self { workspace, translation, reorientation } = self;
+        match (method.qp, method.warm_start) {
+            (Qp::Clarabel, WarmStart::Heuristic) => planner::plan(
+                mission,
+                &scenario.scenario(),
+                &options,
+                (translation, reorientation),
+                &WallClock::start(),
+                workspace,
+            ),
+        }
+    }
+}
+
+impl Default for Planner {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+fn end(stage: &StageReport) -> StageEnd {
+    StageEnd {
+        status: stage.outcome.status.into(),
+        iterations: stage.outcome.iterations as u64,
+        cost: stage.cost,
+        time_s: stage.time_s,
+    }
+}
+
+/// The core's options for a method.
+fn options(method: &Method) -> Options {
+    Options::new(method.mode.core(), method.integrator.core())
+}
+
+/// All settings that a method stands for, as text: two runs with the same text plan the same.
+pub fn settings_text(method: &Method) -> String {
+    format!("{:?}", options(method))
+}
+
+/// One plan to be made and written: the input of `remora plan`.
+#[derive(Clone, Debug)]
+pub struct PlanJob {
+    /// The scenario.
+    pub scenario: NamedScenario,
+    /// The mission; valid.
+    pub mission: Mission<LINKS>,
+    /// How to plan.
+    pub method: Method,
+    /// Where to write the plan.
+    pub out: PathBuf,
+}
+
+impl PlanJob {
+    /// Makes the plan and writes its file, whatever its status.
+    ///
+    /// # Errors
+    /// Where the file cannot be written; that is found out before planning.
+    pub fn run(&self) -> Result<Planned, Error> {
+        formats::check_writable(&self.out)?;
+        let plan = || Planner::new().plan(&self.mission, &self.scenario, &self.method);
+        let planned = on_large_stack(plan)?;
+        planned.file.write(&self.out)?;
+        Ok(planned)
+    }
+}
+
+/// Runs `work` on a thread with [`STACK_BYTES`] of stack, which the main thread may not have.
+fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Error> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new()
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, work)
+            .map_err(|cause| Error::Thread { reason: cause.to_string() })?;
+        thread.join().map_err(|_| Error::Thread { reason: "the planner stopped".into() })
+    })
+}

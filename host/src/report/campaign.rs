@@ -1,0 +1,96 @@
+//! What `remora campaign` prints.
+
+use super::{Align, Table, number, time};
+use crate::campaign::{Results, Statistics, Summary};
+use std::fmt::Write;
+
+/// Success rate, statistics, ids that were not solved, files.
+pub fn campaign_report(results: &Results) -> String {
+    let summary = &results.summary;
+    let mut out = format!(
+        "{} scenarios: {} solved ({:.2} %)\n{} mode, {} start, {}, {}\n",
+        summary.scenarios,
+        summary.solved,
+        100.0 * summary.success_rate,
+        summary.mode.name(),
+        summary.warm_start.name(),
+        summary.integrator,
+        summary.qp.name(),
+    );
+    for (status, count) in &summary.by_status {
+        let _ = writeln!(out, "  {status:<18} {count:>6}");
+    }
+    let _ = writeln!(out, "\n{}", statistics(summary));
+    if !summary.unsolved.is_empty() {
+        let _ = writeln!(out, "not solved:\n{}", wrapped(&summary.unsolved));
+    }
+    let run = &summary.run;
+    let _ = write!(out, "{} planned in {}", run.planned, time(run.wall_s));
+    if run.resumed > 0 {
+        let _ = write!(out, ", {} taken from the journal", run.resumed);
+    }
+    out.push('\n');
+    for file in &results.files {
+        let _ = writeln!(out, "written: {}", file.display());
+    }
+    out
+}
+
+fn statistics(summary: &Summary) -> Table {
+    let right = Align::Right;
+    let mut table = Table::new([
+        ("", Align::Left),
+        ("mean", right),
+        ("std", right),
+        ("median", right),
+        ("p99", right),
+        ("max", right),
+    ]);
+    let mut row = |name: &str, s: &Statistics, show: fn(f64) -> String| {
+        let [mean, std, median, p99, max] = [s.mean, s.std, s.median, s.p99, s.max].map(show);
+        table.row([name.into(), mean, std, median, p99, max]);
+    };
+    let (one, two) = (&summary.stage1, &summary.stage2);
+    row("stage 1 iterations", &one.iterations, number);
+    row("stage 1 corrections", &one.corrections, number);
+    row("stage 1 time", &one.time_s, time);
+    row("stage 1 cost (solved)", &one.cost, number);
+    row("stage 2 iterations", &two.iterations, number);
+    row("stage 2 corrections", &two.corrections, number);
+    row("stage 2 time", &two.time_s, time);
+    if summary.inference_s.max > 0.0 {
+        row("  of it inference", &summary.inference_s, time);
+    }
+    row("stage 2 cost (solved)", &two.cost, number);
+    table
+}
+
+/// Words in lines of at most 100 columns.
+fn wrapped(words: &[String]) -> String {
+    let mut out = String::new();
+    let mut column = 0;
+    for word in words {
+        if column > 0 && column + 1 + word.len() > 98 {
+            out.push('\n');
+            column = 0;
+        }
+        let space = if column == 0 { "  " } else { " " };
+        out.push_str(space);
+        out.push_str(word);
+        column += 1 + word.len();
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lists_are_wrapped() {
+        let ids: Vec<String> = (0..50).map(|i| format!("s1-{i:03}")).collect();
+        let text = wrapped(&ids);
+        assert!(text.lines().all(|line| line.len() <= 100 && line.starts_with("  s1-")));
+        assert_eq!(text.split_whitespace().count(), 50);
+    }
+}

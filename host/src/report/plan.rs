@@ -1,0 +1,124 @@
+//! What `remora plan` prints.
+
+use super::{Align, Table, number, residual_table, time};
+use crate::formats::PlanStatus;
+use crate::planning::Planned;
+use remora_core::model::Tolerances;
+use remora_core::scp::IterationRecord;
+use std::path::Path;
+
+/// Stages, residuals and the path of the file.
+pub fn plan_report(planned: &Planned, tolerances: &Tolerances, file: &Path) -> String {
+    let plan = &planned.file;
+    let (one, two) = (&plan.stage1, &plan.stage2);
+    let mut stages = Table::new([
+        ("stage", Align::Left),
+        ("status", Align::Left),
+        ("iterations", Align::Right),
+        ("corrections", Align::Right),
+        ("cost", Align::Right),
+        ("time", Align::Right),
+    ]);
+    let mut stage = |name: &str, status: PlanStatus, counts: [u64; 2], cost: f64, time_s: f64| {
+        let [iterations, corrections] = counts.map(|n| n.to_string());
+        let cells = [name.into(), status.to_string(), iterations, corrections, number(cost)];
+        let [name, status, iterations, corrections, cost] = cells;
+        stages.row([name, status, iterations, corrections, cost, time(time_s)]);
+    };
+    let (c1, c2) = planned.corrections;
+    stage("1 translation", one.status, [one.iterations, c1], one.cost, one.time_s);
+    stage("2 reorientation", two.status, [two.iterations, c2], two.cost, two.time_s);
+    format!(
+        "scenario {}: {}\n{} mode, {} start, {}, {}\n\n{stages}\n{}\nwritten: {}\n",
+        plan.scenario,
+        plan.status,
+        plan.mode.name(),
+        plan.warm_start,
+        plan.integrator,
+        plan.qp,
+        residual_table(&plan.residuals, tolerances),
+        file.display(),
+    )
+}
+
+/// The iteration log of a stage, a line an iteration.
+pub fn iteration_log(title: &str, log: &[IterationRecord]) -> String {
+    let right = Align::Right;
+    let mut table = Table::new([
+        ("it", right),
+        ("cost", right),
+        ("penalty", right),
+        ("ratio", right),
+        ("radius", right),
+        ("weight", right),
+        ("worst", right),
+        ("", Align::Left),
+        ("QP it", right),
+        ("corr", right),
+        ("QP status", Align::Left),
+        ("time", right),
+    ]);
+    for (i, record) in log.iter().enumerate() {
+        table.row([
+            (i + 1).to_string(),
+            number(record.cost),
+            format!("{:.1e}", record.penalty),
+            ratio(record.ratio),
+            format!("{:.1e}", record.radius),
+            format!("{:.0e}", record.weight),
+            format!("{:.1e}", record.violation),
+            if record.accepted { "+" } else { "-" }.into(),
+            record.qp_iterations.to_string(),
+            record.corrections.to_string(),
+            words(&format!("{:?}", record.qp_status)),
+            time(record.time_s),
+        ]);
+    }
+    format!("{title} (+ step taken; worst: largest violation over its tolerance)\n{table}\n")
+}
+
+fn ratio(ratio: f64) -> String {
+    if ratio.abs() < 1000.0 { format!("{ratio:.3}") } else { format!("{ratio:.1e}") }
+}
+
+/// `ReducedAccuracy` as `reduced accuracy`.
+fn words(camel: &str) -> String {
+    let mut out = String::new();
+    for c in camel.chars() {
+        if c.is_uppercase() && !out.is_empty() {
+            out.push(' ');
+        }
+        out.extend(c.to_lowercase());
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_statuses_become_words() {
+        assert_eq!(words("ReducedAccuracy"), "reduced accuracy");
+        assert_eq!(words("Solved"), "solved");
+    }
+
+    #[test]
+    fn the_log_fits_a_hundred_columns() {
+        let record = IterationRecord {
+            cost: -1.234e-12,
+            penalty: 1.5e-10,
+            ratio: -1000.5,
+            radius: 1e-3,
+            weight: 1e6,
+            violation: 1e10,
+            accepted: true,
+            qp_iterations: 300,
+            qp_status: remora_core::qp::QpStatus::NumericalFailure,
+            time_s: 0.1234,
+            ..Default::default()
+        };
+        let text = iteration_log("Stage 1", &[record]);
+        assert!(text.lines().all(|line| line.len() <= 100), "{text}");
+    }
+}

@@ -1,0 +1,70 @@
+//! Plain text tables.
+
+use std::fmt;
+
+/// How a column is aligned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Align {
+    /// To the left: words.
+    Left,
+    /// To the right: numbers.
+    Right,
+}
+
+/// A table: a head, a rule, the rows; columns as wide as they need, two spaces apart.
+#[derive(Clone, Debug)]
+pub struct Table {
+    head: Vec<(String, Align)>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// An empty table with a head.
+    pub fn new<const N: usize>(head: [(&str, Align); N]) -> Self {
+        Self { head: head.map(|(name, align)| (name.to_string(), align)).into(), rows: Vec::new() }
+    }
+
+    /// Adds a row; cells beyond the head are dropped.
+    pub fn row<const N: usize>(&mut self, cells: [String; N]) {
+        self.rows.push(cells.into());
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let head: Vec<String> = self.head.iter().map(|(name, _)| name.clone()).collect();
+        let width = |i: usize| {
+            let cells = self.rows.iter().chain([&head]).filter_map(|row| row.get(i));
+            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..head.len()).map(width).collect();
+        let line = |cells: &[String]| {
+            let columns = cells.iter().zip(&widths).zip(&self.head);
+            let cells: Vec<String> = columns
+                .map(|((cell, width), (_, align))| match align {
+                    Align::Left => format!("{cell:<width$}"),
+                    Align::Right => format!("{cell:>width$}"),
+                })
+                .collect();
+            cells.join("  ").trim_end().to_string()
+        };
+        writeln!(f, "{}", line(&head))?;
+        let total = widths.iter().sum::<usize>() + 2 * widths.len().saturating_sub(1);
+        writeln!(f, "{}", "-".repeat(total))?;
+        self.rows.iter().try_for_each(|row| writeln!(f, "{}", line(row)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_line_up() {
+        let mut table = Table::new([("name", Align::Left), ("n", Align::Right), ("", Align::Left)]);
+        table.row(["a".into(), "1".into(), "ok".into()]);
+        table.row(["longer".into(), "1000".into(), String::new()]);
+        let expected = "name       n\n----------------\na          1  ok\nlonger  1000\n";
+        assert_eq!(table.to_string(), expected);
+    }
+}

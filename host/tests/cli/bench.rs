@@ -1,0 +1,120 @@
+//! A directory to run the program in, and what came of a run.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// A temporary directory with a set of three drawn scenarios, `set.scenarios.json`.
+pub struct Bench(tempfile::TempDir);
+
+/// Status and output of a run.
+pub struct Run {
+    pub status: i32,
+    pub out: String,
+    pub err: String,
+}
+
+/// The ids in `set.scenarios.json`.
+pub const IDS: [&str; 3] = ["s1-000", "s1-001", "s1-002"];
+
+impl Bench {
+    pub fn new() -> Self {
+        let bench = Self(tempfile::tempdir().unwrap());
+        bench.solves("draw --count 3 --seed 1 --out set.scenarios.json");
+        bench
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    pub fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.read(name)).unwrap()
+    }
+
+    pub fn write(&self, name: &str, text: &str) {
+        fs::write(self.path(name), text).unwrap();
+    }
+
+    /// The program with arguments that hold no spaces.
+    pub fn command(&self, arguments: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_remora"));
+        command.args(arguments.split_whitespace()).current_dir(self.0.path());
+        command.stdin(Stdio::null());
+        command
+    }
+
+    pub fn run(&self, arguments: &str) -> Run {
+        let output = self.command(arguments).output().unwrap();
+        Run {
+            status: output.status.code().unwrap(),
+            out: String::from_utf8(output.stdout).unwrap(),
+            err: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+
+    /// Runs what must succeed.
+    pub fn solves(&self, arguments: &str) -> Run {
+        let run = self.run(arguments);
+        assert_eq!(run.status, 0, "{arguments}\n{}{}", run.out, run.err);
+        run
+    }
+
+    /// Runs what must be refused: status 2, one line on standard error that begins as given,
+    /// nothing written.
+    pub fn refuses(&self, arguments: &str, message: &str) {
+        let before = self.files();
+        let run = self.run(arguments);
+        assert_eq!(run.status, 2, "{arguments}\n{}{}", run.out, run.err);
+        let expected = format!("error: {message}");
+        assert!(run.err.starts_with(&expected), "{arguments}\n{}not: {expected}", run.err);
+        assert_eq!(run.err.lines().count(), 1, "{arguments}\n{}", run.err);
+        assert_eq!(run.out, "", "{arguments}");
+        // Not `assert_eq`: the difference would fill the screen.
+        assert!(self.files() == before, "{arguments} changed files");
+    }
+
+    /// All files and directories, hidden ones too, with their contents.
+    fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
+        fn walk(directory: &Path, out: &mut Vec<(PathBuf, Vec<u8>)>) {
+            for entry in fs::read_dir(directory).unwrap() {
+                let path = entry.unwrap().path();
+                out.push((path.clone(), fs::read(&path).unwrap_or_default()));
+                if path.is_dir() {
+                    walk(&path, out);
+                }
+            }
+        }
+        let mut out = Vec::new();
+        walk(self.0.path(), &mut out);
+        out.sort();
+        out
+    }
+
+    /// Names in a directory.
+    pub fn names(&self, directory: &str) -> Vec<String> {
+        let entries = fs::read_dir(self.path(directory)).unwrap();
+        let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name();
+        let mut names: Vec<String> =
+            entries.map(|entry| name(entry).into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+}
+
+/// A plan or a summary without its times: all that must be the same in every run.
+pub fn timeless(mut value: Value) -> Value {
+    fn strip(value: &mut Value) {
+        if let Value::Object(members) = value {
+            members.retain(|key, _| !key.ends_with("_s"));
+            members.values_mut().for_each(strip);
+        }
+    }
+    strip(&mut value);
+    value
+}

@@ -1,0 +1,169 @@
+//! `remora campaign`
+
+use super::bench::{Bench, IDS, timeless};
+use serde_json::Value;
+use std::fs;
+use std::time::Duration;
+
+const CAMPAIGN: &str = "campaign --scenarios set.scenarios.json --integrator euler --csv";
+
+/// The columns of a CSV file that are not times, and those that are.
+fn columns(bench: &Bench, directory: &str) -> (Vec<Vec<String>>, Vec<Vec<String>>) {
+    let text = bench.read(&format!("{directory}/results.csv"));
+    let rows: Vec<Vec<String>> =
+        text.lines().map(|line| line.split(',').map(String::from).collect()).collect();
+    let is_time: Vec<bool> = rows[0].iter().map(|name| name.ends_with("_s")).collect();
+    let pick = |wanted: bool| -> Vec<Vec<String>> {
+        let cells = |row: &Vec<String>| {
+            let cells = row.iter().zip(&is_time).filter(|(_, time)| **time == wanted);
+            cells.map(|(cell, _)| cell.clone()).collect()
+        };
+        rows.iter().map(cells).collect()
+    };
+    (pick(false), pick(true))
+}
+
+fn journal(bench: &Bench, directory: &str) -> Vec<String> {
+    let text = bench.read(&format!("{directory}/journal.jsonl"));
+    text.lines().map(String::from).collect()
+}
+
+#[test]
+fn one_thread_or_two_give_the_same_rows_and_plans() {
+    let bench = Bench::new();
+    for jobs in ["1", "2"] {
+        let run = bench.solves(&format!("{CAMPAIGN} --plans --jobs {jobs} --out runs/{jobs}"));
+        assert!(run.out.contains("3 scenarios: 3 solved (100.00 %)"), "{}", run.out);
+        assert!(run.out.lines().all(|line| line.len() <= 100), "{}", run.out);
+    }
+    let (rows, times) = columns(&bench, "runs/1");
+    assert_eq!(rows, columns(&bench, "runs/2").0);
+    assert_eq!(rows.len(), 4);
+    assert_eq!(times[0], ["stage1_time_s", "stage2_time_s", "inference_s"]);
+    for (row, id) in rows[1..].iter().zip(IDS) {
+        assert_eq!((row[0].as_str(), row[1].as_str()), (id, "solved"));
+        let plan = |jobs: &str| timeless(bench.json(&format!("runs/{jobs}/plans/{id}.plan.json")));
+        assert_eq!(plan("1"), plan("2"));
+    }
+    let summary = |jobs: &str| timeless(bench.json(&format!("runs/{jobs}/summary.json")));
+    assert_eq!(summary("1"), summary("2"));
+    assert_eq!(summary("1")["success_rate"], 1.0);
+    let expected = ["journal.jsonl", "plans", "results.csv", "results.parquet", "summary.json"];
+    assert_eq!(bench.names("runs/1"), expected);
+    assert_eq!(bench.names("runs/1/plans").len(), 3);
+}
+
+/// A plan of a campaign is the plan of `remora plan`.
+#[test]
+fn a_campaigns_plan_is_a_plan() {
+    let bench = Bench::new();
+    bench.solves(&format!("{CAMPAIGN} --plans --jobs 1 --out runs"));
+    bench.solves("plan --scenarios set.scenarios.json --id s1-002 --integrator euler");
+    let plan = bench.json("s1-002.plan.json");
+    assert_eq!(timeless(plan), timeless(bench.json("runs/plans/s1-002.plan.json")));
+    bench.solves("check --strict --scenarios set.scenarios.json runs/plans/s1-000.plan.json");
+}
+
+#[test]
+fn finished_rows_are_not_planned_again() {
+    let bench = Bench::new();
+    bench.solves(&format!("{CAMPAIGN} --jobs 1 --out runs"));
+    let (rows, times) = columns(&bench, "runs");
+    // As a kill in the middle of writing the third row leaves it.
+    let lines = journal(&bench, "runs");
+    assert_eq!(lines.len(), 4);
+    let torn = format!("{}\n{}\n{}\n{}", lines[0], lines[1], lines[2], &lines[3][..50]);
+    bench.write("runs/journal.jsonl", &torn);
+    bench.write("runs/.results.csv.1.partial", "scen");
+    fs::remove_file(bench.path("runs/results.parquet")).unwrap();
+    let run = bench.solves(&format!("{CAMPAIGN} --jobs 1 --out runs"));
+    assert!(run.out.contains("1 planned in"), "{}", run.out);
+    assert!(run.out.contains("2 taken from the journal"), "{}", run.out);
+    assert!(run.err.contains("resuming: 2 of 3"), "{}", run.err);
+    let (rows_after, times_after) = columns(&bench, "runs");
+    assert_eq!(rows, rows_after);
+    assert_eq!(times[..3], times_after[..3]);
+    assert_ne!(times[3], times_after[3]);
+    assert_eq!(journal(&bench, "runs").len(), 4);
+    let expected = ["journal.jsonl", "results.csv", "results.parquet", "summary.json"];
+    assert_eq!(bench.names("runs"), expected);
+    // A campaign that is complete plans nothing.
+    let run = bench.solves(&format!("{CAMPAIGN} --jobs 2 --out runs"));
+    assert!(run.out.contains("0 planned in"), "{}", run.out);
+    assert_eq!(columns(&bench, "runs"), (rows_after, times_after));
+}
+
+#[test]
+fn a_killed_campaign_resumes() {
+    let bench = Bench::new();
+    let campaign = "campaign --draw 6 --seed 3 --integrator euler --jobs 1 --csv --out runs";
+    let mut child = bench.command(campaign).stderr(std::process::Stdio::null()).spawn().unwrap();
+    let rows = || fs::read_to_string(bench.path("runs/journal.jsonl")).unwrap_or_default();
+    while rows().lines().count() < 3 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let finished: Vec<String> = rows().split_inclusive('\n').map(String::from).collect();
+    bench.solves(campaign);
+    let after = journal(&bench, "runs");
+    assert_eq!(after.len(), 7);
+    for (before, after) in finished.iter().filter(|line| line.ends_with('\n')).zip(&after) {
+        assert_eq!(before.trim_end(), after);
+    }
+    let csv = bench.read("runs/results.csv");
+    let ids: Vec<&str> = csv.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
+    assert_eq!(ids, ["s3-000", "s3-001", "s3-002", "s3-003", "s3-004", "s3-005"]);
+}
+
+#[test]
+fn a_row_without_its_plan_file_is_planned_again() {
+    let bench = Bench::new();
+    bench.solves(&format!("{CAMPAIGN} --plans --out runs"));
+    fs::remove_file(bench.path("runs/plans/s1-001.plan.json")).unwrap();
+    let run = bench.solves(&format!("{CAMPAIGN} --plans --out runs"));
+    assert!(run.out.contains("1 planned in"), "{}", run.out);
+    assert_eq!(bench.names("runs/plans").len(), 3);
+}
+
+#[test]
+fn another_campaign_is_not_resumed() {
+    let bench = Bench::new();
+    bench.write("one.scenarios.json", &first_of(&bench).to_string());
+    let one = "campaign --scenarios one.scenarios.json --integrator euler";
+    bench.solves(&format!("{one} --out runs"));
+    let refuses = |arguments: &str, field: &str| {
+        let message = format!("runs/journal.jsonl: {field}: this campaign was begun with");
+        bench.refuses(&format!("{arguments} --out runs"), &message);
+    };
+    refuses("campaign --scenarios one.scenarios.json", "integrator");
+    refuses(&format!("{one} --mode feasible"), "mode");
+    refuses(&format!("{one} --plans"), "plans");
+    refuses(CAMPAIGN, "scenarios");
+    bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
+    refuses(&format!("{one} --mission heavy.mission.toml"), "mission");
+    bench.write("runs/journal.jsonl", "{}\n{}\n");
+    bench.refuses(&format!("{one} --out runs"), "runs/journal.jsonl: line 1: missing field");
+}
+
+#[test]
+fn what_is_not_solved_is_listed_and_told_by_the_status() {
+    let bench = Bench::new();
+    bench.write("one.scenarios.json", &first_of(&bench).to_string());
+    bench.write("short.mission.toml", "[horizon]\nduration_s = 60\n");
+    let run = bench.run(
+        "campaign --scenarios one.scenarios.json --mission short.mission.toml --integrator euler \
+         --out runs",
+    );
+    assert_eq!(run.status, 1, "{}", run.err);
+    assert!(run.out.contains("1 scenarios: 0 solved (0.00 %)"), "{}", run.out);
+    assert!(run.out.contains("not solved:\n  s1-000\n"), "{}", run.out);
+    assert_eq!(bench.json("runs/summary.json")["unsolved"], serde_json::json!(["s1-000"]));
+}
+
+/// The set with its first scenario alone.
+fn first_of(bench: &Bench) -> Value {
+    let mut set = bench.json("set.scenarios.json");
+    set["scenarios"].as_array_mut().unwrap().truncate(1);
+    set
+}

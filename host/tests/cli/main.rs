@@ -1,0 +1,9 @@
+//! The program itself, run as a user runs it.
+
+mod bench;
+mod campaign;
+mod check;
+mod draw;
+mod foreign;
+mod plan;
+mod refusals;

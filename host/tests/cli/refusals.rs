@@ -1,0 +1,158 @@
+//! Bad input: one line, status 2, nothing written.
+
+use super::bench::Bench;
+
+/// The set with one piece of its text replaced, as `bad.scenarios.json`.
+fn bad_set(bench: &Bench, from: &str, to: &str) {
+    let text = bench.read("set.scenarios.json");
+    assert!(text.contains(from), "{from} in\n{text}");
+    bench.write("bad.scenarios.json", &text.replacen(from, to, 1));
+}
+
+#[test]
+fn scenario_sets() {
+    let bench = Bench::new();
+    let refuses = |from: &str, to: &str, message: &str| {
+        bad_set(&bench, from, to);
+        for command in [
+            "plan --scenarios bad.scenarios.json",
+            "campaign --scenarios bad.scenarios.json --out runs",
+            "check --scenarios bad.scenarios.json a.plan.json",
+        ] {
+            bench.refuses(command, &format!("bad.scenarios.json: {message}"));
+        }
+    };
+    refuses("remora-scenarios/1", "remora-scenarios/7", "format: unknown format");
+    refuses("\"format\"", "\"form\"", "format: missing");
+    refuses("\"rate\"", "\"spin\"", "scenarios[0].target.spin: unknown field `spin`");
+    refuses("\"s1-001\"", "\"s1-000\"", "scenarios[1].id: \"s1-000\" is used twice");
+    refuses("\"s1-002\"", "\"../s1\"", "scenarios[2].id: \"../s1\": an id is");
+    refuses("\"s1-002\"", "\"a/b\"", "scenarios[2].id: \"a/b\": an id is");
+    refuses("\"s1-002\"", "\"a\\\\b\"", "scenarios[2].id: \"a\\\\b\": an id is");
+    refuses("\"s1-002\"", "\"\"", "scenarios[2].id: \"\": an id is");
+    refuses("\"s1-002\"", "17", "scenarios[2].id: invalid type: integer `17`");
+    refuses("[0.", "[0.9,0.", "scenarios[");
+    refuses("\"position\": [", "\"position\": [NaN,", "scenarios: expected value at line");
+    refuses(
+        "\"position\": [",
+        "\"position\": [null,",
+        "scenarios[0].servicer.position[0]: invalid",
+    );
+    refuses(
+        "\"position\": [",
+        "\"position\": [1e999,",
+        "scenarios[0].servicer.position[0]: number out of range",
+    );
+    refuses("\"position\": [", "\"position\": [1e99,", "scenarios[0].servicer.position: ");
+}
+
+#[test]
+fn quaternions_and_lengths() {
+    let bench = Bench::new();
+    let mut set = bench.json("set.scenarios.json");
+    set["scenarios"][2]["target"]["attitude"][0] = serde_json::json!(0.9999);
+    bench.write("bad.scenarios.json", &set.to_string());
+    let plan = "plan --scenarios bad.scenarios.json";
+    bench.refuses(plan, "bad.scenarios.json: scenarios[2].target.attitude: not a unit quaternion");
+    set["scenarios"][2]["target"]["attitude"] = serde_json::json!([0, 0, 1]);
+    bench.write("bad.scenarios.json", &set.to_string());
+    bench.refuses(plan, "bad.scenarios.json: scenarios[2].target.attitude: invalid length 3");
+    set["scenarios"] = serde_json::json!([]);
+    bench.write("bad.scenarios.json", &set.to_string());
+    bench.refuses(plan, "bad.scenarios.json: scenarios: holds no scenario");
+}
+
+#[test]
+fn files_that_are_not_json_or_not_there() {
+    let bench = Bench::new();
+    let plan = "plan --scenarios bad.scenarios.json";
+    bench.refuses(plan, "bad.scenarios.json: no such file or directory");
+    bench.write("bad.scenarios.json", "");
+    bench.refuses(plan, "bad.scenarios.json: EOF while parsing a value at line 1");
+    bench.write("bad.scenarios.json", "scenarios = []");
+    bench.refuses(plan, "bad.scenarios.json: expected value at line 1 column 1");
+    bench.write("bad.scenarios.json", &bench.read("set.scenarios.json")[..400]);
+    bench.refuses(plan, "bad.scenarios.json: scenarios: EOF while parsing");
+    std::fs::write(bench.path("bad.scenarios.json"), [0xff, 0xfe, 0x00]).unwrap();
+    bench.refuses(plan, "bad.scenarios.json: is not valid UTF-8");
+    std::fs::remove_file(bench.path("bad.scenarios.json")).unwrap();
+    std::fs::create_dir(bench.path("bad.scenarios.json")).unwrap();
+    bench.refuses(plan, "bad.scenarios.json: is a directory");
+}
+
+#[test]
+fn missions() {
+    let bench = Bench::new();
+    let refuses = |text: &str, message: &str| {
+        bench.write("bad.mission.toml", text);
+        for command in [
+            "plan --mission bad.mission.toml",
+            "campaign --scenarios set.scenarios.json --mission bad.mission.toml --out runs",
+            "draw --count 1 --seed 1 --mission bad.mission.toml --out new.scenarios.json",
+        ] {
+            bench.refuses(command, &format!("bad.mission.toml: {message}"));
+        }
+    };
+    refuses("[servicer]\nbus_mass_kg = -1.0", "servicer.bus_mass_kg: must be positive and finite");
+    refuses("[target]\nmass_kg = nan", "target.mass_kg: must be positive and finite");
+    refuses("[target]\nport_normal = [0, 0, 2]", "target.port_normal: must be a unit vector");
+    refuses("[horizon]\nnodes = 61", "horizon.nodes: this program is built for 60 nodes");
+    refuses("[servicer]\nlinks = []", "servicer.links: has 0 entries; this program is built for 3");
+    refuses("[servicer]\njoint_angle_limit_rad = [1, 1]", "servicer.joint_angle_limit_rad: ");
+    refuses("[servicer]\nwheels = 4", "servicer.wheels: unknown field `wheels`");
+    refuses("[limits]\nforce = 4", "limits: unknown field `limits`");
+    refuses("[orbit\neccentricity = 0", "");
+    refuses("[orbit]\neccentricity = 'low'", "orbit.eccentricity: invalid type: string \"low\"");
+    refuses("format = 'remora-mission/2'", "format: unknown format");
+    bench.refuses("plan --mission none.toml", "none.toml: no such file or directory");
+}
+
+#[test]
+fn arguments() {
+    let bench = Bench::new();
+    let set = "--scenarios set.scenarios.json";
+    bench.refuses("plan --id s1-000", "--id: needs --scenarios FILE");
+    bench.refuses(
+        &format!("plan {set} --id s9-000"),
+        "set.scenarios.json: scenarios: there is no scenario with id \"s9-000\"",
+    );
+    bench.refuses(
+        "plan --integrator rk4:3",
+        "invalid value 'rk4:3' for '--integrator <NAME>': rk4 needs at least 4 substeps",
+    );
+    bench.refuses("plan --integrator heun", "invalid value 'heun' for '--integrator <NAME>'");
+    bench.refuses("plan --mode fast", "invalid value 'fast' for '--mode <MODE>'");
+    bench.refuses("plan --qp osqp", "invalid value 'osqp' for '--qp <QP>'");
+    bench.refuses("plan --warm-start cold", "invalid value 'cold' for '--warm-start <WARM_START>'");
+    bench.refuses("fly", "unrecognized subcommand 'fly'");
+    bench.refuses("plan --fast", "unexpected argument '--fast' found");
+    bench.refuses("draw --count 0 --seed 1 --out a.json", "invalid value '0' for '--count <N>'");
+    bench.refuses("draw --count 3 --out a.json", "the following required arguments were not");
+    bench
+        .refuses(&format!("campaign {set} --jobs 0 --out a"), "invalid value '0' for '--jobs <J>'");
+    bench.refuses("campaign --out a", "campaign: one of --scenarios FILE and --draw N --seed S");
+    bench.refuses("campaign --draw 3 --out a", "--draw: needs --seed S");
+    bench.refuses("campaign --seed 3 --out a", "--seed: needs --draw N");
+    bench.refuses(
+        &format!("campaign {set} --draw 3 --seed 1 --out a"),
+        "the argument '--scenarios <FILE>' cannot be used with",
+    );
+    bench.refuses(&format!("campaign {set}"), "the following required arguments were not");
+}
+
+#[test]
+fn outputs_are_tried_before_planning() {
+    let bench = Bench::new();
+    bench.write("file", "");
+    bench.refuses("plan --out none/a.plan.json", "none/a.plan.json: no such file or directory");
+    bench.refuses("plan --out .", ".: is not a file name");
+    bench.refuses("plan --out file/a.plan.json", "file/a.plan.json: a part of the path is not");
+    bench.refuses("draw --count 1 --seed 1 --out none/a.json", "none/a.json: no such file");
+    let campaign = "campaign --scenarios set.scenarios.json --out";
+    bench.refuses(&format!("{campaign} file"), "file: is not a directory");
+    bench.refuses(&format!("{campaign} file/runs"), "file/runs: a part of the path is not");
+    std::fs::create_dir_all(bench.path("runs/summary.json")).unwrap();
+    bench.refuses(&format!("{campaign} runs"), "runs/summary.json: is a directory");
+    #[cfg(unix)]
+    bench.refuses("plan --out /dev/null", "/dev/null: is not a regular file");
+}
