@@ -4,7 +4,12 @@
 //!
 //! - [`math`]: quaternions, dual numbers, small factorisations, the same bits on every target;
 //! - [`model`]: the world as data, with the target's tumble and the orbit's transition;
-//! - [`dynamics`]: bus and arm, their discrete steps and exact derivatives;
+//! - [`dynamics`]: bus and arm, their discrete steps, exact first and second derivatives;
+//! - [`qp`]: the stage-structured convex program, its convexification, the solver trait;
+//! - [`scp`]: the loop over convex programs, its settings and log, the problem trait;
+//! - [`stages`]: translation and reorientation as problems, the heuristic start, the independent
+//!   verifier;
+//! - [`planner`]: scenario in, plan out.
 //!
 //! Conventions (frames, quaternions, units, index ranges) are in `docs/conventions.md`.
 #![no_std]

@@ -9,6 +9,7 @@
 //! - [`backend`]: Clarabel behind the core's solver trait;
 //! - [`draw`]: random scenarios, the same for a seed everywhere;
 //! - [`planning`]: from a scenario to a plan file, the only module that calls the core's planner;
+//! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
 //! - [`checking`]: plan files against the core's independent verifier;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`report`]: tables for the terminal;
@@ -23,5 +24,6 @@ pub mod draw;
 pub mod error;
 pub mod formats;
 pub mod method;
+pub mod perturbation;
 pub mod planning;
 pub mod report;

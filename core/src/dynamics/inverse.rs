@@ -184,7 +184,7 @@ impl<const NL: usize> Multibody<NL> {
     /// rates) over one step of `integrator`, and the state it leads to.
     ///
     /// Exact for Euler, where it is inverse dynamics. For RK4 inverse dynamics half way serves as
-    /// the derivative of a Newton iteration, stopped at an error of [`STEERING_ERROR`]; each
+    /// the derivative of a Newton iteration, stopped at an error of 1e-8 rad/s; each
     /// iteration divides the error by a factor like the inverse change of the arm's geometry over
     /// the step. Cost: one step an iteration, one to three iterations.
     pub fn steer(

@@ -158,6 +158,14 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution
         row_multiplier: [zeros(); N],
     };
 
+    /// Sets all multipliers to zero: nothing is known of them.
+    pub fn clear_multipliers(&mut self) {
+        self.defect_multiplier = [zeros(); N];
+        self.bound_multiplier_x = [zeros(); N];
+        self.bound_multiplier_u = [zeros(); N];
+        self.row_multiplier = [zeros(); N];
+    }
+
     /// Whether every number in it is finite.
     pub fn is_finite(&self) -> bool {
         let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());

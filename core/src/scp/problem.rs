@@ -61,8 +61,8 @@ pub trait Problem<const N: usize, const NX: usize, const NU: usize, const NR: us
     fn clip(&self, trajectory: &mut Self::Trajectory);
 
     /// Fills `qp` (cost, dynamics, rows; not the bounds) with the subproblem at `trajectory`.
-    /// `multipliers` are those of the last subproblem, `None` at the first iteration: a problem
-    /// may use them for the curvature of its constraints.
+    /// `multipliers` are those of the last subproblem (zero before the first) once the trajectory
+    /// is near enough for curvature to mean something, `None` before.
     fn linearise(
         &mut self,
         trajectory: &Self::Trajectory,

@@ -114,13 +114,13 @@ where
 {
     let w = workspace;
     w.log.clear();
+    w.step.clear_multipliers();
     problem.clip(&mut w.trajectory);
     problem.residuals(&w.trajectory, &mut w.residuals);
     let mut outcome = Outcome { violation: problem.violation(&w.residuals), ..Default::default() };
     let mut radius = settings.radius;
     let mut weight = settings.weight;
     let mut fresh = true;
-    let mut have_multipliers = false;
 
     if !(w.residuals.cost + w.residuals.penalty()).is_finite() {
         return outcome;
@@ -134,7 +134,7 @@ where
         if fresh {
             let near =
                 weight * w.residuals.penalty() <= settings.curvature_below * w.residuals.cost;
-            let multipliers = (have_multipliers && near).then_some(&w.step);
+            let multipliers = near.then_some(&w.step);
             problem.linearise(&w.trajectory, multipliers, &mut w.qp);
         }
         if w.qp.defect_weight.is_finite() {
@@ -166,7 +166,6 @@ where
             }
             continue;
         }
-        have_multipliers = true;
 
         let merit = w.residuals.cost + weight * w.residuals.penalty();
         let slack = linear_penalty(&w.qp, &w.step);

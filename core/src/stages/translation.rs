@@ -48,6 +48,7 @@ pub struct Translation<'a, const N: usize> {
     half_extents: Vector3<f64>,
     keep_out: [f64; N],
     keep_out_tolerance: f64,
+    end_tolerance: f64,
     transition: HcwTransition,
     mass: f64,
     max_force: f64,
@@ -76,6 +77,7 @@ impl<'a, const N: usize> Translation<'a, N> {
             half_extents: mission.target.half_extents,
             keep_out: core::array::from_fn(|k| mission.approach.keep_out(k, N)),
             keep_out_tolerance: mission.tolerances.keep_out,
+            end_tolerance: mission.tolerances.dynamics,
             transition: HcwTransition::new(mission.mean_motion(), dt),
             mass: mission.servicer.total_mass(),
             max_force: mission.servicer.max_force,
@@ -274,7 +276,7 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
     fn violation(&self, residuals: &Residuals<N, NX, NR>) -> f64 {
         let keep_out = residuals.row.iter().map(|row| row[0]).fold(0.0, f64::max);
         let end = residuals.defect[N - 2].amax();
-        (keep_out / self.keep_out_tolerance).max(end / 1e-4) / MARGIN
+        (keep_out / self.keep_out_tolerance).max(end / self.end_tolerance) / MARGIN
     }
 
     fn step_length(&self, step: &Solution<N, NX, NU, NR>) -> f64 {
