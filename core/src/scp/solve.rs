@@ -214,6 +214,10 @@ where
         } else if record.ratio >= settings.grow_above && !interior {
             radius = (settings.grow * radius).min(settings.max_radius);
         }
+        if record.length < CUT_SHORT {
+            // A program of this size beats the remnant of a larger one.
+            radius = radius.min(2.0 * record.step);
+        }
         if radius < settings.min_radius {
             // The model can't predict even tiny steps: no progress is possible from here.
             outcome.status = Status::NumericalFailure;
@@ -337,6 +341,9 @@ fn search<P, const N: usize, const NX: usize, const NU: usize, const NR: usize>(
 
 /// Ratios at which no line search is needed.
 const WELL_PREDICTED: (f64, f64) = (0.8, 1.2);
+
+/// A step cut below this share was solved for in too large a region.
+const CUT_SHORT: f64 = 0.75;
 
 /// Most trials of a line search; it ends at the first decrease.
 const MAX_SEARCHES: usize = 3;
