@@ -3,11 +3,12 @@
 use crate::dynamics::Integrator;
 use crate::model::{Mission, Scenario, TargetState};
 use crate::qp::QpSolver;
-use crate::scp::{self, Clock, Log, Outcome, Settings, Status};
+use crate::scp::{self, Log, Outcome, Settings, Status};
 use crate::stages::{
     LINKS, Mode, NODES, Reorientation, ReorientationTrajectory, Residuals, Translation,
     TranslationTrajectory, heuristic, reorientation_size as two, translation_size as one, verify,
 };
+use crate::time::Clock;
 
 /// Solver of Stage 1's subproblems.
 pub trait TranslationSolver: QpSolver<NODES, { one::NX }, { one::NU }, { one::NR }> {}

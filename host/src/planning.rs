@@ -8,8 +8,9 @@ use crate::formats::{
 use crate::method::{Method, Qp, WarmStart};
 use remora_core::model::Mission;
 use remora_core::planner::{self, Options, Report, StageReport, Workspace};
-use remora_core::scp::{Clock, IterationRecord};
+use remora_core::scp::IterationRecord;
 use remora_core::stages::LINKS;
+use remora_core::time::Clock;
 use std::path::PathBuf;
 use std::time::Instant;
 

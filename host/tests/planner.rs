@@ -4,8 +4,9 @@
 use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
 use remora_core::planner::{Options, Report, Workspace, plan, plan_reorientation};
-use remora_core::scp::{NoClock, Status};
+use remora_core::scp::Status;
 use remora_core::stages::{LINKS, Mode, verify};
+use remora_core::time::NoClock;
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
 use remora_host::perturbation::disturb;

@@ -4,6 +4,7 @@
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use remora_core::qp::{Qp, QpSolver, QpStatus, Solution};
+use remora_core::time::Deadline;
 use remora_host::backend::ClarabelQp;
 
 const N: usize = 6;
@@ -102,7 +103,7 @@ proptest! {
     fn clarabel_satisfies_the_optimality_conditions(numbers in numbers(), soft: bool) {
         let qp = program(&numbers, soft);
         let mut point = Point::ZERO;
-        let outcome = ClarabelQp::default().solve(&qp, &mut point);
+        let outcome = ClarabelQp::default().solve(&qp, &mut point, &Deadline::never());
         if outcome.status == QpStatus::Solved {
             prop_assert!(optimality(&qp, &point) < 1e-5, "{:e}", optimality(&qp, &point));
         } else {
@@ -115,9 +116,9 @@ proptest! {
     fn an_update_in_place_equals_a_fresh_solver(first in numbers(), second in numbers()) {
         let (mut used, mut fresh) = (ClarabelQp::default(), ClarabelQp::default());
         let (mut a, mut b) = (Point::ZERO, Point::ZERO);
-        used.solve(&program(&first, true), &mut a);
-        used.solve(&program(&second, true), &mut a);
-        fresh.solve(&program(&second, true), &mut b);
+        used.solve(&program(&first, true), &mut a, &Deadline::never());
+        used.solve(&program(&second, true), &mut a, &Deadline::never());
+        fresh.solve(&program(&second, true), &mut b, &Deadline::never());
         prop_assert_eq!(a.x, b.x);
         prop_assert_eq!(a.u, b.u);
         prop_assert_eq!(a.defect_multiplier, b.defect_multiplier);
@@ -174,7 +175,7 @@ fn statuses_tell_why_there_is_no_solution() {
         let mut qp = program(&numbers, false);
         change(&mut qp);
         let mut point = Point::ZERO;
-        ClarabelQp::default().solve(&qp, &mut point).status
+        ClarabelQp::default().solve(&qp, &mut point, &Deadline::never()).status
     };
     assert_eq!(solve(|_| ()), QpStatus::Solved);
     // The next state cannot be reached whatever the control.

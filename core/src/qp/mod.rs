@@ -16,8 +16,10 @@
 
 mod convexify;
 mod data;
+mod embedded;
 mod solver;
 
 pub(crate) use data::zeros;
 pub use data::{Qp, Solution, Stage};
+pub use embedded::{EmbeddedQp, InteriorPointSettings};
 pub use solver::{QpOutcome, QpSolver, QpStatus};

@@ -1,6 +1,7 @@
 //! What the SCP loop asks of a solver of the convex subproblem.
 
 use super::{Qp, Solution};
+use crate::time::Deadline;
 
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -62,12 +63,15 @@ pub trait QpSolver<const N: usize, const NX: usize, const NU: usize, const NR: u
     /// Forgets everything that could make this plan depend on the one before.
     fn reset(&mut self);
 
-    /// Solves `qp` into `solution`. Where the outcome's status is not usable the solution is
+    /// Solves `qp` into `solution`, which holds the multipliers of the last subproblem on entry: a
+    /// solver may start from them. Ends with [`QpStatus::TimeLimit`] once `deadline` has passed.
+    /// Where the outcome's status is not usable the solution is
     /// whatever stood last, and need not be finite.
     fn solve(
         &mut self,
         qp: &Qp<N, NX, NU, NR>,
         solution: &mut Solution<N, NX, NU, NR>,
+        deadline: &Deadline,
     ) -> QpOutcome;
 
     /// Solves `qp` again after only `c`, the row offsets and the gradients have changed since
@@ -76,7 +80,8 @@ pub trait QpSolver<const N: usize, const NX: usize, const NU: usize, const NR: u
         &mut self,
         qp: &Qp<N, NX, NU, NR>,
         solution: &mut Solution<N, NX, NU, NR>,
+        deadline: &Deadline,
     ) -> QpOutcome {
-        self.solve(qp, solution)
+        self.solve(qp, solution, deadline)
     }
 }

@@ -1,7 +1,8 @@
 //! The loop.
 
-use super::{Clock, IterationRecord, Log, Problem, Residuals, Settings};
+use super::{IterationRecord, Log, Problem, Residuals, Settings};
 use crate::qp::{Qp, QpSolver, QpStatus, Solution};
+use crate::time::{Clock, Deadline};
 use core::mem;
 use nalgebra::SVector;
 
@@ -145,7 +146,7 @@ where
 
         outcome.iterations += 1;
         let before_qp = clock.seconds();
-        let solved = solver.solve(&w.qp, &mut w.step);
+        let solved = solver.solve(&w.qp, &mut w.step, &Deadline::never());
         let mut record = IterationRecord {
             radius,
             weight,
@@ -264,7 +265,7 @@ fn correct<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usi
             stage.row_offset += w.trial_residuals.row[k] - linear;
         }
         let before = clock.seconds();
-        let solved = solver.solve_again(&w.qp, &mut w.correction);
+        let solved = solver.solve_again(&w.qp, &mut w.correction, &Deadline::never());
         record.qp_time_s += clock.seconds() - before;
         record.qp_iterations += solved.iterations;
         record.corrections += 1;

@@ -4,6 +4,7 @@ use crate::math::quaternion;
 use crate::model::{HcwTransition, Mission, Scenario, TargetState, signed_distance_to_box};
 use crate::qp::{Qp, QpOutcome, QpSolver, Solution};
 use crate::scp::{Problem, Residuals};
+use crate::time::Deadline;
 use nalgebra::{Matrix3, SVector, Vector3};
 
 use super::translation_size::{NR, NU, NX};
@@ -103,7 +104,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         self.linearise(trajectory, None, qp);
         self.bound(trajectory, f64::INFINITY, qp);
         qp.row_weight = 1.0;
-        let outcome = solver.solve(qp, step);
+        let outcome = solver.solve(qp, step, &Deadline::never());
         self.constrained = true;
         if outcome.status.is_usable() {
             let drift = *trajectory;

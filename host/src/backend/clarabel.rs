@@ -9,6 +9,7 @@ use clarabel::solver::{
     DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
 };
 use remora_core::qp::{Qp, QpOutcome, QpSolver, QpStatus, Solution, Stage};
+use remora_core::time::Deadline;
 
 /// Clarabel behind the core's solver trait: single-threaded, presolve off, tolerances 1e-9.
 ///
@@ -30,7 +31,11 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver
         &mut self,
         qp: &Qp<N, NX, NU, NR>,
         solution: &mut Solution<N, NX, NU, NR>,
+        deadline: &Deadline,
     ) -> QpOutcome {
+        if deadline.has_passed() {
+            return QpOutcome { status: QpStatus::TimeLimit, iterations: 0 };
+        }
         let fits = self.built.as_ref().is_some_and(|built| built.layout.fits(qp));
         let updated = fits && self.built.as_mut().is_some_and(|built| built.update(qp).is_ok());
         if !updated {
