@@ -1,15 +1,18 @@
 //! From a scenario to a plan file: the only module that calls the core's planner.
 
-use crate::backend::ClarabelQp;
+use crate::backend::{ClarabelQp, Recorder, Solve};
 use crate::error::Error;
 use crate::formats::{
     self, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget, Row, StageEnd,
 };
 use crate::method::{Method, Qp, WarmStart};
 use remora_core::model::Mission;
-use remora_core::planner::{self, Options, Report, StageReport, Workspace};
+use remora_core::planner::{
+    self, Options, ReorientationSolver, Report, StageReport, TranslationSolver, Workspace,
+};
+use remora_core::qp::{EmbeddedQp, InteriorPointSettings};
 use remora_core::scp::IterationRecord;
-use remora_core::stages::LINKS;
+use remora_core::stages::{LINKS, NODES, reorientation_size as two, translation_size as one};
 use remora_core::time::Clock;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -53,21 +56,44 @@ impl Planned {
     }
 }
 
+/// One subproblem of Stage 1 with its solver's answer.
+pub type TranslationSolve<'a> = Solve<'a, NODES, { one::NX }, { one::NU }, { one::NR }>;
+/// One subproblem of Stage 2 with its solver's answer.
+pub type ReorientationSolve<'a> = Solve<'a, NODES, { two::NX }, { two::NU }, { two::NR }>;
+/// The embedded solver for Stage 1.
+pub type TranslationQp = EmbeddedQp<NODES, { one::NX }, { one::NU }, { one::NR }>;
+/// The embedded solver for Stage 2.
+pub type ReorientationQp = EmbeddedQp<NODES, { two::NX }, { two::NU }, { two::NR }>;
+
+/// Who looks at each subproblem of stages 1 and 2 once it has been solved.
+pub type Watchers<'a> =
+    (&'a mut dyn FnMut(TranslationSolve<'_>), &'a mut dyn FnMut(ReorientationSolve<'_>));
+
 /// A planner with its memory, for one plan after the other. About 1 MiB on the heap, and as much
-/// again for the solvers.
+/// again for each of the solvers.
 pub struct Planner {
     workspace: Box<Workspace>,
-    translation: ClarabelQp,
-    reorientation: ClarabelQp,
+    embedded: (Box<TranslationQp>, Box<ReorientationQp>),
+    clarabel: (ClarabelQp, ClarabelQp),
+}
+
+/// Makes what is too large for a stack. A function of its own, so that what the compiler puts on
+/// the stack on the way is gone before the next comes.
+#[inline(never)]
+pub fn on_heap<T>(make: impl FnOnce() -> T) -> Box<T> {
+    Box::new(make())
 }
 
 impl Planner {
     /// A planner that has planned nothing yet. To be called with [`STACK_BYTES`] of stack.
     pub fn new() -> Self {
         Self {
-            workspace: Box::new(Workspace::new()),
-            translation: ClarabelQp::default(),
-            reorientation: ClarabelQp::default(),
+            workspace: on_heap(Workspace::new),
+            embedded: (
+                on_heap(|| TranslationQp::new(InteriorPointSettings::DEFAULT)),
+                on_heap(|| ReorientationQp::new(InteriorPointSettings::DEFAULT)),
+            ),
+            clarabel: Default::default(),
         }
     }
 
@@ -80,7 +106,30 @@ impl Planner {
         scenario: &NamedScenario,
         method: &Method,
     ) -> Planned {
-        let report = self.run(mission, scenario, method);
+        self.plan_watched(mission, scenario, method, (&mut |_| (), &mut |_| ()))
+    }
+
+    /// The same, with somebody who looks at the subproblems.
+    pub fn plan_watched(
+        &mut self,
+        mission: &Mission<LINKS>,
+        scenario: &NamedScenario,
+        method: &Method,
+        watchers: Watchers<'_>,
+    ) -> Planned {
+        let report = match method.qp {
+            Qp::Embedded => {
+                let Self { workspace, embedded: (one, two), .. } = self;
+                let solvers =
+                    (Recorder::new(&mut **one, watchers.0), Recorder::new(&mut **two, watchers.1));
+                run(mission, scenario, method, solvers, workspace)
+            }
+            Qp::Clarabel => {
+                let Self { workspace, clarabel: (one, two), .. } = self;
+                let solvers = (Recorder::new(one, watchers.0), Recorder::new(two, watchers.1));
+                run(mission, scenario, method, solvers, workspace)
+            }
+        };
         let (one, two) = (&report.translation, &report.reorientation);
         let file = PlanFile {
             format: formats::PLAN_FORMAT.into(),
@@ -102,26 +151,25 @@ impl Planner {
             logs: [log1.to_vec(), log2.to_vec()],
         }
     }
+}
 
-    /// The call into the core.
-    fn run(
-        &mut self,
-        mission: &Mission<LINKS>,
-        scenario: &NamedScenario,
-        method: &Method,
-    ) -> Report {
-        let options = options(method);
-        let Self { workspace, translation, reorientation } = self;
-        match (method.qp, method.warm_start) {
-            (Qp::Clarabel, WarmStart::Heuristic) => planner::plan(
-                mission,
-                &scenario.scenario(),
-                &options,
-                (translation, reorientation),
-                &WallClock::start(),
-                workspace,
-            ),
-        }
+/// The call into the core.
+fn run<S1: TranslationSolver, S2: ReorientationSolver>(
+    mission: &Mission<LINKS>,
+    scenario: &NamedScenario,
+    method: &Method,
+    mut solvers: (S1, S2),
+    workspace: &mut Workspace,
+) -> Report {
+    match method.warm_start {
+        WarmStart::Heuristic => planner::plan(
+            mission,
+            &scenario.scenario(),
+            &options(method),
+            (&mut solvers.0, &mut solvers.1),
+            &WallClock::start(),
+            workspace,
+        ),
     }
 }
 
@@ -178,7 +226,7 @@ impl PlanJob {
 }
 
 /// Runs `work` on a thread with [`STACK_BYTES`] of stack, which the main thread may not have.
-fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Error> {
+pub(crate) fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Error> {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new()
             .stack_size(STACK_BYTES)
