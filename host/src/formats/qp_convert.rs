@@ -256,7 +256,7 @@ mod tests {
     }
 
     fn file(qp: &Program, status: QpStatus) -> Result<QpFile, FieldError> {
-        let mut solution = Solution::ZERO;
+        let mut solution = Solution::<3, 2, 1, 1>::ZERO;
         for k in 0..3 {
             solution.x[k].fill(0.3 + k as f64);
             solution.row_multiplier[k].fill(0.7 + k as f64);
