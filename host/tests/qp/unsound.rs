@@ -73,8 +73,10 @@ fn mistaken<S: QpSolver<N, NX, NU, NR>>(solver: &mut S) -> Vec<String> {
                         false => usable,
                     };
                     if wrong {
-                        mistaken
-                            .push(format!("{value} in {name}[{i}] of node {k}: {:?}", answer.outcome));
+                        mistaken.push(format!(
+                            "{value} in {name}[{i}] of node {k}: {:?}",
+                            answer.outcome
+                        ));
                     }
                 }
             }
