@@ -2,13 +2,14 @@
 
 use crate::dynamics::Integrator;
 use crate::model::{Mission, Scenario, TargetState};
+use crate::pair::{Pair, Sequential};
 use crate::qp::QpSolver;
 use crate::scp::{self, Log, Outcome, Settings, Status};
 use crate::stages::{
     LINKS, Mode, NODES, Reorientation, ReorientationTrajectory, Residuals, Translation,
     TranslationTrajectory, heuristic, reorientation_size as two, translation_size as one, verify,
 };
-use crate::time::Clock;
+use crate::time::{Clock, Deadline, NoClock};
 
 /// Solver of Stage 1's subproblems.
 pub trait TranslationSolver: QpSolver<NODES, { one::NX }, { one::NU }, { one::NR }> {}
@@ -25,6 +26,8 @@ pub struct Options {
     pub mode: Mode,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
+    /// Time for the whole plan [s]; infinite by default.
+    pub deadline_s: f64,
     /// The loop's settings for Stage 1.
     pub translation: Settings,
     /// The loop's settings for Stage 2.
@@ -37,6 +40,7 @@ impl Options {
         Self {
             mode,
             integrator,
+            deadline_s: f64::INFINITY,
             translation: Settings { settle: 1e-6, weight: 100.0, ..Settings::default() },
             reorientation: Settings {
                 stop_when_feasible: mode == Mode::Feasible,
@@ -44,6 +48,21 @@ impl Options {
             },
         }
     }
+}
+
+/// What the planner is given by the machine it runs on. Neither changes a bit of a plan that ends
+/// before its deadline.
+#[derive(Clone, Copy)]
+pub struct Environment<'a, P> {
+    /// For phase timings and the deadline.
+    pub clock: &'a dyn Clock,
+    /// The second core, where there is one.
+    pub pair: &'a P,
+}
+
+impl Environment<'static, Sequential> {
+    /// No clock, no second core.
+    pub const BARE: Self = Self { clock: &NoClock, pair: &Sequential };
 }
 
 /// Report of one stage.
@@ -127,14 +146,16 @@ impl Default for Workspace {
 ///
 /// `mission` and the settings must be valid. A stage that fails leaves its best iterate; Stage 2
 /// runs whatever became of Stage 1, so that there is always something to look at.
-pub fn plan<S1: TranslationSolver, S2: ReorientationSolver>(
+pub fn plan<S1: TranslationSolver, S2: ReorientationSolver, P: Pair>(
     mission: &Mission<LINKS>,
     scenario: &Scenario,
     options: &Options,
     solvers: (&mut S1, &mut S2),
-    clock: &dyn Clock,
+    environment: &Environment<P>,
     workspace: &mut Workspace,
 ) -> Report {
+    let clock = environment.clock;
+    let deadline = Deadline::after(clock, options.deadline_s);
     let dt = mission.approach.duration / (NODES - 1) as f64;
     mission.target.tumble(
         mission.mean_motion(),
@@ -144,7 +165,7 @@ pub fn plan<S1: TranslationSolver, S2: ReorientationSolver>(
         &mut workspace.target,
     );
     let translation =
-        plan_translation(mission, scenario, &options.translation, solvers.0, clock, workspace);
+        plan_translation(mission, scenario, &options.translation, solvers.0, &deadline, workspace);
     let started = clock.seconds();
     heuristic::warm_start(
         mission,
@@ -152,7 +173,8 @@ pub fn plan<S1: TranslationSolver, S2: ReorientationSolver>(
         &workspace.target,
         &mut workspace.reorientation.trajectory,
     );
-    let mut reorientation = plan_reorientation(mission, options, solvers.1, clock, workspace);
+    let pair = environment.pair;
+    let mut reorientation = reorient(mission, options, solvers.1, pair, &deadline, workspace);
     reorientation.time_s = clock.seconds() - started;
 
     let residuals = verify(
@@ -175,16 +197,16 @@ fn plan_translation<S: TranslationSolver>(
     scenario: &Scenario,
     settings: &Settings,
     solver: &mut S,
-    clock: &dyn Clock,
+    deadline: &Deadline,
     workspace: &mut Workspace,
 ) -> StageReport {
-    let started = clock.seconds();
+    let started = deadline.seconds();
     let Workspace { target, translation: w, .. } = workspace;
     let mut problem = Translation::new(mission, scenario, target);
     solver.reset();
-    let start = problem.warm_start(solver, &mut w.qp, &mut w.step, &mut w.trajectory);
+    let start = problem.warm_start(solver, deadline, &mut w.qp, &mut w.step, &mut w.trajectory);
     let mut outcome = if start.status.is_usable() {
-        scp::solve(&mut problem, solver, settings, clock, w)
+        scp::solve(&mut problem, solver, settings, deadline, w)
     } else {
         w.log.clear();
         Outcome { status: Status::of_failed(start.status), ..Default::default() }
@@ -194,32 +216,46 @@ fn plan_translation<S: TranslationSolver>(
     StageReport {
         outcome,
         cost: problem.cost(&w.trajectory.force),
-        time_s: clock.seconds() - started,
+        time_s: deadline.seconds() - started,
     }
 }
 
 /// Stage 2 from the trajectory in the workspace, along the path in the workspace.
-pub fn plan_reorientation<S: ReorientationSolver>(
+pub fn plan_reorientation<S: ReorientationSolver, P: Pair>(
     mission: &Mission<LINKS>,
     options: &Options,
     solver: &mut S,
-    clock: &dyn Clock,
+    environment: &Environment<P>,
     workspace: &mut Workspace,
 ) -> StageReport {
-    let started = clock.seconds();
+    let deadline = Deadline::after(environment.clock, options.deadline_s);
+    reorient(mission, options, solver, environment.pair, &deadline, workspace)
+}
+
+/// The same, with a deadline that may have begun before.
+fn reorient<S: ReorientationSolver, P: Pair>(
+    mission: &Mission<LINKS>,
+    options: &Options,
+    solver: &mut S,
+    pair: &P,
+    deadline: &Deadline,
+    workspace: &mut Workspace,
+) -> StageReport {
+    let started = deadline.seconds();
     let Workspace { target, translation, reorientation: w } = workspace;
-    let mut problem = Reorientation::<NODES, LINKS, { two::NX }, { two::NU }>::new(
+    let mut problem = Reorientation::<P, NODES, LINKS, { two::NX }, { two::NU }>::new(
         mission,
         &translation.trajectory,
         target,
         options.integrator,
         options.mode,
+        pair,
     );
     solver.reset();
-    let outcome = scp::solve(&mut problem, solver, &options.reorientation, clock, w);
+    let outcome = scp::solve(&mut problem, solver, &options.reorientation, deadline, w);
     StageReport {
         outcome,
         cost: problem.cost(&w.trajectory.controls),
-        time_s: clock.seconds() - started,
+        time_s: deadline.seconds() - started,
     }
 }

@@ -7,7 +7,8 @@ use crate::formats::{
 };
 use crate::method::{Method, Qp, WarmStart};
 use remora_core::model::Mission;
-use remora_core::planner::{self, Options, Report, StageReport, Workspace};
+use remora_core::pair::Sequential;
+use remora_core::planner::{self, Environment, Options, Report, StageReport, Workspace};
 use remora_core::scp::IterationRecord;
 use remora_core::stages::LINKS;
 use remora_core::time::Clock;
@@ -111,6 +112,7 @@ impl Planner {
         method: &Method,
     ) -> Report {
         let options = options(method);
+        let environment = Environment { clock: &WallClock::start(), pair: &Sequential };
         let Self { workspace, translation, reorientation } = self;
         match (method.qp, method.warm_start) {
             (Qp::Clarabel, WarmStart::Heuristic) => planner::plan(
@@ -118,7 +120,7 @@ impl Planner {
                 &scenario.scenario(),
                 &options,
                 (translation, reorientation),
-                &WallClock::start(),
+                &environment,
                 workspace,
             ),
         }

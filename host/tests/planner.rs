@@ -3,10 +3,9 @@
 
 use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
-use remora_core::planner::{Options, Report, Workspace, plan, plan_reorientation};
+use remora_core::planner::{Environment, Options, Report, Workspace, plan, plan_reorientation};
 use remora_core::scp::Status;
 use remora_core::stages::{LINKS, Mode, verify};
-use remora_core::time::NoClock;
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
 use remora_host::perturbation::disturb;
@@ -47,7 +46,7 @@ impl Bench {
     fn plan(&mut self, scenario: usize, options: &Options) -> Report {
         let scenario = self.set.scenarios[scenario].scenario();
         let solvers = (&mut self.solvers.0, &mut self.solvers.1);
-        plan(&self.mission, &scenario, options, solvers, &NoClock, &mut self.workspace)
+        plan(&self.mission, &scenario, options, solvers, &Environment::BARE, &mut self.workspace)
     }
 }
 
@@ -102,8 +101,13 @@ fn a_disturbed_plan_is_a_better_start_than_the_heuristic() {
         let (path, motion) = (&translation.trajectory, &mut reorientation.trajectory);
         disturb(&bench.mission, options.integrator, path, motion, 0.05, k as u64);
         let solver = &mut bench.solvers.1;
-        let again =
-            plan_reorientation(&bench.mission, &options, solver, &NoClock, &mut bench.workspace);
+        let again = plan_reorientation(
+            &bench.mission,
+            &options,
+            solver,
+            &Environment::BARE,
+            &mut bench.workspace,
+        );
         assert_eq!(again.outcome.status, Status::Solved, "scenario {k}");
         disturbed += again.outcome.iterations;
     }
@@ -120,7 +124,8 @@ fn planning_fits_a_stack_of_256_kib() {
         let planning = move || {
             let options = Options::new(Mode::Optimal, Integrator::Rk4 { substeps: 4 });
             let (mut one, mut two) = (ClarabelQp::default(), ClarabelQp::default());
-            plan(&mission, &scenario, &options, (&mut one, &mut two), &NoClock, workspace).status
+            plan(&mission, &scenario, &options, (&mut one, &mut two), &Environment::BARE, workspace)
+                .status
         };
         let thread = std::thread::Builder::new().stack_size(256 << 10);
         thread.spawn_scoped(scope, planning).unwrap().join().unwrap()
@@ -147,8 +152,13 @@ fn a_start_that_is_not_a_number_is_not_a_success() {
     bench.plan(0, &options);
     bench.workspace.reorientation.trajectory.states[20].rate.x = f64::NAN;
     let solver = &mut bench.solvers.1;
-    let report =
-        plan_reorientation(&bench.mission, &options, solver, &NoClock, &mut bench.workspace);
+    let report = plan_reorientation(
+        &bench.mission,
+        &options,
+        solver,
+        &Environment::BARE,
+        &mut bench.workspace,
+    );
     assert_eq!(report.outcome.status, Status::NumericalFailure);
 }
 

@@ -2,7 +2,7 @@
 
 use super::{IterationRecord, Log, Problem, Residuals, Settings};
 use crate::qp::{Qp, QpSolver, QpStatus, Solution};
-use crate::time::{Clock, Deadline};
+use crate::time::Deadline;
 use core::mem;
 use nalgebra::SVector;
 
@@ -34,7 +34,7 @@ impl Status {
     pub fn of_failed(subproblem: QpStatus) -> Self {
         match subproblem {
             QpStatus::Infeasible | QpStatus::AlmostInfeasible => Self::Infeasible,
-            QpStatus::TimeLimit => Self::Deadline,
+            QpStatus::TimeLimit | QpStatus::Interrupted => Self::Deadline,
             _ => Self::NumericalFailure,
         }
     }
@@ -106,7 +106,7 @@ pub fn solve<P, S, const N: usize, const NX: usize, const NU: usize, const NR: u
     problem: &mut P,
     solver: &mut S,
     settings: &Settings,
-    clock: &dyn Clock,
+    deadline: &Deadline,
     workspace: &mut Workspace<P::Trajectory, N, NX, NU, NR>,
 ) -> Outcome
 where
@@ -131,7 +131,7 @@ where
         return outcome;
     }
     while outcome.iterations < settings.max_iterations {
-        let started = clock.seconds();
+        let started = deadline.seconds();
         if fresh {
             let near =
                 weight * w.residuals.penalty() <= settings.curvature_below * w.residuals.cost;
@@ -145,14 +145,14 @@ where
         problem.bound(&w.trajectory, radius, &mut w.qp);
 
         outcome.iterations += 1;
-        let before_qp = clock.seconds();
-        let solved = solver.solve(&w.qp, &mut w.step, &Deadline::never());
+        let before_qp = deadline.seconds();
+        let solved = solver.solve(&w.qp, &mut w.step, deadline);
         let mut record = IterationRecord {
             radius,
             weight,
             qp_iterations: solved.iterations,
             qp_status: solved.status,
-            qp_time_s: clock.seconds() - before_qp,
+            qp_time_s: deadline.seconds() - before_qp,
             length: 1.0,
             ..Default::default()
         };
@@ -186,7 +186,7 @@ where
             && settings.max_corrections > 0
             && !(excess < 0.5 * missing)
         {
-            correct(problem, solver, settings, clock, w, merit, weight, &mut record);
+            correct(problem, solver, settings, deadline, w, merit, weight, &mut record);
             outcome.corrections += record.corrections as usize;
         }
         search(problem, w, merit, weight, &mut record);
@@ -201,7 +201,7 @@ where
             mem::swap(&mut w.residuals, &mut w.trial_residuals);
             outcome.violation = record.violation;
         }
-        record.time_s = clock.seconds() - started;
+        record.time_s = deadline.seconds() - started;
         let _ = w.log.push(record);
 
         let done = settings.stop_when_feasible || settled(&record, settings, merit);
@@ -239,7 +239,7 @@ fn correct<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usi
     problem: &mut P,
     solver: &mut S,
     settings: &Settings,
-    clock: &dyn Clock,
+    deadline: &Deadline,
     w: &mut Workspace<P::Trajectory, N, NX, NU, NR>,
     merit: f64,
     weight: f64,
@@ -264,9 +264,9 @@ fn correct<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usi
             let linear = stage.row_x * step.x[k] + stage.row_offset;
             stage.row_offset += w.trial_residuals.row[k] - linear;
         }
-        let before = clock.seconds();
-        let solved = solver.solve_again(&w.qp, &mut w.correction, &Deadline::never());
-        record.qp_time_s += clock.seconds() - before;
+        let before = deadline.seconds();
+        let solved = solver.solve_again(&w.qp, &mut w.correction, deadline);
+        record.qp_time_s += deadline.seconds() - before;
         record.qp_iterations += solved.iterations;
         record.corrections += 1;
         if !solved.status.is_usable() {

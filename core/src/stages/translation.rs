@@ -94,6 +94,7 @@ impl<'a, const N: usize> Translation<'a, N> {
     pub fn warm_start<S: QpSolver<N, NX, NU, NR>>(
         &mut self,
         solver: &mut S,
+        deadline: &Deadline,
         qp: &mut Qp<N, NX, NU, NR>,
         step: &mut Solution<N, NX, NU, NR>,
         trajectory: &mut TranslationTrajectory<N>,
@@ -104,7 +105,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         self.linearise(trajectory, None, qp);
         self.bound(trajectory, f64::INFINITY, qp);
         qp.row_weight = 1.0;
-        let outcome = solver.solve(qp, step, &Deadline::never());
+        let outcome = solver.solve(qp, step, deadline);
         self.constrained = true;
         if outcome.status.is_usable() {
             let drift = *trajectory;

@@ -9,6 +9,7 @@ use super::reorientation_size::NR;
 use crate::dynamics::{Control, Integrator, Multibody, State};
 use crate::math::quaternion;
 use crate::model::{Mission, TargetState, initial_bus_attitude};
+use crate::pair::Pair;
 use crate::qp::{Qp, Solution, Stage};
 use crate::scp::{Problem, Residuals};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -43,8 +44,11 @@ pub enum Mode {
 /// Steps live on the tangent space: `[dtheta, dalpha, drate, djoint_rate]`, `dtheta` a left
 /// perturbation in RTN axes (at the last node, in axes whose first is the approach direction, so
 /// that the terminal attitude constraint pins the other two).
-pub struct Reorientation<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize> {
+///
+/// `P` runs the two halves of the linearisation.
+pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize, const NU: usize> {
     mission: &'a Mission<NL>,
+    pair: &'a P,
     body: Multibody<NL>,
     translation: &'a TranslationTrajectory<N>,
     integrator: Integrator,
@@ -88,8 +92,8 @@ const PROXIMITY: f64 = 3e-3;
 /// Roll-outs of a step: the second makes up for the pose that the first one missed.
 const PASSES: usize = 2;
 
-impl<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize>
-    Reorientation<'a, N, NL, NX, NU>
+impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+    Reorientation<'a, P, N, NL, NX, NU>
 {
     /// The problem that follows from Stage 1's path; `target` the tumble at the nodes.
     pub fn new(
@@ -98,6 +102,7 @@ impl<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         target: &[TargetState; N],
         integrator: Integrator,
         mode: Mode,
+        pair: &'a P,
     ) -> Self {
         const { assert!(NX == 6 + 2 * NL && NU == 3 + NL, "sizes of state and control") };
         let servicer = &mission.servicer;
@@ -107,6 +112,7 @@ impl<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let t = &mission.tolerances;
         Self {
             mission,
+            pair,
             body: Multibody::new(mission),
             translation,
             integrator,
@@ -225,10 +231,53 @@ impl<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             joint_torque: control.joint_torque.map(|t| t.clamp(-joint, joint)),
         }
     }
+
+    /// Fills `stages`, those from node `first` on, with everything but curvature that is handed
+    /// from node to node.
+    fn linearise_from(
+        &self,
+        first: usize,
+        z: &ReorientationTrajectory<N, NL>,
+        multipliers: Option<&Solution<N, NX, NU, NR>>,
+        convex: &SVector<f64, NU>,
+        stages: &mut [Stage<NX, NU, NR>],
+    ) {
+        for (k, stage) in (first..N).zip(stages) {
+            *stage = Stage::ZERO;
+            let (offset, gradient) = self.pointing_row(k, &z.states[k]);
+            let gradient = self.axes(k).tr_mul(&gradient) * ANGLE_SCALE;
+            stage.row_offset[0] = offset;
+            for i in 0..3 {
+                stage.row_x[(0, i)] = gradient[i];
+            }
+            if let Some(last) = multipliers
+                && self.mode == Mode::Optimal
+            {
+                self.add_pointing_curvature(k, &z.states[k], last.row_multiplier[k][0], stage);
+                self.stiffen(k, &z.states[k], last, stage);
+            }
+            if k + 1 == N {
+                continue;
+            }
+            let next = self.linearise_interval(k, z, stage);
+            if let Some(last) = multipliers
+                && self.mode == Mode::Optimal
+            {
+                self.add_curvature(k, z, &next, &last.defect_multiplier[k], stage);
+            }
+            self.apply_chart(k, &next, &z.states[k + 1], stage);
+            let control = Self::stacked_control(&z.controls[k]);
+            for i in 0..NU {
+                if self.mode == Mode::Optimal {
+                    stage.gradient_u[i] = convex[i] * control[i] / self.scale_u[i];
+                }
+            }
+        }
+    }
 }
 
-impl<const N: usize, const NL: usize, const NX: usize, const NU: usize> Problem<N, NX, NU, NR>
-    for Reorientation<'_, N, NL, NX, NU>
+impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+    Problem<N, NX, NU, NR> for Reorientation<'_, P, N, NL, NX, NU>
 {
     type Trajectory = ReorientationTrajectory<N, NL>;
 
@@ -276,37 +325,11 @@ impl<const N: usize, const NL: usize, const NX: usize, const NU: usize> Problem<
             let unit = self.scale_u[i] / Self::max_torque(self.mission, i);
             2.0 * self.weight(i) * unit * unit
         });
-        for (k, stage) in qp.stages.iter_mut().enumerate() {
-            *stage = Stage::ZERO;
-            let (offset, gradient) = self.pointing_row(k, &z.states[k]);
-            let gradient = self.axes(k).tr_mul(&gradient) * ANGLE_SCALE;
-            stage.row_offset[0] = offset;
-            for i in 0..3 {
-                stage.row_x[(0, i)] = gradient[i];
-            }
-            if let Some(last) = multipliers
-                && self.mode == Mode::Optimal
-            {
-                self.add_pointing_curvature(k, &z.states[k], last.row_multiplier[k][0], stage);
-                self.stiffen(k, &z.states[k], last, stage);
-            }
-            if k + 1 == N {
-                continue;
-            }
-            let next = self.linearise_interval(k, z, stage);
-            if let Some(last) = multipliers
-                && self.mode == Mode::Optimal
-            {
-                self.add_curvature(k, z, &next, &last.defect_multiplier[k], stage);
-            }
-            self.apply_chart(k, &next, &z.states[k + 1], stage);
-            let control = Self::stacked_control(&z.controls[k]);
-            for i in 0..NU {
-                if self.mode == Mode::Optimal {
-                    stage.gradient_u[i] = convex[i] * control[i] / self.scale_u[i];
-                }
-            }
-        }
+        let (early, late) = qp.stages.split_at_mut(N / 2);
+        let half = |first, stages: &mut [Stage<NX, NU, NR>]| {
+            self.linearise_from(first, z, multipliers, &convex, stages);
+        };
+        self.pair.join(|| half(0, early), || half(N / 2, late));
         if multipliers.is_some() && self.mode == Mode::Optimal {
             qp.convexify(&convex, |k, i| self.is_pinned(k, i));
             return;
