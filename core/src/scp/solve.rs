@@ -196,7 +196,7 @@ where
     /// Makes the trial the current trajectory.
     ///
     /// A feasible iterate may be left for an infeasible one: where the cost falls by more than the
-    /// weight asks for the violation (on the public scenarios this happens to one plan in eight).
+    /// weight asks for the violation (on the public scenarios that happens to one plan in 25).
     /// So the best feasible one is kept, in case the loop has to end before it is feasible again.
     fn accept(&mut self, record: &IterationRecord) {
         let w = &mut *self.w;
