@@ -5,6 +5,7 @@
 //! here calls a `std` or nalgebra float function, whose implementation depends on features that
 //! other crates may switch on.
 
+mod checksum;
 mod cholesky;
 mod dual;
 mod eigen;
@@ -13,6 +14,7 @@ pub mod quaternion;
 mod scalar;
 mod spatial;
 
+pub use checksum::Checksum;
 pub use cholesky::{NotPositiveDefinite, cholesky_in_place, cholesky_solve_in_place};
 pub use dual::Dual;
 pub use eigen::project_positive;
