@@ -10,6 +10,7 @@ mod cholesky;
 mod dual;
 mod eigen;
 mod lanes;
+pub mod matrix;
 pub mod quaternion;
 mod scalar;
 mod spatial;
