@@ -1,0 +1,13 @@
+//! The image: on bare metal started by the board's own code, on the host an ordinary program whose
+//! output the images are held against.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod bare;
+#[cfg(not(target_os = "none"))]
+mod host;
+
+#[cfg(not(target_os = "none"))]
+fn main() -> std::process::ExitCode {
+    host::main()
+}
