@@ -66,13 +66,19 @@ impl<'a, B: Board> Line<'a, B> {
     }
 
     fn decimal(&self, value: u64) {
-        let mut unit = 1;
-        while value / unit >= 10 {
-            unit *= 10;
+        // The longest number has 20 digits; the last is written even where it is zero.
+        let mut digits = [0; 20];
+        let mut rest = value;
+        for digit in digits.iter_mut().rev() {
+            *digit = rest % 10;
+            rest /= 10;
         }
-        while unit > 0 {
-            self.digit(value / unit % 10);
-            unit /= 10;
+        let mut leading = true;
+        for (i, digit) in digits.iter().enumerate() {
+            leading &= *digit == 0 && i != 19;
+            if !leading {
+                self.digit(*digit);
+            }
         }
     }
 

@@ -8,9 +8,7 @@ use remora_core::model::{Mission, Scenario};
 use remora_core::planner::{self, Options, Report, StageReport};
 use remora_core::qp::EmbeddedQp;
 use remora_core::scp::Log;
-use remora_core::stages::{
-    LINKS, Mode, NODES, reorientation_size as two, translation_size as one,
-};
+use remora_core::stages::{LINKS, Mode, NODES, reorientation_size as two, translation_size as one};
 
 /// Solver of Stage 1's subproblems.
 pub type OneSolver = EmbeddedQp<NODES, { one::NX }, { one::NU }, { one::NR }>;
@@ -73,22 +71,14 @@ fn print_result<B: Board>(
 
 /// Where the instructions went: the two stages' subproblems, what is around them, and the rest
 /// (target's tumble, heuristic start, verifier).
-fn print_phases<B: Board>(
-    board: &B,
-    id: &str,
-    report: &Report,
-    logs: (&Log, &Log),
-    total: u64,
-) {
+fn print_phases<B: Board>(board: &B, id: &str, report: &Report, logs: (&Log, &Log), total: u64) {
     let solver = |log: &Log| instructions_of(log.iter().map(|record| record.qp_time_s).sum());
     let phase = |name: &str, instructions: u64| {
         let line = Line::new(board, "phase").text("scenario", id).text("name", name);
         line.number("instructions", instructions).end();
     };
-    let (one, two) = (
-        instructions_of(report.translation.time_s),
-        instructions_of(report.reorientation.time_s),
-    );
+    let (one, two) =
+        (instructions_of(report.translation.time_s), instructions_of(report.reorientation.time_s));
     let (solver1, solver2) = (solver(logs.0), solver(logs.1));
     phase("translation_solver", solver1);
     phase("translation_rest", one.saturating_sub(solver1));
