@@ -120,16 +120,13 @@ impl<T: Scalar> Mat3<T> {
     #[inline]
     pub fn rotation(axis: &Vector3<f64>, (sin, cos): (T, T)) -> Self {
         let versine = T::constant(1.0) - cos;
-        Self([0, 1, 2].map(|j| {
-            Vec3([0, 1, 2].map(|i| {
-                let outer = versine * (axis[i] * axis[j]);
-                match (j + 3 - i) % 3 {
-                    0 => outer + cos,
-                    1 => outer - sin * axis[3 - i - j],
-                    _ => outer + sin * axis[3 - i - j],
-                }
-            }))
-        }))
+        let outer = |a: f64, b: f64| versine * (a * b);
+        let (x, y, z) = (axis.x, axis.y, axis.z);
+        Self([
+            Vec3([outer(x, x) + cos, outer(x, y) + sin * z, outer(x, z) - sin * y]),
+            Vec3([outer(x, y) - sin * z, outer(y, y) + cos, outer(y, z) + sin * x]),
+            Vec3([outer(x, z) + sin * y, outer(y, z) - sin * x, outer(z, z) + cos]),
+        ])
     }
 
     /// `[a x]`: the matrix of a vector product.

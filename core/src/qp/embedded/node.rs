@@ -93,13 +93,14 @@ pub(super) struct Start {
 const NARROW: f64 = 1e-11;
 
 impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
+    /// Storage, all bits zero.
     pub const ZERO: Self = Self {
         x: Boxed::FREE,
         u: Boxed::FREE,
         dynamics: Boxed::FREE,
         row: Boxed::FREE,
-        free_x: [1.0; NX],
-        free_u: [1.0; NU],
+        free_x: [0.0; NX],
+        free_u: [0.0; NU],
     };
 
     /// Starts inside the boxes of node `k`, with the multipliers of `from` where they mean
