@@ -86,8 +86,7 @@ impl<const D: usize> Boxed<D> {
     /// Moves all variables away from their bounds, to products near `product`.
     pub fn reseat(&mut self, product: f64) {
         for i in 0..D {
-            let bounds =
-                (self.value[i] - self.lower.room(i), self.value[i] + self.upper.room(i));
+            let bounds = (self.value[i] - self.lower.room(i), self.value[i] + self.upper.room(i));
             let multiplier = self.upper.multiplier[i] - self.lower.multiplier[i];
             if bounds.0 > f64::NEG_INFINITY || bounds.1 < f64::INFINITY {
                 self.place(i, bounds, self.value[i], multiplier, product);

@@ -80,7 +80,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         }
         // Mehrotra's rule; no lower than needed, where only rounding would be gained.
         let reached = (sum.sum() / self.pairs / mean).clamp(0.0, 1.0);
-        let product = (reached * reached * reached * mean).max(0.1 * self.settings().complementarity);
+        let product =
+            (reached * reached * reached * mean).max(0.1 * self.settings().complementarity);
         self.direct(qp, Aim::Correct { product });
         let length = (FRACTION * self.longest(Aim::Correct { product })).min(1.0);
         // Written so that NaN fails.
