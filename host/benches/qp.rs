@@ -8,7 +8,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use remora_core::model::Mission;
-use remora_core::qp::{EmbeddedQp, InteriorPointSettings, Qp, QpSolver, Solution};
+use remora_core::qp::{EmbeddedQp, Qp, QpSolver, Solution};
 use remora_core::stages::LINKS;
 use remora_core::time::Deadline;
 use remora_host::backend::{ClarabelQp, Solve};
@@ -109,7 +109,7 @@ fn peak() -> f64 {
 /// A solver that has never solved anything.
 fn fresh<const N: usize, const NX: usize, const NU: usize, const NR: usize>()
 -> Box<EmbeddedQp<N, NX, NU, NR>> {
-    on_heap(|| EmbeddedQp::new(InteriorPointSettings::DEFAULT))
+    on_heap(|| EmbeddedQp::new())
 }
 
 /// Solves from nothing; returns the iterations.

@@ -8,6 +8,7 @@
 //!   and written whole or not at all;
 //! - [`backend`]: Clarabel behind the core's solver trait, and solvers that are watched;
 //! - [`kkt`]: optimality of a subproblem's solution, whoever solved it;
+//! - [`threads`]: a second thread for one plan;
 //! - [`draw`]: random scenarios, the same for a seed everywhere;
 //! - [`planning`]: from a scenario to a plan file, the only module that calls the core's planner;
 //! - [`export`]: the subproblems of a plan as files for other solvers;
@@ -32,3 +33,4 @@ pub mod method;
 pub mod perturbation;
 pub mod planning;
 pub mod report;
+pub mod threads;

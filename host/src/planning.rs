@@ -3,14 +3,17 @@
 use crate::backend::{ClarabelQp, Recorder, Solve};
 use crate::error::Error;
 use crate::formats::{
-    self, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget, Row, StageEnd,
+    self, EvidenceFile, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget,
+    Row, StageEnd,
 };
 use crate::method::{Method, Qp, WarmStart};
+use crate::threads::Threads;
 use remora_core::model::Mission;
 use remora_core::planner::{
-    self, Options, ReorientationSolver, Report, StageReport, TranslationSolver, Workspace,
+    self, Environment, Gain, Options, PhaseTimes, ReorientationSolver, Report, StageReport,
+    TranslationSolver, Workspace,
 };
-use remora_core::qp::{EmbeddedQp, InteriorPointSettings};
+use remora_core::qp::EmbeddedQp;
 use remora_core::scp::IterationRecord;
 use remora_core::stages::{LINKS, NODES, reorientation_size as two, translation_size as one};
 use remora_core::time::Clock;
@@ -45,6 +48,10 @@ pub struct Planned {
     pub file: PlanFile,
     /// Second-order corrections of stages 1 and 2.
     pub corrections: (u64, u64),
+    /// Where the time went.
+    pub times: PhaseTimes,
+    /// The record to file with the plan, with the gains to track it.
+    pub evidence: EvidenceFile,
     /// Iteration logs of stages 1 and 2.
     pub logs: [Vec<IterationRecord>; 2],
 }
@@ -75,6 +82,7 @@ pub struct Planner {
     workspace: Box<Workspace>,
     embedded: (Box<TranslationQp>, Box<ReorientationQp>),
     clarabel: (ClarabelQp, ClarabelQp),
+    threads: Threads,
 }
 
 /// Makes what is too large for a stack. A function of its own, so that what the compiler puts on
@@ -89,12 +97,15 @@ impl Planner {
     pub fn new() -> Self {
         Self {
             workspace: on_heap(Workspace::new),
-            embedded: (
-                on_heap(|| TranslationQp::new(InteriorPointSettings::DEFAULT)),
-                on_heap(|| ReorientationQp::new(InteriorPointSettings::DEFAULT)),
-            ),
+            embedded: (on_heap(TranslationQp::new), on_heap(ReorientationQp::new)),
             clarabel: Default::default(),
+            threads: Threads::default(),
         }
+    }
+
+    /// The same with this many threads for each plan; the plans stay the same.
+    pub fn with_threads(self, threads: Threads) -> Self {
+        Self { threads, ..self }
     }
 
     /// Plans one scenario. The result does not depend on what was planned before.
@@ -117,17 +128,17 @@ impl Planner {
         method: &Method,
         watchers: Watchers<'_>,
     ) -> Planned {
-        let report = match method.qp {
+        let Self { workspace, embedded, clarabel, threads } = self;
+        let (report, gains) = match method.qp {
             Qp::Embedded => {
-                let Self { workspace, embedded: (one, two), .. } = self;
-                let solvers =
-                    (Recorder::new(&mut **one, watchers.0), Recorder::new(&mut **two, watchers.1));
-                run(mission, scenario, method, solvers, workspace)
+                let (one, two) = (&mut *embedded.0, &mut *embedded.1);
+                let solvers = (Recorder::new(one, watchers.0), Recorder::new(two, watchers.1));
+                run(mission, scenario, method, solvers, threads, workspace)
             }
             Qp::Clarabel => {
-                let Self { workspace, clarabel: (one, two), .. } = self;
+                let (one, two) = (&mut clarabel.0, &mut clarabel.1);
                 let solvers = (Recorder::new(one, watchers.0), Recorder::new(two, watchers.1));
-                run(mission, scenario, method, solvers, workspace)
+                run(mission, scenario, method, solvers, threads, workspace)
             }
         };
         let (one, two) = (&report.translation, &report.reorientation);
@@ -148,6 +159,8 @@ impl Planner {
         Planned {
             file,
             corrections: (one.outcome.corrections as u64, two.outcome.corrections as u64),
+            times: report.times,
+            evidence: EvidenceFile::new(&scenario.id, method.qp.name(), &report.evidence, gains),
             logs: [log1.to_vec(), log2.to_vec()],
         }
     }
@@ -159,24 +172,32 @@ fn run<S1: TranslationSolver, S2: ReorientationSolver>(
     scenario: &NamedScenario,
     method: &Method,
     mut solvers: (S1, S2),
+    threads: &Threads,
     workspace: &mut Workspace,
-) -> Report {
-    match method.warm_start {
+) -> (Report, Option<Vec<Gain>>) {
+    let environment = Environment { clock: &WallClock::start(), pair: threads };
+    let report = match method.warm_start {
         WarmStart::Heuristic => planner::plan(
             mission,
             &scenario.scenario(),
             &options(method),
             (&mut solvers.0, &mut solvers.1),
-            &WallClock::start(),
+            &environment,
             workspace,
         ),
-    }
+    };
+    (report, gains(mission, &solvers.1))
 }
 
 impl Default for Planner {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// The gains of all intervals, where the solver has them.
+fn gains<S: ReorientationSolver>(mission: &Mission<LINKS>, solver: &S) -> Option<Vec<Gain>> {
+    (0..NODES - 1).map(|k| planner::feedback_gain(mission, solver, k)).collect()
 }
 
 fn end(stage: &StageReport) -> StageEnd {
@@ -212,14 +233,17 @@ pub struct PlanJob {
 }
 
 impl PlanJob {
-    /// Makes the plan and writes its file, whatever its status.
+    /// Makes the plan and writes its file, whatever its status, and its evidence beside it.
     ///
     /// # Errors
-    /// Where the file cannot be written; that is found out before planning.
+    /// Where a file cannot be written; that is found out before planning.
     pub fn run(&self) -> Result<Planned, Error> {
+        let evidence = formats::evidence_path(&self.out);
         formats::check_writable(&self.out)?;
+        formats::check_writable(&evidence)?;
         let plan = || Planner::new().plan(&self.mission, &self.scenario, &self.method);
         let planned = on_large_stack(plan)?;
+        planned.evidence.write(&evidence)?;
         planned.file.write(&self.out)?;
         Ok(planned)
     }

@@ -1,5 +1,7 @@
 //! A solver that is watched.
 
+use nalgebra::SMatrix;
+use remora_core::math::Checksum;
 use remora_core::qp::{Qp, QpOutcome, QpSolver, Solution};
 use remora_core::time::Deadline;
 
@@ -60,5 +62,13 @@ where
         let outcome = self.solver.solve_again(qp, solution, deadline);
         (self.watch)(Solve { qp, solution, outcome, is_correction: true });
         outcome
+    }
+
+    fn gain(&self, k: usize) -> Option<SMatrix<f64, NU, NX>> {
+        self.solver.gain(k)
+    }
+
+    fn identify(&self, checksum: &mut Checksum) {
+        self.solver.identify(checksum);
     }
 }

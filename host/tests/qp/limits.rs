@@ -1,7 +1,7 @@
 //! Caps on iterations and time, and the same bits whatever was solved before.
 
 use super::programs::{Recipe, bits, cold, embedded, random};
-use remora_core::qp::{QpSolver, QpStatus, Solution};
+use remora_core::qp::{InteriorPointSettings, QpSolver, QpStatus, Solution};
 use remora_core::time::{Clock, Deadline, NoClock};
 use remora_host::backend::ClarabelQp;
 use remora_host::kkt::Kkt;
@@ -19,11 +19,11 @@ fn the_cap_on_iterations_is_one() {
     let free = cold(&mut *solver, &qp).outcome.iterations;
     assert!(free > 2);
     for most in [1, 2] {
-        solver.settings.max_iterations = most;
+        solver.configure(InteriorPointSettings { max_iterations: most, ..solver.settings() });
         let outcome = cold(&mut *solver, &qp).outcome;
         assert_eq!((outcome.status, outcome.iterations), (QpStatus::IterationLimit, most));
     }
-    solver.settings.max_iterations = free;
+    solver.configure(InteriorPointSettings { max_iterations: free, ..solver.settings() });
     assert_eq!(cold(&mut *solver, &qp).outcome.status, QpStatus::Solved);
 }
 
@@ -33,7 +33,10 @@ fn a_fixed_number_of_iterations_is_exactly_that() {
     let mut solver = embedded();
     let free = cold(&mut *solver, &qp).outcome.iterations;
     for count in [1, 2, free, free + 1, free + 5, 40] {
-        solver.settings.fixed_iterations = Some(count);
+        solver.configure(InteriorPointSettings {
+            fixed_iterations: Some(count),
+            ..solver.settings()
+        });
         let answer = cold(&mut *solver, &qp);
         assert_eq!(answer.outcome.iterations, count);
         let kkt = Kkt::of(&qp, &answer.point);
@@ -109,7 +112,7 @@ fn after_a_reset_the_bits_do_not_depend_on_what_was_solved_before() {
 fn without_warm_start_every_solve_is_cold() {
     let (first, second) = (program(3), program(4));
     let mut solver = embedded();
-    solver.settings.warm_start = false;
+    solver.configure(InteriorPointSettings { warm_start: false, ..solver.settings() });
     let expected = cold(&mut *solver, &second);
     let mut point = cold(&mut *solver, &first).point;
     let outcome = solver.solve(&second, &mut point, &Deadline::never());
