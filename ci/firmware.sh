@@ -153,7 +153,7 @@ execute() {
 }
 
 results() {
-    grep -E '^(plan|residual|kernel) ' "$1"
+    grep -E '^(stage|plan|residual|kernel) ' "$1"
 }
 
 # expect WHAT COMMAND... - notes what does not hold.

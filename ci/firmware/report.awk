@@ -19,10 +19,12 @@ $1 == "about" { for (key in v) about[n, key] = v[key] }
 
 $1 == "count" { kernels[n] = kernels[n] separated(kernels[n]) pair(v["name"], v["instructions"]) }
 
-$1 == "plan" && "path" in v {
+$1 == "stage" { stages[n] = stages[n] ", " quoted(v["name"], v) }
+$1 == "plan" {
     plans[n]++
     plan[n, plans[n]] = "\"scenario\": \"" v["scenario"] "\", \"status\": " v["status"] \
-        ", \"path\": \"" v["path"] "\", \"motion\": \"" v["motion"] "\""
+        ", \"output\": \"" v["output"] "\"" stages[n]
+    stages[n] = ""
     solved[n] += v["status"] == 0
 }
 $1 == "phase" {
@@ -36,6 +38,10 @@ $1 == "phase" {
 }
 
 function separated(list) { return list == "" ? "" : ", " }
+function quoted(name, v) {
+    return sprintf("\"%s\": {\"status\": %d, \"iterations\": %d, \"corrections\": %d, \"qp_iterations\": %d}", \
+        name, v["status"], v["iterations"], v["corrections"], v["qp_iterations"])
+}
 function pair(key, value) { return sprintf("\"%s\": %.0f", key, value) }
 function mean(n, name) { return plans[n] ? sum[n, name] / plans[n] : 0 }
 # At one instruction a cycle, which is an estimate and no measurement.

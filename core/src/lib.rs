@@ -5,7 +5,7 @@
 //! - [`math`]: quaternions, dual numbers, small factorisations, the same bits on every target;
 //! - [`model`]: the world as data, with the target's tumble and the orbit's transition;
 //! - [`dynamics`]: bus and arm, their discrete steps, exact first and second derivatives;
-//! - [`time`]: clock and deadline, given by the caller;
+//! - [`time`], [`pair`]: clock, deadline and second core, given by the caller;
 //! - [`qp`]: the stage-structured convex program, its convexification, the solver trait;
 //! - [`scp`]: the loop over convex programs, its settings and log, the problem trait;
 //! - [`stages`]: translation and reorientation as problems, the heuristic start, the independent
@@ -18,6 +18,7 @@
 pub mod dynamics;
 pub mod math;
 pub mod model;
+pub mod pair;
 pub mod planner;
 pub mod qp;
 pub mod scp;

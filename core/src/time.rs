@@ -18,8 +18,8 @@ impl Clock for NoClock {
     }
 }
 
-/// A moment at which work ends with what it has. Costs one reading of the clock each time it is
-/// looked at.
+/// A moment at which work ends with what it has, by a clock that also times the work. Costs one
+/// reading of the clock each time it is looked at, none where the moment never comes.
 #[derive(Clone, Copy)]
 pub struct Deadline<'a> {
     clock: &'a dyn Clock,
@@ -27,7 +27,7 @@ pub struct Deadline<'a> {
 }
 
 impl<'a> Deadline<'a> {
-    /// The moment `seconds` from now; at once where that is not a number.
+    /// The moment `seconds` from now: at once where that is not a number, never where infinite.
     pub fn after(clock: &'a dyn Clock, seconds: f64) -> Self {
         Self { clock, at_s: clock.seconds() + seconds }
     }
@@ -35,6 +35,11 @@ impl<'a> Deadline<'a> {
     /// The moment that never comes.
     pub const fn never() -> Self {
         Self { clock: &NoClock, at_s: f64::INFINITY }
+    }
+
+    /// Seconds on its clock.
+    pub fn seconds(&self) -> f64 {
+        self.clock.seconds()
     }
 
     /// Whether the moment has come.

@@ -7,7 +7,8 @@
 
 use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
-use remora_core::planner::{Options, Workspace, plan, plan_reorientation};
+use remora_core::pair::Sequential;
+use remora_core::planner::{Environment, Options, Workspace, plan, plan_reorientation};
 use remora_core::scp::Status;
 use remora_core::stages::{LINKS, Mode};
 use remora_host::backend::ClarabelQp;
@@ -25,17 +26,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = Options::new(Mode::Optimal, Integrator::Euler);
     let mut workspace = Box::new(Workspace::new());
     let (mut one, mut two) = (ClarabelQp::default(), ClarabelQp::default());
-    let clock = WallClock::start();
+    let environment = Environment { clock: &WallClock::start(), pair: &Sequential };
     let mut sums = [0.0; 5];
     let mut solved = 0;
     for (k, named) in set.scenarios.iter().enumerate() {
         let scenario = named.scenario();
         let solvers = (&mut one, &mut two);
-        let first = plan(&mission, &scenario, &options, solvers, &clock, &mut workspace);
+        let first = plan(&mission, &scenario, &options, solvers, &environment, &mut workspace);
         let Workspace { translation, reorientation, .. } = &mut *workspace;
         let (path, motion) = (&translation.trajectory, &mut reorientation.trajectory);
         disturb(&mission, options.integrator, path, motion, size, k as u64);
-        let again = plan_reorientation(&mission, &options, &mut two, &clock, &mut workspace);
+        let again = plan_reorientation(&mission, &options, &mut two, &environment, &mut workspace);
         solved += usize::from(again.outcome.status == Status::Solved);
         let ratio = again.cost / first.reorientation.cost;
         println!(

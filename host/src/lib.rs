@@ -7,6 +7,7 @@
 //! - [`formats`]: scenario sets, missions, plans, tables of results; how they are read, validated
 //!   and written whole or not at all;
 //! - [`backend`]: Clarabel behind the core's solver trait;
+//! - [`threads`]: a second thread for one plan;
 //! - [`draw`]: random scenarios, the same for a seed everywhere;
 //! - [`planning`]: from a scenario to a plan file, the only module that calls the core's planner;
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
@@ -27,3 +28,4 @@ pub mod method;
 pub mod perturbation;
 pub mod planning;
 pub mod report;
+pub mod threads;

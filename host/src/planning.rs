@@ -3,13 +3,18 @@
 use crate::backend::ClarabelQp;
 use crate::error::Error;
 use crate::formats::{
-    self, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget, Row, StageEnd,
+    self, EvidenceFile, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget,
+    Row, StageEnd,
 };
 use crate::method::{Method, Qp, WarmStart};
+use crate::threads::Threads;
 use remora_core::model::Mission;
-use remora_core::planner::{self, Options, Report, StageReport, Workspace};
+use remora_core::planner::{
+    self, Environment, Gain, Options, PhaseTimes, ReorientationSolver, Report, StageReport,
+    Workspace,
+};
 use remora_core::scp::IterationRecord;
-use remora_core::stages::LINKS;
+use remora_core::stages::{LINKS, NODES};
 use remora_core::time::Clock;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -42,6 +47,10 @@ pub struct Planned {
     pub file: PlanFile,
     /// Second-order corrections of stages 1 and 2.
     pub corrections: (u64, u64),
+    /// Where the time went.
+    pub times: PhaseTimes,
+    /// The record to file with the plan, with the gains to track it.
+    pub evidence: EvidenceFile,
     /// Iteration logs of stages 1 and 2.
     pub logs: [Vec<IterationRecord>; 2],
 }
@@ -59,6 +68,7 @@ pub struct Planner {
     workspace: Box<Workspace>,
     translation: ClarabelQp,
     reorientation: ClarabelQp,
+    threads: Threads,
 }
 
 impl Planner {
@@ -68,7 +78,13 @@ impl Planner {
             workspace: Box::new(Workspace::new()),
             translation: ClarabelQp::default(),
             reorientation: ClarabelQp::default(),
+            threads: Threads::default(),
         }
+    }
+
+    /// The same with this many threads for each plan; the plans stay the same.
+    pub fn with_threads(self, threads: Threads) -> Self {
+        Self { threads, ..self }
     }
 
     /// Plans one scenario. The result does not depend on what was planned before.
@@ -80,7 +96,7 @@ impl Planner {
         scenario: &NamedScenario,
         method: &Method,
     ) -> Planned {
-        let report = self.run(mission, scenario, method);
+        let (report, gains) = self.run(mission, scenario, method);
         let (one, two) = (&report.translation, &report.reorientation);
         let file = PlanFile {
             format: formats::PLAN_FORMAT.into(),
@@ -99,6 +115,8 @@ impl Planner {
         Planned {
             file,
             corrections: (one.outcome.corrections as u64, two.outcome.corrections as u64),
+            times: report.times,
+            evidence: EvidenceFile::new(&scenario.id, method.qp.name(), &report.evidence, gains),
             logs: [log1.to_vec(), log2.to_vec()],
         }
     }
@@ -109,19 +127,21 @@ impl Planner {
         mission: &Mission<LINKS>,
         scenario: &NamedScenario,
         method: &Method,
-    ) -> Report {
+    ) -> (Report, Option<Vec<Gain>>) {
         let options = options(method);
-        let Self { workspace, translation, reorientation } = self;
-        match (method.qp, method.warm_start) {
+        let environment = Environment { clock: &WallClock::start(), pair: &self.threads };
+        let Self { workspace, translation, reorientation, .. } = self;
+        let report = match (method.qp, method.warm_start) {
             (Qp::Clarabel, WarmStart::Heuristic) => planner::plan(
                 mission,
                 &scenario.scenario(),
                 &options,
-                (translation, reorientation),
-                &WallClock::start(),
+                (translation, &mut *reorientation),
+                &environment,
                 workspace,
             ),
-        }
+        };
+        (report, gains(mission, reorientation))
     }
 }
 
@@ -129,6 +149,11 @@ impl Default for Planner {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// The gains of all intervals, where the solver has them.
+fn gains<S: ReorientationSolver>(mission: &Mission<LINKS>, solver: &S) -> Option<Vec<Gain>> {
+    (0..NODES - 1).map(|k| planner::feedback_gain(mission, solver, k)).collect()
 }
 
 fn end(stage: &StageReport) -> StageEnd {
@@ -164,14 +189,17 @@ pub struct PlanJob {
 }
 
 impl PlanJob {
-    /// Makes the plan and writes its file, whatever its status.
+    /// Makes the plan and writes its file, whatever its status, and its evidence beside it.
     ///
     /// # Errors
-    /// Where the file cannot be written; that is found out before planning.
+    /// Where a file cannot be written; that is found out before planning.
     pub fn run(&self) -> Result<Planned, Error> {
+        let evidence = formats::evidence_path(&self.out);
         formats::check_writable(&self.out)?;
+        formats::check_writable(&evidence)?;
         let plan = || Planner::new().plan(&self.mission, &self.scenario, &self.method);
         let planned = on_large_stack(plan)?;
+        planned.evidence.write(&evidence)?;
         planned.file.write(&self.out)?;
         Ok(planned)
     }

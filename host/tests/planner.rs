@@ -3,13 +3,18 @@
 
 use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
-use remora_core::planner::{Options, Report, Workspace, plan, plan_reorientation};
+use remora_core::pair::{Pair, Sequential};
+use remora_core::planner::{
+    Environment, Fallback, Options, Report, Workspace, output_checksum, plan, plan_reorientation,
+};
 use remora_core::scp::Status;
 use remora_core::stages::{LINKS, Mode, verify};
-use remora_core::time::NoClock;
+use remora_core::time::Clock;
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
 use remora_host::perturbation::disturb;
+use remora_host::threads::Threads;
+use std::cell::Cell;
 use std::path::Path;
 
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures");
@@ -45,9 +50,18 @@ impl Bench {
     }
 
     fn plan(&mut self, scenario: usize, options: &Options) -> Report {
+        self.plan_in(scenario, options, &Environment::BARE)
+    }
+
+    fn plan_in<P: Pair>(
+        &mut self,
+        scenario: usize,
+        options: &Options,
+        environment: &Environment<P>,
+    ) -> Report {
         let scenario = self.set.scenarios[scenario].scenario();
         let solvers = (&mut self.solvers.0, &mut self.solvers.1);
-        plan(&self.mission, &scenario, options, solvers, &NoClock, &mut self.workspace)
+        plan(&self.mission, &scenario, options, solvers, environment, &mut self.workspace)
     }
 }
 
@@ -102,8 +116,13 @@ fn a_disturbed_plan_is_a_better_start_than_the_heuristic() {
         let (path, motion) = (&translation.trajectory, &mut reorientation.trajectory);
         disturb(&bench.mission, options.integrator, path, motion, 0.05, k as u64);
         let solver = &mut bench.solvers.1;
-        let again =
-            plan_reorientation(&bench.mission, &options, solver, &NoClock, &mut bench.workspace);
+        let again = plan_reorientation(
+            &bench.mission,
+            &options,
+            solver,
+            &Environment::BARE,
+            &mut bench.workspace,
+        );
         assert_eq!(again.outcome.status, Status::Solved, "scenario {k}");
         disturbed += again.outcome.iterations;
     }
@@ -120,7 +139,8 @@ fn planning_fits_a_stack_of_256_kib() {
         let planning = move || {
             let options = Options::new(Mode::Optimal, Integrator::Rk4 { substeps: 4 });
             let (mut one, mut two) = (ClarabelQp::default(), ClarabelQp::default());
-            plan(&mission, &scenario, &options, (&mut one, &mut two), &NoClock, workspace).status
+            plan(&mission, &scenario, &options, (&mut one, &mut two), &Environment::BARE, workspace)
+                .status
         };
         let thread = std::thread::Builder::new().stack_size(256 << 10);
         thread.spawn_scoped(scope, planning).unwrap().join().unwrap()
@@ -147,8 +167,13 @@ fn a_start_that_is_not_a_number_is_not_a_success() {
     bench.plan(0, &options);
     bench.workspace.reorientation.trajectory.states[20].rate.x = f64::NAN;
     let solver = &mut bench.solvers.1;
-    let report =
-        plan_reorientation(&bench.mission, &options, solver, &NoClock, &mut bench.workspace);
+    let report = plan_reorientation(
+        &bench.mission,
+        &options,
+        solver,
+        &Environment::BARE,
+        &mut bench.workspace,
+    );
     assert_eq!(report.outcome.status, Status::NumericalFailure);
 }
 
@@ -160,4 +185,127 @@ fn the_iteration_limit_is_said_to_be_one() {
     let report = bench.plan(0, &options);
     assert_eq!(report.status, Status::IterationLimit);
     assert_eq!(report.reorientation.outcome.iterations, 2);
+}
+
+#[test]
+fn two_threads_plan_the_same_bits_as_one() {
+    let mut bench = Bench::new();
+    let two = Environment { pair: &Threads::Two, clock: Environment::BARE.clock };
+    for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
+        let options = Options::new(Mode::Optimal, integrator);
+        let alone = bench.plan(11, &options);
+        assert_eq!(alone.status, Status::Solved);
+        assert_eq!(bench.plan_in(11, &options, &two), alone);
+    }
+}
+
+/// A clock that gains a second with each reading.
+struct Ticking(Cell<f64>);
+
+impl Clock for Ticking {
+    fn seconds(&self) -> f64 {
+        self.0.set(self.0.get() + 1.0);
+        self.0.get()
+    }
+}
+
+/// Plans with so many readings of the clock to go.
+fn plan_within(bench: &mut Bench, readings: f64) -> Report {
+    let mut options = Options::new(Mode::Optimal, Integrator::Euler);
+    options.deadline_s = readings;
+    let clock = Ticking(Cell::new(0.0));
+    bench.plan_in(36, &options, &Environment { clock: &clock, pair: &Sequential })
+}
+
+#[test]
+fn a_plan_cut_short_is_told_from_one_to_fly() {
+    let mut bench = Bench::new();
+    let scenario = bench.set.scenarios[36].scenario();
+    let (mut useful, mut earlier, mut last_cost) = (0, 0, f64::INFINITY);
+    for readings in (1..200).step_by(3) {
+        let report = plan_within(&mut bench, f64::from(readings));
+        let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
+        let residuals = verify(&bench.mission, &scenario, Integrator::Euler, path, motion);
+        assert_eq!(residuals, report.residuals);
+        assert_eq!(report.is_verified(), residuals.are_within(&bench.mission.tolerances));
+        assert!(motion.states.iter().all(|x| x.is_finite()));
+        if report.status == Status::Solved {
+            assert!(report.is_verified());
+            continue;
+        }
+        assert_eq!(report.status, Status::Deadline, "{readings}");
+        earlier += i32::from(report.evidence.reorientation.fallback == Fallback::EarlierIterate);
+        if report.is_verified() {
+            useful += 1;
+            // More time never makes it worse.
+            assert!(report.reorientation.cost <= last_cost, "{readings}");
+            last_cost = report.reorientation.cost;
+        } else {
+            assert_eq!(useful, 0, "{readings}");
+        }
+    }
+    assert!(useful > 0 && earlier > 0, "{useful}, {earlier}");
+}
+
+#[test]
+fn no_time_at_all_leaves_the_starts() {
+    let mut bench = Bench::new();
+    let report = plan_within(&mut bench, 0.0);
+    assert_eq!(report.status, Status::Deadline);
+    assert_eq!(report.translation.outcome.status, Status::Deadline);
+    assert_eq!(report.reorientation.outcome.status, Status::Deadline);
+    assert_eq!(report.reorientation.outcome.iterations, 0);
+    let evidence = &report.evidence;
+    assert_eq!(evidence.translation.fallback, Fallback::Start);
+    assert_eq!(evidence.reorientation.fallback, Fallback::Start);
+    assert!(!report.is_verified());
+    assert!(bench.workspace.motion().states.iter().all(|x| x.is_finite()));
+}
+
+#[test]
+fn evidence_follows_what_it_is_evidence_of() {
+    let mut bench = Bench::new();
+    let options = Options::new(Mode::Feasible, Integrator::Euler);
+    let first = bench.plan(2, &options).evidence;
+    assert_eq!(first.output, output_checksum(bench.workspace.path(), bench.workspace.motion()));
+    assert!(first.is_verified && first.translation.qp_iterations > 0);
+    assert_eq!(first.reorientation.qp_unsolved, 0);
+    assert_eq!(bench.plan(2, &options).evidence, first);
+
+    // Another scenario, another mission, other settings.
+    let other = bench.plan(3, &options).evidence;
+    assert!(other.input != first.input && other.output != first.output);
+    assert_eq!(other.settings, first.settings);
+    bench.mission.servicer.links[2].inertia.y *= 1.0 + f64::EPSILON;
+    assert_ne!(bench.plan(2, &options).evidence.input, first.input);
+    let changed = |change: fn(&mut Options)| {
+        let mut options = options;
+        change(&mut options);
+        options
+    };
+    bench.mission = Mission::default();
+    for options in [
+        changed(|o| o.deadline_s = 1e9),
+        changed(|o| o.translation.grow = 2.5),
+        changed(|o| o.reorientation.max_corrections = 1),
+        Options::new(Mode::Optimal, Integrator::Euler),
+        Options::new(Mode::Feasible, Integrator::Rk4 { substeps: 4 }),
+    ] {
+        let other = bench.plan(2, &options).evidence;
+        assert_ne!(other.settings, first.settings, "{options:?}");
+        assert_eq!(other.input, first.input);
+    }
+}
+
+#[test]
+fn phases_add_up_to_the_whole() {
+    let mut bench = Bench::new();
+    let options = Options::new(Mode::Feasible, Integrator::Euler);
+    let clock = Ticking(Cell::new(0.0));
+    let report = bench.plan_in(0, &options, &Environment { clock: &clock, pair: &Sequential });
+    let t = report.times;
+    let phases = [t.start_s, t.translation_s, t.linearise_s, t.qp_s, t.step_s, t.verify_s];
+    assert!(phases.iter().all(|phase| *phase > 0.0), "{t:?}");
+    assert!(phases.iter().sum::<f64>() <= t.total_s);
+    assert_eq!(bench.plan(0, &options).times, Default::default());
 }

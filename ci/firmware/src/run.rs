@@ -26,7 +26,8 @@ impl Memory {
         const BLANK: InteriorPointSettings = InteriorPointSettings {
             max_iterations: 0,
             tolerance: 0.0,
-            reduced_tolerance: 0.0,
+            complementarity: 0.0,
+            reduced: 0.0,
             warm_start: false,
             fixed_iterations: None,
         };

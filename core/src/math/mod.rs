@@ -5,13 +5,23 @@
 //! here calls a `std` or nalgebra float function, whose implementation depends on features that
 //! other crates may switch on.
 
+mod checksum;
 mod cholesky;
 mod dual;
 mod eigen;
 mod lanes;
+pub mod matrix;
 pub mod quaternion;
 mod scalar;
 mod spatial;
+
+pub use checksum::Checksum;
+pub use cholesky::{NotPositiveDefinite, cholesky_in_place, cholesky_solve_in_place};
+pub use dual::Dual;
+pub use eigen::project_positive;
+pub use lanes::Lanes;
+pub use scalar::Scalar;
+pub use spatial::{Mat3, Vec3};
 
 /// `value` brought into `[least, most]`; what is not a number stays so.
 ///
@@ -26,10 +36,3 @@ pub fn clamp(value: f64, least: f64, most: f64) -> f64 {
         value
     }
 }
-
-pub use cholesky::{NotPositiveDefinite, cholesky_in_place, cholesky_solve_in_place};
-pub use dual::Dual;
-pub use eigen::project_positive;
-pub use lanes::Lanes;
-pub use scalar::Scalar;
-pub use spatial::{Mat3, Vec3};

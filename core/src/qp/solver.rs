@@ -1,7 +1,9 @@
 //! What the SCP loop asks of a solver of the convex subproblem.
 
 use super::{Qp, Solution};
+use crate::math::Checksum;
 use crate::time::Deadline;
+use nalgebra::SMatrix;
 
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -83,5 +85,19 @@ pub trait QpSolver<const N: usize, const NX: usize, const NU: usize, const NR: u
         deadline: &Deadline,
     ) -> QpOutcome {
         self.solve(qp, solution, deadline)
+    }
+
+    /// Feedback gain at node `k < N - 1` of the last solve, by the program's own (scaled) steps:
+    /// near the optimum `u = u_k + K (x - x_k)`. `None` where the solver has none, or where its
+    /// last solve was not usable.
+    fn gain(&self, k: usize) -> Option<SMatrix<f64, NU, NX>> {
+        let _ = k;
+        None
+    }
+
+    /// Adds to `checksum` what tells this solver and its settings from others. Nothing by
+    /// default.
+    fn identify(&self, checksum: &mut Checksum) {
+        let _ = checksum;
     }
 }

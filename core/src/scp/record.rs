@@ -1,6 +1,6 @@
 //! The per-iteration log.
 
-use crate::qp::QpStatus;
+use crate::qp::{QpOutcome, QpStatus};
 
 /// Most iterations the loop can be asked for: the size of its log.
 pub const MAX_ITERATIONS: usize = 64;
@@ -34,14 +34,26 @@ pub struct IterationRecord {
     pub accepted: bool,
     /// Interior-point iterations, corrections included.
     pub qp_iterations: u32,
-    /// How the last subproblem ended.
+    /// How the subproblem ended.
     pub qp_status: QpStatus,
+    /// How many programs, corrections included, ended other than solved to full accuracy.
+    pub qp_unsolved: u32,
     /// Second-order corrections tried.
     pub corrections: u32,
     /// Time of the whole iteration [s].
     pub time_s: f64,
+    /// Share of it spent on the linearisation and the subproblem's bounds [s].
+    pub linearise_time_s: f64,
     /// Share of it spent in the subproblem solver [s].
     pub qp_time_s: f64,
+}
+
+impl IterationRecord {
+    /// Counts a program among those of this iteration.
+    pub(super) fn count(&mut self, solved: QpOutcome) {
+        self.qp_iterations += solved.iterations;
+        self.qp_unsolved += u32::from(solved.status != QpStatus::Solved);
+    }
 }
 
 /// The iterations of one solve in order.

@@ -9,6 +9,14 @@ pub use reorientation::{Mode, Reorientation, ReorientationTrajectory};
 pub use translation::{Translation, TranslationTrajectory};
 pub use verifier::{Residuals, verify, verify_translation};
 
+/// The larger of two violations; what is not a number is infinitely violated.
+fn worse(a: f64, b: f64) -> f64 {
+    if b.is_nan() {
+        return f64::INFINITY;
+    }
+    if b <= a { a } else { b }
+}
+
 /// Nodes of the mission's horizon.
 pub const NODES: usize = 60;
 /// Links of the mission's arm.
@@ -35,4 +43,17 @@ pub mod reorientation_size {
     pub const NU: usize = 3 + LINKS;
     /// Soft rows.
     pub const NR: usize = 1;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::worse;
+
+    #[test]
+    fn what_is_not_a_number_is_the_worst() {
+        assert_eq!(worse(1.0, 2.0), 2.0);
+        assert_eq!(worse(0.0, -1.0), 0.0);
+        assert_eq!(worse(1.0, f64::NAN), f64::INFINITY);
+        assert_eq!(worse(f64::INFINITY, 1.0), f64::INFINITY);
+    }
 }

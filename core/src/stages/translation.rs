@@ -8,6 +8,7 @@ use crate::time::Deadline;
 use nalgebra::{Matrix3, SVector, Vector3};
 
 use super::translation_size::{NR, NU, NX};
+use super::worse;
 
 /// Path of the centre of mass: position and velocity at the nodes, force over the intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,6 +95,7 @@ impl<'a, const N: usize> Translation<'a, N> {
     pub fn warm_start<S: QpSolver<N, NX, NU, NR>>(
         &mut self,
         solver: &mut S,
+        deadline: &Deadline,
         qp: &mut Qp<N, NX, NU, NR>,
         step: &mut Solution<N, NX, NU, NR>,
         trajectory: &mut TranslationTrajectory<N>,
@@ -104,7 +106,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         self.linearise(trajectory, None, qp);
         self.bound(trajectory, f64::INFINITY, qp);
         qp.row_weight = 1.0;
-        let outcome = solver.solve(qp, step, &Deadline::never());
+        let outcome = solver.solve(qp, step, deadline);
         self.constrained = true;
         if outcome.status.is_usable() {
             let drift = *trajectory;
@@ -275,9 +277,9 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
     }
 
     fn violation(&self, residuals: &Residuals<N, NX, NR>) -> f64 {
-        let keep_out = residuals.row.iter().map(|row| row[0]).fold(0.0, f64::max);
-        let end = residuals.defect[N - 2].amax();
-        (keep_out / self.keep_out_tolerance).max(end / self.end_tolerance) / MARGIN
+        let keep_out = residuals.row.iter().fold(0.0, |worst, row| worse(worst, row[0]));
+        let end = residuals.defect[N - 2].iter().fold(0.0, |worst, d| worse(worst, d.abs()));
+        worse(keep_out / self.keep_out_tolerance, end / self.end_tolerance) / MARGIN
     }
 
     fn step_length(&self, step: &Solution<N, NX, NU, NR>) -> f64 {

@@ -52,6 +52,7 @@ impl Args {
         if self.verbose {
             text.push_str(&report::iteration_log("Stage 1, translation", &planned.logs[0]));
             text.push_str(&report::iteration_log("Stage 2, reorientation", &planned.logs[1]));
+            text.push_str(&report::evidence(&planned));
         }
         text.push_str(&report::plan_report(&planned, &job.mission.tolerances, &job.out));
         Ok(Output::new(text, planned.file.status == PlanStatus::Solved))

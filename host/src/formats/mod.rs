@@ -4,6 +4,7 @@
 //! unknown `format`, an unknown field, a number that is not one, a quaternion that is not of unit
 //! length. A writer writes beside the file and renames, so that no file is ever half written.
 
+mod evidence_file;
 pub mod json;
 mod mission_defaults;
 mod mission_file;
@@ -13,6 +14,9 @@ mod plan_file;
 mod results;
 mod scenario_set;
 
+pub use evidence_file::{
+    EvidenceFile, FORMAT as EVIDENCE_FORMAT, FallbackName, GainRows, StageRecord, evidence_path,
+};
 pub use mission_file::{
     Approach as MissionApproach, FORMAT as MISSION_FORMAT, Horizon as MissionHorizon,
     Link as MissionLink, MissionFile, Orbit as MissionOrbit, Servicer as MissionServicer,
@@ -80,6 +84,7 @@ mod tests {
             if let Ok(mission) = MissionFile::parse(&mission).and_then(|file| file.mission()) {
                 prop_assert!(mission.validate().is_ok());
             }
+            let _ = EvidenceFile::parse(&damaged("{\"format\": \"remora-evidence/1\"}", at, with));
             let _ = PlanFile::parse(&damaged("{\"format\": \"remora-plan/1\"}", at, with));
         }
     }

@@ -7,7 +7,7 @@ mod table;
 
 pub use campaign::campaign_report;
 pub use check::check_report;
-pub use plan::{iteration_log, plan_report};
+pub use plan::{evidence, iteration_log, plan_report};
 pub use table::{Align, Table};
 
 use crate::formats::PlanResiduals;

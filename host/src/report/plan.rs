@@ -77,6 +77,25 @@ pub fn iteration_log(title: &str, log: &[IterationRecord]) -> String {
     format!("{title} (+ step taken; worst: largest violation over its tolerance)\n{table}\n")
 }
 
+/// Where the time went, and the record of evidence, a line each.
+pub fn evidence(planned: &Planned) -> String {
+    let (t, e) = (&planned.times, &planned.evidence);
+    let phases = [
+        ("start", t.start_s),
+        ("stage 1", t.translation_s),
+        ("linearise", t.linearise_s),
+        ("qp", t.qp_s),
+        ("steps", t.step_s),
+        ("verify", t.verify_s),
+        ("total", t.total_s),
+    ];
+    let phases = phases.map(|(name, seconds)| format!("{name} {}", time(seconds))).join(", ");
+    format!(
+        "time: {phases}\nversions: core {}, host {}\nchecksums: input {}, settings {}, output {}\n\n",
+        e.core_version, e.host_version, e.input, e.settings, e.output,
+    )
+}
+
 fn ratio(ratio: f64) -> String {
     if ratio.abs() < 1000.0 { format!("{ratio:.3}") } else { format!("{ratio:.1e}") }
 }

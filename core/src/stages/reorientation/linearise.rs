@@ -3,6 +3,7 @@
 use super::{ANGLE_SCALE, COSINE_SCALE, NR, Reorientation, ReorientationTrajectory};
 use crate::dynamics::{Acceleration, Integrator, State, StepJacobian, TorqueCurvature};
 use crate::math::quaternion;
+use crate::pair::Pair;
 use crate::qp::{Solution, Stage};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -18,8 +19,8 @@ const AT_LIMIT: f64 = 1e-5;
 /// Value of the scaled pointing row above which it counts as active.
 const ROW_ACTIVE: f64 = -1e-3;
 
-impl<const N: usize, const NL: usize, const NX: usize, const NU: usize>
-    Reorientation<'_, N, NL, NX, NU>
+impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+    Reorientation<'_, P, N, NL, NX, NU>
 {
     /// Fills dynamics and offset of one interval, attitude rows in RTN.
     pub(super) fn linearise_interval(

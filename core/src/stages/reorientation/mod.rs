@@ -6,9 +6,11 @@ mod roll_out;
 use super::TranslationTrajectory;
 use super::heuristic::line_of_sight;
 use super::reorientation_size::NR;
+use super::worse;
 use crate::dynamics::{Control, Integrator, Multibody, State};
 use crate::math::{clamp, quaternion};
 use crate::model::{Mission, TargetState, initial_bus_attitude};
+use crate::pair::{Pair, Sequential};
 use crate::qp::{Qp, Solution, Stage};
 use crate::scp::{Problem, Residuals};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
@@ -49,8 +51,11 @@ pub enum Mode {
 /// Steps live on the tangent space: `[dtheta, dalpha, drate, djoint_rate]`, `dtheta` a left
 /// perturbation in RTN axes (at the last node, in axes whose first is the approach direction, so
 /// that the terminal attitude constraint pins the other two).
-pub struct Reorientation<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize> {
+///
+/// `P` runs the two halves of the horizon wherever nodes do not depend on each other.
+pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize, const NU: usize> {
     mission: &'a Mission<NL>,
+    pair: &'a P,
     body: Multibody<NL>,
     translation: &'a TranslationTrajectory<N>,
     integrator: Integrator,
@@ -94,8 +99,8 @@ const PROXIMITY: f64 = 3e-3;
 /// Roll-outs of a step: the second makes up for the pose that the first one missed.
 const PASSES: usize = 2;
 
-impl<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize>
-    Reorientation<'a, N, NL, NX, NU>
+impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+    Reorientation<'a, P, N, NL, NX, NU>
 {
     /// The problem that follows from Stage 1's path; `target` the tumble at the nodes.
     pub fn new(
@@ -104,6 +109,7 @@ impl<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         target: &[TargetState; N],
         integrator: Integrator,
         mode: Mode,
+        pair: &'a P,
     ) -> Self {
         const { assert!(NX == 6 + 2 * NL && NU == 3 + NL, "sizes of state and control") };
         let servicer = &mission.servicer;
@@ -111,8 +117,10 @@ impl<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let approach = -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal);
         let across = quaternion::any_normal(&approach);
         let t = &mission.tolerances;
+        let (scale_x, scale_u) = Self::scales(mission);
         Self {
             mission,
+            pair,
             body: Multibody::new(mission),
             translation,
             integrator,
@@ -127,10 +135,19 @@ impl<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             arm: servicer.capture_geometry().direction,
             terminal_axes: Matrix3::from_columns(&[approach, across, approach.cross(&across)]),
             cos_field_of_view: libm::cos(mission.approach.field_of_view_half_angle),
-            scale_x: Self::by_kind(ANGLE_SCALE, ANGLE_SCALE, RATE_SCALE, JOINT_RATE_SCALE),
-            scale_u: SVector::from_fn(|i, _| TORQUE_SCALE * Self::max_torque(mission, i)),
+            scale_x,
+            scale_u,
             tolerance_x: Self::by_kind(1.0, 1.0, 1e-2, 1e-2) * t.dynamics,
         }
+    }
+
+    /// What the components of steps are divided by in the subproblem: states [rad, rad/s] and
+    /// controls [N m].
+    pub fn scales(mission: &Mission<NL>) -> (SVector<f64, NX>, SVector<f64, NU>) {
+        (
+            Self::by_kind(ANGLE_SCALE, ANGLE_SCALE, RATE_SCALE, JOINT_RATE_SCALE),
+            SVector::from_fn(|i, _| TORQUE_SCALE * Self::max_torque(mission, i)),
+        )
     }
 
     /// Cost of a torque profile, as section 6 defines it.
@@ -231,10 +248,73 @@ impl<'a, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             joint_torque: control.joint_torque.map(|t| clamp(t, -joint, joint)),
         }
     }
+
+    /// Defects and rows of the nodes from `first` on.
+    fn residuals_from(
+        &self,
+        first: usize,
+        z: &ReorientationTrajectory<N, NL>,
+        defects: &mut [SVector<f64, NX>],
+        rows: &mut [SVector<f64, NR>],
+    ) {
+        for ((k, defect), row) in (first..N).zip(defects).zip(rows) {
+            row[0] = self.pointing_row(k, &z.states[k]).0;
+            defect.fill(0.0);
+            if k + 1 < N {
+                let (state, control) = (&z.states[k], &z.controls[k]);
+                let force = &self.translation.force[k];
+                let next = self.body.step(self.integrator, self.dt, state, control, force);
+                *defect = self.defect(k, &next, &z.states[k + 1]);
+            }
+        }
+    }
+
+    /// Fills `stages`, those from node `first` on, with everything but curvature that is handed
+    /// from node to node.
+    fn linearise_from(
+        &self,
+        first: usize,
+        z: &ReorientationTrajectory<N, NL>,
+        multipliers: Option<&Solution<N, NX, NU, NR>>,
+        convex: &SVector<f64, NU>,
+        stages: &mut [Stage<NX, NU, NR>],
+    ) {
+        for (k, stage) in (first..N).zip(stages) {
+            *stage = Stage::ZERO;
+            let (offset, gradient) = self.pointing_row(k, &z.states[k]);
+            let gradient = self.axes(k).tr_mul(&gradient) * ANGLE_SCALE;
+            stage.row_offset[0] = offset;
+            for i in 0..3 {
+                stage.row_x[(0, i)] = gradient[i];
+            }
+            if let Some(last) = multipliers
+                && self.mode == Mode::Optimal
+            {
+                self.add_pointing_curvature(k, &z.states[k], last.row_multiplier[k][0], stage);
+                self.stiffen(k, &z.states[k], last, stage);
+            }
+            if k + 1 == N {
+                continue;
+            }
+            let next = self.linearise_interval(k, z, stage);
+            if let Some(last) = multipliers
+                && self.mode == Mode::Optimal
+            {
+                self.add_curvature(k, z, &next, &last.defect_multiplier[k], stage);
+            }
+            self.apply_chart(k, &next, &z.states[k + 1], stage);
+            let control = Self::stacked_control(&z.controls[k]);
+            for i in 0..NU {
+                if self.mode == Mode::Optimal {
+                    stage.gradient_u[i] = convex[i] * control[i] / self.scale_u[i];
+                }
+            }
+        }
+    }
 }
 
-impl<const N: usize, const NL: usize, const NX: usize, const NU: usize> Problem<N, NX, NU, NR>
-    for Reorientation<'_, N, NL, NX, NU>
+impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+    Problem<N, NX, NU, NR> for Reorientation<'_, P, N, NL, NX, NU>
 {
     type Trajectory = ReorientationTrajectory<N, NL>;
 
@@ -284,37 +364,11 @@ impl<const N: usize, const NL: usize, const NX: usize, const NU: usize> Problem<
             let unit = self.scale_u[i] / Self::max_torque(self.mission, i);
             2.0 * self.weight(i) * unit * unit
         });
-        for (k, stage) in qp.stages.iter_mut().enumerate() {
-            *stage = Stage::ZERO;
-            let (offset, gradient) = self.pointing_row(k, &z.states[k]);
-            let gradient = self.axes(k).tr_mul(&gradient) * ANGLE_SCALE;
-            stage.row_offset[0] = offset;
-            for i in 0..3 {
-                stage.row_x[(0, i)] = gradient[i];
-            }
-            if let Some(last) = multipliers
-                && self.mode == Mode::Optimal
-            {
-                self.add_pointing_curvature(k, &z.states[k], last.row_multiplier[k][0], stage);
-                self.stiffen(k, &z.states[k], last, stage);
-            }
-            if k + 1 == N {
-                continue;
-            }
-            let next = self.linearise_interval(k, z, stage);
-            if let Some(last) = multipliers
-                && self.mode == Mode::Optimal
-            {
-                self.add_curvature(k, z, &next, &last.defect_multiplier[k], stage);
-            }
-            self.apply_chart(k, &next, &z.states[k + 1], stage);
-            let control = Self::stacked_control(&z.controls[k]);
-            for i in 0..NU {
-                if self.mode == Mode::Optimal {
-                    stage.gradient_u[i] = convex[i] * control[i] / self.scale_u[i];
-                }
-            }
-        }
+        let (early, late) = qp.stages.split_at_mut(N / 2);
+        let half = |first, stages: &mut [Stage<NX, NU, NR>]| {
+            self.linearise_from(first, z, multipliers, &convex, stages);
+        };
+        self.pair.join(|| half(0, early), || half(N / 2, late));
         if multipliers.is_some() && self.mode == Mode::Optimal {
             qp.convexify(&convex, |k, i| self.is_pinned(k, i));
             return;
@@ -381,29 +435,23 @@ impl<const N: usize, const NL: usize, const NX: usize, const NU: usize> Problem<
         out.cost = if self.mode == Mode::Optimal { self.cost(&z.controls) } else { 0.0 };
         out.ignored_defect = self.tolerance_x.component_div(&self.scale_x) * IGNORED;
         out.ignored_row.fill(IGNORED * self.mission.tolerances.pointing / COSINE_SCALE);
-        for k in 0..N {
-            out.row[k][0] = self.pointing_row(k, &z.states[k]).0;
-            out.defect[k] = SMatrix::zeros();
-            if k + 1 < N {
-                let next = self.body.step(
-                    self.integrator,
-                    self.dt,
-                    &z.states[k],
-                    &z.controls[k],
-                    &self.translation.force[k],
-                );
-                out.defect[k] = self.defect(k, &next, &z.states[k + 1]);
-            }
-        }
+        let (early_defects, late_defects) = out.defect.split_at_mut(N / 2);
+        let (early_rows, late_rows) = out.row.split_at_mut(N / 2);
+        let early = || self.residuals_from(0, z, early_defects, early_rows);
+        let late = || self.residuals_from(N / 2, z, late_defects, late_rows);
+        match self.integrator {
+            // Too little work to hand over.
+            Integrator::Euler => Sequential.join(early, late),
+            Integrator::Rk4 { .. } => self.pair.join(early, late),
+        };
     }
 
     fn violation(&self, residuals: &Residuals<N, NX, NR>) -> f64 {
-        let mut worst = 0.0f64;
-        for k in 0..N {
-            worst =
-                worst.max(residuals.row[k][0] * COSINE_SCALE / self.mission.tolerances.pointing);
-            let defect = residuals.defect[k].component_mul(&self.scale_x);
-            worst = worst.max(defect.component_div(&self.tolerance_x).amax());
+        let mut worst = 0.0;
+        for (row, defect) in residuals.row.iter().zip(&residuals.defect) {
+            worst = worse(worst, row[0] * COSINE_SCALE / self.mission.tolerances.pointing);
+            let defect = defect.component_mul(&self.scale_x).component_div(&self.tolerance_x);
+            worst = defect.iter().fold(worst, |worst, d| worse(worst, d.abs()));
         }
         worst / MARGIN
     }

@@ -3,6 +3,7 @@
 use super::{NR, Reorientation, ReorientationTrajectory};
 use crate::dynamics::{Control, State};
 use crate::math::{clamp, quaternion};
+use crate::pair::Pair;
 use crate::qp::{Qp, Solution};
 use nalgebra::{SVector, Vector3};
 
@@ -26,8 +27,8 @@ impl<const NL: usize> RateOffset<NL> {
     };
 }
 
-impl<const N: usize, const NL: usize, const NX: usize, const NU: usize>
-    Reorientation<'_, N, NL, NX, NU>
+impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+    Reorientation<'_, P, N, NL, NX, NU>
 {
     /// Share of a pose offset that the rates of node `k` carry, of those free up to node `end`: a
     /// parabola, so that it starts and ends without a jump.

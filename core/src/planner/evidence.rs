@@ -1,0 +1,268 @@
+//! What a plan was made from, by what, and what came out: the record to file with it.
+//!
+//! Everything in it follows from inputs and settings: the same plan has the same record, whatever
+//! the machine. Times are not in it.
+
+use super::{Options, StageReport};
+use crate::dynamics::Integrator;
+use crate::math::Checksum;
+use crate::model::{
+    Approach, Link, Mission, Orbit, Scenario, Servicer, Target, Tolerances, Weights,
+};
+use crate::qp::{QpOutcome, QpStatus};
+use crate::scp::{Log, Settings, Status};
+use crate::stages::{LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory};
+
+/// What was left in the place of the iterate at which a stage's loop ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
+#[repr(u32)]
+pub enum Fallback {
+    /// Nothing: the loop's last iterate stands.
+    #[default]
+    None = 0,
+    /// The best feasible iterate, from which the loop had moved on.
+    EarlierIterate = 1,
+    /// The stage's start: no step was taken.
+    Start = 2,
+}
+
+impl Fallback {
+    /// Stable code for records.
+    pub fn code(self) -> u32 {
+        self as u32
+    }
+}
+
+/// Record of one stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct StageEvidence {
+    /// How the loop ended.
+    pub status: Status,
+    /// Iterations; those of Stage 1 include its start.
+    pub iterations: u32,
+    /// Second-order corrections.
+    pub corrections: u32,
+    /// Iterations of the subproblems' solver, all programs together.
+    pub qp_iterations: u32,
+    /// Programs that ended other than solved to full accuracy.
+    pub qp_unsolved: u32,
+    /// What stands in the place of the last iterate.
+    pub fallback: Fallback,
+}
+
+impl StageEvidence {
+    pub(super) fn new(report: &StageReport, log: &Log) -> Self {
+        let outcome = &report.outcome;
+        let moved = log.iter().any(|record| record.accepted);
+        Self {
+            status: outcome.status,
+            iterations: outcome.iterations as u32,
+            corrections: outcome.corrections as u32,
+            qp_iterations: log.iter().map(|record| record.qp_iterations).sum(),
+            qp_unsolved: log.iter().map(|record| record.qp_unsolved).sum(),
+            fallback: match outcome.status {
+                Status::Solved => Fallback::None,
+                _ if outcome.is_earlier => Fallback::EarlierIterate,
+                _ if !moved => Fallback::Start,
+                _ => Fallback::None,
+            },
+        }
+    }
+
+    /// Counts a program outside the loop.
+    pub(super) fn count(&mut self, program: QpOutcome) {
+        self.qp_iterations += program.iterations;
+        self.qp_unsolved += u32::from(program.status != QpStatus::Solved);
+    }
+}
+
+/// Record of a plan. Checksums are 64-bit FNV-1a over exact bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Evidence {
+    /// Version of this crate.
+    pub version: &'static str,
+    /// Of mission and scenario.
+    pub input: u64,
+    /// Of the options, the horizon's size, and the solvers with their settings.
+    pub settings: u64,
+    /// Of the plan: see [`output_checksum`].
+    pub output: u64,
+    /// Status of the plan.
+    pub status: Status,
+    /// Whether the verifier found every residual within its tolerance.
+    pub is_verified: bool,
+    /// Stage 1.
+    pub translation: StageEvidence,
+    /// Stage 2.
+    pub reorientation: StageEvidence,
+}
+
+/// Version of this crate.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Checksum of a plan: positions, velocities and forces, then attitudes, joint angles, rates, joint
+/// rates and torques, in the order and number of a plan file's rows. Cost: 13 kB of FNV-1a.
+pub fn output_checksum<const N: usize, const NL: usize>(
+    path: &TranslationTrajectory<N>,
+    motion: &ReorientationTrajectory<N, NL>,
+) -> u64 {
+    let mut sum = Checksum::new();
+    // The last controls are not part of the plan.
+    let intervals = N.saturating_sub(1);
+    path.position.iter().for_each(|r| sum.numbers(r));
+    path.velocity.iter().for_each(|v| sum.numbers(v));
+    path.force.iter().take(intervals).for_each(|f| sum.numbers(f));
+    motion.states.iter().for_each(|x| sum.numbers(&x.attitude));
+    motion.states.iter().for_each(|x| sum.numbers(&x.joint_angle));
+    motion.states.iter().for_each(|x| sum.numbers(&x.rate));
+    motion.states.iter().for_each(|x| sum.numbers(&x.joint_rate));
+    motion.controls.iter().take(intervals).for_each(|u| sum.numbers(&u.bus_torque));
+    motion.controls.iter().take(intervals).for_each(|u| sum.numbers(&u.joint_torque));
+    sum.value()
+}
+
+/// Checksum of what a plan is made from. Fields are named one by one here and below, so that a
+/// new one cannot be forgotten.
+pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u64 {
+    let mut sum = Checksum::new();
+    let Mission { orbit, target, servicer, approach, weights, tolerances } = mission;
+    add_orbit(&mut sum, orbit);
+    add_target(&mut sum, target);
+    add_servicer(&mut sum, servicer);
+    add_approach(&mut sum, approach);
+    add_weights(&mut sum, weights);
+    add_tolerances(&mut sum, tolerances);
+    let Scenario { target_attitude, target_rate, position, velocity } = scenario;
+    sum.numbers(target_attitude);
+    sum.numbers(target_rate);
+    sum.numbers(position);
+    sum.numbers(velocity);
+    sum.value()
+}
+
+/// Adds all that a plan is made with but the solvers.
+pub(super) fn add_options(sum: &mut Checksum, options: &Options) {
+    let Options { mode, integrator, deadline_s, translation, reorientation } = options;
+    sum.integer(NODES as u64);
+    sum.integer(match mode {
+        Mode::Optimal => 0,
+        Mode::Feasible => 1,
+    });
+    sum.integer(match integrator {
+        Integrator::Euler => 0,
+        Integrator::Rk4 { substeps } => *substeps as u64,
+    });
+    sum.numbers([deadline_s]);
+    add_settings(sum, translation);
+    add_settings(sum, reorientation);
+}
+
+fn add_settings(sum: &mut Checksum, settings: &Settings) {
+    let Settings {
+        max_iterations,
+        stop_when_feasible,
+        settle,
+        radius,
+        min_radius,
+        max_radius,
+        accept,
+        shrink_below,
+        grow_above,
+        shrink,
+        grow,
+        weight,
+        max_weight,
+        weight_growth,
+        curvature_below,
+        correct_below,
+        max_corrections,
+    } = settings;
+    sum.integer(*max_iterations as u64);
+    sum.integer(u64::from(*stop_when_feasible));
+    sum.integer(u64::from(*max_corrections));
+    sum.numbers([settle, radius, min_radius, max_radius, accept, shrink_below, grow_above]);
+    sum.numbers([shrink, grow, weight, max_weight, weight_growth, curvature_below, correct_below]);
+}
+
+fn add_orbit(sum: &mut Checksum, orbit: &Orbit) {
+    let Orbit { gravitational_parameter, semi_major_axis, eccentricity, inclination } = orbit;
+    sum.numbers([gravitational_parameter, semi_major_axis, eccentricity, inclination]);
+}
+
+fn add_target(sum: &mut Checksum, target: &Target) {
+    let Target { half_extents, inertia, mass, port_position, port_normal } = target;
+    sum.numbers(half_extents);
+    sum.numbers(inertia);
+    sum.numbers([mass]);
+    sum.numbers(port_position);
+    sum.numbers(port_normal);
+}
+
+fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
+    let Servicer {
+        bus_mass,
+        bus_inertia,
+        boresight,
+        arm_base,
+        links,
+        max_joint_angle,
+        max_joint_rate,
+        initial_joint_angle,
+        capture_joint_angle,
+        max_force,
+        max_bus_torque,
+        max_joint_torque,
+    } = servicer;
+    sum.numbers([bus_mass]);
+    sum.numbers(bus_inertia);
+    sum.numbers(boresight);
+    sum.numbers(arm_base);
+    for Link { tip, center_of_mass, mass, inertia, axis } in links {
+        sum.numbers(tip);
+        sum.numbers(center_of_mass);
+        sum.numbers([mass]);
+        sum.numbers(inertia);
+        sum.numbers(axis);
+    }
+    sum.numbers(max_joint_angle);
+    sum.numbers(initial_joint_angle);
+    sum.numbers(capture_joint_angle);
+    sum.numbers([max_joint_rate, max_force, max_bus_torque, max_joint_torque]);
+}
+
+fn add_approach(sum: &mut Checksum, approach: &Approach) {
+    let Approach {
+        duration,
+        keep_out_far,
+        keep_out_near,
+        keep_out_far_until,
+        field_of_view_half_angle,
+        preset_lead,
+    } = approach;
+    sum.numbers([duration, keep_out_far, keep_out_near, keep_out_far_until]);
+    sum.numbers([field_of_view_half_angle]);
+    sum.integer(*preset_lead as u64);
+}
+
+fn add_weights(sum: &mut Checksum, weights: &Weights) {
+    let Weights { force, force_change, bus_torque, joint_torque } = weights;
+    sum.numbers([force, force_change, bus_torque, joint_torque]);
+}
+
+fn add_tolerances(sum: &mut Checksum, tolerances: &Tolerances) {
+    let Tolerances {
+        dynamics,
+        control,
+        joint,
+        joint_rate,
+        pointing,
+        preset,
+        terminal_rate,
+        keep_out,
+        end_effector_position,
+        end_effector_angle,
+    } = tolerances;
+    sum.numbers([dynamics, control, joint, joint_rate, pointing, preset, terminal_rate]);
+    sum.numbers([keep_out, end_effector_position, end_effector_angle]);
+}

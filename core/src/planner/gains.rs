@@ -1,0 +1,35 @@
+//! Feedback gains for a tracking controller.
+
+use super::ReorientationSolver;
+use crate::model::Mission;
+use crate::pair::Sequential;
+use crate::stages::{LINKS, NODES, Reorientation, reorientation_size as two};
+use nalgebra::SMatrix;
+
+/// Control [N m] by state: rows `[bus torque (bus axes); joint torques]`, columns
+/// `[attitude (rad, RTN); joint angles (rad); bus rate (rad/s, RTN); joint rates (rad/s)]`.
+pub type Gain = SMatrix<f64, { two::NU }, { two::NX }>;
+
+/// Feedback gain of interval `k < NODES - 1` in the last subproblem of the plan that `solver` made
+/// last. `None` at the last node, from a solver that has none, and where that subproblem was not
+/// solved; trust it where Stage 2's status is solved, so that the subproblem was the plan's own.
+///
+/// A tracking controller applies `u = u_k + K_k (x - x_k)` at node `k`, where `x - x_k` is the
+/// measured state less the planned one in the tangent space of the plan: the attitude part is the
+/// turn from planned to measured attitude, `quaternion::difference(measured, planned)` (twice the
+/// vector part of `q q_k^-1`, RTN axes), the others are differences. The gains know the
+/// dynamics, the cost and, as soft barriers, the limits that the plan comes close to; what they ask
+/// for must still be clipped to the torque limits. Costs nothing in memory: the solver keeps them.
+pub fn feedback_gain<S: ReorientationSolver>(
+    mission: &Mission<LINKS>,
+    solver: &S,
+    k: usize,
+) -> Option<Gain> {
+    if k + 1 >= NODES {
+        return None;
+    }
+    let scaled = solver.gain(k)?;
+    let (x, u) =
+        Reorientation::<Sequential, NODES, LINKS, { two::NX }, { two::NU }>::scales(mission);
+    Some(SMatrix::from_fn(|i, j| scaled[(i, j)] * u[i] / x[j]))
+}

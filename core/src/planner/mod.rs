@@ -1,0 +1,189 @@
+//! Scenario in, plan out: the stages in order, within a deadline, with a record of evidence.
+//!
+//! [`plan`] needs two solvers of the convex subproblem, an [`Environment`] and a [`Workspace`], all
+//! the caller's. `docs/planner.md` tells how it is used in flight.
+
+mod evidence;
+mod gains;
+mod options;
+mod report;
+mod workspace;
+
+pub use evidence::{Evidence, Fallback, StageEvidence, VERSION, output_checksum};
+pub use gains::{Gain, feedback_gain};
+pub use options::{Environment, Options};
+pub use report::{PhaseTimes, Report, StageReport};
+pub use workspace::Workspace;
+
+use crate::math::Checksum;
+use crate::model::{Mission, Scenario};
+use crate::pair::Pair;
+use crate::qp::QpSolver;
+use crate::scp::{self, Outcome, Settings, Status};
+use crate::stages::{
+    LINKS, NODES, Reorientation, Translation, heuristic, reorientation_size as two,
+    translation_size as one, verify,
+};
+use crate::time::Deadline;
+
+/// Solver of Stage 1's subproblems.
+pub trait TranslationSolver: QpSolver<NODES, { one::NX }, { one::NU }, { one::NR }> {}
+impl<S: QpSolver<NODES, { one::NX }, { one::NU }, { one::NR }>> TranslationSolver for S {}
+
+/// Solver of Stage 2's subproblems.
+pub trait ReorientationSolver: QpSolver<NODES, { two::NX }, { two::NU }, { two::NR }> {}
+impl<S: QpSolver<NODES, { two::NX }, { two::NU }, { two::NR }>> ReorientationSolver for S {}
+
+/// Plans one approach with the heuristic start; the trajectories are left in `workspace`.
+///
+/// `mission` and the settings must be valid. A stage that fails leaves its best iterate; Stage 2
+/// runs whatever became of Stage 1, so that there is always something to look at. Once the deadline
+/// has passed nothing more is tried: a stage that has not begun is left at its start (Stage 1
+/// coasting, Stage 2 at the heuristic start). What is left is verified in any case, and
+/// [`Report::is_verified`] tells whether it can be flown.
+pub fn plan<S1: TranslationSolver, S2: ReorientationSolver, P: Pair>(
+    mission: &Mission<LINKS>,
+    scenario: &Scenario,
+    options: &Options,
+    solvers: (&mut S1, &mut S2),
+    environment: &Environment<P>,
+    workspace: &mut Workspace,
+) -> Report {
+    let clock = environment.clock;
+    let deadline = Deadline::after(clock, options.deadline_s);
+    let mut times = PhaseTimes::default();
+    let started = clock.seconds();
+    tumble(mission, scenario, workspace);
+    times.start_s = clock.seconds() - started;
+    let (translation, one) =
+        plan_translation(mission, scenario, &options.translation, solvers.0, &deadline, workspace);
+    times.translation_s = translation.time_s;
+
+    let from = clock.seconds();
+    heuristic::warm_start(
+        mission,
+        &workspace.translation.trajectory,
+        &workspace.target,
+        &mut workspace.reorientation.trajectory,
+    );
+    times.start_s += clock.seconds() - from;
+    let pair = environment.pair;
+    let mut reorientation = reorient(mission, options, solvers.1, pair, &deadline, workspace);
+    reorientation.time_s = clock.seconds() - from;
+    times.add(&workspace.reorientation.log);
+
+    let from = clock.seconds();
+    let (path, motion) = (workspace.path(), workspace.motion());
+    let residuals = verify(mission, scenario, options.integrator, path, motion);
+    let is_verified = residuals.are_within(&mission.tolerances);
+    times.verify_s = clock.seconds() - from;
+
+    let mut status = translation.outcome.status.max(reorientation.outcome.status);
+    if status == Status::Solved && !is_verified {
+        status = Status::NumericalFailure;
+    }
+    let mut settings = Checksum::new();
+    evidence::add_options(&mut settings, options);
+    solvers.0.identify(&mut settings);
+    solvers.1.identify(&mut settings);
+    let evidence = Evidence {
+        version: VERSION,
+        input: evidence::input_checksum(mission, scenario),
+        settings: settings.value(),
+        output: output_checksum(path, motion),
+        status,
+        is_verified,
+        translation: one,
+        reorientation: StageEvidence::new(&reorientation, &workspace.reorientation.log),
+    };
+    times.total_s = clock.seconds() - started;
+    Report { status, translation, reorientation, residuals, times, evidence }
+}
+
+/// The target's motion at the nodes.
+fn tumble(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &mut Workspace) {
+    let dt = mission.approach.duration / (NODES - 1) as f64;
+    mission.target.tumble(
+        mission.mean_motion(),
+        &scenario.target_attitude,
+        &scenario.target_rate,
+        dt,
+        &mut workspace.target,
+    );
+}
+
+/// Stage 1 from its own start.
+fn plan_translation<S: TranslationSolver>(
+    mission: &Mission<LINKS>,
+    scenario: &Scenario,
+    settings: &Settings,
+    solver: &mut S,
+    deadline: &Deadline,
+    workspace: &mut Workspace,
+) -> (StageReport, StageEvidence) {
+    let started = deadline.seconds();
+    let Workspace { target, translation: w, .. } = workspace;
+    let mut problem = Translation::new(mission, scenario, target);
+    solver.reset();
+    let start = problem.warm_start(solver, deadline, &mut w.qp, &mut w.step, &mut w.trajectory);
+    let mut outcome = if start.status.is_usable() {
+        scp::solve(&mut problem, solver, settings, deadline, w)
+    } else {
+        w.log.clear();
+        Outcome {
+            status: Status::of_failed(start.status),
+            violation: f64::INFINITY,
+            ..Default::default()
+        }
+    };
+    // The start is a subproblem too.
+    outcome.iterations += 1;
+    let report = StageReport {
+        outcome,
+        cost: problem.cost(&w.trajectory.force),
+        time_s: deadline.seconds() - started,
+    };
+    let mut evidence = StageEvidence::new(&report, &w.log);
+    evidence.count(start);
+    (report, evidence)
+}
+
+/// Stage 2 from the trajectory in the workspace, along the path in the workspace.
+pub fn plan_reorientation<S: ReorientationSolver, P: Pair>(
+    mission: &Mission<LINKS>,
+    options: &Options,
+    solver: &mut S,
+    environment: &Environment<P>,
+    workspace: &mut Workspace,
+) -> StageReport {
+    let deadline = Deadline::after(environment.clock, options.deadline_s);
+    reorient(mission, options, solver, environment.pair, &deadline, workspace)
+}
+
+/// The same, with a deadline that may have begun before.
+fn reorient<S: ReorientationSolver, P: Pair>(
+    mission: &Mission<LINKS>,
+    options: &Options,
+    solver: &mut S,
+    pair: &P,
+    deadline: &Deadline,
+    workspace: &mut Workspace,
+) -> StageReport {
+    let started = deadline.seconds();
+    let Workspace { target, translation, reorientation: w } = workspace;
+    let mut problem = Reorientation::<P, NODES, LINKS, { two::NX }, { two::NU }>::new(
+        mission,
+        &translation.trajectory,
+        target,
+        options.integrator,
+        options.mode,
+        pair,
+    );
+    solver.reset();
+    let outcome = scp::solve(&mut problem, solver, &options.reorientation, deadline, w);
+    StageReport {
+        outcome,
+        cost: problem.cost(&w.trajectory.controls),
+        time_s: deadline.seconds() - started,
+    }
+}

@@ -1,0 +1,71 @@
+//! What a plan reports beside its trajectories.
+
+use super::Evidence;
+use crate::scp::{Log, Outcome, Status};
+use crate::stages::Residuals;
+
+/// Report of one stage.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct StageReport {
+    /// How the loop ended.
+    pub outcome: Outcome,
+    /// Cost as the problem defines it.
+    pub cost: f64,
+    /// Time of the whole stage [s].
+    pub time_s: f64,
+}
+
+/// Where the time of a plan went, summed over iterations [s].
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct PhaseTimes {
+    /// The target's tumble and Stage 2's heuristic start.
+    pub start_s: f64,
+    /// Stage 1.
+    pub translation_s: f64,
+    /// Stage 2: linearisation, curvature and bounds.
+    pub linearise_s: f64,
+    /// Stage 2: the solver of the subproblems, corrections included.
+    pub qp_s: f64,
+    /// Stage 2: retractions and residuals of steps, corrections and line search.
+    pub step_s: f64,
+    /// The independent verifier.
+    pub verify_s: f64,
+    /// The whole plan, checksums included.
+    pub total_s: f64,
+}
+
+impl PhaseTimes {
+    /// Adds up the iterations of Stage 2.
+    pub(super) fn add(&mut self, log: &Log) {
+        for record in log {
+            self.linearise_s += record.linearise_time_s;
+            self.qp_s += record.qp_time_s;
+            self.step_s += record.time_s - record.linearise_time_s - record.qp_time_s;
+        }
+    }
+}
+
+/// Report of a plan; the trajectories are in the workspace.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// The worse of the stages' statuses; solved only where the verifier agrees.
+    pub status: Status,
+    /// Stage 1.
+    pub translation: StageReport,
+    /// Stage 2.
+    pub reorientation: StageReport,
+    /// The verifier's residuals.
+    pub residuals: Residuals,
+    /// Where the time went.
+    pub times: PhaseTimes,
+    /// What the plan was made from, by what, and what came out.
+    pub evidence: Evidence,
+}
+
+impl Report {
+    /// Whether the verifier found every residual of the plan within its tolerance: such a plan can
+    /// be flown whatever the status, though it may cost more than it would have to.
+    pub fn is_verified(&self) -> bool {
+        self.evidence.is_verified
+    }
+}

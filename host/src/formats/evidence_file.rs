@@ -1,0 +1,232 @@
+//! Evidence beside a plan: `*.evidence.json`.
+
+use super::{PlanStatus, json};
+use crate::error::{Error, FieldError};
+use remora_core::planner::{Evidence, Fallback, Gain, StageEvidence};
+use remora_core::stages::{NODES, reorientation_size as two};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// The `format` of the evidence this version reads and writes.
+pub const FORMAT: &str = "remora-evidence/1";
+
+/// A feedback gain, its rows in order.
+pub type GainRows = [[f64; two::NX]; two::NU];
+
+/// What a plan was made from, by what, and what came out; with the gains to track it. It holds no
+/// times: the same plan has the same file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a record of evidence")]
+pub struct EvidenceFile {
+    /// [`FORMAT`].
+    pub format: String,
+    /// Id of the scenario.
+    pub scenario: String,
+    /// Version of the core that planned.
+    pub core_version: String,
+    /// Version of the program around it.
+    pub host_version: String,
+    /// Solver of the subproblems.
+    pub qp: String,
+    /// Checksum of mission and scenario: 16 hexadecimal digits.
+    pub input: String,
+    /// Checksum of options and solvers' settings.
+    pub settings: String,
+    /// Checksum of the plan's trajectories.
+    pub output: String,
+    /// Status of the plan.
+    pub status: PlanStatus,
+    /// Whether the verifier found every residual within its tolerance.
+    pub is_verified: bool,
+    /// Stage 1.
+    pub stage1: StageRecord,
+    /// Stage 2.
+    pub stage2: StageRecord,
+    /// Feedback gain of each interval; none from a solver that has none.
+    pub gains: Option<Vec<GainRows>>,
+}
+
+/// Record of one stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an object with the record of a stage")]
+pub struct StageRecord {
+    /// How it ended.
+    pub status: PlanStatus,
+    /// Iterations.
+    pub iterations: u32,
+    /// Second-order corrections.
+    pub corrections: u32,
+    /// Iterations of the subproblems' solver.
+    pub qp_iterations: u32,
+    /// Programs that ended other than solved to full accuracy.
+    pub qp_unsolved: u32,
+    /// What stands in the place of the last iterate.
+    pub fallback: FallbackName,
+}
+
+/// Names of [`Fallback`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FallbackName {
+    /// Nothing.
+    None,
+    /// The best feasible iterate.
+    EarlierIterate,
+    /// The stage's start.
+    Start,
+    /// One that this version has no name for.
+    Other,
+}
+
+impl EvidenceFile {
+    /// The file of a plan's evidence.
+    pub fn new(scenario: &str, qp: &str, evidence: &Evidence, gains: Option<Vec<Gain>>) -> Self {
+        let checksum = |value: u64| format!("{value:016x}");
+        Self {
+            format: FORMAT.into(),
+            scenario: scenario.into(),
+            core_version: evidence.version.into(),
+            host_version: env!("CARGO_PKG_VERSION").into(),
+            qp: qp.into(),
+            input: checksum(evidence.input),
+            settings: checksum(evidence.settings),
+            output: checksum(evidence.output),
+            status: evidence.status.into(),
+            is_verified: evidence.is_verified,
+            stage1: evidence.translation.into(),
+            stage2: evidence.reorientation.into(),
+            gains: gains.map(|gains| gains.iter().map(rows).collect()),
+        }
+    }
+
+    /// Reads and validates a file.
+    ///
+    /// # Errors
+    /// The file, the field and the reason why it is refused.
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        let text = json::read_text(file)?;
+        Self::parse(&text).map_err(|error| Error::input(file, error.field, error.reason))
+    }
+
+    /// Parses and validates a file's text.
+    ///
+    /// # Errors
+    /// The first field that is refused.
+    pub fn parse(text: &str) -> Result<Self, FieldError> {
+        let record: Self = json::parse(text, FORMAT)?;
+        record.validate()?;
+        Ok(record)
+    }
+
+    fn validate(&self) -> Result<(), FieldError> {
+        super::check_id(&self.scenario, || "scenario".into())?;
+        for (field, sum) in
+            [("input", &self.input), ("settings", &self.settings), ("output", &self.output)]
+        {
+            let digit = |c: char| matches!(c, '0'..='9' | 'a'..='f');
+            if sum.len() != 16 || !sum.chars().all(digit) {
+                return Err(FieldError::new(field, "expected 16 hexadecimal digits"));
+            }
+        }
+        match &self.gains {
+            Some(gains) if gains.len() != NODES - 1 => {
+                let reason = format!("has {} entries; expected {}", gains.len(), NODES - 1);
+                Err(FieldError::new("gains", reason))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes the file, whole or not at all.
+    ///
+    /// # Errors
+    /// The file with the reason why it cannot be written.
+    pub fn write(&self, file: &Path) -> Result<(), Error> {
+        let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
+        super::write_atomically(file, text.as_bytes())
+    }
+}
+
+/// Where the evidence of a plan file stands: `a.evidence.json` beside `a.plan.json`.
+pub fn evidence_path(plan: &Path) -> PathBuf {
+    let name = plan.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.strip_suffix(".plan.json").or(name.strip_suffix(".json")).unwrap_or(&name);
+    plan.with_file_name(format!("{stem}.evidence.json"))
+}
+
+fn rows(gain: &Gain) -> GainRows {
+    std::array::from_fn(|i| std::array::from_fn(|j| gain[(i, j)]))
+}
+
+impl From<StageEvidence> for StageRecord {
+    fn from(stage: StageEvidence) -> Self {
+        Self {
+            status: stage.status.into(),
+            iterations: stage.iterations,
+            corrections: stage.corrections,
+            qp_iterations: stage.qp_iterations,
+            qp_unsolved: stage.qp_unsolved,
+            fallback: match stage.fallback {
+                Fallback::None => FallbackName::None,
+                Fallback::EarlierIterate => FallbackName::EarlierIterate,
+                Fallback::Start => FallbackName::Start,
+                _ => FallbackName::Other,
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use remora_core::scp::Status;
+
+    fn record(gains: Option<Vec<Gain>>) -> EvidenceFile {
+        let evidence = Evidence {
+            version: "1.2.3",
+            input: 1,
+            settings: u64::MAX,
+            output: 0xfeed,
+            status: Status::Deadline,
+            is_verified: true,
+            translation: Default::default(),
+            reorientation: StageEvidence {
+                fallback: Fallback::EarlierIterate,
+                ..Default::default()
+            },
+        };
+        EvidenceFile::new("a", "embedded", &evidence, gains)
+    }
+
+    #[test]
+    fn evidence_survives_a_round_trip() {
+        for gains in [None, Some(vec![Gain::from_fn(|i, j| (i * j) as f64 / 3.0); NODES - 1])] {
+            let record = record(gains);
+            let text = json::to_text(&record).unwrap();
+            assert_eq!(EvidenceFile::parse(&text).unwrap(), record);
+            assert!(text.contains("\"output\": \"000000000000feed\""), "{text}");
+            assert!(text.contains("\"fallback\": \"earlier_iterate\""), "{text}");
+        }
+    }
+
+    #[test]
+    fn each_kind_of_nonsense_is_named() {
+        let field = |change: fn(&mut EvidenceFile)| {
+            let mut record = record(None);
+            change(&mut record);
+            EvidenceFile::parse(&json::to_text(&record).unwrap()).unwrap_err().field
+        };
+        assert_eq!(field(|r| r.format = "remora-evidence/2".into()), "format");
+        assert_eq!(field(|r| r.output = "12".into()), "output");
+        assert_eq!(field(|r| r.input = "000000000000FEED".into()), "input");
+        assert_eq!(field(|r| r.gains = Some(Vec::new())), "gains");
+    }
+
+    #[test]
+    fn evidence_stands_beside_its_plan() {
+        let beside = |plan: &str| evidence_path(Path::new(plan)).display().to_string();
+        assert_eq!(beside("a/b.plan.json"), "a/b.evidence.json");
+        assert_eq!(beside("b.json"), "b.evidence.json");
+        assert_eq!(beside("b"), "b.evidence.json");
+    }
+}

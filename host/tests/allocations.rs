@@ -1,0 +1,67 @@
+//! Once it has been set up, the planner never asks for memory. A program of its own, without the
+//! test harness: allocations are counted over the whole process, and the harness makes some.
+
+use remora_core::dynamics::Integrator;
+use remora_core::model::Mission;
+use remora_core::planner::{Environment, Options, Report, Workspace, plan};
+use remora_core::qp::{EmbeddedQp, InteriorPointSettings};
+use remora_core::stages::{LINKS, Mode, NODES, reorientation_size as two, translation_size as one};
+use remora_host::formats::ScenarioSet;
+use remora_host::planning::WallClock;
+use remora_host::threads::Threads;
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use std::alloc::System;
+
+#[global_allocator]
+static COUNTED: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// What a flight computer has: static memory of constant size.
+struct Flight {
+    workspace: Workspace,
+    translation: EmbeddedQp<NODES, { one::NX }, { one::NU }, { one::NR }>,
+    reorientation: EmbeddedQp<NODES, { two::NX }, { two::NU }, { two::NR }>,
+}
+
+impl Flight {
+    const fn new() -> Self {
+        Self {
+            workspace: Workspace::new(),
+            translation: EmbeddedQp::new(InteriorPointSettings::DEFAULT),
+            reorientation: EmbeddedQp::new(InteriorPointSettings::DEFAULT),
+        }
+    }
+
+    fn plan(&mut self, set: &ScenarioSet, options: &Options, threads: Threads) -> Report {
+        plan(
+            &Mission::<LINKS>::default(),
+            &set.scenarios[0].scenario(),
+            options,
+            (&mut self.translation, &mut self.reorientation),
+            &Environment { clock: &WallClock::start(), pair: &threads },
+            &mut self.workspace,
+        )
+    }
+}
+
+fn main() {
+    static FLIGHT: std::sync::Mutex<Flight> = std::sync::Mutex::new(Flight::new());
+    let mut flight = FLIGHT.lock().unwrap();
+    let set = ScenarioSet::built_in().unwrap();
+    for threads in [Threads::One, Threads::Two] {
+        let options = Options::new(Mode::Optimal, Integrator::Euler);
+        // Starts the second thread.
+        flight.plan(&set, &options, threads);
+        for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
+            for deadline_s in [f64::INFINITY, 1e-3] {
+                let options = Options { deadline_s, ..Options::new(Mode::Optimal, integrator) };
+                let region = Region::new(COUNTED);
+                for _ in 0..5 {
+                    flight.plan(&set, &options, threads);
+                }
+                let change = region.change();
+                let touched = (change.allocations, change.reallocations, change.deallocations);
+                assert_eq!(touched, (0, 0, 0), "{threads:?}, {integrator:?}, {deadline_s}");
+            }
+        }
+    }
+}
