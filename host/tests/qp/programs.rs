@@ -137,6 +137,14 @@ pub fn embedded<const N: usize, const NX: usize, const NU: usize, const NR: usiz
     Box::new(EmbeddedQp::new())
 }
 
+/// The same, which goes on as long as numbers allow.
+pub fn sharp<const N: usize, const NX: usize, const NU: usize, const NR: usize>()
+-> Box<EmbeddedQp<N, NX, NU, NR>> {
+    let mut solver = embedded();
+    solver.settings.complementarity = 1e-17;
+    solver
+}
+
 /// An answer.
 #[derive(Clone, Debug)]
 pub struct Answer<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
