@@ -109,7 +109,7 @@ fn peak() -> f64 {
 /// A solver that has never solved anything.
 fn fresh<const N: usize, const NX: usize, const NU: usize, const NR: usize>()
 -> Box<EmbeddedQp<N, NX, NU, NR>> {
-    on_heap(|| EmbeddedQp::new())
+    on_heap(EmbeddedQp::new)
 }
 
 /// Solves from nothing; returns the iterations.
