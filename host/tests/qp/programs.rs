@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use remora_core::qp::{EmbeddedQp, Qp, QpOutcome, QpSolver, Solution};
+use remora_core::qp::{EmbeddedQp, InteriorPointSettings, Qp, QpOutcome, QpSolver, Solution};
 use remora_core::time::Deadline;
 
 /// How a random program is made.
@@ -141,7 +141,7 @@ pub fn embedded<const N: usize, const NX: usize, const NU: usize, const NR: usiz
 pub fn sharp<const N: usize, const NX: usize, const NU: usize, const NR: usize>()
 -> Box<EmbeddedQp<N, NX, NU, NR>> {
     let mut solver = embedded();
-    solver.settings.complementarity = 1e-17;
+    solver.configure(InteriorPointSettings { complementarity: 1e-17, ..solver.settings() });
     solver
 }
 
