@@ -199,6 +199,7 @@ mod tests {
     /// `min u^2 / 2 + x1^2 / 2 - 3 x1`, `x1 = x0 + u`, `x0 = 0` pinned, `u <= 1`: `u = x1 = 1`.
     fn example() -> (Program, Point) {
         let mut qp = Program::ZERO;
+        qp.defect_weight = f64::INFINITY;
         let [first, last] = &mut qp.stages;
         first.hessian_uu.fill(1.0);
         first.a.fill(1.0);

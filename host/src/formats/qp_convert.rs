@@ -232,6 +232,7 @@ mod tests {
             count
         };
         qp.constant = next();
+        qp.defect_weight = f64::INFINITY;
         qp.row_weight = next();
         for (k, stage) in qp.stages.iter_mut().enumerate() {
             stage.hessian_xx = SMatrix::from_fn(|_, _| next());

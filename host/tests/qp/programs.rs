@@ -141,9 +141,7 @@ pub fn embedded<const N: usize, const NX: usize, const NU: usize, const NR: usiz
 pub fn sharp<const N: usize, const NX: usize, const NU: usize, const NR: usize>()
 -> Box<EmbeddedQp<N, NX, NU, NR>> {
     let mut solver = embedded();
-    let settings =
-        InteriorPointSettings { complementarity: 1e-17, ..InteriorPointSettings::DEFAULT };
-    solver.configure(settings);
+    solver.configure(InteriorPointSettings { complementarity: 1e-17, ..solver.settings() });
     solver
 }
 
