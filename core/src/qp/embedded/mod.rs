@@ -9,6 +9,7 @@
 mod boxed;
 mod infeasible;
 mod iteration;
+mod joint;
 mod kernels;
 mod node;
 mod optimality;
@@ -27,7 +28,7 @@ use riccati::Interval;
 /// Products of the complementary pairs at the start: where nothing is known, from the multipliers
 /// of the last subproblem, and for the same program with another right-hand side. Tuned for few
 /// iterations on the public scenarios; none matters by more than an iteration or two.
-const COLD: f64 = 1e-2;
+const COLD: f64 = 1e-1;
 const WARM: f64 = 1e-4;
 const AGAIN: f64 = 1e-4;
 
@@ -94,7 +95,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         from: &Solution<N, NX, NU, NR>,
         start: Start,
     ) -> Result<(), Unfit> {
-        if !(qp.defect_weight > 0.0 && qp.row_weight > 0.0 && qp.row_weight < f64::INFINITY) {
+        let sound = qp.defect_weight > 0.0 && qp.row_weight >= 0.0 && qp.row_weight < f64::INFINITY;
+        if !(sound && qp.constant.is_finite()) {
             return Err(Unfit::Nonsense);
         }
         let mut pairs = 0;
