@@ -25,9 +25,14 @@ pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
         if !(off > 1e-28 * diagonal) {
             break;
         }
+        // Entries that could not add up to what is left for nothing are left alone.
+        let negligible = 1e-28 * diagonal / (D * D) as f64;
         for q in 1..D {
             for p in 0..q {
-                rotate(&mut m, &mut vectors, p, q);
+                let entry = m[(p, q)];
+                if entry * entry > negligible {
+                    rotate(&mut m, &mut vectors, p, q);
+                }
             }
         }
     }
@@ -49,9 +54,6 @@ fn rotate<const D: usize>(
     q: usize,
 ) {
     let entry = m[(p, q)];
-    if entry == 0.0 {
-        return;
-    }
     let theta = 0.5 * (m[(q, q)] - m[(p, p)]) / entry;
     let sign = if theta < 0.0 { -1.0 } else { 1.0 };
     let t = sign / (theta.abs() + libm::sqrt(theta * theta + 1.0));

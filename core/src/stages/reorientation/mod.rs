@@ -240,6 +240,15 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             || (k == N - 1 && (i == 1 || i == 2 || (3 + NL..6 + NL).contains(&i)))
     }
 
+    /// Moves `state` at the last node onto what is fixed there; returns by how much it turned.
+    fn pin_terminal(&self, state: &mut State<NL>) -> Vector3<f64> {
+        state.rate = self.terminal_rate;
+        let arm = quaternion::rotation_matrix(&state.attitude) * self.arm;
+        let turn = quaternion::between(&arm, &self.approach);
+        state.attitude = quaternion::normalized(&quaternion::product(&turn, &state.attitude));
+        quaternion::log(&turn)
+    }
+
     fn within_limits(&self, control: &Control<NL>) -> Control<NL> {
         let (bus, joint) =
             (self.mission.servicer.max_bus_torque, self.mission.servicer.max_joint_torque);
@@ -341,11 +350,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             rate: Vector3::zeros(),
             joint_rate: SVector::zeros(),
         };
-        let last = &mut z.states[N - 1];
-        last.rate = self.terminal_rate;
-        let arm = quaternion::rotation_matrix(&last.attitude) * self.arm;
-        let turn = quaternion::between(&arm, &self.approach);
-        last.attitude = quaternion::normalized(&quaternion::product(&turn, &last.attitude));
+        self.pin_terminal(&mut z.states[N - 1]);
         for control in &mut z.controls {
             *control = self.within_limits(control);
         }
@@ -423,6 +428,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         step: &Solution<N, NX, NU, NR>,
         to: &mut Self::Trajectory,
     ) {
+        // Each roll-out starts from the controls of the last.
+        *to = *from;
         let mut offset = RateOffset::<NL>::ZERO;
         for _ in 0..PASSES {
             let gap = self.roll_out(from, qp, step, &offset, to);
