@@ -1,17 +1,27 @@
-//! What the dynamics cost: one evaluation, its exact derivatives, and the linearisation of a whole
-//! plan, over the oracle's varied states.
+//! What the dynamics cost: one evaluation and its exact derivatives over the oracle's varied
+//! states, and what one iteration of Stage 2 does besides solving its program, on a plan of the
+//! first public scenario that has a few iterations behind it.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector3, Vector4};
-use remora_core::dynamics::{Control, Integrator, Multibody, State};
+use remora_core::dynamics::{Acceleration, Control, Integrator, Multibody, State};
 use remora_core::model::Mission;
+use remora_core::planner::{Options, Workspace, plan as make_plan};
+use remora_core::qp::Qp;
+use remora_core::scp::{Problem, Residuals};
+use remora_core::stages::reorientation_size::{NR, NU, NX};
+use remora_core::stages::{LINKS, Mode, NODES, Reorientation, ReorientationTrajectory};
+use remora_host::backend::ClarabelQp;
+use remora_host::formats::ScenarioSet;
+use remora_host::planning::WallClock;
 use serde::Deserialize;
 use std::hint::black_box;
+use std::path::Path;
 
-/// Sizes of state, control and plan for three links.
-const NX: usize = 12;
-const NU: usize = 6;
-const INTERVALS: usize = 59;
+const INTERVALS: usize = NODES - 1;
+
+/// Iterations of Stage 2 before its phases are timed: steps are still of the usual size.
+const ITERATIONS: usize = 4;
 
 #[derive(Deserialize)]
 struct Oracle {
@@ -75,6 +85,11 @@ fn dynamics(c: &mut Criterion) {
         black_box(body.acceleration_jacobian::<NX, NU>(x, u, f));
         black_box(body.force_jacobian(x, u, f));
     });
+    each(c, "curvature", &inputs, |(x, _, f)| {
+        let acceleration = Acceleration { bus: x.rate * 1e-2, joint: x.joint_rate * 1e-2 };
+        let mu = SVector::repeat(0.1);
+        black_box(body.torque_curvature::<NX, NU>(x, f, &acceleration, &mu));
+    });
     let dt = 1200.0 / INTERVALS as f64;
     for (name, integrator) in [
         ("linearise 59 intervals euler", Integrator::Euler),
@@ -86,5 +101,76 @@ fn dynamics(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, dynamics);
+/// A whole Stage 2 workspace after a few iterations on the first public scenario.
+fn workspace(integrator: Integrator) -> Box<Workspace> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/scenarios/public.scenarios.json");
+    let scenario = ScenarioSet::read(Path::new(path)).unwrap().scenarios[0].scenario();
+    let mut options = Options::new(Mode::Optimal, integrator);
+    options.reorientation.max_iterations = ITERATIONS;
+    let mut workspace = Box::new(Workspace::new());
+    let (mut one, mut two) = (ClarabelQp::default(), ClarabelQp::default());
+    let solvers = (&mut one, &mut two);
+    make_plan(
+        &Mission::default(),
+        &scenario,
+        &options,
+        solvers,
+        &WallClock::start(),
+        &mut workspace,
+    );
+    workspace
+}
+
+/// What an iteration does besides solving its program, all 59 intervals.
+fn phases(c: &mut Criterion) {
+    for (name, integrator) in
+        [("euler", Integrator::Euler), ("rk4:4", Integrator::Rk4 { substeps: 4 })]
+    {
+        let mission = Mission::default();
+        let workspace = workspace(integrator);
+        let path = &workspace.translation.trajectory;
+        let motion = &workspace.reorientation.trajectory;
+        let step = &workspace.reorientation.step;
+        let mut problem = Reorientation::<NODES, LINKS, NX, NU>::new(
+            &mission,
+            path,
+            &workspace.target,
+            integrator,
+            Mode::Optimal,
+        );
+        let mut qp = Box::new(Qp::<NODES, NX, NU, NR>::ZERO);
+        c.bench_function(&format!("linearise {name}"), |b| {
+            b.iter(|| problem.linearise(motion, None, &mut qp));
+        });
+        c.bench_function(&format!("linearise with curvature {name}"), |b| {
+            b.iter(|| problem.linearise(motion, Some(step), &mut qp));
+        });
+        convexify(c, name, &qp);
+        let mut to = ReorientationTrajectory::ZERO;
+        c.bench_function(&format!("retract {name}"), |b| {
+            b.iter(|| problem.retract(motion, &workspace.reorientation.qp, step, &mut to));
+        });
+        let mut residuals = Residuals::ZERO;
+        c.bench_function(&format!("residuals {name}"), |b| {
+            b.iter(|| problem.residuals(&to, &mut residuals));
+        });
+    }
+}
+
+/// The sweep that makes the program convex, on one that already is: the same arithmetic.
+fn convexify(c: &mut Criterion, name: &str, qp: &Box<Qp<NODES, NX, NU, NR>>) {
+    let mut copy = qp.clone();
+    let convex = SVector::repeat(1.0);
+    c.bench_function(&format!("convexify {name}, with a copy"), |b| {
+        b.iter(|| {
+            copy.clone_from(qp);
+            black_box(copy.convexify(&convex, |k, _| k == 0));
+        });
+    });
+    c.bench_function(&format!("copy {name}"), |b| {
+        b.iter(|| copy.clone_from(black_box(qp)));
+    });
+}
+
+criterion_group!(benches, dynamics, phases);
 criterion_main!(benches);

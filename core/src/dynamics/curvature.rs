@@ -1,15 +1,21 @@
 //! Second derivatives of the inverse dynamics.
 //!
 //! For fixed weights `mu` on the torques, `S(x, a) = mu . torques(x, a)` is the virtual power of
-//! the bodies' inertial and tidal forces along the virtual motion `mu`. One reverse sweep over the
-//! tree gives its gradient by all of `x` and `a`; run on dual numbers it gives the Hessian. Turning
-//! the links beyond a joint turns every vector fixed in them, so the gradient by a joint angle is a
-//! sum of torques `v x dS/dv`: no rotation matrix is ever differentiated.
+//! the bodies' inertial and tidal forces along the virtual motion `mu`: the integral over mass of a
+//! virtual velocity times an acceleration, both affine in the place. So `S` is the sum over links
+//! of the entries of the [`Field`]'s gradient times those of a matrix of virtual moments, `Gamma`,
+//! which depends on the joint angles alone. Rates, accelerations, radial direction and force enter
+//! the gradients by polynomials of second degree: their second derivatives can be read off `Gamma`.
+//!
+//! What remains are derivatives by joint angles. As in [`super::linear`], turning a joint is seen
+//! from the links beyond it: their geometry stays and the motion before the joint turns back, real
+//! and virtual. Each joint takes one sweep outwards and one inwards; no geometry is differentiated.
 
-use super::inverse::Motion;
-use super::multibody::{BusFrame, LinkPose};
+use super::arm::{Arm, ArmLink, second_moments};
+use super::inverse::{Field, Motion, Sweep, Wrench};
+use super::multibody::BusFrame;
 use super::{Acceleration, Multibody, State};
-use crate::math::{Dual, Scalar, Vec3};
+use crate::math::{Mat3, Vec3};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Second derivatives of `mu . torques(state, acceleration)`: by state twice, and by state and
@@ -24,53 +30,93 @@ pub struct TorqueCurvature<const NX: usize, const NU: usize> {
     pub acceleration_state: SMatrix<f64, NU, NX>,
 }
 
-/// Gradient of the virtual power, bus axes.
-struct Gradient<T, const NL: usize> {
-    /// By the turn of the bus relative to its surroundings.
-    turn: Vec3<T>,
-    joint_angle: [T; NL],
-    rate: Vec3<T>,
-    joint_rate: [T; NL],
-    bus_acceleration: Vec3<T>,
-    joint_acceleration: [T; NL],
-}
-
-/// Forward quantities of one link that the reverse sweep needs.
+/// What multiplies the motion of a link and all beyond it in the virtual power.
 #[derive(Clone, Copy)]
-struct Link<T> {
-    /// From the joint before (the bus centre of mass for the first link) to this joint.
-    lever: Vec3<T>,
-    /// From the joint to the centre of mass.
-    arm: Vec3<T>,
-    spin: Vec3<T>,
-    rate: Vec3<T>,
-    angular: Vec3<T>,
-    /// Acceleration of the centre of mass relative to the bus.
-    center_acceleration: Vec3<T>,
-    /// Virtual rotation, and virtual displacement of the centre of mass.
-    virtual_turn: Vec3<T>,
-    virtual_center: Vec3<T>,
+struct Moments {
+    /// Derivative by the acceleration at the joint: virtual momentum.
+    linear: Vec3<f64>,
+    /// By the field's gradient: `Gamma`.
+    gradient: Mat3<f64>,
+    /// By the rate before the joint, as far as the joints' own motion meets it.
+    rate: Vec3<f64>,
 }
 
-impl<T: Scalar> Link<T> {
-    const ZERO: Self = Self {
-        lever: Vec3::ZERO,
-        arm: Vec3::ZERO,
-        spin: Vec3::ZERO,
-        rate: Vec3::ZERO,
-        angular: Vec3::ZERO,
-        center_acceleration: Vec3::ZERO,
-        virtual_turn: Vec3::ZERO,
-        virtual_center: Vec3::ZERO,
-    };
+/// Virtual motion of all links, and its moments.
+struct Virtual<const NL: usize> {
+    /// Virtual rotation of the body before each joint.
+    turn: [Vec3<f64>; NL],
+    /// Virtual displacement of each joint relative to the system's mean.
+    at: [Vec3<f64>; NL],
+    /// About each joint.
+    moments: [Moments; NL],
+    /// Derivative by a joint's rate is twice this times the link's rate, and what is beyond.
+    push: [Vec3<f64>; NL],
+    /// Joint by joint, the sum of virtual joint motion times momentum of this joint and all after.
+    momentum: [Vec3<f64>; NL],
+    /// Of the whole system, about the bus centre of mass.
+    bus: Moments,
+}
+
+/// Derivatives of the virtual power's gradient by one joint angle, bus axes.
+struct Column<const NL: usize> {
+    /// By the angles of this joint and those after it; zero for those before.
+    angle: [f64; NL],
+    joint_rate: [f64; NL],
+    joint_acceleration: [f64; NL],
+    acceleration: Vec3<f64>,
+    rate: Vec3<f64>,
+    radial: Vec3<f64>,
+    specific_force: Vec3<f64>,
+}
+
+impl Moments {
+    const ZERO: Self =
+        Self { linear: Vec3::ZERO, gradient: Mat3([Vec3::ZERO; 3]), rate: Vec3::ZERO };
+
+    /// Adds `link`'s own, for this virtual displacement of its joint and this virtual rotation.
+    #[inline]
+    fn add(&mut self, link: &ArmLink, at: Vec3<f64>, turn: Vec3<f64>) {
+        let linear = (at + turn.cross(link.offset)).scaled(link.mass);
+        self.linear += linear;
+        let Mat3([x, y, z]) = link.second_moment;
+        self.gradient +=
+            Mat3([turn.cross(x), turn.cross(y), turn.cross(z)]) + Mat3::outer(linear, link.offset);
+    }
+
+    /// Passes a joint with this axis and rate; returns its push.
+    #[inline]
+    fn push(&self, axis: Vec3<f64>) -> Vec3<f64> {
+        self.gradient.apply_transposed(axis) - axis.scaled(self.gradient.trace())
+    }
+
+    /// Refers the moments to a point that stands at `-lever`.
+    #[inline]
+    fn shift(&mut self, lever: Vec3<f64>) {
+        self.gradient += Mat3::outer(self.linear, lever);
+    }
+}
+
+/// Derivative by a turn about `a` of the product of `gradient` with `moments`, where `gradient`
+/// turns back: the product with `a` of this.
+#[inline]
+fn twist(gradient: &Mat3<f64>, moments: &Mat3<f64>) -> Vec3<f64> {
+    let (Mat3([gx, gy, gz]), Mat3([mx, my, mz])) = (*gradient, *moments);
+    let inner = Vec3([gz.dot(my) - gy.dot(mz), gx.dot(mz) - gz.dot(mx), gy.dot(mx) - gx.dot(my)]);
+    inner - (gx.cross(mx) + gy.cross(my) + gz.cross(mz))
+}
+
+/// `M + M^T - 2 s tr(M)` applied to `v`.
+#[inline]
+fn symmetric(m: &Mat3<f64>, s: f64, v: Vec3<f64>) -> Vec3<f64> {
+    m.apply(v) + m.apply_transposed(v) - v.scaled(2.0 * s * m.trace())
 }
 
 impl<const NL: usize> Multibody<NL> {
     /// Second derivatives of `mu . torques(state, force, acceleration)`, `mu` in the units
     /// `[1 / (N m)]` on `[bus torque (bus axes), joint torques]`.
     ///
-    /// Exact to rounding. Cost: a forward and a reverse sweep on dual numbers of `NX` lanes, about
-    /// 10 us for three links on a desktop core.
+    /// Exact to rounding. Cost: about 500 flops for each pair of joints and 1000 a link, some 2 us
+    /// for three links on a desktop core.
     pub fn torque_curvature<const NX: usize, const NU: usize>(
         &self,
         state: &State<NL>,
@@ -86,243 +132,310 @@ impl<const NL: usize> Multibody<NL> {
             bus_acceleration: Vec3(rotation.tr_mul(&inertial).into()),
             joint_acceleration: Self::angles(&acceleration.joint),
         };
-        let (frame, joint_angle, motion) =
-            self.seed_curvature::<NX>(&rotation, &frame, &motion, state);
-        let poses = self.link_poses(&joint_angle);
-        let bus_mu = Vec3([mu[0], mu[1], mu[2]].map(Dual::constant));
-        let joint_mu = core::array::from_fn(|i| Dual::constant(mu[3 + i]));
-        let gradient = self.virtual_power_gradient(&poses, &frame, &motion, bus_mu, &joint_mu);
-        self.assemble(&rotation, &gradient)
+        let arm = self.arm(state);
+        let sweep = self.sweep(&arm, &frame, &motion);
+        let bus_mu = Vec3([mu[0], mu[1], mu[2]]);
+        let joint_mu = core::array::from_fn(|i| mu[3 + i]);
+        let virtual_ = self.virtual_motion(&arm, &motion, bus_mu, &joint_mu);
+
+        let mut out =
+            TorqueCurvature { state_state: SMatrix::zeros(), acceleration_state: SMatrix::zeros() };
+        self.fill_bus(&rotation, &frame, &motion, &virtual_, &mut out);
+        Self::fill_joint_rates(&rotation, &arm, &frame, &virtual_, &mut out);
+        for j in 0..NL {
+            let column = self.joint_column(&arm, &frame, &motion, &sweep, &virtual_, j);
+            self.fill_joint(j, &rotation, &frame, &motion, &column, &mut out);
+        }
+        for j in 0..NX {
+            for i in 0..j {
+                out.state_state[(i, j)] = out.state_state[(j, i)];
+            }
+        }
+        out
     }
 
-    /// Dual numbers along `[dtheta, alpha, rate, joint_rate]`, the bus acceleration included: its
-    /// bus components turn with the bus, and hold the frame's share of the rate.
-    fn seed_curvature<const NX: usize>(
+    /// The virtual motion `mu` and its moments.
+    fn virtual_motion(
+        &self,
+        arm: &Arm<NL>,
+        motion: &Motion<f64, NL>,
+        bus_mu: Vec3<f64>,
+        joint_mu: &[f64; NL],
+    ) -> Virtual<NL> {
+        let mut out = Virtual {
+            turn: [Vec3::ZERO; NL],
+            at: [Vec3::ZERO; NL],
+            moments: [Moments::ZERO; NL],
+            push: [Vec3::ZERO; NL],
+            momentum: [Vec3::ZERO; NL],
+            bus: Moments::ZERO,
+        };
+        let mut momentum = Vec3::ZERO;
+        for i in (0..NL).rev() {
+            momentum += arm.links[i].momentum.scaled(joint_mu[i]);
+            out.momentum[i] = momentum;
+        }
+        // The centre of mass does not take part.
+        let total = momentum + bus_mu.cross(arm.whole.first);
+        let (mut turn, mut at) = (bus_mu, total.scaled(-1.0 / self.total_mass));
+        for (i, link) in arm.links.iter().enumerate() {
+            at += turn.cross(link.lever);
+            (out.turn[i], out.at[i]) = (turn, at);
+            turn += link.axis.scaled(joint_mu[i]);
+            out.moments[i].add(link, at, turn);
+        }
+        let mut beyond = Moments::ZERO;
+        for i in (0..NL).rev() {
+            let link = &arm.links[i];
+            beyond.linear += out.moments[i].linear;
+            beyond.gradient += out.moments[i].gradient;
+            out.push[i] = beyond.push(link.axis);
+            beyond.rate += out.push[i].scaled(2.0 * motion.joint_rate[i]);
+            out.moments[i] = beyond;
+            beyond.shift(link.lever);
+        }
+        let second = second_moments(&self.bus_inertia);
+        let [x, y, z] = Mat3::cross_matrix(bus_mu).0;
+        beyond.gradient += Mat3([x.scaled(second.x), y.scaled(second.y), z.scaled(second.z)]);
+        beyond.linear = total;
+        out.bus = beyond;
+        out
+    }
+
+    /// Derivatives of the gradient by the angle of joint `j`.
+    fn joint_column(
+        &self,
+        arm: &Arm<NL>,
+        frame: &BusFrame<f64>,
+        motion: &Motion<f64, NL>,
+        sweep: &Sweep<NL>,
+        virtual_: &Virtual<NL>,
+        j: usize,
+    ) -> Column<NL> {
+        let axis = arm.links[j].axis;
+        let mean_by =
+            virtual_.turn[j].cross(arm.links[j].momentum) + axis.cross(virtual_.momentum[j]);
+        let mut column = Column {
+            angle: [0.0; NL],
+            joint_rate: [0.0; NL],
+            joint_acceleration: [0.0; NL],
+            acceleration: Vec3::ZERO,
+            rate: Vec3::ZERO,
+            radial: Vec3::ZERO,
+            specific_force: mean_by,
+        };
+        let back = mean_by.scaled(-1.0 / self.total_mass);
+        let mut beyond = self.beyond(arm, motion, sweep, virtual_, (j, back), &mut column);
+
+        // Before the joint geometry and motion stay, and what is beyond turns with it.
+        let here = &virtual_.moments[j];
+        let Mat3(turned) = here.gradient.turned_back(axis);
+        beyond.linear += axis.cross(here.linear);
+        beyond.gradient += Mat3(turned.map(|column| -column));
+        beyond.rate += axis.cross(here.rate);
+        beyond.shift(arm.links[j].lever);
+        for i in (0..j).rev() {
+            let link = &arm.links[i];
+            let linear = back.scaled(link.mass);
+            beyond.linear += linear;
+            beyond.gradient += Mat3::outer(linear, link.offset);
+            column.pass(&mut beyond, i, link.axis, sweep.links[i].rate, motion.joint_rate[i]);
+            beyond.shift(link.lever);
+        }
+        let n2 = self.mean_motion * self.mean_motion;
+        column.acceleration = beyond.gradient.axial();
+        column.rate = symmetric(&beyond.gradient, 1.0, frame.rate) + beyond.rate;
+        column.radial = symmetric(&beyond.gradient, 0.0, frame.radial).scaled(-3.0 * n2);
+        column
+    }
+
+    /// The part of [`Multibody::joint_column`] at and beyond the joint, in axes that turn with it;
+    /// returns the derivative of the moments beyond. `back` is the derivative of what is taken off
+    /// every virtual displacement.
+    #[inline]
+    fn beyond(
+        &self,
+        arm: &Arm<NL>,
+        motion: &Motion<f64, NL>,
+        sweep: &Sweep<NL>,
+        virtual_: &Virtual<NL>,
+        (j, back): (usize, Vec3<f64>),
+        column: &mut Column<NL>,
+    ) -> Moments {
+        let before = |i: usize| if i == 0 { &sweep.bus } else { &sweep.links[i - 1] };
+        let axis = arm.links[j].axis;
+        // Seen from beyond the joint, all motion before it turns back.
+        let turn = virtual_.turn[j].cross(axis);
+        let rate = before(j).rate.cross(axis);
+        let mut gradient = before(j).gradient.turned_back(axis);
+        let mut at = sweep.links[j].at.cross(axis);
+        let mut virtual_at = virtual_.at[j].cross(axis) + back;
+        let mut gradients = [Mat3([Vec3::ZERO; 3]); NL];
+        let (mut accelerations, mut displacements) = ([Vec3::ZERO; NL], [Vec3::ZERO; NL]);
+        let mut wrenches = [Wrench::ZERO; NL];
+        let mut force = axis.cross(sweep.wrenches[j].force);
+        for i in j..NL {
+            let link = &arm.links[i];
+            if i > j {
+                at += gradient.apply(link.lever);
+                virtual_at += turn.cross(link.lever);
+            }
+            (gradients[i], accelerations[i], displacements[i]) = (gradient, at, virtual_at);
+            gradient += Mat3::double_cross(rate.scaled(2.0 * motion.joint_rate[i]), link.axis);
+            wrenches[i] = Field { rate, gradient, at }.wrench(link);
+            force += wrenches[i].force;
+        }
+        let base = force.scaled(-1.0 / self.total_mass);
+
+        let (mut wrench, mut moments) = (Wrench::ZERO, Moments::ZERO);
+        for i in (j..NL).rev() {
+            let (link, here, needed) = (&arm.links[i], &virtual_.moments[i], &sweep.wrenches[i]);
+            wrench.add(&wrenches[i]);
+            moments.add(link, displacements[i], turn);
+            column.pass(&mut moments, i, link.axis, sweep.links[i].rate, motion.joint_rate[i]);
+            column.joint_rate[i] += 2.0 * rate.dot(virtual_.push[i]);
+
+            let force_by = wrench.force + base.scaled(link.beyond.mass);
+            let moment_by = wrench.moment + link.beyond.first.cross(base);
+            let torque = force_by.cross(virtual_.at[i])
+                + needed.force.cross(displacements[i])
+                + moment_by.cross(virtual_.turn[i])
+                + needed.moment.cross(turn)
+                + moments.linear.cross(sweep.links[i].at)
+                + here.linear.cross(accelerations[i] + base)
+                + moments.rate.cross(before(i).rate)
+                + here.rate.cross(rate)
+                + twist(&gradients[i], &here.gradient)
+                + twist(&before(i).gradient, &moments.gradient);
+            column.angle[i] = link.axis.dot(torque);
+            if i > j {
+                wrench.shift(link.lever);
+                moments.shift(link.lever);
+            }
+        }
+        moments
+    }
+
+    /// Everything by attitude and bus rate alone.
+    fn fill_bus<const NX: usize, const NU: usize>(
         &self,
         rotation: &Matrix3<f64>,
         frame: &BusFrame<f64>,
         motion: &Motion<f64, NL>,
-        state: &State<NL>,
-    ) -> (BusFrame<Dual<NX>>, [Dual<NX>; NL], Motion<Dual<NX>, NL>) {
-        let to_bus = rotation.transpose();
-        let seeded = |v: Vec3<f64>, by_rate: Option<Matrix3<f64>>| {
-            let by_turn = v.to_vector().cross_matrix() * to_bus;
-            let mut out = Vec3::<Dual<NX>>::constant(&v.to_vector());
-            for i in 0..3 {
-                for j in 0..3 {
-                    out.0[i].partial[j] = by_turn[(i, j)];
-                    if let Some(m) = &by_rate {
-                        out.0[i].partial[3 + NL + j] = m[(i, j)];
-                    }
-                }
-            }
-            out
-        };
-        let bus_acceleration =
-            seeded(motion.bus_acceleration, Some(to_bus * self.frame_rate().cross_matrix()));
-        let frame = BusFrame {
-            rate: seeded(frame.rate, Some(to_bus)),
-            radial: seeded(frame.radial, None),
-            specific_force: seeded(frame.specific_force, None),
-        };
-        let index = core::array::from_fn::<usize, NL, _>(|i| i);
-        let motion = Motion {
-            joint_rate: index.map(|i| Dual::variable(state.joint_rate[i], 6 + NL + i)),
-            bus_acceleration,
-            joint_acceleration: motion.joint_acceleration.map(Scalar::constant),
-        };
-        (frame, index.map(|i| Dual::variable(state.joint_angle[i], 3 + i)), motion)
-    }
-
-    fn assemble<const NX: usize, const NU: usize>(
-        &self,
-        rotation: &Matrix3<f64>,
-        g: &Gradient<Dual<NX>, NL>,
-    ) -> TorqueCurvature<NX, NU> {
-        let value = |v: &Vec3<Dual<NX>>| Vector3::from(v.0.map(|d| d.value));
-        // In RTN: a bus vector's components turn with dtheta, columns 0..3.
-        let to_rtn = |v: &Vec3<Dual<NX>>| {
-            let mut m = SMatrix::<f64, 3, NX>::from_fn(|i, lane| v.0[i].partial[lane]);
-            m = rotation * m;
-            let turning = -(rotation * value(v)).cross_matrix();
-            for j in 0..3 {
-                for i in 0..3 {
-                    m[(i, j)] += turning[(i, j)];
-                }
-            }
-            m
-        };
-        let turn = rotation * SMatrix::<f64, 3, NX>::from_fn(|i, l| g.turn.0[i].partial[l]);
-        let acceleration = to_rtn(&g.bus_acceleration);
-        // The acceleration's bus components hold W x rate.
-        let rate = to_rtn(&g.rate) - self.frame_rate().cross_matrix() * acceleration;
-        let mut rows = SMatrix::<f64, NX, NX>::zeros();
-        let mut by_acceleration = SMatrix::<f64, NU, NX>::zeros();
-        for lane in 0..NX {
-            for i in 0..3 {
-                rows[(i, lane)] = turn[(i, lane)];
-                rows[(3 + NL + i, lane)] = rate[(i, lane)];
-                by_acceleration[(i, lane)] = acceleration[(i, lane)];
-            }
-            for i in 0..NL {
-                rows[(3 + i, lane)] = g.joint_angle[i].partial[lane];
-                rows[(6 + NL + i, lane)] = g.joint_rate[i].partial[lane];
-                by_acceleration[(3 + i, lane)] = g.joint_acceleration[i].partial[lane];
-            }
-        }
-        // Second derivatives along exp(dtheta) are the symmetric part; elsewhere both agree.
-        let state_state = (rows + rows.transpose()) * 0.5;
-        TorqueCurvature { state_state, acceleration_state: by_acceleration }
-    }
-
-    fn sweep_out<T: Scalar>(
-        &self,
-        poses: &[LinkPose<T>; NL],
-        frame: &BusFrame<T>,
-        motion: &Motion<T, NL>,
-        bus_mu: Vec3<T>,
-        joint_mu: &[T; NL],
-    ) -> [Link<T>; NL] {
-        let mut links = [Link::ZERO; NL];
-        let (mut rate, mut angular) = (frame.rate, motion.bus_acceleration);
-        let (mut at, mut linear) = (Vec3::ZERO, Vec3::ZERO);
-        let (mut virtual_turn, mut virtual_joint) = (bus_mu, Vec3::ZERO);
-        for (i, link) in links.iter_mut().enumerate() {
-            let pose = &poses[i];
-            link.lever = pose.joint - at;
-            at = pose.joint;
-            linear += angular.cross(link.lever) + rate.cross(rate.cross(link.lever));
-            virtual_joint += virtual_turn.cross(link.lever);
-            link.spin = pose.axis * motion.joint_rate[i];
-            angular += pose.axis * motion.joint_acceleration[i] + rate.cross(link.spin);
-            rate += link.spin;
-            virtual_turn += pose.axis * joint_mu[i];
-            link.arm = pose.center - pose.joint;
-            link.center_acceleration =
-                linear + angular.cross(link.arm) + rate.cross(rate.cross(link.arm));
-            link.virtual_center = virtual_joint + virtual_turn.cross(link.arm);
-            (link.rate, link.angular, link.virtual_turn) = (rate, angular, virtual_turn);
-        }
-        links
-    }
-
-    /// The reverse sweep. Names of adjoints end in `_by`: `rate_by` is the derivative of the
-    /// virtual power of everything beyond, by the rate there.
-    fn virtual_power_gradient<T: Scalar>(
-        &self,
-        poses: &[LinkPose<T>; NL],
-        frame: &BusFrame<T>,
-        motion: &Motion<T, NL>,
-        bus_mu: Vec3<T>,
-        joint_mu: &[T; NL],
-    ) -> Gradient<T, NL> {
-        let links = self.sweep_out(poses, frame, motion, bus_mu, joint_mu);
-        let scaled = |v: Vec3<T>, factor: f64| Vec3(v.0.map(|x| x * factor));
+        virtual_: &Virtual<NL>,
+        out: &mut TorqueCurvature<NX, NU>,
+    ) {
         let n2 = self.mean_motion * self.mean_motion;
-        let radial = frame.radial;
-        let tide = |v: Vec3<T>| scaled(v - scaled(radial * radial.dot(v), 3.0), n2);
+        let Moments { gradient, rate: by_joints, linear } = &virtual_.bus;
+        let sum = Matrix3::from_fn(|i, j| gradient.0[j].0[i] + gradient.0[i].0[j]);
+        let sum = rotation * sum * rotation.transpose();
+        let by_rate_twice = sum - Matrix3::from_diagonal_element(2.0 * gradient.trace());
+        let rtn = |v: Vec3<f64>| rotation * v.to_vector();
+        // What the virtual power depends on in bus axes, and its derivatives by that.
+        let (rate, radial) = (rtn(frame.rate), rtn(frame.radial));
+        let by_rate = by_rate_twice * rate + rtn(*by_joints);
+        let by_radial = sum * radial * (-3.0 * n2);
+        let by_acceleration = rtn(gradient.axial());
+        let pairs = [
+            (rate, by_rate),
+            (radial, by_radial),
+            (rtn(motion.bus_acceleration), by_acceleration),
+            (rtn(frame.specific_force), rtn(*linear)),
+        ];
+        // A vector v has the components of v - theta x v + 1/2 theta x (theta x v).
+        let rate_cross = rate.cross_matrix();
+        let radial_cross = radial.cross_matrix();
+        let mut turn_turn = rate_cross.tr_mul(&(by_rate_twice * rate_cross))
+            - radial_cross.tr_mul(&(sum * radial_cross)) * (3.0 * n2);
+        for (v, by) in pairs {
+            let outer = by * v.transpose();
+            turn_turn += (outer + outer.transpose()) * 0.5;
+            turn_turn -= Matrix3::from_diagonal_element(by.dot(&v));
+        }
+        // The acceleration in bus axes holds W x rate.
+        let rate_turn = by_rate_twice * rate_cross - by_rate.cross_matrix()
+            + self.frame_rate().cross_matrix() * by_acceleration.cross_matrix();
+        for j in 0..3 {
+            for i in 0..3 {
+                out.state_state[(i, j)] = turn_turn[(i, j)];
+                out.state_state[(3 + NL + i, j)] = rate_turn[(i, j)];
+                out.state_state[(3 + NL + i, 3 + NL + j)] = by_rate_twice[(i, j)];
+                out.acceleration_state[(i, j)] = -by_acceleration.cross_matrix()[(i, j)];
+            }
+        }
+    }
 
-        // Means over the whole system, the bus at the origin.
-        let (mut center, mut drift, mut virtual_mean) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+    /// Everything by joint rates and what is not a joint angle.
+    fn fill_joint_rates<const NX: usize, const NU: usize>(
+        rotation: &Matrix3<f64>,
+        arm: &Arm<NL>,
+        frame: &BusFrame<f64>,
+        virtual_: &Virtual<NL>,
+        out: &mut TorqueCurvature<NX, NU>,
+    ) {
+        for k in 0..NL {
+            let twice = virtual_.push[k].scaled(2.0);
+            let by_rate = rotation * twice.to_vector();
+            let by_turn = rotation * twice.cross(frame.rate).to_vector();
+            for i in 0..3 {
+                out.state_state[(6 + NL + k, i)] = by_turn[i];
+                out.state_state[(6 + NL + k, 3 + NL + i)] = by_rate[i];
+            }
+            for i in 0..=k {
+                out.state_state[(6 + NL + k, 6 + NL + i)] = arm.links[i].axis.dot(twice);
+            }
+        }
+    }
+
+    /// Everything by the angle of joint `j`, the lower triangle of the state's block.
+    fn fill_joint<const NX: usize, const NU: usize>(
+        &self,
+        j: usize,
+        rotation: &Matrix3<f64>,
+        frame: &BusFrame<f64>,
+        motion: &Motion<f64, NL>,
+        column: &Column<NL>,
+        out: &mut TorqueCurvature<NX, NU>,
+    ) {
+        let by_turn = column.rate.cross(frame.rate)
+            + column.radial.cross(frame.radial)
+            + column.acceleration.cross(motion.bus_acceleration)
+            + column.specific_force.cross(frame.specific_force);
+        let by_turn = rotation * by_turn.to_vector();
+        let by_acceleration = rotation * column.acceleration.to_vector();
+        let by_rate =
+            rotation * column.rate.to_vector() - self.frame_rate().cross(&by_acceleration);
+        for i in 0..3 {
+            out.state_state[(3 + j, i)] = by_turn[i];
+            out.state_state[(3 + NL + i, 3 + j)] = by_rate[i];
+            out.acceleration_state[(i, 3 + j)] = by_acceleration[i];
+        }
         for i in 0..NL {
-            let share = self.links[i].mass / self.total_mass;
-            center += scaled(poses[i].center, share);
-            drift += scaled(links[i].center_acceleration, share);
-            virtual_mean += scaled(links[i].virtual_center, share);
+            if i >= j {
+                out.state_state[(3 + i, 3 + j)] = column.angle[i];
+            }
+            out.state_state[(6 + NL + i, 3 + j)] = column.joint_rate[i];
+            out.acceleration_state[(3 + i, 3 + j)] = column.joint_acceleration[i];
         }
-        let common = frame.specific_force - drift;
+    }
+}
 
-        let mut joint_angle = [T::ZERO; NL];
-        let mut joint_rate = [T::ZERO; NL];
-        let mut joint_acceleration = [T::ZERO; NL];
-        let (mut linear_by, mut angular_by, mut rate_by) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
-        let (mut force, mut virtual_turn_by) = (Vec3::ZERO, Vec3::ZERO);
-        let (mut position_by, mut radial_by) = (Vec3::ZERO, Vec3::ZERO);
-        // Torque on everything fixed in the links beyond.
-        let mut torque = Vec3::ZERO;
-
-        for i in (0..NL).rev() {
-            let (body, pose, link) = (&self.links[i], &poses[i], &links[i]);
-            let inertia = |v: Vec3<T>| Self::apply_inertia(body, pose, v);
-            let (arm, rate, turn) = (link.arm, link.rate, link.virtual_turn);
-            let relative = scaled(link.virtual_center - virtual_mean, body.mass);
-            let offset = pose.center - center;
-            let f = scaled(link.center_acceleration + common + tide(offset), body.mass);
-            let pull = tide(relative);
-            let weighted = relative.cross(rate);
-            let displaced = scaled(link.virtual_center, 3.0 * n2 * body.mass);
-            radial_by -= displaced * radial.dot(offset) + offset * radial.dot(displaced);
-
-            linear_by += relative;
-            angular_by += arm.cross(relative);
-            rate_by += rate.cross(arm).cross(relative) + arm.cross(weighted);
-            force += f;
-            position_by += pull;
-            virtual_turn_by += arm.cross(f);
-            let arm_by = relative.cross(link.angular) + weighted.cross(rate) + f.cross(turn) + pull;
-            torque += arm.cross(arm_by);
-
-            // Rotational part: turn . (I angular + rate x I rate - 3 n^2 radial x I radial).
-            let (i_turn, i_angular) = (inertia(turn), inertia(link.angular));
-            let (i_rate, gyro) = (inertia(rate), turn.cross(rate));
-            let i_gyro = inertia(gyro);
-            let (i_radial, lean) = (inertia(radial), turn.cross(radial));
-            let i_lean = inertia(lean);
-            let gravity_gradient = scaled(radial.cross(i_radial), 3.0 * n2);
-            virtual_turn_by += i_angular + rate.cross(i_rate) - gravity_gradient;
-            angular_by += i_turn;
-            rate_by += i_rate.cross(turn) + i_gyro;
-            radial_by -= scaled(i_radial.cross(turn) + i_lean, 3.0 * n2);
-            torque += i_angular.cross(turn)
-                + i_turn.cross(link.angular)
-                + i_rate.cross(gyro)
-                + i_gyro.cross(rate)
-                - scaled(i_radial.cross(lean) + i_lean.cross(radial), 3.0 * n2);
-
-            joint_angle[i] = pose.axis.dot(torque);
-
-            // Through the joint, to the body before it.
-            let (rate, angular, turn) = match i {
-                0 => (frame.rate, motion.bus_acceleration, bus_mu),
-                _ => (links[i - 1].rate, links[i - 1].angular, links[i - 1].virtual_turn),
-            };
-            let spin_by = rate_by + angular_by.cross(rate);
-            joint_rate[i] = pose.axis.dot(spin_by);
-            joint_acceleration[i] = pose.axis.dot(angular_by);
-            let axis_by = angular_by * motion.joint_acceleration[i]
-                + virtual_turn_by * joint_mu[i]
-                + spin_by * motion.joint_rate[i];
-            let lever = link.lever;
-            let weighted = linear_by.cross(rate);
-            let lever_by =
-                linear_by.cross(angular) + weighted.cross(rate) + force.cross(turn) + position_by;
-            rate_by += link.spin.cross(angular_by)
-                + rate.cross(lever).cross(linear_by)
-                + lever.cross(weighted);
-            angular_by += lever.cross(linear_by);
-            virtual_turn_by += lever.cross(force);
-            torque += lever.cross(lever_by) + pose.axis.cross(axis_by);
-        }
-
-        // The bus itself.
-        let (rate, moments) = (frame.rate, &self.bus_inertia);
-        rate_by += rate.scale_each(moments).cross(bus_mu) + bus_mu.cross(rate).scale_each(moments);
-        angular_by += bus_mu.scale_each(moments);
-        let lean = bus_mu.cross(radial).scale_each(moments);
-        radial_by -= scaled(radial.scale_each(moments).cross(bus_mu) + lean, 3.0 * n2);
-        let force_by = scaled(virtual_mean, self.total_mass);
-        let turn = rate_by.cross(rate)
-            + angular_by.cross(motion.bus_acceleration)
-            + radial_by.cross(radial)
-            + force_by.cross(frame.specific_force);
-        Gradient {
-            turn,
-            joint_angle,
-            rate: rate_by,
-            joint_rate,
-            bus_acceleration: angular_by,
-            joint_acceleration,
-        }
+impl<const NL: usize> Column<NL> {
+    /// Derivatives by the motion of joint `i`, from those of the moments beyond it, on the way
+    /// inwards; `rate` is that of its link.
+    #[inline]
+    fn pass(
+        &mut self,
+        beyond: &mut Moments,
+        i: usize,
+        axis: Vec3<f64>,
+        rate: Vec3<f64>,
+        joint_rate: f64,
+    ) {
+        let push = beyond.push(axis);
+        self.joint_rate[i] = 2.0 * rate.dot(push) + axis.dot(beyond.rate);
+        self.joint_acceleration[i] = axis.dot(beyond.gradient.axial());
+        beyond.rate += push.scaled(2.0 * joint_rate);
     }
 }
 

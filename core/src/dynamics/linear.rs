@@ -199,10 +199,11 @@ impl<const NL: usize> Multibody<NL> {
         let mut wrenches = [Wrench::ZERO; NL];
         // Nothing before the joint moves.
         let first = seed.joint.unwrap_or(0);
-        for (i, (link, wrench)) in arm.links.iter().zip(&mut wrenches).enumerate().skip(first) {
+        let links = arm.links.iter().zip(&mut wrenches).zip(&motion.joint_rate);
+        for (i, ((link, wrench), joint_rate)) in links.enumerate().skip(first) {
             if seed.joint != Some(i) {
                 field.at += field.gradient.apply(link.lever.lift());
-                let twice = field.rate.scaled(2.0 * motion.joint_rate[i]);
+                let twice = field.rate.scaled(2.0 * joint_rate);
                 field.gradient += Mat3::double_cross(twice, link.axis.lift());
             }
             *wrench = field.wrench(link);

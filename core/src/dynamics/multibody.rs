@@ -104,12 +104,6 @@ impl<const NL: usize> Multibody<NL> {
         poses
     }
 
-    /// A link's inertia applied to a vector in bus axes.
-    #[inline]
-    pub(super) fn apply_inertia<T: Scalar>(link: &Link, pose: &LinkPose<T>, v: Vec3<T>) -> Vec3<T> {
-        pose.rotation.apply(pose.rotation.apply_transposed(v).scale_each(&link.inertia))
-    }
-
     /// First mass moment of the arm about the bus centre of mass, bus axes [kg m].
     pub(super) fn first_moment(&self, poses: &[LinkPose<f64>; NL]) -> Vec3<f64> {
         let mut moment = Vec3::ZERO;

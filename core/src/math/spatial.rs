@@ -120,16 +120,13 @@ impl<T: Scalar> Mat3<T> {
     #[inline]
     pub fn rotation(axis: &Vector3<f64>, (sin, cos): (T, T)) -> Self {
         let versine = T::constant(1.0) - cos;
-        Self([0, 1, 2].map(|j| {
-            Vec3([0, 1, 2].map(|i| {
-                let outer = versine * (axis[i] * axis[j]);
-                match (j + 3 - i) % 3 {
-                    0 => outer + cos,
-                    1 => outer - sin * axis[3 - i - j],
-                    _ => outer + sin * axis[3 - i - j],
-                }
-            }))
-        }))
+        let outer = |a: f64, b: f64| versine * (a * b);
+        let (x, y, z) = (axis.x, axis.y, axis.z);
+        Self([
+            Vec3([outer(x, x) + cos, outer(x, y) + sin * z, outer(x, z) - sin * y]),
+            Vec3([outer(x, y) - sin * z, outer(y, y) + cos, outer(y, z) + sin * x]),
+            Vec3([outer(x, z) + sin * y, outer(y, z) - sin * x, outer(z, z) + cos]),
+        ])
     }
 
     /// `[a x]`: the matrix of a vector product.
@@ -155,6 +152,29 @@ impl<T: Scalar> Mat3<T> {
     #[inline]
     pub fn outer(a: Vec3<T>, b: Vec3<T>) -> Self {
         Self(b.0.map(|factor| a * factor))
+    }
+
+    /// The vector `v` with `v . x` the sum of the products of this matrix's entries with those of
+    /// `[x x]`: the adjoint of [`Mat3::cross_matrix`].
+    #[inline]
+    pub fn axial(&self) -> Vec3<T> {
+        let [Vec3([_, xy, xz]), Vec3([yx, _, yz]), Vec3([zx, zy, _])] = self.0;
+        Vec3([yz - zy, zx - xz, xy - yx])
+    }
+
+    /// Trace.
+    #[inline]
+    pub fn trace(&self) -> T {
+        self.0[0].0[0] + self.0[1].0[1] + self.0[2].0[2]
+    }
+
+    /// `M [a x] - [a x] M`: the change of the matrix of a linear map when what it maps from and to
+    /// turns back about `a`.
+    #[inline]
+    pub fn turned_back(&self, a: Vec3<T>) -> Self {
+        let (Self([x, y, z]), [a0, a1, a2]) = (*self, a.0);
+        let columns = [y * a2 - z * a1, z * a0 - x * a2, x * a1 - y * a0];
+        Self([columns[0] + x.cross(a), columns[1] + y.cross(a), columns[2] + z.cross(a)])
     }
 
     /// Matrix times vector.
@@ -219,6 +239,13 @@ mod tests {
         assert!(difference(Mat3::cross_matrix(a).apply(v), a.cross(v)) < 1e-15);
         assert!(difference(Mat3::double_cross(b, a).apply(v), b.cross(a.cross(v))) < 1e-14);
         assert!(difference(Mat3::outer(a, b).apply(v), a * b.dot(v)) < 1e-14);
+        let m = Mat3([a, b, v]);
+        let turn = Mat3::cross_matrix(v);
+        let product: f64 = (0..3).map(|j| m.0[j].dot(Mat3::cross_matrix(a).0[j])).sum();
+        assert!((m.axial().dot(a) - product).abs() < 1e-14);
+        assert!((m.trace() - (a.0[0] + b.0[1] + v.0[2])).abs() < 1e-15);
+        let back = m.apply(turn.apply(b)) - turn.apply(m.apply(b));
+        assert!(difference(m.turned_back(v).apply(b), back) < 1e-13);
     }
 
     #[test]

@@ -43,6 +43,10 @@ impl TargetState {
     /// Placeholder for storage that is filled later.
     pub const ZERO: Self =
         Self { attitude: quaternion::IDENTITY, rate: Vector3::new(0.0, 0.0, 0.0) };
+
+    /// The same, all bits zero: static memory then costs no room in an image.
+    pub(crate) const BLANK: Self =
+        Self { attitude: Vector4::new(0.0, 0.0, 0.0, 0.0), rate: Vector3::new(0.0, 0.0, 0.0) };
 }
 
 /// RK4 substeps a node for the tumble: its error over 20 minutes is then below 1e-12.

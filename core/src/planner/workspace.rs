@@ -33,9 +33,9 @@ impl Workspace {
     /// heap: it is too large for a small stack.
     pub const fn new() -> Self {
         Self {
-            target: [TargetState::ZERO; NODES],
+            target: [TargetState::BLANK; NODES],
             translation: scp::Workspace::new(TranslationTrajectory::ZERO),
-            reorientation: scp::Workspace::new(ReorientationTrajectory::ZERO),
+            reorientation: scp::Workspace::new(ReorientationTrajectory::BLANK),
         }
     }
 

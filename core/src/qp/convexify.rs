@@ -10,8 +10,9 @@
 //! `R` is. A pinned component is zero, so any multiple of its square may be added first: that is
 //! how terminal constraints make `R` definite.
 
+use super::data::zeros;
 use super::{Qp, Stage};
-use crate::math::{cholesky_in_place, cholesky_solve_in_place, project_positive};
+use crate::math::{cholesky_in_place, matrix, project_positive};
 use nalgebra::{SMatrix, SVector};
 
 /// What is added to the square of each pinned component.
@@ -27,10 +28,11 @@ const MARGIN: f64 = 0.1;
 /// One node's blocks after the cost-to-go of the next node has been handed back to it.
 struct Handed<const NX: usize, const NU: usize> {
     q: SMatrix<f64, NX, NX>,
-    s: SMatrix<f64, NU, NX>,
+    /// The cross block, transposed: columns of the control.
+    s: SMatrix<f64, NX, NU>,
     r: SMatrix<f64, NU, NU>,
-    /// What the controls account for, `s^T r^-1 s`: it stays.
-    kept: SMatrix<f64, NX, NX>,
+    /// `s L^-T`, `r = L L^T`: its square `s r^-1 s^T` is what the controls account for.
+    kept: SMatrix<f64, NX, NU>,
 }
 
 impl<const NX: usize, const NU: usize> Handed<NX, NU> {
@@ -41,33 +43,54 @@ impl<const NX: usize, const NU: usize> Handed<NX, NU> {
         p: &SMatrix<f64, NX, NX>,
         convex: &SVector<f64, NU>,
     ) -> Option<Self> {
-        let (pa, pb): (SMatrix<f64, NX, NX>, SMatrix<f64, NX, NU>) = (p * stage.a, p * stage.b);
-        let q = stage.hessian_xx + stage.a.tr_mul(&pa);
-        let s = stage.hessian_ux + stage.b.tr_mul(&pa);
-        let r = stage.hessian_uu + stage.b.tr_mul(&pb);
-        let r = (r + r.transpose()) * 0.5 + SMatrix::from_diagonal(convex);
+        let (mut pb, mut bt) = (zeros::<NX, NU>(), zeros::<NU, NX>());
+        matrix::multiply(&mut pb.data.0, &p.data.0, &stage.b.data.0);
+        matrix::transpose(&mut bt.data.0, &stage.b.data.0);
+        let mut r = stage.hessian_uu + SMatrix::from_diagonal(convex);
+        matrix::multiply_add(&mut r.data.0, &bt.data.0, &pb.data.0);
+        matrix::mirror_lower(&mut r.data.0);
         let mut factor = r - SMatrix::from_diagonal(&(convex * MARGIN));
         cholesky_in_place(&mut factor).ok()?;
         factor = r;
         cholesky_in_place(&mut factor).ok()?;
-        let mut gain = s;
-        cholesky_solve_in_place(&factor, &mut gain);
-        let kept = s.tr_mul(&gain);
-        Some(Self { q, s, r, kept: (kept + kept.transpose()) * 0.5 })
+        let inverse = factor.diagonal().map(|pivot| 1.0 / pivot);
+
+        let (mut pa, mut at) = (zeros::<NX, NX>(), zeros::<NX, NX>());
+        matrix::multiply(&mut pa.data.0, &p.data.0, &stage.a.data.0);
+        matrix::transpose(&mut at.data.0, &stage.a.data.0);
+        let mut q = stage.hessian_xx;
+        matrix::multiply_add(&mut q.data.0, &at.data.0, &pa.data.0);
+        let mut s = stage.hessian_ux.transpose();
+        matrix::multiply_add(&mut s.data.0, &at.data.0, &pb.data.0);
+        let mut kept = s;
+        matrix::solve_lower_transposed(&mut kept.data.0, &factor.data.0, &inverse.data.0[0]);
+        Some(Self { q, s, r, kept })
     }
 
-    /// The cost-to-go before the node.
-    fn cost_to_go(&self) -> SMatrix<f64, NX, NX> {
-        let p = self.q - self.kept;
-        (p + p.transpose()) * 0.5
+    /// Leaves what the controls account for at the node, and the rest, the cost-to-go before it,
+    /// in `p`.
+    fn split<const NR: usize>(&self, stage: &mut Stage<NX, NU, NR>, p: &mut SMatrix<f64, NX, NX>) {
+        let kept = &mut stage.hessian_xx;
+        *kept = zeros();
+        matrix::add_square(&mut kept.data.0, &self.kept.data.0);
+        p.copy_from(&self.q);
+        *p -= &*kept;
+        matrix::mirror_lower(&mut p.data.0);
+        for i in 0..NX {
+            kept[(i, i)] += FLOOR;
+        }
+        matrix::transpose(&mut stage.hessian_ux.data.0, &self.s.data.0);
+        stage.hessian_uu = self.r;
     }
 }
 
 /// Pinned components carry no curvature of their own, and as much as is asked for.
 fn pin<const NX: usize>(p: &mut SMatrix<f64, NX, NX>, is_pinned: impl Fn(usize) -> bool) {
     for i in (0..NX).filter(|i| is_pinned(*i)) {
-        p.row_mut(i).fill(0.0);
-        p.column_mut(i).fill(0.0);
+        for j in 0..NX {
+            p[(i, j)] = 0.0;
+            p[(j, i)] = 0.0;
+        }
         p[(i, i)] = PIN_CURVATURE;
     }
 }
@@ -111,10 +134,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX
             stage.gradient_x += stage.a.tr_mul(&pc);
             stage.gradient_u += stage.b.tr_mul(&pc);
             self.constant += 0.5 * stage.c.dot(&pc);
-            stage.hessian_xx = handed.kept + SMatrix::identity() * FLOOR;
-            stage.hessian_ux = handed.s;
-            stage.hessian_uu = handed.r;
-            p = handed.cost_to_go();
+            handed.split(stage, &mut p);
         }
         dropped
     }

@@ -77,11 +77,11 @@ pub struct Qp<const N: usize, const NX: usize, const NU: usize, const NR: usize>
 }
 
 impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX, NU, NR> {
-    /// Storage, to be filled.
+    /// Storage, to be filled: all bits zero.
     pub const ZERO: Self = Self {
-        stages: [Stage::ZERO; N],
+        stages: [Stage { row_offset: zeros(), ..Stage::ZERO }; N],
         constant: 0.0,
-        defect_weight: f64::INFINITY,
+        defect_weight: 0.0,
         row_weight: 0.0,
     };
 

@@ -1,6 +1,6 @@
 //! Stage 1: the path of the system's centre of mass (section 5).
 
-use crate::math::quaternion;
+use crate::math::{clamp, quaternion};
 use crate::model::{HcwTransition, Mission, Scenario, TargetState, signed_distance_to_box};
 use crate::qp::{Qp, QpOutcome, QpSolver, Solution};
 use crate::scp::{Problem, Residuals};
@@ -166,7 +166,7 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
 
     fn clip(&self, trajectory: &mut Self::Trajectory) {
         for force in &mut trajectory.force {
-            *force = force.map(|f| f.clamp(-self.max_force, self.max_force));
+            *force = force.map(|f| clamp(f, -self.max_force, self.max_force));
         }
         self.roll_out(trajectory);
     }
@@ -256,7 +256,7 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
     ) {
         for k in 0..N - 1 {
             let force = from.force[k] + step.u[k] * SCALE[2];
-            to.force[k] = force.map(|f| f.clamp(-self.max_force, self.max_force));
+            to.force[k] = force.map(|f| clamp(f, -self.max_force, self.max_force));
         }
         to.force[N - 1] = Vector3::zeros();
         self.roll_out(to);

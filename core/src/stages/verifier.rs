@@ -7,7 +7,7 @@
 
 use super::{ReorientationTrajectory, TranslationTrajectory};
 use crate::dynamics::{Control, Integrator, State, articulated};
-use crate::math::quaternion;
+use crate::math::{clamp, quaternion};
 use crate::model::{Mission, Scenario, TargetState, Tolerances, hcw_acceleration};
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 
@@ -177,7 +177,7 @@ fn clearance<const NL: usize>(
 ) -> f64 {
     let local = quaternion::rotation_matrix(&target.attitude).transpose() * position;
     let half = mission.target.half_extents;
-    let nearest = Vector3::from_fn(|i, _| local[i].clamp(-half[i], half[i]));
+    let nearest = Vector3::from_fn(|i, _| clamp(local[i], -half[i], half[i]));
     let outside = local - nearest;
     let distance = libm::sqrt(outside.dot(&outside));
     let depth = (0..3).map(|i| half[i] - local[i].abs()).fold(f64::INFINITY, f64::min);

@@ -8,12 +8,12 @@ use super::heuristic::line_of_sight;
 use super::reorientation_size::NR;
 use super::worse;
 use crate::dynamics::{Control, Integrator, Multibody, State};
-use crate::math::quaternion;
+use crate::math::{clamp, quaternion};
 use crate::model::{Mission, TargetState, initial_bus_attitude};
 use crate::pair::{Pair, Sequential};
 use crate::qp::{Qp, Solution, Stage};
 use crate::scp::{Problem, Residuals};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
 use roll_out::RateOffset;
 
 /// Attitude and arm over the horizon, torques over the intervals.
@@ -28,6 +28,12 @@ pub struct ReorientationTrajectory<const N: usize, const NL: usize> {
 impl<const N: usize, const NL: usize> ReorientationTrajectory<N, NL> {
     /// Placeholder for storage.
     pub const ZERO: Self = Self { states: [State::ZERO; N], controls: [Control::ZERO; N] };
+
+    /// The same, all bits zero: static memory then costs no room in an image.
+    pub(crate) const BLANK: Self = Self {
+        states: [State { attitude: Vector4::new(0.0, 0.0, 0.0, 0.0), ..State::ZERO }; N],
+        controls: [Control::ZERO; N],
+    };
 }
 
 /// What is asked of Stage 2.
@@ -238,8 +244,8 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         let (bus, joint) =
             (self.mission.servicer.max_bus_torque, self.mission.servicer.max_joint_torque);
         Control {
-            bus_torque: control.bus_torque.map(|t| t.clamp(-bus, bus)),
-            joint_torque: control.joint_torque.map(|t| t.clamp(-joint, joint)),
+            bus_torque: control.bus_torque.map(|t| clamp(t, -bus, bus)),
+            joint_torque: control.joint_torque.map(|t| clamp(t, -joint, joint)),
         }
     }
 
@@ -317,16 +323,18 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         for (k, state) in z.states.iter_mut().enumerate() {
             for i in 0..NL {
                 let limit = servicer.max_joint_angle[i];
-                state.joint_angle[i] = state.joint_angle[i].clamp(-limit, limit);
+                state.joint_angle[i] = clamp(state.joint_angle[i], -limit, limit);
                 let limit = servicer.max_joint_rate;
-                state.joint_rate[i] = state.joint_rate[i].clamp(-limit, limit);
+                state.joint_rate[i] = clamp(state.joint_rate[i], -limit, limit);
             }
             if k >= self.preset {
                 state.joint_rate.fill(0.0);
             }
             state.attitude = quaternion::normalized(&state.attitude);
         }
-        z.states[self.preset].joint_angle = servicer.capture_joint_angle;
+        if let Some(state) = z.states.get_mut(self.preset) {
+            state.joint_angle = servicer.capture_joint_angle;
+        }
         z.states[0] = State {
             attitude: initial_bus_attitude(&self.translation.position[0]),
             joint_angle: servicer.initial_joint_angle,

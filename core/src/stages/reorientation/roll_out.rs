@@ -2,7 +2,7 @@
 
 use super::{NR, Reorientation, ReorientationTrajectory};
 use crate::dynamics::{Control, State};
-use crate::math::quaternion;
+use crate::math::{clamp, quaternion};
 use crate::pair::Pair;
 use crate::qp::{Qp, Solution};
 use nalgebra::{SVector, Vector3};
@@ -95,7 +95,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             };
             let rate = Vector3::from_fn(|i, _| at.rate[i] + d[3 + NL + i] + turning[i]);
             let joint_rate = SVector::<f64, NL>::from_fn(|i, _| {
-                (at.joint_rate[i] + d[6 + NL + i] + bending[i]).clamp(-limit, limit)
+                clamp(at.joint_rate[i] + d[6 + NL + i] + bending[i], -limit, limit)
             });
             let goal = (
                 &Vector3::from_fn(|i, _| rate[i] - slack[3 + NL + i]),
@@ -120,7 +120,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             next.attitude = quaternion::product(&quaternion::exp(&turn), &next.attitude);
             for i in 0..NL {
                 next.joint_angle[i] += slack[3 + i];
-                next.joint_rate[i] = (next.joint_rate[i] + slack[6 + NL + i]).clamp(-limit, limit);
+                next.joint_rate[i] = clamp(next.joint_rate[i] + slack[6 + NL + i], -limit, limit);
             }
             for i in 0..3 {
                 next.rate[i] += slack[3 + NL + i];
@@ -141,7 +141,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             }
             for i in 0..NL {
                 let limit = servicer.max_joint_angle[i];
-                next.joint_angle[i] = next.joint_angle[i].clamp(-limit, limit);
+                next.joint_angle[i] = clamp(next.joint_angle[i], -limit, limit);
             }
             next.attitude = quaternion::normalized(&next.attitude);
             to.states[k + 1] = next;

@@ -1,0 +1,217 @@
+//! LEON3, a SPARC V8 for space with a register window's traps to serve: QEMU's `leon3_generic`.
+
+use super::{ExitCode, read_register, write_register};
+use core::arch::global_asm;
+use core::cell::Cell;
+use remora_firmware::{Board, Stack};
+
+// Traps at 4 KiB, of which windows that overflow and underflow are served; all others end the run.
+// Then: supervisor with floating point on, default rounding, .bss zeroed, stack painted, traps on.
+// The processor has eight windows.
+global_asm!(
+    ".section .text.reset, \"ax\"",
+    ".balign 4096",
+    "trap_table:",
+    ".rept 5",
+    "ba stop",
+    "nop",
+    "nop",
+    "nop",
+    ".endr",
+    "ba window_overflow",
+    "nop",
+    "nop",
+    "nop",
+    "ba window_underflow",
+    "nop",
+    "nop",
+    "nop",
+    ".rept 249",
+    "ba stop",
+    "nop",
+    "nop",
+    "nop",
+    ".endr",
+    ".global reset",
+    "reset:",
+    "set 0x1fc0, %g1", // PSR: floating point, no interrupts, supervisor, traps off, window 0
+    "wr %g1, %psr",
+    "nop",
+    "nop",
+    "nop",
+    "wr %g0, 2, %wim",
+    "set trap_table, %g1",
+    "wr %g1, %tbr",
+    "nop",
+    "nop",
+    "nop",
+    "set __bss_start, %g1",
+    "set __bss_end, %g2",
+    "1: cmp %g1, %g2",
+    "bgeu 2f",
+    "nop",
+    "st %g0, [%g1]",
+    "ba 1b",
+    "add %g1, 4, %g1",
+    "2: set __stack_bottom, %g1",
+    "set __stack_top, %g2",
+    "set 0x5afe57ac, %g3",
+    "3: cmp %g1, %g2",
+    "bgeu 4f",
+    "nop",
+    "st %g3, [%g1]",
+    "ba 3b",
+    "add %g1, 4, %g1",
+    "4: sub %g2, 96, %sp",
+    "mov %g0, %fp",
+    "st %g0, [%sp + 64]",
+    "ld [%sp + 64], %fsr",
+    "set 0x1fe0, %g1",
+    "wr %g1, %psr",
+    "nop",
+    "nop",
+    "nop",
+    "set REMORA_REQUEST, %g1",
+    "call remora_main",
+    "ld [%g1], %o0",
+    "window_overflow:",
+    "mov %wim, %l3",
+    "mov %g1, %l7",
+    "srl %l3, 1, %g1",
+    "sll %l3, 7, %l4",
+    "or %l4, %g1, %g1",
+    "save",
+    "mov %g1, %wim",
+    "nop",
+    "nop",
+    "nop",
+    "std %l0, [%sp]",
+    "std %l2, [%sp + 8]",
+    "std %l4, [%sp + 16]",
+    "std %l6, [%sp + 24]",
+    "std %i0, [%sp + 32]",
+    "std %i2, [%sp + 40]",
+    "std %i4, [%sp + 48]",
+    "std %i6, [%sp + 56]",
+    "restore",
+    "mov %l7, %g1",
+    "jmp %l1",
+    "rett %l2",
+    "window_underflow:",
+    "mov %wim, %l3",
+    "sll %l3, 1, %l4",
+    "srl %l3, 7, %l5",
+    "or %l5, %l4, %l5",
+    "mov %l5, %wim",
+    "nop",
+    "nop",
+    "nop",
+    "restore",
+    "restore",
+    "ldd [%sp], %l0",
+    "ldd [%sp + 8], %l2",
+    "ldd [%sp + 16], %l4",
+    "ldd [%sp + 24], %l6",
+    "ldd [%sp + 32], %i0",
+    "ldd [%sp + 40], %i2",
+    "ldd [%sp + 48], %i4",
+    "ldd [%sp + 56], %i6",
+    "save",
+    "save",
+    "jmp %l1",
+    "rett %l2",
+    // With traps off a software trap ends the emulation.
+    ".global stop",
+    "stop:",
+    "set 0x1fc0, %g1",
+    "wr %g1, %psr",
+    "nop",
+    "nop",
+    "nop",
+    "ta 0",
+    "nop",
+    "ba stop",
+    "nop",
+    ".global known_loop",
+    "known_loop:",
+    "subcc %o0, 1, %o0",
+    "bne known_loop",
+    "nop",
+    "retl",
+    "nop",
+    ".text",
+);
+
+unsafe extern "C" {
+    /// Ends the emulation.
+    safe fn stop() -> !;
+    /// Counts down to zero: three instructions a turn.
+    safe fn known_loop(turns: u32);
+}
+
+/// APBUART.
+const UART_DATA: usize = 0x8000_0100;
+const UART_CONTROL: usize = 0x8000_0108;
+
+/// GPTIMER: its first timer counts down at 40 MHz.
+const TIMER_PRESCALER: usize = 0x8000_0304;
+const TIMER_VALUE: usize = 0x8000_0310;
+const TIMER_RELOAD: usize = 0x8000_0314;
+const TIMER_CONTROL: usize = 0x8000_0318;
+
+/// The board.
+pub struct ThisBoard {
+    /// Ticks up to the last reading, and the timer then.
+    ticks: Cell<(u64, u32)>,
+}
+
+impl ThisBoard {
+    /// Turns on what is used of it.
+    pub fn new() -> Self {
+        // SAFETY: registers of this board's UART and timer, which know no memory.
+        unsafe {
+            write_register(UART_CONTROL, 2_u32);
+            write_register(TIMER_PRESCALER, 0_u32);
+            write_register(TIMER_RELOAD, u32::MAX);
+            // Load, restart at zero, enable.
+            write_register(TIMER_CONTROL, 7_u32);
+        }
+        Self { ticks: Cell::new((0, u32::MAX)) }
+    }
+}
+
+impl Board for ThisBoard {
+    const NAME: &'static str = "leon3_generic";
+    /// An instruction is a nanosecond of the emulator's time, a tick 25 of them.
+    const RESOLUTION: u64 = 25;
+
+    fn write(&self, byte: u8) {
+        // SAFETY: this board's UART; the emulated one is never busy, so nothing waits for it.
+        unsafe { write_register(UART_DATA, u32::from(byte)) }
+    }
+
+    /// Must be read more often than the timer wraps: every 107 s of the emulator's time.
+    fn instructions(&self) -> u64 {
+        // SAFETY: this board's timer.
+        let now: u32 = unsafe { read_register(TIMER_VALUE) };
+        let (ticks, before) = self.ticks.get();
+        let ticks = ticks.wrapping_add(u64::from(before.wrapping_sub(now)));
+        self.ticks.set((ticks, now));
+        ticks.wrapping_mul(Self::RESOLUTION)
+    }
+
+    fn known_loop(&self, turns: u32) -> u64 {
+        known_loop(turns);
+        3 * u64::from(turns)
+    }
+
+    fn stack(&self) -> Option<Stack> {
+        Some(super::painted_stack())
+    }
+}
+
+/// Ends the emulation. This emulator has no exit code: a run that ended early is known by the
+/// missing last line of its output.
+pub fn exit(_: ExitCode) -> ! {
+    stop()
+}

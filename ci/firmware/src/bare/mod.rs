@@ -1,0 +1,116 @@
+//! What all bare-metal images share: the static memory, the painted stack, the panic handler.
+//!
+//! Each board brings its start-up code (in assembly: registers and memory are set up before any
+//! Rust runs), its output, its counter and its way to stop the emulator.
+
+#[cfg_attr(target_arch = "arm", path = "board/cortex_m7.rs")]
+#[cfg_attr(target_arch = "aarch64", path = "board/cortex_a53.rs")]
+#[cfg_attr(target_arch = "riscv64", path = "board/riscv64.rs")]
+#[cfg_attr(target_arch = "sparc", path = "board/leon3.rs")]
+mod board;
+
+use core::cell::UnsafeCell;
+use core::panic::PanicInfo;
+use remora_firmware::{Memory, Request, Stack, run};
+
+/// What the image tells whoever started it.
+#[derive(Clone, Copy)]
+#[repr(u32)]
+pub enum ExitCode {
+    /// The run came to its end.
+    Done = 0,
+    /// A panic.
+    Panic = 101,
+    /// An exception of the processor.
+    Fault = 102,
+}
+
+/// What the start-up code paints the stack with; it knows the number too.
+const PAINT: u32 = 0x5afe_57ac;
+
+/// The planner's memory, in `.bss`: an image holds none of it.
+struct StaticMemory(UnsafeCell<Memory>);
+
+// SAFETY: the image runs on one core without interrupts, and `remora_main` alone touches it, once.
+unsafe impl Sync for StaticMemory {}
+
+static MEMORY: StaticMemory = StaticMemory(UnsafeCell::new(Memory::new()));
+
+unsafe extern "C" {
+    /// Lowest word of the stack, from the linker script.
+    static __stack_bottom: u32;
+    /// End of the stack, from the linker script.
+    static __stack_top: u32;
+    /// Does nothing. It stands in a section of its own, which the linker leaves out of an image
+    /// without anything that leads to it: its name in an image says that a panic can be reached.
+    safe fn remora_panic_reachable();
+}
+
+core::arch::global_asm!(
+    ".section .text.remora_panic_reachable, \"ax\"",
+    ".global remora_panic_reachable",
+    ".balign 8",
+    "remora_panic_reachable:",
+    // Never returns, so that it needs to know nothing of the processor: `.long 0` is no
+    // instruction anywhere but for padding.
+    ".long 0",
+    ".text",
+);
+
+/// Where the start-up code ends up: memory is initialised, the stack painted, the floating-point
+/// unit on. `request` is the word that the starter left for [`Request::from_word`].
+#[unsafe(no_mangle)]
+extern "C" fn remora_main(request: u32) -> ! {
+    // SAFETY: the start-up code calls this function once and nothing else does, so this is the
+    // only reference there ever is.
+    let memory = unsafe { &mut *MEMORY.0.get() };
+    let board = board::ThisBoard::new();
+    run(&board, Request::from_word(request), memory);
+    board::exit(ExitCode::Done)
+}
+
+/// Where the start-up code sends every exception.
+#[unsafe(no_mangle)]
+extern "C" fn remora_fault() -> ! {
+    board::exit(ExitCode::Fault)
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    remora_panic_reachable();
+    board::exit(ExitCode::Panic)
+}
+
+/// High-water mark: paint left from the bottom up is stack never used.
+fn painted_stack() -> Stack {
+    let bottom = &raw const __stack_bottom;
+    let size = (&raw const __stack_top as usize).wrapping_sub(bottom as usize);
+    let words = size / size_of::<u32>();
+    let is_paint = |i: &usize| {
+        // SAFETY: the linker script reserves these words for the stack; the volatile read makes no
+        // assumption about what the running code keeps in them.
+        unsafe { bottom.wrapping_add(*i).read_volatile() == PAINT }
+    };
+    let left = (0..words).take_while(is_paint).count() * size_of::<u32>();
+    Stack { used: size.saturating_sub(left), size }
+}
+
+/// Writes a device's register.
+///
+/// # Safety
+/// `address` is that of a register of the board, and writing this value has no effect on memory.
+#[allow(dead_code, reason = "not every board writes its registers from Rust")]
+unsafe fn write_register<T>(address: usize, value: T) {
+    // SAFETY: as the caller promises.
+    unsafe { (address as *mut T).write_volatile(value) }
+}
+
+/// Reads a device's register.
+///
+/// # Safety
+/// `address` is that of a register of the board.
+#[allow(dead_code, reason = "not every board reads its registers from Rust")]
+unsafe fn read_register<T>(address: usize) -> T {
+    // SAFETY: as the caller promises.
+    unsafe { (address as *const T).read_volatile() }
+}

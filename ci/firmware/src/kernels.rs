@@ -1,0 +1,180 @@
+//! The parts of a plan that are not the subproblem's solver, each on its own.
+
+use crate::board::Board;
+use crate::output::Line;
+use crate::{Checksum, Memory};
+use remora_core::dynamics::{Integrator, Multibody};
+use remora_core::model::{Mission, Scenario};
+use remora_core::planner::Workspace;
+use remora_core::qp::{Qp, Solution};
+use remora_core::scp::Problem;
+use remora_core::stages::{
+    LINKS, Mode, NODES, Reorientation, ReorientationTrajectory, Residuals, Translation,
+    TranslationTrajectory, heuristic, reorientation_size as two, verify,
+};
+
+type StageTwo<'a> = Reorientation<'a, NODES, LINKS, { two::NX }, { two::NU }>;
+
+/// Runs every kernel once on a scenario; prints the checksum of what it computed, the same on
+/// every board, and the instructions it took.
+// Apart from the plans, so that its memory is not on their stack.
+#[inline(never)]
+pub fn run<B: Board>(
+    board: &B,
+    id: &str,
+    mission: &Mission<LINKS>,
+    scenario: &Scenario,
+    integrator: Integrator,
+    memory: &mut Memory,
+) {
+    let w = &mut memory.workspace;
+    let dt = mission.approach.duration / (NODES - 1) as f64;
+    let measure = Measure { board, id };
+
+    measure.run("tumble", 1, || {
+        let (q, rate) = (&scenario.target_attitude, &scenario.target_rate);
+        mission.target.tumble(mission.mean_motion(), q, rate, dt, &mut w.target);
+    });
+    let Workspace { target, translation: one, reorientation: two, .. } = w;
+    let mut sum = Checksum::new();
+    for node in target.iter() {
+        sum.add(node.attitude.as_slice());
+        sum.add(node.rate.as_slice());
+    }
+    measure.check("tumble", sum);
+
+    measure.run("path", 1, || {
+        one.trajectory = TranslationTrajectory::ZERO;
+        Translation::new(mission, scenario, target).clip(&mut one.trajectory);
+    });
+    measure.check("path", path(&one.trajectory));
+    measure.run("heuristic", 1, || {
+        heuristic::warm_start(mission, &one.trajectory, target, &mut two.trajectory);
+    });
+    measure.check("heuristic", motion(&two.trajectory));
+
+    let body = Multibody::new(mission);
+    let forces = &one.trajectory.force;
+    let nodes = || two.trajectory.states.iter().zip(&two.trajectory.controls).take(NODES - 1);
+    let mut sum = Checksum::new();
+    measure.run("step_with_checksum", NODES - 1, || {
+        for ((state, control), force) in nodes().zip(forces) {
+            let next = body.step(integrator, dt, state, control, force);
+            sum.add(next.attitude.as_slice());
+            sum.add(next.rate.as_slice());
+            sum.add(next.joint_angle.as_slice());
+            sum.add(next.joint_rate.as_slice());
+        }
+    });
+    measure.check("step", sum);
+    let mut sum = Checksum::new();
+    measure.run("step_jacobian_with_checksum", NODES - 1, || {
+        for ((state, control), force) in nodes().zip(forces) {
+            let (_, by) = body
+                .step_jacobian::<{ two::NX }, { two::NU }>(integrator, dt, state, control, force);
+            sum.add(by.state.as_slice());
+            sum.add(by.control.as_slice());
+        }
+    });
+    measure.check("step_jacobian", sum);
+
+    let mut problem = StageTwo::new(mission, &one.trajectory, target, integrator, Mode::Optimal);
+    measure.run("linearise", 1, || {
+        problem.linearise(&two.trajectory, None, &mut two.qp);
+    });
+    measure.check("linearise", program(&two.qp));
+    set_multipliers(&mut two.step);
+    measure.run("linearise_and_convexify", 1, || {
+        problem.linearise(&two.trajectory, Some(&two.step), &mut two.qp);
+    });
+    measure.check("linearise_and_convexify", program(&two.qp));
+
+    let mut residuals = Residuals::default();
+    measure.run("verify", 1, || {
+        residuals = verify(mission, scenario, integrator, &one.trajectory, &two.trajectory);
+    });
+    let mut sum = Checksum::new();
+    sum.add(&residuals.against(&mission.tolerances).map(|(_, value, _)| value));
+    measure.check("verify", sum);
+}
+
+struct Measure<'a, B> {
+    board: &'a B,
+    id: &'a str,
+}
+
+impl<B: Board> Measure<'_, B> {
+    /// Prints the instructions a kernel takes.
+    fn run(&self, name: &str, calls: usize, kernel: impl FnOnce()) {
+        let before = self.board.instructions();
+        kernel();
+        let instructions = self.board.instructions().wrapping_sub(before);
+        let line = Line::new(self.board, "count").text("scenario", self.id).text("name", name);
+        line.number("calls", calls as u64).number("instructions", instructions).end();
+    }
+
+    /// Prints the checksum of what it computed.
+    fn check(&self, name: &str, sum: Checksum) {
+        let line = Line::new(self.board, "kernel").text("scenario", self.id).text("name", name);
+        line.bits("checksum", sum.value()).end();
+    }
+}
+
+/// Some multipliers, the same everywhere, so that there is curvature to compute.
+fn set_multipliers<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    solution: &mut Solution<N, NX, NU, NR>,
+) {
+    solution.clear_multipliers();
+    let mut value = 0.0;
+    for multipliers in &mut solution.defect_multiplier {
+        for multiplier in multipliers.iter_mut() {
+            // A ramp from -1 to 1, over and over.
+            value = if value >= 1.0 { -1.0 } else { value + 0.078_125 };
+            *multiplier = value * 1e-2;
+        }
+    }
+}
+
+/// Checksum of a path.
+pub fn path<const N: usize>(trajectory: &TranslationTrajectory<N>) -> Checksum {
+    let mut sum = Checksum::new();
+    for vectors in [&trajectory.position, &trajectory.velocity, &trajectory.force] {
+        vectors.iter().for_each(|v| sum.add(v.as_slice()));
+    }
+    sum
+}
+
+/// Checksum of attitude and arm.
+pub fn motion<const N: usize, const NL: usize>(
+    trajectory: &ReorientationTrajectory<N, NL>,
+) -> Checksum {
+    let mut sum = Checksum::new();
+    for (state, control) in trajectory.states.iter().zip(&trajectory.controls) {
+        sum.add(state.attitude.as_slice());
+        sum.add(state.joint_angle.as_slice());
+        sum.add(state.rate.as_slice());
+        sum.add(state.joint_rate.as_slice());
+        sum.add(control.bus_torque.as_slice());
+        sum.add(control.joint_torque.as_slice());
+    }
+    sum
+}
+
+fn program<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    qp: &Qp<N, NX, NU, NR>,
+) -> Checksum {
+    let mut sum = Checksum::new();
+    for stage in &qp.stages {
+        sum.add(stage.hessian_xx.as_slice());
+        sum.add(stage.hessian_ux.as_slice());
+        sum.add(stage.hessian_uu.as_slice());
+        sum.add(stage.gradient_x.as_slice());
+        sum.add(stage.gradient_u.as_slice());
+        sum.add(stage.a.as_slice());
+        sum.add(stage.b.as_slice());
+        sum.add(stage.c.as_slice());
+        sum.add(stage.row_x.as_slice());
+        sum.add(stage.row_offset.as_slice());
+    }
+    sum
+}

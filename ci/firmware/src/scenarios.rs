@@ -1,0 +1,22 @@
+//! The public scenarios of `fixtures/`, as constants.
+
+use remora_core::math::quaternion;
+use remora_core::model::Scenario;
+
+include!(concat!(env!("OUT_DIR"), "/scenarios.rs"));
+
+/// The scenarios in the order of their file, with their names.
+pub fn all() -> impl Iterator<Item = (&'static str, Scenario)> {
+    ROWS.iter().map(|(id, row)| (*id, scenario(row)))
+}
+
+/// As the host reads it from the file: its quaternion normalised.
+fn scenario(row: &[f64; 13]) -> Scenario {
+    let [qx, qy, qz, qw, wx, wy, wz, x, y, z, vx, vy, vz] = *row;
+    Scenario {
+        target_attitude: quaternion::normalized(&[qx, qy, qz, qw].into()),
+        target_rate: [wx, wy, wz].into(),
+        position: [x, y, z].into(),
+        velocity: [vx, vy, vz].into(),
+    }
+}

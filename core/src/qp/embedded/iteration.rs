@@ -1,0 +1,142 @@
+//! The iteration: predictor, corrector, step.
+
+use super::node::{Entries, Node};
+use super::optimality::{Optimality, differentiate};
+use super::{EmbeddedQp, infeasible, riccati};
+use crate::qp::{Qp, QpOutcome, QpStatus};
+use crate::time::Deadline;
+
+/// Share of the way to the nearest bound that a step may go.
+const FRACTION: f64 = 0.995;
+
+/// Steps shorter than this lead nowhere.
+const SHORTEST: f64 = 1e-10;
+
+/// Compliance added to the dynamics (a proximal term on their multipliers): keeps the costs-to-go
+/// below its inverse and so the rounding of multipliers below the tolerance. The next residual
+/// sees what it leaves undone.
+const COMPLIANCE: f64 = 1e-8;
+
+/// Factorisations tried, each with a hundred times the compliance of the one before.
+const ATTEMPTS: usize = 3;
+
+/// Where the pairs are to go: to a common product, with second-order terms or without.
+#[derive(Clone, Copy)]
+enum Aim {
+    Predict,
+    Correct { product: f64 },
+}
+
+impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> EmbeddedQp<N, NX, NU, NR> {
+    /// Iterates to the end.
+    pub(super) fn run(&mut self, qp: &Qp<N, NX, NU, NR>, deadline: &Deadline) -> QpOutcome {
+        let settings = self.settings();
+        let limit = settings.fixed_iterations.unwrap_or(settings.max_iterations);
+        let mut iterations = 0;
+        loop {
+            differentiate(qp, &self.nodes, &self.intervals, &mut self.gradient);
+            let at = Optimality::of(&self.nodes, &self.gradient, self.pairs);
+            let solved =
+                at.residual <= settings.tolerance && at.product <= settings.complementarity;
+            let stop = if !at.worst().is_finite() {
+                Some(QpStatus::NumericalFailure)
+            } else if solved && (settings.fixed_iterations.is_none() || iterations >= limit) {
+                Some(QpStatus::Solved)
+            } else if iterations >= limit {
+                Some(QpStatus::IterationLimit)
+            } else if deadline.has_passed() {
+                Some(QpStatus::TimeLimit)
+            } else {
+                iterations += 1;
+                self.iterate(qp, at.mean).err()
+            };
+            if let Some(status) = stop {
+                return QpOutcome { status: self.judge(qp, status, at), iterations };
+            }
+        }
+    }
+
+    /// What an iteration that can't go on is worth. `at` is that of the iterate.
+    fn judge(&self, qp: &Qp<N, NX, NU, NR>, status: QpStatus, at: Optimality) -> QpStatus {
+        match status {
+            QpStatus::Solved | QpStatus::TimeLimit => status,
+            _ if at.worst() <= self.settings().reduced => QpStatus::ReducedAccuracy,
+            _ if infeasible::is_proved(qp, &self.nodes, &self.intervals) => QpStatus::Infeasible,
+            _ => status,
+        }
+    }
+
+    /// One iteration.
+    ///
+    /// # Errors
+    /// The reason where the iterate could not be moved; it is then left as it was.
+    fn iterate(&mut self, qp: &Qp<N, NX, NU, NR>, mean: f64) -> Result<(), QpStatus> {
+        self.factorise(qp)?;
+        self.direct(qp, Aim::Predict);
+        let length = self.longest(Aim::Predict).min(1.0);
+        let mut sum = Entries::<NX, NU, NR>::ZERO;
+        for (node, affine) in self.nodes.iter().zip(&self.affine) {
+            node.add_products(affine, 0.0, &Entries::ZERO, length, &mut sum);
+        }
+        // Mehrotra's rule; no lower than needed, where only rounding would be gained.
+        let reached = (sum.sum() / self.pairs / mean).clamp(0.0, 1.0);
+        let product =
+            (reached * reached * reached * mean).max(0.1 * self.settings().complementarity);
+        self.direct(qp, Aim::Correct { product });
+        let length = (FRACTION * self.longest(Aim::Correct { product })).min(1.0);
+        // Written so that NaN fails.
+        if !(length > SHORTEST) {
+            return Err(QpStatus::Stalled);
+        }
+        for ((node, affine), step) in self.nodes.iter_mut().zip(&self.affine).zip(&self.step) {
+            node.advance(step, product, affine, length);
+        }
+        Ok(())
+    }
+
+    fn factorise(&mut self, qp: &Qp<N, NX, NU, NR>) -> Result<(), QpStatus> {
+        let mut compliance = COMPLIANCE;
+        for _ in 0..ATTEMPTS {
+            let Self { nodes, intervals, initial, .. } = self;
+            if riccati::factorise(&qp.stages, nodes, compliance, intervals, initial).is_ok() {
+                return Ok(());
+            }
+            compliance *= 100.0;
+        }
+        Err(QpStatus::NumericalFailure)
+    }
+
+    /// Writes the direction of `aim`: into `affine` or, with its second-order terms, into `step`.
+    fn direct(&mut self, qp: &Qp<N, NX, NU, NR>, aim: Aim) {
+        let Self { nodes, intervals, initial, gradient, affine, step, .. } = self;
+        let condensed = |k: usize, node: &Node<NX, NU, NR>, product, affine: &_| {
+            let mut b = gradient.get(k).copied().unwrap_or(Entries::ZERO);
+            b.add_push(&node.push(product, affine));
+            b
+        };
+        match aim {
+            Aim::Predict => {
+                let right = |k: usize, node: &_| condensed(k, node, 0.0, &Entries::ZERO);
+                riccati::direction(&qp.stages, nodes, intervals, initial, right, affine);
+            }
+            Aim::Correct { product } => {
+                let right = |k: usize, node: &_| {
+                    condensed(k, node, product, affine.get(k).unwrap_or(&Entries::ZERO))
+                };
+                riccati::direction(&qp.stages, nodes, intervals, initial, right, step);
+            }
+        }
+    }
+
+    /// Longest step of `aim` that keeps all pairs positive; may exceed one.
+    fn longest(&self, aim: Aim) -> f64 {
+        let mut worst = Entries::<NX, NU, NR>::ZERO;
+        for ((node, affine), step) in self.nodes.iter().zip(&self.affine).zip(&self.step) {
+            match aim {
+                Aim::Predict => node.limit_step(affine, 0.0, &Entries::ZERO, &mut worst),
+                Aim::Correct { product } => node.limit_step(step, product, affine, &mut worst),
+            }
+        }
+        1.0 / worst.largest().max(f64::MIN_POSITIVE)
+    }
+}

@@ -1,0 +1,137 @@
+//! Small dense kernels over columns.
+//!
+//! A matrix of `R` rows and `C` columns is `[[f64; R]; C]`, as nalgebra stores it. Every loop runs
+//! down a column innermost, so that a processor with vector registers takes several rows at once
+//! while each element sees the same operations in the same order as without them.
+
+/// `y += M x`. Cost: `2 R C` flops.
+#[inline(always)]
+pub(super) fn add_product<const R: usize, const C: usize>(
+    m: &[[f64; R]; C],
+    x: &[f64; C],
+    y: &mut [f64; R],
+) {
+    for (column, factor) in m.iter().zip(x) {
+        for (y, m) in y.iter_mut().zip(column) {
+            *y += m * factor;
+        }
+    }
+}
+
+/// `y += M^T x`, for the few places where no transpose is kept. Cost: `2 R C` flops.
+#[inline(always)]
+pub(super) fn add_transposed_product<const R: usize, const C: usize>(
+    m: &[[f64; R]; C],
+    x: &[f64; R],
+    y: &mut [f64; C],
+) {
+    for (y, column) in y.iter_mut().zip(m) {
+        for (m, x) in column.iter().zip(x) {
+            *y += m * x;
+        }
+    }
+}
+
+/// `y -= M x`. Cost: `2 R C` flops.
+#[inline(always)]
+pub(super) fn sub_product<const R: usize, const C: usize>(
+    m: &[[f64; R]; C],
+    x: &[f64; C],
+    y: &mut [f64; R],
+) {
+    for (column, factor) in m.iter().zip(x) {
+        for (y, m) in y.iter_mut().zip(column) {
+            *y -= m * factor;
+        }
+    }
+}
+
+/// `out = A B`. Cost: `2 R K C` flops.
+#[inline(always)]
+pub(super) fn product<const R: usize, const K: usize, const C: usize>(
+    a: &[[f64; R]; K],
+    b: &[[f64; K]; C],
+    out: &mut [[f64; R]; C],
+) {
+    for (out, b) in out.iter_mut().zip(b) {
+        let mut sum = [0.0; R];
+        add_product(a, b, &mut sum);
+        *out = sum;
+    }
+}
+
+/// `out += A B`. Cost: `2 R K C` flops.
+#[inline(always)]
+pub(super) fn add_matrix_product<const R: usize, const K: usize, const C: usize>(
+    a: &[[f64; R]; K],
+    b: &[[f64; K]; C],
+    out: &mut [[f64; R]; C],
+) {
+    for (out, b) in out.iter_mut().zip(b) {
+        let mut sum = *out;
+        add_product(a, b, &mut sum);
+        *out = sum;
+    }
+}
+
+/// The transpose.
+#[inline(always)]
+pub(super) fn transpose<const R: usize, const C: usize>(
+    m: &[[f64; R]; C],
+    out: &mut [[f64; C]; R],
+) {
+    for (j, column) in m.iter().enumerate() {
+        for (row, value) in out.iter_mut().zip(column) {
+            row[j] = *value;
+        }
+    }
+}
+
+/// A pivot was not positive, or not a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct NotPositiveDefinite;
+
+/// Factors symmetric `m = L D L^T` in place, `L` unit lower triangular below the diagonal, `1 / D`
+/// on it; reads the lower triangle, leaves the upper one undefined. Cost: `R^3 / 3` flops (twice
+/// that with whole columns), `R` divisions.
+#[inline(always)]
+pub(super) fn factor<const R: usize>(m: &mut [[f64; R]; R]) -> Result<(), NotPositiveDefinite> {
+    let mut sound = true;
+    for j in 0..R {
+        let mut column = m[j];
+        let pivot = column[j];
+        sound &= pivot > 0.0 && pivot < f64::INFINITY;
+        let inverse = 1.0 / pivot;
+        for later in m.iter_mut().enumerate().skip(j + 1) {
+            let (k, later) = later;
+            let factor = column[k] * inverse;
+            for (l, c) in later.iter_mut().zip(&column) {
+                *l -= c * factor;
+            }
+        }
+        for c in &mut column {
+            *c *= inverse;
+        }
+        column[j] = inverse;
+        m[j] = column;
+    }
+    if sound { Ok(()) } else { Err(NotPositiveDefinite) }
+}
+
+/// Solves `L D L^T x = b` in place with what [`factor`] left. Cost: `2 R^2` flops.
+#[inline(always)]
+pub(super) fn solve<const R: usize>(factor: &[[f64; R]; R], b: &mut [f64; R]) {
+    for j in 0..R {
+        let x = b[j];
+        for i in j + 1..R {
+            b[i] -= factor[j][i] * x;
+        }
+    }
+    for j in (0..R).rev() {
+        let mut x = b[j] * factor[j][j];
+        for i in j + 1..R {
+            x -= factor[j][i] * b[i];
+        }
+        b[j] = x;
+    }
+}

@@ -1,0 +1,265 @@
+//! One node's variables with their barriers, and vectors over them.
+
+use super::boxed::{Boxed, Target, larger};
+use crate::qp::{Qp, Solution};
+use core::array::from_fn;
+
+/// An entry for every variable of a node: a direction, a gradient, a residual.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entries<const NX: usize, const NU: usize, const NR: usize> {
+    pub x: [f64; NX],
+    pub u: [f64; NU],
+    pub dynamics: [f64; NX],
+    pub row: [f64; NR],
+}
+
+impl<const NX: usize, const NU: usize, const NR: usize> Entries<NX, NU, NR> {
+    pub const ZERO: Self = Self { x: [0.0; NX], u: [0.0; NU], dynamics: [0.0; NX], row: [0.0; NR] };
+
+    pub fn largest(&self) -> f64 {
+        let most = |values: &[f64]| values.iter().fold(0.0, |most, v| larger(most, *v));
+        larger(larger(most(&self.x), most(&self.u)), larger(most(&self.dynamics), most(&self.row)))
+    }
+
+    /// Adds a push to a gradient: multipliers are maximised over, theirs counts the other way.
+    #[inline(always)]
+    pub fn add_push(&mut self, push: &Self) {
+        fn add<const D: usize>(to: &mut [f64; D], what: &[f64; D]) {
+            for (to, what) in to.iter_mut().zip(what) {
+                *to += what;
+            }
+        }
+        add(&mut self.x, &push.x);
+        add(&mut self.u, &push.u);
+        add(&mut self.dynamics, &push.dynamics.map(|v| -v));
+        add(&mut self.row, &push.row.map(|v| -v));
+    }
+
+    /// Raises every entry to the magnitude of `other`'s.
+    #[inline(always)]
+    pub fn raise_to(&mut self, other: &Self) {
+        fn raise<const D: usize>(worst: &mut [f64; D], values: &[f64; D]) {
+            for (worst, value) in worst.iter_mut().zip(values) {
+                *worst = larger(*worst, value.abs());
+            }
+        }
+        raise(&mut self.x, &other.x);
+        raise(&mut self.u, &other.u);
+        raise(&mut self.dynamics, &other.dynamics);
+        raise(&mut self.row, &other.row);
+    }
+
+    pub fn sum(&self) -> f64 {
+        let sum = |values: &[f64]| values.iter().sum::<f64>();
+        sum(&self.x) + sum(&self.u) + sum(&self.dynamics) + sum(&self.row)
+    }
+}
+
+/// Variables of one node. The last node has neither controls nor dynamics: theirs stay free at
+/// zero, and take part in nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node<const NX: usize, const NU: usize, const NR: usize> {
+    pub x: Boxed<NX>,
+    pub u: Boxed<NU>,
+    /// Multipliers of the dynamics to the next node, in `[-defect_weight, defect_weight]`.
+    pub dynamics: Boxed<NX>,
+    /// Multipliers of the rows, in `[0, row_weight]`.
+    pub row: Boxed<NR>,
+    /// One where a variable may move, zero where it is pinned.
+    pub free_x: [f64; NX],
+    pub free_u: [f64; NU],
+}
+
+/// A program that can't be started on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unfit {
+    /// A lower bound above its upper bound.
+    EmptyBox,
+    /// A bound or a weight that is not a number, a weight that is not positive, a row of infinite
+    /// weight.
+    Nonsense,
+}
+
+/// Where to start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    /// Products of the complementary pairs.
+    pub product: f64,
+    /// Whether the multipliers given mean something.
+    pub warm: bool,
+}
+
+/// Boxes narrower than this are pins.
+const NARROW: f64 = 1e-11;
+
+impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
+    /// Storage, all bits zero.
+    pub const ZERO: Self = Self {
+        x: Boxed::FREE,
+        u: Boxed::FREE,
+        dynamics: Boxed::FREE,
+        row: Boxed::FREE,
+        free_x: [0.0; NX],
+        free_u: [0.0; NU],
+    };
+
+    /// Starts inside the boxes of node `k`, with the multipliers of `from` where they mean
+    /// something.
+    pub fn start<const N: usize>(
+        &mut self,
+        k: usize,
+        qp: &Qp<N, NX, NU, NR>,
+        from: &Solution<N, NX, NU, NR>,
+        start: Start,
+    ) -> Result<(), Unfit> {
+        let known = |m: f64| if start.warm && m.is_finite() { m } else { 0.0 };
+        let (Some(stage), Some(bound_x), Some(row)) =
+            (qp.stages.get(k), from.bound_multiplier_x.get(k), from.row_multiplier.get(k))
+        else {
+            return Err(Unfit::Nonsense);
+        };
+        for i in 0..NX {
+            let bounds = (stage.lower_x[i], stage.upper_x[i]);
+            self.free_x[i] = place(&mut self.x, i, bounds, known(bound_x[i]), start.product)?;
+        }
+        for i in 0..NR {
+            // What the row has to spare is the multiplier of the bound at zero.
+            let bounds = (0.0, qp.row_weight);
+            self.row.place(i, bounds, known(row[i]), stage.row_offset[i], start.product);
+        }
+        let (Some(bound_u), Some(dynamics), true) =
+            (from.bound_multiplier_u.get(k), from.defect_multiplier.get(k), k + 1 < N)
+        else {
+            return Ok(());
+        };
+        for i in 0..NU {
+            let bounds = (stage.lower_u[i], stage.upper_u[i]);
+            self.free_u[i] = place(&mut self.u, i, bounds, known(bound_u[i]), start.product)?;
+        }
+        for i in 0..NX {
+            let bounds = (-qp.defect_weight, qp.defect_weight);
+            self.dynamics.place(i, bounds, known(dynamics[i]), 0.0, start.product);
+        }
+        Ok(())
+    }
+
+    /// Moves all variables away from their bounds.
+    pub fn reseat(&mut self, product: f64) {
+        self.x.reseat(product);
+        self.u.reseat(product);
+        self.dynamics.reseat(product);
+        self.row.reseat(product);
+    }
+
+    /// Number of complementary pairs.
+    pub fn pairs(&self) -> u32 {
+        self.x.pairs() + self.u.pairs() + self.dynamics.pairs() + self.row.pairs()
+    }
+
+    /// The gradient with the bounds' multipliers: zero at the optimum. Multipliers are maximised
+    /// over, so theirs pull the other way.
+    #[inline(always)]
+    pub fn residual(&self, gradient: &Entries<NX, NU, NR>) -> Entries<NX, NU, NR> {
+        let (x, u) = (self.x.multipliers(), self.u.multipliers());
+        let (dynamics, row) = (self.dynamics.multipliers(), self.row.multipliers());
+        Entries {
+            x: from_fn(|i| (gradient.x[i] + x[i]) * self.free_x[i]),
+            u: from_fn(|i| (gradient.u[i] + u[i]) * self.free_u[i]),
+            dynamics: from_fn(|i| gradient.dynamics[i] - dynamics[i]),
+            row: from_fn(|i| gradient.row[i] - row[i]),
+        }
+    }
+
+    /// What the barriers add to the gradient.
+    #[inline(always)]
+    pub fn push(&self, product: f64, affine: &Entries<NX, NU, NR>) -> Entries<NX, NU, NR> {
+        Entries {
+            x: self.x.push(Target { product, affine: &affine.x }),
+            u: self.u.push(Target { product, affine: &affine.u }),
+            dynamics: self.dynamics.push(Target { product, affine: &affine.dynamics }),
+            row: self.row.push(Target { product, affine: &affine.row }),
+        }
+    }
+
+    /// [`Boxed::limit_step`] of all.
+    #[inline(always)]
+    pub fn limit_step(
+        &self,
+        step: &Entries<NX, NU, NR>,
+        product: f64,
+        affine: &Entries<NX, NU, NR>,
+        worst: &mut Entries<NX, NU, NR>,
+    ) {
+        let at = |affine| Target { product, affine };
+        self.x.limit_step(&step.x, at(&affine.x), &mut worst.x);
+        self.dynamics.limit_step(&step.dynamics, at(&affine.dynamics), &mut worst.dynamics);
+        self.u.limit_step(&step.u, Target { product, affine: &affine.u }, &mut worst.u);
+        self.row.limit_step(&step.row, Target { product, affine: &affine.row }, &mut worst.row);
+    }
+
+    /// [`Boxed::add_products`] of all.
+    #[inline(always)]
+    pub fn add_products(
+        &self,
+        step: &Entries<NX, NU, NR>,
+        product: f64,
+        affine: &Entries<NX, NU, NR>,
+        length: f64,
+        sum: &mut Entries<NX, NU, NR>,
+    ) {
+        let at = |affine| Target { product, affine };
+        self.x.add_products(&step.x, at(&affine.x), length, &mut sum.x);
+        self.dynamics.add_products(&step.dynamics, at(&affine.dynamics), length, &mut sum.dynamics);
+        self.u.add_products(&step.u, Target { product, affine: &affine.u }, length, &mut sum.u);
+        let target = Target { product, affine: &affine.row };
+        self.row.add_products(&step.row, target, length, &mut sum.row);
+    }
+
+    /// [`Boxed::raise_to_products`] of all.
+    #[inline(always)]
+    pub fn raise_to_products(&self, worst: &mut Entries<NX, NU, NR>) {
+        self.x.raise_to_products(&mut worst.x);
+        self.u.raise_to_products(&mut worst.u);
+        self.dynamics.raise_to_products(&mut worst.dynamics);
+        self.row.raise_to_products(&mut worst.row);
+    }
+
+    /// [`Boxed::advance`] of all.
+    #[inline(always)]
+    pub fn advance(
+        &mut self,
+        step: &Entries<NX, NU, NR>,
+        product: f64,
+        affine: &Entries<NX, NU, NR>,
+        length: f64,
+    ) {
+        self.x.advance(&step.x, Target { product, affine: &affine.x }, length);
+        self.u.advance(&step.u, Target { product, affine: &affine.u }, length);
+        let target = Target { product, affine: &affine.dynamics };
+        self.dynamics.advance(&step.dynamics, target, length);
+        self.row.advance(&step.row, Target { product, affine: &affine.row }, length);
+    }
+}
+
+/// Puts variable `i` inside its bounds, or pins it; tells whether it is free (one) or not (zero).
+fn place<const D: usize>(
+    boxed: &mut Boxed<D>,
+    i: usize,
+    bounds: (f64, f64),
+    multiplier: f64,
+    product: f64,
+) -> Result<f64, Unfit> {
+    let (lower, upper) = bounds;
+    if lower.is_nan() || upper.is_nan() {
+        return Err(Unfit::Nonsense);
+    }
+    if lower > upper || lower == f64::INFINITY || upper == f64::NEG_INFINITY {
+        return Err(Unfit::EmptyBox);
+    }
+    if upper - lower <= NARROW {
+        boxed.pin(i, 0.5 * (lower + upper));
+        return Ok(0.0);
+    }
+    boxed.place(i, bounds, 0.0, multiplier, product);
+    Ok(1.0)
+}
