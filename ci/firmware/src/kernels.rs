@@ -1,10 +1,12 @@
 //! The parts of a plan that are not the subproblem's solver, each on its own.
 
+use crate::Memory;
 use crate::board::Board;
 use crate::output::Line;
-use crate::{Checksum, Memory};
 use remora_core::dynamics::{Integrator, Multibody};
+use remora_core::math::Checksum;
 use remora_core::model::{Mission, Scenario};
+use remora_core::pair::Sequential;
 use remora_core::planner::Workspace;
 use remora_core::qp::{Qp, Solution};
 use remora_core::scp::Problem;
@@ -13,7 +15,7 @@ use remora_core::stages::{
     TranslationTrajectory, heuristic, reorientation_size as two, verify,
 };
 
-type StageTwo<'a> = Reorientation<'a, NODES, LINKS, { two::NX }, { two::NU }>;
+type StageTwo<'a> = Reorientation<'a, Sequential, NODES, LINKS, { two::NX }, { two::NU }>;
 
 /// Runs every kernel once on a scenario; prints the checksum of what it computed, the same on
 /// every board, and the instructions it took.
@@ -38,8 +40,8 @@ pub fn run<B: Board>(
     let Workspace { target, translation: one, reorientation: two, .. } = w;
     let mut sum = Checksum::new();
     for node in target.iter() {
-        sum.add(node.attitude.as_slice());
-        sum.add(node.rate.as_slice());
+        sum.numbers(&node.attitude);
+        sum.numbers(&node.rate);
     }
     measure.check("tumble", sum);
 
@@ -60,10 +62,10 @@ pub fn run<B: Board>(
     measure.run("step_with_checksum", NODES - 1, || {
         for ((state, control), force) in nodes().zip(forces) {
             let next = body.step(integrator, dt, state, control, force);
-            sum.add(next.attitude.as_slice());
-            sum.add(next.rate.as_slice());
-            sum.add(next.joint_angle.as_slice());
-            sum.add(next.joint_rate.as_slice());
+            sum.numbers(&next.attitude);
+            sum.numbers(&next.rate);
+            sum.numbers(&next.joint_angle);
+            sum.numbers(&next.joint_rate);
         }
     });
     measure.check("step", sum);
@@ -72,13 +74,14 @@ pub fn run<B: Board>(
         for ((state, control), force) in nodes().zip(forces) {
             let (_, by) = body
                 .step_jacobian::<{ two::NX }, { two::NU }>(integrator, dt, state, control, force);
-            sum.add(by.state.as_slice());
-            sum.add(by.control.as_slice());
+            sum.numbers(&by.state);
+            sum.numbers(&by.control);
         }
     });
     measure.check("step_jacobian", sum);
 
-    let mut problem = StageTwo::new(mission, &one.trajectory, target, integrator, Mode::Optimal);
+    let mut problem =
+        StageTwo::new(mission, &one.trajectory, target, integrator, Mode::Optimal, &Sequential);
     measure.run("linearise", 1, || {
         problem.linearise(&two.trajectory, None, &mut two.qp);
     });
@@ -94,7 +97,7 @@ pub fn run<B: Board>(
         residuals = verify(mission, scenario, integrator, &one.trajectory, &two.trajectory);
     });
     let mut sum = Checksum::new();
-    sum.add(&residuals.against(&mission.tolerances).map(|(_, value, _)| value));
+    sum.numbers(&residuals.against(&mission.tolerances).map(|(_, value, _)| value));
     measure.check("verify", sum);
 }
 
@@ -139,7 +142,7 @@ fn set_multipliers<const N: usize, const NX: usize, const NU: usize, const NR: u
 pub fn path<const N: usize>(trajectory: &TranslationTrajectory<N>) -> Checksum {
     let mut sum = Checksum::new();
     for vectors in [&trajectory.position, &trajectory.velocity, &trajectory.force] {
-        vectors.iter().for_each(|v| sum.add(v.as_slice()));
+        vectors.iter().for_each(|v| sum.numbers(v));
     }
     sum
 }
@@ -150,12 +153,12 @@ pub fn motion<const N: usize, const NL: usize>(
 ) -> Checksum {
     let mut sum = Checksum::new();
     for (state, control) in trajectory.states.iter().zip(&trajectory.controls) {
-        sum.add(state.attitude.as_slice());
-        sum.add(state.joint_angle.as_slice());
-        sum.add(state.rate.as_slice());
-        sum.add(state.joint_rate.as_slice());
-        sum.add(control.bus_torque.as_slice());
-        sum.add(control.joint_torque.as_slice());
+        sum.numbers(&state.attitude);
+        sum.numbers(&state.joint_angle);
+        sum.numbers(&state.rate);
+        sum.numbers(&state.joint_rate);
+        sum.numbers(&control.bus_torque);
+        sum.numbers(&control.joint_torque);
     }
     sum
 }
@@ -165,16 +168,16 @@ fn program<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
 ) -> Checksum {
     let mut sum = Checksum::new();
     for stage in &qp.stages {
-        sum.add(stage.hessian_xx.as_slice());
-        sum.add(stage.hessian_ux.as_slice());
-        sum.add(stage.hessian_uu.as_slice());
-        sum.add(stage.gradient_x.as_slice());
-        sum.add(stage.gradient_u.as_slice());
-        sum.add(stage.a.as_slice());
-        sum.add(stage.b.as_slice());
-        sum.add(stage.c.as_slice());
-        sum.add(stage.row_x.as_slice());
-        sum.add(stage.row_offset.as_slice());
+        sum.numbers(&stage.hessian_xx);
+        sum.numbers(&stage.hessian_ux);
+        sum.numbers(&stage.hessian_uu);
+        sum.numbers(&stage.gradient_x);
+        sum.numbers(&stage.gradient_u);
+        sum.numbers(&stage.a);
+        sum.numbers(&stage.b);
+        sum.numbers(&stage.c);
+        sum.numbers(&stage.row_x);
+        sum.numbers(&stage.row_offset);
     }
     sum
 }

@@ -2,13 +2,12 @@
 //! result, its checksum and the retired instructions of each phase printed as lines of
 //! `key=value`.
 //!
-//! The same code runs on the host. Lines that start with `plan`, `residual` or `kernel` must be
+//! The same code runs on the host. Lines that start with `stage`, `plan`, `residual` or `kernel` must be
 //! equal on all of them; the others say what it cost.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
 mod board;
-mod checksum;
 mod kernels;
 mod output;
 #[cfg(feature = "with-panic")]
@@ -19,6 +18,5 @@ mod run;
 mod scenarios;
 
 pub use board::{Board, Stack};
-pub use checksum::Checksum;
 pub use request::Request;
 pub use run::{Memory, run};

@@ -1,13 +1,15 @@
 //! Whole plans.
 
+use crate::Memory;
 use crate::board::{Board, InstructionClock, instructions_of};
 use crate::output::Line;
-use crate::{Memory, kernels};
 use remora_core::dynamics::Integrator;
 use remora_core::model::{Mission, Scenario};
-use remora_core::planner::{self, Options, Report, StageReport};
+use remora_core::pair::Sequential;
+use remora_core::planner::{
+    self, Environment, Options, PhaseTimes, Report, StageEvidence, StageReport,
+};
 use remora_core::qp::EmbeddedQp;
-use remora_core::scp::Log;
 use remora_core::stages::{LINKS, Mode, NODES, reorientation_size as two, translation_size as one};
 
 /// Solver of Stage 1's subproblems.
@@ -25,65 +27,62 @@ pub fn run<B: Board>(
     memory: &mut Memory,
 ) {
     let options = Options::new(Mode::Optimal, integrator);
-    let before = board.instructions();
     let report = planner::plan(
         mission,
         scenario,
         &options,
         (&mut memory.translation, &mut memory.reorientation),
-        &InstructionClock(board),
+        &Environment { clock: &InstructionClock(board), pair: &Sequential },
         &mut memory.workspace,
     );
-    let total = board.instructions().wrapping_sub(before);
-    print_result(board, id, mission, &report, memory);
-    print_phases(board, id, &report, memory.workspace.logs(), total);
+    print_result(board, id, mission, &report);
+    print_phases(board, id, &report.times);
 }
 
-fn print_result<B: Board>(
-    board: &B,
-    id: &str,
-    mission: &Mission<LINKS>,
-    report: &Report,
-    memory: &Memory,
-) {
-    let stage = |name: &str, stage: &StageReport| {
-        Line::new(board, "plan")
+fn print_result<B: Board>(board: &B, id: &str, mission: &Mission<LINKS>, report: &Report) {
+    let stage = |name: &str, stage: &StageReport, evidence: &StageEvidence| {
+        Line::new(board, "stage")
             .text("scenario", id)
-            .text("stage", name)
+            .text("name", name)
             .number("status", stage.outcome.status.code().into())
-            .number("iterations", stage.outcome.iterations as u64)
-            .number("corrections", stage.outcome.corrections as u64)
+            .number("iterations", evidence.iterations.into())
+            .number("corrections", evidence.corrections.into())
+            .number("qp_iterations", evidence.qp_iterations.into())
             .float("cost", stage.cost)
             .end();
     };
-    stage("translation", &report.translation);
-    stage("reorientation", &report.reorientation);
+    let evidence = &report.evidence;
+    stage("translation", &report.translation, &evidence.translation);
+    stage("reorientation", &report.reorientation, &evidence.reorientation);
     Line::new(board, "plan")
         .text("scenario", id)
         .number("status", report.status.code().into())
-        .bits("path", kernels::path(memory.workspace.path()).value())
-        .bits("motion", kernels::motion(memory.workspace.motion()).value())
+        .number("verified", u64::from(evidence.is_verified))
+        .bits("input", evidence.input)
+        .bits("settings", evidence.settings)
+        .bits("output", evidence.output)
         .end();
     for (name, value, _) in report.residuals.against(&mission.tolerances) {
         Line::new(board, "residual").text("scenario", id).float(name, value).end();
     }
 }
 
-/// Where the instructions went: the two stages' subproblems, what is around them, and the rest
-/// (target's tumble, heuristic start, verifier).
-fn print_phases<B: Board>(board: &B, id: &str, report: &Report, logs: (&Log, &Log), total: u64) {
-    let solver = |log: &Log| instructions_of(log.iter().map(|record| record.qp_time_s).sum());
-    let phase = |name: &str, instructions: u64| {
+/// Where the instructions went, by the planner's own phases.
+fn print_phases<B: Board>(board: &B, id: &str, times: &PhaseTimes) {
+    let PhaseTimes { start_s, translation_s, linearise_s, qp_s, step_s, verify_s, total_s } = times;
+    let named = start_s + translation_s + linearise_s + qp_s + step_s + verify_s;
+    for (name, seconds) in [
+        ("start", *start_s),
+        ("translation", *translation_s),
+        ("linearise", *linearise_s),
+        ("qp", *qp_s),
+        ("step", *step_s),
+        ("verify", *verify_s),
+        // Checksums, and what the loop does between the phases.
+        ("rest", total_s - named),
+        ("total", *total_s),
+    ] {
         let line = Line::new(board, "phase").text("scenario", id).text("name", name);
-        line.number("instructions", instructions).end();
-    };
-    let (one, two) =
-        (instructions_of(report.translation.time_s), instructions_of(report.reorientation.time_s));
-    let (solver1, solver2) = (solver(logs.0), solver(logs.1));
-    phase("translation_solver", solver1);
-    phase("translation_rest", one.saturating_sub(solver1));
-    phase("reorientation_solver", solver2);
-    phase("reorientation_rest", two.saturating_sub(solver2));
-    phase("other", total.saturating_sub(one).saturating_sub(two));
-    phase("total", total);
+        line.number("instructions", instructions_of(seconds)).end();
+    }
 }

@@ -30,7 +30,8 @@ impl Workspace {
     pub const BYTES: usize = size_of::<Self>();
 
     /// Storage for any number of plans, one after the other. Place it in static memory or on a
-    /// heap: it is too large for a small stack.
+    /// heap: it is too large for a small stack. All bits are zero, so that static memory costs no
+    /// room in an image.
     pub const fn new() -> Self {
         Self {
             target: [TargetState::BLANK; NODES],

@@ -2,6 +2,7 @@
 
 use super::solve::Descent;
 use super::{IterationRecord, Problem};
+use crate::math::clamp;
 use crate::qp::{Qp, QpSolver, Solution};
 use core::mem;
 
@@ -105,7 +106,7 @@ where
             let bend = slope * length - fitted;
             let vertex =
                 if bend > 0.0 { slope * length * length / (2.0 * bend) } else { f64::INFINITY };
-            length = vertex.clamp(0.1 * length, 2.0 * length);
+            length = clamp(vertex, 0.1 * length, 2.0 * length);
             fitted = self.try_length(length);
             if fitted > record.actual {
                 self.keep(fitted, record);

@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use remora_core::qp::{EmbeddedQp, Qp, QpOutcome, QpSolver, Solution};
+use remora_core::qp::{EmbeddedQp, InteriorPointSettings, Qp, QpOutcome, QpSolver, Solution};
 use remora_core::time::Deadline;
 
 /// How a random program is made.
@@ -135,6 +135,14 @@ fn hessian<const NX: usize, const NU: usize, const NR: usize>(
 pub fn embedded<const N: usize, const NX: usize, const NU: usize, const NR: usize>()
 -> Box<EmbeddedQp<N, NX, NU, NR>> {
     Box::new(EmbeddedQp::new())
+}
+
+/// The same, which goes on as long as numbers allow.
+pub fn sharp<const N: usize, const NX: usize, const NU: usize, const NR: usize>()
+-> Box<EmbeddedQp<N, NX, NU, NR>> {
+    let mut solver = embedded();
+    solver.configure(InteriorPointSettings { complementarity: 1e-17, ..solver.settings() });
+    solver
 }
 
 /// An answer.

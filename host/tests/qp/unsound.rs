@@ -10,34 +10,45 @@ const NX: usize = 3;
 const NU: usize = 2;
 const NR: usize = 2;
 type Program = Qp<N, NX, NU, NR>;
-/// A field by its name: one number of node `k`, which one `i` chooses.
-type Field = (&'static str, fn(&mut Program, usize, usize) -> &mut f64);
+/// A field: its name, how many numbers it has at a node, and one of them.
+type Field = (&'static str, usize, fn(&mut Program, usize, usize) -> &mut f64);
 
 const AT_NODES: &[Field] = &[
-    ("hessian_xx", |qp, k, i| &mut qp.stages[k].hessian_xx[i % (NX * NX)]),
-    ("gradient_x", |qp, k, i| &mut qp.stages[k].gradient_x[i % NX]),
-    ("lower_x", |qp, k, i| &mut qp.stages[k].lower_x[i % NX]),
-    ("upper_x", |qp, k, i| &mut qp.stages[k].upper_x[i % NX]),
-    ("row_x", |qp, k, i| &mut qp.stages[k].row_x[i % (NR * NX)]),
-    ("row_offset", |qp, k, i| &mut qp.stages[k].row_offset[i % NR]),
+    ("hessian_xx", NX * NX, |qp, k, i| &mut qp.stages[k].hessian_xx[i]),
+    ("gradient_x", NX, |qp, k, i| &mut qp.stages[k].gradient_x[i]),
+    ("lower_x", NX, |qp, k, i| &mut qp.stages[k].lower_x[i]),
+    ("upper_x", NX, |qp, k, i| &mut qp.stages[k].upper_x[i]),
+    ("row_x", NR * NX, |qp, k, i| &mut qp.stages[k].row_x[i]),
+    ("row_offset", NR, |qp, k, i| &mut qp.stages[k].row_offset[i]),
 ];
 
 const AT_INTERVALS: &[Field] = &[
-    ("hessian_ux", |qp, k, i| &mut qp.stages[k].hessian_ux[i % (NU * NX)]),
-    ("hessian_uu", |qp, k, i| &mut qp.stages[k].hessian_uu[i % (NU * NU)]),
-    ("gradient_u", |qp, k, i| &mut qp.stages[k].gradient_u[i % NU]),
-    ("lower_u", |qp, k, i| &mut qp.stages[k].lower_u[i % NU]),
-    ("upper_u", |qp, k, i| &mut qp.stages[k].upper_u[i % NU]),
-    ("a", |qp, k, i| &mut qp.stages[k].a[i % (NX * NX)]),
-    ("b", |qp, k, i| &mut qp.stages[k].b[i % (NX * NU)]),
-    ("c", |qp, k, i| &mut qp.stages[k].c[i % NX]),
+    ("hessian_ux", NU * NX, |qp, k, i| &mut qp.stages[k].hessian_ux[i]),
+    ("hessian_uu", NU * NU, |qp, k, i| &mut qp.stages[k].hessian_uu[i]),
+    ("gradient_u", NU, |qp, k, i| &mut qp.stages[k].gradient_u[i]),
+    ("lower_u", NU, |qp, k, i| &mut qp.stages[k].lower_u[i]),
+    ("upper_u", NU, |qp, k, i| &mut qp.stages[k].upper_u[i]),
+    ("a", NX * NX, |qp, k, i| &mut qp.stages[k].a[i]),
+    ("b", NX * NU, |qp, k, i| &mut qp.stages[k].b[i]),
+    ("c", NX, |qp, k, i| &mut qp.stages[k].c[i]),
 ];
 
 const OF_THE_WHOLE: &[Field] = &[
-    ("constant", |qp, _, _| &mut qp.constant),
-    ("defect_weight", |qp, _, _| &mut qp.defect_weight),
-    ("row_weight", |qp, _, _| &mut qp.row_weight),
+    ("constant", 1, |qp, _, _| &mut qp.constant),
+    ("defect_weight", 1, |qp, _, _| &mut qp.defect_weight),
+    ("row_weight", 1, |qp, _, _| &mut qp.row_weight),
 ];
+
+/// Every number of every field at the first, a middle and the last node that has it.
+fn every_number() -> impl Iterator<Item = (&'static Field, usize, usize)> {
+    let nodes: [(&[Field], &[usize]); 3] =
+        [(AT_NODES, &[0, 2, N - 1]), (AT_INTERVALS, &[0, 2, N - 2]), (OF_THE_WHOLE, &[0])];
+    nodes.into_iter().flat_map(|(fields, nodes)| {
+        fields.iter().flat_map(move |field| {
+            nodes.iter().flat_map(move |k| (0..field.1).map(move |i| (field, *k, i)))
+        })
+    })
+}
 
 /// Infinities that mean something: no bound, hard dynamics.
 fn is_allowed(field: &str, value: f64) -> bool {
@@ -48,41 +59,28 @@ fn is_allowed(field: &str, value: f64) -> bool {
     }
 }
 
-/// Every field in turn, at the first, a middle and the last place it exists, in each of its
-/// entries: those that are taken for a success, and those that should be and are not.
+/// NaN and infinity in every number in turn: those that are taken for a success, and those that
+/// mean something and are answered wrongly.
 fn mistaken<S: QpSolver<N, NX, NU, NR>>(solver: &mut S) -> Vec<String> {
     let mut mistaken = Vec::new();
     for recipe in [Recipe { seed: 5, ..Recipe::PLAIN }, Recipe { seed: 5, ..Recipe::HARD }] {
         let good = random::<N, NX, NU, NR>(&recipe);
         assert_eq!(cold(solver, &good).outcome.status, QpStatus::Solved);
-        let places = [(AT_NODES, [0, 2, N - 1]), (AT_INTERVALS, [0, 2, N - 2])];
-        let places = places.into_iter().chain([(OF_THE_WHOLE, [0; 3])]);
-        for (fields, nodes) in places {
-            for ((name, field), k) in fields.iter().flat_map(|f| nodes.map(|k| (f, k))) {
-                for (i, value) in (0..9).flat_map(|i| {
-                    [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].map(|value| (i, value))
-                }) {
-                    let mut bad = good.clone();
-                    *field(&mut bad, k, i) = value;
-                    let answer = cold(solver, &bad);
-                    let usable = answer.outcome.status.is_usable();
-                    // What is allowed may still make a program of another kind, so it is not
-                    // asked to be solved, but not to be a wrong answer.
-                    let wrong = match is_allowed(name, value) {
-                        true => usable && !(Kkt::of(&bad, &answer.point).worst() < 1e-6),
-                        false => usable,
-                    };
-                    if wrong {
-                        mistaken.push(format!(
-                            "{value} in {name}[{i}] of node {k}: {:?}",
-                            answer.outcome
-                        ));
-                    }
+        for ((name, _, field), k, i) in every_number() {
+            for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let mut bad = good.clone();
+                *field(&mut bad, k, i) = value;
+                let answer = cold(solver, &bad);
+                // What means something may still make another kind of program.
+                let is_right =
+                    is_allowed(name, value) && Kkt::of(&bad, &answer.point).worst() < 1e-6;
+                if answer.outcome.status.is_usable() && !is_right {
+                    let line = format!("{value} in {name}[{i}] of node {k}: {:?}", answer.outcome);
+                    mistaken.push(line);
                 }
             }
         }
     }
-    mistaken.dedup();
     mistaken
 }
 
@@ -102,8 +100,8 @@ fn clarabel_solves_no_such_program_either() {
 fn the_last_interval_is_ignored<S: QpSolver<N, NX, NU, NR>>(solver: &mut S) {
     let good = random::<N, NX, NU, NR>(&Recipe::PLAIN);
     let mut other = good.clone();
-    for (_, field) in AT_INTERVALS {
-        (0..9).for_each(|i| *field(&mut other, N - 1, i) = f64::NAN);
+    for (_, count, field) in AT_INTERVALS {
+        (0..*count).for_each(|i| *field(&mut other, N - 1, i) = f64::NAN);
     }
     let (expected, found) = (cold(solver, &good), cold(solver, &other));
     assert_eq!(found.outcome, expected.outcome);

@@ -3,6 +3,7 @@
 use super::node::{Entries, Node};
 use super::optimality::{Optimality, differentiate};
 use super::{EmbeddedQp, infeasible, riccati};
+use crate::math::clamp;
 use crate::qp::{Qp, QpOutcome, QpStatus};
 use crate::time::Deadline;
 
@@ -79,7 +80,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
             node.add_products(affine, 0.0, &Entries::ZERO, length, &mut sum);
         }
         // Mehrotra's rule; no lower than needed, where only rounding would be gained.
-        let reached = (sum.sum() / self.pairs / mean).clamp(0.0, 1.0);
+        let reached = clamp(sum.sum() / self.pairs / mean, 0.0, 1.0);
         let product =
             (reached * reached * reached * mean).max(0.1 * self.settings().complementarity);
         self.direct(qp, Aim::Correct { product });
