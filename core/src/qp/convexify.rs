@@ -104,6 +104,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX
     /// the curvature handed to that node is dropped; returns at how many nodes: zero near a strict
     /// minimum, and then the objective is unchanged on steps that satisfy the dynamics.
     /// Cost: one Riccati sweep, about `N (6 NX^3 + 6 NX^2 NU)` flops.
+    // Its memory is not on the stack while the program is filled.
+    #[inline(never)]
     pub fn convexify(
         &mut self,
         convex: &SVector<f64, NU>,
