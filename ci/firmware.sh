@@ -2,10 +2,10 @@
 # Builds the firmware images, proves that no panic can be reached in them, runs them under QEMU and
 # holds their plans against the host's, bit for bit. Usage:
 #
-#   ci/firmware.sh [--scenarios N] [--integrator euler|rk4] [--target TARGET]... [--twice]
+#   ci/firmware.sh [--scenarios N] [--integrator euler|rk4] [--target TARGET]... [--twice] [--kernels]
 #
 # N (5) scenarios of the public set are planned; --twice runs each image again and demands the same
-# output, instruction counts included. Prints a table and writes it to firmware/report.json in the
+# output, instruction counts included; --kernels runs the parts of a plan one by one besides. Prints
 # target folder. What is measured, and how, is told in docs/firmware.md.
 set -euo pipefail
 
@@ -29,13 +29,14 @@ usage() {
     exit 2
 }
 
-scenarios=5 integrator=euler twice=no targets=()
+scenarios=5 integrator=euler twice=no features= targets=()
 while [ $# -gt 0 ]; do
     case $1 in
     --scenarios) scenarios=${2:-} && shift 2 || usage ;;
     --integrator) integrator=${2:-} && shift 2 || usage ;;
     --target) targets+=("${2:-}") && shift 2 || usage ;;
     --twice) twice=yes && shift ;;
+    --kernels) features=kernels && shift ;;
     *) usage ;;
     esac
 done
@@ -100,7 +101,8 @@ build() {
     variable=CARGO_TARGET_$(tr a-z- A-Z_ <<<"$target")
     (
         export "${variable}_LINKER=$path" "${variable}_RUSTFLAGS=$flags"
-        cargo_for "$target" build --release --manifest-path "$manifest" --features "$feature" >&2
+        cargo_for "$target" build --release --manifest-path "$manifest" \
+            --features "$features,$feature" >&2
     )
     # The next build may put another image in this one's place.
     cp "$out/$target/release/remora-firmware" "$out/$target$feature.elf"
@@ -220,7 +222,8 @@ cp Cargo.lock ci/firmware/Cargo.lock
 command -v readelf >/dev/null || install_packages readelf binutils
 
 host_log=$out/host.log
-cargo run --release --manifest-path "$manifest" -- "$scenarios" "$integrator" >"$host_log"
+cargo run --release --manifest-path "$manifest" --features "$features" -- \
+    "$scenarios" "$integrator" >"$host_log"
 logs=()
 for target in "${targets[@]}"; do
     check "$target"

@@ -1,6 +1,6 @@
 //! Eigenvalues of small symmetric matrices.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 /// Sweeps of Jacobi rotations: convergence is quadratic, and dozens of sizes need fewer.
 const MAX_SWEEPS: usize = 12;
@@ -34,7 +34,7 @@ pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
     for k in 0..D {
         let value = m[(k, k)];
         if value < 0.0 {
-            let v = vectors.column(k).into_owned();
+            let v = SVector::<f64, D>::from_fn(|i, _| vectors[(i, k)]);
             *a -= v * v.transpose() * value;
         }
     }
