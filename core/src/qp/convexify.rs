@@ -86,7 +86,10 @@ impl<const NX: usize, const NU: usize> Handed<NX, NU> {
 
 /// Pinned components carry no curvature of their own, and as much as is asked for.
 fn pin<const NX: usize>(p: &mut SMatrix<f64, NX, NX>, is_pinned: impl Fn(usize) -> bool) {
-    for i in (0..NX).filter(|i| is_pinned(*i)) {
+    for i in 0..NX {
+        if !is_pinned(i) {
+            continue;
+        }
         for j in 0..NX {
             p[(i, j)] = 0.0;
             p[(j, i)] = 0.0;
