@@ -6,14 +6,14 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::dynamics::{Acceleration, Control, Integrator, Multibody, State};
 use remora_core::model::Mission;
-use remora_core::planner::{Options, Workspace, plan as make_plan};
+use remora_core::pair::Sequential;
+use remora_core::planner::{Environment, Options, Workspace, plan as make_plan};
 use remora_core::qp::Qp;
 use remora_core::scp::{Problem, Residuals};
 use remora_core::stages::reorientation_size::{NR, NU, NX};
 use remora_core::stages::{LINKS, Mode, NODES, Reorientation, ReorientationTrajectory};
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
-use remora_host::planning::WallClock;
 use serde::Deserialize;
 use std::hint::black_box;
 use std::path::Path;
@@ -115,7 +115,7 @@ fn workspace(integrator: Integrator) -> Box<Workspace> {
         &scenario,
         &options,
         solvers,
-        &WallClock::start(),
+        &Environment::BARE,
         &mut workspace,
     );
     workspace
@@ -131,12 +131,13 @@ fn phases(c: &mut Criterion) {
         let path = &workspace.translation.trajectory;
         let motion = &workspace.reorientation.trajectory;
         let step = &workspace.reorientation.step;
-        let mut problem = Reorientation::<NODES, LINKS, NX, NU>::new(
+        let mut problem = Reorientation::<Sequential, NODES, LINKS, NX, NU>::new(
             &mission,
             path,
             &workspace.target,
             integrator,
             Mode::Optimal,
+            &Sequential,
         );
         let mut qp = Box::new(Qp::<NODES, NX, NU, NR>::ZERO);
         c.bench_function(&format!("linearise {name}"), |b| {
@@ -158,7 +159,7 @@ fn phases(c: &mut Criterion) {
 }
 
 /// The sweep that makes the program convex, on one that already is: the same arithmetic.
-fn convexify(c: &mut Criterion, name: &str, qp: &Box<Qp<NODES, NX, NU, NR>>) {
+fn convexify(c: &mut Criterion, name: &str, qp: &Qp<NODES, NX, NU, NR>) {
     let mut copy = qp.clone();
     let convex = SVector::repeat(1.0);
     c.bench_function(&format!("convexify {name}, with a copy"), |b| {

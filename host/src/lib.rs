@@ -6,16 +6,19 @@
 //! - [`method`]: how a plan is made, by the names that files and command line use;
 //! - [`formats`]: scenario sets, missions, plans, tables of results; how they are read, validated
 //!   and written whole or not at all;
-//! - [`backend`]: Clarabel behind the core's solver trait;
+//! - [`backend`]: Clarabel behind the core's solver trait, and solvers that are watched;
+//! - [`kkt`]: optimality of a subproblem's solution, whoever solved it;
 //! - [`threads`]: a second thread for one plan;
 //! - [`draw`]: random scenarios, the same for a seed everywhere;
 //! - [`planning`]: from a scenario to a plan file, the only module that calls the core's planner;
+//! - [`export`]: the subproblems of a plan as files for other solvers;
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
 //! - [`checking`]: plan files against the core's independent verifier;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
-//!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`].
+//!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
+//!   [`export::ExportJob`].
 
 pub mod backend;
 pub mod campaign;
@@ -23,7 +26,9 @@ pub mod checking;
 pub mod cli;
 pub mod draw;
 pub mod error;
+pub mod export;
 pub mod formats;
+pub mod kkt;
 pub mod method;
 pub mod perturbation;
 pub mod planning;

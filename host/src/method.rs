@@ -37,8 +37,10 @@ pub enum WarmStart {
 )]
 #[serde(rename_all = "snake_case")]
 pub enum Qp {
-    /// Clarabel, a sparse interior-point solver.
+    /// The core's own interior-point solver, the one that flies.
     #[default]
+    Embedded,
+    /// Clarabel, a sparse interior-point solver.
     Clarabel,
 }
 
@@ -149,6 +151,7 @@ impl Qp {
     /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Embedded => "embedded",
             Self::Clarabel => "clarabel",
         }
     }
@@ -192,6 +195,8 @@ mod tests {
         }
         let warm_start = WarmStart::Heuristic;
         assert_eq!(json(serde_json::to_value(warm_start).unwrap()), warm_start.name());
-        assert_eq!(json(serde_json::to_value(Qp::Clarabel).unwrap()), Qp::Clarabel.name());
+        for qp in [Qp::Embedded, Qp::Clarabel] {
+            assert_eq!(json(serde_json::to_value(qp).unwrap()), qp.name());
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! From a scenario to a plan file: the only module that calls the core's planner.
 
-use crate::backend::ClarabelQp;
+use crate::backend::{ClarabelQp, Recorder, Solve};
 use crate::error::Error;
 use crate::formats::{
     self, EvidenceFile, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget,
@@ -11,10 +11,11 @@ use crate::threads::Threads;
 use remora_core::model::Mission;
 use remora_core::planner::{
     self, Environment, Gain, Options, PhaseTimes, ReorientationSolver, Report, StageReport,
-    Workspace,
+    TranslationSolver, Workspace,
 };
+use remora_core::qp::EmbeddedQp;
 use remora_core::scp::IterationRecord;
-use remora_core::stages::{LINKS, NODES};
+use remora_core::stages::{LINKS, NODES, reorientation_size as two, translation_size as one};
 use remora_core::time::Clock;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -62,22 +63,42 @@ impl Planned {
     }
 }
 
+/// One subproblem of Stage 1 with its solver's answer.
+pub type TranslationSolve<'a> = Solve<'a, NODES, { one::NX }, { one::NU }, { one::NR }>;
+/// One subproblem of Stage 2 with its solver's answer.
+pub type ReorientationSolve<'a> = Solve<'a, NODES, { two::NX }, { two::NU }, { two::NR }>;
+/// The embedded solver for Stage 1.
+pub type TranslationQp = EmbeddedQp<NODES, { one::NX }, { one::NU }, { one::NR }>;
+/// The embedded solver for Stage 2.
+pub type ReorientationQp = EmbeddedQp<NODES, { two::NX }, { two::NU }, { two::NR }>;
+
+/// Who looks at each subproblem of stages 1 and 2 once it has been solved.
+pub type Watchers<'a> =
+    (&'a mut dyn FnMut(TranslationSolve<'_>), &'a mut dyn FnMut(ReorientationSolve<'_>));
+
 /// A planner with its memory, for one plan after the other. About 1 MiB on the heap, and as much
-/// again for the solvers.
+/// again for each of the solvers.
 pub struct Planner {
     workspace: Box<Workspace>,
-    translation: ClarabelQp,
-    reorientation: ClarabelQp,
+    embedded: (Box<TranslationQp>, Box<ReorientationQp>),
+    clarabel: (ClarabelQp, ClarabelQp),
     threads: Threads,
+}
+
+/// Makes what is too large for a stack. A function of its own, so that what the compiler puts on
+/// the stack on the way is gone before the next comes.
+#[inline(never)]
+pub fn on_heap<T>(make: impl FnOnce() -> T) -> Box<T> {
+    Box::new(make())
 }
 
 impl Planner {
     /// A planner that has planned nothing yet. To be called with [`STACK_BYTES`] of stack.
     pub fn new() -> Self {
         Self {
-            workspace: Box::new(Workspace::new()),
-            translation: ClarabelQp::default(),
-            reorientation: ClarabelQp::default(),
+            workspace: on_heap(Workspace::new),
+            embedded: (on_heap(TranslationQp::new), on_heap(ReorientationQp::new)),
+            clarabel: Default::default(),
             threads: Threads::default(),
         }
     }
@@ -96,7 +117,30 @@ impl Planner {
         scenario: &NamedScenario,
         method: &Method,
     ) -> Planned {
-        let (report, gains) = self.run(mission, scenario, method);
+        self.plan_watched(mission, scenario, method, (&mut |_| (), &mut |_| ()))
+    }
+
+    /// The same, with somebody who looks at the subproblems.
+    pub fn plan_watched(
+        &mut self,
+        mission: &Mission<LINKS>,
+        scenario: &NamedScenario,
+        method: &Method,
+        watchers: Watchers<'_>,
+    ) -> Planned {
+        let Self { workspace, embedded, clarabel, threads } = self;
+        let (report, gains) = match method.qp {
+            Qp::Embedded => {
+                let (one, two) = (&mut *embedded.0, &mut *embedded.1);
+                let solvers = (Recorder::new(one, watchers.0), Recorder::new(two, watchers.1));
+                run(mission, scenario, method, solvers, threads, workspace)
+            }
+            Qp::Clarabel => {
+                let (one, two) = (&mut clarabel.0, &mut clarabel.1);
+                let solvers = (Recorder::new(one, watchers.0), Recorder::new(two, watchers.1));
+                run(mission, scenario, method, solvers, threads, workspace)
+            }
+        };
         let (one, two) = (&report.translation, &report.reorientation);
         let file = PlanFile {
             format: formats::PLAN_FORMAT.into(),
@@ -120,29 +164,29 @@ impl Planner {
             logs: [log1.to_vec(), log2.to_vec()],
         }
     }
+}
 
-    /// The call into the core.
-    fn run(
-        &mut self,
-        mission: &Mission<LINKS>,
-        scenario: &NamedScenario,
-        method: &Method,
-    ) -> (Report, Option<Vec<Gain>>) {
-        let options = options(method);
-        let environment = Environment { clock: &WallClock::start(), pair: &self.threads };
-        let Self { workspace, translation, reorientation, .. } = self;
-        let report = match (method.qp, method.warm_start) {
-            (Qp::Clarabel, WarmStart::Heuristic) => planner::plan(
-                mission,
-                &scenario.scenario(),
-                &options,
-                (translation, &mut *reorientation),
-                &environment,
-                workspace,
-            ),
-        };
-        (report, gains(mission, reorientation))
-    }
+/// The call into the core.
+fn run<S1: TranslationSolver, S2: ReorientationSolver>(
+    mission: &Mission<LINKS>,
+    scenario: &NamedScenario,
+    method: &Method,
+    mut solvers: (S1, S2),
+    threads: &Threads,
+    workspace: &mut Workspace,
+) -> (Report, Option<Vec<Gain>>) {
+    let environment = Environment { clock: &WallClock::start(), pair: threads };
+    let report = match method.warm_start {
+        WarmStart::Heuristic => planner::plan(
+            mission,
+            &scenario.scenario(),
+            &options(method),
+            (&mut solvers.0, &mut solvers.1),
+            &environment,
+            workspace,
+        ),
+    };
+    (report, gains(mission, &solvers.1))
 }
 
 impl Default for Planner {
@@ -206,7 +250,7 @@ impl PlanJob {
 }
 
 /// Runs `work` on a thread with [`STACK_BYTES`] of stack, which the main thread may not have.
-fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Error> {
+pub(crate) fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Error> {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new()
             .stack_size(STACK_BYTES)

@@ -4,7 +4,7 @@
 use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
 use remora_core::planner::{Environment, Options, Report, Workspace, plan};
-use remora_core::qp::{EmbeddedQp, InteriorPointSettings};
+use remora_core::qp::EmbeddedQp;
 use remora_core::stages::{LINKS, Mode, NODES, reorientation_size as two, translation_size as one};
 use remora_host::formats::ScenarioSet;
 use remora_host::planning::WallClock;
@@ -26,8 +26,8 @@ impl Flight {
     const fn new() -> Self {
         Self {
             workspace: Workspace::new(),
-            translation: EmbeddedQp::new(InteriorPointSettings::DEFAULT),
-            reorientation: EmbeddedQp::new(InteriorPointSettings::DEFAULT),
+            translation: EmbeddedQp::new(),
+            reorientation: EmbeddedQp::new(),
         }
     }
 

@@ -7,7 +7,6 @@ use crate::{Request, plans, scenarios};
 use core::hint::black_box;
 use remora_core::model::Mission;
 use remora_core::planner::Workspace;
-use remora_core::qp::InteriorPointSettings;
 use remora_core::stages::LINKS;
 
 /// All the memory a planner needs, to be placed in static memory.
@@ -23,24 +22,11 @@ pub struct Memory {
 impl Memory {
     /// Blank: all bits are zero, so that it lies in `.bss` and costs an image nothing.
     pub const fn new() -> Self {
-        const BLANK: InteriorPointSettings = InteriorPointSettings {
-            max_iterations: 0,
-            tolerance: 0.0,
-            complementarity: 0.0,
-            reduced: 0.0,
-            warm_start: false,
-            fixed_iterations: None,
-        };
         Self {
             workspace: Workspace::new(),
-            translation: OneSolver::new(BLANK),
-            reorientation: TwoSolver::new(BLANK),
+            translation: OneSolver::new(),
+            reorientation: TwoSolver::new(),
         }
-    }
-
-    fn set_up(&mut self) {
-        self.translation.settings = InteriorPointSettings::DEFAULT;
-        self.reorientation.settings = InteriorPointSettings::DEFAULT;
     }
 }
 
@@ -62,7 +48,6 @@ pub fn run<B: Board>(board: &B, request: Request, memory: &mut Memory) {
         .number("solver2", size_of::<TwoSolver>() as u64)
         .end();
     calibrate(board);
-    memory.set_up();
 
     // Missions are data: were this one a constant, the compiler could prove bounds with it that no
     // other mission has.

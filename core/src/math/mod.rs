@@ -15,14 +15,6 @@ pub mod quaternion;
 mod scalar;
 mod spatial;
 
-pub use checksum::Checksum;
-pub use cholesky::{NotPositiveDefinite, cholesky_in_place, cholesky_solve_in_place};
-pub use dual::Dual;
-pub use eigen::project_positive;
-pub use lanes::Lanes;
-pub use scalar::Scalar;
-pub use spatial::{Mat3, Vec3};
-
 /// `value` brought into `[least, most]`; what is not a number stays so.
 ///
 /// `f64::clamp` panics where the limits contradict each other; this returns one of them.
@@ -36,3 +28,11 @@ pub fn clamp(value: f64, least: f64, most: f64) -> f64 {
         value
     }
 }
+
+pub use checksum::Checksum;
+pub use cholesky::{NotPositiveDefinite, cholesky_in_place, cholesky_solve_in_place};
+pub use dual::Dual;
+pub use eigen::project_positive;
+pub use lanes::Lanes;
+pub use scalar::Scalar;
+pub use spatial::{Mat3, Vec3};

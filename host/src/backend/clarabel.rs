@@ -15,9 +15,22 @@ use remora_core::time::Deadline;
 ///
 /// Accuracy is absolute and relative 1e-9 in the scaled variables of the program. Memory: the
 /// sparse factorisation, a few MiB for Stage 2.
-#[derive(Default)]
 pub struct ClarabelQp {
     built: Option<Built>,
+    tolerance: f64,
+}
+
+impl ClarabelQp {
+    /// With another accuracy than 1e-9, to compare others with.
+    pub fn with_tolerance(tolerance: f64) -> Self {
+        Self { built: None, tolerance }
+    }
+}
+
+impl Default for ClarabelQp {
+    fn default() -> Self {
+        Self::with_tolerance(1e-9)
+    }
 }
 
 impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver<N, NX, NU, NR>
@@ -36,10 +49,13 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver
         if deadline.has_passed() {
             return QpOutcome { status: QpStatus::TimeLimit, iterations: 0 };
         }
+        if !is_sound(qp) {
+            return QpOutcome::default();
+        }
         let fits = self.built.as_ref().is_some_and(|built| built.layout.fits(qp));
         let updated = fits && self.built.as_mut().is_some_and(|built| built.update(qp).is_ok());
         if !updated {
-            let Some(fresh) = Built::new(qp) else { return QpOutcome::default() };
+            let Some(fresh) = Built::new(qp, self.tolerance) else { return QpOutcome::default() };
             self.built = Some(fresh);
         }
         let Some(built) = &mut self.built else { return QpOutcome::default() };
@@ -70,7 +86,7 @@ fn map_status(status: SolverStatus) -> QpStatus {
     }
 }
 
-fn settings() -> Option<DefaultSettings<f64>> {
+fn settings(tolerance: f64) -> Option<DefaultSettings<f64>> {
     DefaultSettingsBuilder::default()
         .verbose(false)
         .presolve_enable(false)
@@ -80,9 +96,9 @@ fn settings() -> Option<DefaultSettings<f64>> {
         .max_threads(1)
         .direct_solve_method("qdldl".to_string())
         .max_iter(100)
-        .tol_gap_abs(1e-9)
-        .tol_gap_rel(1e-9)
-        .tol_feas(1e-9)
+        .tol_gap_abs(tolerance)
+        .tol_gap_rel(tolerance)
+        .tol_feas(tolerance)
         .build()
         .ok()
 }
@@ -120,6 +136,37 @@ struct Bounds {
 fn bounds_of(lower: f64, upper: f64) -> Bounds {
     let pinned = lower == upper;
     Bounds { pinned, lower: !pinned && lower.is_finite(), upper: !pinned && upper.is_finite() }
+}
+
+/// Whether all that counts is a number, or an infinity that means something. The solver would take
+/// other infinities for bounds that do not exist, and never looks at half of each Hessian.
+fn is_sound<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    qp: &Qp<N, NX, NU, NR>,
+) -> bool {
+    let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
+    let bounds = |lower: &[f64], upper: &[f64]| {
+        lower.iter().all(|v| *v < f64::INFINITY) && upper.iter().all(|v| *v > f64::NEG_INFINITY)
+    };
+    let node = |s: &Stage<NX, NU, NR>| {
+        finite(s.hessian_xx.as_slice())
+            && finite(s.gradient_x.as_slice())
+            && bounds(s.lower_x.as_slice(), s.upper_x.as_slice())
+            && finite(s.row_x.as_slice())
+            && finite(s.row_offset.as_slice())
+    };
+    let interval = |s: &Stage<NX, NU, NR>| {
+        finite(s.hessian_ux.as_slice())
+            && finite(s.hessian_uu.as_slice())
+            && finite(s.gradient_u.as_slice())
+            && finite(s.a.as_slice())
+            && finite(s.b.as_slice())
+            && finite(s.c.as_slice())
+            && bounds(s.lower_u.as_slice(), s.upper_u.as_slice())
+    };
+    qp.defect_weight > 0.0
+        && finite(&[qp.constant, qp.row_weight])
+        && qp.stages.iter().all(node)
+        && qp.stages[..N - 1].iter().all(interval)
 }
 
 /// Entries of the blocks that may differ from zero, over all nodes.
@@ -266,6 +313,7 @@ impl Columns {
 impl Built {
     fn new<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
         qp: &Qp<N, NX, NU, NR>,
+        tolerance: f64,
     ) -> Option<Self> {
         let nz = NX + NU;
         let soft = qp.defect_weight.is_finite();
@@ -355,7 +403,8 @@ impl Built {
         let (mut q, mut b) = (Vec::new(), Vec::new());
         fill(&layout.q, qp, &mut q);
         fill(&layout.b, qp, &mut b);
-        let solver = DefaultSolver::new(&p_matrix, &q, &a_matrix, &b, &cones, settings()?).ok()?;
+        let solver =
+            DefaultSolver::new(&p_matrix, &q, &a_matrix, &b, &cones, settings(tolerance)?).ok()?;
         Some(Self { layout, solver, values: Vec::new() })
     }
 

@@ -1,5 +1,8 @@
-//! Solvers of the convex subproblem that live on the host.
+//! Solvers of the convex subproblem on the host: Clarabel, and any solver with someone watching.
+//! The core's own is used as it is.
 
 mod clarabel;
+mod recorder;
 
 pub use self::clarabel::ClarabelQp;
+pub use self::recorder::{Recorder, Solve};

@@ -6,6 +6,7 @@ mod draw;
 mod options;
 mod plan;
 mod progress;
+mod qp_export;
 
 use crate::error::Error;
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
@@ -36,6 +37,7 @@ enum Command {
     Campaign(campaign::Args),
     Check(check::Args),
     Draw(draw::Args),
+    QpExport(qp_export::Args),
 }
 
 /// How a command ended, where its inputs and outputs were sound.
@@ -98,6 +100,7 @@ impl Command {
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
+            Self::QpExport(args) => args.run(),
         }
     }
 }

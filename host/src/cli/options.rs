@@ -1,7 +1,7 @@
 //! Options that several commands share.
 
 use crate::error::Error;
-use crate::formats::{ScenarioSet, read_mission};
+use crate::formats::{NamedScenario, ScenarioSet, read_mission};
 use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
 use remora_core::model::Mission;
 use remora_core::stages::LINKS;
@@ -20,7 +20,7 @@ pub(super) struct MethodArgs {
     #[arg(long, value_name = "NAME", default_value_t = Integrator::RK4)]
     integrator: Integrator,
     /// Solver of the convex subproblems
-    #[arg(long, value_enum, default_value_t = Qp::Clarabel)]
+    #[arg(long, value_enum, default_value_t = Qp::Embedded)]
     qp: Qp,
 }
 
@@ -28,6 +28,35 @@ impl MethodArgs {
     pub(super) fn method(self) -> Method {
         let Self { mode, warm_start, integrator, qp } = self;
         Method { mode, warm_start, qp, integrator }
+    }
+}
+
+/// One scenario.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct ScenarioArgs {
+    /// Scenario set (*.scenarios.json) [default: the built-in set]
+    #[arg(long, value_name = "FILE")]
+    scenarios: Option<PathBuf>,
+    /// Scenario of the set [default: its first]
+    #[arg(long)]
+    id: Option<String>,
+}
+
+impl ScenarioArgs {
+    pub(super) fn scenario(&self) -> Result<NamedScenario, Error> {
+        let (file, set) = match (&self.scenarios, &self.id) {
+            (Some(file), _) => (file.clone(), ScenarioSet::read(file)?),
+            (None, None) => (PathBuf::new(), ScenarioSet::built_in()?),
+            (None, Some(_)) => return Err(Error::argument("--id", "needs --scenarios FILE")),
+        };
+        let found = match &self.id {
+            Some(id) => set.get(id),
+            None => set.scenarios.first(),
+        };
+        found.cloned().ok_or_else(|| {
+            let id = self.id.as_deref().unwrap_or_default();
+            Error::input(&file, "scenarios", format!("there is no scenario with id {id:?}"))
+        })
     }
 }
 

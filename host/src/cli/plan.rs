@@ -1,9 +1,9 @@
 //! `remora plan`
 
 use super::Output;
-use super::options::{MethodArgs, MissionArgs};
+use super::options::{MethodArgs, MissionArgs, ScenarioArgs};
 use crate::error::Error;
-use crate::formats::{NamedScenario, PlanStatus, ScenarioSet};
+use crate::formats::PlanStatus;
 use crate::planning::PlanJob;
 use crate::report;
 use std::path::PathBuf;
@@ -12,12 +12,8 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Scenario set (*.scenarios.json) [default: the built-in set]
-    #[arg(long, value_name = "FILE")]
-    scenarios: Option<PathBuf>,
-    /// Scenario of the set [default: its first]
-    #[arg(long)]
-    id: Option<String>,
+    #[command(flatten)]
+    scenario: ScenarioArgs,
     #[command(flatten)]
     mission: MissionArgs,
     #[command(flatten)]
@@ -41,7 +37,7 @@ Exit status: 0 solved, 1 not solved (the plan file holds the best iterate), 2 ba
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let scenario = self.scenario()?;
+        let scenario = self.scenario.scenario()?;
         let mission = self.mission.mission()?;
         let default = || PathBuf::from(format!("{}.plan.json", scenario.id));
         let out = self.out.clone().unwrap_or_else(default);
@@ -56,21 +52,5 @@ impl Args {
         }
         text.push_str(&report::plan_report(&planned, &job.mission.tolerances, &job.out));
         Ok(Output::new(text, planned.file.status == PlanStatus::Solved))
-    }
-
-    fn scenario(&self) -> Result<NamedScenario, Error> {
-        let (file, set) = match (&self.scenarios, &self.id) {
-            (Some(file), _) => (file.clone(), ScenarioSet::read(file)?),
-            (None, None) => (PathBuf::new(), ScenarioSet::built_in()?),
-            (None, Some(_)) => return Err(Error::argument("--id", "needs --scenarios FILE")),
-        };
-        let found = match &self.id {
-            Some(id) => set.get(id),
-            None => set.scenarios.first(),
-        };
-        found.cloned().ok_or_else(|| {
-            let id = self.id.as_deref().unwrap_or_default();
-            Error::input(&file, "scenarios", format!("there is no scenario with id {id:?}"))
-        })
     }
 }

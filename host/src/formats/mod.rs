@@ -11,6 +11,8 @@ mod mission_file;
 mod output;
 mod plan_convert;
 mod plan_file;
+mod qp_convert;
+mod qp_file;
 mod results;
 mod scenario_set;
 
@@ -27,6 +29,11 @@ pub use output::{check_writable, remove_partials, write_atomically};
 pub use plan_convert::StageEnd;
 pub use plan_file::{
     FORMAT as PLAN_FORMAT, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanStatus, PlanTarget,
+};
+pub use qp_convert::QpPlace;
+pub use qp_file::{
+    Bounds as QpBounds, FORMAT as QP_FORMAT, QpAnswer, QpFile, QpInterval, QpNode, QpPoint, QpSize,
+    QpStatusName, Rows as QpRows,
 };
 pub use results::{COLUMNS, Row, StageRow, csv, parquet_bytes};
 pub use scenario_set::{

@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(header.split(',').count(), COLUMNS);
         let first = text.lines().nth(1).unwrap();
         assert!(first.starts_with("a,solved,4,0.3333333333333333,2e-7,9,0.1,0.25,0.0,0.0,1e-9,"));
-        assert!(first.ends_with(",optimal,heuristic,clarabel,rk4"));
+        assert!(first.ends_with(",optimal,heuristic,embedded,rk4"));
     }
 
     #[test]

@@ -2,11 +2,13 @@
 
 mod campaign;
 mod check;
+mod export;
 mod plan;
 mod table;
 
 pub use campaign::campaign_report;
 pub use check::check_report;
+pub use export::export_report;
 pub use plan::{evidence, iteration_log, plan_report};
 pub use table::{Align, Table};
 

@@ -6,4 +6,5 @@ mod check;
 mod draw;
 mod foreign;
 mod plan;
+mod qp_export;
 mod refusals;

@@ -9,7 +9,7 @@ fn without_arguments_it_plans_a_built_in_scenario() {
     let plan = bench.json("pub-000.plan.json");
     assert_eq!(plan["format"], "remora-plan/1");
     assert_eq!((&plan["status"], &plan["mode"]), (&"solved".into(), &"optimal".into()));
-    assert_eq!((&plan["integrator"], &plan["qp"]), (&"rk4".into(), &"clarabel".into()));
+    assert_eq!((&plan["integrator"], &plan["qp"]), (&"rk4".into(), &"embedded".into()));
     assert_eq!(plan["warm_start"], "heuristic");
     for text in ["scenario pub-000: solved", "reorientation", "ee_angle", "written: pub-000.plan"] {
         assert!(run.out.contains(text), "{text} in\n{}", run.out);
@@ -66,7 +66,7 @@ fn what_is_not_solved_is_written_all_the_same() {
 #[test]
 fn every_command_has_help_with_an_example() {
     let bench = Bench::new();
-    for command in ["", "plan", "campaign", "check", "draw"] {
+    for command in ["", "plan", "campaign", "check", "draw", "qp-export"] {
         let run = bench.solves(&format!("{command} --help"));
         assert!(run.out.contains("Examples:\n  remora"), "{}", run.out);
         assert!(run.out.contains(&format!("remora {command}")), "{}", run.out);

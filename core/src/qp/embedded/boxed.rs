@@ -37,8 +37,7 @@ pub(super) struct Target<'a, const D: usize> {
 }
 
 impl<const D: usize> Side<D> {
-    const NONE: Self = Self { distance: [1.0; D], ..Self::BLANK };
-    const BLANK: Self = Self { distance: [0.0; D], multiplier: [0.0; D], inverse: [0.0; D] };
+    const NONE: Self = Self { distance: [0.0; D], multiplier: [0.0; D], inverse: [0.0; D] };
 
     /// Target of pair `i` over its distance, `affine` the distance's affine step.
     #[inline(always)]
@@ -57,11 +56,8 @@ impl<const D: usize> Side<D> {
 }
 
 impl<const D: usize> Boxed<D> {
-    /// Free variables at zero.
+    /// Free variables at zero: all bits zero.
     pub const FREE: Self = Self { value: [0.0; D], lower: Side::NONE, upper: Side::NONE };
-
-    /// Storage: all bits zero.
-    pub const BLANK: Self = Self { value: [0.0; D], lower: Side::BLANK, upper: Side::BLANK };
 
     /// Puts variable `i` near `wanted`, inside its bounds (`lower < upper`), the multipliers of its
     /// bounds near `multiplier` (positive at the upper bound, negative at the lower one) and their

@@ -31,7 +31,7 @@ enum Aim {
 impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> EmbeddedQp<N, NX, NU, NR> {
     /// Iterates to the end.
     pub(super) fn run(&mut self, qp: &Qp<N, NX, NU, NR>, deadline: &Deadline) -> QpOutcome {
-        let settings = self.settings;
+        let settings = self.settings();
         let limit = settings.fixed_iterations.unwrap_or(settings.max_iterations);
         let mut iterations = 0;
         loop {
@@ -61,7 +61,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
     fn judge(&self, qp: &Qp<N, NX, NU, NR>, status: QpStatus, at: Optimality) -> QpStatus {
         match status {
             QpStatus::Solved | QpStatus::TimeLimit => status,
-            _ if at.worst() <= self.settings.reduced => QpStatus::ReducedAccuracy,
+            _ if at.worst() <= self.settings().reduced => QpStatus::ReducedAccuracy,
             _ if infeasible::is_proved(qp, &self.nodes, &self.intervals) => QpStatus::Infeasible,
             _ => status,
         }
@@ -81,7 +81,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         }
         // Mehrotra's rule; no lower than needed, where only rounding would be gained.
         let reached = clamp(sum.sum() / self.pairs / mean, 0.0, 1.0);
-        let product = (reached * reached * reached * mean).max(0.1 * self.settings.complementarity);
+        let product =
+            (reached * reached * reached * mean).max(0.1 * self.settings().complementarity);
         self.direct(qp, Aim::Correct { product });
         let length = (FRACTION * self.longest(Aim::Correct { product })).min(1.0);
         // Written so that NaN fails.

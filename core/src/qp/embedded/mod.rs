@@ -18,6 +18,7 @@ mod settings;
 pub use settings::InteriorPointSettings;
 
 use super::{Qp, QpOutcome, QpSolver, QpStatus, Solution};
+use crate::math::Checksum;
 use crate::time::Deadline;
 use nalgebra::SMatrix;
 use node::{Entries, Node, Start, Unfit};
@@ -37,8 +38,8 @@ const AGAIN: f64 = 1e-4;
 /// 15. Memory: [`EmbeddedQp::BYTES`], about `8 N (3 NX^2 + 2 NX NU + NU^2 + 27 NX + 11 NU)`.
 #[derive(Clone, Debug)]
 pub struct EmbeddedQp<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
-    /// How it works; may be changed between solves.
-    pub settings: InteriorPointSettings,
+    /// How it works; the defaults where there are none, so that fresh storage is zero bits.
+    settings: Option<InteriorPointSettings>,
     /// The iterate.
     nodes: [Node<NX, NU, NR>; N],
     /// The Newton system, factored.
@@ -59,13 +60,13 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
     /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
-    /// Storage for any number of solves. Place it in static memory or on a heap: it is too large
-    /// for a small stack. But for the settings all bits are zero, so that with settings of zeros,
-    /// put right later, static memory costs no room in an image.
-    pub const fn new(settings: InteriorPointSettings) -> Self {
+    /// Storage for any number of solves, with the default settings. Place it in static memory or
+    /// on a heap: it is too large for a small stack. All bits are zero, so that static memory costs
+    /// no room in an image.
+    pub const fn new() -> Self {
         Self {
-            settings,
-            nodes: [Node::BLANK; N],
+            settings: None,
+            nodes: [Node::ZERO; N],
             intervals: [Interval::ZERO; N],
             initial: [[0.0; NX]; NX],
             gradient: [Entries::ZERO; N],
@@ -76,11 +77,14 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         }
     }
 
-    /// Feedback gain of node `k` in the last solve: along the optimum `du = K dx`. Zero beyond the
-    /// horizon.
-    pub fn gain(&self, k: usize) -> SMatrix<f64, NU, NX> {
-        let gain = self.intervals.get(k).map_or([[0.0; NX]; NU], |interval| interval.gain);
-        SMatrix::from_fn(|i, j| -gain[i][j])
+    /// How it works.
+    pub fn settings(&self) -> InteriorPointSettings {
+        self.settings.unwrap_or_default()
+    }
+
+    /// Changes how it works, from the next solve on. `settings` must be valid.
+    pub fn configure(&mut self, settings: InteriorPointSettings) {
+        self.settings = Some(settings);
     }
 
     /// Puts the iterate inside the boxes.
@@ -137,6 +141,14 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
     }
 }
 
+impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Default
+    for EmbeddedQp<N, NX, NU, NR>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver<N, NX, NU, NR>
     for EmbeddedQp<N, NX, NU, NR>
 {
@@ -150,7 +162,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver
         solution: &mut Solution<N, NX, NU, NR>,
         deadline: &Deadline,
     ) -> QpOutcome {
-        let warm = self.settings.warm_start && self.solved;
+        let warm = self.settings().warm_start && self.solved;
         let start = Start { product: if warm { WARM } else { COLD }, warm };
         self.solved = false;
         if let Err(unfit) = self.start(qp, solution, start) {
@@ -180,5 +192,16 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver
             node.reseat(AGAIN);
         }
         self.finish(qp, solution, deadline)
+    }
+
+    /// That of the last iteration's Newton system, barriers included; none before the first.
+    fn gain(&self, k: usize) -> Option<SMatrix<f64, NU, NX>> {
+        let interval = self.intervals.get(k).filter(|_| k + 1 < N && self.pairs > 0.0)?;
+        Some(SMatrix::from_fn(|i, j| -interval.gain[i][j]))
+    }
+
+    fn identify(&self, checksum: &mut Checksum) {
+        checksum.bytes(b"embedded interior point 1");
+        self.settings().identify(checksum);
     }
 }

@@ -93,12 +93,12 @@ pub(super) struct Start {
 const NARROW: f64 = 1e-11;
 
 impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
-    /// Storage, which [`Node::start`] fills: all bits zero.
-    pub const BLANK: Self = Self {
-        x: Boxed::BLANK,
-        u: Boxed::BLANK,
-        dynamics: Boxed::BLANK,
-        row: Boxed::BLANK,
+    /// Storage, all bits zero.
+    pub const ZERO: Self = Self {
+        x: Boxed::FREE,
+        u: Boxed::FREE,
+        dynamics: Boxed::FREE,
+        row: Boxed::FREE,
         free_x: [0.0; NX],
         free_u: [0.0; NU],
     };
@@ -130,7 +130,6 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
         let (Some(bound_u), Some(dynamics), true) =
             (from.bound_multiplier_u.get(k), from.defect_multiplier.get(k), k + 1 < N)
         else {
-            (self.u, self.dynamics, self.free_u) = (Boxed::FREE, Boxed::FREE, [1.0; NU]);
             return Ok(());
         };
         for i in 0..NU {

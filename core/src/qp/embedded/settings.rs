@@ -1,5 +1,7 @@
 //! Settings of the interior-point method.
 
+use crate::math::Checksum;
+
 /// Settings of the interior-point method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InteriorPointSettings {
@@ -32,6 +34,15 @@ impl InteriorPointSettings {
         warm_start: true,
         fixed_iterations: None,
     };
+
+    /// Adds all settings to a checksum.
+    pub(super) fn identify(&self, checksum: &mut Checksum) {
+        checksum.integer(u64::from(self.max_iterations));
+        checksum.numbers(&[self.tolerance, self.complementarity, self.reduced]);
+        checksum.integer(u64::from(self.warm_start));
+        // No count of iterations is as large as the first of these.
+        checksum.integer(self.fixed_iterations.map_or(u64::MAX, u64::from));
+    }
 
     /// Name of the first setting out of its range.
     pub fn invalid(&self) -> Option<&'static str> {

@@ -1,11 +1,12 @@
-//! The stage-structured program: Clarabel's answers against its optimality conditions, and
-//! convexification against the program it must not change.
+//! Clarabel's answers against the optimality conditions, and convexification against the program
+//! it must not change.
 
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use remora_core::qp::{Qp, QpSolver, QpStatus, Solution};
 use remora_core::time::Deadline;
 use remora_host::backend::ClarabelQp;
+use remora_host::kkt::Kkt;
 
 const N: usize = 6;
 const NX: usize = 3;
@@ -41,57 +42,6 @@ fn program(numbers: &[f64], soft: bool) -> Program {
     qp
 }
 
-/// Gradient of the Lagrangian and complementarity, the largest violation.
-fn optimality(qp: &Program, p: &Point) -> f64 {
-    let mut worst = 0.0f64;
-    let mut note = |value: f64| worst = worst.max(value.abs());
-    for k in 0..N {
-        let stage = &qp.stages[k];
-        let mut x = stage.hessian_xx * p.x[k]
-            + stage.gradient_x
-            + stage.row_x.tr_mul(&p.row_multiplier[k])
-            + p.bound_multiplier_x[k];
-        if k > 0 {
-            x -= p.defect_multiplier[k - 1];
-        }
-        if k + 1 < N {
-            x += stage.hessian_ux.tr_mul(&p.u[k]) + stage.a.tr_mul(&p.defect_multiplier[k]);
-            let u = stage.hessian_uu * p.u[k]
-                + stage.hessian_ux * p.x[k]
-                + stage.gradient_u
-                + stage.b.tr_mul(&p.defect_multiplier[k])
-                + p.bound_multiplier_u[k];
-            u.iter().for_each(|v| note(*v));
-            let slack = qp.slack(p, k);
-            for i in 0..NX {
-                let multiplier = p.defect_multiplier[k][i];
-                if qp.defect_weight.is_finite() {
-                    // |multiplier| <= weight, and the full weight wherever there is slack.
-                    note((multiplier.abs() - qp.defect_weight).max(0.0));
-                    note(slack[i].abs().min((multiplier.abs() - qp.defect_weight).abs()));
-                } else {
-                    note(slack[i]);
-                }
-            }
-            for i in 0..NU {
-                let (u, m) = (p.u[k][i], p.bound_multiplier_u[k][i]);
-                let room = if m > 0.0 { stage.upper_u[i] - u } else { u - stage.lower_u[i] };
-                note(m.abs().min(room.abs()));
-                note((u.abs() - 0.7).max(0.0));
-            }
-        }
-        x.iter().for_each(|v| note(*v));
-        let row = (stage.row_x * p.x[k])[0] + stage.row_offset[0];
-        let multiplier = p.row_multiplier[k][0];
-        note((-multiplier).max(0.0));
-        note((multiplier - qp.row_weight).max(0.0));
-        // Violated rows pay the full weight, satisfied ones nothing.
-        note(row.max(0.0).min((multiplier - qp.row_weight).abs()));
-        note((-row).max(0.0).min(multiplier.abs()));
-    }
-    worst
-}
-
 fn numbers() -> impl Strategy<Value = Vec<f64>> {
     proptest::collection::vec(-1.0..1.0f64, 293)
 }
@@ -105,7 +55,7 @@ proptest! {
         let mut point = Point::ZERO;
         let outcome = ClarabelQp::default().solve(&qp, &mut point, &Deadline::never());
         if outcome.status == QpStatus::Solved {
-            prop_assert!(optimality(&qp, &point) < 1e-5, "{:e}", optimality(&qp, &point));
+            prop_assert!(Kkt::of(&qp, &point).worst() < 1e-7, "{:?}", Kkt::of(&qp, &point));
         } else {
             // Hard dynamics within boxes need not have a feasible point; slack always does.
             prop_assert!(!soft && outcome.status == QpStatus::Infeasible, "{:?}", outcome.status);

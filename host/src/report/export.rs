@@ -1,0 +1,36 @@
+//! What `remora qp-export` prints.
+
+use super::{Align, Table};
+use crate::export::Exported;
+use std::path::Path;
+
+/// What was written, and how well its solver did.
+pub fn export_report(exported: &Exported, directory: &Path) -> String {
+    let plan = &exported.planned.file;
+    let mut table = Table::new([
+        ("stage", Align::Left),
+        ("programs", Align::Right),
+        ("corrections", Align::Right),
+        ("unsolved", Align::Right),
+        ("largest KKT residual", Align::Right),
+    ]);
+    for (name, stage) in ["1 translation", "2 reorientation"].into_iter().zip(&exported.stages) {
+        table.row([
+            name.into(),
+            stage.programs.to_string(),
+            stage.corrections.to_string(),
+            stage.unsolved.to_string(),
+            format!("{:.1e}", stage.kkt.worst()),
+        ]);
+    }
+    format!(
+        "scenario {}: {}\n{} mode, {} start, {}, {}\n\n{table}\nwritten: {}\n",
+        plan.scenario,
+        plan.status,
+        plan.mode.name(),
+        plan.warm_start,
+        plan.integrator,
+        plan.qp,
+        directory.display(),
+    )
+}

@@ -1,0 +1,146 @@
+//! `remora qp-export`, and `--qp` of the commands that plan.
+
+use super::bench::{Bench, timeless};
+use remora_core::qp::QpSolver;
+use remora_core::time::Deadline;
+use remora_host::backend::ClarabelQp;
+use remora_host::formats::QpFile;
+use remora_host::kkt::{Kkt, objective};
+use std::fs;
+
+const EXPORT: &str = "qp-export --scenarios set.scenarios.json --id s1-001 --integrator euler";
+const PLAN: &str = "plan --scenarios set.scenarios.json --id s1-001 --integrator euler";
+
+#[test]
+fn either_solver_plans_and_the_embedded_one_is_the_default() {
+    let bench = Bench::new();
+    for (option, name) in
+        [("", "embedded"), ("--qp embedded", "embedded"), ("--qp clarabel", "clarabel")]
+    {
+        let run = bench.solves(&format!("{PLAN} {option}"));
+        let plan = bench.json("s1-001.plan.json");
+        assert_eq!(plan["qp"], name);
+        assert!(run.out.contains(&format!("euler, {name}\n")), "{}", run.out);
+    }
+    let campaign = "campaign --scenarios set.scenarios.json --integrator euler --out";
+    bench.solves(&format!("{campaign} runs/a"));
+    bench.solves(&format!("{campaign} runs/b --qp clarabel"));
+    assert_eq!(bench.json("runs/a/summary.json")["qp"], "embedded");
+    assert_eq!(bench.json("runs/b/summary.json")["qp"], "clarabel");
+    bench.refuses(&format!("{campaign} runs/a --qp clarabel"), "runs/a/journal.jsonl: qp: this");
+}
+
+/// The solvers differ in rounding, the plans in no more than their tolerances.
+#[test]
+fn both_solvers_find_the_same_plan() {
+    let bench = Bench::new();
+    let cost = |solver: &str| {
+        bench.solves(&format!("{PLAN} --qp {solver} --out {solver}.plan.json"));
+        let plan = bench.json(&format!("{solver}.plan.json"));
+        ["stage1", "stage2"].map(|stage| plan[stage]["cost"].as_f64().unwrap())
+    };
+    for (ours, theirs) in cost("embedded").into_iter().zip(cost("clarabel")) {
+        assert!((ours / theirs - 1.0).abs() < 2e-3, "{ours} {theirs}");
+    }
+}
+
+/// What is written is what was solved: the same program and its solution, for anyone.
+#[test]
+fn every_subproblem_is_written_with_its_solution() {
+    let bench = Bench::new();
+    let run = bench.solves(&format!("{EXPORT} --out programs"));
+    assert!(run.out.contains("scenario s1-001: solved"), "{}", run.out);
+    assert!(run.out.contains("written: programs\n"), "{}", run.out);
+    assert!(run.out.lines().all(|line| line.len() <= 100), "{}", run.out);
+    bench.solves(PLAN);
+    let plan = bench.json("s1-001.plan.json");
+    let names = bench.names("programs");
+    for (stage, iterations) in ["stage1", "stage2"].map(|s| (s, plan[s]["iterations"].as_u64())) {
+        let own = |name: &&String| name.starts_with(stage) && !name.contains("correction");
+        assert_eq!(names.iter().filter(own).count() as u64, iterations.unwrap(), "{names:?}");
+        assert!(names.contains(&format!("{stage}-001.qp.json")), "{names:?}");
+    }
+    for name in names {
+        let file = QpFile::read(&bench.path(&format!("programs/{name}"))).unwrap();
+        assert_eq!(file.name(), name);
+        assert_eq!((file.scenario.as_str(), file.qp.as_str()), ("s1-001", "embedded"));
+        match file.stage {
+            1 => holds::<60, 9, 3, 1>(&file),
+            _ => holds::<60, 12, 6, 1>(&file),
+        }
+    }
+}
+
+/// The solution is optimal for the program as read back, and another solver finds its objective.
+fn holds<const N: usize, const NX: usize, const NU: usize, const NR: usize>(file: &QpFile) {
+    let (qp, point) = (file.program::<N, NX, NU, NR>().unwrap(), file.point().unwrap());
+    let kkt = Kkt::of(&qp, &point);
+    assert!(kkt.worst() <= 1e-8, "{}: {kkt:?}", file.name());
+    assert_eq!(objective(&qp, &point), file.solution.point.as_ref().unwrap().objective);
+    let mut other = point.clone();
+    let outcome = ClarabelQp::default().solve(&qp, &mut other, &Deadline::never());
+    assert!(outcome.status.is_usable(), "{}: {outcome:?}", file.name());
+    let (ours, theirs) = (objective(&qp, &point), objective(&qp, &other));
+    assert!((ours - theirs).abs() <= 1e-8 * (1.0 + theirs.abs()), "{ours} {theirs}");
+}
+
+#[test]
+fn twice_the_same_is_the_same() {
+    let bench = Bench::new();
+    bench.solves(&format!("{EXPORT} --out a"));
+    bench.solves(&format!("{EXPORT} --out b"));
+    assert_eq!(bench.names("a"), bench.names("b"));
+    for name in bench.names("a") {
+        assert!(bench.read(&format!("a/{name}")) == bench.read(&format!("b/{name}")), "{name}");
+    }
+}
+
+#[test]
+fn an_earlier_export_is_replaced_and_nothing_else_is_touched() {
+    let bench = Bench::new();
+    bench.solves(&format!("{EXPORT} --out deep/programs"));
+    let names = bench.names("deep/programs");
+    // One of a longer plan, and what a kill leaves.
+    bench.write("deep/programs/stage2-099-correction-2.qp.json", "{}");
+    fs::create_dir(bench.path("deep/programs/.qp-export.77")).unwrap();
+    bench.write("deep/programs/.qp-export.77/stage1-001.qp.json", "{");
+    bench.solves(&format!("{EXPORT} --out deep/programs"));
+    assert_eq!(bench.names("deep/programs"), names);
+
+    bench.write("deep/programs/notes.txt", "mine");
+    let out = "--out deep/programs";
+    let message = "deep/programs: holds \"notes.txt\", which is no subproblem; see --force";
+    bench.refuses(&format!("{EXPORT} {out}"), message);
+    bench.solves(&format!("{EXPORT} {out} --force"));
+    assert_eq!(bench.read("deep/programs/notes.txt"), "mine");
+    assert_eq!(bench.names("deep/programs").len(), names.len() + 1);
+}
+
+#[test]
+fn what_is_not_solved_is_written_all_the_same() {
+    let bench = Bench::new();
+    bench.write("short.mission.toml", "[horizon]\nduration_s = 60\n");
+    let run = bench.run(&format!("{EXPORT} --mission short.mission.toml --out programs"));
+    assert_eq!(run.status, 1, "{}{}", run.out, run.err);
+    let first = bench.json("programs/stage1-001.qp.json");
+    assert_eq!(first["format"], "remora-qp/1");
+    assert_eq!(timeless(first)["stage"], 1);
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let bench = Bench::new();
+    bench.write("file", "");
+    bench.refuses("qp-export --id s1-000 --out a", "--id: needs --scenarios FILE");
+    bench.refuses(
+        "qp-export --scenarios set.scenarios.json --id x --out a",
+        "set.scenarios.json: scenarios: there is no scenario with id \"x\"",
+    );
+    bench.refuses("qp-export --scenarios none.json --out a", "none.json: no such file");
+    bench.refuses("qp-export --mission none.toml --out a", "none.toml: no such file");
+    bench.refuses("qp-export", "the following required arguments were not provided: --out <DIR>");
+    bench.refuses("qp-export --qp osqp --out a", "invalid value 'osqp' for '--qp <QP>'");
+    bench.refuses("qp-export --out file", "file: is not a directory");
+    bench.refuses("qp-export --out file/a", "file/a: a part of the path is not a directory");
+    bench.refuses("qp-export --out .", ".: holds ");
+}
