@@ -10,6 +10,8 @@ const MAX_SWEEPS: usize = 12;
 ///
 /// Jacobi's method: rotations in a fixed order, the same bits everywhere. Cost: about
 /// `6 D^3` flops a sweep, some six sweeps. What is not finite is left as it is.
+// Seldom needed: its memory is on the stack only then.
+#[inline(never)]
 pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
     let mut vectors = SMatrix::<f64, D, D>::identity();
     let mut m = *a;

@@ -98,10 +98,11 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             Integrator::Euler => *state,
             Integrator::Rk4 { .. } => state.midway(next),
         };
-        let curvature: TorqueCurvature<NX, NU> = self.body.torque_curvature(&at, force, &mean, &mu);
+        let mut curvature = self.body.torque_curvature(&at, force, &mean, &mu);
+        self.scale(&mut curvature);
         match self.integrator {
-            Integrator::Euler => self.add_curvature_at_start(curvature, stage),
-            Integrator::Rk4 { .. } => self.add_curvature_midway(curvature, stage),
+            Integrator::Euler => Self::add_curvature_at_start(&curvature, stage),
+            Integrator::Rk4 { .. } => Self::add_curvature_midway(&curvature, stage),
         }
         // Attitude: rotations do not add up, dtheta+ = ... + dt/2 drate x dtheta.
         let scaled = Vector3::new(multiplier[0], multiplier[1], multiplier[2]);
@@ -116,8 +117,9 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         }
     }
 
-    /// The torques' curvature by scaled steps, the acceleration in units of scaled rates over a step.
-    fn scaled(&self, mut curvature: TorqueCurvature<NX, NU>) -> TorqueCurvature<NX, NU> {
+    /// Takes the torques' curvature to scaled steps, the acceleration to units of scaled rates over
+    /// a step.
+    fn scale(&self, curvature: &mut TorqueCurvature<NX, NU>) {
         for j in 0..NX {
             for i in 0..NX {
                 let value = &mut curvature.state_state[(i, j)];
@@ -128,7 +130,19 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
                 *value = *value * (self.scale_x[NX - NU + i] / self.dt) * self.scale_x[j];
             }
         }
-        curvature
+    }
+
+    /// Adds `block + cross + cross^T`.
+    fn add_with_cross<const D: usize>(
+        hessian: &mut SMatrix<f64, D, D>,
+        block: &SMatrix<f64, D, D>,
+        cross: &SMatrix<f64, D, D>,
+    ) {
+        for j in 0..D {
+            for i in 0..D {
+                hessian[(i, j)] += block[(i, j)] + cross[(i, j)] + cross[(j, i)];
+            }
+        }
     }
 
     /// The mean acceleration, by step and control: the rates' change.
@@ -143,35 +157,24 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     /// Adds the torques' curvature, taken at the interval's start.
     // Each apart from the other: of the stack's deepest use much is theirs.
     #[inline(never)]
-    fn add_curvature_at_start(
-        &self,
-        curvature: TorqueCurvature<NX, NU>,
-        stage: &mut Stage<NX, NU, NR>,
-    ) {
-        let TorqueCurvature { state_state: s, acceleration_state: c } = self.scaled(curvature);
+    fn add_curvature_at_start(curvature: &TorqueCurvature<NX, NU>, stage: &mut Stage<NX, NU, NR>) {
+        let TorqueCurvature { state_state: s, acceleration_state: c } = curvature;
         let (ax, au) = Self::rate_change(stage);
-        let cross = ax.tr_mul(&c);
-        stage.hessian_xx += s + cross + cross.transpose();
-        stage.hessian_ux += au.tr_mul(&c);
+        Self::add_with_cross(&mut stage.hessian_xx, s, &ax.tr_mul(c));
+        stage.hessian_ux += au.tr_mul(c);
     }
 
     /// Adds the torques' curvature, taken half way through the interval.
     #[inline(never)]
-    fn add_curvature_midway(
-        &self,
-        curvature: TorqueCurvature<NX, NU>,
-        stage: &mut Stage<NX, NU, NR>,
-    ) {
-        let TorqueCurvature { state_state: s, acceleration_state: c } = self.scaled(curvature);
+    fn add_curvature_midway(curvature: &TorqueCurvature<NX, NU>, stage: &mut Stage<NX, NU, NR>) {
+        let TorqueCurvature { state_state: s, acceleration_state: c } = curvature;
         let (ax, au) = Self::rate_change(stage);
         let px = (SMatrix::identity() + stage.a) * 0.5;
         let pu = stage.b * 0.5;
         let (sx, cx, cu) = (s * px, c * px, c * pu);
-        let cross = ax.tr_mul(&cx);
-        stage.hessian_xx += px.tr_mul(&sx) + cross + cross.transpose();
+        Self::add_with_cross(&mut stage.hessian_xx, &px.tr_mul(&sx), &ax.tr_mul(&cx));
         stage.hessian_ux += pu.tr_mul(&sx) + au.tr_mul(&cx) + cu.tr_mul(&ax);
-        let cross = au.tr_mul(&cu);
-        stage.hessian_uu += pu.tr_mul(&(s * pu)) + cross + cross.transpose();
+        Self::add_with_cross(&mut stage.hessian_uu, &pu.tr_mul(&(s * pu)), &au.tr_mul(&cu));
     }
 
     /// Adds curvature to what stands at a limit and is held there by a multiplier.
