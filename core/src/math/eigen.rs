@@ -1,6 +1,6 @@
 //! Eigenvalues of small symmetric matrices.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 /// Sweeps of Jacobi rotations: convergence is quadratic, and dozens of sizes need fewer.
 const MAX_SWEEPS: usize = 12;
@@ -10,6 +10,8 @@ const MAX_SWEEPS: usize = 12;
 ///
 /// Jacobi's method: rotations in a fixed order, the same bits everywhere. Cost: about
 /// `6 D^3` flops a sweep, some six sweeps. What is not finite is left as it is.
+// Seldom needed: its memory is on the stack only then.
+#[inline(never)]
 pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
     let mut vectors = SMatrix::<f64, D, D>::identity();
     let mut m = *a;
@@ -39,7 +41,7 @@ pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
     for k in 0..D {
         let value = m[(k, k)];
         if value < 0.0 {
-            let v = vectors.column(k).into_owned();
+            let v = SVector::<f64, D>::from_fn(|i, _| vectors[(i, k)]);
             *a -= v * v.transpose() * value;
         }
     }

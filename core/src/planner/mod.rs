@@ -113,6 +113,8 @@ fn tumble(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &mut Workspa
 }
 
 /// Stage 1 from its own start.
+// The stages and the verifier share the stack, one after the other.
+#[inline(never)]
 fn plan_translation<S: TranslationSolver>(
     mission: &Mission<LINKS>,
     scenario: &Scenario,
@@ -161,6 +163,7 @@ pub fn plan_reorientation<S: ReorientationSolver, P: Pair>(
 }
 
 /// The same, with a deadline that may have begun before.
+#[inline(never)]
 fn reorient<S: ReorientationSolver, P: Pair>(
     mission: &Mission<LINKS>,
     options: &Options,

@@ -305,13 +305,15 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             if k + 1 == N {
                 continue;
             }
-            let next = self.linearise_interval(k, z, stage);
+            let (state, at) = (&z.states[k], &z.states[k + 1]);
+            let held = (&z.controls[k], &self.translation.force[k]);
+            let next = self.linearise_interval(k, state, held, at, stage);
             if let Some(last) = multipliers
                 && self.mode == Mode::Optimal
             {
-                self.add_curvature(k, z, &next, &last.defect_multiplier[k], stage);
+                self.add_curvature(k, (state, &next), held, &last.defect_multiplier[k], stage);
             }
-            self.apply_chart(k, &next, &z.states[k + 1], stage);
+            self.apply_chart(k, &next, at, stage);
             let control = Self::stacked_control(&z.controls[k]);
             for i in 0..NU {
                 if self.mode == Mode::Optimal {
