@@ -13,9 +13,10 @@ type Program = Qp<N, NX, NU, 1>;
 type Found = Answer<N, NX, NU, 1>;
 type Solver = EmbeddedQp<N, NX, NU, 1>;
 
-/// Most iterations of a warm start, for those of a cold one.
+/// Most iterations of a warm start, for those of a cold one: one that leads nowhere is given up
+/// after 15.
 fn allowed(cold: u32) -> u32 {
-    (1.3 * f64::from(cold)) as u32 + 2
+    cold + 15
 }
 
 fn same(qp: &Program, found: &Found, expected: &Found) -> Result<(), TestCaseError> {
@@ -53,7 +54,13 @@ fn warm_starts_hold(recipe: &Recipe) -> Result<(), TestCaseError> {
 
     let again = warm(&mut *solver, &qp, &expected);
     same(&qp, &again, &expected)?;
-    prop_assert!(again.outcome.iterations <= most, "{} {}", again.outcome.iterations, most);
+    // Its own multipliers can only help.
+    prop_assert!(
+        again.outcome.iterations <= expected.outcome.iterations + 2,
+        "{} {}",
+        again.outcome.iterations,
+        most
+    );
 
     // Multipliers of another program tell nothing, or something wrong.
     let other = cold(&mut *solver, &random(&Recipe { seed: recipe.seed ^ 7, ..*recipe }));

@@ -16,6 +16,10 @@ const FRACTION: f64 = 0.995;
 const SHORT: f64 = 0.1;
 const CENTRE: f64 = 0.7;
 
+/// Products up to this are enough once residuals grow again: where rounding shows, smaller ones
+/// make it worse.
+const ENOUGH: f64 = 1e-11;
+
 /// Steps shorter than this lead nowhere.
 const SHORTEST: f64 = 1e-10;
 
@@ -29,27 +33,38 @@ const ATTEMPTS: usize = 3;
 
 impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> EmbeddedQp<N, NX, NU, NR> {
     /// Iterates to the end.
-    pub(super) fn run(&mut self, qp: &Qp<N, NX, NU, NR>, deadline: &Deadline) -> QpOutcome {
+    pub(super) fn run(
+        &mut self,
+        qp: &Qp<N, NX, NU, NR>,
+        most: u32,
+        deadline: &Deadline,
+    ) -> QpOutcome {
         let settings = self.settings();
-        let limit = settings.fixed_iterations.unwrap_or(settings.max_iterations);
-        let mut iterations = 0;
+        let limit = settings.fixed_iterations.unwrap_or(most);
+        let (mut iterations, mut before) = (0, f64::INFINITY);
         loop {
             differentiate(qp, &self.nodes, &self.intervals, &mut self.gradient);
             let at = Optimality::of(&self.nodes, &self.gradient, self.pairs);
-            let solved =
-                at.residual <= settings.tolerance && at.product <= settings.complementarity;
-            let stop = if !at.worst().is_finite() {
+            let grows = at.residual > before && at.residual > 0.01 * settings.tolerance;
+            let solved = at.is_within(settings.tolerance, settings.complementarity)
+                || (grows && at.is_within(settings.tolerance, ENOUGH));
+            let free = settings.fixed_iterations.is_none();
+            let stop = if !at.is_finite() {
                 Some(QpStatus::NumericalFailure)
-            } else if solved && (settings.fixed_iterations.is_none() || iterations >= limit) {
+            } else if solved && (free || iterations >= limit) {
                 Some(QpStatus::Solved)
             } else if iterations >= limit {
                 Some(QpStatus::IterationLimit)
+            } else if free && grows && at.product <= settings.complementarity {
+                // Only rounding is left to be reduced.
+                Some(QpStatus::Stalled)
             } else if deadline.has_passed() {
                 Some(QpStatus::TimeLimit)
             } else {
                 iterations += 1;
                 self.iterate(qp, at.mean, at.residual).err()
             };
+            before = at.residual;
             if let Some(status) = stop {
                 return QpOutcome { status: self.judge(qp, status, at), iterations };
             }
@@ -60,7 +75,9 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
     fn judge(&self, qp: &Qp<N, NX, NU, NR>, status: QpStatus, at: Optimality) -> QpStatus {
         match status {
             QpStatus::Solved | QpStatus::TimeLimit => status,
-            _ if at.worst() <= self.settings().reduced => QpStatus::ReducedAccuracy,
+            _ if at.is_within(self.settings().reduced, self.settings().reduced) => {
+                QpStatus::ReducedAccuracy
+            }
             _ if infeasible::is_proved(qp, &self.nodes, &self.intervals) => QpStatus::Infeasible,
             _ => status,
         }

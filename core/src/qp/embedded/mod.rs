@@ -19,18 +19,16 @@ mod settings;
 pub use settings::InteriorPointSettings;
 
 use super::{Qp, QpOutcome, QpSolver, QpStatus, Solution};
-use crate::math::Checksum;
+use crate::math::{Checksum, clamp};
 use crate::time::Deadline;
 use nalgebra::SMatrix;
 use node::{Entries, Node, Start, Unfit};
+use optimality::{Optimality, differentiate};
 use riccati::Interval;
 
-/// Products of the complementary pairs at the start: where nothing is known, from the multipliers
-/// of the last subproblem, and for the same program with another right-hand side. Tuned for few
-/// iterations on the public scenarios; none matters by more than an iteration or two.
-const COLD: f64 = 1e-1;
-const WARM: f64 = 1e-4;
-const AGAIN: f64 = 1e-4;
+/// Iterations after which a start is given up. Only random programs ever need a second one.
+const WARM_PATIENCE: u32 = 15;
+const COLD_PATIENCE: u32 = 35;
 
 /// The embedded solver with all the memory it needs.
 ///
@@ -111,6 +109,28 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         Ok(())
     }
 
+    /// Starts near the multipliers of `from`, unless these are further from the optimum than none
+    /// at all; tells whether they were used.
+    fn start_warm(
+        &mut self,
+        qp: &Qp<N, NX, NU, NR>,
+        from: &Solution<N, NX, NU, NR>,
+    ) -> Result<bool, Unfit> {
+        self.start(qp, from, Start::COLD)?;
+        let without = self.residual(qp);
+        self.start(qp, from, Start::WARM)?;
+        if self.residual(qp) <= without {
+            return Ok(true);
+        }
+        self.start(qp, from, Start::COLD).map(|_| false)
+    }
+
+    /// Largest KKT residual at the iterate.
+    fn residual(&mut self, qp: &Qp<N, NX, NU, NR>) -> f64 {
+        differentiate(qp, &self.nodes, &self.intervals, &mut self.gradient);
+        Optimality::of(&self.nodes, &self.gradient, self.pairs).residual
+    }
+
     /// Copies the iterate out.
     fn write(&self, solution: &mut Solution<N, NX, NU, NR>) {
         for (k, (node, gradient)) in self.nodes.iter().zip(&self.gradient).enumerate() {
@@ -132,14 +152,34 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         }
     }
 
-    /// Iterates from where the iterate stands, and copies the result out.
+    /// Iterates from where the iterate stands and copies the result out. Where that leads nowhere,
+    /// starts again: without earlier knowledge (if it was `warm`), then further from the bounds.
     fn finish(
         &mut self,
         qp: &Qp<N, NX, NU, NR>,
         solution: &mut Solution<N, NX, NU, NR>,
+        warm: bool,
         deadline: &Deadline,
     ) -> QpOutcome {
-        let outcome = self.run(qp, deadline);
+        let most = self.settings().max_iterations;
+        let mut outcome = match warm {
+            true => self.run(qp, most.min(WARM_PATIENCE), deadline),
+            false => self.run(qp, most.min(COLD_PATIENCE), deadline),
+        };
+        let again =
+            if warm { [Some(Start::COLD), Some(Start::FAR)] } else { [Some(Start::FAR), None] };
+        for start in again.into_iter().flatten() {
+            let left = most.saturating_sub(outcome.iterations);
+            let ended = matches!(outcome.status, QpStatus::Solved | QpStatus::TimeLimit);
+            let fixed = self.settings().fixed_iterations.is_some();
+            if ended || fixed || left == 0 || self.start(qp, solution, start).is_err() {
+                break;
+            }
+            let patience = if start.product < 1.0 { left.min(COLD_PATIENCE) } else { left };
+            let spent = outcome.iterations;
+            outcome = self.run(qp, patience, deadline);
+            outcome.iterations += spent;
+        }
         self.write(solution);
         self.solved = outcome.status.is_usable();
         outcome
@@ -168,19 +208,20 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver
         deadline: &Deadline,
     ) -> QpOutcome {
         let warm = self.settings().warm_start && self.solved;
-        let start = Start { product: if warm { WARM } else { COLD }, warm };
         self.solved = false;
-        if let Err(unfit) = self.start(qp, solution, start) {
-            let status = match unfit {
-                Unfit::EmptyBox => QpStatus::Infeasible,
-                Unfit::Nonsense => QpStatus::NumericalFailure,
-            };
-            return QpOutcome { status, iterations: 0 };
-        }
         for (interval, stage) in self.intervals.iter_mut().zip(&qp.stages) {
             interval.pack(stage);
         }
-        self.finish(qp, solution, deadline)
+        let started = match warm {
+            true => self.start_warm(qp, solution),
+            false => self.start(qp, solution, Start::COLD).map(|_| false),
+        };
+        let status = match started {
+            Ok(warm) => return self.finish(qp, solution, warm, deadline),
+            Err(Unfit::EmptyBox) => QpStatus::Infeasible,
+            Err(Unfit::Nonsense) => QpStatus::NumericalFailure,
+        };
+        QpOutcome { status, iterations: 0 }
     }
 
     /// Goes on from the solution of the program before, with its packed matrices.
@@ -193,10 +234,11 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver
         if !self.solved {
             return self.solve(qp, solution, deadline);
         }
+        let product = clamp(0.01 * self.residual(qp), Start::WARM.product, Start::COLD.product);
         for node in &mut self.nodes {
-            node.reseat(AGAIN);
+            node.reseat(product);
         }
-        self.finish(qp, solution, deadline)
+        self.finish(qp, solution, true, deadline)
     }
 
     /// That of the last iteration's Newton system, barriers included; none before the first.

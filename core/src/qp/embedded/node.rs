@@ -90,6 +90,16 @@ pub(super) struct Start {
     pub warm: bool,
 }
 
+impl Start {
+    /// Where nothing is known. The products are tuned for few iterations on the public scenarios;
+    /// none matters by more than an iteration or two there.
+    pub const COLD: Self = Self { product: 0.1, warm: false };
+    /// The same further from the bounds, for programs that are far from their optimum at first.
+    pub const FAR: Self = Self { product: 1.0, warm: false };
+    /// From the multipliers of the last subproblem.
+    pub const WARM: Self = Self { product: 1e-4, warm: true };
+}
+
 /// Multipliers larger than this are no start.
 const CREDIBLE: f64 = 1e8;
 
@@ -160,6 +170,12 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
         self.u.reseat(product);
         self.dynamics.reseat(product);
         self.row.reseat(product);
+    }
+
+    /// States and controls.
+    #[inline(always)]
+    pub fn point(&self) -> Entries<NX, NU, NR> {
+        Entries { x: self.x.value, u: self.u.value, ..Entries::ZERO }
     }
 
     /// Number of complementary pairs.

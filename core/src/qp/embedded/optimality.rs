@@ -16,6 +16,9 @@ pub(super) struct Optimality {
     pub mean: f64,
     /// Largest product of a pair.
     pub product: f64,
+    /// Largest state or control, at least one: what residuals are measured by, for rounding grows
+    /// with it.
+    pub scale: f64,
 }
 
 impl Optimality {
@@ -28,6 +31,7 @@ impl Optimality {
     ) -> Self {
         let (mut worst, mut sum) = (Entries::<NX, NU, NR>::ZERO, Entries::<NX, NU, NR>::ZERO);
         let (mut most, mut poison) = (Entries::<NX, NU, NR>::ZERO, 0.0);
+        let mut size = Entries::<NX, NU, NR>::ZERO;
         for (node, gradient) in nodes.iter().zip(gradient) {
             let residual = node.residual(gradient);
             // The comparisons below would drop a NaN.
@@ -35,18 +39,25 @@ impl Optimality {
             worst.raise_to(&residual);
             node.add_products(&Entries::ZERO, Aim::AFFINE, &Entries::ZERO, 0.0, &mut sum);
             node.raise_to_products(&mut most);
+            size.raise_to(&node.point());
         }
         let sum = sum.sum();
         Self {
             residual: worst.largest() + poison,
             mean: sum / pairs,
             product: most.largest() + sum * 0.0,
+            scale: larger(size.largest(), 1.0),
         }
     }
 
-    /// The worse of residual and product; NaN where anything is not finite.
-    pub fn worst(&self) -> f64 {
-        larger(self.residual, self.product) + (self.residual + self.product) * 0.0
+    /// Whether residual and products are small enough.
+    pub fn is_within(&self, residual: f64, product: f64) -> bool {
+        self.residual <= residual * self.scale && self.product <= product * self.scale
+    }
+
+    /// Whether all of it is finite.
+    pub fn is_finite(&self) -> bool {
+        ((self.residual + self.product) * 0.0 + self.scale).is_finite()
     }
 }
 

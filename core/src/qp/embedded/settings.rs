@@ -5,14 +5,15 @@ use crate::math::Checksum;
 /// Settings of the interior-point method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InteriorPointSettings {
-    /// Most iterations. Default 50.
+    /// Most iterations, restarts counted. Default 80.
     pub max_iterations: u32,
     /// Largest KKT residual of a solved program: the Lagrangian's gradient, and the violation of
-    /// dynamics and rows. Absolute, in the program's own (scaled) units. Default 1e-9; positive.
+    /// dynamics and rows. In the program's own (scaled) units, times the largest state or control
+    /// where that exceeds one. Default 5e-10; positive.
     pub tolerance: f64,
-    /// Largest product of a bound's distance and its multiplier in a solved program. What is held
-    /// by hardly any multiplier is off by its square root, hence the small default, 1e-13;
-    /// positive.
+    /// Largest product of a bound's distance and its multiplier in a solved program, measured
+    /// likewise. What is held by hardly any multiplier is off by its square root, hence the small
+    /// default, 1e-13; positive.
     pub complementarity: f64,
     /// Largest of both for a program solved to a reduced accuracy. Default 1e-6; at least the
     /// other two.
@@ -37,8 +38,8 @@ impl InteriorPointSettings {
 
     /// The defaults.
     pub const DEFAULT: Self = Self {
-        max_iterations: 50,
-        tolerance: 1e-9,
+        max_iterations: 80,
+        tolerance: 5e-10,
         complementarity: 1e-13,
         reduced: 1e-6,
         warm_start: true,
