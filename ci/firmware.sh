@@ -9,9 +9,9 @@
 # target folder. What is measured, and how, is told in docs/firmware.md.
 set -euo pipefail
 
-# The bars. Memory is the planner's workspace, the stack's is that of the Cortex-M7.
+# The bars. Memory is the planner's with its solver's, the stack's is that of the Cortex-M7.
 max_image_bytes=$((384 * 1024))
-max_workspace_bytes=$((1024 * 1024))
+max_memory_bytes=$((1024 * 1024))
 max_stack_bytes=$((32 * 1024))
 # Longest run of an image [s].
 max_run_s=1800
@@ -200,10 +200,10 @@ LOG
 
 # bars LOG - the bars that a run broke.
 bars() {
-    awk -v image="$max_image_bytes" -v workspace="$max_workspace_bytes" -v stack="$max_stack_bytes" '
+    awk -v image="$max_image_bytes" -v memory="$max_memory_bytes" -v stack="$max_stack_bytes" '
         { split("", v); for (i = 2; i <= NF; i++) { split($i, p, "="); v[p[1]] = p[2] } }
         function most(what, value, bar) { if (value + 0 > bar + 0) print what, value, "of", bar }
-        $1 == "size" { most("workspace", v["workspace"], workspace) }
+        $1 == "size" { most("memory", v["workspace"] + v["solver"], memory) }
         $1 == "stack" { used = v["used"]; if (v["used"] == v["size"]) print "the stack ran over" }
         "image" in v && $1 == "about" { most("image", v["image"], image) }
         v["target"] ~ /^thumb/ { most("stack", used, stack) }

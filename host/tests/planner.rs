@@ -5,7 +5,8 @@ use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
 use remora_core::pair::{Pair, Sequential};
 use remora_core::planner::{
-    Environment, Fallback, Options, Report, Workspace, output_checksum, plan, plan_reorientation,
+    EmbeddedSolver, Environment, Fallback, Options, Report, Workspace, output_checksum, plan,
+    plan_reorientation,
 };
 use remora_core::scp::Status;
 use remora_core::stages::{LINKS, Mode, verify};
@@ -36,7 +37,7 @@ struct Bench {
     mission: Mission<LINKS>,
     set: ScenarioSet,
     workspace: Box<Workspace>,
-    solvers: (ClarabelQp, ClarabelQp),
+    solver: ClarabelQp,
 }
 
 impl Bench {
@@ -45,7 +46,7 @@ impl Bench {
             mission: Mission::default(),
             set: public(),
             workspace: Box::new(Workspace::new()),
-            solvers: Default::default(),
+            solver: ClarabelQp::default(),
         }
     }
 
@@ -60,8 +61,8 @@ impl Bench {
         environment: &Environment<P>,
     ) -> Report {
         let scenario = self.set.scenarios[scenario].scenario();
-        let solvers = (&mut self.solvers.0, &mut self.solvers.1);
-        plan(&self.mission, &scenario, options, solvers, environment, &mut self.workspace)
+        let solver = &mut self.solver;
+        plan(&self.mission, &scenario, options, solver, environment, &mut self.workspace)
     }
 }
 
@@ -115,7 +116,7 @@ fn a_disturbed_plan_is_a_better_start_than_the_heuristic() {
         let Workspace { translation, reorientation, .. } = &mut *bench.workspace;
         let (path, motion) = (&translation.trajectory, &mut reorientation.trajectory);
         disturb(&bench.mission, options.integrator, path, motion, 0.05, k as u64);
-        let solver = &mut bench.solvers.1;
+        let solver = &mut bench.solver;
         let again = plan_reorientation(
             &bench.mission,
             &options,
@@ -130,6 +131,14 @@ fn a_disturbed_plan_is_a_better_start_than_the_heuristic() {
 }
 
 #[test]
+fn all_memory_together_fits_a_mebibyte() {
+    let (planner, solver) = (Workspace::BYTES, EmbeddedSolver::BYTES);
+    println!("planner {planner}, solver {solver}, together {} bytes", planner + solver);
+    assert!(planner + solver <= 1 << 20, "{planner} and {solver} bytes");
+    assert_eq!((planner, solver), (size_of::<Workspace>(), size_of::<EmbeddedSolver>()));
+}
+
+#[test]
 fn planning_fits_a_stack_of_256_kib() {
     let mission = Mission::<LINKS>::default();
     let scenario = public().scenarios[3].scenario();
@@ -138,9 +147,8 @@ fn planning_fits_a_stack_of_256_kib() {
     let status = std::thread::scope(|scope| {
         let planning = move || {
             let options = Options::new(Mode::Optimal, Integrator::Rk4 { substeps: 4 });
-            let (mut one, mut two) = (ClarabelQp::default(), ClarabelQp::default());
-            plan(&mission, &scenario, &options, (&mut one, &mut two), &Environment::BARE, workspace)
-                .status
+            let mut solver = ClarabelQp::default();
+            plan(&mission, &scenario, &options, &mut solver, &Environment::BARE, workspace).status
         };
         let thread = std::thread::Builder::new().stack_size(256 << 10);
         thread.spawn_scoped(scope, planning).unwrap().join().unwrap()
@@ -160,13 +168,32 @@ fn a_plan_does_not_depend_on_the_one_before() {
     assert_eq!(fresh.workspace.motion(), used.workspace.motion());
 }
 
+/// Stage 1 works in the memory that Stage 2 of the plan before left, and with its solver: what can
+/// be told of that plan there must not be.
+#[test]
+fn with_the_embedded_solver_neither() {
+    let (mission, set) = (Mission::<LINKS>::default(), public());
+    let mut used = (Box::new(Workspace::new()), Box::new(EmbeddedSolver::new()));
+    for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
+        let options = Options::new(Mode::Optimal, integrator);
+        for k in [9, 4, 31] {
+            let scenario = set.scenarios[k].scenario();
+            let mut fresh = (Box::new(Workspace::new()), Box::new(EmbeddedSolver::new()));
+            let [again, first] = [&mut used, &mut fresh].map(|(workspace, solver)| {
+                plan(&mission, &scenario, &options, &mut **solver, &Environment::BARE, workspace)
+            });
+            assert_eq!(again, first, "scenario {k}");
+        }
+    }
+}
+
 #[test]
 fn a_start_that_is_not_a_number_is_not_a_success() {
     let mut bench = Bench::new();
     let options = Options::new(Mode::Optimal, Integrator::Euler);
     bench.plan(0, &options);
     bench.workspace.reorientation.trajectory.states[20].rate.x = f64::NAN;
-    let solver = &mut bench.solvers.1;
+    let solver = &mut bench.solver;
     let report = plan_reorientation(
         &bench.mission,
         &options,
