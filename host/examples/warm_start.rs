@@ -35,7 +35,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let Workspace { translation, reorientation, .. } = &mut *workspace;
         let (path, motion) = (&translation.trajectory, &mut reorientation.trajectory);
         disturb(&mission, options.integrator, path, motion, size, k as u64);
-        let again = plan_reorientation(&mission, &options, &mut solver, &environment, &mut workspace);
+        let again =
+            plan_reorientation(&mission, &options, &mut solver, &environment, &mut workspace);
         solved += usize::from(again.outcome.status == Status::Solved);
         let ratio = again.cost / first.reorientation.cost;
         println!(

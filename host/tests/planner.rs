@@ -1,19 +1,22 @@
 //! The planner against the reference optima, and its promises: verified plans, small stacks, the
 //! same bits whatever was planned before.
 
-use remora_core::dynamics::Integrator;
+use nalgebra::{SVector, Vector3};
+use remora_core::dynamics::{Integrator, Multibody};
+use remora_core::math::quaternion;
 use remora_core::model::Mission;
 use remora_core::pair::{Pair, Sequential};
 use remora_core::planner::{
-    EmbeddedSolver, Environment, Fallback, Options, Report, Workspace, output_checksum, plan,
-    plan_reorientation,
+    EmbeddedSolver, Environment, Fallback, Options, Report, Workspace, feedback_gain,
+    output_checksum, plan, plan_reorientation,
 };
 use remora_core::scp::Status;
-use remora_core::stages::{LINKS, Mode, verify};
+use remora_core::stages::{LINKS, Mode, NODES, verify};
 use remora_core::time::Clock;
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
 use remora_host::perturbation::disturb;
+use remora_host::planning::on_heap;
 use remora_host::threads::Threads;
 use std::cell::Cell;
 use std::path::Path;
@@ -173,16 +176,17 @@ fn a_plan_does_not_depend_on_the_one_before() {
 #[test]
 fn with_the_embedded_solver_neither() {
     let (mission, set) = (Mission::<LINKS>::default(), public());
-    let mut used = (Box::new(Workspace::new()), Box::new(EmbeddedSolver::new()));
+    let fresh = || (on_heap(Workspace::new), on_heap(EmbeddedSolver::new));
+    let mut used = fresh();
     for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
         let options = Options::new(Mode::Optimal, integrator);
         for k in [9, 4, 31] {
             let scenario = set.scenarios[k].scenario();
-            let mut fresh = (Box::new(Workspace::new()), Box::new(EmbeddedSolver::new()));
-            let [again, first] = [&mut used, &mut fresh].map(|(workspace, solver)| {
+            let [again, first] = [&mut used, &mut fresh()].map(|(workspace, solver)| {
                 plan(&mission, &scenario, &options, &mut **solver, &Environment::BARE, workspace)
             });
             assert_eq!(again, first, "scenario {k}");
+            assert_eq!(first.status, Status::Solved);
         }
     }
 }
@@ -335,4 +339,63 @@ fn phases_add_up_to_the_whole() {
     assert!(phases.iter().all(|phase| *phase > 0.0), "{t:?}");
     assert!(phases.iter().sum::<f64>() <= t.total_s);
     assert_eq!(bench.plan(0, &options).times, Default::default());
+}
+
+/// Flies the plan from a start turned by `turn`, with the gains or without; returns by how much
+/// that has grown at the end, where the arm has to point (the roll about it is free).
+fn growth(bench: &Bench, solver: &EmbeddedSolver, turn: f64, is_tracking: bool) -> f64 {
+    let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
+    let (body, servicer) = (Multibody::new(&bench.mission), &bench.mission.servicer);
+    let dt = bench.mission.approach.duration / (NODES - 1) as f64;
+    let mut x = motion.states[0];
+    let axis = Vector3::new(0.6, -0.48, 0.64);
+    x.attitude = quaternion::product(&quaternion::exp(&(axis * turn)), &x.attitude);
+    for k in 0..NODES - 1 {
+        let (planned, mut u) = (&motion.states[k], motion.controls[k]);
+        if is_tracking {
+            let gain = feedback_gain(&bench.mission, solver, k).unwrap();
+            let mut error = SVector::<f64, 12>::zeros();
+            error
+                .fixed_rows_mut::<3>(0)
+                .copy_from(&quaternion::difference(&x.attitude, &planned.attitude));
+            error.fixed_rows_mut::<3>(3).copy_from(&(x.joint_angle - planned.joint_angle));
+            error.fixed_rows_mut::<3>(6).copy_from(&(x.rate - planned.rate));
+            error.fixed_rows_mut::<3>(9).copy_from(&(x.joint_rate - planned.joint_rate));
+            let more = gain * error;
+            let (bus, joint) = (servicer.max_bus_torque, servicer.max_joint_torque);
+            u.bus_torque = (u.bus_torque + more.fixed_rows::<3>(0)).map(|t| t.clamp(-bus, bus));
+            u.joint_torque =
+                (u.joint_torque + more.fixed_rows::<3>(3)).map(|t| t.clamp(-joint, joint));
+        }
+        x = body.step(Integrator::Euler, dt, &x, &u, &path.force[k]);
+    }
+    let arm = servicer.capture_geometry().direction;
+    let pointing = |q| quaternion::rotation_matrix(q) * arm;
+    (pointing(&x.attitude) - pointing(&motion.states[NODES - 1].attitude)).norm() / turn
+}
+
+#[test]
+fn the_gains_bring_a_disturbed_start_back_to_the_plan() {
+    let mut bench = Bench::new();
+    let mut solver = on_heap(EmbeddedSolver::new);
+    let options = Options::new(Mode::Optimal, Integrator::Euler);
+    for k in [0, 7, 21] {
+        let scenario = bench.set.scenarios[k].scenario();
+        let report = plan(
+            &bench.mission,
+            &scenario,
+            &options,
+            &mut *solver,
+            &Environment::BARE,
+            &mut bench.workspace,
+        );
+        assert_eq!(report.status, Status::Solved);
+        let flown = |is_tracking| growth(&bench, &solver, 1e-4, is_tracking);
+        let (tracked, open) = (flown(true), flown(false));
+        println!("{k}: {tracked} {open}");
+        assert!(tracked < 0.05 && open > 0.5, "scenario {k}: {tracked} against {open}");
+    }
+    assert!(feedback_gain(&bench.mission, &*solver, NODES - 1).is_none());
+    bench.plan(0, &options);
+    assert!(feedback_gain(&bench.mission, &bench.solver, 0).is_none());
 }

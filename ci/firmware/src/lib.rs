@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod board;
+#[cfg(feature = "kernels")]
 mod kernels;
 mod output;
 #[cfg(feature = "with-panic")]

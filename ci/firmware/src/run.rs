@@ -2,7 +2,7 @@
 
 use crate::board::Board;
 use crate::output::Line;
-use crate::{Request, kernels, plans, scenarios};
+use crate::{Request, plans, scenarios};
 use core::hint::black_box;
 use remora_core::model::Mission;
 use remora_core::planner::{EmbeddedSolver, Workspace};
@@ -52,8 +52,9 @@ pub fn run<B: Board>(board: &B, request: Request, memory: &mut Memory) {
         let line = Line::new(board, "stack");
         line.number("used", stack.used as u64).number("size", stack.size as u64).end();
     }
+    #[cfg(feature = "kernels")]
     for (id, scenario) in scenarios::all().take(1) {
-        kernels::run(board, id, &mission, &scenario, request.integrator, memory);
+        crate::kernels::run(board, id, &mission, &scenario, request.integrator, memory);
     }
     #[cfg(feature = "with-panic")]
     crate::panicking::run(board);

@@ -8,7 +8,7 @@
 use super::arm::{Arm, ArmLink, second_moments};
 use super::multibody::BusFrame;
 use super::{Acceleration, Control, Integrator, Multibody, State};
-use crate::math::{Mat3, Scalar, Vec3};
+use crate::math::{Mat3, Scalar, Vec3, quaternion};
 use nalgebra::{Matrix3, SVector, Vector3};
 
 /// Joint motion and bus angular acceleration, bus axes.
@@ -179,51 +179,99 @@ impl<const NL: usize> Multibody<NL> {
     }
 }
 
+/// A control and the states between which it leads, at least nearly: where to start from when
+/// looking for another.
+#[derive(Clone, Copy, Debug)]
+pub struct Leg<'a, const NL: usize> {
+    /// Where it starts.
+    pub state: &'a State<NL>,
+    /// The control held.
+    pub control: &'a Control<NL>,
+    /// Where it ends.
+    pub reached: &'a State<NL>,
+}
+
 impl<const NL: usize> Multibody<NL> {
-    /// The control, near `guess`, that moves the rates of `state` to `goal` (bus rate and joint
-    /// rates) over one step of `integrator`, and the state it leads to.
+    /// The control that moves the rates of `state` to `goal` (bus rate and joint rates) over one
+    /// step of `integrator`, to 1e-8 rad/s, and the state it leads to. `known` is a leg nearby,
+    /// under the same force.
     ///
-    /// Exact for Euler, where it is inverse dynamics. For RK4 inverse dynamics half way serves as
-    /// the derivative of a Newton iteration, stopped at an error of 1e-8 rad/s; each
-    /// iteration divides the error by a factor like the inverse change of the arm's geometry over
-    /// the step. Cost: one step an iteration, one to three iterations.
+    /// Exact for Euler, where it is inverse dynamics. For RK4 the known control is changed by as
+    /// much as inverse dynamics half way change, and again from the leg found until it is near
+    /// enough. Cost: a step and two inverse dynamics a round, one or two rounds.
     pub fn steer(
         &self,
         integrator: Integrator,
         dt: f64,
         state: &State<NL>,
         goal: (&Vector3<f64>, &SVector<f64, NL>),
-        guess: &Control<NL>,
+        known: Leg<NL>,
         force: &Vector3<f64>,
     ) -> (Control<NL>, State<NL>) {
-        let mean = |rate: &Vector3<f64>, joint_rate: &SVector<f64, NL>| Acceleration {
-            bus: (rate - state.rate) / dt,
-            joint: (joint_rate - state.joint_rate) / dt,
-        };
-        let wanted = mean(goal.0, goal.1);
-        let mut control = *guess;
+        let mean =
+            |from: &State<NL>, rate: &Vector3<f64>, joint_rate: &SVector<f64, NL>| Acceleration {
+                bus: (rate - from.rate) / dt,
+                joint: (joint_rate - from.joint_rate) / dt,
+            };
+        let wanted = mean(state, goal.0, goal.1);
         if integrator == Integrator::Euler {
-            control = self.torques(state, force, &wanted);
+            let control = self.torques(state, force, &wanted);
             return (control, self.step(integrator, dt, state, &control, force));
         }
+        let better = |known: Leg<NL>| {
+            let Leg { state: from, reached: to, .. } = known;
+            let spent = mean(from, &to.rate, &to.joint_rate);
+            let spent = self.torques(&from.midway(to), force, &spent);
+            let expected = known.expected(dt, state, goal);
+            let needed = self.torques(&state.midway(&expected), force, &wanted);
+            known.control.changed(&needed, &spent)
+        };
+        let mut control = better(known);
         let mut reached = self.step(integrator, dt, state, &control, force);
         for _ in 0..STEERING_ITERATIONS {
             let error = (goal.0 - reached.rate).amax().max((goal.1 - reached.joint_rate).amax());
             if error <= STEERING_ERROR {
                 break;
             }
-            let middle = state.midway(&reached);
-            let needed = self.torques(&middle, force, &wanted);
-            let spent = self.torques(&middle, force, &mean(&reached.rate, &reached.joint_rate));
-            control.bus_torque += needed.bus_torque - spent.bus_torque;
-            control.joint_torque += needed.joint_torque - spent.joint_torque;
+            control = better(Leg { state, control: &control, reached: &reached });
             reached = self.step(integrator, dt, state, &control, force);
         }
         (control, reached)
     }
 }
 
-/// Most iterations of [`Multibody::steer`].
+impl<const NL: usize> Leg<'_, NL> {
+    /// Where a leg from `state` with the rates `goal` at its end probably ends.
+    fn expected(
+        &self,
+        dt: f64,
+        state: &State<NL>,
+        goal: (&Vector3<f64>, &SVector<f64, NL>),
+    ) -> State<NL> {
+        let (from, to) = (self.state, self.reached);
+        let turn = (state.rate - from.rate + goal.0 - to.rate) * (0.5 * dt)
+            + quaternion::difference(&state.attitude, &from.attitude);
+        let bend = (state.joint_rate - from.joint_rate + goal.1 - to.joint_rate) * (0.5 * dt);
+        State {
+            attitude: quaternion::product(&quaternion::exp(&turn), &to.attitude),
+            joint_angle: to.joint_angle + (state.joint_angle - from.joint_angle) + bend,
+            rate: *goal.0,
+            joint_rate: *goal.1,
+        }
+    }
+}
+
+impl<const NL: usize> Control<NL> {
+    /// This control and what `needed` has more than `spent`.
+    fn changed(&self, needed: &Self, spent: &Self) -> Self {
+        Self {
+            bus_torque: self.bus_torque + (needed.bus_torque - spent.bus_torque),
+            joint_torque: self.joint_torque + (needed.joint_torque - spent.joint_torque),
+        }
+    }
+}
+
+/// Most rounds of [`Multibody::steer`] after the first.
 const STEERING_ITERATIONS: usize = 4;
 
 /// Error of a rate at which [`Multibody::steer`] stops [rad/s].

@@ -147,6 +147,7 @@ impl<const NL: usize> Multibody<NL> {
             .renormalized()
     }
 
+    #[inline(never)]
     fn euler_jacobian<const NX: usize, const NU: usize>(
         &self,
         dt: f64,
@@ -188,6 +189,7 @@ impl<const NL: usize> Multibody<NL> {
         (next, StepJacobian { state, control })
     }
 
+    #[inline(never)]
     fn rk4_substep_jacobian<const NX: usize, const NU: usize>(
         &self,
         x: &State<NL>,
@@ -204,11 +206,13 @@ impl<const NL: usize> Multibody<NL> {
         for (weight, ahead) in
             [(h / 6.0, 0.5 * h), (h / 3.0, 0.5 * h), (h / 3.0, h), (h / 6.0, 0.0)]
         {
-            let (acceleration, by) = self.acceleration_jacobian::<NX, NU>(&stage, control, force);
+            // Not taken apart: that would copy it.
+            let evaluated = self.acceleration_jacobian::<NX, NU>(&stage, control, force);
+            let (acceleration, by) = (evaluated.0, &evaluated.1);
             let attitude = quaternion::derivative(&stage.attitude, &stage.rate);
             let rates = Rates { attitude, acceleration };
-            let rate_state = stage_state.rates(&stage, &by);
-            let mut rate_control = stage_control.rates(&stage, &by);
+            let rate_state = stage_state.rates(&stage, by);
+            let mut rate_control = stage_control.rates(&stage, by);
             rate_control.rate += by.bus_control;
             rate_control.joint_rate += by.joint_control;
 
@@ -262,6 +266,8 @@ impl<const NL: usize, const C: usize> Sensitivity<NL, C> {
     }
 
     /// Derivatives of the state's time derivative; those of the control come on top.
+    // What it needs of the stack is not there while the accelerations are computed.
+    #[inline(never)]
     fn rates<const NX: usize, const NU: usize>(
         &self,
         x: &State<NL>,

@@ -1,6 +1,6 @@
 //! Eigenvalues of small symmetric matrices.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 /// Sweeps of Jacobi rotations: convergence is quadratic, and dozens of sizes need fewer.
 const MAX_SWEEPS: usize = 12;
@@ -10,6 +10,8 @@ const MAX_SWEEPS: usize = 12;
 ///
 /// Jacobi's method: rotations in a fixed order, the same bits everywhere. Cost: about
 /// `6 D^3` flops a sweep, some six sweeps. What is not finite is left as it is.
+// Seldom needed: its memory is on the stack only then.
+#[inline(never)]
 pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
     let mut vectors = SMatrix::<f64, D, D>::identity();
     let mut m = *a;
@@ -25,16 +27,21 @@ pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
         if !(off > 1e-28 * diagonal) {
             break;
         }
+        // Entries that could not add up to what is left for nothing are left alone.
+        let negligible = 1e-28 * diagonal / (D * D) as f64;
         for q in 1..D {
             for p in 0..q {
-                rotate(&mut m, &mut vectors, p, q);
+                let entry = m[(p, q)];
+                if entry * entry > negligible {
+                    rotate(&mut m, &mut vectors, p, q);
+                }
             }
         }
     }
     for k in 0..D {
         let value = m[(k, k)];
         if value < 0.0 {
-            let v = vectors.column(k).into_owned();
+            let v = SVector::<f64, D>::from_fn(|i, _| vectors[(i, k)]);
             *a -= v * v.transpose() * value;
         }
     }
@@ -49,9 +56,6 @@ fn rotate<const D: usize>(
     q: usize,
 ) {
     let entry = m[(p, q)];
-    if entry == 0.0 {
-        return;
-    }
     let theta = 0.5 * (m[(q, q)] - m[(p, p)]) / entry;
     let sign = if theta < 0.0 { -1.0 } else { 1.0 };
     let t = sign / (theta.abs() + libm::sqrt(theta * theta + 1.0));

@@ -105,6 +105,8 @@ fn tumble(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &mut Workspa
 }
 
 /// Stage 1 from its own start.
+// The stages and the verifier share the stack, one after the other.
+#[inline(never)]
 fn plan_translation<S: Solver>(
     mission: &Mission<LINKS>,
     scenario: &Scenario,
@@ -153,6 +155,7 @@ pub fn plan_reorientation<S: Solver, P: Pair>(
 }
 
 /// The same, with a deadline that may have begun before.
+#[inline(never)]
 fn reorient<S: Solver, P: Pair>(
     mission: &Mission<LINKS>,
     options: &Options,

@@ -86,7 +86,10 @@ impl<const NX: usize, const NU: usize> Handed<NX, NU> {
 
 /// Pinned components carry no curvature of their own, and as much as is asked for.
 fn pin<const NX: usize>(p: &mut SMatrix<f64, NX, NX>, is_pinned: impl Fn(usize) -> bool) {
-    for i in (0..NX).filter(|i| is_pinned(*i)) {
+    for i in 0..NX {
+        if !is_pinned(i) {
+            continue;
+        }
         for j in 0..NX {
             p[(i, j)] = 0.0;
             p[(j, i)] = 0.0;
@@ -104,6 +107,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX
     /// the curvature handed to that node is dropped; returns at how many nodes: zero near a strict
     /// minimum, and then the objective is unchanged on steps that satisfy the dynamics.
     /// Cost: one Riccati sweep, about `N (6 NX^3 + 6 NX^2 NU)` flops.
+    // Its memory is not on the stack while the program is filled.
+    #[inline(never)]
     pub fn convexify(
         &mut self,
         convex: &SVector<f64, NU>,

@@ -122,10 +122,15 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX
         self.stages.iter().enumerate().map(violation).sum()
     }
 
-    /// Slack of the dynamics from node `k` to the next: `x_{k+1} - A x_k - B u_k - c`.
+    /// Slack of the dynamics from node `k` to the next: `x_{k+1} - A x_k - B u_k - c`; zero
+    /// beyond the horizon.
     pub fn slack(&self, point: &Solution<N, NX, NU, NR>, k: usize) -> SVector<f64, NX> {
-        let stage = &self.stages[k];
-        point.x[k + 1] - stage.a * point.x[k] - stage.b * point.u[k] - stage.c
+        let (Some(stage), Some(x), Some(u), Some(next)) =
+            (self.stages.get(k), point.x.get(k), point.u.get(k), point.x.get(k + 1))
+        else {
+            return zeros();
+        };
+        next - stage.a * x - stage.b * u - stage.c
     }
 }
 

@@ -1,6 +1,6 @@
 //! The loop: one convex program after the other, in a trust region.
 
-use super::{IterationRecord, Iterates, Outcome, Problem, Residuals, Scratch, Settings, Status};
+use super::{Iterates, IterationRecord, Outcome, Problem, Residuals, Scratch, Settings, Status};
 use crate::qp::{QpOutcome, QpSolver, QpStatus};
 use crate::time::Deadline;
 use core::mem;

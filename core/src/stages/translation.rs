@@ -194,7 +194,8 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
         let unit = f / self.max_force;
         let effort = 2.0 * COST_SCALE * self.force_weight * unit * unit;
         let change = 2.0 * COST_SCALE * self.change_weight * unit * unit;
-        for (k, stage) in qp.stages.iter_mut().enumerate() {
+        for k in 0..N {
+            let stage = &mut qp.stages[k];
             *stage = crate::qp::Stage::ZERO;
             let (offset, normal) = self.keep_out_row(k, &trajectory.position[k]);
             stage.row_offset[0] = offset;

@@ -81,6 +81,8 @@ fn worst(values: &[f64]) -> f64 {
 /// Residuals of a whole plan. `target` is recomputed from the scenario, never taken from a plan.
 ///
 /// Cost: `N - 1` steps of the articulated-body dynamics, four substeps of HCW an interval.
+// Its memory is on the stack only while it runs.
+#[inline(never)]
 pub fn verify<const N: usize, const NL: usize>(
     mission: &Mission<NL>,
     scenario: &Scenario,

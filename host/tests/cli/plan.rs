@@ -26,19 +26,31 @@ fn twice_the_same_is_the_same_but_for_times() {
     bench.solves(&format!("{plan} b.plan.json"));
     let plan = bench.json("a.plan.json");
     assert_eq!(plan["scenario"], "s1-001");
-    assert_eq!(timeless(plan), timeless(bench.json("b.plan.json")));
+    assert_eq!(timeless(plan.clone()), timeless(bench.json("b.plan.json")));
     let lines = |name: &str| -> Vec<String> {
         let text = bench.read(name);
         text.lines().filter(|line| !line.contains("time_s")).map(String::from).collect()
     };
     assert_eq!(lines("a.plan.json"), lines("b.plan.json"));
+    assert_eq!(bench.read("a.evidence.json"), bench.read("b.evidence.json"));
+    let evidence = bench.json("a.evidence.json");
+    assert_eq!(evidence["format"], "remora-evidence/1");
+    assert_eq!((&evidence["scenario"], &evidence["status"]), (&plan["scenario"], &plan["status"]));
+    assert_eq!(evidence["is_verified"], true);
+    assert_eq!(evidence["gains"].as_array().map(Vec::len), Some(59));
 }
 
 #[test]
 fn verbose_shows_the_iterations() {
     let bench = Bench::new();
     let run = bench.solves("plan -v --mode feasible --integrator euler");
-    for text in ["Stage 1, translation", "Stage 2, reorientation", "QP status", "feasible mode"] {
+    for text in [
+        "Stage 1, translation",
+        "Stage 2, reorientation",
+        "QP status",
+        "feasible mode",
+        "time: start",
+    ] {
         assert!(run.out.contains(text), "{text} in\n{}", run.out);
     }
     assert_eq!(bench.json("pub-000.plan.json")["mode"], "feasible");

@@ -26,13 +26,24 @@ struct Side<const D: usize> {
     inverse: [f64; D],
 }
 
-/// What the pairs' products are driven to: a common target, less the second-order terms of the
-/// affine direction.
+/// What the pairs' products are driven to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aim {
+    /// The common target, `sigma mu`.
+    pub product: f64,
+    /// Share of the affine direction's second-order terms that is made up for.
+    pub second_order: f64,
+}
+
+impl Aim {
+    /// The affine direction: all products to zero, to first order.
+    pub const AFFINE: Self = Self { product: 0.0, second_order: 0.0 };
+}
+
+/// An aim for variables whose affine direction is `affine`.
 #[derive(Clone, Copy)]
 pub(super) struct Target<'a, const D: usize> {
-    /// `sigma mu`; zero for the affine direction itself.
-    pub product: f64,
-    /// The affine direction; zero for itself.
+    pub aim: Aim,
     pub affine: &'a [f64; D],
 }
 
@@ -41,17 +52,17 @@ impl<const D: usize> Side<D> {
 
     /// Target of pair `i` over its distance, `affine` the distance's affine step.
     #[inline(always)]
-    fn pull(&self, i: usize, product: f64, affine: f64) -> f64 {
+    fn pull(&self, i: usize, aim: Aim, affine: f64) -> f64 {
         let stiffness = self.multiplier[i] * self.inverse[i];
         let multiplier = -self.multiplier[i] - stiffness * affine;
-        (product - affine * multiplier) * self.inverse[i]
+        (aim.product - aim.second_order * (affine * multiplier)) * self.inverse[i]
     }
 
     /// Step of the multiplier of pair `i`, `step` that of the distance.
     #[inline(always)]
-    fn multiplier_step(&self, i: usize, product: f64, affine: f64, step: f64) -> f64 {
+    fn multiplier_step(&self, i: usize, aim: Aim, affine: f64, step: f64) -> f64 {
         let stiffness = self.multiplier[i] * self.inverse[i];
-        self.pull(i, product, affine) - self.multiplier[i] - stiffness * step
+        self.pull(i, aim, affine) - self.multiplier[i] - stiffness * step
     }
 }
 
@@ -126,8 +137,8 @@ impl<const D: usize> Boxed<D> {
     #[inline(always)]
     pub fn push(&self, target: Target<D>) -> [f64; D] {
         core::array::from_fn(|i| {
-            self.upper.pull(i, target.product, -target.affine[i])
-                - self.lower.pull(i, target.product, target.affine[i])
+            self.upper.pull(i, target.aim, -target.affine[i])
+                - self.lower.pull(i, target.aim, target.affine[i])
         })
     }
 
@@ -136,9 +147,9 @@ impl<const D: usize> Boxed<D> {
     #[inline(always)]
     pub fn limit_step(&self, step: &[f64; D], target: Target<D>, worst: &mut [f64; D]) {
         for i in 0..D {
-            let (product, affine) = (target.product, target.affine[i]);
-            let down = self.lower.multiplier_step(i, product, affine, step[i]);
-            let up = self.upper.multiplier_step(i, product, -affine, -step[i]);
+            let (aim, affine) = (target.aim, target.affine[i]);
+            let down = self.lower.multiplier_step(i, aim, affine, step[i]);
+            let up = self.upper.multiplier_step(i, aim, -affine, -step[i]);
             let mut most = worst[i];
             most = larger(most, -step[i] * self.lower.inverse[i]);
             most = larger(most, step[i] * self.upper.inverse[i]);
@@ -158,9 +169,9 @@ impl<const D: usize> Boxed<D> {
         sum: &mut [f64; D],
     ) {
         for i in 0..D {
-            let (product, affine) = (target.product, target.affine[i]);
-            let down = self.lower.multiplier_step(i, product, affine, step[i]);
-            let up = self.upper.multiplier_step(i, product, -affine, -step[i]);
+            let (aim, affine) = (target.aim, target.affine[i]);
+            let down = self.lower.multiplier_step(i, aim, affine, step[i]);
+            let up = self.upper.multiplier_step(i, aim, -affine, -step[i]);
             sum[i] += (self.lower.distance[i] + length * step[i])
                 * (self.lower.multiplier[i] + length * down)
                 + (self.upper.distance[i] - length * step[i])
@@ -182,9 +193,9 @@ impl<const D: usize> Boxed<D> {
     #[inline(always)]
     pub fn advance(&mut self, step: &[f64; D], target: Target<D>, length: f64) {
         for i in 0..D {
-            let (product, affine) = (target.product, target.affine[i]);
-            let down = self.lower.multiplier_step(i, product, affine, step[i]);
-            let up = self.upper.multiplier_step(i, product, -affine, -step[i]);
+            let (aim, affine) = (target.aim, target.affine[i]);
+            let down = self.lower.multiplier_step(i, aim, affine, step[i]);
+            let up = self.upper.multiplier_step(i, aim, -affine, -step[i]);
             self.value[i] += length * step[i];
             self.lower.advance(i, length * step[i], length * down);
             self.upper.advance(i, -length * step[i], length * up);

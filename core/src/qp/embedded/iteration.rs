@@ -1,5 +1,6 @@
 //! The iteration: predictor, corrector, step.
 
+use super::boxed::Aim;
 use super::node::{Entries, Node};
 use super::optimality::{Optimality, differentiate};
 use super::{EmbeddedQp, infeasible, riccati};
@@ -9,6 +10,11 @@ use crate::time::Deadline;
 
 /// Share of the way to the nearest bound that a step may go.
 const FRACTION: f64 = 0.995;
+
+/// A step shorter than this is blocked; a second one towards this share of the mean product is
+/// tried instead.
+const SHORT: f64 = 0.1;
+const CENTRE: f64 = 0.7;
 
 /// Steps shorter than this lead nowhere.
 const SHORTEST: f64 = 1e-10;
@@ -20,13 +26,6 @@ const COMPLIANCE: f64 = 1e-8;
 
 /// Factorisations tried, each with a hundred times the compliance of the one before.
 const ATTEMPTS: usize = 3;
-
-/// Where the pairs are to go: to a common product, with second-order terms or without.
-#[derive(Clone, Copy)]
-enum Aim {
-    Predict,
-    Correct { product: f64 },
-}
 
 impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> EmbeddedQp<N, NX, NU, NR> {
     /// Iterates to the end.
@@ -49,7 +48,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
                 Some(QpStatus::TimeLimit)
             } else {
                 iterations += 1;
-                self.iterate(qp, at.mean).err()
+                self.iterate(qp, at.mean, at.residual).err()
             };
             if let Some(status) = stop {
                 return QpOutcome { status: self.judge(qp, status, at), iterations };
@@ -71,26 +70,39 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
     ///
     /// # Errors
     /// The reason where the iterate could not be moved; it is then left as it was.
-    fn iterate(&mut self, qp: &Qp<N, NX, NU, NR>, mean: f64) -> Result<(), QpStatus> {
+    fn iterate(
+        &mut self,
+        qp: &Qp<N, NX, NU, NR>,
+        mean: f64,
+        residual: f64,
+    ) -> Result<(), QpStatus> {
         self.factorise(qp)?;
-        self.direct(qp, Aim::Predict);
-        let length = self.longest(Aim::Predict).min(1.0);
+        self.direct(qp, Aim::AFFINE);
+        let length = self.longest(Aim::AFFINE).min(1.0);
         let mut sum = Entries::<NX, NU, NR>::ZERO;
         for (node, affine) in self.nodes.iter().zip(&self.affine) {
-            node.add_products(affine, 0.0, &Entries::ZERO, length, &mut sum);
+            node.add_products(affine, Aim::AFFINE, affine, length, &mut sum);
         }
-        // Mehrotra's rule; no lower than needed, where only rounding would be gained.
+        // Mehrotra's rule; no lower than needed, where only rounding would be gained. Second-order
+        // terms of a step that can't be taken mislead.
         let reached = clamp(sum.sum() / self.pairs / mean, 0.0, 1.0);
-        let product =
-            (reached * reached * reached * mean).max(0.1 * self.settings().complementarity);
-        self.direct(qp, Aim::Correct { product });
-        let length = (FRACTION * self.longest(Aim::Correct { product })).min(1.0);
+        let least = 0.1 * self.settings().complementarity;
+        let product = (reached * reached * reached * mean).max(least);
+        let mut aim = Aim { product, second_order: 1.0 };
+        self.direct(qp, aim);
+        let mut length = (FRACTION * self.longest(aim)).min(1.0);
+        if length < SHORT {
+            // Blocked: away from the bounds first.
+            aim = Aim { product: (CENTRE * mean).max(0.1 * residual), second_order: 0.0 };
+            self.direct(qp, aim);
+            length = (FRACTION * self.longest(aim)).min(1.0);
+        }
         // Written so that NaN fails.
         if !(length > SHORTEST) {
             return Err(QpStatus::Stalled);
         }
         for ((node, affine), step) in self.nodes.iter_mut().zip(&self.affine).zip(&self.step) {
-            node.advance(step, product, affine, length);
+            node.advance(step, aim, affine, length);
         }
         Ok(())
     }
@@ -107,25 +119,21 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         Err(QpStatus::NumericalFailure)
     }
 
-    /// Writes the direction of `aim`: into `affine` or, with its second-order terms, into `step`.
+    /// Writes the direction of `aim`: into `affine` where it is that, else into `step`.
     fn direct(&mut self, qp: &Qp<N, NX, NU, NR>, aim: Aim) {
         let Self { nodes, intervals, initial, gradient, affine, step, .. } = self;
-        let condensed = |k: usize, node: &Node<NX, NU, NR>, product, affine: &_| {
+        let condensed = |k: usize, node: &Node<NX, NU, NR>, affine: &_| {
             let mut b = gradient.get(k).copied().unwrap_or(Entries::ZERO);
-            b.add_push(&node.push(product, affine));
+            b.add_push(&node.push(aim, affine));
             b
         };
-        match aim {
-            Aim::Predict => {
-                let right = |k: usize, node: &_| condensed(k, node, 0.0, &Entries::ZERO);
-                riccati::direction(&qp.stages, nodes, intervals, initial, right, affine);
-            }
-            Aim::Correct { product } => {
-                let right = |k: usize, node: &_| {
-                    condensed(k, node, product, affine.get(k).unwrap_or(&Entries::ZERO))
-                };
-                riccati::direction(&qp.stages, nodes, intervals, initial, right, step);
-            }
+        if aim.product == 0.0 {
+            let right = |k: usize, node: &_| condensed(k, node, &Entries::ZERO);
+            riccati::direction(&qp.stages, nodes, intervals, initial, right, affine);
+        } else {
+            let right =
+                |k: usize, node: &_| condensed(k, node, affine.get(k).unwrap_or(&Entries::ZERO));
+            riccati::direction(&qp.stages, nodes, intervals, initial, right, step);
         }
     }
 
@@ -133,10 +141,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
     fn longest(&self, aim: Aim) -> f64 {
         let mut worst = Entries::<NX, NU, NR>::ZERO;
         for ((node, affine), step) in self.nodes.iter().zip(&self.affine).zip(&self.step) {
-            match aim {
-                Aim::Predict => node.limit_step(affine, 0.0, &Entries::ZERO, &mut worst),
-                Aim::Correct { product } => node.limit_step(step, product, affine, &mut worst),
-            }
+            let step = if aim.product == 0.0 { affine } else { step };
+            node.limit_step(step, aim, affine, &mut worst);
         }
         1.0 / worst.largest().max(f64::MIN_POSITIVE)
     }

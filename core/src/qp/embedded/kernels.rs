@@ -102,10 +102,9 @@ pub(super) fn factor<const R: usize>(m: &mut [[f64; R]; R]) -> Result<(), NotPos
         let pivot = column[j];
         sound &= pivot > 0.0 && pivot < f64::INFINITY;
         let inverse = 1.0 / pivot;
-        for later in m.iter_mut().enumerate().skip(j + 1) {
-            let (k, later) = later;
+        for k in j + 1..R {
             let factor = column[k] * inverse;
-            for (l, c) in later.iter_mut().zip(&column) {
+            for (l, c) in m[k].iter_mut().zip(&column) {
                 *l -= c * factor;
             }
         }

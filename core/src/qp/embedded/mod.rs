@@ -9,6 +9,7 @@
 mod boxed;
 mod infeasible;
 mod iteration;
+mod joint;
 mod kernels;
 mod node;
 mod optimality;
@@ -27,7 +28,7 @@ use riccati::Interval;
 /// Products of the complementary pairs at the start: where nothing is known, from the multipliers
 /// of the last subproblem, and for the same program with another right-hand side. Tuned for few
 /// iterations on the public scenarios; none matters by more than an iteration or two.
-const COLD: f64 = 1e-2;
+const COLD: f64 = 1e-1;
 const WARM: f64 = 1e-4;
 const AGAIN: f64 = 1e-4;
 
@@ -38,8 +39,10 @@ const AGAIN: f64 = 1e-4;
 /// 15. Memory: [`EmbeddedQp::BYTES`], about `8 N (3 NX^2 + 2 NX NU + NU^2 + 27 NX + 11 NU)`.
 #[derive(Clone, Debug)]
 pub struct EmbeddedQp<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
-    /// How it works; the defaults where there are none, so that fresh storage is zero bits.
-    settings: Option<InteriorPointSettings>,
+    /// How it works, where that was told; the defaults otherwise, so that fresh storage is zero
+    /// bits. (The `None` of an option of settings would not be: it hides in the flag's spare values.)
+    settings: InteriorPointSettings,
+    is_configured: bool,
     /// The iterate.
     nodes: [Node<NX, NU, NR>; N],
     /// The Newton system, factored.
@@ -65,7 +68,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
     /// no room in an image.
     pub const fn new() -> Self {
         Self {
-            settings: None,
+            settings: InteriorPointSettings::BLANK,
+            is_configured: false,
             nodes: [Node::ZERO; N],
             intervals: [Interval::ZERO; N],
             initial: [[0.0; NX]; NX],
@@ -79,12 +83,12 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
 
     /// How it works.
     pub fn settings(&self) -> InteriorPointSettings {
-        self.settings.unwrap_or_default()
+        if self.is_configured { self.settings } else { InteriorPointSettings::DEFAULT }
     }
 
     /// Changes how it works, from the next solve on. `settings` must be valid.
     pub fn configure(&mut self, settings: InteriorPointSettings) {
-        self.settings = Some(settings);
+        (self.settings, self.is_configured) = (settings, true);
     }
 
     /// Puts the iterate inside the boxes.
@@ -94,7 +98,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         from: &Solution<N, NX, NU, NR>,
         start: Start,
     ) -> Result<(), Unfit> {
-        if !(qp.defect_weight > 0.0 && qp.row_weight > 0.0 && qp.row_weight < f64::INFINITY) {
+        let sound = qp.defect_weight > 0.0 && qp.row_weight >= 0.0 && qp.row_weight < f64::INFINITY;
+        if !(sound && qp.constant.is_finite()) {
             return Err(Unfit::Nonsense);
         }
         let mut pairs = 0;

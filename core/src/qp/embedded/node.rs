@@ -1,6 +1,6 @@
 //! One node's variables with their barriers, and vectors over them.
 
-use super::boxed::{Boxed, Target, larger};
+use super::boxed::{Aim, Boxed, Target, larger};
 use crate::qp::{Qp, Solution};
 use core::array::from_fn;
 
@@ -68,6 +68,7 @@ pub(super) struct Node<const NX: usize, const NU: usize, const NR: usize> {
     /// One where a variable may move, zero where it is pinned.
     pub free_x: [f64; NX],
     pub free_u: [f64; NU],
+    pub free_row: [f64; NR],
 }
 
 /// A program that can't be started on.
@@ -89,6 +90,9 @@ pub(super) struct Start {
     pub warm: bool,
 }
 
+/// Multipliers larger than this are no start.
+const CREDIBLE: f64 = 1e8;
+
 /// Boxes narrower than this are pins.
 const NARROW: f64 = 1e-11;
 
@@ -101,6 +105,7 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
         row: Boxed::FREE,
         free_x: [0.0; NX],
         free_u: [0.0; NU],
+        free_row: [0.0; NR],
     };
 
     /// Starts inside the boxes of node `k`, with the multipliers of `from` where they mean
@@ -112,7 +117,7 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
         from: &Solution<N, NX, NU, NR>,
         start: Start,
     ) -> Result<(), Unfit> {
-        let known = |m: f64| if start.warm && m.is_finite() { m } else { 0.0 };
+        let known = |m: f64| if start.warm && m.abs() <= CREDIBLE { m } else { 0.0 };
         let (Some(stage), Some(bound_x), Some(row)) =
             (qp.stages.get(k), from.bound_multiplier_x.get(k), from.row_multiplier.get(k))
         else {
@@ -125,7 +130,13 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
         for i in 0..NR {
             // What the row has to spare is the multiplier of the bound at zero.
             let bounds = (0.0, qp.row_weight);
-            self.row.place(i, bounds, known(row[i]), stage.row_offset[i], start.product);
+            self.free_row[i] = if qp.row_weight > NARROW { 1.0 } else { 0.0 };
+            match qp.row_weight > NARROW {
+                true => {
+                    self.row.place(i, bounds, known(row[i]), stage.row_offset[i], start.product);
+                }
+                false => self.row.pin(i, 0.0),
+            }
         }
         let (Some(bound_u), Some(dynamics), true) =
             (from.bound_multiplier_u.get(k), from.defect_multiplier.get(k), k + 1 < N)
@@ -166,18 +177,25 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
             x: from_fn(|i| (gradient.x[i] + x[i]) * self.free_x[i]),
             u: from_fn(|i| (gradient.u[i] + u[i]) * self.free_u[i]),
             dynamics: from_fn(|i| gradient.dynamics[i] - dynamics[i]),
-            row: from_fn(|i| gradient.row[i] - row[i]),
+            row: from_fn(|i| (gradient.row[i] - row[i]) * self.free_row[i]),
         }
+    }
+
+    /// Curvature that each row adds along itself; none where it weighs nothing.
+    #[inline(always)]
+    pub fn row_stiffness(&self) -> [f64; NR] {
+        let compliance = self.row.stiffness();
+        from_fn(|i| if compliance[i] > 0.0 { 1.0 / compliance[i] } else { 0.0 })
     }
 
     /// What the barriers add to the gradient.
     #[inline(always)]
-    pub fn push(&self, product: f64, affine: &Entries<NX, NU, NR>) -> Entries<NX, NU, NR> {
+    pub fn push(&self, aim: Aim, affine: &Entries<NX, NU, NR>) -> Entries<NX, NU, NR> {
         Entries {
-            x: self.x.push(Target { product, affine: &affine.x }),
-            u: self.u.push(Target { product, affine: &affine.u }),
-            dynamics: self.dynamics.push(Target { product, affine: &affine.dynamics }),
-            row: self.row.push(Target { product, affine: &affine.row }),
+            x: self.x.push(Target { aim, affine: &affine.x }),
+            u: self.u.push(Target { aim, affine: &affine.u }),
+            dynamics: self.dynamics.push(Target { aim, affine: &affine.dynamics }),
+            row: self.row.push(Target { aim, affine: &affine.row }),
         }
     }
 
@@ -186,15 +204,15 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
     pub fn limit_step(
         &self,
         step: &Entries<NX, NU, NR>,
-        product: f64,
+        aim: Aim,
         affine: &Entries<NX, NU, NR>,
         worst: &mut Entries<NX, NU, NR>,
     ) {
-        let at = |affine| Target { product, affine };
+        let at = |affine| Target { aim, affine };
         self.x.limit_step(&step.x, at(&affine.x), &mut worst.x);
         self.dynamics.limit_step(&step.dynamics, at(&affine.dynamics), &mut worst.dynamics);
-        self.u.limit_step(&step.u, Target { product, affine: &affine.u }, &mut worst.u);
-        self.row.limit_step(&step.row, Target { product, affine: &affine.row }, &mut worst.row);
+        self.u.limit_step(&step.u, Target { aim, affine: &affine.u }, &mut worst.u);
+        self.row.limit_step(&step.row, Target { aim, affine: &affine.row }, &mut worst.row);
     }
 
     /// [`Boxed::add_products`] of all.
@@ -202,16 +220,16 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
     pub fn add_products(
         &self,
         step: &Entries<NX, NU, NR>,
-        product: f64,
+        aim: Aim,
         affine: &Entries<NX, NU, NR>,
         length: f64,
         sum: &mut Entries<NX, NU, NR>,
     ) {
-        let at = |affine| Target { product, affine };
+        let at = |affine| Target { aim, affine };
         self.x.add_products(&step.x, at(&affine.x), length, &mut sum.x);
         self.dynamics.add_products(&step.dynamics, at(&affine.dynamics), length, &mut sum.dynamics);
-        self.u.add_products(&step.u, Target { product, affine: &affine.u }, length, &mut sum.u);
-        let target = Target { product, affine: &affine.row };
+        self.u.add_products(&step.u, Target { aim, affine: &affine.u }, length, &mut sum.u);
+        let target = Target { aim, affine: &affine.row };
         self.row.add_products(&step.row, target, length, &mut sum.row);
     }
 
@@ -229,15 +247,15 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
     pub fn advance(
         &mut self,
         step: &Entries<NX, NU, NR>,
-        product: f64,
+        aim: Aim,
         affine: &Entries<NX, NU, NR>,
         length: f64,
     ) {
-        self.x.advance(&step.x, Target { product, affine: &affine.x }, length);
-        self.u.advance(&step.u, Target { product, affine: &affine.u }, length);
-        let target = Target { product, affine: &affine.dynamics };
+        self.x.advance(&step.x, Target { aim, affine: &affine.x }, length);
+        self.u.advance(&step.u, Target { aim, affine: &affine.u }, length);
+        let target = Target { aim, affine: &affine.dynamics };
         self.dynamics.advance(&step.dynamics, target, length);
-        self.row.advance(&step.row, Target { product, affine: &affine.row }, length);
+        self.row.advance(&step.row, Target { aim, affine: &affine.row }, length);
     }
 }
 

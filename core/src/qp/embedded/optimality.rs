@@ -1,6 +1,6 @@
 //! How far from optimal an iterate is.
 
-use super::boxed::larger;
+use super::boxed::{Aim, larger};
 use super::kernels::{add_product, add_transposed_product};
 use super::node::{Entries, Node};
 use super::riccati::Interval;
@@ -33,7 +33,7 @@ impl Optimality {
             // The comparisons below would drop a NaN.
             poison += residual.sum() * 0.0;
             worst.raise_to(&residual);
-            node.add_products(&Entries::ZERO, 0.0, &Entries::ZERO, 0.0, &mut sum);
+            node.add_products(&Entries::ZERO, Aim::AFFINE, &Entries::ZERO, 0.0, &mut sum);
             node.raise_to_products(&mut most);
         }
         let sum = sum.sum();

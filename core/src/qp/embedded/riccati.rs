@@ -5,6 +5,7 @@
 //! A cost-to-go `1/2 dx+^T P dx+` seen through it is `P~ = (P^-1 + D)^-1 = P - P (P + D^-1)^-1 P`,
 //! and that of a pinned component, infinite, becomes `1 / D`: pins need nothing else.
 
+use super::joint::Joint;
 use super::kernels::{
     NotPositiveDefinite, add_matrix_product, add_product, factor, product, solve, sub_product,
     transpose,
@@ -19,30 +20,23 @@ pub(super) struct Interval<const NX: usize, const NU: usize> {
     /// `A^T`, `B^T` by columns.
     pub a_transposed: [[f64; NX]; NX],
     pub b_transposed: [[f64; NU]; NX],
-    /// `P~` of the node after, seen through the dynamics.
-    cost_to_go: [[f64; NX]; NX],
-    /// `D`.
-    compliance: [f64; NX],
+    joint: Joint<NX>,
     /// Factor of the control block.
     control: [[f64; NU]; NU],
     /// `K^T` by columns: along the optimum `du = -K dx`.
     pub gain: [[f64; NX]; NU],
     /// Control step at `dx = 0`, negated.
     feedforward: [f64; NU],
-    /// Gradient of the cost-to-go of the node after.
-    slope: [f64; NX],
 }
 
 impl<const NX: usize, const NU: usize> Interval<NX, NU> {
     pub const ZERO: Self = Self {
         a_transposed: [[0.0; NX]; NX],
         b_transposed: [[0.0; NU]; NX],
-        cost_to_go: [[0.0; NX]; NX],
-        compliance: [0.0; NX],
+        joint: Joint::ZERO,
         control: [[0.0; NU]; NU],
         gain: [[0.0; NX]; NU],
         feedforward: [0.0; NU],
-        slope: [0.0; NX],
     };
 
     /// Copies what stays the same during all iterations on a program.
@@ -63,10 +57,9 @@ fn state_block<const NX: usize, const NU: usize, const NR: usize>(
     for i in 0..NX {
         block[i][i] += stiffness[i];
     }
-    let yielding = node.row.stiffness();
-    for r in 0..NR {
+    let stiffness = node.row_stiffness();
+    for (r, weight) in stiffness.iter().enumerate() {
         let row: [f64; NX] = from_fn(|i| stage.row_x[(r, i)]);
-        let weight = 1.0 / yielding[r];
         for (column, factor) in block.iter_mut().zip(&row) {
             for (entry, c) in column.iter_mut().zip(&row) {
                 *entry += c * (factor * weight);
@@ -96,55 +89,6 @@ fn mirror<const R: usize>(m: &mut [[f64; R]; R]) {
     }
 }
 
-/// `P~ = P (P + D^-1)^-1 D^-1` into `out`; `1 / D` for what is pinned (its `P` is zero).
-///
-/// Of the ways to write the parallel sum of `P` and `D^-1` this is the one that subtracts nothing:
-/// a barrier may have made `P` much stiffer than `D^-1`, or slack may have made it much softer.
-#[inline(always)]
-fn soften<const NX: usize>(
-    p: &[[f64; NX]; NX],
-    compliance: &[f64; NX],
-    free: &[f64; NX],
-    out: &mut [[f64; NX]; NX],
-) -> Result<(), NotPositiveDefinite> {
-    let stiffness: [f64; NX] = from_fn(|i| 1.0 / compliance[i]);
-    let mut sum = *p;
-    for i in 0..NX {
-        sum[i][i] += stiffness[i];
-    }
-    let factored = factor(&mut sum);
-    // Rows of L^-1 P, and of L^-1 itself over the pivots.
-    let (mut rows, mut inverse) = ([[0.0; NX]; NX], [[0.0; NX]; NX]);
-    for i in 0..NX {
-        let (mut row, mut unit) = (p[i], [0.0; NX]);
-        unit[i] = 1.0;
-        for k in 0..i {
-            let l = sum[k][i];
-            for (r, known) in row.iter_mut().zip(&rows[k]) {
-                *r -= known * l;
-            }
-            for (u, known) in unit.iter_mut().zip(&inverse[k]) {
-                *u -= known * l;
-            }
-        }
-        rows[i] = row;
-        inverse[i] = unit;
-    }
-    for j in 0..NX {
-        let mut column = [0.0; NX];
-        column[j] = (1.0 - free[j]) * stiffness[j];
-        for k in j..NX {
-            let factor = inverse[k][j] * sum[k][k] * stiffness[j];
-            for (c, row) in column.iter_mut().zip(&rows[k]) {
-                *c += row * factor;
-            }
-        }
-        out[j] = column;
-    }
-    mirror(out);
-    factored
-}
-
 /// Factors the system of all nodes. `regular` is added to the compliance: zero unless the dynamics
 /// are hard. The first node's states are solved for with `initial`.
 ///
@@ -165,11 +109,12 @@ pub(super) fn factorise<const N: usize, const NX: usize, const NU: usize, const 
         let mut block = state_block(stage, node);
         if k + 1 < N {
             let stiffness = node.dynamics.stiffness();
-            interval.compliance = from_fn(|i| stiffness[i] + regular);
             let after = nodes.get(k + 1).map_or([1.0; NX], |next| next.free_x);
-            let softened = soften(&p, &interval.compliance, &after, &mut interval.cost_to_go);
+            let compliance = from_fn(|i| stiffness[i] + regular);
+            let mut cost_to_go = [[0.0; NX]; NX];
+            let softened = interval.joint.soften(&p, compliance, after, &mut cost_to_go);
             result = result.and(softened);
-            let eliminated = eliminate(stage, node, interval, &mut block);
+            let eliminated = eliminate(stage, node, interval, &cost_to_go, &mut block);
             result = result.and(eliminated);
         }
         mirror(&mut block);
@@ -190,11 +135,12 @@ fn eliminate<const NX: usize, const NU: usize, const NR: usize>(
     stage: &Stage<NX, NU, NR>,
     node: &Node<NX, NU, NR>,
     interval: &mut Interval<NX, NU>,
+    cost_to_go: &[[f64; NX]; NX],
     block: &mut [[f64; NX]; NX],
 ) -> Result<(), NotPositiveDefinite> {
     let (mut pa, mut pb) = ([[0.0; NX]; NX], [[0.0; NX]; NU]);
-    product(&interval.cost_to_go, &stage.a.data.0, &mut pa);
-    product(&interval.cost_to_go, &stage.b.data.0, &mut pb);
+    product(cost_to_go, &stage.a.data.0, &mut pa);
+    product(cost_to_go, &stage.b.data.0, &mut pb);
     add_matrix_product(&interval.a_transposed, &pa, block);
     let mut cross = [[0.0; NX]; NU];
     transpose(&stage.hessian_ux.data.0, &mut cross);
@@ -259,17 +205,16 @@ pub(super) fn direction<const N: usize, const NX: usize, const NU: usize, const 
     {
         let b = right(k, node);
         let mut x = b.x;
-        let yielding = node.row.stiffness();
+        let stiffness = node.row_stiffness();
         for r in 0..NR {
-            let weighted = b.row[r] / yielding[r];
+            let weighted = b.row[r] * stiffness[r];
             for i in 0..NX {
                 x[i] += stage.row_x[(r, i)] * weighted;
             }
         }
         if k + 1 < N {
-            let mut q = slope;
-            let shift: [f64; NX] = from_fn(|i| b.dynamics[i] - interval.compliance[i] * slope[i]);
-            add_product(&interval.cost_to_go, &shift, &mut q);
+            interval.joint.slope = slope;
+            let (_, q) = interval.joint.yield_to(&b.dynamics);
             let mut u = b.u;
             add_product(&interval.a_transposed, &q, &mut x);
             add_product(&interval.b_transposed, &q, &mut u);
@@ -277,7 +222,6 @@ pub(super) fn direction<const N: usize, const NX: usize, const NU: usize, const 
                 u[i] *= node.free_u[i];
             }
             sub_product(&interval.gain, &u, &mut x);
-            interval.slope = slope;
             interval.feedforward = u;
         }
         for i in 0..NX {
@@ -293,13 +237,13 @@ pub(super) fn direction<const N: usize, const NX: usize, const NU: usize, const 
     {
         let b = *out;
         out.x = x;
-        let yielding = node.row.stiffness();
+        let stiffness = node.row_stiffness();
         for r in 0..NR {
             let mut moved = b.row[r];
             for i in 0..NX {
                 moved += stage.row_x[(r, i)] * x[i];
             }
-            out.row[r] = moved / yielding[r];
+            out.row[r] = moved * stiffness[r];
         }
         if k + 1 == N {
             out.u = [0.0; NU];
@@ -317,11 +261,6 @@ pub(super) fn direction<const N: usize, const NX: usize, const NU: usize, const 
         let mut y = b.dynamics;
         add_product(&stage.a.data.0, &x, &mut y);
         add_product(&stage.b.data.0, &u, &mut y);
-        let shift: [f64; NX] = from_fn(|i| y[i] - interval.compliance[i] * interval.slope[i]);
-        let mut lambda = interval.slope;
-        add_product(&interval.cost_to_go, &shift, &mut lambda);
-        out.dynamics = lambda;
-        let free = nodes.get(k + 1).map_or([1.0; NX], |next| next.free_x);
-        x = from_fn(|i| (y[i] - interval.compliance[i] * lambda[i]) * free[i]);
+        (x, out.dynamics) = interval.joint.yield_to(&y);
     }
 }

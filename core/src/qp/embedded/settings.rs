@@ -25,6 +25,16 @@ pub struct InteriorPointSettings {
 }
 
 impl InteriorPointSettings {
+    /// All bits zero: storage for settings.
+    pub(super) const BLANK: Self = Self {
+        max_iterations: 0,
+        tolerance: 0.0,
+        complementarity: 0.0,
+        reduced: 0.0,
+        warm_start: false,
+        fixed_iterations: None,
+    };
+
     /// The defaults.
     pub const DEFAULT: Self = Self {
         max_iterations: 50,

@@ -1,7 +1,7 @@
 //! Linearisation and curvature of Stage 2.
 
-use super::{ANGLE_SCALE, COSINE_SCALE, NR, Reorientation, ReorientationTrajectory};
-use crate::dynamics::{Acceleration, Integrator, State, StepJacobian, TorqueCurvature};
+use super::{ANGLE_SCALE, COSINE_SCALE, NR, Reorientation};
+use crate::dynamics::{Acceleration, Control, Integrator, State, StepJacobian, TorqueCurvature};
 use crate::math::quaternion;
 use crate::pair::Pair;
 use crate::qp::{Solution, Stage};
@@ -22,20 +22,22 @@ const ROW_ACTIVE: f64 = -1e-3;
 impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
 {
-    /// Fills dynamics and offset of one interval, attitude rows in RTN.
+    /// Fills dynamics and offset of the interval after node `k`, attitude rows in RTN: from `state`
+    /// under `control` and `force` to `at`.
+    // What it needs of the stack is not there while curvature is computed.
+    #[inline(never)]
     pub(super) fn linearise_interval(
         &self,
         k: usize,
-        z: &ReorientationTrajectory<N, NL>,
+        state: &State<NL>,
+        (control, force): (&Control<NL>, &Vector3<f64>),
+        at: &State<NL>,
         stage: &mut Stage<NX, NU, NR>,
     ) -> State<NL> {
-        let (next, by): (State<NL>, StepJacobian<NX, NU>) = self.body.step_jacobian(
-            self.integrator,
-            self.dt,
-            &z.states[k],
-            &z.controls[k],
-            &self.translation.force[k],
-        );
+        // Not taken apart: that would copy it.
+        let step: (State<NL>, StepJacobian<NX, NU>) =
+            self.body.step_jacobian(self.integrator, self.dt, state, control, force);
+        let (next, by) = (&step.0, &step.1);
         for i in 0..NX {
             for j in 0..NX {
                 stage.a[(i, j)] = by.state[(i, j)] * self.scale_x[j] / self.scale_x[i];
@@ -44,8 +46,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
                 stage.b[(i, j)] = by.control[(i, j)] * self.scale_u[j] / self.scale_x[i];
             }
         }
-        stage.c = self.defect(k, &next, &z.states[k + 1]);
-        next
+        stage.c = self.defect(k, next, at);
+        *next
     }
 
     /// Takes the attitude rows to the chart and the axes of the next node, in which the defect is
@@ -73,15 +75,17 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     /// The retraction recomputes torques by inverse dynamics, `u = torques(x, a)` with the mean
     /// acceleration `a` linear in the step: the cost's gradient times the torques' second
     /// derivative is what the diagonal cost misses.
+    // And the other way round.
+    #[inline(never)]
     pub(super) fn add_curvature(
         &self,
         k: usize,
-        z: &ReorientationTrajectory<N, NL>,
-        next: &State<NL>,
+        (state, next): (&State<NL>, &State<NL>),
+        (control, force): (&Control<NL>, &Vector3<f64>),
         multiplier: &SVector<f64, NX>,
         stage: &mut Stage<NX, NU, NR>,
     ) {
-        let (state, control) = (&z.states[k], Self::stacked_control(&z.controls[k]));
+        let control = Self::stacked_control(control);
         let mu = SVector::<f64, NU>::from_fn(|i, _| {
             let max = Self::max_torque(self.mission, i);
             2.0 * self.weight(i) * control[i] / (max * max)
@@ -90,41 +94,15 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             bus: (next.rate - state.rate) / self.dt,
             joint: (next.joint_rate - state.joint_rate) / self.dt,
         };
-        let force = &self.translation.force[k];
         let at = match self.integrator {
             Integrator::Euler => *state,
             Integrator::Rk4 { .. } => state.midway(next),
         };
-        let curvature: TorqueCurvature<NX, NU> = self.body.torque_curvature(&at, force, &mean, &mu);
-        // By scaled steps; the acceleration in units of scaled rates over a step.
-        let s = SMatrix::<f64, NX, NX>::from_fn(|i, j| {
-            curvature.state_state[(i, j)] * self.scale_x[i] * self.scale_x[j]
-        });
-        let c = SMatrix::<f64, NU, NX>::from_fn(|i, j| {
-            let rate = self.scale_x[NX - NU + i] / self.dt;
-            curvature.acceleration_state[(i, j)] * rate * self.scale_x[j]
-        });
-        let mut ax = stage.a.fixed_rows::<NU>(NX - NU).into_owned();
-        for i in 0..NU {
-            ax[(i, NX - NU + i)] -= 1.0;
-        }
-        let au = stage.b.fixed_rows::<NU>(NX - NU).into_owned();
+        let mut curvature = self.body.torque_curvature(&at, force, &mean, &mu);
+        self.scale(&mut curvature);
         match self.integrator {
-            Integrator::Euler => {
-                let cross = ax.tr_mul(&c);
-                stage.hessian_xx += s + cross + cross.transpose();
-                stage.hessian_ux += au.tr_mul(&c);
-            }
-            Integrator::Rk4 { .. } => {
-                let px = (SMatrix::identity() + stage.a) * 0.5;
-                let pu = stage.b * 0.5;
-                let (sx, cx, cu) = (s * px, c * px, c * pu);
-                let cross = ax.tr_mul(&cx);
-                stage.hessian_xx += px.tr_mul(&sx) + cross + cross.transpose();
-                stage.hessian_ux += pu.tr_mul(&sx) + au.tr_mul(&cx) + cu.tr_mul(&ax);
-                let cross = au.tr_mul(&cu);
-                stage.hessian_uu += pu.tr_mul(&(s * pu)) + cross + cross.transpose();
-            }
+            Integrator::Euler => Self::add_curvature_at_start(&curvature, stage),
+            Integrator::Rk4 { .. } => Self::add_curvature_midway(&curvature, stage),
         }
         // Attitude: rotations do not add up, dtheta+ = ... + dt/2 drate x dtheta.
         let scaled = Vector3::new(multiplier[0], multiplier[1], multiplier[2]);
@@ -137,6 +115,66 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
                 stage.hessian_xx[(j, 3 + NL + i)] += block[(i, j)];
             }
         }
+    }
+
+    /// Takes the torques' curvature to scaled steps, the acceleration to units of scaled rates over
+    /// a step.
+    fn scale(&self, curvature: &mut TorqueCurvature<NX, NU>) {
+        for j in 0..NX {
+            for i in 0..NX {
+                let value = &mut curvature.state_state[(i, j)];
+                *value = *value * self.scale_x[i] * self.scale_x[j];
+            }
+            for i in 0..NU {
+                let value = &mut curvature.acceleration_state[(i, j)];
+                *value = *value * (self.scale_x[NX - NU + i] / self.dt) * self.scale_x[j];
+            }
+        }
+    }
+
+    /// Adds `block + cross + cross^T`.
+    fn add_with_cross<const D: usize>(
+        hessian: &mut SMatrix<f64, D, D>,
+        block: &SMatrix<f64, D, D>,
+        cross: &SMatrix<f64, D, D>,
+    ) {
+        for j in 0..D {
+            for i in 0..D {
+                hessian[(i, j)] += block[(i, j)] + cross[(i, j)] + cross[(j, i)];
+            }
+        }
+    }
+
+    /// The mean acceleration, by step and control: the rates' change.
+    fn rate_change(stage: &Stage<NX, NU, NR>) -> (SMatrix<f64, NU, NX>, SMatrix<f64, NU, NU>) {
+        let mut by_state = stage.a.fixed_rows::<NU>(NX - NU).into_owned();
+        for i in 0..NU {
+            by_state[(i, NX - NU + i)] -= 1.0;
+        }
+        (by_state, stage.b.fixed_rows::<NU>(NX - NU).into_owned())
+    }
+
+    /// Adds the torques' curvature, taken at the interval's start.
+    // Each apart from the other: of the stack's deepest use much is theirs.
+    #[inline(never)]
+    fn add_curvature_at_start(curvature: &TorqueCurvature<NX, NU>, stage: &mut Stage<NX, NU, NR>) {
+        let TorqueCurvature { state_state: s, acceleration_state: c } = curvature;
+        let (ax, au) = Self::rate_change(stage);
+        Self::add_with_cross(&mut stage.hessian_xx, s, &ax.tr_mul(c));
+        stage.hessian_ux += au.tr_mul(c);
+    }
+
+    /// Adds the torques' curvature, taken half way through the interval.
+    #[inline(never)]
+    fn add_curvature_midway(curvature: &TorqueCurvature<NX, NU>, stage: &mut Stage<NX, NU, NR>) {
+        let TorqueCurvature { state_state: s, acceleration_state: c } = curvature;
+        let (ax, au) = Self::rate_change(stage);
+        let px = (SMatrix::identity() + stage.a) * 0.5;
+        let pu = stage.b * 0.5;
+        let (sx, cx, cu) = (s * px, c * px, c * pu);
+        Self::add_with_cross(&mut stage.hessian_xx, &px.tr_mul(&sx), &ax.tr_mul(&cx));
+        stage.hessian_ux += pu.tr_mul(&sx) + au.tr_mul(&cx) + cu.tr_mul(&ax);
+        Self::add_with_cross(&mut stage.hessian_uu, &pu.tr_mul(&(s * pu)), &au.tr_mul(&cu));
     }
 
     /// Adds curvature to what stands at a limit and is held there by a multiplier.

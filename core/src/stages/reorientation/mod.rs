@@ -240,6 +240,15 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             || (k == N - 1 && (i == 1 || i == 2 || (3 + NL..6 + NL).contains(&i)))
     }
 
+    /// Moves `state` at the last node onto what is fixed there; returns by how much it turned.
+    fn pin_terminal(&self, state: &mut State<NL>) -> Vector3<f64> {
+        state.rate = self.terminal_rate;
+        let arm = quaternion::rotation_matrix(&state.attitude) * self.arm;
+        let turn = quaternion::between(&arm, &self.approach);
+        state.attitude = quaternion::normalized(&quaternion::product(&turn, &state.attitude));
+        quaternion::log(&turn)
+    }
+
     fn within_limits(&self, control: &Control<NL>) -> Control<NL> {
         let (bus, joint) =
             (self.mission.servicer.max_bus_torque, self.mission.servicer.max_joint_torque);
@@ -296,13 +305,15 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             if k + 1 == N {
                 continue;
             }
-            let next = self.linearise_interval(k, z, stage);
+            let (state, at) = (&z.states[k], &z.states[k + 1]);
+            let held = (&z.controls[k], &self.translation.force[k]);
+            let next = self.linearise_interval(k, state, held, at, stage);
             if let Some(last) = multipliers
                 && self.mode == Mode::Optimal
             {
-                self.add_curvature(k, z, &next, &last.defect_multiplier[k], stage);
+                self.add_curvature(k, (state, &next), held, &last.defect_multiplier[k], stage);
             }
-            self.apply_chart(k, &next, &z.states[k + 1], stage);
+            self.apply_chart(k, &next, at, stage);
             let control = Self::stacked_control(&z.controls[k]);
             for i in 0..NU {
                 if self.mode == Mode::Optimal {
@@ -341,11 +352,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             rate: Vector3::zeros(),
             joint_rate: SVector::zeros(),
         };
-        let last = &mut z.states[N - 1];
-        last.rate = self.terminal_rate;
-        let arm = quaternion::rotation_matrix(&last.attitude) * self.arm;
-        let turn = quaternion::between(&arm, &self.approach);
-        last.attitude = quaternion::normalized(&quaternion::product(&turn, &last.attitude));
+        self.pin_terminal(&mut z.states[N - 1]);
         for control in &mut z.controls {
             *control = self.within_limits(control);
         }
@@ -423,6 +430,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         step: &Solution<N, NX, NU, NR>,
         to: &mut Self::Trajectory,
     ) {
+        // Each roll-out starts from the controls of the last.
+        *to = *from;
         let mut offset = RateOffset::<NL>::ZERO;
         for _ in 0..PASSES {
             let gap = self.roll_out(from, qp, step, &offset, to);

@@ -1,7 +1,7 @@
 //! The step of Stage 2: along the dynamics.
 
 use super::{NR, Reorientation, ReorientationTrajectory};
-use crate::dynamics::{Control, State};
+use crate::dynamics::{Control, Leg, State};
 use crate::math::{clamp, quaternion};
 use crate::pair::Pair;
 use crate::qp::{Qp, Solution};
@@ -60,7 +60,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     }
 
     /// The trajectory that follows the rates of `step` from the initial state, by the non-linear
-    /// dynamics; returns by how much it misses the pinned poses.
+    /// dynamics; returns by how much it misses the pinned poses. On entry `to` is a trajectory
+    /// nearby, whose controls are a start for the new ones.
     ///
     /// Node by node the control is the one that reaches the planned rates (less the slack the
     /// subproblem paid for), and the next state is where it leads: a step along the dynamics, on
@@ -73,81 +74,96 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         offset: &RateOffset<NL>,
         to: &mut ReorientationTrajectory<N, NL>,
     ) -> RateOffset<NL> {
-        let servicer = &self.mission.servicer;
         let mut gap = RateOffset::<NL>::ZERO;
+        let mut known = to.states[0];
         to.states[0] = from.states[0];
         for k in 0..N - 1 {
             let slack = qp.slack(step, k).component_mul(&self.scale_x);
-            let at = &from.states[k + 1];
-            let d = step.x[k + 1].component_mul(&self.scale_x);
-            let limit = servicer.max_joint_rate;
-            let drift = self.drift(k, from, step, &to.states[k]);
-            let turning = match k + 2 < N {
-                true => offset.turn * self.bump(k + 1, N - 1) - drift.turn * (TRACKING / self.dt),
-                false => Vector3::zeros(),
-            };
-            let bending = match k + 1 < self.preset {
-                true => {
-                    offset.joint * self.bump(k + 1, self.preset)
-                        - drift.joint * (TRACKING / self.dt)
-                }
-                false => SVector::zeros(),
-            };
-            let rate = Vector3::from_fn(|i, _| at.rate[i] + d[3 + NL + i] + turning[i]);
-            let joint_rate = SVector::<f64, NL>::from_fn(|i, _| {
-                clamp(at.joint_rate[i] + d[6 + NL + i] + bending[i], -limit, limit)
-            });
+            let (rate, joint_rate) = self.planned_rates(k, from, step, offset, &to.states[k]);
             let goal = (
                 &Vector3::from_fn(|i, _| rate[i] - slack[3 + NL + i]),
                 &SVector::<f64, NL>::from_fn(|i, _| joint_rate[i] - slack[6 + NL + i]),
             );
-            let d = step.u[k].component_mul(&self.scale_u);
-            let control = &from.controls[k];
-            let guess = Control {
-                bus_torque: Vector3::from_fn(|i, _| control.bus_torque[i] + d[i]),
-                joint_torque: SVector::from_fn(|i, _| control.joint_torque[i] + d[3 + i]),
-            };
-            let state = &to.states[k];
-            let force = &self.translation.force[k];
+            let leg = Leg { state: &known, control: &to.controls[k], reached: &to.states[k + 1] };
+            let (state, force) = (&to.states[k], &self.translation.force[k]);
             let (control, mut next) =
-                self.body.steer(self.integrator, self.dt, state, goal, &guess, force);
+                self.body.steer(self.integrator, self.dt, state, goal, leg, force);
             let clipped = self.within_limits(&control);
             if clipped != control {
                 next = self.body.step(self.integrator, self.dt, state, &clipped, force);
             }
-
-            let turn = self.axes(k + 1) * Vector3::new(slack[0], slack[1], slack[2]);
-            next.attitude = quaternion::product(&quaternion::exp(&turn), &next.attitude);
-            for i in 0..NL {
-                next.joint_angle[i] += slack[3 + i];
-                next.joint_rate[i] = clamp(next.joint_rate[i] + slack[6 + NL + i], -limit, limit);
-            }
-            for i in 0..3 {
-                next.rate[i] += slack[3 + NL + i];
-            }
-            if k + 1 == self.preset {
-                gap.joint = next.joint_angle - servicer.capture_joint_angle;
-                next.joint_angle = servicer.capture_joint_angle;
-            }
-            if k + 1 >= self.preset {
-                next.joint_rate.fill(0.0);
-            }
-            if k + 2 == N {
-                next.rate = self.terminal_rate;
-                let arm = quaternion::rotation_matrix(&next.attitude) * self.arm;
-                let turn = quaternion::between(&arm, &self.approach);
-                gap.turn = -quaternion::log(&turn);
-                next.attitude = quaternion::product(&turn, &next.attitude);
-            }
-            for i in 0..NL {
-                let limit = servicer.max_joint_angle[i];
-                next.joint_angle[i] = clamp(next.joint_angle[i], -limit, limit);
-            }
-            next.attitude = quaternion::normalized(&next.attitude);
+            self.add_slack(k, &slack, &mut next);
+            self.settle(k + 1, &mut next, &mut gap);
+            known = to.states[k + 1];
             to.states[k + 1] = next;
             to.controls[k] = clipped;
         }
         to.controls[N - 1] = Control::ZERO;
         gap
+    }
+
+    /// Rates of bus and joints at node `k + 1` that follow `step` from `state` at node `k`.
+    fn planned_rates(
+        &self,
+        k: usize,
+        from: &ReorientationTrajectory<N, NL>,
+        step: &Solution<N, NX, NU, NR>,
+        offset: &RateOffset<NL>,
+        state: &State<NL>,
+    ) -> (Vector3<f64>, SVector<f64, NL>) {
+        let at = &from.states[k + 1];
+        let d = step.x[k + 1].component_mul(&self.scale_x);
+        let limit = self.mission.servicer.max_joint_rate;
+        let drift = self.drift(k, from, step, state);
+        let turning = match k + 2 < N {
+            true => offset.turn * self.bump(k + 1, N - 1) - drift.turn * (TRACKING / self.dt),
+            false => Vector3::zeros(),
+        };
+        let bending = match k + 1 < self.preset {
+            true => {
+                offset.joint * self.bump(k + 1, self.preset) - drift.joint * (TRACKING / self.dt)
+            }
+            false => SVector::zeros(),
+        };
+        let rate = Vector3::from_fn(|i, _| at.rate[i] + d[3 + NL + i] + turning[i]);
+        let joint_rate = SVector::<f64, NL>::from_fn(|i, _| {
+            clamp(at.joint_rate[i] + d[6 + NL + i] + bending[i], -limit, limit)
+        });
+        (rate, joint_rate)
+    }
+
+    /// Adds the slack that the subproblem paid for to the state at node `k + 1`.
+    fn add_slack(&self, k: usize, slack: &SVector<f64, NX>, next: &mut State<NL>) {
+        let limit = self.mission.servicer.max_joint_rate;
+        let turn = self.axes(k + 1) * Vector3::new(slack[0], slack[1], slack[2]);
+        next.attitude = quaternion::product(&quaternion::exp(&turn), &next.attitude);
+        for i in 0..NL {
+            next.joint_angle[i] += slack[3 + i];
+            next.joint_rate[i] = clamp(next.joint_rate[i] + slack[6 + NL + i], -limit, limit);
+        }
+        for i in 0..3 {
+            next.rate[i] += slack[3 + NL + i];
+        }
+    }
+
+    /// Moves the state at node `k` onto what is fixed there and into the joints' limits, and
+    /// notes how far a pose was off.
+    fn settle(&self, k: usize, state: &mut State<NL>, gap: &mut RateOffset<NL>) {
+        let servicer = &self.mission.servicer;
+        if k == self.preset {
+            gap.joint = state.joint_angle - servicer.capture_joint_angle;
+            state.joint_angle = servicer.capture_joint_angle;
+        }
+        if k >= self.preset {
+            state.joint_rate.fill(0.0);
+        }
+        if k + 1 == N {
+            gap.turn = -self.pin_terminal(state);
+        }
+        for i in 0..NL {
+            let limit = servicer.max_joint_angle[i];
+            state.joint_angle[i] = clamp(state.joint_angle[i], -limit, limit);
+        }
+        state.attitude = quaternion::normalized(&state.attitude);
     }
 }
