@@ -11,10 +11,10 @@
 # told in docs/firmware.md.
 set -euo pipefail
 
-# The bars: the planner's workspace everywhere, image and stack on the Cortex-M7, whose memories are
-# small.
+# The bars: the planner's memory with its solver's everywhere, image and stack on the Cortex-M7,
+# whose memories are small.
 max_image_bytes=$((384 * 1024))
-max_workspace_bytes=$((1024 * 1024))
+max_memory_bytes=$((1024 * 1024))
 max_stack_bytes=$((32 * 1024))
 # Longest run of an image [s].
 max_run_s=1800
@@ -205,10 +205,10 @@ LOG
 
 # bars LOG - the bars that a run broke.
 bars() {
-    awk -v image="$max_image_bytes" -v workspace="$max_workspace_bytes" -v stack="$max_stack_bytes" '
+    awk -v image="$max_image_bytes" -v memory="$max_memory_bytes" -v stack="$max_stack_bytes" '
         { split("", v); for (i = 2; i <= NF; i++) { split($i, p, "="); v[p[1]] = p[2] } }
         function most(what, value, bar) { if (value + 0 > bar + 0) print what, value, "of", bar }
-        $1 == "size" { most("workspace", v["workspace"], workspace) }
+        $1 == "size" { most("memory", v["workspace"] + v["solver"], memory) }
         $1 == "stack" { used = v["used"]; if (v["used"] == v["size"]) print "the stack ran over" }
         "target" in v { small = v["target"] ~ /^thumb/; if (small) most("stack", used, stack) }
         "image" in v && small { most("image", v["image"], image) }

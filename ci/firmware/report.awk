@@ -12,7 +12,7 @@ FNR == 1 { n++ }
 }
 
 $1 == "image" { board[n] = v["board"] }
-$1 == "size" { workspace[n] = v["workspace"]; solvers[n] = v["solver1"] + v["solver2"] }
+$1 == "size" { workspace[n] = v["workspace"]; solver[n] = v["solver"] }
 $1 == "stack" { stack[n] = v["used"] }
 $1 == "calibration" { calibration[n] = v["expected"] " " v["counted"] " " v["resolution"] }
 $1 == "about" { for (key in v) about[n, key] = v[key] }
@@ -54,7 +54,7 @@ END {
     print ""
     bytes("image", about, "image")
     row("workspace"); for (t = 1; t <= n; t++) printf "%18d", workspace[t]; print ""
-    row("solvers"); for (t = 1; t <= n; t++) printf "%18d", solvers[t]; print ""
+    row("solver"); for (t = 1; t <= n; t++) printf "%18d", solver[t]; print ""
     bytes("static memory in all", about, "static")
     row("stack, high-water"); for (t = 1; t <= n; t++) printf "%18d", stack[t]; print ""
     for (i = 1; i <= names; i++) {
@@ -91,7 +91,7 @@ function write(    t, i, c) {
         printf "%s\n {\"target\": \"%s\", \"board\": \"%s\", \"cpu\": \"%s\", \"toolchain\": \"%s\",\n", \
             (t > 1 ? "," : ""), about[t, "target"], board[t], about[t, "cpu"], about[t, "toolchain"] > report
         printf "  \"image_bytes\": %d, \"workspace_bytes\": %d, \"solver_bytes\": %d,", \
-            about[t, "image"], workspace[t], solvers[t] > report
+            about[t, "image"], workspace[t], solver[t] > report
         printf " \"static_bytes\": %d, \"stack_bytes\": %d,\n", about[t, "static"], stack[t] > report
         printf "  \"same_bits_as_host\": %s, \"panic_free\": %s,\n", \
             truth(about[t, "equal"]), truth(about[t, "panic_free"]) > report

@@ -1,7 +1,7 @@
 //! The loop against a script: which iterate it leaves, whatever makes it end.
 
 use remora_core::qp::{Qp, QpOutcome, QpSolver, QpStatus, Solution};
-use remora_core::scp::{Outcome, Problem, Residuals, Settings, Status, Workspace, solve};
+use remora_core::scp::{Iterates, Outcome, Problem, Residuals, Scratch, Settings, Status, solve};
 use remora_core::time::{Clock, Deadline, NoClock};
 use std::cell::Cell;
 
@@ -77,11 +77,12 @@ fn run_until(
     solver: QpStatus,
     deadline: &Deadline,
 ) -> (Outcome, usize) {
-    let mut workspace = Workspace::new(0);
+    let (mut scratch, mut iterates) = (Scratch::new(), Iterates::new(0));
     let settings = Settings { max_iterations: most, ..Settings::default() };
+    let (mut problem, mut solver) = (Script(script), Always(solver));
     let outcome =
-        solve(&mut Script(script), &mut Always(solver), &settings, deadline, &mut workspace);
-    (outcome, workspace.trajectory)
+        solve(&mut problem, &mut solver, &settings, deadline, &mut scratch, &mut iterates);
+    (outcome, iterates.trajectory)
 }
 
 /// Feasible at 1 and 3; each step is worth its promise.

@@ -10,7 +10,7 @@ use remora_core::pair::Sequential;
 use remora_core::planner::{Environment, Options, Workspace, plan as make_plan};
 use remora_core::qp::Qp;
 use remora_core::scp::{Problem, Residuals};
-use remora_core::stages::reorientation_size::{NR, NU, NX};
+use remora_core::stages::size::{NR, NU, NX};
 use remora_core::stages::{LINKS, Mode, NODES, Reorientation, ReorientationTrajectory};
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
@@ -108,13 +108,11 @@ fn workspace(integrator: Integrator) -> Box<Workspace> {
     let mut options = Options::new(Mode::Optimal, integrator);
     options.reorientation.max_iterations = ITERATIONS;
     let mut workspace = Box::new(Workspace::new());
-    let (mut one, mut two) = (ClarabelQp::default(), ClarabelQp::default());
-    let solvers = (&mut one, &mut two);
     make_plan(
         &Mission::default(),
         &scenario,
         &options,
-        solvers,
+        &mut ClarabelQp::default(),
         &Environment::BARE,
         &mut workspace,
     );
@@ -130,7 +128,7 @@ fn phases(c: &mut Criterion) {
         let workspace = workspace(integrator);
         let path = &workspace.translation.trajectory;
         let motion = &workspace.reorientation.trajectory;
-        let step = &workspace.reorientation.step;
+        let step = &workspace.scratch.step;
         let mut problem = Reorientation::<Sequential, NODES, LINKS, NX, NU>::new(
             &mission,
             path,
@@ -149,7 +147,7 @@ fn phases(c: &mut Criterion) {
         convexify(c, name, &qp);
         let mut to = ReorientationTrajectory::ZERO;
         c.bench_function(&format!("retract {name}"), |b| {
-            b.iter(|| problem.retract(motion, &workspace.reorientation.qp, step, &mut to));
+            b.iter(|| problem.retract(motion, &workspace.scratch.qp, step, &mut to));
         });
         let mut residuals = Residuals::ZERO;
         c.bench_function(&format!("residuals {name}"), |b| {

@@ -9,12 +9,12 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use remora_core::model::Mission;
 use remora_core::qp::{EmbeddedQp, Qp, QpSolver, Solution};
-use remora_core::stages::LINKS;
+use remora_core::stages::{LINKS, NODES, size};
 use remora_core::time::Deadline;
 use remora_host::backend::{ClarabelQp, Solve};
 use remora_host::formats::ScenarioSet;
 use remora_host::method::{Integrator, Method, Qp as Choice};
-use remora_host::planning::{Planner, ReorientationSolve, TranslationSolve, on_heap};
+use remora_host::planning::{Planner, Subproblem, on_heap};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -44,22 +44,22 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Programs
     }
 }
 
-type Translation = Programs<60, 9, 3, 1>;
-type Reorientation = Programs<60, 12, 6, 1>;
+type OfOneStage = Programs<NODES, { size::NX }, { size::NU }, { size::NR }>;
 
-/// Plans and keeps what was solved.
-fn programs() -> (Translation, Reorientation) {
+/// Plans and keeps what was solved in stages 1 and 2.
+fn programs() -> (OfOneStage, OfOneStage) {
     let set = ScenarioSet::built_in().expect("the built-in scenarios");
     let mission = Mission::<LINKS>::default();
     let method =
         Method { integrator: Integrator::EULER, qp: Choice::Embedded, ..Method::default() };
-    let (mut ones, mut twos) = (Translation::new(), Reorientation::new());
+    let (mut ones, mut twos) = (OfOneStage::new(), OfOneStage::new());
     for scenario in set.scenarios.iter().step_by(EVERY) {
         let from = (ones.all.len(), twos.all.len());
-        let mut watch_one = |solve: TranslationSolve<'_>| ones.add(&solve);
-        let mut watch_two = |solve: ReorientationSolve<'_>| twos.add(&solve);
-        let watchers = (&mut watch_one as _, &mut watch_two as _);
-        Planner::new().plan_watched(&mission, scenario, &method, watchers);
+        let mut watch = |solve: Subproblem<'_>| match solve.stage {
+            1 => ones.add(&solve),
+            _ => twos.add(&solve),
+        };
+        Planner::new().plan_watched(&mission, scenario, &method, &mut watch);
         ones.end_of_plan(from.0);
         twos.end_of_plan(from.1);
     }

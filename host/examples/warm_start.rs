@@ -25,18 +25,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mission = Mission::<LINKS>::default();
     let options = Options::new(Mode::Optimal, Integrator::Euler);
     let mut workspace = Box::new(Workspace::new());
-    let (mut one, mut two) = (ClarabelQp::default(), ClarabelQp::default());
+    let mut solver = ClarabelQp::default();
     let environment = Environment { clock: &WallClock::start(), pair: &Sequential };
     let mut sums = [0.0; 5];
     let mut solved = 0;
     for (k, named) in set.scenarios.iter().enumerate() {
         let scenario = named.scenario();
-        let solvers = (&mut one, &mut two);
-        let first = plan(&mission, &scenario, &options, solvers, &environment, &mut workspace);
+        let first = plan(&mission, &scenario, &options, &mut solver, &environment, &mut workspace);
         let Workspace { translation, reorientation, .. } = &mut *workspace;
         let (path, motion) = (&translation.trajectory, &mut reorientation.trajectory);
         disturb(&mission, options.integrator, path, motion, size, k as u64);
-        let again = plan_reorientation(&mission, &options, &mut two, &environment, &mut workspace);
+        let again =
+            plan_reorientation(&mission, &options, &mut solver, &environment, &mut workspace);
         solved += usize::from(again.outcome.status == Status::Solved);
         let ratio = again.cost / first.reorientation.cost;
         println!(

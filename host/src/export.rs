@@ -1,11 +1,10 @@
 //! The subproblems of a plan as files, for solvers of any kind to be tried on.
 
-use crate::backend::Solve;
 use crate::error::{Error, FieldError, io_reason};
 use crate::formats::{NamedScenario, QpFile, QpPlace, check_writable};
 use crate::kkt::Kkt;
 use crate::method::Method;
-use crate::planning::{Planned, Planner, ReorientationSolve, TranslationSolve, on_large_stack};
+use crate::planning::{Planned, Planner, Subproblem, on_large_stack};
 use remora_core::model::Mission;
 use remora_core::stages::LINKS;
 use std::fs;
@@ -67,11 +66,12 @@ impl ExportJob {
         self.prepare()?;
         let (planned, [one, two]) = on_large_stack(|| {
             let [mut one, mut two] = [1, 2].map(|stage| Collector::new(self, stage));
-            let mut watch_one = |solve: TranslationSolve<'_>| one.add(&solve);
-            let mut watch_two = |solve: ReorientationSolve<'_>| two.add(&solve);
-            let watchers = (&mut watch_one as _, &mut watch_two as _);
+            let mut watch = |solve: Subproblem<'_>| match solve.stage {
+                1 => one.add(&solve),
+                _ => two.add(&solve),
+            };
             let (mission, scenario) = (&self.mission, &self.scenario);
-            let planned = Planner::new().plan_watched(mission, scenario, &self.method, watchers);
+            let planned = Planner::new().plan_watched(mission, scenario, &self.method, &mut watch);
             (planned, [one.end(), two.end()])
         })?;
         let (one, two) = (one?, two?);
@@ -155,10 +155,7 @@ impl<'a> Collector<'a> {
         Self { job, place, summary, files: Vec::new(), failed: None }
     }
 
-    fn add<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-        &mut self,
-        solve: &Solve<'_, N, NX, NU, NR>,
-    ) {
+    fn add(&mut self, solve: &Subproblem<'_>) {
         if solve.is_correction {
             self.place.correction += 1;
             self.summary.corrections += 1;

@@ -10,12 +10,11 @@ use crate::method::{Method, Qp, WarmStart};
 use crate::threads::Threads;
 use remora_core::model::Mission;
 use remora_core::planner::{
-    self, Environment, Gain, Options, PhaseTimes, ReorientationSolver, Report, StageReport,
-    TranslationSolver, Workspace,
+    self, EmbeddedSolver, Environment, Gain, Options, PhaseTimes, Report, Solver, StageReport,
+    Workspace,
 };
-use remora_core::qp::EmbeddedQp;
 use remora_core::scp::IterationRecord;
-use remora_core::stages::{LINKS, NODES, reorientation_size as two, translation_size as one};
+use remora_core::stages::{LINKS, NODES, size};
 use remora_core::time::Clock;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -63,25 +62,15 @@ impl Planned {
     }
 }
 
-/// One subproblem of Stage 1 with its solver's answer.
-pub type TranslationSolve<'a> = Solve<'a, NODES, { one::NX }, { one::NU }, { one::NR }>;
-/// One subproblem of Stage 2 with its solver's answer.
-pub type ReorientationSolve<'a> = Solve<'a, NODES, { two::NX }, { two::NU }, { two::NR }>;
-/// The embedded solver for Stage 1.
-pub type TranslationQp = EmbeddedQp<NODES, { one::NX }, { one::NU }, { one::NR }>;
-/// The embedded solver for Stage 2.
-pub type ReorientationQp = EmbeddedQp<NODES, { two::NX }, { two::NU }, { two::NR }>;
+/// One subproblem of a plan with its solver's answer.
+pub type Subproblem<'a> = Solve<'a, NODES, { size::NX }, { size::NU }, { size::NR }>;
 
-/// Who looks at each subproblem of stages 1 and 2 once it has been solved.
-pub type Watchers<'a> =
-    (&'a mut dyn FnMut(TranslationSolve<'_>), &'a mut dyn FnMut(ReorientationSolve<'_>));
-
-/// A planner with its memory, for one plan after the other. About 1 MiB on the heap, and as much
-/// again for each of the solvers.
+/// A planner with its memory, for one plan after the other. About 1 MiB on the heap with the
+/// embedded solver, and a few more once Clarabel has planned.
 pub struct Planner {
     workspace: Box<Workspace>,
-    embedded: (Box<TranslationQp>, Box<ReorientationQp>),
-    clarabel: (ClarabelQp, ClarabelQp),
+    embedded: Box<EmbeddedSolver>,
+    clarabel: ClarabelQp,
     threads: Threads,
 }
 
@@ -97,8 +86,8 @@ impl Planner {
     pub fn new() -> Self {
         Self {
             workspace: on_heap(Workspace::new),
-            embedded: (on_heap(TranslationQp::new), on_heap(ReorientationQp::new)),
-            clarabel: Default::default(),
+            embedded: on_heap(EmbeddedSolver::new),
+            clarabel: ClarabelQp::default(),
             threads: Threads::default(),
         }
     }
@@ -117,28 +106,26 @@ impl Planner {
         scenario: &NamedScenario,
         method: &Method,
     ) -> Planned {
-        self.plan_watched(mission, scenario, method, (&mut |_| (), &mut |_| ()))
+        self.plan_watched(mission, scenario, method, &mut |_| ())
     }
 
-    /// The same, with somebody who looks at the subproblems.
+    /// The same, with somebody who looks at each subproblem once it has been solved.
     pub fn plan_watched(
         &mut self,
         mission: &Mission<LINKS>,
         scenario: &NamedScenario,
         method: &Method,
-        watchers: Watchers<'_>,
+        watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> Planned {
         let Self { workspace, embedded, clarabel, threads } = self;
         let (report, gains) = match method.qp {
             Qp::Embedded => {
-                let (one, two) = (&mut *embedded.0, &mut *embedded.1);
-                let solvers = (Recorder::new(one, watchers.0), Recorder::new(two, watchers.1));
-                run(mission, scenario, method, solvers, threads, workspace)
+                let solver = Recorder::new(&mut **embedded, watch);
+                run(mission, scenario, method, solver, threads, workspace)
             }
             Qp::Clarabel => {
-                let (one, two) = (&mut clarabel.0, &mut clarabel.1);
-                let solvers = (Recorder::new(one, watchers.0), Recorder::new(two, watchers.1));
-                run(mission, scenario, method, solvers, threads, workspace)
+                let solver = Recorder::new(clarabel, watch);
+                run(mission, scenario, method, solver, threads, workspace)
             }
         };
         let (one, two) = (&report.translation, &report.reorientation);
@@ -167,11 +154,11 @@ impl Planner {
 }
 
 /// The call into the core.
-fn run<S1: TranslationSolver, S2: ReorientationSolver>(
+fn run<S: Solver>(
     mission: &Mission<LINKS>,
     scenario: &NamedScenario,
     method: &Method,
-    mut solvers: (S1, S2),
+    mut solver: S,
     threads: &Threads,
     workspace: &mut Workspace,
 ) -> (Report, Option<Vec<Gain>>) {
@@ -181,12 +168,14 @@ fn run<S1: TranslationSolver, S2: ReorientationSolver>(
             mission,
             &scenario.scenario(),
             &options(method),
-            (&mut solvers.0, &mut solvers.1),
+            &mut solver,
             &environment,
             workspace,
         ),
     };
-    (report, gains(mission, &solvers.1))
+    // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
+    let planned = report.reorientation.outcome.iterations > 0;
+    (report, planned.then(|| gains(mission, &solver)).flatten())
 }
 
 impl Default for Planner {
@@ -196,7 +185,7 @@ impl Default for Planner {
 }
 
 /// The gains of all intervals, where the solver has them.
-fn gains<S: ReorientationSolver>(mission: &Mission<LINKS>, solver: &S) -> Option<Vec<Gain>> {
+fn gains<S: Solver>(mission: &Mission<LINKS>, solver: &S) -> Option<Vec<Gain>> {
     (0..NODES - 1).map(|k| planner::feedback_gain(mission, solver, k)).collect()
 }
 

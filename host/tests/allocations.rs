@@ -3,9 +3,8 @@
 
 use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
-use remora_core::planner::{Environment, Options, Report, Workspace, plan};
-use remora_core::qp::EmbeddedQp;
-use remora_core::stages::{LINKS, Mode, NODES, reorientation_size as two, translation_size as one};
+use remora_core::planner::{EmbeddedSolver, Environment, Options, Report, Workspace, plan};
+use remora_core::stages::{LINKS, Mode};
 use remora_host::formats::ScenarioSet;
 use remora_host::planning::WallClock;
 use remora_host::threads::Threads;
@@ -18,17 +17,12 @@ static COUNTED: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 /// What a flight computer has: static memory of constant size.
 struct Flight {
     workspace: Workspace,
-    translation: EmbeddedQp<NODES, { one::NX }, { one::NU }, { one::NR }>,
-    reorientation: EmbeddedQp<NODES, { two::NX }, { two::NU }, { two::NR }>,
+    solver: EmbeddedSolver,
 }
 
 impl Flight {
     const fn new() -> Self {
-        Self {
-            workspace: Workspace::new(),
-            translation: EmbeddedQp::new(),
-            reorientation: EmbeddedQp::new(),
-        }
+        Self { workspace: Workspace::new(), solver: EmbeddedSolver::new() }
     }
 
     fn plan(&mut self, set: &ScenarioSet, options: &Options, threads: Threads) -> Report {
@@ -36,7 +30,7 @@ impl Flight {
             &Mission::<LINKS>::default(),
             &set.scenarios[0].scenario(),
             options,
-            (&mut self.translation, &mut self.reorientation),
+            &mut self.solver,
             &Environment { clock: &WallClock::start(), pair: &threads },
             &mut self.workspace,
         )

@@ -7,8 +7,8 @@ use remora_core::math::quaternion;
 use remora_core::model::Mission;
 use remora_core::pair::{Pair, Sequential};
 use remora_core::planner::{
-    Environment, Fallback, Options, Report, Workspace, feedback_gain, output_checksum, plan,
-    plan_reorientation,
+    EmbeddedSolver, Environment, Fallback, Options, Report, Workspace, feedback_gain,
+    output_checksum, plan, plan_reorientation,
 };
 use remora_core::scp::Status;
 use remora_core::stages::{LINKS, Mode, NODES, verify};
@@ -16,7 +16,7 @@ use remora_core::time::Clock;
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
 use remora_host::perturbation::disturb;
-use remora_host::planning::{ReorientationQp, TranslationQp, on_heap};
+use remora_host::planning::on_heap;
 use remora_host::threads::Threads;
 use std::cell::Cell;
 use std::path::Path;
@@ -40,7 +40,7 @@ struct Bench {
     mission: Mission<LINKS>,
     set: ScenarioSet,
     workspace: Box<Workspace>,
-    solvers: (ClarabelQp, ClarabelQp),
+    solver: ClarabelQp,
 }
 
 impl Bench {
@@ -49,7 +49,7 @@ impl Bench {
             mission: Mission::default(),
             set: public(),
             workspace: Box::new(Workspace::new()),
-            solvers: Default::default(),
+            solver: ClarabelQp::default(),
         }
     }
 
@@ -64,8 +64,8 @@ impl Bench {
         environment: &Environment<P>,
     ) -> Report {
         let scenario = self.set.scenarios[scenario].scenario();
-        let solvers = (&mut self.solvers.0, &mut self.solvers.1);
-        plan(&self.mission, &scenario, options, solvers, environment, &mut self.workspace)
+        let solver = &mut self.solver;
+        plan(&self.mission, &scenario, options, solver, environment, &mut self.workspace)
     }
 }
 
@@ -119,7 +119,7 @@ fn a_disturbed_plan_is_a_better_start_than_the_heuristic() {
         let Workspace { translation, reorientation, .. } = &mut *bench.workspace;
         let (path, motion) = (&translation.trajectory, &mut reorientation.trajectory);
         disturb(&bench.mission, options.integrator, path, motion, 0.05, k as u64);
-        let solver = &mut bench.solvers.1;
+        let solver = &mut bench.solver;
         let again = plan_reorientation(
             &bench.mission,
             &options,
@@ -134,6 +134,14 @@ fn a_disturbed_plan_is_a_better_start_than_the_heuristic() {
 }
 
 #[test]
+fn all_memory_together_fits_a_mebibyte() {
+    let (planner, solver) = (Workspace::BYTES, EmbeddedSolver::BYTES);
+    println!("planner {planner}, solver {solver}, together {} bytes", planner + solver);
+    assert!(planner + solver <= 1 << 20, "{planner} and {solver} bytes");
+    assert_eq!((planner, solver), (size_of::<Workspace>(), size_of::<EmbeddedSolver>()));
+}
+
+#[test]
 fn planning_fits_a_stack_of_256_kib() {
     let mission = Mission::<LINKS>::default();
     let scenario = public().scenarios[3].scenario();
@@ -142,9 +150,8 @@ fn planning_fits_a_stack_of_256_kib() {
     let status = std::thread::scope(|scope| {
         let planning = move || {
             let options = Options::new(Mode::Optimal, Integrator::Rk4 { substeps: 4 });
-            let (mut one, mut two) = (ClarabelQp::default(), ClarabelQp::default());
-            plan(&mission, &scenario, &options, (&mut one, &mut two), &Environment::BARE, workspace)
-                .status
+            let mut solver = ClarabelQp::default();
+            plan(&mission, &scenario, &options, &mut solver, &Environment::BARE, workspace).status
         };
         let thread = std::thread::Builder::new().stack_size(256 << 10);
         thread.spawn_scoped(scope, planning).unwrap().join().unwrap()
@@ -164,13 +171,33 @@ fn a_plan_does_not_depend_on_the_one_before() {
     assert_eq!(fresh.workspace.motion(), used.workspace.motion());
 }
 
+/// Stage 1 works in the memory that Stage 2 of the plan before left, and with its solver: what can
+/// be told of that plan there must not be.
+#[test]
+fn with_the_embedded_solver_neither() {
+    let (mission, set) = (Mission::<LINKS>::default(), public());
+    let fresh = || (on_heap(Workspace::new), on_heap(EmbeddedSolver::new));
+    let mut used = fresh();
+    for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
+        let options = Options::new(Mode::Optimal, integrator);
+        for k in [9, 4, 31] {
+            let scenario = set.scenarios[k].scenario();
+            let [again, first] = [&mut used, &mut fresh()].map(|(workspace, solver)| {
+                plan(&mission, &scenario, &options, &mut **solver, &Environment::BARE, workspace)
+            });
+            assert_eq!(again, first, "scenario {k}");
+            assert_eq!(first.status, Status::Solved);
+        }
+    }
+}
+
 #[test]
 fn a_start_that_is_not_a_number_is_not_a_success() {
     let mut bench = Bench::new();
     let options = Options::new(Mode::Optimal, Integrator::Euler);
     bench.plan(0, &options);
     bench.workspace.reorientation.trajectory.states[20].rate.x = f64::NAN;
-    let solver = &mut bench.solvers.1;
+    let solver = &mut bench.solver;
     let report = plan_reorientation(
         &bench.mission,
         &options,
@@ -316,7 +343,7 @@ fn phases_add_up_to_the_whole() {
 
 /// Flies the plan from a start turned by `turn`, with the gains or without; returns by how much
 /// that has grown at the end, where the arm has to point (the roll about it is free).
-fn growth(bench: &Bench, solver: &ReorientationQp, turn: f64, is_tracking: bool) -> f64 {
+fn growth(bench: &Bench, solver: &EmbeddedSolver, turn: f64, is_tracking: bool) -> f64 {
     let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
     let (body, servicer) = (Multibody::new(&bench.mission), &bench.mission.servicer);
     let dt = bench.mission.approach.duration / (NODES - 1) as f64;
@@ -350,7 +377,7 @@ fn growth(bench: &Bench, solver: &ReorientationQp, turn: f64, is_tracking: bool)
 #[test]
 fn the_gains_bring_a_disturbed_start_back_to_the_plan() {
     let mut bench = Bench::new();
-    let mut solvers = (on_heap(TranslationQp::new), on_heap(ReorientationQp::new));
+    let mut solver = on_heap(EmbeddedSolver::new);
     let options = Options::new(Mode::Optimal, Integrator::Euler);
     for k in [0, 7, 21] {
         let scenario = bench.set.scenarios[k].scenario();
@@ -358,17 +385,17 @@ fn the_gains_bring_a_disturbed_start_back_to_the_plan() {
             &bench.mission,
             &scenario,
             &options,
-            (&mut *solvers.0, &mut *solvers.1),
+            &mut *solver,
             &Environment::BARE,
             &mut bench.workspace,
         );
         assert_eq!(report.status, Status::Solved);
-        let flown = |is_tracking| growth(&bench, &solvers.1, 1e-4, is_tracking);
+        let flown = |is_tracking| growth(&bench, &solver, 1e-4, is_tracking);
         let (tracked, open) = (flown(true), flown(false));
         println!("{k}: {tracked} {open}");
         assert!(tracked < 0.05 && open > 0.5, "scenario {k}: {tracked} against {open}");
     }
-    assert!(feedback_gain(&bench.mission, &*solvers.1, NODES - 1).is_none());
+    assert!(feedback_gain(&bench.mission, &*solver, NODES - 1).is_none());
     bench.plan(0, &options);
-    assert!(feedback_gain(&bench.mission, &bench.solvers.1, 0).is_none());
+    assert!(feedback_gain(&bench.mission, &bench.solver, 0).is_none());
 }

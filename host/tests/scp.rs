@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix2, SMatrix, Vector2};
 use remora_core::qp::{Qp, Solution, Stage};
-use remora_core::scp::{Outcome, Problem, Residuals, Settings, Status, Workspace, solve};
+use remora_core::scp::{Iterates, Outcome, Problem, Residuals, Scratch, Settings, Status, solve};
 use remora_core::time::{Clock, Deadline};
 use remora_host::backend::ClarabelQp;
 use std::cell::Cell;
@@ -116,9 +116,10 @@ fn run_until(
     start: Swing,
     deadline: &Deadline,
 ) -> (Outcome, Swing) {
-    let mut workspace = Box::new(Workspace::new(start));
-    let outcome = solve(problem, &mut ClarabelQp::default(), settings, deadline, &mut workspace);
-    (outcome, workspace.trajectory)
+    let (mut scratch, mut iterates) = (Box::new(Scratch::new()), Iterates::new(start));
+    let mut solver = ClarabelQp::default();
+    let outcome = solve(problem, &mut solver, settings, deadline, &mut scratch, &mut iterates);
+    (outcome, iterates.trajectory)
 }
 
 fn cost(swing: &Swing) -> f64 {

@@ -12,10 +12,10 @@ use remora_core::qp::{Qp, Solution};
 use remora_core::scp::Problem;
 use remora_core::stages::{
     LINKS, Mode, NODES, Reorientation, ReorientationTrajectory, Residuals, Translation,
-    TranslationTrajectory, heuristic, reorientation_size as two, verify,
+    TranslationTrajectory, heuristic, size, verify,
 };
 
-type StageTwo<'a> = Reorientation<'a, Sequential, NODES, LINKS, { two::NX }, { two::NU }>;
+type StageTwo<'a> = Reorientation<'a, Sequential, NODES, LINKS, { size::NX }, { size::NU }>;
 
 /// Runs every kernel once on a scenario; prints the checksum of what it computed, the same on
 /// every board, and the instructions it took.
@@ -37,7 +37,7 @@ pub fn run<B: Board>(
         let (q, rate) = (&scenario.target_attitude, &scenario.target_rate);
         mission.target.tumble(mission.mean_motion(), q, rate, dt, &mut w.target);
     });
-    let Workspace { target, translation: one, reorientation: two, .. } = w;
+    let Workspace { target, scratch, translation: one, reorientation: two } = w;
     let mut sum = Checksum::new();
     for node in target.iter() {
         sum.numbers(&node.attitude);
@@ -73,7 +73,7 @@ pub fn run<B: Board>(
     measure.run("step_jacobian_with_checksum", NODES - 1, || {
         for ((state, control), force) in nodes().zip(forces) {
             let (_, by) = body
-                .step_jacobian::<{ two::NX }, { two::NU }>(integrator, dt, state, control, force);
+                .step_jacobian::<{ size::NX }, { size::NU }>(integrator, dt, state, control, force);
             sum.numbers(&by.state);
             sum.numbers(&by.control);
         }
@@ -83,14 +83,14 @@ pub fn run<B: Board>(
     let mut problem =
         StageTwo::new(mission, &one.trajectory, target, integrator, Mode::Optimal, &Sequential);
     measure.run("linearise", 1, || {
-        problem.linearise(&two.trajectory, None, &mut two.qp);
+        problem.linearise(&two.trajectory, None, &mut scratch.qp);
     });
-    measure.check("linearise", program(&two.qp));
-    set_multipliers(&mut two.step);
+    measure.check("linearise", program(&scratch.qp));
+    set_multipliers(&mut scratch.step);
     measure.run("linearise_and_convexify", 1, || {
-        problem.linearise(&two.trajectory, Some(&two.step), &mut two.qp);
+        problem.linearise(&two.trajectory, Some(&scratch.step), &mut scratch.qp);
     });
-    measure.check("linearise_and_convexify", program(&two.qp));
+    measure.check("linearise_and_convexify", program(&scratch.qp));
 
     let mut residuals = Residuals::default();
     measure.run("verify", 1, || {

@@ -9,13 +9,7 @@ use remora_core::pair::Sequential;
 use remora_core::planner::{
     self, Environment, Options, PhaseTimes, Report, StageEvidence, StageReport,
 };
-use remora_core::qp::EmbeddedQp;
-use remora_core::stages::{LINKS, Mode, NODES, reorientation_size as two, translation_size as one};
-
-/// Solver of Stage 1's subproblems.
-pub type OneSolver = EmbeddedQp<NODES, { one::NX }, { one::NU }, { one::NR }>;
-/// Solver of Stage 2's subproblems.
-pub type TwoSolver = EmbeddedQp<NODES, { two::NX }, { two::NU }, { two::NR }>;
+use remora_core::stages::{LINKS, Mode};
 
 /// Plans a scenario and prints result, residuals and the instructions of each phase.
 pub fn run<B: Board>(
@@ -31,7 +25,7 @@ pub fn run<B: Board>(
         mission,
         scenario,
         &options,
-        (&mut memory.translation, &mut memory.reorientation),
+        &mut memory.solver,
         &Environment { clock: &InstructionClock(board), pair: &Sequential },
         &mut memory.workspace,
     );

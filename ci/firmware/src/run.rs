@@ -2,31 +2,24 @@
 
 use crate::board::Board;
 use crate::output::Line;
-use crate::plans::{OneSolver, TwoSolver};
 use crate::{Request, plans, scenarios};
 use core::hint::black_box;
 use remora_core::model::Mission;
-use remora_core::planner::Workspace;
+use remora_core::planner::{EmbeddedSolver, Workspace};
 use remora_core::stages::LINKS;
 
 /// All the memory a planner needs, to be placed in static memory.
 pub struct Memory {
     /// The planner's.
     pub workspace: Workspace,
-    /// The solver's of Stage 1.
-    pub translation: OneSolver,
-    /// The solver's of Stage 2.
-    pub reorientation: TwoSolver,
+    /// The solver's of the subproblems.
+    pub solver: EmbeddedSolver,
 }
 
 impl Memory {
     /// Blank: all bits are zero, so that it lies in `.bss` and costs an image nothing.
     pub const fn new() -> Self {
-        Self {
-            workspace: Workspace::new(),
-            translation: OneSolver::new(),
-            reorientation: TwoSolver::new(),
-        }
+        Self { workspace: Workspace::new(), solver: EmbeddedSolver::new() }
     }
 }
 
@@ -44,8 +37,7 @@ pub fn run<B: Board>(board: &B, request: Request, memory: &mut Memory) {
     Line::new(board, "image").text("board", B::NAME).end();
     Line::new(board, "size")
         .number("workspace", Workspace::BYTES as u64)
-        .number("solver1", size_of::<OneSolver>() as u64)
-        .number("solver2", size_of::<TwoSolver>() as u64)
+        .number("solver", EmbeddedSolver::BYTES as u64)
         .end();
     calibrate(board);
 

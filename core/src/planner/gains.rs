@@ -1,14 +1,14 @@
 //! Feedback gains for a tracking controller.
 
-use super::ReorientationSolver;
+use super::Solver;
 use crate::model::Mission;
 use crate::pair::Sequential;
-use crate::stages::{LINKS, NODES, Reorientation, reorientation_size as two};
+use crate::stages::{LINKS, NODES, Reorientation, size};
 use nalgebra::SMatrix;
 
 /// Control [N m] by state: rows `[bus torque (bus axes); joint torques]`, columns
 /// `[attitude (rad, RTN); joint angles (rad); bus rate (rad/s, RTN); joint rates (rad/s)]`.
-pub type Gain = SMatrix<f64, { two::NU }, { two::NX }>;
+pub type Gain = SMatrix<f64, { size::NU }, { size::NX }>;
 
 /// Feedback gain of interval `k < NODES - 1` in the last subproblem of the plan that `solver` made
 /// last. `None` at the last node, from a solver that has none, and where that subproblem was not
@@ -20,16 +20,12 @@ pub type Gain = SMatrix<f64, { two::NU }, { two::NX }>;
 /// vector part of `q q_k^-1`, RTN axes), the others are differences. The gains know the
 /// dynamics, the cost and, as soft barriers, the limits that the plan comes close to; what they ask
 /// for must still be clipped to the torque limits. Costs nothing in memory: the solver keeps them.
-pub fn feedback_gain<S: ReorientationSolver>(
-    mission: &Mission<LINKS>,
-    solver: &S,
-    k: usize,
-) -> Option<Gain> {
+pub fn feedback_gain<S: Solver>(mission: &Mission<LINKS>, solver: &S, k: usize) -> Option<Gain> {
     if k + 1 >= NODES {
         return None;
     }
     let scaled = solver.gain(k)?;
     let (x, u) =
-        Reorientation::<Sequential, NODES, LINKS, { two::NX }, { two::NU }>::scales(mission);
+        Reorientation::<Sequential, NODES, LINKS, { size::NX }, { size::NU }>::scales(mission);
     Some(SMatrix::from_fn(|i, j| scaled[(i, j)] * u[i] / x[j]))
 }

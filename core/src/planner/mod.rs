@@ -1,6 +1,6 @@
 //! Scenario in, plan out: the stages in order, within a deadline, with a record of evidence.
 //!
-//! [`plan`] needs two solvers of the convex subproblem, an [`Environment`] and a [`Workspace`], all
+//! [`plan`] needs a solver of the convex subproblem, an [`Environment`] and a [`Workspace`], all
 //! the caller's. `docs/planner.md` tells how it is used in flight.
 
 mod evidence;
@@ -13,26 +13,19 @@ pub use evidence::{Evidence, Fallback, StageEvidence, VERSION, output_checksum};
 pub use gains::{Gain, feedback_gain};
 pub use options::{Environment, Options};
 pub use report::{PhaseTimes, Report, StageReport};
-pub use workspace::Workspace;
+pub use workspace::{EmbeddedSolver, Workspace};
 
 use crate::math::Checksum;
 use crate::model::{Mission, Scenario};
 use crate::pair::Pair;
 use crate::qp::QpSolver;
 use crate::scp::{self, Outcome, Settings, Status};
-use crate::stages::{
-    LINKS, NODES, Reorientation, Translation, heuristic, reorientation_size as two,
-    translation_size as one, verify,
-};
+use crate::stages::{LINKS, NODES, Reorientation, Translation, heuristic, size, verify};
 use crate::time::Deadline;
 
-/// Solver of Stage 1's subproblems.
-pub trait TranslationSolver: QpSolver<NODES, { one::NX }, { one::NU }, { one::NR }> {}
-impl<S: QpSolver<NODES, { one::NX }, { one::NU }, { one::NR }>> TranslationSolver for S {}
-
-/// Solver of Stage 2's subproblems.
-pub trait ReorientationSolver: QpSolver<NODES, { two::NX }, { two::NU }, { two::NR }> {}
-impl<S: QpSolver<NODES, { two::NX }, { two::NU }, { two::NR }>> ReorientationSolver for S {}
+/// Solver of the subproblems of both stages. The planner resets it at the start of each.
+pub trait Solver: QpSolver<NODES, { size::NX }, { size::NU }, { size::NR }> {}
+impl<S: QpSolver<NODES, { size::NX }, { size::NU }, { size::NR }>> Solver for S {}
 
 /// Plans one approach with the heuristic start; the trajectories are left in `workspace`.
 ///
@@ -41,11 +34,11 @@ impl<S: QpSolver<NODES, { two::NX }, { two::NU }, { two::NR }>> ReorientationSol
 /// has passed nothing more is tried: a stage that has not begun is left at its start (Stage 1
 /// coasting, Stage 2 at the heuristic start). What is left is verified in any case, and
 /// [`Report::is_verified`] tells whether it can be flown.
-pub fn plan<S1: TranslationSolver, S2: ReorientationSolver, P: Pair>(
+pub fn plan<S: Solver, P: Pair>(
     mission: &Mission<LINKS>,
     scenario: &Scenario,
     options: &Options,
-    solvers: (&mut S1, &mut S2),
+    solver: &mut S,
     environment: &Environment<P>,
     workspace: &mut Workspace,
 ) -> Report {
@@ -56,7 +49,7 @@ pub fn plan<S1: TranslationSolver, S2: ReorientationSolver, P: Pair>(
     tumble(mission, scenario, workspace);
     times.start_s = clock.seconds() - started;
     let (translation, one) =
-        plan_translation(mission, scenario, &options.translation, solvers.0, &deadline, workspace);
+        plan_translation(mission, scenario, &options.translation, solver, &deadline, workspace);
     times.translation_s = translation.time_s;
 
     let from = clock.seconds();
@@ -68,7 +61,7 @@ pub fn plan<S1: TranslationSolver, S2: ReorientationSolver, P: Pair>(
     );
     times.start_s += clock.seconds() - from;
     let pair = environment.pair;
-    let mut reorientation = reorient(mission, options, solvers.1, pair, &deadline, workspace);
+    let mut reorientation = reorient(mission, options, solver, pair, &deadline, workspace);
     reorientation.time_s = clock.seconds() - from;
     times.add(&workspace.reorientation.log);
 
@@ -84,8 +77,7 @@ pub fn plan<S1: TranslationSolver, S2: ReorientationSolver, P: Pair>(
     }
     let mut settings = Checksum::new();
     evidence::add_options(&mut settings, options);
-    solvers.0.identify(&mut settings);
-    solvers.1.identify(&mut settings);
+    solver.identify(&mut settings);
     let evidence = Evidence {
         version: VERSION,
         input: evidence::input_checksum(mission, scenario),
@@ -115,7 +107,7 @@ fn tumble(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &mut Workspa
 /// Stage 1 from its own start.
 // The stages and the verifier share the stack, one after the other.
 #[inline(never)]
-fn plan_translation<S: TranslationSolver>(
+fn plan_translation<S: Solver>(
     mission: &Mission<LINKS>,
     scenario: &Scenario,
     settings: &Settings,
@@ -124,14 +116,14 @@ fn plan_translation<S: TranslationSolver>(
     workspace: &mut Workspace,
 ) -> (StageReport, StageEvidence) {
     let started = deadline.seconds();
-    let Workspace { target, translation: w, .. } = workspace;
+    let Workspace { target, scratch: w, translation: z, .. } = workspace;
     let mut problem = Translation::new(mission, scenario, target);
     solver.reset();
-    let start = problem.warm_start(solver, deadline, &mut w.qp, &mut w.step, &mut w.trajectory);
+    let start = problem.warm_start(solver, deadline, &mut w.qp, &mut w.step, &mut z.trajectory);
     let mut outcome = if start.status.is_usable() {
-        scp::solve(&mut problem, solver, settings, deadline, w)
+        scp::solve(&mut problem, solver, settings, deadline, w, z)
     } else {
-        w.log.clear();
+        z.log.clear();
         Outcome {
             status: Status::of_failed(start.status),
             violation: f64::INFINITY,
@@ -142,16 +134,16 @@ fn plan_translation<S: TranslationSolver>(
     outcome.iterations += 1;
     let report = StageReport {
         outcome,
-        cost: problem.cost(&w.trajectory.force),
+        cost: problem.cost(&z.trajectory.force),
         time_s: deadline.seconds() - started,
     };
-    let mut evidence = StageEvidence::new(&report, &w.log);
+    let mut evidence = StageEvidence::new(&report, &z.log);
     evidence.count(start);
     (report, evidence)
 }
 
 /// Stage 2 from the trajectory in the workspace, along the path in the workspace.
-pub fn plan_reorientation<S: ReorientationSolver, P: Pair>(
+pub fn plan_reorientation<S: Solver, P: Pair>(
     mission: &Mission<LINKS>,
     options: &Options,
     solver: &mut S,
@@ -164,7 +156,7 @@ pub fn plan_reorientation<S: ReorientationSolver, P: Pair>(
 
 /// The same, with a deadline that may have begun before.
 #[inline(never)]
-fn reorient<S: ReorientationSolver, P: Pair>(
+fn reorient<S: Solver, P: Pair>(
     mission: &Mission<LINKS>,
     options: &Options,
     solver: &mut S,
@@ -173,8 +165,8 @@ fn reorient<S: ReorientationSolver, P: Pair>(
     workspace: &mut Workspace,
 ) -> StageReport {
     let started = deadline.seconds();
-    let Workspace { target, translation, reorientation: w } = workspace;
-    let mut problem = Reorientation::<P, NODES, LINKS, { two::NX }, { two::NU }>::new(
+    let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
+    let mut problem = Reorientation::<P, NODES, LINKS, { size::NX }, { size::NU }>::new(
         mission,
         &translation.trajectory,
         target,
@@ -183,10 +175,10 @@ fn reorient<S: ReorientationSolver, P: Pair>(
         pair,
     );
     solver.reset();
-    let outcome = scp::solve(&mut problem, solver, &options.reorientation, deadline, w);
+    let outcome = scp::solve(&mut problem, solver, &options.reorientation, deadline, w, z);
     StageReport {
         outcome,
-        cost: problem.cost(&w.trajectory.controls),
+        cost: problem.cost(&z.trajectory.controls),
         time_s: deadline.seconds() - started,
     }
 }

@@ -1,28 +1,27 @@
 //! The planner's memory.
 
 use crate::model::TargetState;
-use crate::scp::{self, Log};
+use crate::qp::EmbeddedQp;
+use crate::scp::{Iterates, Log, Scratch};
 use crate::stages::{
-    LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, reorientation_size as two,
-    translation_size as one,
+    LINKS, NODES, ReorientationTrajectory, TranslationTrajectory,
+    size::{NR, NU, NX},
 };
 
-/// All the memory a plan needs beside its solvers'. The caller owns it; [`Workspace::BYTES`] is its
+/// The embedded solver at the size of the planner's subproblems.
+pub type EmbeddedSolver = EmbeddedQp<NODES, NX, NU, NR>;
+
+/// All the memory a plan needs beside its solver's. The caller owns it; [`Workspace::BYTES`] is its
 /// size.
 pub struct Workspace {
     /// The target's tumble at the nodes.
     pub target: [TargetState; NODES],
+    /// What the stages work with, one after the other: after a plan Stage 2's.
+    pub scratch: Scratch<NODES, NX, NU, NR>,
     /// Stage 1: path and log.
-    pub translation:
-        scp::Workspace<TranslationTrajectory<NODES>, NODES, { one::NX }, { one::NU }, { one::NR }>,
+    pub translation: Iterates<TranslationTrajectory<NODES>>,
     /// Stage 2: attitude, arm and log.
-    pub reorientation: scp::Workspace<
-        ReorientationTrajectory<NODES, LINKS>,
-        NODES,
-        { two::NX },
-        { two::NU },
-        { two::NR },
-    >,
+    pub reorientation: Iterates<ReorientationTrajectory<NODES, LINKS>>,
 }
 
 impl Workspace {
@@ -35,8 +34,9 @@ impl Workspace {
     pub const fn new() -> Self {
         Self {
             target: [TargetState::BLANK; NODES],
-            translation: scp::Workspace::new(TranslationTrajectory::ZERO),
-            reorientation: scp::Workspace::new(ReorientationTrajectory::BLANK),
+            scratch: Scratch::new(),
+            translation: Iterates::new(TranslationTrajectory::ZERO),
+            reorientation: Iterates::new(ReorientationTrajectory::BLANK),
         }
     }
 

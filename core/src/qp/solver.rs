@@ -88,8 +88,8 @@ pub trait QpSolver<const N: usize, const NX: usize, const NU: usize, const NR: u
     }
 
     /// Feedback gain at node `k < N - 1` of the last solve, by the program's own (scaled) steps:
-    /// near the optimum `u = u_k + K (x - x_k)`. `None` where the solver has none, or where its
-    /// last solve was not usable.
+    /// near the optimum `u = u_k + K (x - x_k)`. `None` where the solver has none, where its last
+    /// solve was not usable, and after [`QpSolver::reset`].
     fn gain(&self, k: usize) -> Option<SMatrix<f64, NU, NX>> {
         let _ = k;
         None

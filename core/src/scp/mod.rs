@@ -4,17 +4,17 @@
 //! one convex subproblem an iteration; see `docs/scp.md` for the method and why it differs from
 //! the paper's.
 
+mod memory;
 mod outcome;
 mod problem;
 mod record;
 mod settings;
 mod solve;
 mod trial;
-mod workspace;
 
+pub use memory::{Iterates, Scratch};
 pub use outcome::{Outcome, Status};
 pub use problem::{Problem, Residuals};
 pub use record::{IterationRecord, Log, MAX_ITERATIONS};
 pub use settings::{InvalidSetting, Settings};
 pub use solve::solve;
-pub use workspace::Workspace;

@@ -82,7 +82,8 @@ pub trait Problem<const N: usize, const NX: usize, const NU: usize, const NR: us
         to: &mut Self::Trajectory,
     );
 
-    /// Cost and residuals of a trajectory by the non-linear model.
+    /// Cost and residuals of a trajectory by the non-linear model. Sets every field of `out`, which
+    /// may hold those of another problem.
     fn residuals(&self, trajectory: &Self::Trajectory, out: &mut Residuals<N, NX, NR>);
 
     /// Largest violation over its tolerance: feasible where it is at most one.

@@ -1,11 +1,11 @@
 //! The loop: one convex program after the other, in a trust region.
 
-use super::{IterationRecord, Outcome, Problem, Residuals, Settings, Status, Workspace};
+use super::{Iterates, IterationRecord, Outcome, Problem, Residuals, Scratch, Settings, Status};
 use crate::qp::{QpOutcome, QpSolver, QpStatus};
 use crate::time::Deadline;
 use core::mem;
 
-/// Solves `problem` from the trajectory in `workspace`, and leaves the result there.
+/// Solves `problem` from the trajectory in `iterates`, and leaves the result there.
 ///
 /// `settings` must be valid. Where the status is solved the trajectory left is the last accepted
 /// iterate; otherwise the feasible one of least cost, and the last accepted one where none was
@@ -21,7 +21,8 @@ pub fn solve<P, S, const N: usize, const NX: usize, const NU: usize, const NR: u
     solver: &mut S,
     settings: &Settings,
     deadline: &Deadline,
-    workspace: &mut Workspace<P::Trajectory, N, NX, NU, NR>,
+    scratch: &mut Scratch<N, NX, NU, NR>,
+    iterates: &mut Iterates<P::Trajectory>,
 ) -> Outcome
 where
     P: Problem<N, NX, NU, NR>,
@@ -32,7 +33,8 @@ where
         solver,
         settings,
         deadline,
-        w: workspace,
+        w: scratch,
+        z: iterates,
         outcome: Outcome::default(),
         radius: settings.radius,
         weight: settings.weight,
@@ -67,7 +69,8 @@ pub(super) struct Descent<
     pub(super) solver: &'a mut S,
     pub(super) settings: &'a Settings,
     pub(super) deadline: &'a Deadline<'a>,
-    pub(super) w: &'a mut Workspace<P::Trajectory, N, NX, NU, NR>,
+    pub(super) w: &'a mut Scratch<N, NX, NU, NR>,
+    pub(super) z: &'a mut Iterates<P::Trajectory>,
     outcome: Outcome,
     radius: f64,
     pub(super) weight: f64,
@@ -75,7 +78,7 @@ pub(super) struct Descent<
     pub(super) merit: f64,
     /// Whether the current trajectory has not been linearised at.
     fresh: bool,
-    /// What is known of `w.best`, where that is an iterate.
+    /// What is known of `z.best`, where that is an iterate.
     best: Option<Feasible>,
 }
 
@@ -87,11 +90,11 @@ where
 {
     /// Looks at the start; the status where there is nothing to do.
     fn start(&mut self) -> Option<Status> {
-        let w = &mut *self.w;
-        w.log.clear();
+        let (w, z) = (&mut *self.w, &mut *self.z);
+        z.log.clear();
         w.step.clear_multipliers();
-        self.problem.clip(&mut w.trajectory);
-        self.problem.residuals(&w.trajectory, &mut w.residuals);
+        self.problem.clip(&mut z.trajectory);
+        self.problem.residuals(&z.trajectory, &mut w.residuals);
         self.outcome.violation = self.problem.violation(&w.residuals);
         if !(w.residuals.cost + w.residuals.penalty()).is_finite() {
             return Some(Status::NumericalFailure);
@@ -129,24 +132,24 @@ where
         };
         record.time_s = self.deadline.seconds() - started;
         // The log holds as many as there can be iterations.
-        let _ = self.w.log.push(record);
+        let _ = self.z.log.push(record);
         ended
     }
 
     /// Fills in the subproblem.
     fn prepare(&mut self) {
-        let (w, weight) = (&mut *self.w, self.weight);
+        let (w, at, weight) = (&mut *self.w, &self.z.trajectory, self.weight);
         if self.fresh {
             let near =
                 weight * w.residuals.penalty() <= self.settings.curvature_below * w.residuals.cost;
             let multipliers = near.then_some(&w.step);
-            self.problem.linearise(&w.trajectory, multipliers, &mut w.qp);
+            self.problem.linearise(at, multipliers, &mut w.qp);
         }
         if w.qp.defect_weight.is_finite() {
             w.qp.defect_weight = weight;
         }
         w.qp.row_weight = weight;
-        self.problem.bound(&w.trajectory, self.radius, &mut w.qp);
+        self.problem.bound(at, self.radius, &mut w.qp);
     }
 
     /// After a subproblem without a usable solution.
@@ -199,14 +202,14 @@ where
     /// weight asks for the violation (on the public scenarios that happens to one plan in 25).
     /// So the best feasible one is kept, in case the loop has to end before it is feasible again.
     fn accept(&mut self, record: &IterationRecord) {
-        let w = &mut *self.w;
-        mem::swap(&mut w.trajectory, &mut w.trial);
+        let (w, z) = (&mut *self.w, &mut *self.z);
+        mem::swap(&mut z.trajectory, &mut z.trial);
         mem::swap(&mut w.residuals, &mut w.trial_residuals);
         let left = Feasible { cost: w.trial_residuals.cost, violation: self.outcome.violation };
         let improves = record.violation <= 1.0 && w.residuals.cost <= left.cost;
         let is_best = self.best.as_ref().is_none_or(|best| left.cost < best.cost);
         if left.violation <= 1.0 && !improves && is_best {
-            mem::swap(&mut w.best, &mut w.trial);
+            mem::swap(&mut z.best, &mut z.trial);
             self.best = Some(left);
         }
         self.outcome.violation = record.violation;
@@ -258,7 +261,7 @@ where
         }
         let Some(best) = self.best else { return self.outcome };
         if !(self.outcome.violation <= 1.0 && self.w.residuals.cost <= best.cost) {
-            mem::swap(&mut self.w.trajectory, &mut self.w.best);
+            mem::swap(&mut self.z.trajectory, &mut self.z.best);
             self.outcome.violation = best.violation;
             self.outcome.is_earlier = true;
         }

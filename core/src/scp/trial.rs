@@ -14,14 +14,14 @@ where
 {
     /// The whole step as the first trial; returns what it leaves of the linearised penalty.
     pub(super) fn attempt(&mut self, record: &mut IterationRecord) -> f64 {
-        let w = &mut *self.w;
+        let (w, z) = (&mut *self.w, &mut *self.z);
         let slack = linear_penalty(&w.qp, &w.step);
         record.promised =
             self.weight * w.residuals.penalty() - w.qp.cost(&w.step) - self.weight * slack;
         record.predicted = record.promised;
         record.step = self.problem.step_length(&w.step);
-        self.problem.retract(&w.trajectory, &w.qp, &w.step, &mut w.trial);
-        self.problem.residuals(&w.trial, &mut w.trial_residuals);
+        self.problem.retract(&z.trajectory, &w.qp, &w.step, &mut z.trial);
+        self.problem.residuals(&z.trial, &mut w.trial_residuals);
         record.actual = self.decrease(&self.w.trial_residuals);
         record.ratio = ratio(record, self.merit);
         slack
@@ -52,7 +52,7 @@ where
 
     /// One correction; whether it was an improvement.
     fn correct_once(&mut self, record: &mut IterationRecord) -> bool {
-        let w = &mut *self.w;
+        let (w, z) = (&mut *self.w, &mut *self.z);
         let step = if record.corrections == 0 { &w.step } else { &w.correction };
         for k in 0..N {
             if k + 1 < N {
@@ -71,8 +71,8 @@ where
         if !solved.status.is_usable() {
             return false;
         }
-        self.problem.retract(&w.trajectory, &w.qp, &w.correction, &mut w.corrected);
-        self.problem.residuals(&w.corrected, &mut w.searched);
+        self.problem.retract(&z.trajectory, &w.qp, &w.correction, &mut z.corrected);
+        self.problem.residuals(&z.corrected, &mut w.searched);
         let actual = self.decrease(&self.w.searched);
         if !(actual > record.actual) {
             return false;
@@ -123,19 +123,19 @@ where
 
     /// Tries a share of the step; returns the decrease.
     fn try_length(&mut self, length: f64) -> f64 {
-        let w = &mut *self.w;
+        let (w, z) = (&mut *self.w, &mut *self.z);
         for k in 0..N {
             w.correction.x[k] = w.step.x[k] * length;
             w.correction.u[k] = w.step.u[k] * length;
         }
-        self.problem.retract(&w.trajectory, &w.qp, &w.correction, &mut w.corrected);
-        self.problem.residuals(&w.corrected, &mut w.searched);
+        self.problem.retract(&z.trajectory, &w.qp, &w.correction, &mut z.corrected);
+        self.problem.residuals(&z.corrected, &mut w.searched);
         self.decrease(&self.w.searched)
     }
 
     /// Keeps the last trial as the best one.
     fn keep(&mut self, actual: f64, record: &mut IterationRecord) {
-        mem::swap(&mut self.w.trial, &mut self.w.corrected);
+        mem::swap(&mut self.z.trial, &mut self.z.corrected);
         mem::swap(&mut self.w.trial_residuals, &mut self.w.searched);
         record.actual = actual;
     }

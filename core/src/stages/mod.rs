@@ -22,20 +22,14 @@ pub const NODES: usize = 60;
 /// Links of the mission's arm.
 pub const LINKS: usize = 3;
 
-/// States, controls and soft rows a node of Stage 1's subproblem: position, velocity and the
-/// force of the interval before; force; keep-out.
-pub mod translation_size {
-    /// States.
-    pub const NX: usize = 9;
-    /// Controls.
-    pub const NU: usize = 3;
-    /// Soft rows.
-    pub const NR: usize = 1;
-}
-
-/// States, controls and soft rows a node of Stage 2's subproblem for the mission's arm: attitude
-/// and joints with their rates; torques; pointing.
-pub mod reorientation_size {
+/// States, controls and soft rows a node of the subproblems, for both stages.
+///
+/// They are Stage 2's for the mission's arm: attitude and joints with their rates; torques;
+/// pointing. Stage 1 needs less (position, velocity and the force of the interval before; force;
+/// keep-out) and is padded with variables that stay zero. That costs it some time, and saves much
+/// more memory: the stages run one after the other, and at one size the second has its programs,
+/// steps and solver where the first had them. It also leaves an image with the code of one solver.
+pub mod size {
     use super::LINKS;
     /// States.
     pub const NX: usize = 6 + 2 * LINKS;

@@ -5,9 +5,9 @@ use crate::model::{HcwTransition, Mission, Scenario, TargetState, signed_distanc
 use crate::qp::{Qp, QpOutcome, QpSolver, Solution};
 use crate::scp::{Problem, Residuals};
 use crate::time::Deadline;
-use nalgebra::{Matrix3, SVector, Vector3};
+use nalgebra::{SVector, Vector3};
 
-use super::translation_size::{NR, NU, NX};
+use super::size::{NR, NU, NX};
 use super::worse;
 
 /// Path of the centre of mass: position and velocity at the nodes, force over the intervals.
@@ -40,11 +40,19 @@ const COST_SCALE: f64 = 1e3;
 /// Share of each tolerance that the loop leaves to the verifier.
 const MARGIN: f64 = 0.5;
 
+/// States that mean something: position, velocity, force before.
+const STATES: usize = 9;
+/// Controls that mean something: force.
+const CONTROLS: usize = 3;
+
 /// Stage 1 as a problem for the loop.
 ///
 /// The subproblem's state is `[r, v, f_before]`: carrying the force of the interval before makes
 /// the smoothness cost a cost of one node. The dynamics are linear and hard, and trajectories are
-/// rolled out from the forces, so that only keep-out is left to the loop.
+/// rolled out from the forces, so that only keep-out is left to the loop. States and controls
+/// beyond these (see [`super::size`]) are padding that nothing else depends on: the controls are
+/// pinned to zero, and so are the states at the first node, from where their dynamics keep them
+/// there. (Pins at every node would say the same twice, which some solvers do not like.)
 pub struct Translation<'a, const N: usize> {
     target: &'a [TargetState; N],
     half_extents: Vector3<f64>,
@@ -69,6 +77,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         scenario: &Scenario,
         target: &'a [TargetState; N],
     ) -> Self {
+        const { assert!(NX >= STATES && NU >= CONTROLS, "Stage 1 needs more") };
         let end = &target[N - 1];
         let capture = mission.servicer.capture_geometry();
         let port = mission.target.port_position + mission.target.port_normal * capture.reach;
@@ -106,6 +115,8 @@ impl<'a, const N: usize> Translation<'a, N> {
         self.linearise(trajectory, None, qp);
         self.bound(trajectory, f64::INFINITY, qp);
         qp.row_weight = 1.0;
+        // Memory may be that of an earlier plan, of which no solver may see anything.
+        step.clear_multipliers();
         let outcome = solver.solve(qp, step, deadline);
         self.constrained = true;
         if outcome.status.is_usable() {
@@ -207,17 +218,19 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
                 stage.b[(6 + j, j)] = 1.0;
             }
             let force = trajectory.force[k] / f;
-            stage.hessian_uu = Matrix3::identity() * effort;
-            stage.gradient_u = force * effort;
+            for i in 0..3 {
+                stage.hessian_uu[(i, i)] = effort;
+                stage.gradient_u[i] = force[i] * effort;
+            }
             if k > 0 {
                 // |u - u_before|^2 in the steps of both.
-                let before = trajectory.force[k - 1] / f;
-                stage.hessian_uu += Matrix3::identity() * change;
-                stage.gradient_u += (force - before) * change;
+                let since = (force - trajectory.force[k - 1] / f) * change;
                 for i in 0..3 {
+                    stage.hessian_uu[(i, i)] += change;
+                    stage.gradient_u[i] += since[i];
                     stage.hessian_xx[(6 + i, 6 + i)] = change;
                     stage.hessian_ux[(i, 6 + i)] = -change;
-                    stage.gradient_x[6 + i] = (before - force)[i] * change;
+                    stage.gradient_x[6 + i] = -since[i];
                 }
             }
         }
@@ -240,7 +253,9 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
                 stage.lower_x.fixed_rows_mut::<3>(0).fill(-radius / SCALE[0]);
                 stage.upper_x.fixed_rows_mut::<3>(0).fill(radius / SCALE[0]);
             }
-            for i in 0..3 {
+            stage.lower_u.fill(0.0);
+            stage.upper_u.fill(0.0);
+            for i in 0..CONTROLS {
                 let force = trajectory.force[k][i];
                 stage.lower_u[i] = (-self.max_force - force) / SCALE[2];
                 stage.upper_u[i] = (self.max_force - force) / SCALE[2];
@@ -256,7 +271,7 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
         to: &mut Self::Trajectory,
     ) {
         for k in 0..N - 1 {
-            let force = from.force[k] + step.u[k] * SCALE[2];
+            let force = from.force[k] + step.u[k].fixed_rows::<3>(0) * SCALE[2];
             to.force[k] = force.map(|f| clamp(f, -self.max_force, self.max_force));
         }
         to.force[N - 1] = Vector3::zeros();
@@ -265,6 +280,8 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
 
     fn residuals(&self, trajectory: &Self::Trajectory, out: &mut Residuals<N, NX, NR>) {
         out.cost = COST_SCALE * self.cost(&trajectory.force);
+        out.ignored_defect.fill(0.0);
+        out.ignored_row.fill(0.0);
         for k in 0..N {
             out.defect[k].fill(0.0);
             out.row[k][0] = self.keep_out_row(k, &trajectory.position[k]).0;

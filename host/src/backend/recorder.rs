@@ -16,6 +16,8 @@ pub struct Solve<'a, const N: usize, const NX: usize, const NU: usize, const NR:
     pub outcome: QpOutcome,
     /// Whether it was a second-order correction.
     pub is_correction: bool,
+    /// How often the solver had been reset since it was first watched: the stage of a plan, from 1.
+    pub stage: usize,
 }
 
 /// Any solver, with someone who looks at each call once it is done. The answers are the solver's
@@ -23,12 +25,13 @@ pub struct Solve<'a, const N: usize, const NX: usize, const NU: usize, const NR:
 pub struct Recorder<'a, S, F> {
     solver: &'a mut S,
     watch: F,
+    stage: usize,
 }
 
 impl<'a, S, F> Recorder<'a, S, F> {
     /// `solver`, watched by `watch`.
     pub fn new(solver: &'a mut S, watch: F) -> Self {
-        Self { solver, watch }
+        Self { solver, watch, stage: 0 }
     }
 }
 
@@ -39,6 +42,7 @@ where
     F: FnMut(Solve<'_, N, NX, NU, NR>),
 {
     fn reset(&mut self) {
+        self.stage += 1;
         self.solver.reset();
     }
 
@@ -49,7 +53,8 @@ where
         deadline: &Deadline,
     ) -> QpOutcome {
         let outcome = self.solver.solve(qp, solution, deadline);
-        (self.watch)(Solve { qp, solution, outcome, is_correction: false });
+        let stage = self.stage;
+        (self.watch)(Solve { qp, solution, outcome, is_correction: false, stage });
         outcome
     }
 
@@ -60,7 +65,8 @@ where
         deadline: &Deadline,
     ) -> QpOutcome {
         let outcome = self.solver.solve_again(qp, solution, deadline);
-        (self.watch)(Solve { qp, solution, outcome, is_correction: true });
+        let stage = self.stage;
+        (self.watch)(Solve { qp, solution, outcome, is_correction: true, stage });
         outcome
     }
 

@@ -3,7 +3,7 @@
 use super::{PlanStatus, json};
 use crate::error::{Error, FieldError};
 use remora_core::planner::{Evidence, Fallback, Gain, StageEvidence};
-use remora_core::stages::{NODES, reorientation_size as two};
+use remora_core::stages::{NODES, size};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub const FORMAT: &str = "remora-evidence/1";
 
 /// A feedback gain, its rows in order.
-pub type GainRows = [[f64; two::NX]; two::NU];
+pub type GainRows = [[f64; size::NX]; size::NU];
 
 /// What a plan was made from, by what, and what came out; with the gains to track it. It holds no
 /// times: the same plan has the same file.

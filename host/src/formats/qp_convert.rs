@@ -263,7 +263,7 @@ mod tests {
             solution.row_multiplier[k].fill(0.7 + k as f64);
         }
         let outcome = QpOutcome { status, iterations: 9 };
-        let solve = Solve { qp, solution: &solution, outcome, is_correction: false };
+        let solve = Solve { qp, solution: &solution, outcome, is_correction: false, stage: 2 };
         QpFile::new(&PLACE, &Method::default(), &solve)
     }
 

@@ -9,7 +9,7 @@ use remora_host::backend::{ClarabelQp, Solve};
 use remora_host::formats::{PlanStatus, ScenarioSet};
 use remora_host::kkt::{Kkt, distance, objective};
 use remora_host::method::{Integrator, Method, Qp as Choice};
-use remora_host::planning::{Planner, ReorientationSolve, STACK_BYTES, TranslationSolve};
+use remora_host::planning::{Planner, STACK_BYTES, Subproblem};
 
 /// How one subproblem went with both.
 struct Pair {
@@ -56,19 +56,14 @@ fn pairs(first: usize, step: usize) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for scenario in set.scenarios.iter().skip(first).step_by(step) {
         let reference = || ClarabelQp::with_tolerance(1e-14);
-        let (mut one, mut two) = ((sharp(), reference()), (sharp(), reference()));
-        let (mut ones, mut twos) = (Vec::new(), Vec::new());
-        let mut watch_one = |solve: TranslationSolve<'_>| {
-            ones.push(pair(format!("{} 1-{}", scenario.id, ones.len()), &mut one, &solve));
+        let (mut solvers, mut count) = ((sharp(), reference()), 0);
+        let mut watch = |solve: Subproblem<'_>| {
+            let name = format!("{} {}-{count}", scenario.id, solve.stage);
+            pairs.push(pair(name, &mut solvers, &solve));
+            count += 1;
         };
-        let mut watch_two = |solve: ReorientationSolve<'_>| {
-            twos.push(pair(format!("{} 2-{}", scenario.id, twos.len()), &mut two, &solve));
-        };
-        let watchers = (&mut watch_one as _, &mut watch_two as _);
-        let planned = planner.plan_watched(&mission, scenario, &method, watchers);
+        let planned = planner.plan_watched(&mission, scenario, &method, &mut watch);
         assert_eq!(planned.file.status, PlanStatus::Solved, "{}", scenario.id);
-        pairs.append(&mut ones);
-        pairs.append(&mut twos);
     }
     pairs
 }

@@ -5,7 +5,7 @@ mod roll_out;
 
 use super::TranslationTrajectory;
 use super::heuristic::line_of_sight;
-use super::reorientation_size::NR;
+use super::size::NR;
 use super::worse;
 use crate::dynamics::{Control, Integrator, Multibody, State};
 use crate::math::{clamp, quaternion};

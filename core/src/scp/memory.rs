@@ -1,0 +1,73 @@
+//! The loop's memory, in two parts: what every solve may overwrite, and what is left of each.
+
+use super::{Log, Residuals};
+use crate::qp::{Qp, Solution, zeros};
+use nalgebra::SVector;
+
+/// What the loop works with, for one size of problem; the caller keeps it. It carries nothing from
+/// one solve to the next, so that solves one after the other can share it.
+#[derive(Clone, Debug)]
+pub struct Scratch<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
+    /// The subproblem.
+    pub qp: Qp<N, NX, NU, NR>,
+    /// Its solution: the step last computed.
+    pub step: Solution<N, NX, NU, NR>,
+    pub(super) correction: Solution<N, NX, NU, NR>,
+    pub(super) residuals: Residuals<N, NX, NR>,
+    pub(super) trial_residuals: Residuals<N, NX, NR>,
+    pub(super) searched: Residuals<N, NX, NR>,
+    /// The subproblem's `c` and row offsets before corrections.
+    pub(super) c: [SVector<f64, NX>; N],
+    pub(super) row_offset: [SVector<f64, NR>; N],
+}
+
+impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Scratch<N, NX, NU, NR> {
+    /// Storage, all bits zero.
+    pub const fn new() -> Self {
+        Self {
+            qp: Qp::ZERO,
+            step: Solution::ZERO,
+            correction: Solution::ZERO,
+            residuals: Residuals::ZERO,
+            trial_residuals: Residuals::ZERO,
+            searched: Residuals::ZERO,
+            c: [zeros(); N],
+            row_offset: [zeros(); N],
+        }
+    }
+}
+
+impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Default
+    for Scratch<N, NX, NU, NR>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The trajectories of one problem, and the log of how the loop came by them; the caller keeps
+/// them.
+#[derive(Clone, Debug)]
+pub struct Iterates<T> {
+    /// The current trajectory: the start before a solve, the result after it.
+    pub trajectory: T,
+    pub(super) trial: T,
+    pub(super) corrected: T,
+    /// The best feasible iterate, while the loop is elsewhere.
+    pub(super) best: T,
+    /// One record an iteration.
+    pub log: Log,
+}
+
+impl<T: Copy> Iterates<T> {
+    /// Storage around a placeholder trajectory.
+    pub const fn new(placeholder: T) -> Self {
+        Self {
+            trajectory: placeholder,
+            trial: placeholder,
+            corrected: placeholder,
+            best: placeholder,
+            log: Log::new(),
+        }
+    }
+}
