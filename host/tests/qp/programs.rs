@@ -31,7 +31,7 @@ impl Recipe {
 
 /// Recipes of strictly convex programs.
 pub fn recipes() -> impl Strategy<Value = Recipe> {
-    let sizes = (0.0..0.5f64, -2.0..1.0f64, -2.0..1.0f64, -1.0..1.5f64);
+    let sizes = (0.0..0.5f64, -2.0..1.0f64, -2.0..1.0f64, -1.0..1.0f64);
     (any::<u64>(), any::<bool>(), sizes).prop_map(
         |(seed, soft, (open, curvature, width, slope))| {
             let [curvature, width, slope] = [curvature, width, slope].map(|x| 10f64.powf(x));

@@ -54,13 +54,7 @@ fn warm_starts_hold(recipe: &Recipe) -> Result<(), TestCaseError> {
 
     let again = warm(&mut *solver, &qp, &expected);
     same(&qp, &again, &expected)?;
-    // Its own multipliers can only help.
-    prop_assert!(
-        again.outcome.iterations <= expected.outcome.iterations + 2,
-        "{} {}",
-        again.outcome.iterations,
-        most
-    );
+    prop_assert!(again.outcome.iterations <= most, "{} {}", again.outcome.iterations, most);
 
     // Multipliers of another program tell nothing, or something wrong.
     let other = cold(&mut *solver, &random(&Recipe { seed: recipe.seed ^ 7, ..*recipe }));

@@ -11,10 +11,9 @@ use crate::time::Deadline;
 /// Share of the way to the nearest bound that a step may go.
 const FRACTION: f64 = 0.995;
 
-/// A step shorter than this is blocked; a second one towards this share of the mean product is
-/// tried instead.
-const SHORT: f64 = 0.1;
-const CENTRE: f64 = 0.7;
+/// A step shorter than this is blocked: by a few pairs that are much nearer their bounds than the
+/// rest. One that brings all to the same product is tried instead.
+const SHORT: f64 = 0.3;
 
 /// Products up to this are enough once residuals grow again: where rounding shows, smaller ones
 /// make it worse.
@@ -100,8 +99,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         for (node, affine) in self.nodes.iter().zip(&self.affine) {
             node.add_products(affine, Aim::AFFINE, affine, length, &mut sum);
         }
-        // Mehrotra's rule; no lower than needed, where only rounding would be gained. Second-order
-        // terms of a step that can't be taken mislead.
+        // Mehrotra's rule; no lower than needed, where only rounding would be gained.
         let reached = clamp(sum.sum() / self.pairs / mean, 0.0, 1.0);
         let least = 0.1 * self.settings().complementarity;
         let product = (reached * reached * reached * mean).max(least);
@@ -109,10 +107,14 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         self.direct(qp, aim);
         let mut length = (FRACTION * self.longest(aim)).min(1.0);
         if length < SHORT {
-            // Blocked: away from the bounds first.
-            aim = Aim { product: (CENTRE * mean).max(0.1 * residual), second_order: 0.0 };
-            self.direct(qp, aim);
-            length = (FRACTION * self.longest(aim)).min(1.0);
+            let central = Aim { product: mean.max(0.1 * residual), second_order: 0.0 };
+            self.direct(qp, central);
+            let other = (FRACTION * self.longest(central)).min(1.0);
+            if other > length {
+                (aim, length) = (central, other);
+            } else {
+                self.direct(qp, aim);
+            }
         }
         // Written so that NaN fails.
         if !(length > SHORTEST) {

@@ -28,7 +28,7 @@ use riccati::Interval;
 
 /// Iterations after which a start is given up. Only random programs ever need a second one.
 const WARM_PATIENCE: u32 = 15;
-const COLD_PATIENCE: u32 = 35;
+const COLD_PATIENCE: u32 = 50;
 
 /// The embedded solver with all the memory it needs.
 ///
@@ -175,7 +175,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
             if ended || fixed || left == 0 || self.start(qp, solution, start).is_err() {
                 break;
             }
-            let patience = if start.product < 1.0 { left.min(COLD_PATIENCE) } else { left };
+            let patience =
+                if start.product < Start::FAR.product { left.min(COLD_PATIENCE) } else { left };
             let spent = outcome.iterations;
             outcome = self.run(qp, patience, deadline);
             outcome.iterations += spent;

@@ -95,7 +95,7 @@ impl Start {
     /// none matters by more than an iteration or two there.
     pub const COLD: Self = Self { product: 0.1, warm: false };
     /// The same further from the bounds, for programs that are far from their optimum at first.
-    pub const FAR: Self = Self { product: 1.0, warm: false };
+    pub const FAR: Self = Self { product: 10.0, warm: false };
     /// From the multipliers of the last subproblem.
     pub const WARM: Self = Self { product: 1e-4, warm: true };
 }

@@ -1,10 +1,14 @@
 //! How far from optimal an iterate is.
 
-use super::boxed::{Aim, larger};
+use super::boxed::Aim;
 use super::kernels::{add_product, add_transposed_product};
 use super::node::{Entries, Node};
 use super::riccati::Interval;
+use crate::math::clamp;
 use crate::qp::{Qp, Stage};
+
+/// States and controls beyond this are no excuse for larger residuals: programs come scaled.
+const LARGE: f64 = 10.0;
 
 /// What is known of an iterate's optimality.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,8 +20,8 @@ pub(super) struct Optimality {
     pub mean: f64,
     /// Largest product of a pair.
     pub product: f64,
-    /// Largest state or control, at least one: what residuals are measured by, for rounding grows
-    /// with it.
+    /// Largest state or control, from one to ten: what residuals are measured by, for rounding
+    /// grows with it.
     pub scale: f64,
 }
 
@@ -46,7 +50,7 @@ impl Optimality {
             residual: worst.largest() + poison,
             mean: sum / pairs,
             product: most.largest() + sum * 0.0,
-            scale: larger(size.largest(), 1.0),
+            scale: clamp(size.largest(), 1.0, LARGE),
         }
     }
 

@@ -5,11 +5,11 @@ use crate::math::Checksum;
 /// Settings of the interior-point method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InteriorPointSettings {
-    /// Most iterations, restarts counted. Default 80.
+    /// Most iterations, restarts counted. Default 100.
     pub max_iterations: u32,
     /// Largest KKT residual of a solved program: the Lagrangian's gradient, and the violation of
     /// dynamics and rows. In the program's own (scaled) units, times the largest state or control
-    /// where that exceeds one. Default 5e-10; positive.
+    /// where that is from one to ten. Default 5e-10; positive.
     pub tolerance: f64,
     /// Largest product of a bound's distance and its multiplier in a solved program, measured
     /// likewise. What is held by hardly any multiplier is off by its square root, hence the small
@@ -38,7 +38,7 @@ impl InteriorPointSettings {
 
     /// The defaults.
     pub const DEFAULT: Self = Self {
-        max_iterations: 80,
+        max_iterations: 100,
         tolerance: 5e-10,
         complementarity: 1e-13,
         reduced: 1e-6,
