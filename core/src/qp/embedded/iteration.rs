@@ -44,7 +44,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         loop {
             differentiate(qp, &self.nodes, &self.intervals, &mut self.gradient);
             let at = Optimality::of(&self.nodes, &self.gradient, self.pairs);
-            let grows = at.residual > before && at.residual > 0.01 * settings.tolerance;
+            let grows = at.residual > before && at.residual > 0.3 * settings.tolerance;
             let solved = at.is_within(settings.tolerance, settings.complementarity)
                 || (grows && at.is_within(settings.tolerance, ENOUGH));
             let free = settings.fixed_iterations.is_none();
