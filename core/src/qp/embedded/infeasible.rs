@@ -1,9 +1,9 @@
 //! The proof that hard dynamics have no point within the boxes.
 
 use super::boxed::larger;
-use super::kernels::add_product;
 use super::node::Node;
 use super::riccati::Interval;
+use crate::math::matrix::multiply_vector_add;
 use crate::qp::Qp;
 use core::array::from_fn;
 
@@ -43,8 +43,8 @@ pub(super) fn is_proved<const N: usize, const NX: usize, const NU: usize, const 
         let mut x: [f64; NX] = from_fn(|i| -before[i]);
         let mut u = [0.0; NU];
         if k + 1 < N {
-            add_product(&interval.a_transposed, &y, &mut x);
-            add_product(&interval.b_transposed, &y, &mut u);
+            multiply_vector_add(&mut x, &interval.a_transposed, &y);
+            multiply_vector_add(&mut u, &interval.b_transposed, &y);
             for i in 0..NU {
                 add(u[i], stage.lower_u[i], stage.upper_u[i]);
             }

@@ -6,7 +6,8 @@
 //! node before the joint has the stiffness `P~ = (P^-1 + D)^-1`, `P` and `D^-1` in series. What is
 //! pinned is infinitely stiff: there `x+ = 0` and `P~ = 1 / D`, and its row of `P` stands at zero.
 
-use super::kernels::{NotPositiveDefinite, add_product, factor};
+use super::kernels::{NotPositiveDefinite, factor};
+use crate::math::matrix::{multiply_vector_add, transpose};
 use core::array::from_fn;
 
 /// Compliance above which a component counts as soft: its force follows from its stretch.
@@ -80,7 +81,7 @@ impl<const NX: usize> Joint<NX> {
             inverse[i] = unit;
             self.backward[i] = unit.map(|u| u * sum[i][i]);
         }
-        super::kernels::transpose(&inverse, &mut self.forward);
+        transpose(&mut self.forward, &inverse);
         for j in 0..NX {
             let mut column = [0.0; NX];
             column[j] = (1.0 - free[j]) * rigid[j];
@@ -109,11 +110,11 @@ impl<const NX: usize> Joint<NX> {
     pub fn yield_to(&self, y: &[f64; NX]) -> ([f64; NX], [f64; NX]) {
         let push: [f64; NX] = from_fn(|i| y[i] / self.compliance[i] - self.slope[i]);
         let (mut half, mut x) = ([0.0; NX], [0.0; NX]);
-        add_product(&self.forward, &push, &mut half);
-        add_product(&self.backward, &half, &mut x);
+        multiply_vector_add(&mut half, &self.forward, &push);
+        multiply_vector_add(&mut x, &self.backward, &half);
         let x: [f64; NX] = from_fn(|i| x[i] * self.free[i]);
         let mut force = self.slope;
-        add_product(&self.stiffness, &x, &mut force);
+        multiply_vector_add(&mut force, &self.stiffness, &x);
         for i in 0..NX {
             if self.compliance[i] > SOFT || self.free[i] == 0.0 {
                 force[i] = (y[i] - x[i]) / self.compliance[i];

@@ -1,22 +1,5 @@
-//! Small dense kernels over columns.
-//!
-//! A matrix of `R` rows and `C` columns is `[[f64; R]; C]`, as nalgebra stores it. Every loop runs
-//! down a column innermost, so that a processor with vector registers takes several rows at once
-//! while each element sees the same operations in the same order as without them.
-
-/// `y += M x`. Cost: `2 R C` flops.
-#[inline(always)]
-pub(super) fn add_product<const R: usize, const C: usize>(
-    m: &[[f64; R]; C],
-    x: &[f64; C],
-    y: &mut [f64; R],
-) {
-    for (column, factor) in m.iter().zip(x) {
-        for (y, m) in y.iter_mut().zip(column) {
-            *y += m * factor;
-        }
-    }
-}
+//! Dense kernels that only the solver needs, beside those of [`crate::math::matrix`]; the same
+//! columns, the same order of operations with and without vector registers.
 
 /// `y += M^T x`, for the few places where no transpose is kept. Cost: `2 R C` flops.
 #[inline(always)]
@@ -42,47 +25,6 @@ pub(super) fn sub_product<const R: usize, const C: usize>(
     for (column, factor) in m.iter().zip(x) {
         for (y, m) in y.iter_mut().zip(column) {
             *y -= m * factor;
-        }
-    }
-}
-
-/// `out = A B`. Cost: `2 R K C` flops.
-#[inline(always)]
-pub(super) fn product<const R: usize, const K: usize, const C: usize>(
-    a: &[[f64; R]; K],
-    b: &[[f64; K]; C],
-    out: &mut [[f64; R]; C],
-) {
-    for (out, b) in out.iter_mut().zip(b) {
-        let mut sum = [0.0; R];
-        add_product(a, b, &mut sum);
-        *out = sum;
-    }
-}
-
-/// `out += A B`. Cost: `2 R K C` flops.
-#[inline(always)]
-pub(super) fn add_matrix_product<const R: usize, const K: usize, const C: usize>(
-    a: &[[f64; R]; K],
-    b: &[[f64; K]; C],
-    out: &mut [[f64; R]; C],
-) {
-    for (out, b) in out.iter_mut().zip(b) {
-        let mut sum = *out;
-        add_product(a, b, &mut sum);
-        *out = sum;
-    }
-}
-
-/// The transpose.
-#[inline(always)]
-pub(super) fn transpose<const R: usize, const C: usize>(
-    m: &[[f64; R]; C],
-    out: &mut [[f64; C]; R],
-) {
-    for (j, column) in m.iter().enumerate() {
-        for (row, value) in out.iter_mut().zip(column) {
-            row[j] = *value;
         }
     }
 }

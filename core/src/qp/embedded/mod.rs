@@ -33,8 +33,8 @@ const COLD_PATIENCE: u32 = 50;
 /// The embedded solver with all the memory it needs.
 ///
 /// Never allocates, never panics. Cost: an iteration is about
-/// `N (9 NX^3 + 12 NX^2 NU + 4 NX NU^2 + 30 NX (NX + NU))` flops; programs of the planner take 5 to
-/// 15. Memory: [`EmbeddedQp::BYTES`], about `8 N (3 NX^2 + 2 NX NU + NU^2 + 27 NX + 11 NU)`.
+/// `N (11 NX^3 + 14 NX^2 NU + 5 NX NU^2 + 50 NX (NX + NU))` flops; programs of the planner take 5 to
+/// 15. Memory: [`EmbeddedQp::BYTES`], about `8 N (4 NX^2 + 2 NX NU + NU^2 + 26 NX + 13 NU)`.
 #[derive(Clone, Debug)]
 pub struct EmbeddedQp<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
     /// How it works, where that was told; the defaults otherwise, so that fresh storage is zero
@@ -242,9 +242,10 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver
         self.finish(qp, solution, true, deadline)
     }
 
-    /// That of the last iteration's Newton system, barriers included; none before the first.
+    /// That of the last iteration's Newton system, barriers included; none where the last program
+    /// was not solved.
     fn gain(&self, k: usize) -> Option<SMatrix<f64, NU, NX>> {
-        let interval = self.intervals.get(k).filter(|_| k + 1 < N && self.pairs > 0.0)?;
+        let interval = self.intervals.get(k).filter(|_| k + 1 < N && self.solved)?;
         Some(SMatrix::from_fn(|i, j| -interval.gain[i][j]))
     }
 

@@ -1,10 +1,11 @@
 //! How far from optimal an iterate is.
 
 use super::boxed::Aim;
-use super::kernels::{add_product, add_transposed_product};
+use super::kernels::add_transposed_product;
 use super::node::{Entries, Node};
 use super::riccati::Interval;
 use crate::math::clamp;
+use crate::math::matrix::multiply_vector_add;
 use crate::qp::{Qp, Stage};
 
 /// States and controls beyond this are no excuse for larger residuals: programs come scaled.
@@ -83,8 +84,8 @@ pub(super) fn differentiate<const N: usize, const NX: usize, const NU: usize, co
         }
         if let Some(next) = nodes.get(k + 1) {
             let lambda = &node.dynamics.value;
-            add_product(&interval.a_transposed, lambda, &mut out.x);
-            add_product(&interval.b_transposed, lambda, &mut out.u);
+            multiply_vector_add(&mut out.x, &interval.a_transposed, lambda);
+            multiply_vector_add(&mut out.u, &interval.b_transposed, lambda);
             for i in 0..NX {
                 out.dynamics[i] -= next.x.value[i];
             }
@@ -102,19 +103,19 @@ fn own_gradient<const NX: usize, const NU: usize, const NR: usize>(
     let mut out = Entries::ZERO;
     let x = &node.x.value;
     out.x = stage.gradient_x.data.0[0];
-    add_product(&stage.hessian_xx.data.0, x, &mut out.x);
+    multiply_vector_add(&mut out.x, &stage.hessian_xx.data.0, x);
     add_transposed_product(&stage.row_x.data.0, &node.row.value, &mut out.x);
     out.row = stage.row_offset.data.0[0];
-    add_product(&stage.row_x.data.0, x, &mut out.row);
+    multiply_vector_add(&mut out.row, &stage.row_x.data.0, x);
     if !last {
         let u = &node.u.value;
         add_transposed_product(&stage.hessian_ux.data.0, u, &mut out.x);
         out.u = stage.gradient_u.data.0[0];
-        add_product(&stage.hessian_uu.data.0, u, &mut out.u);
-        add_product(&stage.hessian_ux.data.0, x, &mut out.u);
+        multiply_vector_add(&mut out.u, &stage.hessian_uu.data.0, u);
+        multiply_vector_add(&mut out.u, &stage.hessian_ux.data.0, x);
         out.dynamics = stage.c.data.0[0];
-        add_product(&stage.a.data.0, x, &mut out.dynamics);
-        add_product(&stage.b.data.0, u, &mut out.dynamics);
+        multiply_vector_add(&mut out.dynamics, &stage.a.data.0, x);
+        multiply_vector_add(&mut out.dynamics, &stage.b.data.0, u);
     }
     out
 }

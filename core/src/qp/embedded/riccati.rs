@@ -1,16 +1,12 @@
 //! The Newton system of one iteration, factored by a Riccati recursion.
 //!
-//! With `D` the barriers' stiffness of the multipliers of the dynamics, the linearised dynamics read
-//! `dx+ = A dx + B du + r - D dlambda`: a *compliant* joint between nodes, as `docs/qp.md` derives.
-//! A cost-to-go `1/2 dx+^T P dx+` seen through it is `P~ = (P^-1 + D)^-1 = P - P (P + D^-1)^-1 P`,
-//! and that of a pinned component, infinite, becomes `1 / D`: pins need nothing else.
+//! Riccati's recursion with a compliant joint (`joint.rs`) between nodes: backward once for the
+//! matrices, backward and forward again for each right-hand side.
 
 use super::joint::Joint;
-use super::kernels::{
-    NotPositiveDefinite, add_matrix_product, add_product, factor, product, solve, sub_product,
-    transpose,
-};
+use super::kernels::{NotPositiveDefinite, add_transposed_product, factor, solve, sub_product};
 use super::node::{Entries, Node};
+use crate::math::matrix::{mirror_lower, multiply, multiply_add, multiply_vector_add, transpose};
 use crate::qp::Stage;
 use core::array::from_fn;
 
@@ -41,8 +37,8 @@ impl<const NX: usize, const NU: usize> Interval<NX, NU> {
 
     /// Copies what stays the same during all iterations on a program.
     pub fn pack<const NR: usize>(&mut self, stage: &Stage<NX, NU, NR>) {
-        transpose(&stage.a.data.0, &mut self.a_transposed);
-        transpose(&stage.b.data.0, &mut self.b_transposed);
+        transpose(&mut self.a_transposed, &stage.a.data.0);
+        transpose(&mut self.b_transposed, &stage.b.data.0);
     }
 }
 
@@ -79,21 +75,11 @@ fn mask<const NX: usize>(p: &mut [[f64; NX]; NX], free: &[f64; NX]) {
     }
 }
 
-/// Copies the lower triangle to the upper one.
-#[inline(always)]
-fn mirror<const R: usize>(m: &mut [[f64; R]; R]) {
-    for j in 1..R {
-        for i in 0..j {
-            m[j][i] = m[i][j];
-        }
-    }
-}
-
-/// Factors the system of all nodes. `regular` is added to the compliance: zero unless the dynamics
-/// are hard. The first node's states are solved for with `initial`.
+/// Factors the system of all nodes. `regular` is added to the compliance; `initial` becomes the
+/// factor for the first node's states.
 ///
 /// Cost a node: `2 NX^2 (NX + NU)` for `P~ [A B]`, `2 NX^3 + 2 NX^2 NU + 2 NX NU^2` for
-/// `[A B]^T P~ [A B]`, `3 NX^2 NU` for the controls' elimination, `4 NX^3` for the compliance.
+/// `[A B]^T P~ [A B]`, `3 NX^2 NU` for the controls' elimination, `5 NX^3` for the joint.
 pub(super) fn factorise<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
     stages: &[Stage<NX, NU, NR>; N],
     nodes: &[Node<NX, NU, NR>; N],
@@ -117,7 +103,7 @@ pub(super) fn factorise<const N: usize, const NX: usize, const NU: usize, const 
             let eliminated = eliminate(stage, node, interval, &cost_to_go, &mut block);
             result = result.and(eliminated);
         }
-        mirror(&mut block);
+        mirror_lower(&mut block);
         mask(&mut block, &node.free_x);
         p = block;
     }
@@ -139,14 +125,14 @@ fn eliminate<const NX: usize, const NU: usize, const NR: usize>(
     block: &mut [[f64; NX]; NX],
 ) -> Result<(), NotPositiveDefinite> {
     let (mut pa, mut pb) = ([[0.0; NX]; NX], [[0.0; NX]; NU]);
-    product(cost_to_go, &stage.a.data.0, &mut pa);
-    product(cost_to_go, &stage.b.data.0, &mut pb);
-    add_matrix_product(&interval.a_transposed, &pa, block);
+    multiply(&mut pa, cost_to_go, &stage.a.data.0);
+    multiply(&mut pb, cost_to_go, &stage.b.data.0);
+    multiply_add(block, &interval.a_transposed, &pa);
     let mut cross = [[0.0; NX]; NU];
-    transpose(&stage.hessian_ux.data.0, &mut cross);
-    add_matrix_product(&interval.a_transposed, &pb, &mut cross);
+    transpose(&mut cross, &stage.hessian_ux.data.0);
+    multiply_add(&mut cross, &interval.a_transposed, &pb);
     let mut control = stage.hessian_uu.data.0;
-    add_matrix_product(&interval.b_transposed, &pb, &mut control);
+    multiply_add(&mut control, &interval.b_transposed, &pb);
     let stiffness = node.u.stiffness();
     mask(&mut control, &node.free_u);
     for i in 0..NU {
@@ -189,7 +175,7 @@ fn eliminate<const NX: usize, const NU: usize, const NR: usize>(
 /// Solves the factored system for the direction along which `right` (the condensed gradient)
 /// vanishes; `right.dynamics` is the violation of the dynamics.
 ///
-/// Cost a node: about `8 NX^2 + 8 NX NU + 2 NU^2` flops.
+/// Cost a node: about `16 NX^2 + 12 NX NU + 4 NU^2` flops.
 pub(super) fn direction<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
     stages: &[Stage<NX, NU, NR>; N],
     nodes: &[Node<NX, NU, NR>; N],
@@ -198,69 +184,78 @@ pub(super) fn direction<const N: usize, const NX: usize, const NU: usize, const 
     right: impl Fn(usize, &Node<NX, NU, NR>) -> Entries<NX, NU, NR>,
     out: &mut [Entries<NX, NU, NR>; N],
 ) {
-    // Backward: slopes of the costs-to-go. `out` keeps what the way forward needs again.
+    let slope = backward(stages, nodes, intervals, right, out);
+    let mut x = slope.map(|s| -s);
+    solve(initial, &mut x);
+    forward(stages, nodes, intervals, x, out);
+}
+
+/// Slopes of the costs-to-go, from the last node to the first, whose slope is returned. `out` keeps
+/// the right-hand sides for the way forward.
+fn backward<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    stages: &[Stage<NX, NU, NR>; N],
+    nodes: &[Node<NX, NU, NR>; N],
+    intervals: &mut [Interval<NX, NU>; N],
+    right: impl Fn(usize, &Node<NX, NU, NR>) -> Entries<NX, NU, NR>,
+    out: &mut [Entries<NX, NU, NR>; N],
+) -> [f64; NX] {
     let mut slope = [0.0; NX];
     for (k, (((stage, node), interval), out)) in
         stages.iter().zip(nodes).zip(intervals.iter_mut()).zip(out.iter_mut()).enumerate().rev()
     {
         let b = right(k, node);
-        let mut x = b.x;
         let stiffness = node.row_stiffness();
-        for r in 0..NR {
-            let weighted = b.row[r] * stiffness[r];
-            for i in 0..NX {
-                x[i] += stage.row_x[(r, i)] * weighted;
-            }
-        }
+        let mut x = b.x;
+        let weighted = from_fn(|r| b.row[r] * stiffness[r]);
+        add_transposed_product(&stage.row_x.data.0, &weighted, &mut x);
         if k + 1 < N {
             interval.joint.slope = slope;
-            let (_, q) = interval.joint.yield_to(&b.dynamics);
+            let (_, force) = interval.joint.yield_to(&b.dynamics);
             let mut u = b.u;
-            add_product(&interval.a_transposed, &q, &mut x);
-            add_product(&interval.b_transposed, &q, &mut u);
-            for i in 0..NU {
-                u[i] *= node.free_u[i];
+            multiply_vector_add(&mut x, &interval.a_transposed, &force);
+            multiply_vector_add(&mut u, &interval.b_transposed, &force);
+            for (u, free) in u.iter_mut().zip(&node.free_u) {
+                *u *= free;
             }
             sub_product(&interval.gain, &u, &mut x);
             interval.feedforward = u;
         }
-        for i in 0..NX {
-            slope[i] = x[i] * node.free_x[i];
-        }
+        slope = from_fn(|i| x[i] * node.free_x[i]);
         *out = b;
     }
-    // Forward.
-    let mut x: [f64; NX] = slope.map(|s| -s);
-    solve(initial, &mut x);
-    for (k, (((stage, interval), node), out)) in
-        stages.iter().zip(intervals.iter_mut()).zip(nodes).zip(out.iter_mut()).enumerate()
+    slope
+}
+
+/// The direction itself, from the step `x` of the first node to the last. `out` holds the
+/// right-hand sides on entry.
+fn forward<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    stages: &[Stage<NX, NU, NR>; N],
+    nodes: &[Node<NX, NU, NR>; N],
+    intervals: &[Interval<NX, NU>; N],
+    mut x: [f64; NX],
+    out: &mut [Entries<NX, NU, NR>; N],
+) {
+    for (k, (((stage, node), interval), out)) in
+        stages.iter().zip(nodes).zip(intervals).zip(out.iter_mut()).enumerate()
     {
         let b = *out;
-        out.x = x;
         let stiffness = node.row_stiffness();
-        for r in 0..NR {
-            let mut moved = b.row[r];
-            for i in 0..NX {
-                moved += stage.row_x[(r, i)] * x[i];
+        let mut row = b.row;
+        multiply_vector_add(&mut row, &stage.row_x.data.0, &x);
+        *out = Entries { x, row: from_fn(|r| row[r] * stiffness[r]), ..Entries::ZERO };
+        if k + 1 < N {
+            let mut u = interval.feedforward.map(|u| -u);
+            solve(&interval.control, &mut u);
+            for (u, k) in u.iter_mut().zip(&interval.gain) {
+                for (k, x) in k.iter().zip(&x) {
+                    *u -= k * x;
+                }
             }
-            out.row[r] = moved * stiffness[r];
+            let mut y = b.dynamics;
+            multiply_vector_add(&mut y, &stage.a.data.0, &x);
+            multiply_vector_add(&mut y, &stage.b.data.0, &u);
+            out.u = u;
+            (x, out.dynamics) = interval.joint.yield_to(&y);
         }
-        if k + 1 == N {
-            out.u = [0.0; NU];
-            out.dynamics = [0.0; NX];
-            break;
-        }
-        let mut u = interval.feedforward.map(|u| -u);
-        solve(&interval.control, &mut u);
-        for (u, k) in u.iter_mut().zip(&interval.gain) {
-            for (k, x) in k.iter().zip(&x) {
-                *u -= k * x;
-            }
-        }
-        out.u = u;
-        let mut y = b.dynamics;
-        add_product(&stage.a.data.0, &x, &mut y);
-        add_product(&stage.b.data.0, &u, &mut y);
-        (x, out.dynamics) = interval.joint.yield_to(&y);
     }
 }
