@@ -1,5 +1,5 @@
 //! How a plan is made: mode, warm start, solver of the subproblems and integrator, by the names
-//! they have in files and on the command line.
+//! they have in files and on the command line, and how long it may take.
 
 use remora_core::dynamics;
 use remora_core::stages;
@@ -157,6 +157,47 @@ impl Qp {
     }
 }
 
+/// Time that a whole plan may take: a positive and finite number of seconds.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
+pub struct Deadline(f64);
+
+// It is never NaN.
+impl Eq for Deadline {}
+
+impl Deadline {
+    /// The time [s].
+    pub fn seconds(self) -> f64 {
+        self.0
+    }
+}
+
+impl TryFrom<f64> for Deadline {
+    type Error = String;
+
+    fn try_from(seconds: f64) -> Result<Self, String> {
+        match seconds > 0.0 && seconds.is_finite() {
+            true => Ok(Self(seconds)),
+            false => Err("must be positive and finite".into()),
+        }
+    }
+}
+
+impl From<Deadline> for f64 {
+    fn from(deadline: Deadline) -> Self {
+        deadline.0
+    }
+}
+
+impl FromStr for Deadline {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let seconds = text.parse::<f64>().map_err(|_| "expected a number of seconds")?;
+        Self::try_from(seconds)
+    }
+}
+
 /// How a plan is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Method {
@@ -168,6 +209,9 @@ pub struct Method {
     pub qp: Qp,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
+    /// Time for the whole plan; none is as long as it takes. With it, when a plan ends depends on
+    /// the machine and its load.
+    pub deadline: Option<Deadline>,
 }
 
 #[cfg(test)]
@@ -185,6 +229,19 @@ mod tests {
             assert!(text.parse::<Integrator>().is_err(), "{text}");
         }
         assert!("rk4:3".parse::<Integrator>().unwrap_err().contains("at least 4"));
+    }
+
+    #[test]
+    fn deadlines_are_positive_numbers() {
+        for (text, seconds) in [("0.5", 0.5), ("1e-6", 1e-6), ("3", 3.0)] {
+            assert_eq!(text.parse::<Deadline>().map(Deadline::seconds), Ok(seconds));
+        }
+        for text in ["0", "-0", "-1", "nan", "inf", "1e999", "1e-999"] {
+            assert_eq!(text.parse::<Deadline>().unwrap_err(), "must be positive and finite");
+        }
+        for text in ["", "soon", "1s", "1,5", " 1"] {
+            assert_eq!(text.parse::<Deadline>().unwrap_err(), "expected a number of seconds");
+        }
     }
 
     #[test]

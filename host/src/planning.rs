@@ -6,7 +6,7 @@ use crate::formats::{
     self, EvidenceFile, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget,
     Row, StageEnd,
 };
-use crate::method::{Method, Qp, WarmStart};
+use crate::method::{Deadline, Method, Qp, WarmStart};
 use crate::threads::Threads;
 use remora_core::model::Mission;
 use remora_core::planner::{
@@ -200,10 +200,12 @@ fn end(stage: &StageReport) -> StageEnd {
 
 /// The core's options for a method.
 fn options(method: &Method) -> Options {
-    Options::new(method.mode.core(), method.integrator.core())
+    let deadline_s = method.deadline.map_or(f64::INFINITY, Deadline::seconds);
+    Options { deadline_s, ..Options::new(method.mode.core(), method.integrator.core()) }
 }
 
-/// All settings that a method stands for, as text: two runs with the same text plan the same.
+/// All settings that a method stands for, as text: two runs with the same text plan the same,
+/// as far as no deadline passes.
 pub fn settings_text(method: &Method) -> String {
     format!("{:?}", options(method))
 }
@@ -217,6 +219,8 @@ pub struct PlanJob {
     pub mission: Mission<LINKS>,
     /// How to plan.
     pub method: Method,
+    /// How many threads work on it; the plan stays the same.
+    pub threads: Threads,
     /// Where to write the plan.
     pub out: PathBuf,
 }
@@ -230,8 +234,10 @@ impl PlanJob {
         let evidence = formats::evidence_path(&self.out);
         formats::check_writable(&self.out)?;
         formats::check_writable(&evidence)?;
-        let plan = || Planner::new().plan(&self.mission, &self.scenario, &self.method);
-        let planned = on_large_stack(plan)?;
+        let planned = on_large_stack(|| {
+            let mut planner = Planner::new().with_threads(self.threads);
+            planner.plan(&self.mission, &self.scenario, &self.method)
+        })?;
         planned.evidence.write(&evidence)?;
         planned.file.write(&self.out)?;
         Ok(planned)

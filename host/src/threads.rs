@@ -7,13 +7,15 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// How many threads work on one plan. The plan's bits are the same either way.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Threads {
     /// The calling one.
     #[default]
+    #[value(name = "1", help = "Plan on one thread")]
     One,
     /// A second one, started at the first use on each calling thread and kept until that ends.
     /// Handing work over then allocates nothing and takes some microseconds.
+    #[value(name = "2", help = "Share each linearisation between two threads")]
     Two,
 }
 

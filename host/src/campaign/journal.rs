@@ -84,7 +84,11 @@ impl Header {
                 named(&self.integrator.to_string(), &begun.integrator.to_string()),
             ),
             ("plans", self.plans != begun.plans, named(yes(self.plans), yes(begun.plans))),
-            ("settings", self.settings != begun.settings, changed("other planner settings")),
+            (
+                "settings",
+                self.settings != begun.settings,
+                changed("another --deadline or other planner settings"),
+            ),
             ("mission", self.mission != begun.mission, changed("another mission")),
             ("scenarios", self.scenarios != begun.scenarios, changed("other scenarios")),
         ];

@@ -7,6 +7,7 @@ use crate::campaign::Campaign;
 use crate::draw::MAX_COUNT;
 use crate::error::Error;
 use crate::formats::ScenarioSet;
+use crate::method::Deadline;
 use crate::report;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -28,6 +29,10 @@ pub(super) struct Args {
     mission: MissionArgs,
     #[command(flatten)]
     method: MethodArgs,
+    /// Time for each plan, a positive number; with it the results depend on the machine and its
+    /// load, and no second run need give the same bits [default: none]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
+    deadline: Option<Deadline>,
     /// Worker threads [default: the machine's cores]
     #[arg(long, value_name = "J")]
     jobs: Option<NonZeroUsize>,
@@ -46,9 +51,11 @@ const AFTER_HELP: &str = "\
 Examples:
   remora campaign --scenarios a.scenarios.json --out runs/a
   remora campaign --draw 300 --seed 1 --integrator euler --jobs 8 --plans --csv --out runs/b
+  remora campaign --draw 300 --seed 1 --deadline 0.5 --jobs 1 --out runs/c
 
 Interrupt it at any time: the same command goes on where it stopped. Results do not depend on the
-number of threads, but for times.
+number of threads, but for times. A campaign with --deadline is not reproducible bit by bit: where
+a plan stops depends on the machine, its load and --jobs.
 
 Exit status: 0 all solved, 1 ran through but some were not solved, 2 bad input.";
 
@@ -69,7 +76,7 @@ impl Args {
         let campaign = Campaign {
             scenarios: scenarios.scenarios,
             mission,
-            method: self.method.method(),
+            method: self.method.method_until(self.deadline),
             jobs: self.jobs.unwrap_or_else(cores),
             save_plans: self.plans,
             csv: self.csv,

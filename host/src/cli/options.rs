@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::formats::{NamedScenario, ScenarioSet, read_mission};
-use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
+use crate::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
 use remora_core::model::Mission;
 use remora_core::stages::LINKS;
 use std::path::PathBuf;
@@ -27,7 +27,12 @@ pub(super) struct MethodArgs {
 impl MethodArgs {
     pub(super) fn method(self) -> Method {
         let Self { mode, warm_start, integrator, qp } = self;
-        Method { mode, warm_start, qp, integrator }
+        Method { mode, warm_start, qp, integrator, deadline: None }
+    }
+
+    /// The method of plans that must end in time.
+    pub(super) fn method_until(self, deadline: Option<Deadline>) -> Method {
+        Method { deadline, ..self.method() }
     }
 }
 

@@ -4,8 +4,10 @@ use super::Output;
 use super::options::{MethodArgs, MissionArgs, ScenarioArgs};
 use crate::error::Error;
 use crate::formats::PlanStatus;
+use crate::method::Deadline;
 use crate::planning::PlanJob;
 use crate::report;
+use crate::threads::Threads;
 use std::path::PathBuf;
 
 /// Plan one approach and write the plan.
@@ -18,6 +20,14 @@ pub(super) struct Args {
     mission: MissionArgs,
     #[command(flatten)]
     method: MethodArgs,
+    /// Time for the whole plan, a positive number; past it the best iterate is kept and the status
+    /// is deadline [default: none]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
+    deadline: Option<Deadline>,
+    /// Threads that work on the plan; it is the same with either, but for times
+    #[arg(long, value_enum, value_name = "N", default_value_t = Threads::One)]
+    #[arg(allow_negative_numbers = true)]
+    threads: Threads,
     /// Plan file to write [default: ID.plan.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -32,6 +42,7 @@ Examples:
   remora plan -v --integrator euler
   remora plan --scenarios a.scenarios.json --id s1-007 --out seven.plan.json
   remora plan --mission light.mission.toml --mode feasible
+  remora plan --deadline 0.5 --threads 2
 
 Exit status: 0 solved, 1 not solved (the plan file holds the best iterate), 2 bad input.";
 
@@ -41,7 +52,8 @@ impl Args {
         let mission = self.mission.mission()?;
         let default = || PathBuf::from(format!("{}.plan.json", scenario.id));
         let out = self.out.clone().unwrap_or_else(default);
-        let job = PlanJob { scenario, mission, method: self.method.method(), out };
+        let method = self.method.method_until(self.deadline);
+        let job = PlanJob { scenario, mission, method, threads: self.threads, out };
         let planned = job.run()?;
 
         let mut text = String::new();

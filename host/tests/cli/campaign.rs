@@ -139,6 +139,7 @@ fn another_campaign_is_not_resumed() {
     refuses("campaign --scenarios one.scenarios.json", "integrator");
     refuses(&format!("{one} --mode feasible"), "mode");
     refuses(&format!("{one} --plans"), "plans");
+    refuses(&format!("{one} --deadline 1e3"), "settings");
     refuses(CAMPAIGN, "scenarios");
     bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
     refuses(&format!("{one} --mission heavy.mission.toml"), "mission");
@@ -159,6 +160,22 @@ fn what_is_not_solved_is_listed_and_told_by_the_status() {
     assert!(run.out.contains("1 scenarios: 0 solved (0.00 %)"), "{}", run.out);
     assert!(run.out.contains("not solved:\n  s1-000\n"), "{}", run.out);
     assert_eq!(bench.json("runs/summary.json")["unsolved"], serde_json::json!(["s1-000"]));
+}
+
+#[test]
+fn another_deadline_is_another_campaign() {
+    let bench = Bench::new();
+    let late = format!("{CAMPAIGN} --deadline 1e-6");
+    for planned in ["3 planned in", "0 planned in"] {
+        let run = bench.run(&format!("{late} --out runs"));
+        assert_eq!(run.status, 1, "{}", run.err);
+        assert!(run.out.contains(planned), "{}", run.out);
+    }
+    assert_eq!(bench.json("runs/summary.json")["by_status"], serde_json::json!({ "deadline": 3 }));
+    let message = "runs/journal.jsonl: settings: this campaign was begun with another --deadline";
+    for other in [CAMPAIGN, &format!("{CAMPAIGN} --deadline 2e-6")] {
+        bench.refuses(&format!("{other} --out runs"), message);
+    }
 }
 
 /// The set with its first scenario alone.

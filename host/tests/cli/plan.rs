@@ -41,6 +41,43 @@ fn twice_the_same_is_the_same_but_for_times() {
 }
 
 #[test]
+fn two_threads_write_the_same_plan_but_for_times() {
+    let bench = Bench::new();
+    for integrator in ["euler", "rk4:4"] {
+        for threads in ["1", "2"] {
+            let plan = format!("plan --mode feasible --integrator {integrator}");
+            bench.solves(&format!("{plan} --threads {threads} --out {threads}.plan.json"));
+        }
+        assert_eq!(timeless(bench.json("1.plan.json")), timeless(bench.json("2.plan.json")));
+        assert_eq!(bench.read("1.evidence.json"), bench.read("2.evidence.json"));
+    }
+}
+
+#[test]
+fn a_deadline_that_is_not_reached_changes_nothing() {
+    let bench = Bench::new();
+    let plan = "plan --mode feasible --integrator euler --out";
+    bench.solves(&format!("{plan} a.plan.json"));
+    bench.solves(&format!("{plan} b.plan.json --deadline 1e6"));
+    assert_eq!(timeless(bench.json("a.plan.json")), timeless(bench.json("b.plan.json")));
+}
+
+#[test]
+fn out_of_time_it_writes_what_it_has() {
+    let bench = Bench::new();
+    let set = "--scenarios set.scenarios.json";
+    for qp in ["embedded", "clarabel"] {
+        let run = bench.run(&format!("plan {set} --deadline 1e-6 --qp {qp}"));
+        assert_eq!(run.status, 1, "{}", run.err);
+        assert!(run.out.contains("scenario s1-000: deadline\n"), "{}", run.out);
+        assert_eq!(bench.json("s1-000.plan.json")["status"], "deadline");
+        let check = bench.run(&format!("check {set} s1-000.plan.json"));
+        assert_eq!(check.status, 1, "{}", check.err);
+        assert!(check.out.contains("verdict: NOT feasible\n"), "{}", check.out);
+    }
+}
+
+#[test]
 fn verbose_shows_the_iterations() {
     let bench = Bench::new();
     let run = bench.solves("plan -v --mode feasible --integrator euler");

@@ -124,6 +124,10 @@ fn arguments() {
     bench.refuses("plan --mode fast", "invalid value 'fast' for '--mode <MODE>'");
     bench.refuses("plan --qp osqp", "invalid value 'osqp' for '--qp <QP>'");
     bench.refuses("plan --warm-start cold", "invalid value 'cold' for '--warm-start <WARM_START>'");
+    for threads in ["0", "3", "-1", "two"] {
+        let message = format!("invalid value '{threads}' for '--threads <N>' [possible values: 1");
+        bench.refuses(&format!("plan --threads {threads}"), &message);
+    }
     bench.refuses("fly", "unrecognized subcommand 'fly'");
     bench.refuses("plan --fast", "unexpected argument '--fast' found");
     bench.refuses("draw --count 0 --seed 1 --out a.json", "invalid value '0' for '--count <N>'");
@@ -138,6 +142,28 @@ fn arguments() {
         "the argument '--scenarios <FILE>' cannot be used with",
     );
     bench.refuses(&format!("campaign {set}"), "the following required arguments were not");
+}
+
+#[test]
+fn deadlines() {
+    let bench = Bench::new();
+    for command in ["plan", "campaign --scenarios set.scenarios.json --out a"] {
+        let refuses = |value: &str, reason: &str| {
+            let message = format!("invalid value '{value}' for '--deadline <SECONDS>': {reason}");
+            bench.refuses(&format!("{command} --deadline {value}"), &message);
+        };
+        for value in ["0", "-1", "-1e-6", "-inf", "nan", "inf", "1e999"] {
+            refuses(value, "must be positive and finite");
+        }
+        refuses("soon", "expected a number of seconds");
+        refuses("1s", "expected a number of seconds");
+        refuses("--csv", "expected a number of seconds");
+        bench.refuses(
+            &format!("{command} --deadline"),
+            "a value is required for '--deadline <SECONDS>'",
+        );
+    }
+    bench.refuses("qp-export --deadline 1 --out a", "unexpected argument '--deadline' found");
 }
 
 #[test]
