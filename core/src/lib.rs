@@ -2,11 +2,11 @@
 //!
 //! `no_std`, no allocation, no unsafe. Data goes down this list, imports go up it:
 //!
-//! - [`math`]: quaternions, dual numbers, small factorisations, the same bits on every target;
+//! - [`math`]: quaternions, small dense kernels and factorisations, the same bits on every target;
 //! - [`model`]: the world as data, with the target's tumble and the orbit's transition;
 //! - [`dynamics`]: bus and arm, their discrete steps, exact first and second derivatives;
 //! - [`time`], [`pair`]: clock, deadline and second core, given by the caller;
-//! - [`qp`]: the stage-structured convex program, its convexification, the solver trait;
+//! - [`qp`]: the stage-structured convex program, its convexification, the embedded solver;
 //! - [`scp`]: the loop over convex programs, its settings and log, the problem trait;
 //! - [`stages`]: translation and reorientation as problems, the heuristic start, the independent
 //!   verifier;

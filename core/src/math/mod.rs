@@ -7,7 +7,6 @@
 
 mod checksum;
 mod cholesky;
-mod dual;
 mod eigen;
 mod lanes;
 pub mod matrix;
@@ -31,7 +30,6 @@ pub fn clamp(value: f64, least: f64, most: f64) -> f64 {
 
 pub use checksum::Checksum;
 pub use cholesky::{NotPositiveDefinite, cholesky_in_place, cholesky_solve_in_place};
-pub use dual::Dual;
 pub use eigen::project_positive;
 pub use lanes::Lanes;
 pub use scalar::Scalar;

@@ -1,11 +1,11 @@
-//! The numbers mechanics is written over: plain `f64`, and dual numbers for exact derivatives.
+//! The numbers mechanics is written over: plain `f64`, or several side by side.
 
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-/// A real number, possibly carrying derivatives.
+/// A real number, or several in step.
 ///
-/// Mechanics written over `T: Scalar` runs on `f64` for values and on [`super::Dual`] for values
-/// with exact first derivatives: one source, so that the two can't disagree.
+/// Mechanics written over `T: Scalar` runs on `f64` for one state and on [`super::Lanes`] for several
+/// directions or states at once: one source, so that the two can't disagree.
 pub trait Scalar:
     Copy
     + Add<Output = Self>
