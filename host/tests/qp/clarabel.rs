@@ -1,6 +1,7 @@
 //! Clarabel's answers against the optimality conditions, and convexification against the program
 //! it must not change.
 
+use super::programs::cases;
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use remora_core::qp::{Qp, QpSolver, QpStatus, Solution};
@@ -47,7 +48,7 @@ fn numbers() -> impl Strategy<Value = Vec<f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
+    #![proptest_config(cases(40))]
 
     #[test]
     fn clarabel_satisfies_the_optimality_conditions(numbers in numbers(), soft: bool) {

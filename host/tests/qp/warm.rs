@@ -1,6 +1,6 @@
 //! Starts from what is known: the same answers, and hardly ever more work.
 
-use super::programs::{Answer, Recipe, cold, embedded, random, recipes, warm};
+use super::programs::{Answer, Recipe, cases, cold, embedded, random, recipes, warm};
 use proptest::prelude::*;
 use remora_core::qp::{EmbeddedQp, Qp, QpSolver, QpStatus};
 use remora_core::time::Deadline;
@@ -82,7 +82,7 @@ fn corrections_hold(recipe: &Recipe, share: f64) -> Result<(), TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(cases(60))]
 
     #[test]
     fn warm_starts_give_the_same_answer(recipe in recipes()) {
