@@ -179,12 +179,13 @@ impl<const D: usize> Boxed<D> {
         }
     }
 
-    /// Raises `worst` to the largest product of a pair.
+    /// Adds the products of all pairs to `sum`, raises `worst` to the largest.
     #[inline(always)]
-    pub fn raise_to_products(&self, worst: &mut [f64; D]) {
+    pub fn products(&self, sum: &mut [f64; D], worst: &mut [f64; D]) {
         for i in 0..D {
             let lower = self.lower.distance[i] * self.lower.multiplier[i];
             let upper = self.upper.distance[i] * self.upper.multiplier[i];
+            sum[i] += lower + upper;
             worst[i] = larger(worst[i], larger(lower, upper));
         }
     }

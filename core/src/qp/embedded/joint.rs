@@ -7,7 +7,7 @@
 //! pinned is infinitely stiff: there `x+ = 0` and `P~ = 1 / D`, and its row of `P` stands at zero.
 
 use super::kernels::{NotPositiveDefinite, factor};
-use crate::math::matrix::{multiply_vector_add, transpose};
+use crate::math::matrix::{axpy, multiply_vector_add, transpose};
 use core::array::from_fn;
 
 /// Compliance above which a component counts as soft: its force follows from its stretch.
@@ -70,12 +70,8 @@ impl<const NX: usize> Joint<NX> {
             unit[i] = 1.0;
             for k in 0..i {
                 let l = sum[k][i];
-                for (r, known) in row.iter_mut().zip(&rows[k]) {
-                    *r -= known * l;
-                }
-                for (u, known) in unit.iter_mut().zip(&inverse[k]) {
-                    *u -= known * l;
-                }
+                axpy(&mut row, &rows[k], -l);
+                axpy(&mut unit, &inverse[k], -l);
             }
             rows[i] = row;
             inverse[i] = unit;
@@ -87,9 +83,7 @@ impl<const NX: usize> Joint<NX> {
             column[j] = (1.0 - free[j]) * rigid[j];
             for k in j..NX {
                 let factor = self.backward[k][j] * rigid[j];
-                for (c, row) in column.iter_mut().zip(&rows[k]) {
-                    *c += row * factor;
-                }
+                axpy(&mut column, &rows[k], factor);
             }
             out[j] = column;
         }

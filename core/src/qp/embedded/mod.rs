@@ -30,6 +30,9 @@ use riccati::Interval;
 const WARM_PATIENCE: u32 = 15;
 const COLD_PATIENCE: u32 = 50;
 
+/// What is tried after a warm start, each with its patience; after a cold one the first is past.
+const RESTARTS: [(Start, u32); 2] = [(Start::COLD, COLD_PATIENCE), (Start::FAR, u32::MAX)];
+
 /// The embedded solver with all the memory it needs.
 ///
 /// Never allocates, never panics. Cost: an iteration is about
@@ -166,19 +169,15 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
             true => self.run(qp, most.min(WARM_PATIENCE), deadline),
             false => self.run(qp, most.min(COLD_PATIENCE), deadline),
         };
-        let again =
-            if warm { [Some(Start::COLD), Some(Start::FAR)] } else { [Some(Start::FAR), None] };
-        for start in again.into_iter().flatten() {
+        for (start, patience) in RESTARTS.into_iter().skip(if warm { 0 } else { 1 }) {
             let left = most.saturating_sub(outcome.iterations);
             let ended = matches!(outcome.status, QpStatus::Solved | QpStatus::TimeLimit);
             let fixed = self.settings().fixed_iterations.is_some();
             if ended || fixed || left == 0 || self.start(qp, solution, start).is_err() {
                 break;
             }
-            let patience =
-                if start.product < Start::FAR.product { left.min(COLD_PATIENCE) } else { left };
             let spent = outcome.iterations;
-            outcome = self.run(qp, patience, deadline);
+            outcome = self.run(qp, left.min(patience), deadline);
             outcome.iterations += spent;
         }
         self.write(solution);

@@ -249,13 +249,13 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
         self.row.add_products(&step.row, target, length, &mut sum.row);
     }
 
-    /// [`Boxed::raise_to_products`] of all.
+    /// [`Boxed::products`] of all.
     #[inline(always)]
-    pub fn raise_to_products(&self, worst: &mut Entries<NX, NU, NR>) {
-        self.x.raise_to_products(&mut worst.x);
-        self.u.raise_to_products(&mut worst.u);
-        self.dynamics.raise_to_products(&mut worst.dynamics);
-        self.row.raise_to_products(&mut worst.row);
+    pub fn products(&self, sum: &mut Entries<NX, NU, NR>, worst: &mut Entries<NX, NU, NR>) {
+        self.x.products(&mut sum.x, &mut worst.x);
+        self.u.products(&mut sum.u, &mut worst.u);
+        self.dynamics.products(&mut sum.dynamics, &mut worst.dynamics);
+        self.row.products(&mut sum.row, &mut worst.row);
     }
 
     /// [`Boxed::advance`] of all.

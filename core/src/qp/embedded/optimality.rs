@@ -1,6 +1,5 @@
 //! How far from optimal an iterate is.
 
-use super::boxed::Aim;
 use super::kernels::add_transposed_product;
 use super::node::{Entries, Node};
 use super::riccati::Interval;
@@ -42,8 +41,7 @@ impl Optimality {
             // The comparisons below would drop a NaN.
             poison += residual.sum() * 0.0;
             worst.raise_to(&residual);
-            node.add_products(&Entries::ZERO, Aim::AFFINE, &Entries::ZERO, 0.0, &mut sum);
-            node.raise_to_products(&mut most);
+            node.products(&mut sum, &mut most);
             size.raise_to(&node.point());
         }
         let sum = sum.sum();

@@ -6,7 +6,9 @@
 use super::joint::Joint;
 use super::kernels::{NotPositiveDefinite, add_transposed_product, factor, solve, sub_product};
 use super::node::{Entries, Node};
-use crate::math::matrix::{mirror_lower, multiply, multiply_add, multiply_vector_add, transpose};
+use crate::math::matrix::{
+    axpy, mirror_lower, multiply, multiply_add, multiply_vector_add, transpose,
+};
 use crate::qp::Stage;
 use core::array::from_fn;
 
@@ -146,9 +148,7 @@ fn eliminate<const NX: usize, const NU: usize, const NR: usize>(
     for j in 0..NU {
         let mut column = cross[j];
         for i in 0..j {
-            for (c, g) in column.iter_mut().zip(&cross[i]) {
-                *c -= g * control[i][j];
-            }
+            axpy(&mut column, &cross[i], -control[i][j]);
         }
         cross[j] = column;
     }
@@ -162,9 +162,7 @@ fn eliminate<const NX: usize, const NU: usize, const NR: usize>(
             *c *= control[j][j];
         }
         for i in j + 1..NU {
-            for (c, k) in column.iter_mut().zip(&interval.gain[i]) {
-                *c -= k * control[j][i];
-            }
+            axpy(&mut column, &interval.gain[i], -control[j][i]);
         }
         interval.gain[j] = column;
     }
