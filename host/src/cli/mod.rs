@@ -2,6 +2,7 @@
 
 mod campaign;
 mod check;
+mod dataset;
 mod draw;
 mod options;
 mod plan;
@@ -38,6 +39,7 @@ enum Command {
     Check(check::Args),
     Draw(draw::Args),
     QpExport(qp_export::Args),
+    Dataset(dataset::Args),
 }
 
 /// How a command ended, where its inputs and outputs were sound.
@@ -101,6 +103,7 @@ impl Command {
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::QpExport(args) => args.run(),
+            Self::Dataset(args) => args.run(),
         }
     }
 }
