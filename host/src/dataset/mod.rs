@@ -114,6 +114,7 @@ mod tests {
             seed: 3,
             integrator: Integrator::EULER,
             mission: Mission::default(),
+            shard: SHARD,
             jobs: NonZeroUsize::new(2).unwrap(),
             out: out.into(),
         }
