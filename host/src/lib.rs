@@ -17,6 +17,7 @@
 //! - [`progress`]: who watches long work;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`dataset`]: trajectories to train on, from a seed, in shards;
+//! - [`reproduce`]: the paper's tables for learned starts;
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
@@ -39,4 +40,5 @@ pub mod planning;
 mod pool;
 pub mod progress;
 pub mod report;
+pub mod reproduce;
 pub mod threads;

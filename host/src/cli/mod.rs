@@ -8,6 +8,7 @@ mod options;
 mod plan;
 mod progress;
 mod qp_export;
+mod reproduce;
 
 use crate::error::Error;
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
@@ -40,6 +41,7 @@ enum Command {
     Draw(draw::Args),
     QpExport(qp_export::Args),
     Dataset(dataset::Args),
+    Reproduce(reproduce::Args),
 }
 
 /// How a command ended, where its inputs and outputs were sound.
@@ -104,6 +106,7 @@ impl Command {
             Self::Draw(args) => args.run(),
             Self::QpExport(args) => args.run(),
             Self::Dataset(args) => args.run(),
+            Self::Reproduce(args) => args.run(),
         }
     }
 }
