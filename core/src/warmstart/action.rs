@@ -1,7 +1,7 @@
 //! What a network's answer means.
 
 use super::Scene;
-use crate::dynamics::{Control, Integrator, Leg, Multibody, State};
+use crate::dynamics::{Control, Integrator, Leg, State};
 use crate::math::{clamp, quaternion};
 use crate::stages::LINKS;
 use nalgebra::{SVector, Vector3};
@@ -47,15 +47,13 @@ impl Scene<'_> {
     /// `held` is the control of the interval before: for RK4 a start of the search.
     pub fn apply(
         &self,
-        body: &Multibody<LINKS>,
-        integrator: Integrator,
         action: Action,
         k: usize,
         state: &State<LINKS>,
         numbers: &[f32; ACTION],
         held: &Control<LINKS>,
     ) -> (Control<LINKS>, State<LINKS>) {
-        let force = &self.path.force[k];
+        let (body, integrator, force) = (&self.body, self.integrator, &self.path.force[k]);
         let bus = Vector3::from_fn(|i, _| f64::from(numbers[i]));
         let joint = SVector::<f64, LINKS>::from_fn(|i, _| f64::from(numbers[3 + i]));
         let (wanted, reached) = match action {
@@ -70,8 +68,7 @@ impl Scene<'_> {
                 };
                 let known = Leg { state, control: held, reached: &there };
                 let goal = (&rate, &joint_rate);
-                let (control, reached) =
-                    body.steer(integrator, self.dt, state, goal, known, force);
+                let (control, reached) = body.steer(integrator, self.dt, state, goal, known, force);
                 (control, Some(reached))
             }
         };

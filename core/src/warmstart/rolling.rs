@@ -1,7 +1,8 @@
 //! The roll-out.
 
 use super::{ACTION, Action, Encoding, MAX_FEATURES, Scene};
-use crate::dynamics::{Control, Integrator, Multibody};
+use crate::dynamics::Control;
+use crate::math::Checksum;
 use crate::stages::{LINKS, NODES, ReorientationTrajectory};
 
 /// Most actions a policy gives at once.
@@ -21,6 +22,9 @@ pub trait Policy {
     /// How many of them are carried out before it is asked again.
     fn executed(&self) -> usize;
 
+    /// Adds to `checksum` what tells this policy from others.
+    fn identify(&self, checksum: &mut Checksum);
+
     /// Forgets everything; `seed` is for those that draw.
     fn begin(&mut self, seed: u64);
 
@@ -34,12 +38,10 @@ pub trait Policy {
 /// False where the policy gave up or a number is not finite; `out` is then of no use.
 pub fn roll_out<P: Policy + ?Sized>(
     scene: &Scene<'_>,
-    integrator: Integrator,
     policy: &mut P,
     seed: u64,
     out: &mut ReorientationTrajectory<NODES, LINKS>,
 ) -> bool {
-    let body = Multibody::new(scene.mission);
     let (encoding, action) = (policy.encoding(), policy.action());
     let chunk = policy.chunk().clamp(1, MAX_CHUNK);
     let executed = policy.executed().clamp(1, chunk);
@@ -65,8 +67,7 @@ pub fn roll_out<P: Policy + ?Sized>(
             actions = fresh;
         }
         previous = actions[k % executed];
-        let (control, next) =
-            scene.apply(&body, integrator, action, k, &state, &previous, &held);
+        let (control, next) = scene.apply(action, k, &state, &previous, &held);
         if !(control.is_finite() && next.is_finite()) {
             return false;
         }

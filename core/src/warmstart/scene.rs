@@ -1,9 +1,10 @@
 //! What is known of an approach before Stage 2 is planned.
 
+use crate::dynamics::{Integrator, Multibody, State};
+use crate::math::quaternion;
 use crate::model::{Mission, TargetState, initial_bus_attitude};
 use crate::stages::heuristic::line_of_sight;
 use crate::stages::{LINKS, NODES, TranslationTrajectory};
-use crate::{dynamics::State, math::quaternion};
 use nalgebra::{SVector, Vector3};
 
 /// An approach as the learned start sees it: the path of Stage 1, the target's tumble, and what
@@ -15,6 +16,10 @@ pub struct Scene<'a> {
     pub path: &'a TranslationTrajectory<NODES>,
     /// The target at the nodes.
     pub target: &'a [TargetState; NODES],
+    /// Discretisation of Stage 2.
+    pub integrator: Integrator,
+    /// The dynamics of bus and arm.
+    pub body: Multibody<LINKS>,
     /// Duration of an interval [s].
     pub dt: f64,
     /// The node at which the joints are to have their capture angles.
@@ -33,12 +38,15 @@ impl<'a> Scene<'a> {
         mission: &'a Mission<LINKS>,
         path: &'a TranslationTrajectory<NODES>,
         target: &'a [TargetState; NODES],
+        integrator: Integrator,
     ) -> Self {
         let last = &target[NODES - 1];
         Self {
             mission,
             path,
             target,
+            integrator,
+            body: Multibody::new(mission),
             dt: mission.approach.duration / (NODES - 1) as f64,
             preset: (NODES - 1).saturating_sub(mission.approach.preset_lead).max(1),
             sight: core::array::from_fn(|k| line_of_sight(mission, &path.position[k], &target[k])),
