@@ -15,10 +15,12 @@
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
 //! - [`checking`]: plan files against the core's independent verifier;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
+//! - [`quantise`]: models from single precision to bytes;
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
-//!   [`export::ExportJob`].
+//!   [`export::ExportJob`], [`quantise::quantise`].
+#![forbid(unsafe_code)]
 
 pub mod backend;
 pub mod campaign;
@@ -32,5 +34,6 @@ pub mod kkt;
 pub mod method;
 pub mod perturbation;
 pub mod planning;
+pub mod quantise;
 pub mod report;
 pub mod threads;

@@ -7,6 +7,7 @@ mod options;
 mod plan;
 mod progress;
 mod qp_export;
+mod quantise;
 
 use crate::error::Error;
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
@@ -38,6 +39,7 @@ enum Command {
     Check(check::Args),
     Draw(draw::Args),
     QpExport(qp_export::Args),
+    Quantise(quantise::Args),
 }
 
 /// How a command ended, where its inputs and outputs were sound.
@@ -101,6 +103,7 @@ impl Command {
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::QpExport(args) => args.run(),
+            Self::Quantise(args) => args.run(),
         }
     }
 }

@@ -8,6 +8,7 @@ mod evidence_file;
 pub mod json;
 mod mission_defaults;
 mod mission_file;
+mod model_file;
 mod output;
 mod plan_convert;
 mod plan_file;
@@ -25,6 +26,7 @@ pub use mission_file::{
     Target as MissionTarget, Tolerances as MissionTolerances, Weights as MissionWeights,
     read_mission,
 };
+pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout, read_model};
 pub use output::{check_writable, remove_partials, write_atomically};
 pub use plan_convert::StageEnd;
 pub use plan_file::{
