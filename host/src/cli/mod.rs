@@ -2,6 +2,7 @@
 
 mod campaign;
 mod check;
+mod dataset;
 mod draw;
 mod options;
 mod plan;
@@ -40,6 +41,7 @@ enum Command {
     Draw(draw::Args),
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
+    Dataset(dataset::Args),
 }
 
 /// How a command ended, where its inputs and outputs were sound.
@@ -104,6 +106,7 @@ impl Command {
             Self::Draw(args) => args.run(),
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),
+            Self::Dataset(args) => args.run(),
         }
     }
 }

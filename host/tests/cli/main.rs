@@ -3,6 +3,7 @@
 mod bench;
 mod campaign;
 mod check;
+mod dataset;
 mod draw;
 mod foreign;
 mod plan;
