@@ -18,7 +18,7 @@ pub mod limit {
     /// Kinds of tokens.
     pub const KINDS: usize = 5;
     /// Inputs of one kind.
-    pub const INPUTS: usize = 64;
+    pub const INPUTS: usize = 128;
     /// Actions predicted at once.
     pub const CHUNK: usize = 8;
     /// Nodes.

@@ -107,6 +107,7 @@ pub(super) struct Flow<'a> {
 pub struct Model<'a> {
     header: Header,
     size: Dimensions,
+    checksum: u32,
     pub(super) embeddings: [Embedding<'a>; limit::KINDS],
     pub(super) nodes: Floats<'a>,
     pub(super) norm_in: Norm<'a>,
@@ -126,9 +127,10 @@ impl<'a> Model<'a> {
     pub fn open(bytes: &'a [u8]) -> Result<Self, ModelError> {
         let (header, tensors) = Self::read_header(bytes)?;
         let (tensors, stored) = tensors.split_last_chunk::<4>().ok_or(ModelError::Missing)?;
-        let model = Self::view(header, tensors)?;
+        let mut model = Self::view(header, tensors)?;
         let covered = bytes.split_last_chunk::<4>().ok_or(ModelError::Missing)?.0;
-        if Crc32::of(covered) != u32::from_le_bytes(*stored) {
+        model.checksum = u32::from_le_bytes(*stored);
+        if Crc32::of(covered) != model.checksum {
             return Err(ModelError::Crc);
         }
         Ok(model)
@@ -177,6 +179,7 @@ impl<'a> Model<'a> {
         Ok(Self {
             header,
             size,
+            checksum: 0,
             embeddings,
             nodes,
             norm_in,
@@ -192,6 +195,11 @@ impl<'a> Model<'a> {
     /// What the file says about itself.
     pub fn header(&self) -> &Header {
         &self.header
+    }
+
+    /// CRC-32 of the file but its last four bytes, which hold it.
+    pub fn checksum(&self) -> u32 {
+        self.checksum
     }
 
     /// Its dimensions.

@@ -4,7 +4,7 @@ use super::arithmetic::{add_multiple, copy, layer_norm, relu};
 use super::attention::{Batch, Element, Work, attend, remember};
 use super::decoder::{Draw, decode};
 use super::error::NetworkError;
-use super::header::{ACTION, Dimensions, Layout, limit};
+use super::header::{Decoder, Dimensions, Layout};
 use super::kernels::Kernel;
 use super::linear::{Input, Output, apply};
 use super::memory::{Cache, Scratch, Storage};
@@ -51,6 +51,14 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
     /// Euler steps of a flow decoder from now on, at least one; `None`: as the model file says.
     pub fn set_flow_steps(&mut self, steps: Option<u16>) {
         self.steps = steps;
+    }
+
+    /// Euler steps of a flow decoder; zero with a linear one.
+    pub fn flow_steps(&self) -> u16 {
+        match self.model.header().decoder {
+            Decoder::Linear => 0,
+            Decoder::Flow { steps } => self.steps.unwrap_or(steps),
+        }
     }
 
     /// The model.

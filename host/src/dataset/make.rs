@@ -122,7 +122,7 @@ impl Recipe {
         method: &Method,
         index: u64,
     ) -> Result<Option<Box<Trajectory>>, Error> {
-        let plan = planner.plan(&self.mission, &self.draw(index)?, method).file;
+        let plan = planner.plan(&self.mission, &self.draw(index)?, method, None).file;
         let is_solved = plan.status == PlanStatus::Solved;
         Ok(is_solved.then(|| Box::new(Trajectory::new(index, &plan))))
     }

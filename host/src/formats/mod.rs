@@ -18,7 +18,8 @@ mod results;
 mod scenario_set;
 
 pub use evidence_file::{
-    EvidenceFile, FORMAT as EVIDENCE_FORMAT, FallbackName, GainRows, StageRecord, evidence_path,
+    EvidenceFile, FORMAT as EVIDENCE_FORMAT, FallbackName, GainRows, ModelRecord, StageRecord,
+    StartName, evidence_path,
 };
 pub use mission_file::{
     Approach as MissionApproach, FORMAT as MISSION_FORMAT, Horizon as MissionHorizon,
@@ -93,7 +94,7 @@ mod tests {
             if let Ok(mission) = MissionFile::parse(&mission).and_then(|file| file.mission()) {
                 prop_assert!(mission.validate().is_ok());
             }
-            let _ = EvidenceFile::parse(&damaged("{\"format\": \"remora-evidence/1\"}", at, with));
+            let _ = EvidenceFile::parse(&damaged("{\"format\": \"remora-evidence/2\"}", at, with));
             let _ = PlanFile::parse(&damaged("{\"format\": \"remora-plan/1\"}", at, with));
         }
     }
