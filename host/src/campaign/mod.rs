@@ -18,10 +18,11 @@ pub use journal::{Header, JOURNAL};
 pub(crate) use summary::percentile;
 pub use summary::{Run, StageSummary, Statistics, Summary};
 
-use crate::error::{Error, io_reason};
+use crate::error::Error;
 use crate::formats::{
-    self, NamedScenario, PlanStatus, Row, check_writable, json, write_atomically,
+    self, NamedScenario, PlanStatus, Row, check_writable, json, make_directory, write_atomically,
 };
+use crate::learned::Learned;
 use crate::method::Method;
 use crate::planning::Planner;
 use crate::pool;
@@ -29,7 +30,6 @@ use crate::progress::Progress;
 use journal::Journal;
 use remora_core::model::Mission;
 use remora_core::stages::LINKS;
-use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -43,6 +43,8 @@ pub struct Campaign {
     pub mission: Mission<LINKS>,
     /// How to plan.
     pub method: Method,
+    /// Model of a learned start; none is the heuristic.
+    pub model: Option<Learned>,
     /// Number of worker threads.
     pub jobs: NonZeroUsize,
     /// Whether to write a plan file a scenario.
@@ -147,7 +149,7 @@ impl Campaign {
     /// Plans one scenario, and writes its plan file where one is wanted.
     fn plan(&self, planner: &mut Planner, index: usize) -> Result<Row, Error> {
         let scenario = &self.scenarios[index];
-        let planned = planner.plan(&self.mission, scenario, &self.method);
+        let planned = planner.plan(&self.mission, scenario, &self.method, self.model.as_ref());
         if self.save_plans {
             planned.file.write(&self.plan_path(&scenario.id))?;
         }
@@ -171,16 +173,9 @@ impl Campaign {
     /// results can be written.
     fn prepare(&self) -> Result<(), Error> {
         Journal::look(&self.journal(), &Header::new(self))?;
-        let make = |directory: &Path| {
-            fs::create_dir_all(directory).map_err(|cause| {
-                let exists = cause.kind() == std::io::ErrorKind::AlreadyExists;
-                let reason = if exists { "is not a directory".into() } else { io_reason(&cause) };
-                Error::Output { file: directory.to_path_buf(), reason }
-            })
-        };
-        make(&self.out)?;
+        make_directory(&self.out)?;
         if self.save_plans {
-            make(&self.plans_directory())?;
+            make_directory(&self.plans_directory())?;
             check_writable(&self.plan_path("a"))?;
         }
         self.result_files().iter().try_for_each(|file| check_writable(file))

@@ -8,6 +8,7 @@ mod options;
 mod plan;
 mod progress;
 mod qp_export;
+mod quantise;
 mod reproduce;
 
 use crate::error::Error;
@@ -40,6 +41,7 @@ enum Command {
     Check(check::Args),
     Draw(draw::Args),
     QpExport(qp_export::Args),
+    Quantise(quantise::Args),
     Dataset(dataset::Args),
     Reproduce(reproduce::Args),
 }
@@ -105,6 +107,7 @@ impl Command {
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::QpExport(args) => args.run(),
+            Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),
             Self::Reproduce(args) => args.run(),
         }

@@ -133,7 +133,7 @@ mod tests {
         let mission = Mission::default();
         let scenario = draw_one(3, 0, &mission).unwrap();
         let method = Method { integrator: Integrator::EULER, ..Method::default() };
-        on_large_stack(|| Planner::new().plan(&mission, &scenario, &method).file).unwrap()
+        on_large_stack(|| Planner::new().plan(&mission, &scenario, &method, None).file).unwrap()
     }
 
     #[test]

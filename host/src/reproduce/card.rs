@@ -2,6 +2,8 @@
 
 use crate::dataset::Source;
 use crate::error::{Error, io_reason};
+use crate::learned::Learned;
+use remora_core::nn;
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -48,13 +50,55 @@ pub struct Card {
     pub sources: Vec<Source>,
 }
 
+/// `3 x 96, one token, body, rate, int8`.
+fn network(header: &nn::Header) -> String {
+    let tokens = match header.layout {
+        nn::Layout::Separate => "five tokens",
+        nn::Layout::Fused => "one token",
+    };
+    let inputs = match header.encoding {
+        nn::Encoding::Paper => "paper",
+        nn::Encoding::Body => "body",
+    };
+    let action = match header.action {
+        nn::Action::Torque => "torque",
+        nn::Action::Rate => "rate",
+    };
+    let precision = match header.precision {
+        nn::Precision::Int8 => "int8",
+        nn::Precision::F32 => "f32",
+    };
+    format!("{} x {}, {tokens}, {inputs}, {action}, {precision}", header.layers, header.width)
+}
+
 fn joined<S: Serializer>(sources: &[Source], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&Source::join(sources))
 }
 
 impl Card {
     fn read(file: &Path) -> Result<Self, Error> {
-        Err(Error::input(file, "", "this build reads no models"))
+        let wrong = |reason: String| Error::input(file, "", reason);
+        let learned = Learned::read(file)?;
+        let model = learned.model().ok_or_else(|| {
+            wrong(learned.refused().map_or("is no model", |error| error.reason()).into())
+        })?;
+        let header = model.header();
+        let sources = Source::parse_all(&header.provenance.dataset)
+            .map_err(|reason| wrong(format!("provenance: dataset: {reason}")))?;
+        let name = file.file_stem().unwrap_or(file.as_os_str()).to_string_lossy();
+        Ok(Self {
+            name: name.into_owned(),
+            file: file.into(),
+            checksum: format!("{:08x}", learned.checksum()),
+            decoder: match header.decoder {
+                nn::Decoder::Linear => Decoder::Linear,
+                nn::Decoder::Flow { .. } => Decoder::Flow,
+            },
+            chunk: header.chunk,
+            network: network(header),
+            integrator: header.provenance.integrator.as_str().into(),
+            sources,
+        })
     }
 
     /// Scenarios that it was trained on.

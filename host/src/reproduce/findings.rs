@@ -1,11 +1,10 @@
 //! What a reproduction found, for the terminal and for files.
 
 use crate::error::Error;
-use crate::formats::{json, write_atomically};
+use crate::formats::{json, make_directory, write_atomically};
 use crate::report::Table;
 use serde::Serialize;
 use serde_json::Value;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Tables, plots and numbers of one of the paper's tables.
@@ -20,6 +19,23 @@ pub struct Findings {
     pub plots: Vec<(&'static str, String)>,
     /// All numbers.
     pub numbers: Value,
+}
+
+/// A paragraph in lines of at most 100 columns.
+fn wrapped(text: &str) -> String {
+    let (mut out, mut column) = (String::new(), 0);
+    for word in text.split_whitespace() {
+        let width = word.chars().count();
+        let before = match column {
+            0 => "",
+            column if column + 1 + width <= 100 => " ",
+            _ => "\n",
+        };
+        column = if before == "\n" { width } else { column + before.len() + width };
+        out += before;
+        out += word;
+    }
+    out
 }
 
 /// The `format` of the numbers' file.
@@ -38,10 +54,10 @@ impl Findings {
     pub fn text(&self) -> String {
         let mut out = format!("{}\n", self.title);
         for note in &self.notes {
-            out += &format!("{note}\n");
+            out += &format!("{}\n", wrapped(note));
         }
         for (caption, table) in &self.tables {
-            out += &format!("\n{caption}\n\n{table}");
+            out += &format!("\n{}\n\n{table}", wrapped(caption));
         }
         out
     }
@@ -67,7 +83,7 @@ impl Findings {
     /// A file that cannot be written.
     pub fn write(&self, directory: &Path, name: &str) -> Result<Vec<PathBuf>, Error> {
         let failed = |cause: std::io::Error| Error::output(directory, &cause);
-        fs::create_dir_all(directory).map_err(failed)?;
+        make_directory(directory)?;
         let Self { title, notes, numbers, .. } = self;
         let numbers = json::to_text(&Numbers { format: FORMAT, title, notes, numbers })
             .map_err(|error| failed(error.into()))?;

@@ -3,7 +3,7 @@
 use super::published::Spread;
 use super::statistics::{self, Estimate, Mean, Rate};
 use crate::formats::{PlanStatus, Row};
-use crate::report::{number, time};
+use crate::report::number;
 use serde::Serialize;
 
 /// A run's rows in numbers: rates over all scenarios, everything else over those that were solved.
@@ -87,25 +87,28 @@ impl Against {
 /// What a cell holds where nothing is known.
 pub(super) const NONE: &str = "-";
 
-/// Mean and standard deviation.
+/// Mean and standard deviation, in three digits of the larger.
 pub(super) fn spread(mean: f64, std: f64) -> String {
     if !mean.is_finite() {
         return NONE.into();
     }
-    // As many decimals as four digits of the larger leave.
-    let decimals = (3 - mean.abs().max(std).max(1e-9).log10().floor() as i32).clamp(0, 4) as usize;
+    let size = mean.abs().max(if std.is_finite() { std } else { 0.0 }).max(1e-9);
+    let decimals = (2 - size.log10().floor() as i32).clamp(0, 4) as usize;
     match std.is_finite() {
         true => format!("{mean:.decimals$} ± {std:.decimals$}"),
         false => format!("{mean:.decimals$}"),
     }
 }
 
-/// The same of a time.
+/// The same of a time, in the unit that suits it.
 pub(super) fn time_spread(mean: f64, std: f64) -> String {
-    if !mean.is_finite() || mean == 0.0 {
-        return NONE.into();
-    }
-    if std.is_finite() { format!("{} ± {}", time(mean), time(std)) } else { time(mean) }
+    let (unit, scale) = match mean {
+        mean if !mean.is_finite() || mean == 0.0 => return NONE.into(),
+        mean if mean >= 1.0 => ("s", 1.0),
+        mean if mean >= 1e-3 => ("ms", 1e3),
+        _ => ("us", 1e6),
+    };
+    format!("{} {unit}", spread(scale * mean, scale * std))
 }
 
 pub(super) fn of(mean: &Mean) -> String {
@@ -132,14 +135,14 @@ pub(super) fn interval(estimate: &Estimate) -> String {
 
 /// A rate in per cent, with its interval.
 pub(super) fn rate(rate: &Rate) -> String {
-    let [value, low, high] =
-        [rate.rate.value, rate.rate.low, rate.rate.high].map(|x| format!("{:.1}", 100.0 * x));
-    format!("{value} [{low}, {high}]")
+    let Estimate { value, low, high } = rate.rate;
+    format!("{} [{}, {}]", percent(value), percent(low), percent(high))
 }
 
-/// A published rate in per cent.
+/// A rate in per cent.
 pub(super) fn percent(rate: f64) -> String {
-    format!("{:.1}", 100.0 * rate)
+    let text = format!("{:.1}", 100.0 * rate);
+    if text == "100.0" { "100".into() } else { text }
 }
 
 /// A relative change in per cent, with its interval.
@@ -151,11 +154,11 @@ pub(super) fn change(estimate: &Estimate) -> String {
     }
 }
 
-/// A difference, with its interval.
+/// A difference in thousandths, with its interval.
 pub(super) fn difference(estimate: &Estimate) -> String {
     let Estimate { value, low, high } = estimate;
     match low.is_finite() {
-        true => format!("{value:+.1e} [{low:+.1e}, {high:+.1e}]"),
+        true => format!("{:+.2} [{:+.2}, {:+.2}]", 1e3 * value, 1e3 * low, 1e3 * high),
         false => NONE.into(),
     }
 }
@@ -171,6 +174,7 @@ pub(super) mod tests {
         Row {
             scenario: format!("s7-{index:03}"),
             status: PlanStatus::Solved,
+            warm_start: "heuristic".into(),
             stage1: stage,
             stage2: stage,
             inference_s: 0.001,
@@ -194,15 +198,17 @@ pub(super) mod tests {
 
     #[test]
     fn cells_are_short() {
-        assert_eq!(spread(13.43, 6.02), "13.43 ± 6.02");
-        assert_eq!(spread(0.327, 0.115), "0.3270 ± 0.1150");
+        assert_eq!(spread(13.43, 6.02), "13.4 ± 6.0");
+        assert_eq!(spread(0.327, 0.115), "0.327 ± 0.115");
         assert_eq!(spread(f64::NAN, f64::NAN), "-");
-        assert_eq!(spread(5.0, f64::NAN), "5.000");
-        assert_eq!(time_spread(4.69, 2.12), "4.69 s ± 2.12 s");
+        assert_eq!(spread(5.0, f64::NAN), "5.00");
+        assert_eq!(time_spread(4.69, 2.12), "4.69 ± 2.12 s");
+        assert_eq!(time_spread(0.0361, 0.0151), "36.1 ± 15.1 ms");
         assert_eq!(time_spread(0.0, 0.0), "-");
         assert_eq!(rate(&Rate::new(299, 300)), "99.7 [98.1, 99.9]");
+        assert_eq!(rate(&Rate::new(300, 300)), "100 [98.7, 100]");
         let estimate = Estimate { value: -0.281, low: -0.31, high: -0.25 };
         assert_eq!(change(&estimate), "-28.1 [-31.0, -25.0]");
-        assert_eq!(difference(&estimate), "-2.8e-1 [-3.1e-1, -2.5e-1]");
+        assert_eq!(difference(&estimate), "-281.00 [-310.00, -250.00]");
     }
 }

@@ -89,7 +89,7 @@ fn table(points: &[Point<'_>], heuristic: &Measured) -> Table {
     let right = Align::Right;
     let mut table = Table::new([
         ("start", Align::Left),
-        ("scenarios", right),
+        ("size", right),
         ("iterations", right),
         ("paper", right),
         ("change [%]", right),
@@ -177,7 +177,8 @@ mod tests {
         assert_eq!(asked[6], "optimal-flow-1-90k");
         let text = findings.text();
         assert_eq!(text.matches("about 13").count(), 2, "{text}");
-        assert!(text.contains("13.40 ± 6.00") && text.contains("14.60 ± 5.90"), "{text}");
+        assert!(text.contains("13.4 ± 6.0") && text.contains("14.6 ± 5.9"), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
         assert_eq!(findings.plots.len(), 2);
         assert!(findings.plots[0].1.contains("linear, 3 x 96"));
     }

@@ -13,7 +13,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
 /// Resamples of a bootstrap.
-pub const RESAMPLES: usize = 10_000;
+pub const RESAMPLES: usize = 5_000;
 
 /// Two-sided 95 % quantile of the normal distribution.
 const NORMAL: f64 = 1.959_963_984_540_054;
@@ -117,10 +117,13 @@ fn bootstrap(count: usize, statistic: impl Fn(&[usize]) -> f64) -> Estimate {
     }
     let all: Vec<usize> = (0..count).collect();
     let mut stream = ChaCha8Rng::from_seed([0; 32]);
-    // The bias of a remainder of 64 bits is far below anything that could be seen.
-    let mut draw = |_: &usize| (stream.next_u64() % count as u64) as usize;
-    let mut drawn: Vec<f64> =
-        (0..RESAMPLES).map(|_| statistic(&all.iter().map(&mut draw).collect::<Vec<_>>())).collect();
+    let mut indices = all.clone();
+    let resample = |_| {
+        // The bias of a remainder of 64 bits is far below anything that could be seen.
+        indices.fill_with(|| (stream.next_u64() % count as u64) as usize);
+        statistic(&indices)
+    };
+    let mut drawn: Vec<f64> = (0..RESAMPLES).map(resample).collect();
     drawn.sort_by(f64::total_cmp);
     let [low, high] = [0.025, 0.975].map(|fraction| percentile(&drawn, fraction));
     Estimate { value: statistic(&all), low, high }
@@ -181,7 +184,7 @@ mod tests {
     fn rates_by_hand() {
         // Wilson's interval of 300 of 300 reaches down to 1 / (1 + z^2 / 300).
         let all = Rate::new(300, 300).rate;
-        assert_eq!((all.value, all.high), (1.0, 1.0));
+        assert!(all.value == 1.0 && near(all.high, 1.0, 1e-12));
         assert!(near(all.low, 1.0 / (1.0 + NORMAL * NORMAL / 300.0), 1e-12));
         // 8 of 10: 0.490 to 0.943, Newcombe 1998.
         let most = Rate::new(8, 10).rate;

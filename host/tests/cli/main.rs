@@ -9,3 +9,4 @@ mod foreign;
 mod plan;
 mod qp_export;
 mod refusals;
+mod warm_start;
