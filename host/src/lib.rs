@@ -19,6 +19,7 @@
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`dataset`]: trajectories to train on, from a seed, in shards;
 //! - [`quantise`]: models from single precision to bytes;
+//! - [`reproduce`]: the paper's tables for learned starts;
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
@@ -44,4 +45,5 @@ mod pool;
 pub mod progress;
 pub mod quantise;
 pub mod report;
+pub mod reproduce;
 pub mod threads;

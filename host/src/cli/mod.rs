@@ -9,6 +9,7 @@ mod plan;
 mod progress;
 mod qp_export;
 mod quantise;
+mod reproduce;
 
 use crate::error::Error;
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
@@ -42,6 +43,7 @@ enum Command {
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
     Dataset(dataset::Args),
+    Reproduce(reproduce::Args),
 }
 
 /// How a command ended, where its inputs and outputs were sound.
@@ -107,6 +109,7 @@ impl Command {
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),
+            Self::Reproduce(args) => args.run(),
         }
     }
 }

@@ -3,8 +3,8 @@
 use super::manifest::{MANIFEST, Manifest};
 use super::{Trajectory, shard, shard_path};
 use crate::draw::draw_one;
-use crate::error::{Error, io_reason};
-use crate::formats::{NamedScenario, PlanStatus, remove_partials};
+use crate::error::Error;
+use crate::formats::{NamedScenario, PlanStatus, make_directory, remove_partials};
 use crate::method::{Integrator, Method};
 use crate::planning::Planner;
 use crate::pool;
@@ -12,9 +12,9 @@ use crate::progress::Progress;
 use remora_core::model::Mission;
 use remora_core::stages::LINKS;
 use std::collections::BTreeMap;
-use std::fs::{self, File, TryLockError};
+use std::fs::{File, TryLockError};
 use std::num::{NonZeroU32, NonZeroUsize};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A dataset to be made: the input of `remora dataset`.
 #[derive(Clone, Debug)]
@@ -158,12 +158,4 @@ impl Recipe {
     fn shard_path(&self, first: u64) -> PathBuf {
         shard_path(&self.out, first / u64::from(self.shard.get()))
     }
-}
-
-fn make_directory(directory: &Path) -> Result<(), Error> {
-    fs::create_dir_all(directory).map_err(|cause| {
-        let exists = cause.kind() == std::io::ErrorKind::AlreadyExists;
-        let reason = if exists { "is not a directory".into() } else { io_reason(&cause) };
-        Error::Output { file: directory.to_path_buf(), reason }
-    })
 }
