@@ -4,7 +4,7 @@ use super::arithmetic::{add_multiple, copy, layer_norm, relu};
 use super::attention::{Batch, Element, Work, attend, remember};
 use super::decoder::{Draw, decode};
 use super::error::NetworkError;
-use super::header::{ACTION, Dimensions, Layout, limit};
+use super::header::{Dimensions, Layout};
 use super::kernels::Kernel;
 use super::linear::{Input, Output, apply};
 use super::memory::{Cache, Scratch, Storage};
