@@ -15,6 +15,7 @@
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
 //! - [`checking`]: plan files against the core's independent verifier;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
+//! - `training`, with the feature of that name: networks for the learned warm start;
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
@@ -34,3 +35,5 @@ pub mod perturbation;
 pub mod planning;
 pub mod report;
 pub mod threads;
+#[cfg(feature = "training")]
+pub mod training;

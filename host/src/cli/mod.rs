@@ -7,6 +7,8 @@ mod options;
 mod plan;
 mod progress;
 mod qp_export;
+#[cfg(feature = "training")]
+mod train;
 
 use crate::error::Error;
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
@@ -38,6 +40,8 @@ enum Command {
     Check(check::Args),
     Draw(draw::Args),
     QpExport(qp_export::Args),
+    #[cfg(feature = "training")]
+    Train(train::Args),
 }
 
 /// How a command ended, where its inputs and outputs were sound.
@@ -101,6 +105,8 @@ impl Command {
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::QpExport(args) => args.run(),
+            #[cfg(feature = "training")]
+            Self::Train(args) => args.run(),
         }
     }
 }

@@ -1,0 +1,43 @@
+//! Training of the learned warm start, in Rust with Burn. Behind the feature `training`.
+//!
+//! - [`config`]: the file that decides a training;
+//! - [`source`]: examples, their statistics, batches;
+//! - [`params`]: the parameters, one flat vector with a table of its tensors;
+//! - [`network`]: forward pass and loss on Burn's tensors, of the operations in [`kernels`],
+//!   which [`flex`] makes fast on the CPU;
+//! - [`optimiser`]: AdamW, the global norm clipped;
+//! - [`run`]: the loop; [`checkpoint`]: what it needs to resume bit for bit; [`output`]: curves,
+//!   model, summary.
+//!
+//! Burn differentiates; the parameters stay here, in one vector on the host. So optimiser,
+//! checkpoint and model file need nothing of Burn, and are the same on every device.
+
+pub mod checkpoint;
+pub mod config;
+pub mod kernels;
+pub mod network;
+pub mod optimiser;
+pub mod output;
+pub mod params;
+pub mod random;
+pub mod run;
+pub mod source;
+
+pub use config::Config;
+pub use run::{Observer, Outcome, Run};
+
+use burn::backend::{Autodiff, Flex};
+
+/// The CPU.
+pub type Cpu = Autodiff<Flex>;
+
+impl kernels::Kernels for Cpu {}
+
+/// CRC-32 (IEEE 802.3).
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc: u32, _| {
+            (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg())
+        })
+    })
+}
