@@ -24,3 +24,4 @@ pub mod qp;
 pub mod scp;
 pub mod stages;
 pub mod time;
+pub mod warmstart;

@@ -8,7 +8,7 @@
 use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
 use remora_core::pair::Sequential;
-use remora_core::planner::{Environment, Options, Workspace, plan, plan_reorientation};
+use remora_core::planner::{Environment, Options, Start, Workspace, plan, plan_reorientation};
 use remora_core::scp::Status;
 use remora_core::stages::{LINKS, Mode};
 use remora_host::backend::ClarabelQp;
@@ -31,7 +31,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut solved = 0;
     for (k, named) in set.scenarios.iter().enumerate() {
         let scenario = named.scenario();
-        let first = plan(&mission, &scenario, &options, &mut solver, &environment, &mut workspace);
+        let first = plan(
+            &mission,
+            &scenario,
+            &options,
+            &mut Start::Heuristic,
+            &mut solver,
+            &environment,
+            &mut workspace,
+        );
         let Workspace { translation, reorientation, .. } = &mut *workspace;
         let (path, motion) = (&translation.trajectory, &mut reorientation.trajectory);
         disturb(&mission, options.integrator, path, motion, size, k as u64);

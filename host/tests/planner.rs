@@ -7,7 +7,7 @@ use remora_core::math::quaternion;
 use remora_core::model::Mission;
 use remora_core::pair::{Pair, Sequential};
 use remora_core::planner::{
-    EmbeddedSolver, Environment, Fallback, Options, Report, Workspace, feedback_gain,
+    EmbeddedSolver, Environment, Fallback, Options, Report, Start, Workspace, feedback_gain,
     output_checksum, plan, plan_reorientation,
 };
 use remora_core::scp::Status;
@@ -65,7 +65,15 @@ impl Bench {
     ) -> Report {
         let scenario = self.set.scenarios[scenario].scenario();
         let solver = &mut self.solver;
-        plan(&self.mission, &scenario, options, solver, environment, &mut self.workspace)
+        plan(
+            &self.mission,
+            &scenario,
+            options,
+            &mut Start::Heuristic,
+            solver,
+            environment,
+            &mut self.workspace,
+        )
     }
 }
 
@@ -151,7 +159,16 @@ fn planning_fits_a_stack_of_256_kib() {
         let planning = move || {
             let options = Options::new(Mode::Optimal, Integrator::Rk4 { substeps: 4 });
             let mut solver = ClarabelQp::default();
-            plan(&mission, &scenario, &options, &mut solver, &Environment::BARE, workspace).status
+            plan(
+                &mission,
+                &scenario,
+                &options,
+                &mut Start::Heuristic,
+                &mut solver,
+                &Environment::BARE,
+                workspace,
+            )
+            .status
         };
         let thread = std::thread::Builder::new().stack_size(256 << 10);
         thread.spawn_scoped(scope, planning).unwrap().join().unwrap()
@@ -183,7 +200,15 @@ fn with_the_embedded_solver_neither() {
         for k in [9, 4, 31] {
             let scenario = set.scenarios[k].scenario();
             let [again, first] = [&mut used, &mut fresh()].map(|(workspace, solver)| {
-                plan(&mission, &scenario, &options, &mut **solver, &Environment::BARE, workspace)
+                plan(
+                    &mission,
+                    &scenario,
+                    &options,
+                    &mut Start::Heuristic,
+                    &mut **solver,
+                    &Environment::BARE,
+                    workspace,
+                )
             });
             assert_eq!(again, first, "scenario {k}");
             assert_eq!(first.status, Status::Solved);

@@ -7,7 +7,7 @@ use remora_core::dynamics::Integrator;
 use remora_core::model::{Mission, Scenario};
 use remora_core::pair::Sequential;
 use remora_core::planner::{
-    self, Environment, Options, PhaseTimes, Report, StageEvidence, StageReport,
+    self, Environment, Options, PhaseTimes, Report, StageEvidence, StageReport, Start,
 };
 use remora_core::stages::{LINKS, Mode};
 
@@ -25,6 +25,7 @@ pub fn run<B: Board>(
         mission,
         scenario,
         &options,
+        &mut Start::Heuristic,
         &mut memory.solver,
         &Environment { clock: &InstructionClock(board), pair: &Sequential },
         &mut memory.workspace,

@@ -3,7 +3,7 @@
 //! Everything in it follows from inputs and settings: the same plan has the same record, whatever
 //! the machine. Times are not in it.
 
-use super::{Options, StageReport};
+use super::{Options, StageReport, StartRecord};
 use crate::dynamics::Integrator;
 use crate::math::Checksum;
 use crate::model::{
@@ -92,6 +92,8 @@ pub struct Evidence {
     pub status: Status,
     /// Whether the verifier found every residual within its tolerance.
     pub is_verified: bool,
+    /// What Stage 2 started from.
+    pub start: StartRecord,
     /// Stage 1.
     pub translation: StageEvidence,
     /// Stage 2.

@@ -7,12 +7,14 @@ mod evidence;
 mod gains;
 mod options;
 mod report;
+mod start;
 mod workspace;
 
 pub use evidence::{Evidence, Fallback, StageEvidence, VERSION, output_checksum};
 pub use gains::{Gain, feedback_gain};
 pub use options::{Environment, Options};
 pub use report::{PhaseTimes, Report, StageReport};
+pub use start::{Start, StartRecord};
 pub use workspace::{EmbeddedSolver, Workspace};
 
 use crate::math::Checksum;
@@ -20,24 +22,25 @@ use crate::model::{Mission, Scenario};
 use crate::pair::Pair;
 use crate::qp::QpSolver;
 use crate::scp::{self, Outcome, Settings, Status};
-use crate::stages::{LINKS, NODES, Reorientation, Translation, heuristic, size, verify};
+use crate::stages::{LINKS, NODES, Reorientation, Translation, size, verify};
 use crate::time::Deadline;
 
 /// Solver of the subproblems of both stages. The planner resets it at the start of each.
 pub trait Solver: QpSolver<NODES, { size::NX }, { size::NU }, { size::NR }> {}
 impl<S: QpSolver<NODES, { size::NX }, { size::NU }, { size::NR }>> Solver for S {}
 
-/// Plans one approach with the heuristic start; the trajectories are left in `workspace`.
+/// Plans one approach; the trajectories are left in `workspace`.
 ///
 /// `mission` and the settings must be valid. A stage that fails leaves its best iterate; Stage 2
 /// runs whatever became of Stage 1, so that there is always something to look at. Once the deadline
 /// has passed nothing more is tried: a stage that has not begun is left at its start (Stage 1
-/// coasting, Stage 2 at the heuristic start). What is left is verified in any case, and
+/// coasting, Stage 2 at its start). What is left is verified in any case, and
 /// [`Report::is_verified`] tells whether it can be flown.
 pub fn plan<S: Solver, P: Pair>(
     mission: &Mission<LINKS>,
     scenario: &Scenario,
     options: &Options,
+    start: &mut Start<'_>,
     solver: &mut S,
     environment: &Environment<P>,
     workspace: &mut Workspace,
@@ -53,14 +56,13 @@ pub fn plan<S: Solver, P: Pair>(
     times.translation_s = translation.time_s;
 
     let from = clock.seconds();
-    heuristic::warm_start(
-        mission,
-        &workspace.translation.trajectory,
-        &workspace.target,
-        &mut workspace.reorientation.trajectory,
-    );
-    times.start_s += clock.seconds() - from;
     let pair = environment.pair;
+    let begun = start.write(mission, options, pair, workspace);
+    let start_s = clock.seconds() - from;
+    times.start_s += start_s;
+    if !matches!(start, Start::Heuristic) {
+        times.inference_s = start_s;
+    }
     let mut reorientation = reorient(mission, options, solver, pair, &deadline, workspace);
     reorientation.time_s = clock.seconds() - from;
     times.add(&workspace.reorientation.log);
@@ -77,6 +79,7 @@ pub fn plan<S: Solver, P: Pair>(
     }
     let mut settings = Checksum::new();
     evidence::add_options(&mut settings, options);
+    start.identify(&mut settings);
     solver.identify(&mut settings);
     let evidence = Evidence {
         version: VERSION,
@@ -85,6 +88,7 @@ pub fn plan<S: Solver, P: Pair>(
         output: output_checksum(path, motion),
         status,
         is_verified,
+        start: begun,
         translation: one,
         reorientation: StageEvidence::new(&reorientation, &workspace.reorientation.log),
     };

@@ -18,8 +18,10 @@ pub struct StageReport {
 /// Where the time of a plan went, summed over iterations [s].
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct PhaseTimes {
-    /// The target's tumble and Stage 2's heuristic start.
+    /// The target's tumble and Stage 2's start.
     pub start_s: f64,
+    /// The part of it that a learned start took: its roll-out, and the test of what came out.
+    pub inference_s: f64,
     /// Stage 1.
     pub translation_s: f64,
     /// Stage 2: linearisation, curvature and bounds.

@@ -13,7 +13,7 @@ pub struct Scratch<const N: usize, const NX: usize, const NU: usize, const NR: u
     /// Its solution: the step last computed.
     pub step: Solution<N, NX, NU, NR>,
     pub(super) correction: Solution<N, NX, NU, NR>,
-    pub(super) residuals: Residuals<N, NX, NR>,
+    pub(crate) residuals: Residuals<N, NX, NR>,
     pub(super) trial_residuals: Residuals<N, NX, NR>,
     pub(super) searched: Residuals<N, NX, NR>,
     /// The subproblem's `c` and row offsets before corrections.
@@ -51,7 +51,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Default
 pub struct Iterates<T> {
     /// The current trajectory: the start before a solve, the result after it.
     pub trajectory: T,
-    pub(super) trial: T,
+    pub(crate) trial: T,
     pub(super) corrected: T,
     /// The best feasible iterate, while the loop is elsewhere.
     pub(super) best: T,

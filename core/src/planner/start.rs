@@ -1,0 +1,119 @@
+//! Where Stage 2 starts from.
+
+use super::{Options, Workspace};
+use crate::math::Checksum;
+use crate::model::Mission;
+use crate::pair::Pair;
+use crate::scp::Problem;
+use crate::stages::{LINKS, Reorientation, heuristic, size};
+use crate::warmstart::{self, Policy, Scene};
+use core::mem;
+
+/// What Stage 2 is to start from.
+pub enum Start<'a> {
+    /// The heuristic of section 9.
+    Heuristic,
+    /// The roll-out of a policy, and the heuristic where that is of no use.
+    Learned {
+        /// Whom to ask.
+        policy: &'a mut dyn Policy,
+        /// Seed of a policy that draws.
+        seed: u64,
+    },
+    /// The heuristic, because the model that should have been used was refused.
+    Refused,
+}
+
+/// What Stage 2 started from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
+#[repr(u32)]
+pub enum StartRecord {
+    /// The heuristic, as asked.
+    #[default]
+    Heuristic = 0,
+    /// The learned roll-out.
+    Learned = 1,
+    /// The heuristic: the model was refused when it was opened.
+    Refused = 2,
+    /// The heuristic: the roll-out could not be finished, or was not finite.
+    NotFinite = 3,
+    /// The heuristic: its merit, cost and weighted defects, is lower than the roll-out's.
+    Worse = 4,
+}
+
+impl StartRecord {
+    /// Stable code for records.
+    pub fn code(self) -> u32 {
+        self as u32
+    }
+
+    /// Whether a learned start was asked for and the heuristic used.
+    pub fn is_fallback(self) -> bool {
+        !matches!(self, Self::Heuristic | Self::Learned)
+    }
+}
+
+impl Start<'_> {
+    /// Adds what tells this start from others.
+    pub(super) fn identify(&self, sum: &mut Checksum) {
+        match self {
+            Self::Heuristic => sum.integer(0),
+            Self::Learned { policy, seed } => {
+                sum.integer(1);
+                sum.integer(*seed);
+                policy.identify(sum);
+            }
+            Self::Refused => sum.integer(2),
+        }
+    }
+
+    /// Writes the start of Stage 2 into the workspace, along the path in it.
+    ///
+    /// A roll-out follows the dynamics, so that its defects are what it misses at the pins; the
+    /// heuristic does not. Their merits at the loop's first weight tell at the price of two
+    /// evaluations of the residuals whether a roll-out has gone astray.
+    #[inline(never)]
+    pub(super) fn write<P: Pair>(
+        &mut self,
+        mission: &Mission<LINKS>,
+        options: &Options,
+        pair: &P,
+        workspace: &mut Workspace,
+    ) -> StartRecord {
+        let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
+        let path = &translation.trajectory;
+        heuristic::warm_start(mission, path, target, &mut z.trajectory);
+        let (policy, seed) = match self {
+            Self::Heuristic => return StartRecord::Heuristic,
+            Self::Refused => return StartRecord::Refused,
+            Self::Learned { policy, seed } => (policy, *seed),
+        };
+        let scene = Scene::new(mission, path, target, options.integrator);
+        if !warmstart::roll_out(&scene, &mut **policy, seed, &mut z.trial) {
+            return StartRecord::NotFinite;
+        }
+        let problem = Reorientation::<P, _, LINKS, { size::NX }, { size::NU }>::new(
+            mission,
+            path,
+            target,
+            options.integrator,
+            options.mode,
+            pair,
+        );
+        let mut merit = |trajectory: &mut _| {
+            problem.clip(trajectory);
+            problem.residuals(trajectory, &mut w.residuals);
+            w.residuals.cost + options.reorientation.weight * w.residuals.penalty()
+        };
+        let (learned, heuristic) = (merit(&mut z.trial), merit(&mut z.trajectory));
+        if !learned.is_finite() {
+            return StartRecord::NotFinite;
+        }
+        if learned > heuristic {
+            return StartRecord::Worse;
+        }
+        mem::swap(&mut z.trajectory, &mut z.trial);
+        StartRecord::Learned
+    }
+}

@@ -1,0 +1,108 @@
+//! What a network's answer means.
+
+use super::Scene;
+use crate::dynamics::{Control, Integrator, Leg, State};
+use crate::math::{clamp, quaternion};
+use crate::stages::LINKS;
+use nalgebra::{SVector, Vector3};
+
+/// Numbers of an action: three for the bus, one a joint.
+pub const ACTION: usize = 3 + LINKS;
+
+/// What the numbers of an action are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Torques on bus (bus axes) and joints, the paper's [N m]. An error of a torque grows with
+    /// the square of time, and most in the light outer joint.
+    Torque,
+    /// The rates at the next node: of the bus, in the axes it has now, and of the joints [rad/s].
+    /// Inverse dynamics find the torques, so that what the force of Stage 1 and the arm's
+    /// motion do to the bus need not be learnt, and errors grow with time only.
+    Rate,
+}
+
+impl Action {
+    /// The action that leads from `state` under `control` to `next`.
+    pub fn of(
+        self,
+        state: &State<LINKS>,
+        control: &Control<LINKS>,
+        next: &State<LINKS>,
+    ) -> [f32; ACTION] {
+        let (bus, joint) = match self {
+            Self::Torque => (control.bus_torque, control.joint_torque),
+            Self::Rate => {
+                (quaternion::rotation_matrix(&state.attitude).tr_mul(&next.rate), next.joint_rate)
+            }
+        };
+        core::array::from_fn(|i| if i < 3 { bus[i] } else { joint[i - 3] } as f32)
+    }
+}
+
+impl Scene<'_> {
+    /// Applies an action at node `k`, and says by which torques and where to. The torques are
+    /// within their limits, and so are the rates asked of the joints; rates that constraints pin
+    /// (joints from the preset on, bus at the last node) are asked for as pinned.
+    ///
+    /// `held` is the control of the interval before: for RK4 a start of the search.
+    pub fn apply(
+        &self,
+        action: Action,
+        k: usize,
+        state: &State<LINKS>,
+        numbers: &[f32; ACTION],
+        held: &Control<LINKS>,
+    ) -> (Control<LINKS>, State<LINKS>) {
+        let (body, integrator, force) = (&self.body, self.integrator, &self.path.force[k]);
+        let bus = Vector3::from_fn(|i, _| f64::from(numbers[i]));
+        let joint = SVector::<f64, LINKS>::from_fn(|i, _| f64::from(numbers[3 + i]));
+        let (wanted, reached) = match action {
+            Action::Torque => (Control { bus_torque: bus, joint_torque: joint }, None),
+            Action::Rate => {
+                let rate = quaternion::rotation_matrix(&state.attitude) * bus;
+                let (rate, joint_rate) = self.within_reach(k + 1, rate, joint);
+                let there = match integrator {
+                    // Inverse dynamics need no start.
+                    Integrator::Euler => *state,
+                    Integrator::Rk4 { .. } => body.step(integrator, self.dt, state, held, force),
+                };
+                let known = Leg { state, control: held, reached: &there };
+                let goal = (&rate, &joint_rate);
+                let (control, reached) = body.steer(integrator, self.dt, state, goal, known, force);
+                (control, Some(reached))
+            }
+        };
+        let control = self.within_limits(&wanted);
+        match reached {
+            Some(reached) if control == wanted => (control, reached),
+            _ => (control, body.step(integrator, self.dt, state, &control, force)),
+        }
+    }
+
+    /// Rates for node `k` with the joints' limits kept and what is pinned there in place.
+    fn within_reach(
+        &self,
+        k: usize,
+        rate: Vector3<f64>,
+        joint_rate: SVector<f64, LINKS>,
+    ) -> (Vector3<f64>, SVector<f64, LINKS>) {
+        let limit = self.mission.servicer.max_joint_rate;
+        let last = self.target.len() - 1;
+        (
+            if k >= last { self.target[last].rate } else { rate },
+            match k >= self.preset {
+                true => SVector::zeros(),
+                false => joint_rate.map(|r| clamp(r, -limit, limit)),
+            },
+        )
+    }
+
+    fn within_limits(&self, control: &Control<LINKS>) -> Control<LINKS> {
+        let (bus, joint) =
+            (self.mission.servicer.max_bus_torque, self.mission.servicer.max_joint_torque);
+        Control {
+            bus_torque: control.bus_torque.map(|t| clamp(t, -bus, bus)),
+            joint_torque: control.joint_torque.map(|t| clamp(t, -joint, joint)),
+        }
+    }
+}

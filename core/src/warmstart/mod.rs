@@ -1,0 +1,19 @@
+//! The learned warm start of Stage 2: what a network sees at a node, what its answer means, and the
+//! roll-out of its answers through the dynamics of Stage 2.
+//!
+//! - [`Scene`]: all that is known of an approach once Stage 1 is planned;
+//! - [`tokens`]: the features of a node, in the paper's inputs or in bus axes;
+//! - [`action`]: torques, or the rates to reach next, from which inverse dynamics make torques;
+//! - [`roll_out`]: node by node, the state that was reached is the next thing the network sees.
+//!
+//! Who answers is a [`Policy`]: the quantised network in flight, anything else in tests.
+
+pub mod action;
+mod rolling;
+mod scene;
+pub mod tokens;
+
+pub use action::{ACTION, Action};
+pub use rolling::{MAX_CHUNK, Policy, roll_out};
+pub use scene::Scene;
+pub use tokens::{Encoding, MAX_FEATURES};

@@ -1,0 +1,67 @@
+//! What is known of an approach before Stage 2 is planned.
+
+use crate::dynamics::{Integrator, Multibody, State};
+use crate::math::quaternion;
+use crate::model::{Mission, TargetState, initial_bus_attitude};
+use crate::stages::heuristic::line_of_sight;
+use crate::stages::{LINKS, NODES, TranslationTrajectory};
+use nalgebra::{SVector, Vector3};
+
+/// An approach as the learned start sees it: the path of Stage 1, the target's tumble, and what
+/// follows from them.
+pub struct Scene<'a> {
+    /// The mission.
+    pub mission: &'a Mission<LINKS>,
+    /// The path of the system's centre of mass.
+    pub path: &'a TranslationTrajectory<NODES>,
+    /// The target at the nodes.
+    pub target: &'a [TargetState; NODES],
+    /// Discretisation of Stage 2.
+    pub integrator: Integrator,
+    /// The dynamics of bus and arm.
+    pub body: Multibody<LINKS>,
+    /// Duration of an interval [s].
+    pub dt: f64,
+    /// The node at which the joints are to have their capture angles.
+    pub preset: usize,
+    /// Unit vectors from the centre of mass to the docking port, RTN.
+    pub(super) sight: [Vector3<f64>; NODES],
+    /// Direction that the end effector must point in at the last node, RTN.
+    pub(super) approach: Vector3<f64>,
+    /// The end effector's direction in bus axes at capture.
+    pub(super) arm: Vector3<f64>,
+}
+
+impl<'a> Scene<'a> {
+    /// The scene of a planned path. Cost: a few square roots a node.
+    pub fn new(
+        mission: &'a Mission<LINKS>,
+        path: &'a TranslationTrajectory<NODES>,
+        target: &'a [TargetState; NODES],
+        integrator: Integrator,
+    ) -> Self {
+        let last = &target[NODES - 1];
+        Self {
+            mission,
+            path,
+            target,
+            integrator,
+            body: Multibody::new(mission),
+            dt: mission.approach.duration / (NODES - 1) as f64,
+            preset: (NODES - 1).saturating_sub(mission.approach.preset_lead).max(1),
+            sight: core::array::from_fn(|k| line_of_sight(mission, &path.position[k], &target[k])),
+            approach: -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal),
+            arm: mission.servicer.capture_geometry().direction,
+        }
+    }
+
+    /// The state that every trajectory begins with: bus towards the target, all at rest.
+    pub fn initial_state(&self) -> State<LINKS> {
+        State {
+            attitude: initial_bus_attitude(&self.path.position[0]),
+            joint_angle: self.mission.servicer.initial_joint_angle,
+            rate: Vector3::zeros(),
+            joint_rate: SVector::zeros(),
+        }
+    }
+}

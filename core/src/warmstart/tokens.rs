@@ -1,0 +1,162 @@
+//! The features of a node.
+//!
+//! They come in five groups, the paper's tokens, in the order in which a network takes them:
+//! previous action, time, target, centre of mass, state. A network may embed each group as a token
+//! of its own or all of them as one.
+//!
+//! Two encodings. [`Encoding::Paper`] has the paper's 36 numbers, resolved in RTN. In
+//! [`Encoding::Body`] every direction is resolved in bus axes, so that approaches that differ by a
+//! rotation look nearly alike (the orbit's own directions, which are among the features, are all
+//! that tells them apart), and what lies ahead is among them, for it is known: the line of sight
+//! at nodes to come, the forces to come, the turn and the bend left to be made and the mean
+//! rates that would make them. All are raw: SI units, unit vectors, radians.
+
+use super::{ACTION, Scene};
+use crate::dynamics::State;
+use crate::math::quaternion;
+use crate::model::initial_bus_attitude;
+use crate::stages::{LINKS, NODES};
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// What the features of a node are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// The paper's: 6 + 1 + 7 + 9 + 13, in RTN.
+    Paper,
+    /// In bus axes, with what lies ahead: 6 + 1 + 24 + 21 + 18.
+    Body,
+}
+
+impl Encoding {
+    /// Sizes of the five groups: previous action, time, target, centre of mass, state.
+    pub const fn groups(self) -> [usize; 5] {
+        match self {
+            Self::Paper => [ACTION, 1, 7, 9, 13],
+            Self::Body => [ACTION, 1, 24, 21, 18],
+        }
+    }
+
+    /// Features of a node.
+    pub const fn features(self) -> usize {
+        let [a, b, c, d, e] = self.groups();
+        a + b + c + d + e
+    }
+}
+
+/// Most features a node has in any encoding.
+pub const MAX_FEATURES: usize = Encoding::Body.features();
+
+/// How many nodes ahead the line of sight is looked up, but for the last, which is always.
+const SIGHTS_AHEAD: [usize; 5] = [0, 3, 6, 12, 24];
+
+/// Intervals ahead, from and to, over which forces are averaged.
+const FORCES_AHEAD: [(usize, usize); 5] = [(0, 1), (1, 2), (2, 6), (6, 14), (14, NODES)];
+
+/// Writes numbers one after the other; what does not fit is dropped.
+struct Writer<'a>(core::slice::IterMut<'a, f32>);
+
+impl Writer<'_> {
+    fn put(&mut self, value: f64) {
+        if let Some(slot) = self.0.next() {
+            *slot = value as f32;
+        }
+    }
+
+    fn put_all(&mut self, values: &[f64]) {
+        values.iter().for_each(|v| self.put(*v));
+    }
+}
+
+impl Scene<'_> {
+    /// Writes the features of node `k` in `state`, reached by the action `previous` (ignored at
+    /// the first node, where zeros stand for it), into the first [`Encoding::features`] of `out`.
+    pub fn features(
+        &self,
+        encoding: Encoding,
+        k: usize,
+        state: &State<LINKS>,
+        previous: &[f32; ACTION],
+        out: &mut [f32],
+    ) {
+        let mut out = Writer(out.iter_mut());
+        for value in previous {
+            out.put(if k == 0 { 0.0 } else { f64::from(*value) });
+        }
+        out.put((NODES - 1).saturating_sub(k) as f64 * self.dt);
+        match encoding {
+            Encoding::Paper => self.paper_features(k, state, &mut out),
+            Encoding::Body => self.body_features(k, state, &mut out),
+        }
+    }
+
+    fn paper_features(&self, k: usize, state: &State<LINKS>, out: &mut Writer<'_>) {
+        let target = &self.target[k];
+        let upright = self.target[0].attitude.w >= 0.0;
+        out.put_all((target.attitude * if upright { 1.0 } else { -1.0 }).as_slice());
+        out.put_all(target.rate.as_slice());
+        out.put_all(self.path.position[k].as_slice());
+        out.put_all(self.path.velocity[k].as_slice());
+        out.put_all(self.path.force[k].as_slice());
+        out.put_all(self.bus_attitude(state).as_slice());
+        out.put_all(state.joint_angle.as_slice());
+        out.put_all(state.rate.as_slice());
+        out.put_all(state.joint_rate.as_slice());
+    }
+
+    /// The attitude with the sign that is continuous along an approach, positive `w` at its start.
+    fn bus_attitude(&self, state: &State<LINKS>) -> Vector4<f64> {
+        let start = initial_bus_attitude(&self.path.position[0]);
+        let upright = (state.attitude.dot(&start) >= 0.0) == (start.w >= 0.0);
+        state.attitude * if upright { 1.0 } else { -1.0 }
+    }
+
+    fn body_features(&self, k: usize, state: &State<LINKS>, out: &mut Writer<'_>) {
+        let to_body = quaternion::rotation_matrix(&state.attitude).transpose();
+        self.target_ahead(k, &to_body, out);
+        out.put_all(to_body.column(0).as_slice());
+        out.put_all(to_body.column(2).as_slice());
+        for (from, to) in FORCES_AHEAD {
+            out.put_all((to_body * self.mean_force(k + from, k + to)).as_slice());
+        }
+        out.put_all((to_body * state.rate).as_slice());
+        out.put_all(state.joint_angle.as_slice());
+        out.put_all(state.joint_rate.as_slice());
+        self.what_is_left(k, state, &to_body, out);
+    }
+
+    /// Lines of sight and the target's last attitude and rate.
+    fn target_ahead(&self, k: usize, to_body: &Matrix3<f64>, out: &mut Writer<'_>) {
+        for ahead in SIGHTS_AHEAD {
+            out.put_all((to_body * self.sight[(k + ahead).min(NODES - 1)]).as_slice());
+        }
+        out.put_all((to_body * self.sight[NODES - 1]).as_slice());
+        out.put_all((to_body * self.approach).as_slice());
+        out.put_all((to_body * self.target[NODES - 1].rate).as_slice());
+    }
+
+    /// Turn to be made until the end effector points at the port, and the mean rates that would
+    /// make it and the joints' travel in the time left.
+    fn what_is_left(
+        &self,
+        k: usize,
+        state: &State<LINKS>,
+        to_body: &Matrix3<f64>,
+        out: &mut Writer<'_>,
+    ) {
+        let time = (NODES - 1).saturating_sub(k).max(1) as f64 * self.dt;
+        let turn = quaternion::log(&quaternion::between(&self.arm, &(to_body * self.approach)));
+        out.put_all(turn.as_slice());
+        out.put_all((turn / time).as_slice());
+        let travel = self.mission.servicer.capture_joint_angle - state.joint_angle;
+        let time = self.preset.saturating_sub(k).max(1) as f64 * self.dt;
+        let open = if k < self.preset { 1.0 } else { 0.0 };
+        out.put_all((travel * (open / time)).as_slice());
+    }
+
+    /// Mean force over intervals `from..to`, those beyond the horizon left out.
+    fn mean_force(&self, from: usize, to: usize) -> Vector3<f64> {
+        let forces = self.path.force.get(from..to.min(NODES - 1)).unwrap_or(&[]);
+        let sum = forces.iter().fold(Vector3::zeros(), |sum: Vector3<f64>, f| sum + f);
+        sum / forces.len().max(1) as f64
+    }
+}
