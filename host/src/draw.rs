@@ -37,7 +37,10 @@ pub fn draw(count: u64, seed: u64, mission: &Mission<LINKS>) -> Option<ScenarioS
         .map(ScenarioSet::new)
 }
 
-fn draw_one(seed: u64, index: u64, mission: &Mission<LINKS>) -> Option<NamedScenario> {
+/// Scenario `index` of a seed, called `s{seed}-{index}`.
+///
+/// `None` where the mission's geometry lets no start pass.
+pub fn draw_one(seed: u64, index: u64, mission: &Mission<LINKS>) -> Option<NamedScenario> {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
     let mut stream = ChaCha8Rng::from_seed(key);

@@ -14,25 +14,31 @@
 //! - [`export`]: the subproblems of a plan as files for other solvers;
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
 //! - [`checking`]: plan files against the core's independent verifier;
+//! - [`progress`]: who watches long work;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
+//! - [`dataset`]: trajectories to train on, from a seed, in shards;
 //! - `training`, with the feature of that name: networks for the learned warm start;
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
-//!   [`export::ExportJob`].
+//!   [`export::ExportJob`], [`dataset::Recipe`].
 
 pub mod backend;
 pub mod campaign;
 pub mod checking;
 pub mod cli;
+pub mod dataset;
 pub mod draw;
 pub mod error;
 pub mod export;
+mod fingerprint;
 pub mod formats;
 pub mod kkt;
 pub mod method;
 pub mod perturbation;
 pub mod planning;
+mod pool;
+pub mod progress;
 pub mod report;
 pub mod threads;
 #[cfg(feature = "training")]

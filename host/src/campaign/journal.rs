@@ -1,8 +1,8 @@
 //! The journal: a header line that says what the campaign is, then one line a finished row.
 
 use super::Campaign;
-use super::fingerprint::{self, fingerprint};
 use crate::error::{Error, io_reason};
+use crate::fingerprint::{self, fingerprint};
 use crate::formats::Row;
 use crate::method::{Integrator, Mode, Qp, WarmStart};
 use crate::planning;

@@ -11,17 +11,20 @@
 //! DIR/summary.json      statistics over the rows
 //! ```
 
-mod fingerprint;
 mod journal;
-mod pool;
 mod summary;
 
 pub use journal::{Header, JOURNAL};
 pub use summary::{Run, StageSummary, Statistics, Summary};
 
 use crate::error::{Error, io_reason};
-use crate::formats::{self, NamedScenario, Row, check_writable, json, write_atomically};
+use crate::formats::{
+    self, NamedScenario, PlanStatus, Row, check_writable, json, write_atomically,
+};
 use crate::method::Method;
+use crate::planning::Planner;
+use crate::pool;
+use crate::progress::Progress;
 use journal::Journal;
 use remora_core::model::Mission;
 use remora_core::stages::LINKS;
@@ -60,22 +63,6 @@ pub struct Results {
     pub files: Vec<PathBuf>,
 }
 
-/// Who watches a campaign. `()` does not.
-pub trait Progress {
-    /// The campaign begins, with so many rows in all and so many of them there already.
-    fn begin(&mut self, total: usize, done: usize);
-    /// A row has been finished.
-    fn row(&mut self, row: &Row);
-    /// No more rows come.
-    fn end(&mut self);
-}
-
-impl Progress for () {
-    fn begin(&mut self, _: usize, _: usize) {}
-    fn row(&mut self, _: &Row) {}
-    fn end(&mut self) {}
-}
-
 impl Campaign {
     /// Plans what is not in the journal yet, then writes tables and summary.
     ///
@@ -94,12 +81,14 @@ impl Campaign {
         let resumed = rows.iter().flatten().count();
         let pending: Vec<usize> = (0..rows.len()).filter(|i| rows[*i].is_none()).collect();
         progress.begin(rows.len(), resumed);
-        let outcome = pool::plan_all(self, &pending, |index, row| {
+        let finish = |index: usize, row: Row| {
             journal.append(&row)?;
-            progress.row(&row);
+            progress.done(row.status == PlanStatus::Solved);
             rows[index] = Some(row);
             Ok(())
-        });
+        };
+        let plan = |planner: &mut Planner, index| self.plan(planner, index);
+        let outcome = pool::plan_all(self.jobs, &pending, plan, finish);
         progress.end();
         outcome?;
 
@@ -109,6 +98,16 @@ impl Campaign {
         let summary = Summary::of(&rows, &self.method, run);
         let files = self.write(&rows, &summary)?;
         Ok(Results { rows, summary, files })
+    }
+
+    /// Plans one scenario, and writes its plan file where one is wanted.
+    fn plan(&self, planner: &mut Planner, index: usize) -> Result<Row, Error> {
+        let scenario = &self.scenarios[index];
+        let planned = planner.plan(&self.mission, scenario, &self.method);
+        if self.save_plans {
+            planned.file.write(&self.plan_path(&scenario.id))?;
+        }
+        Ok(planned.row())
     }
 
     /// Where the plan of a scenario goes.

@@ -2,6 +2,7 @@
 
 mod campaign;
 mod check;
+mod dataset;
 mod draw;
 mod options;
 mod plan;
@@ -40,6 +41,7 @@ enum Command {
     Check(check::Args),
     Draw(draw::Args),
     QpExport(qp_export::Args),
+    Dataset(dataset::Args),
     #[cfg(feature = "training")]
     Train(train::Args),
 }
@@ -105,6 +107,7 @@ impl Command {
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::QpExport(args) => args.run(),
+            Self::Dataset(args) => args.run(),
             #[cfg(feature = "training")]
             Self::Train(args) => args.run(),
         }

@@ -1,14 +1,13 @@
-//! Progress of a campaign on standard error: a bar on a terminal, a line a tenth elsewhere.
+//! Progress of long work on standard error: a bar on a terminal, a line a tenth elsewhere.
 
-use crate::campaign::Progress;
-use crate::formats::{PlanStatus, Row};
+use crate::progress::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write, stderr};
 use std::time::Instant;
 
 const TEMPLATE: &str = "{bar:30} {pos}/{len}  {msg}  {per_sec}  {eta} left";
 
-/// Rows done, with rate and time left.
+/// Scenarios done, with rate and time left.
 #[derive(Default)]
 pub(super) struct Bar {
     bar: Option<ProgressBar>,
@@ -24,7 +23,7 @@ impl Progress for Bar {
         *self =
             Self { started: Some(Instant::now()), total, before: done, done, ..Self::default() };
         if done > 0 {
-            let _ = writeln!(stderr(), "resuming: {done} of {total} rows are in the journal");
+            let _ = writeln!(stderr(), "resuming: {done} of {total} are there already");
         }
         if stderr().is_terminal() && done < total {
             let bar = ProgressBar::new(total as u64).with_position(done as u64);
@@ -36,11 +35,11 @@ impl Progress for Bar {
         }
     }
 
-    fn row(&mut self, row: &Row) {
+    fn done(&mut self, is_solved: bool) {
         let tenth = |done: usize| done * 10 / self.total.max(1);
         let line = tenth(self.done) != tenth(self.done + 1);
         self.done += 1;
-        self.unsolved += usize::from(row.status != PlanStatus::Solved);
+        self.unsolved += usize::from(!is_solved);
         match &self.bar {
             Some(bar) => {
                 bar.set_message(format!("{} not solved", self.unsolved));

@@ -2,12 +2,14 @@
 
 mod campaign;
 mod check;
+mod dataset;
 mod export;
 mod plan;
 mod table;
 
 pub use campaign::campaign_report;
 pub use check::check_report;
+pub use dataset::dataset_report;
 pub use export::export_report;
 pub use plan::{evidence, iteration_log, plan_report};
 pub use table::{Align, Table};

@@ -1,10 +1,10 @@
-//! Fingerprints: whether a campaign that resumes is the one that was begun.
+//! Fingerprints: whether work that resumes is the work that was begun.
 
 use std::fmt::Write;
 
 /// FNV-1a, 64 bits, over what `Debug` prints: the shortest digits that tell a number from all
 /// others, so that two values agree where all their bits do. Against mistakes, not against malice.
-pub(super) fn fingerprint(value: &impl std::fmt::Debug) -> String {
+pub(crate) fn fingerprint(value: &impl std::fmt::Debug) -> String {
     let mut hash = Fnv(OFFSET);
     // Writing into a hash cannot fail.
     let _ = write!(hash, "{value:?}");
@@ -12,7 +12,7 @@ pub(super) fn fingerprint(value: &impl std::fmt::Debug) -> String {
 }
 
 /// Fingerprint of the running program itself: rows of one table come from one build.
-pub(super) fn program() -> String {
+pub(crate) fn program() -> String {
     let bytes = std::env::current_exe().and_then(std::fs::read);
     bytes.map_or_else(
         |_| "unknown".into(),
