@@ -168,6 +168,7 @@ fn run<S: Solver>(
             mission,
             &scenario.scenario(),
             &options(method),
+            &mut planner::Start::Heuristic,
             &mut solver,
             &environment,
             workspace,

@@ -4,6 +4,7 @@ use super::Output;
 use crate::error::Error;
 use crate::training::checkpoint::LossRow;
 use crate::training::network::Losses;
+use crate::training::recorded::Recorded;
 use crate::training::source::{ExampleSource, Shape, Synthetic};
 use crate::training::{Config, Cpu, Observer, Run, output};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -80,7 +81,7 @@ fn source(config: &Config) -> Result<Box<dyn ExampleSource>, Error> {
         let shape = Shape { nodes: 60, groups: vec![6, 1, 7, 9, 13], states: 13 };
         return Ok(Box::new(Synthetic::new(shape, config.data.count.unwrap_or(5000) as usize)));
     }
-    Err(Error::input(&config.data.path, "", "datasets cannot be read yet"))
+    Ok(Box::new(Recorded::read(config)?))
 }
 
 const TEMPLATE: &str = "{bar:30} {pos}/{len}  {msg}  {per_sec}  {eta} left";

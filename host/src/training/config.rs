@@ -1,5 +1,6 @@
 //! The configuration of a training, `*.toml`.
 
+use super::examples::Disturbance;
 use crate::error::{Error, FieldError};
 use crate::formats::json;
 use serde::{Deserialize, Serialize};
@@ -31,6 +32,10 @@ pub struct Data {
     /// More directories, mixed with the first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub extra: Vec<PathBuf>,
+    /// Errors in the rates that examples of the training split come back from; none where it is
+    /// left out.
+    #[serde(default)]
+    pub disturbance: Disturbance,
 }
 
 /// How a node's features become tokens.
@@ -148,9 +153,6 @@ pub struct Training {
     /// Trajectories of a validation.
     #[serde(default = "validation_count")]
     pub validation_count: usize,
-    /// Amplitude of the noise on the states of training trajectories; none at 0.
-    #[serde(default)]
-    pub noise: f64,
     /// Weight of the next state's squared error beside the action's.
     #[serde(default)]
     pub state_loss: f64,
@@ -252,7 +254,12 @@ impl Config {
         number("training.clip_norm", t.clip_norm, t.clip_norm > 0.0, positive)?;
         let checkpoint = t.checkpoint_minutes;
         number("training.checkpoint_minutes", checkpoint, checkpoint > 0.0, positive)?;
-        number("training.noise", t.noise, t.noise >= 0.0, negative)?;
+        for (field, value) in [
+            ("data.disturbance.bus_rate_rad_s", self.data.disturbance.bus_rate_rad_s),
+            ("data.disturbance.joint_rate_rad_s", self.data.disturbance.joint_rate_rad_s),
+        ] {
+            number(field, value, value >= 0.0, negative)?;
+        }
         number("training.state_loss", t.state_loss, t.state_loss >= 0.0, negative)?;
         let minutes = t.minutes.unwrap_or(1.0);
         number("training.minutes", minutes, minutes > 0.0, positive)

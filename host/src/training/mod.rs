@@ -1,10 +1,11 @@
 //! Training of the learned warm start, in Rust with Burn. Behind the feature `training`.
 //!
 //! - [`config`]: the file that decides a training;
-//! - [`source`]: examples, their statistics, batches;
+//! - [`examples`]: what a network is to learn of a trajectory; [`recorded`]: those of datasets;
+//! - [`source`]: any examples, their statistics, batches;
 //! - [`params`]: the parameters, one flat vector with a table of its tensors;
 //! - [`network`]: forward pass and loss on Burn's tensors, of the operations in [`kernels`],
-//!   which [`flex`] makes fast on the CPU;
+//!   which `flex` makes fast on the CPU;
 //! - [`optimiser`]: AdamW, the global norm clipped;
 //! - [`run`]: the loop; [`checkpoint`]: what it needs to resume bit for bit; [`output`]: curves,
 //!   model, summary.
@@ -14,12 +15,15 @@
 
 pub mod checkpoint;
 pub mod config;
+pub mod examples;
+mod flex;
 pub mod kernels;
 pub mod network;
 pub mod optimiser;
 pub mod output;
 pub mod params;
 pub mod random;
+pub mod recorded;
 pub mod run;
 pub mod source;
 
@@ -30,8 +34,6 @@ use burn::backend::{Autodiff, Flex};
 
 /// The CPU.
 pub type Cpu = Autodiff<Flex>;
-
-impl kernels::Kernels for Cpu {}
 
 /// CRC-32 (IEEE 802.3).
 fn crc32(bytes: &[u8]) -> u32 {

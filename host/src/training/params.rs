@@ -9,7 +9,7 @@ use super::random::Random;
 use super::source::Shape;
 
 /// Numbers of an action.
-pub const ACTION: usize = remora_core::stages::size::NU;
+pub const ACTION: usize = remora_core::warmstart::ACTION;
 
 /// How a tensor starts.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -35,6 +35,11 @@ impl Random {
         Self { stream, spare: None }
     }
 
+    /// The stream itself.
+    pub fn stream(&mut self) -> &mut ChaCha8Rng {
+        &mut self.stream
+    }
+
     /// 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.stream.next_u64()

@@ -100,7 +100,6 @@ impl Run<'_> {
                 statistics: &statistics,
                 table: &table,
                 seed: training.seed,
-                noise: training.noise,
             },
             started: Instant::now(),
             before_s: state.elapsed_s,
@@ -136,7 +135,7 @@ impl Run<'_> {
                 (found.statistics, found.parameters)
             }
             None => (
-                Statistics::of(self.source, &self.config)?,
+                Statistics::of(self.source, self.config.training.seed)?,
                 table.start(self.config.training.seed),
             ),
         };

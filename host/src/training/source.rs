@@ -1,6 +1,6 @@
 //! Where examples come from, and the batches made of them.
 
-use super::config::{Config, Decoder};
+use super::config::Decoder;
 use super::params::{ACTION, Table};
 use super::random::Random;
 use crate::error::Error;
@@ -30,7 +30,7 @@ impl Shape {
     /// An example of zeros.
     pub fn example(&self) -> Example {
         Example {
-            features: vec![0.0; self.nodes * self.features()],
+            features: vec![0.0; self.steps() * self.features()],
             actions: vec![0.0; self.steps() * ACTION],
             states: vec![0.0; self.steps() * self.states],
         }
@@ -40,7 +40,7 @@ impl Shape {
 /// One trajectory as the network learns it, raw numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Example {
-    /// `[nodes][features]`.
+    /// `[nodes - 1][features]`: at the last node there is nothing to do.
     pub features: Vec<f32>,
     /// `[nodes - 1][6]`.
     pub actions: Vec<f32>,
@@ -70,7 +70,8 @@ pub trait ExampleSource: Sync {
         self.len(split) == 0
     }
 
-    /// Writes trajectory `index` of a split, with noise of an amplitude on its states.
+    /// Writes trajectory `index` of a split. Those of the training split may be disturbed, another
+    /// way each time.
     ///
     /// # Errors
     /// The reason why a trajectory cannot be used.
@@ -78,7 +79,6 @@ pub trait ExampleSource: Sync {
         &self,
         split: Split,
         index: usize,
-        noise: f64,
         random: &mut Random,
         example: &mut Example,
     ) -> Result<(), Error>;
@@ -142,15 +142,14 @@ impl Statistics {
     ///
     /// # Errors
     /// Those of the source.
-    pub fn of(source: &dyn ExampleSource, config: &Config) -> Result<Self, Error> {
+    pub fn of(source: &dyn ExampleSource, seed: u64) -> Result<Self, Error> {
         let shape = source.shape();
         let mut example = shape.example();
         let mut moments = [shape.features(), ACTION, shape.states].map(Moments::new);
-        let mut random = Random::new(config.training.seed, Random::STATISTICS, 0);
+        let mut random = Random::new(seed, Random::STATISTICS, 0);
         for index in 0..source.len(Split::Training).min(STATISTICS_COUNT) {
-            let noise = config.training.noise;
-            source.sample(Split::Training, index, noise, &mut random, &mut example)?;
-            moments[0].add(&example.features[..shape.steps() * shape.features()]);
+            source.sample(Split::Training, index, &mut random, &mut example)?;
+            moments[0].add(&example.features);
             moments[1].add(&example.actions);
             moments[2].add(&example.states);
         }
@@ -188,8 +187,6 @@ pub struct Batches<'a> {
     pub table: &'a Table,
     /// Seed.
     pub seed: u64,
-    /// Noise on states.
-    pub noise: f64,
 }
 
 impl Batches<'_> {
@@ -216,24 +213,23 @@ impl Batches<'_> {
             })
             .collect();
         let random = Random::new(self.seed, Random::BATCH, index);
-        self.batch(Split::Training, &picks, self.noise, random)
+        self.batch(Split::Training, &picks, random)
     }
 
-    /// The batch of validation trajectories from `first` on, without noise.
+    /// The batch of validation trajectories from `first` on.
     ///
     /// # Errors
     /// Those of the source.
     pub fn validation(&self, first: usize, size: usize) -> Result<Batch, Error> {
         let picks: Vec<usize> = (first..first + size).collect();
         let random = Random::new(self.seed, Random::VALIDATION, first as u64);
-        self.batch(Split::Validation, &picks, 0.0, random)
+        self.batch(Split::Validation, &picks, random)
     }
 
     fn batch(
         &self,
         split: Split,
         picks: &[usize],
-        noise: f64,
         mut random: Random,
     ) -> Result<Batch, Error> {
         let shape = self.source.shape();
@@ -241,7 +237,7 @@ impl Batches<'_> {
         let mut batch = Batch { size: picks.len(), ..Batch::default() };
         batch.kinds = vec![Vec::new(); self.table.kinds.len()];
         for index in picks {
-            self.source.sample(split, *index, noise, &mut random, &mut example)?;
+            self.source.sample(split, *index, &mut random, &mut example)?;
             self.add(&example, &mut random, &mut batch);
         }
         // The mean over all that count, in both losses alike.
@@ -254,7 +250,7 @@ impl Batches<'_> {
     fn add(&self, example: &Example, random: &mut Random, batch: &mut Batch) {
         let (shape, statistics) = (self.source.shape(), self.statistics);
         let steps = shape.steps();
-        for features in example.features.chunks_exact(shape.features()).take(steps) {
+        for features in example.features.chunks_exact(shape.features()) {
             let mut from = 0;
             for (kind, inputs) in batch.kinds.iter_mut().zip(&self.table.kinds) {
                 let range = from..from + inputs;
@@ -340,8 +336,7 @@ impl ExampleSource for Synthetic {
         &self,
         split: Split,
         index: usize,
-        noise: f64,
-        random: &mut Random,
+        _: &mut Random,
         example: &mut Example,
     ) -> Result<(), Error> {
         let number = 2 * index as u64 + u64::from(split == Split::Validation);
@@ -350,17 +345,14 @@ impl ExampleSource for Synthetic {
         let goal: Vec<f64> = (0..states).map(|_| own.normal()).collect();
         let mut state: Vec<f64> = (0..states).map(|_| own.normal()).collect();
         let mut action = [0.0; ACTION];
-        for k in 0..self.shape.nodes {
+        for k in 0..self.shape.steps() {
             let row = &mut example.features[k * features..(k + 1) * features];
             row.fill(k as f32);
             for (x, value) in row.iter_mut().zip(action.iter().chain([&(k as f64)]).chain(&goal)) {
                 *x = *value as f32;
             }
             for (x, value) in row.iter_mut().rev().zip(&state) {
-                *x = (*value + noise * random.normal()) as f32;
-            }
-            if k + 1 == self.shape.nodes {
-                break;
+                *x = *value as f32;
             }
             action = core::array::from_fn(|i| 0.2 * (goal[i % states] - state[i % states]));
             state.iter_mut().enumerate().for_each(|(i, x)| *x += action[i % ACTION]);
