@@ -1,6 +1,6 @@
 //! Remora's flight core: plans how a servicer with a robot arm catches a tumbling object.
 //!
-//! `no_std`, no allocation, no unsafe. Data goes down this list, imports go up it:
+//! `no_std`, no allocation, no unsafe but in the kernels of `nn`. Data goes down this list, imports go up it:
 //!
 //! - [`math`]: quaternions, small dense kernels and factorisations, the same bits on every target;
 //! - [`model`]: the world as data, with the target's tumble and the orbit's transition;
@@ -10,6 +10,7 @@
 //! - [`scp`]: the loop over convex programs, its settings and log, the problem trait;
 //! - [`stages`]: translation and reorientation as problems, the heuristic start, the independent
 //!   verifier;
+//! - [`nn`]: the learned warm start's network: model file, kernels, inference;
 //! - [`planner`]: scenario in, plan out.
 //!
 //! Conventions (frames, quaternions, units, index ranges) are in `docs/conventions.md`.
@@ -18,6 +19,7 @@
 pub mod dynamics;
 pub mod math;
 pub mod model;
+pub mod nn;
 pub mod pair;
 pub mod planner;
 pub mod qp;

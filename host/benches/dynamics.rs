@@ -7,7 +7,7 @@ use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::dynamics::{Acceleration, Control, Integrator, Multibody, State};
 use remora_core::model::Mission;
 use remora_core::pair::Sequential;
-use remora_core::planner::{Environment, Options, Workspace, plan as make_plan};
+use remora_core::planner::{Environment, Options, Start, Workspace, plan as make_plan};
 use remora_core::qp::Qp;
 use remora_core::scp::{Problem, Residuals};
 use remora_core::stages::size::{NR, NU, NX};
@@ -112,6 +112,7 @@ fn workspace(integrator: Integrator) -> Box<Workspace> {
         &Mission::default(),
         &scenario,
         &options,
+        &mut Start::Heuristic,
         &mut ClarabelQp::default(),
         &Environment::BARE,
         &mut workspace,

@@ -59,7 +59,7 @@ fn programs() -> (OfOneStage, OfOneStage) {
             1 => ones.add(&solve),
             _ => twos.add(&solve),
         };
-        Planner::new().plan_watched(&mission, scenario, &method, &mut watch);
+        Planner::new().plan_watched(&mission, scenario, &method, None, &mut watch);
         ones.end_of_plan(from.0);
         twos.end_of_plan(from.1);
     }

@@ -3,6 +3,7 @@
 use crate::error::{Error, FieldError, io_reason};
 use crate::formats::{NamedScenario, QpFile, QpPlace, check_writable};
 use crate::kkt::Kkt;
+use crate::learned::Learned;
 use crate::method::Method;
 use crate::planning::{Planned, Planner, Subproblem, on_large_stack};
 use remora_core::model::Mission;
@@ -19,6 +20,8 @@ pub struct ExportJob {
     pub mission: Mission<LINKS>,
     /// How to plan.
     pub method: Method,
+    /// Model of a learned start; none is the heuristic.
+    pub model: Option<Learned>,
     /// The directory to write to.
     pub out: PathBuf,
     /// Whether the directory may hold other files.
@@ -71,7 +74,13 @@ impl ExportJob {
                 _ => two.add(&solve),
             };
             let (mission, scenario) = (&self.mission, &self.scenario);
-            let planned = Planner::new().plan_watched(mission, scenario, &self.method, &mut watch);
+            let planned = Planner::new().plan_watched(
+                mission,
+                scenario,
+                &self.method,
+                self.model.as_ref(),
+                &mut watch,
+            );
             (planned, [one.end(), two.end()])
         })?;
         let (one, two) = (one?, two?);

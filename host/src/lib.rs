@@ -10,6 +10,7 @@
 //! - [`kkt`]: optimality of a subproblem's solution, whoever solved it;
 //! - [`threads`]: a second thread for one plan;
 //! - [`draw`]: random scenarios, the same for a seed everywhere;
+//! - [`learned`]: learned models, from files or built in;
 //! - [`planning`]: from a scenario to a plan file, the only module that calls the core's planner;
 //! - [`export`]: the subproblems of a plan as files for other solvers;
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
@@ -17,11 +18,13 @@
 //! - [`progress`]: who watches long work;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`dataset`]: trajectories to train on, from a seed, in shards;
+//! - [`quantise`]: models from single precision to bytes;
 //! - `training`, with the feature of that name: networks for the learned warm start;
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
-//!   [`export::ExportJob`], [`dataset::Recipe`].
+//!   [`export::ExportJob`], [`dataset::Recipe`], [`quantise::quantise`].
+#![forbid(unsafe_code)]
 
 pub mod backend;
 pub mod campaign;
@@ -34,11 +37,13 @@ pub mod export;
 mod fingerprint;
 pub mod formats;
 pub mod kkt;
+pub mod learned;
 pub mod method;
 pub mod perturbation;
 pub mod planning;
 mod pool;
 pub mod progress;
+pub mod quantise;
 pub mod report;
 pub mod threads;
 #[cfg(feature = "training")]

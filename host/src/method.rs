@@ -20,12 +20,16 @@ pub enum Mode {
     Feasible,
 }
 
-/// What the second stage starts from.
+/// What the second stage is to start from.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, clap::ValueEnum,
 )]
 #[serde(rename_all = "snake_case")]
 pub enum WarmStart {
+    /// A learned model where there is one for the integrator, otherwise the heuristic.
+    Auto,
+    /// The roll-out of a learned model; the heuristic where the roll-out is worse or of no use.
+    Model,
     /// Track the docking port, move the joints linearly.
     #[default]
     Heuristic,
@@ -142,6 +146,8 @@ impl WarmStart {
     /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Auto => "auto",
+            Self::Model => "model",
             Self::Heuristic => "heuristic",
         }
     }
@@ -250,8 +256,9 @@ mod tests {
         for mode in [Mode::Optimal, Mode::Feasible] {
             assert_eq!(json(serde_json::to_value(mode).unwrap()), mode.name());
         }
-        let warm_start = WarmStart::Heuristic;
-        assert_eq!(json(serde_json::to_value(warm_start).unwrap()), warm_start.name());
+        for start in [WarmStart::Auto, WarmStart::Model, WarmStart::Heuristic] {
+            assert_eq!(json(serde_json::to_value(start).unwrap()), start.name());
+        }
         for qp in [Qp::Embedded, Qp::Clarabel] {
             assert_eq!(json(serde_json::to_value(qp).unwrap()), qp.name());
         }

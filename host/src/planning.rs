@@ -4,20 +4,24 @@ use crate::backend::{ClarabelQp, Recorder, Solve};
 use crate::error::Error;
 use crate::formats::{
     self, EvidenceFile, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget,
-    Row, StageEnd,
+    Row, StageEnd, StartName,
 };
-use crate::method::{Deadline, Method, Qp, WarmStart};
+use crate::learned::{Learned, Memories};
+use crate::method::{Deadline, Method, Qp};
 use crate::threads::Threads;
 use remora_core::model::Mission;
 use remora_core::planner::{
     self, EmbeddedSolver, Environment, Gain, Options, PhaseTimes, Report, Solver, StageReport,
-    Workspace,
+    Start, Workspace,
 };
 use remora_core::scp::IterationRecord;
 use remora_core::stages::{LINKS, NODES, size};
 use remora_core::time::Clock;
 use std::path::PathBuf;
 use std::time::Instant;
+
+/// Seed of learned starts that draw.
+const SEED: u64 = 0;
 
 /// Stack of threads that plan [bytes]. The planner's large memory is on the heap; what is left
 /// needs less than the system's usual 8 MiB.
@@ -72,6 +76,7 @@ pub struct Planner {
     embedded: Box<EmbeddedSolver>,
     clarabel: ClarabelQp,
     threads: Threads,
+    memories: Memories,
 }
 
 /// Makes what is too large for a stack. A function of its own, so that what the compiler puts on
@@ -89,6 +94,7 @@ impl Planner {
             embedded: on_heap(EmbeddedSolver::new),
             clarabel: ClarabelQp::default(),
             threads: Threads::default(),
+            memories: Memories::default(),
         }
     }
 
@@ -97,7 +103,8 @@ impl Planner {
         Self { threads, ..self }
     }
 
-    /// Plans one scenario. The result does not depend on what was planned before.
+    /// Plans one scenario, with `model` for a learned start; none is the heuristic. The result
+    /// does not depend on what was planned before.
     ///
     /// Where the status is other than solved, the file holds the best iterate.
     pub fn plan(
@@ -105,8 +112,9 @@ impl Planner {
         mission: &Mission<LINKS>,
         scenario: &NamedScenario,
         method: &Method,
+        model: Option<&Learned>,
     ) -> Planned {
-        self.plan_watched(mission, scenario, method, &mut |_| ())
+        self.plan_watched(mission, scenario, method, model, &mut |_| ())
     }
 
     /// The same, with somebody who looks at each subproblem once it has been solved.
@@ -115,17 +123,19 @@ impl Planner {
         mission: &Mission<LINKS>,
         scenario: &NamedScenario,
         method: &Method,
+        model: Option<&Learned>,
         watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> Planned {
-        let Self { workspace, embedded, clarabel, threads } = self;
+        let Self { workspace, embedded, clarabel, threads, memories } = self;
+        let place = Place { threads, model, memories, workspace };
         let (report, gains) = match method.qp {
             Qp::Embedded => {
                 let solver = Recorder::new(&mut **embedded, watch);
-                run(mission, scenario, method, solver, threads, workspace)
+                run(mission, scenario, method, solver, place)
             }
             Qp::Clarabel => {
                 let solver = Recorder::new(clarabel, watch);
-                run(mission, scenario, method, solver, threads, workspace)
+                run(mission, scenario, method, solver, place)
             }
         };
         let (one, two) = (&report.translation, &report.reorientation);
@@ -134,11 +144,11 @@ impl Planner {
             scenario: scenario.id.clone(),
             status: report.status.into(),
             mode: method.mode,
-            warm_start: method.warm_start.name().into(),
+            warm_start: StartName::from(report.evidence.start).in_tables().into(),
             qp: method.qp.name().into(),
             integrator: method.integrator,
             stage1: PlanStage1::new(end(one), self.workspace.path()),
-            stage2: PlanStage2::new(end(two), 0.0, self.workspace.motion()),
+            stage2: PlanStage2::new(end(two), report.times.inference_s, self.workspace.motion()),
             target: PlanTarget::from(&self.workspace.target),
             residuals: PlanResiduals::from(report.residuals),
         };
@@ -147,10 +157,24 @@ impl Planner {
             file,
             corrections: (one.outcome.corrections as u64, two.outcome.corrections as u64),
             times: report.times,
-            evidence: EvidenceFile::new(&scenario.id, method.qp.name(), &report.evidence, gains),
+            evidence: EvidenceFile::new(
+                &scenario.id,
+                method.qp.name(),
+                model.map(Learned::record),
+                &report.evidence,
+                gains,
+            ),
             logs: [log1.to_vec(), log2.to_vec()],
         }
     }
+}
+
+/// Where a plan is made.
+struct Place<'a> {
+    threads: &'a Threads,
+    model: Option<&'a Learned>,
+    memories: &'a mut Memories,
+    workspace: &'a mut Workspace,
 }
 
 /// The call into the core.
@@ -159,20 +183,21 @@ fn run<S: Solver>(
     scenario: &NamedScenario,
     method: &Method,
     mut solver: S,
-    threads: &Threads,
-    workspace: &mut Workspace,
+    place: Place<'_>,
 ) -> (Report, Option<Vec<Gain>>) {
-    let environment = Environment { clock: &WallClock::start(), pair: threads };
-    let report = match method.warm_start {
-        WarmStart::Heuristic => planner::plan(
-            mission,
-            &scenario.scenario(),
-            &options(method),
-            &mut planner::Start::Heuristic,
-            &mut solver,
-            &environment,
-            workspace,
-        ),
+    let environment = Environment { clock: &WallClock::start(), pair: place.threads };
+    let mut planned = |start: &mut Start<'_>| {
+        let scenario = scenario.scenario();
+        let options = options(method);
+        let workspace = &mut *place.workspace;
+        planner::plan(mission, &scenario, &options, start, &mut solver, &environment, workspace)
+    };
+    let report = match place.model {
+        None => planned(&mut Start::Heuristic),
+        Some(model) => model.at_work(place.memories, |policy| match policy {
+            None => planned(&mut Start::Refused),
+            Some(policy) => planned(&mut Start::Learned { policy, seed: SEED }),
+        }),
     };
     // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
     let planned = report.reorientation.outcome.iterations > 0;
@@ -220,6 +245,8 @@ pub struct PlanJob {
     pub mission: Mission<LINKS>,
     /// How to plan.
     pub method: Method,
+    /// Model of a learned start; none is the heuristic.
+    pub model: Option<Learned>,
     /// How many threads work on it; the plan stays the same.
     pub threads: Threads,
     /// Where to write the plan.
@@ -237,7 +264,7 @@ impl PlanJob {
         formats::check_writable(&evidence)?;
         let planned = on_large_stack(|| {
             let mut planner = Planner::new().with_threads(self.threads);
-            planner.plan(&self.mission, &self.scenario, &self.method)
+            planner.plan(&self.mission, &self.scenario, &self.method, self.model.as_ref())
         })?;
         planned.evidence.write(&evidence)?;
         planned.file.write(&self.out)?;

@@ -3,7 +3,7 @@
 
 use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
-use remora_core::planner::{EmbeddedSolver, Environment, Options, Report, Workspace, plan};
+use remora_core::planner::{EmbeddedSolver, Environment, Options, Report, Start, Workspace, plan};
 use remora_core::stages::{LINKS, Mode};
 use remora_host::formats::ScenarioSet;
 use remora_host::planning::WallClock;
@@ -30,6 +30,7 @@ impl Flight {
             &Mission::<LINKS>::default(),
             &set.scenarios[0].scenario(),
             options,
+            &mut Start::Heuristic,
             &mut self.solver,
             &Environment { clock: &WallClock::start(), pair: &threads },
             &mut self.workspace,

@@ -410,6 +410,7 @@ fn the_gains_bring_a_disturbed_start_back_to_the_plan() {
             &bench.mission,
             &scenario,
             &options,
+            &mut Start::Heuristic,
             &mut *solver,
             &Environment::BARE,
             &mut bench.workspace,

@@ -107,11 +107,13 @@ impl Start<'_> {
             w.residuals.cost + options.reorientation.weight * w.residuals.penalty()
         };
         let (learned, heuristic) = (merit(&mut z.trial), merit(&mut z.trajectory));
-        if !learned.is_finite() {
-            return StartRecord::NotFinite;
-        }
-        if learned > heuristic {
-            return StartRecord::Worse;
+        if !(learned <= heuristic) {
+            // Clipped twice it would not be the same to the last bit.
+            heuristic::warm_start(mission, path, target, &mut z.trajectory);
+            return match learned.is_finite() {
+                true => StartRecord::Worse,
+                false => StartRecord::NotFinite,
+            };
         }
         mem::swap(&mut z.trajectory, &mut z.trial);
         StartRecord::Learned

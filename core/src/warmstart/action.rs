@@ -1,25 +1,20 @@
 //! What a network's answer means.
+//!
+//! [`Action::Torque`] is the paper's. An error of a torque grows with the square of time, and most
+//! in the light outer joint. [`Action::Rate`] says which rates to reach by the next node: of the
+//! bus, in the axes it has now, and of the joints. Inverse dynamics find the torques, so that what
+//! the force of Stage 1 and the arm's motion do to the bus need not be learnt, and errors grow
+//! with time only.
 
 use super::Scene;
 use crate::dynamics::{Control, Integrator, Leg, State};
 use crate::math::{clamp, quaternion};
+use crate::nn::Action;
 use crate::stages::LINKS;
 use nalgebra::{SVector, Vector3};
 
 /// Numbers of an action: three for the bus, one a joint.
 pub const ACTION: usize = 3 + LINKS;
-
-/// What the numbers of an action are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
-    /// Torques on bus (bus axes) and joints, the paper's [N m]. An error of a torque grows with
-    /// the square of time, and most in the light outer joint.
-    Torque,
-    /// The rates at the next node: of the bus, in the axes it has now, and of the joints [rad/s].
-    /// Inverse dynamics find the torques, so that what the force of Stage 1 and the arm's
-    /// motion do to the bus need not be learnt, and errors grow with time only.
-    Rate,
-}
 
 impl Action {
     /// The action that leads from `state` under `control` to `next`.

@@ -2,18 +2,20 @@
 //! roll-out of its answers through the dynamics of Stage 2.
 //!
 //! - [`Scene`]: all that is known of an approach once Stage 1 is planned;
-//! - [`tokens`]: the features of a node, in the paper's inputs or in bus axes;
-//! - [`action`]: torques, or the rates to reach next, from which inverse dynamics make torques;
+//! - [`Scene::features`]: what a node looks like, in the paper's inputs or in bus axes;
+//! - [`Scene::apply`]: torques, or the rates to reach next, from which inverse dynamics make torques;
 //! - [`roll_out`]: node by node, the state that was reached is the next thing the network sees.
 //!
 //! Who answers is a [`Policy`]: the quantised network in flight, anything else in tests.
 
-pub mod action;
+mod action;
+mod network;
 mod rolling;
 mod scene;
-pub mod tokens;
+mod tokens;
 
-pub use action::{ACTION, Action};
+pub use crate::nn::{Action, Encoding};
+pub use action::ACTION;
 pub use rolling::{MAX_CHUNK, Policy, roll_out};
 pub use scene::Scene;
-pub use tokens::{Encoding, MAX_FEATURES};
+pub use tokens::MAX_FEATURES;

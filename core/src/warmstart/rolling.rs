@@ -31,6 +31,10 @@ pub trait Policy {
     /// Looks at the features of the next node and writes the actions for it and those after, node
     /// by node. False where it can't.
     fn act(&mut self, features: &[f32], actions: &mut [f32]) -> bool;
+
+    /// Looks at the features of the next node, for which it has said before what to do. False
+    /// where it can't.
+    fn observe(&mut self, features: &[f32]) -> bool;
 }
 
 /// Rolls a policy's actions out from the initial state through the dynamics of Stage 2.
@@ -47,7 +51,6 @@ pub fn roll_out<P: Policy + ?Sized>(
     let executed = policy.executed().clamp(1, chunk);
     let mut features = [0.0; MAX_FEATURES];
     let mut actions = [[0.0; ACTION]; MAX_CHUNK];
-    let mut fresh = [[0.0; ACTION]; MAX_CHUNK];
     let mut previous = [0.0; ACTION];
     let mut held = Control::ZERO;
     policy.begin(seed);
@@ -56,15 +59,16 @@ pub fn roll_out<P: Policy + ?Sized>(
         let state = out.states[k];
         scene.features(encoding, k, &state, &previous, &mut features);
         let (Some(features), Some(answer)) =
-            (features.get(..encoding.features()), fresh.get_mut(..chunk))
+            (features.get(..encoding.features()), actions.get_mut(..chunk))
         else {
             return false;
         };
-        if !policy.act(features, answer.as_flattened_mut()) {
+        let looked = match k % executed {
+            0 => policy.act(features, answer.as_flattened_mut()),
+            _ => policy.observe(features),
+        };
+        if !looked {
             return false;
-        }
-        if k % executed == 0 {
-            actions = fresh;
         }
         previous = actions[k % executed];
         let (control, next) = scene.apply(action, k, &state, &previous, &held);

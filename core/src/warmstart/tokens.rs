@@ -15,17 +15,9 @@ use super::{ACTION, Scene};
 use crate::dynamics::State;
 use crate::math::quaternion;
 use crate::model::initial_bus_attitude;
+use crate::nn::Encoding;
 use crate::stages::{LINKS, NODES};
 use nalgebra::{Matrix3, Vector3, Vector4};
-
-/// What the features of a node are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
-    /// The paper's: 6 + 1 + 7 + 9 + 13, in RTN.
-    Paper,
-    /// In bus axes, with what lies ahead: 6 + 1 + 24 + 21 + 18.
-    Body,
-}
 
 impl Encoding {
     /// Sizes of the five groups: previous action, time, target, centre of mass, state.

@@ -57,7 +57,7 @@ impl Header {
             qp: method.qp,
             integrator: method.integrator,
             plans: campaign.save_plans,
-            settings: fingerprint(&planning::settings_text(method)),
+            settings: fingerprint(&(planning::settings_text(method), &campaign.model)),
             mission: fingerprint(&campaign.mission),
             scenarios: fingerprint(&campaign.scenarios),
         }
@@ -87,7 +87,7 @@ impl Header {
             (
                 "settings",
                 self.settings != begun.settings,
-                changed("another --deadline or other planner settings"),
+                changed("another --model, another --deadline or other planner settings"),
             ),
             ("mission", self.mission != begun.mission, changed("another mission")),
             ("scenarios", self.scenarios != begun.scenarios, changed("other scenarios")),
@@ -210,6 +210,7 @@ mod tests {
             scenarios: Vec::new(),
             mission: Mission::default(),
             method: Method::default(),
+            model: None,
             jobs: NonZeroUsize::MIN,
             save_plans: false,
             csv: false,
@@ -222,6 +223,7 @@ mod tests {
         Row {
             scenario: scenario.into(),
             status: PlanStatus::Solved,
+            warm_start: "heuristic".into(),
             stage1: stage,
             stage2: stage,
             inference_s: 0.0,

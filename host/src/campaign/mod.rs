@@ -21,6 +21,7 @@ use crate::error::{Error, io_reason};
 use crate::formats::{
     self, NamedScenario, PlanStatus, Row, check_writable, json, write_atomically,
 };
+use crate::learned::Learned;
 use crate::method::Method;
 use crate::planning::Planner;
 use crate::pool;
@@ -42,6 +43,8 @@ pub struct Campaign {
     pub mission: Mission<LINKS>,
     /// How to plan.
     pub method: Method,
+    /// Model of a learned start; none is the heuristic.
+    pub model: Option<Learned>,
     /// Number of worker threads.
     pub jobs: NonZeroUsize,
     /// Whether to write a plan file a scenario.
@@ -103,7 +106,7 @@ impl Campaign {
     /// Plans one scenario, and writes its plan file where one is wanted.
     fn plan(&self, planner: &mut Planner, index: usize) -> Result<Row, Error> {
         let scenario = &self.scenarios[index];
-        let planned = planner.plan(&self.mission, scenario, &self.method);
+        let planned = planner.plan(&self.mission, scenario, &self.method, self.model.as_ref());
         if self.save_plans {
             planned.file.write(&self.plan_path(&scenario.id))?;
         }

@@ -113,6 +113,8 @@ pub struct Summary {
     pub stage2: StageSummary,
     /// Time in a learned warm start, over all rows [s].
     pub inference_s: Statistics,
+    /// Scenarios for which a model was asked and the heuristic used.
+    pub fallbacks: usize,
     /// Ids that were not solved.
     pub unsolved: Vec<String>,
     /// The run that wrote this.
@@ -143,6 +145,7 @@ impl Summary {
             stage1: StageSummary::of(rows.iter().map(|row| (row, &row.stage1))),
             stage2: StageSummary::of(rows.iter().map(|row| (row, &row.stage2))),
             inference_s: Statistics::of(rows.iter().map(|row| row.inference_s)),
+            fallbacks: rows.iter().filter(|row| row.warm_start == "fallback").count(),
             unsolved: unsolved.map(|row| row.scenario.clone()).collect(),
             run,
         }
@@ -175,6 +178,7 @@ mod tests {
         Row {
             scenario: id.into(),
             status,
+            warm_start: "heuristic".into(),
             stage1: stage,
             stage2: stage,
             inference_s: 0.0,

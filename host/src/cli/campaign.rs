@@ -51,6 +51,7 @@ const AFTER_HELP: &str = "\
 Examples:
   remora campaign --scenarios a.scenarios.json --out runs/a
   remora campaign --draw 300 --seed 1 --integrator euler --jobs 8 --plans --csv --out runs/b
+  remora campaign --draw 300 --seed 7 --warm-start model --model mine.model --out runs/mine
   remora campaign --draw 300 --seed 1 --deadline 0.5 --jobs 1 --out runs/c
 
 Interrupt it at any time: the same command goes on where it stopped. Results do not depend on the
@@ -77,6 +78,7 @@ impl Args {
             scenarios: scenarios.scenarios,
             mission,
             method: self.method.method_until(self.deadline),
+            model: self.method.model()?,
             jobs: self.jobs.unwrap_or_else(cores),
             save_plans: self.plans,
             csv: self.csv,

@@ -3,12 +3,12 @@
 use super::Output;
 use super::options::MissionArgs;
 use super::progress::Bar;
-use crate::dataset::Recipe;
+use crate::dataset::{Recipe, SHARD};
 use crate::draw::MAX_COUNT;
 use crate::error::Error;
 use crate::method::Integrator;
 use crate::report;
-use std::num::NonZeroUsize;
+use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -27,6 +27,9 @@ pub(super) struct Args {
     integrator: Integrator,
     #[command(flatten)]
     mission: MissionArgs,
+    /// Scenarios a file
+    #[arg(long, value_name = "N", default_value_t = SHARD)]
+    shard: NonZeroU32,
     /// Worker threads [default: the machine's cores]
     #[arg(long, value_name = "J")]
     jobs: Option<NonZeroUsize>,
@@ -40,8 +43,8 @@ Examples:
   remora dataset --count 10000 --seed 1000 --integrator euler --out data/euler-10k
   remora dataset --count 12000 --seed 2000 --jobs 8 --out data/rk4-12k
 
-Interrupt it at any time: the same command goes on where it stopped, after the last shard of 500
-scenarios. The bytes do not depend on the number of threads. Choose a seed of which nothing will be
+Interrupt it at any time: the same command goes on where it stopped, after the last file of 500
+scenarios (--shard). The bytes do not depend on the number of threads. Choose a seed of which nothing will be
 evaluated: a model is not to be judged on scenarios it was trained on.
 
 Exit status: 0 done, 2 bad input.";
@@ -54,6 +57,7 @@ impl Args {
             seed: self.seed,
             integrator: self.integrator,
             mission: self.mission.mission()?,
+            shard: self.shard,
             jobs: self.jobs.unwrap_or_else(cores),
             out: self.out,
         };

@@ -8,6 +8,7 @@ mod options;
 mod plan;
 mod progress;
 mod qp_export;
+mod quantise;
 #[cfg(feature = "training")]
 mod train;
 
@@ -41,6 +42,7 @@ enum Command {
     Check(check::Args),
     Draw(draw::Args),
     QpExport(qp_export::Args),
+    Quantise(quantise::Args),
     Dataset(dataset::Args),
     #[cfg(feature = "training")]
     Train(train::Args),
@@ -107,6 +109,7 @@ impl Command {
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::QpExport(args) => args.run(),
+            Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),
             #[cfg(feature = "training")]
             Self::Train(args) => args.run(),

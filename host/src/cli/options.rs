@@ -2,20 +2,24 @@
 
 use crate::error::Error;
 use crate::formats::{NamedScenario, ScenarioSet, read_mission};
+use crate::learned::Learned;
 use crate::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
 use remora_core::model::Mission;
 use remora_core::stages::LINKS;
 use std::path::PathBuf;
 
 /// How plans are made.
-#[derive(Clone, Copy, Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(super) struct MethodArgs {
     /// What is asked of Stage 2
     #[arg(long, value_enum, default_value_t = Mode::Optimal)]
     mode: Mode,
     /// What Stage 2 starts from
-    #[arg(long, value_enum, default_value_t = WarmStart::Heuristic)]
+    #[arg(long, value_enum, default_value_t = WarmStart::Auto)]
     warm_start: WarmStart,
+    /// Learned model (*.model) [default: the built-in one for the integrator]
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
     /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4
     #[arg(long, value_name = "NAME", default_value_t = Integrator::RK4)]
     integrator: Integrator,
@@ -25,14 +29,19 @@ pub(super) struct MethodArgs {
 }
 
 impl MethodArgs {
-    pub(super) fn method(self) -> Method {
-        let Self { mode, warm_start, integrator, qp } = self;
+    pub(super) fn method(&self) -> Method {
+        let Self { mode, warm_start, integrator, qp, .. } = *self;
         Method { mode, warm_start, qp, integrator, deadline: None }
     }
 
     /// The method of plans that must end in time.
-    pub(super) fn method_until(self, deadline: Option<Deadline>) -> Method {
+    pub(super) fn method_until(&self, deadline: Option<Deadline>) -> Method {
         Method { deadline, ..self.method() }
+    }
+
+    /// The model of a learned start, where one is asked for.
+    pub(super) fn model(&self) -> Result<Option<Learned>, Error> {
+        Learned::chosen(self.warm_start, self.model.as_deref(), self.integrator)
     }
 }
 

@@ -42,6 +42,8 @@ Examples:
   remora plan -v --integrator euler
   remora plan --scenarios a.scenarios.json --id s1-007 --out seven.plan.json
   remora plan --mission light.mission.toml --mode feasible
+  remora plan --warm-start heuristic
+  remora plan --integrator euler --model mine.model
   remora plan --deadline 0.5 --threads 2
 
 Exit status: 0 solved, 1 not solved (the plan file holds the best iterate), 2 bad input.";
@@ -53,7 +55,8 @@ impl Args {
         let default = || PathBuf::from(format!("{}.plan.json", scenario.id));
         let out = self.out.clone().unwrap_or_else(default);
         let method = self.method.method_until(self.deadline);
-        let job = PlanJob { scenario, mission, method, threads: self.threads, out };
+        let model = self.method.model()?;
+        let job = PlanJob { scenario, mission, method, model, threads: self.threads, out };
         let planned = job.run()?;
 
         let mut text = String::new();

@@ -46,6 +46,7 @@ impl Args {
             scenario: self.scenario.scenario()?,
             mission: self.mission.mission()?,
             method: self.method.method(),
+            model: self.method.model()?,
             out: self.out,
             force: self.force,
         };

@@ -3,8 +3,11 @@
 use super::Output;
 use crate::error::Error;
 use crate::training::checkpoint::LossRow;
+use crate::training::config::Encoding;
+use crate::training::model::Origin;
 use crate::training::network::Losses;
 use crate::training::recorded::Recorded;
+use crate::training::rollout::RolloutError;
 use crate::training::source::{ExampleSource, Shape, Synthetic};
 use crate::training::{Config, Cpu, Observer, Run, output};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -53,14 +56,16 @@ impl Args {
         let _ = rayon::ThreadPoolBuilder::new().num_threads(self.threads.get()).build_global();
         let name = self.config.file_stem().unwrap_or_default();
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
-        let source = source(&config)?;
+        let data = Data::read(&config)?;
+        let count = config.training.rollout_count.unwrap_or(ROLLOUT_COUNT);
         let run = Run {
             config,
-            source: source.as_ref(),
+            source: data.source(),
+            origin: data.origin(),
             out,
             resume: self.resume,
             stop_after: self.stop_after,
-            rollout: &|_| None,
+            rollout: &|model| data.roll_out(model, count),
         };
         let outcome = run.train::<Cpu>(Default::default(), &mut Progress::default())?;
         output::summary(&run.out, &run.config, &outcome)?;
@@ -76,12 +81,50 @@ impl Args {
     }
 }
 
-fn source(config: &Config) -> Result<Box<dyn ExampleSource>, Error> {
-    if config.data.path.as_os_str() == "synthetic" {
-        let shape = Shape { nodes: 60, groups: vec![6, 1, 7, 9, 13], states: 13 };
-        return Ok(Box::new(Synthetic::new(shape, config.data.count.unwrap_or(5000) as usize)));
+/// Scenarios of a roll-out, unless the configuration says how many.
+const ROLLOUT_COUNT: usize = 64;
+
+/// Datasets, or random trajectories to measure speed with.
+enum Data {
+    Recorded(Recorded),
+    Synthetic(Synthetic),
+}
+
+impl Data {
+    fn read(config: &Config) -> Result<Self, Error> {
+        if config.data.path.as_os_str() != "synthetic" {
+            return Recorded::read(config).map(Self::Recorded);
+        }
+        let groups = match config.model.encoding {
+            Encoding::Paper => remora_core::warmstart::Encoding::Paper.groups(),
+            Encoding::Body => remora_core::warmstart::Encoding::Body.groups(),
+        };
+        let shape = Shape { nodes: 60, groups: groups.to_vec(), states: groups[4] };
+        Ok(Self::Synthetic(Synthetic::new(shape, config.data.count.unwrap_or(5000) as usize)))
     }
-    Ok(Box::new(Recorded::read(config)?))
+
+    fn source(&self) -> &dyn ExampleSource {
+        match self {
+            Self::Recorded(recorded) => recorded,
+            Self::Synthetic(synthetic) => synthetic,
+        }
+    }
+
+    fn origin(&self) -> Origin {
+        match self {
+            Self::Recorded(recorded) => recorded.origin(),
+            Self::Synthetic(_) => {
+                Origin { integrator: "none".into(), dataset: "synthetic".into() }
+            }
+        }
+    }
+
+    fn roll_out(&self, model: &[u8], count: usize) -> Option<RolloutError> {
+        match self {
+            Self::Recorded(recorded) => recorded.roll_out(model, count),
+            Self::Synthetic(_) => None,
+        }
+    }
 }
 
 const TEMPLATE: &str = "{bar:30} {pos}/{len}  {msg}  {per_sec}  {eta} left";
@@ -139,8 +182,8 @@ impl Observer for Progress {
 
     fn validated(&mut self, row: &LossRow) {
         self.validation = format!("validation {:.5}", row.validation);
-        if let Some(error) = row.rollout_m {
-            self.validation += &format!("  roll-out {error:.4} m");
+        if let Some(error) = row.rollout {
+            self.validation += &format!("  roll-out {:.4} m", error.mean_m);
         }
         self.validation += &format!("  {:.0} nodes/s", row.nodes_per_s);
         self.told = None;

@@ -4,7 +4,7 @@ use super::manifest::{MANIFEST, Manifest};
 use super::{Trajectory, shard, shard_path};
 use crate::draw::draw_one;
 use crate::error::{Error, io_reason};
-use crate::formats::{PlanStatus, remove_partials};
+use crate::formats::{NamedScenario, PlanStatus, remove_partials};
 use crate::method::{Integrator, Method};
 use crate::planning::Planner;
 use crate::pool;
@@ -13,7 +13,7 @@ use remora_core::model::Mission;
 use remora_core::stages::LINKS;
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
-use std::num::NonZeroUsize;
+use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::{Path, PathBuf};
 
 /// A dataset to be made: the input of `remora dataset`.
@@ -27,6 +27,8 @@ pub struct Recipe {
     pub integrator: Integrator,
     /// The mission; valid.
     pub mission: Mission<LINKS>,
+    /// Scenarios a shard; an interruption loses the shards that are not complete.
+    pub shard: NonZeroU32,
     /// Number of worker threads.
     pub jobs: NonZeroUsize,
     /// The directory of the shards.
@@ -59,6 +61,7 @@ impl Recipe {
     /// that is damaged; another program that makes the same dataset; a mission that allows no
     /// start.
     pub fn make(&self, progress: &mut dyn Progress) -> Result<Made, Error> {
+        self.draw(0)?;
         let manifest = Manifest::new(self);
         let _lock = self.begin(&manifest)?;
         remove_partials(&self.out);
@@ -66,7 +69,7 @@ impl Recipe {
         let mut made = Made { tried: 0, kept: 0, now: 0 };
         let mut pending = Vec::new();
         for (first, tried) in manifest.shards() {
-            match shard::look(&self.shard_path(first), first, tried)? {
+            match shard::verify(&self.shard_path(first), first, tried)? {
                 Some(head) => {
                     made.tried += u64::from(tried);
                     made.kept += u64::from(head.kept);
@@ -119,13 +122,16 @@ impl Recipe {
         method: &Method,
         index: u64,
     ) -> Result<Option<Box<Trajectory>>, Error> {
-        let scenario = draw_one(self.seed, index, &self.mission).ok_or_else(|| {
-            let reason = "its geometry lets no start satisfy keep-out and pointing";
-            Error::argument("--mission", reason)
-        })?;
-        let plan = planner.plan(&self.mission, &scenario, method).file;
+        let plan = planner.plan(&self.mission, &self.draw(index)?, method, None).file;
         let is_solved = plan.status == PlanStatus::Solved;
         Ok(is_solved.then(|| Box::new(Trajectory::new(index, &plan))))
+    }
+
+    fn draw(&self, index: u64) -> Result<NamedScenario, Error> {
+        draw_one(self.seed, index, &self.mission).ok_or_else(|| {
+            let reason = "its geometry lets no start satisfy keep-out and pointing";
+            Error::argument("--mission", reason)
+        })
     }
 
     /// Adds what came of a scenario to its shard, and writes the shard once it has all.
@@ -135,7 +141,7 @@ impl Recipe {
         index: u64,
         trajectory: Option<Box<Trajectory>>,
     ) -> Result<(), Error> {
-        let size = u64::from(super::SHARD);
+        let size = u64::from(self.shard.get());
         let first = index / size * size;
         let tried = (self.count - first).min(size) as u32;
         let shard = open.entry(first).or_default();
@@ -150,7 +156,7 @@ impl Recipe {
     }
 
     fn shard_path(&self, first: u64) -> PathBuf {
-        shard_path(&self.out, first / u64::from(super::SHARD))
+        shard_path(&self.out, first / u64::from(self.shard.get()))
     }
 }
 

@@ -8,6 +8,7 @@ use crate::method::{Integrator, Method};
 use crate::planning;
 use remora_core::stages::{LINKS, NODES};
 use serde::{Deserialize, Serialize};
+use std::num::NonZeroU32;
 use std::path::Path;
 
 /// The `format` of the datasets this version reads and writes.
@@ -16,8 +17,8 @@ pub const FORMAT: &str = "remora-dataset/1";
 /// Name of the manifest in a dataset's directory.
 pub const MANIFEST: &str = "dataset.json";
 
-/// Scenarios a shard.
-pub const SHARD: u32 = 500;
+/// Scenarios a shard, where nothing else is asked for: some seconds of work, 4 MB.
+pub const SHARD: NonZeroU32 = NonZeroU32::new(500).unwrap();
 
 /// All that the contents of a dataset depend on, and their sizes: `dataset.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,7 +64,7 @@ impl Manifest {
             integrator: recipe.integrator,
             mission: fingerprint(&recipe.mission),
             settings: fingerprint(&planning::settings_text(&method)),
-            shard: SHARD,
+            shard: recipe.shard.get(),
             nodes: NODES,
             links: LINKS,
             state: STATE,

@@ -15,11 +15,13 @@
 mod make;
 mod manifest;
 mod shard;
+mod source;
 mod split;
 mod trajectory;
 
 pub use make::{Made, Recipe};
 pub use manifest::{FORMAT, MANIFEST, Manifest, SHARD};
+pub use source::Source;
 pub use split::Split;
 pub use trajectory::{CONTROL, STATE, Trajectory};
 
@@ -88,6 +90,12 @@ impl Dataset {
         Ok(out)
     }
 
+    /// What [`Dataset::read`] reads, for the provenance of a model.
+    pub fn source(&self, limit: Option<usize>) -> Source {
+        let Manifest { seed, count, .. } = self.manifest;
+        Source { seed, count: limit.map_or(count, |limit| count.min(limit as u64)) }
+    }
+
     /// The part that a trajectory of this dataset belongs to.
     pub fn split(&self, trajectory: &Trajectory) -> Split {
         Split::of(self.manifest.seed, trajectory.scenario)
@@ -114,6 +122,7 @@ mod tests {
             seed: 3,
             integrator: Integrator::EULER,
             mission: Mission::default(),
+            shard: SHARD,
             jobs: NonZeroUsize::new(2).unwrap(),
             out: out.into(),
         }
@@ -124,7 +133,7 @@ mod tests {
         let mission = Mission::default();
         let scenario = draw_one(3, 0, &mission).unwrap();
         let method = Method { integrator: Integrator::EULER, ..Method::default() };
-        on_large_stack(|| Planner::new().plan(&mission, &scenario, &method).file).unwrap()
+        on_large_stack(|| Planner::new().plan(&mission, &scenario, &method, None).file).unwrap()
     }
 
     #[test]
@@ -140,6 +149,8 @@ mod tests {
         assert_eq!(all[0], Trajectory::new(0, &plan()));
         assert_eq!(dataset.read(Some(2)).unwrap(), all[..2]);
         assert_eq!(dataset.read(Some(100)).unwrap().len(), 4);
+        assert_eq!(dataset.source(Some(2)).to_string(), "s3:2");
+        assert_eq!(dataset.source(None), dataset.source(Some(9)));
         assert_eq!(dataset.split(&all[1]), Split::of(3, 1));
     }
 

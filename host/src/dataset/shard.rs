@@ -111,6 +111,15 @@ fn checked_head(bytes: &[u8], size: u64, first: u64, tried: u32) -> Result<Head,
     Ok(head)
 }
 
+/// As [`look`], and reads every byte.
+pub(super) fn verify(file: &Path, first: u64, tried: u32) -> Result<Option<Head>, Error> {
+    let head = look(file, first, tried)?;
+    if head.is_some() {
+        read(file, first, tried, first, &mut Vec::new())?;
+    }
+    Ok(head)
+}
+
 /// Adds the trajectories of a whole shard to `out`; those of scenarios from `end` on are left out.
 pub(super) fn read(
     file: &Path,

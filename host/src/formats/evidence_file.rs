@@ -2,13 +2,13 @@
 
 use super::{PlanStatus, json};
 use crate::error::{Error, FieldError};
-use remora_core::planner::{Evidence, Fallback, Gain, StageEvidence};
+use remora_core::planner::{Evidence, Fallback, Gain, StageEvidence, StartRecord};
 use remora_core::stages::{NODES, size};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// The `format` of the evidence this version reads and writes.
-pub const FORMAT: &str = "remora-evidence/1";
+pub const FORMAT: &str = "remora-evidence/2";
 
 /// A feedback gain, its rows in order.
 pub type GainRows = [[f64; size::NX]; size::NU];
@@ -38,6 +38,10 @@ pub struct EvidenceFile {
     pub status: PlanStatus,
     /// Whether the verifier found every residual within its tolerance.
     pub is_verified: bool,
+    /// What Stage 2 started from.
+    pub start: StartName,
+    /// Model that was to be used; none where the heuristic was asked for.
+    pub model: Option<ModelRecord>,
     /// Stage 1.
     pub stage1: StageRecord,
     /// Stage 2.
@@ -64,6 +68,71 @@ pub struct StageRecord {
     pub fallback: FallbackName,
 }
 
+/// A model, and why it was refused if it was.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an object with the record of a model")]
+pub struct ModelRecord {
+    /// File name, or the name of a built-in model.
+    pub name: String,
+    /// CRC-32 of the file's bytes but its own: 8 hexadecimal digits.
+    pub checksum: String,
+    /// Why it cannot be used.
+    pub refused: Option<String>,
+}
+
+/// Names of [`StartRecord`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StartName {
+    /// The heuristic, as asked.
+    Heuristic,
+    /// The learned roll-out.
+    Model,
+    /// The heuristic: the model was refused.
+    Refused,
+    /// The heuristic: the roll-out was not finite.
+    NotFinite,
+    /// The heuristic: the roll-out was worse.
+    Worse,
+    /// One that this version has no name for.
+    Other,
+}
+
+impl From<StartRecord> for StartName {
+    fn from(record: StartRecord) -> Self {
+        match record {
+            StartRecord::Heuristic => Self::Heuristic,
+            StartRecord::Learned => Self::Model,
+            StartRecord::Refused => Self::Refused,
+            StartRecord::NotFinite => Self::NotFinite,
+            StartRecord::Worse => Self::Worse,
+            _ => Self::Other,
+        }
+    }
+}
+
+impl StartName {
+    /// The start as plan files and tables name it: what was used, and whether it was asked for.
+    pub fn in_tables(self) -> &'static str {
+        match self {
+            Self::Heuristic => "heuristic",
+            Self::Model => "model",
+            _ => "fallback",
+        }
+    }
+
+    /// Why the heuristic was used though a model was asked for.
+    pub fn why(self) -> Option<&'static str> {
+        match self {
+            Self::Heuristic | Self::Model => None,
+            Self::Refused => Some("the model was refused"),
+            Self::NotFinite => Some("the roll-out is not finite"),
+            Self::Worse => Some("the roll-out is worse than the heuristic"),
+            Self::Other => Some("of a reason unknown to this version"),
+        }
+    }
+}
+
 /// Names of [`Fallback`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -80,7 +149,13 @@ pub enum FallbackName {
 
 impl EvidenceFile {
     /// The file of a plan's evidence.
-    pub fn new(scenario: &str, qp: &str, evidence: &Evidence, gains: Option<Vec<Gain>>) -> Self {
+    pub fn new(
+        scenario: &str,
+        qp: &str,
+        model: Option<ModelRecord>,
+        evidence: &Evidence,
+        gains: Option<Vec<Gain>>,
+    ) -> Self {
         let checksum = |value: u64| format!("{value:016x}");
         Self {
             format: FORMAT.into(),
@@ -93,6 +168,8 @@ impl EvidenceFile {
             output: checksum(evidence.output),
             status: evidence.status.into(),
             is_verified: evidence.is_verified,
+            start: evidence.start.into(),
+            model,
             stage1: evidence.translation.into(),
             stage2: evidence.reorientation.into(),
             gains: gains.map(|gains| gains.iter().map(rows).collect()),
@@ -189,13 +266,19 @@ mod tests {
             output: 0xfeed,
             status: Status::Deadline,
             is_verified: true,
+            start: StartRecord::Worse,
             translation: Default::default(),
             reorientation: StageEvidence {
                 fallback: Fallback::EarlierIterate,
                 ..Default::default()
             },
         };
-        EvidenceFile::new("a", "embedded", &evidence, gains)
+        let model = ModelRecord {
+            name: "b.model".into(),
+            checksum: "01234567".into(),
+            refused: gains.is_none().then(|| "is too old".into()),
+        };
+        EvidenceFile::new("a", "embedded", Some(model), &evidence, gains)
     }
 
     #[test]

@@ -8,6 +8,7 @@ mod evidence_file;
 pub mod json;
 mod mission_defaults;
 mod mission_file;
+mod model_file;
 mod output;
 mod plan_convert;
 mod plan_file;
@@ -17,7 +18,8 @@ mod results;
 mod scenario_set;
 
 pub use evidence_file::{
-    EvidenceFile, FORMAT as EVIDENCE_FORMAT, FallbackName, GainRows, StageRecord, evidence_path,
+    EvidenceFile, FORMAT as EVIDENCE_FORMAT, FallbackName, GainRows, ModelRecord, StageRecord,
+    StartName, evidence_path,
 };
 pub use mission_file::{
     Approach as MissionApproach, FORMAT as MISSION_FORMAT, Horizon as MissionHorizon,
@@ -25,6 +27,7 @@ pub use mission_file::{
     Target as MissionTarget, Tolerances as MissionTolerances, Weights as MissionWeights,
     read_mission,
 };
+pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout, read_model};
 pub use output::{check_writable, remove_partials, write_atomically};
 pub use plan_convert::StageEnd;
 pub use plan_file::{
@@ -91,7 +94,7 @@ mod tests {
             if let Ok(mission) = MissionFile::parse(&mission).and_then(|file| file.mission()) {
                 prop_assert!(mission.validate().is_ok());
             }
-            let _ = EvidenceFile::parse(&damaged("{\"format\": \"remora-evidence/1\"}", at, with));
+            let _ = EvidenceFile::parse(&damaged("{\"format\": \"remora-evidence/2\"}", at, with));
             let _ = PlanFile::parse(&damaged("{\"format\": \"remora-plan/1\"}", at, with));
         }
     }

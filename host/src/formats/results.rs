@@ -21,6 +21,8 @@ pub struct Row {
     pub scenario: String,
     /// The worse of the stages'.
     pub status: PlanStatus,
+    /// What Stage 2 started from: heuristic, model, or fallback where a model was asked for.
+    pub warm_start: String,
     /// Stage 1.
     pub stage1: StageRow,
     /// Stage 2.
@@ -70,6 +72,7 @@ impl Row {
         Self {
             scenario: plan.scenario.clone(),
             status: plan.status,
+            warm_start: plan.warm_start.clone(),
             stage1: StageRow {
                 iterations: one.iterations,
                 corrections: corrections.0,
@@ -129,7 +132,7 @@ fn cells(row: &Row, method: &Method) -> Vec<(String, Cell)> {
         push(&format!("residual_{name}"), Cell::Number(value));
     }
     push("mode", text(method.mode.name()));
-    push("warm_start", text(method.warm_start.name()));
+    push("warm_start", text(&row.warm_start));
     push("qp", text(method.qp.name()));
     push("integrator", text(&method.integrator.to_string()));
     cells
@@ -225,6 +228,7 @@ mod tests {
         let row = Row {
             scenario: "a".into(),
             status: PlanStatus::Solved,
+            warm_start: "fallback".into(),
             stage1: stage,
             stage2: StageRow { iterations: 9, corrections: 3, cost: 0.1, time_s: 0.25 },
             inference_s: 0.0,
@@ -249,7 +253,7 @@ mod tests {
         assert_eq!(header.split(',').count(), COLUMNS);
         let first = text.lines().nth(1).unwrap();
         assert!(first.starts_with("a,solved,4,0.3333333333333333,2e-7,9,0.1,0.25,0.0,0.0,1e-9,"));
-        assert!(first.ends_with(",optimal,heuristic,embedded,rk4"));
+        assert!(first.ends_with(",optimal,fallback,embedded,rk4"));
     }
 
     #[test]

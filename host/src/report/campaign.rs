@@ -20,6 +20,9 @@ pub fn campaign_report(results: &Results) -> String {
     for (status, count) in &summary.by_status {
         let _ = writeln!(out, "  {status:<18} {count:>6}");
     }
+    if summary.fallbacks > 0 {
+        let _ = writeln!(out, "  from the heuristic instead of the model: {}", summary.fallbacks);
+    }
     let _ = writeln!(out, "\n{}", statistics(summary));
     if !summary.unsolved.is_empty() {
         let _ = writeln!(out, "not solved:\n{}", wrapped(&summary.unsolved));

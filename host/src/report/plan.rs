@@ -29,16 +29,27 @@ pub fn plan_report(planned: &Planned, tolerances: &Tolerances, file: &Path) -> S
     stage("1 translation", one.status, [one.iterations, c1], one.cost, one.time_s);
     stage("2 reorientation", two.status, [two.iterations, c2], two.cost, two.time_s);
     format!(
-        "scenario {}: {}\n{} mode, {} start, {}, {}\n\n{stages}\n{}\nwritten: {}\n",
+        "scenario {}: {}\n{} mode, {}, {}, {}\n\n{stages}\n{}\nwritten: {}\n",
         plan.scenario,
         plan.status,
         plan.mode.name(),
-        plan.warm_start,
+        start(planned),
         plan.integrator,
         plan.qp,
         residual_table(&plan.residuals, tolerances),
         file.display(),
     )
+}
+
+/// What Stage 2 started from, and why not from what was asked for.
+fn start(planned: &Planned) -> String {
+    let evidence = &planned.evidence;
+    let Some(model) = &evidence.model else { return "heuristic start".into() };
+    let reason = model.refused.as_deref().or(evidence.start.why());
+    match reason {
+        None => format!("start from {}", model.name),
+        Some(reason) => format!("heuristic start instead of {}: {reason}", model.name),
+    }
 }
 
 /// The iteration log of a stage, a line an iteration.
@@ -82,6 +93,7 @@ pub fn evidence(planned: &Planned) -> String {
     let (t, e) = (&planned.times, &planned.evidence);
     let phases = [
         ("start", t.start_s),
+        ("of it inference", t.inference_s),
         ("stage 1", t.translation_s),
         ("linearise", t.linearise_s),
         ("qp", t.qp_s),

@@ -5,6 +5,7 @@
 
 use super::crc32;
 use super::optimiser::AdamW;
+use super::rollout::RolloutError;
 use super::source::Statistics;
 use crate::error::{Error, io_reason};
 use crate::formats::write_atomically;
@@ -27,8 +28,9 @@ pub struct LossRow {
     pub validation: f64,
     /// The next state's.
     pub validation_state: f64,
-    /// End-effector error of the roll-out at the final time [m], where it was measured.
-    pub rollout_m: Option<f64>,
+    /// Roll-outs of validation scenarios, where they were measured.
+    #[serde(default)]
+    pub rollout: Option<RolloutError>,
     /// Mean norm of the gradient before clipping.
     pub gradient_norm: f64,
     /// Learning rate.

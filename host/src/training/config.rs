@@ -156,6 +156,9 @@ pub struct Training {
     /// Weight of the next state's squared error beside the action's.
     #[serde(default)]
     pub state_loss: f64,
+    /// Validation scenarios on which the model is rolled out at each validation [default: 64].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rollout_count: Option<usize>,
     /// Directory of a training, or a checkpoint in one, whose parameters and statistics this one
     /// starts from; the model's shape must be the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]

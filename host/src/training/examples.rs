@@ -58,14 +58,14 @@ pub struct Example {
 }
 
 /// A trajectory in the core's types.
-struct Recorded {
-    path: TranslationTrajectory<NODES>,
-    target: [TargetState; NODES],
-    motion: ReorientationTrajectory<NODES, LINKS>,
+pub(super) struct Recorded {
+    pub(super) path: TranslationTrajectory<NODES>,
+    pub(super) target: [TargetState; NODES],
+    pub(super) motion: ReorientationTrajectory<NODES, LINKS>,
 }
 
 impl Recorded {
-    fn new(trajectory: &Trajectory) -> Self {
+    pub(super) fn new(trajectory: &Trajectory) -> Self {
         let vector = |v: &[f32; 3]| Vector3::from(v.map(f64::from));
         let attitude = |q: &[f32; 4]| quaternion::normalized(&q.map(f64::from).into());
         let mut recorded = Self {

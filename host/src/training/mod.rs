@@ -7,6 +7,7 @@
 //! - [`network`]: forward pass and loss on Burn's tensors, of the operations in [`kernels`],
 //!   which `flex` makes fast on the CPU;
 //! - [`optimiser`]: AdamW, the global norm clipped;
+//! - [`model`]: the model file; [`rollout`]: what it is worth rolled out;
 //! - [`run`]: the loop; [`checkpoint`]: what it needs to resume bit for bit; [`output`]: curves,
 //!   model, summary.
 //!
@@ -18,12 +19,14 @@ pub mod config;
 pub mod examples;
 mod flex;
 pub mod kernels;
+pub mod model;
 pub mod network;
 pub mod optimiser;
 pub mod output;
 pub mod params;
 pub mod random;
 pub mod recorded;
+pub mod rollout;
 pub mod run;
 pub mod source;
 

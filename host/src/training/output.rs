@@ -1,8 +1,7 @@
 //! What a training leaves in its directory.
 
-use super::checkpoint::{Checkpoint, LossRow};
+use super::checkpoint::LossRow;
 use super::config::Config;
-use super::params::Table;
 use super::run::Outcome;
 use crate::error::Error;
 use crate::formats::{check_writable, remove_partials, write_atomically};
@@ -18,27 +17,23 @@ pub(super) fn prepare(out: &Path, config: &Config) -> Result<(), Error> {
     write_atomically(&out.join("config.toml"), config.text().as_bytes())
 }
 
-/// The model file of a training's state.
-pub(super) fn model_bytes(_: &Config, _: &Table, _: &Checkpoint) -> Option<Vec<u8>> {
-    None
-}
+/// Name of the model in a training's directory.
+pub const MODEL: &str = "model.f32.model";
 
-/// Writes losses and model.
-pub(super) fn report(out: &Path, rows: &[LossRow], model: Option<&[u8]>) -> Result<(), Error> {
-    write_atomically(&out.join("loss.csv"), csv(rows).as_bytes())?;
-    match model {
-        Some(bytes) => write_atomically(&out.join("model.f32.model"), bytes),
-        None => Ok(()),
-    }
+/// Writes the losses.
+pub(super) fn report(out: &Path, rows: &[LossRow]) -> Result<(), Error> {
+    write_atomically(&out.join("loss.csv"), csv(rows).as_bytes())
 }
 
 fn csv(rows: &[LossRow]) -> String {
     let mut text = String::from(
-        "step,train,train_state,validation,validation_state,rollout_m,gradient_norm,\
-         learning_rate,nodes_per_s,elapsed_s\n",
+        "step,train,train_state,validation,validation_state,rollout_mean_m,rollout_p95_m,\
+         rollout_torque_n_m,gradient_norm,learning_rate,nodes_per_s,elapsed_s\n",
     );
     for r in rows {
-        let rollout = r.rollout_m.map(|x| x.to_string()).unwrap_or_default();
+        let rollout = r.rollout.map_or(",,".into(), |rollout| {
+            format!("{:.5},{:.5},{:.4e}", rollout.mean_m, rollout.p95_m, rollout.torque_n_m)
+        });
         let _ = writeln!(
             text,
             "{},{:.6e},{:.6e},{:.6e},{:.6e},{rollout},{:.4e},{:.4e},{:.0},{:.1}",

@@ -2,9 +2,11 @@
 
 use super::config::{self, Config};
 use super::examples::{self, Disturbance, Recipe};
+use super::model::Origin;
 use super::random::Random;
+use super::rollout::{self, RolloutError};
 use super::source::{Example, ExampleSource, Shape, Split};
-use crate::dataset::{self, Dataset, Trajectory};
+use crate::dataset::{self, Dataset, Source, Trajectory};
 use crate::error::Error;
 use crate::method::Integrator;
 use remora_core::model::Mission;
@@ -20,8 +22,7 @@ pub struct Recorded {
     training: Vec<Trajectory>,
     validation: Vec<Trajectory>,
     integrator: Integrator,
-    /// Seeds of the datasets.
-    pub seeds: Vec<u64>,
+    sources: Vec<Source>,
 }
 
 impl Recorded {
@@ -55,7 +56,7 @@ impl Recorded {
             training: Vec::new(),
             validation: Vec::new(),
             integrator,
-            seeds: Vec::new(),
+            sources: Vec::new(),
         };
         found.add(&data.path, &first, data.count.map(|count| count as usize))?;
         for path in &data.extra {
@@ -75,19 +76,27 @@ impl Recorded {
             let reason = format!("has {tried} scenarios so far, fewer than data.count");
             return Err(Error::input(path, "", reason));
         }
-        for trajectory in dataset.read(Some(count.unwrap_or(tried as usize)))? {
+        let count = count.unwrap_or(tried as usize);
+        for trajectory in dataset.read(Some(count))? {
             match dataset.split(&trajectory) {
                 dataset::Split::Train => self.training.push(trajectory),
                 dataset::Split::Validation => self.validation.push(trajectory),
             }
         }
-        self.seeds.push(dataset.manifest.seed);
+        self.sources.push(dataset.source(Some(count)));
         Ok(())
     }
 
-    /// Discretisation of the trajectories.
-    pub fn integrator(&self) -> Integrator {
-        self.integrator
+    /// Integrator and datasets, for the model file.
+    pub fn origin(&self) -> Origin {
+        Origin { integrator: self.integrator.to_string(), dataset: Source::join(&self.sources) }
+    }
+
+    /// Rolls a model out on the first `count` validation scenarios.
+    pub fn roll_out(&self, model: &[u8], count: usize) -> Option<RolloutError> {
+        let count = count.min(self.validation.len());
+        let trajectories = &self.validation[..count];
+        rollout::measure(model, &self.mission, self.integrator.core(), trajectories)
     }
 }
 

@@ -4,11 +4,14 @@ use super::checkpoint::{self, Checkpoint, LossRow};
 use super::config::Config;
 use super::kernels::Kernels;
 use super::network::{Losses, Network};
+use super::model::{self, Origin};
 use super::optimiser::{AdamW, clip};
 use super::output;
 use super::params::Table;
 use super::source::{Batch, Batches, ExampleSource, Split, Statistics};
+use super::rollout::RolloutError;
 use crate::error::Error;
+use crate::formats::write_atomically;
 use std::path::PathBuf;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -23,8 +26,8 @@ pub trait Observer {
     fn validated(&mut self, row: &LossRow);
 }
 
-/// Measures a model by rolling it out: end-effector error at the final time [m].
-pub type Rollout<'a> = &'a dyn Fn(&[u8]) -> Option<f64>;
+/// Measures a model by rolling it out.
+pub type Rollout<'a> = &'a dyn Fn(&[u8]) -> Option<RolloutError>;
 
 /// A training.
 pub struct Run<'a> {
@@ -32,6 +35,8 @@ pub struct Run<'a> {
     pub config: Config,
     /// What it learns from.
     pub source: &'a dyn ExampleSource,
+    /// Where that comes from.
+    pub origin: Origin,
     /// Where results go.
     pub out: PathBuf,
     /// Whether to go on where a checkpoint in `out` stopped.
@@ -215,6 +220,7 @@ impl<B: Kernels> Running<'_, B> {
             }
         }
         self.save()?;
+        self.write_model()?;
         Ok(true)
     }
 
@@ -276,7 +282,7 @@ impl<B: Kernels> Running<'_, B> {
             sum.state += found.state * size as f64 / count as f64;
             from += size;
         }
-        let model = output::model_bytes(&self.run.config, self.table, &self.state);
+        let model = self.write_model()?;
         let state = &mut self.state;
         let [train, train_state, norm, steps] = state.sums;
         let elapsed = self.before_s + self.started.elapsed().as_secs_f64();
@@ -291,7 +297,7 @@ impl<B: Kernels> Running<'_, B> {
             train_state: train_state / steps,
             validation: sum.action,
             validation_state: sum.state,
-            rollout_m: model.as_deref().and_then(self.run.rollout),
+            rollout: (self.run.rollout)(&model),
             gradient_norm: norm / steps,
             learning_rate: training.rate(step, progress),
             nodes_per_s: nodes as f64 / (elapsed - self.last_row.1).max(1e-9),
@@ -302,8 +308,19 @@ impl<B: Kernels> Running<'_, B> {
         state.rows.push(row.clone());
         // Validation and roll-out are not counted in the rate.
         self.last_row = (step, self.before_s + self.started.elapsed().as_secs_f64());
-        output::report(&self.run.out, &self.state.rows, model.as_deref())?;
+        output::report(&self.run.out, &self.state.rows)?;
         Ok(row)
+    }
+
+    /// Writes the model file; its bytes.
+    fn write_model(&self) -> Result<Vec<u8>, Error> {
+        let (config, state) = (&self.run.config, &self.state);
+        let header = model::header(config, self.table, &self.run.origin, state.optimiser.step);
+        let file = self.run.out.join(output::MODEL);
+        let bytes = model::model_bytes(header, self.table, &state.statistics, &state.parameters)
+            .map_err(|error| error.at(&file))?;
+        write_atomically(&file, &bytes)?;
+        Ok(bytes)
     }
 
     fn save(&mut self) -> Result<(), Error> {

@@ -3,8 +3,10 @@
 mod bench;
 mod campaign;
 mod check;
+mod dataset;
 mod draw;
 mod foreign;
 mod plan;
 mod qp_export;
 mod refusals;
+mod warm_start;

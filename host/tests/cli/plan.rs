@@ -10,7 +10,7 @@ fn without_arguments_it_plans_a_built_in_scenario() {
     assert_eq!(plan["format"], "remora-plan/1");
     assert_eq!((&plan["status"], &plan["mode"]), (&"solved".into(), &"optimal".into()));
     assert_eq!((&plan["integrator"], &plan["qp"]), (&"rk4".into(), &"embedded".into()));
-    assert_eq!(plan["warm_start"], "heuristic");
+    assert_eq!(plan["warm_start"], "model");
     for text in ["scenario pub-000: solved", "reorientation", "ee_angle", "written: pub-000.plan"] {
         assert!(run.out.contains(text), "{text} in\n{}", run.out);
     }
@@ -34,7 +34,7 @@ fn twice_the_same_is_the_same_but_for_times() {
     assert_eq!(lines("a.plan.json"), lines("b.plan.json"));
     assert_eq!(bench.read("a.evidence.json"), bench.read("b.evidence.json"));
     let evidence = bench.json("a.evidence.json");
-    assert_eq!(evidence["format"], "remora-evidence/1");
+    assert_eq!(evidence["format"], "remora-evidence/2");
     assert_eq!((&evidence["scenario"], &evidence["status"]), (&plan["scenario"], &plan["status"]));
     assert_eq!(evidence["is_verified"], true);
     assert_eq!(evidence["gains"].as_array().map(Vec::len), Some(59));

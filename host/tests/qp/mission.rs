@@ -62,7 +62,7 @@ fn pairs(first: usize, step: usize) -> Vec<Pair> {
             pairs.push(pair(name, &mut solvers, &solve));
             count += 1;
         };
-        let planned = planner.plan_watched(&mission, scenario, &method, &mut watch);
+        let planned = planner.plan_watched(&mission, scenario, &method, None, &mut watch);
         assert_eq!(planned.file.status, PlanStatus::Solved, "{}", scenario.id);
     }
     pairs

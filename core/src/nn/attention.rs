@@ -1,0 +1,310 @@
+//! Causal attention over the cache.
+
+use super::arithmetic::{dot_plain, exp, maximum, quantise, sum};
+use super::header::{Dimensions, Precision};
+use super::kernels::{BATCH, Kernel, Rows, Sums, TILE, Vectors};
+use super::memory::{Cache, Quantised};
+use super::rows::{from, from_mut, rows, rows_mut};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for u8 {}
+    impl Sealed for f32 {}
+}
+
+/// What a cache holds: signed bytes with a scale, as their bits, or numbers.
+pub trait Element: Copy + sealed::Sealed + 'static {
+    /// Zero.
+    const ZERO: Self;
+    /// The precision of the models whose cache this is.
+    const PRECISION: Precision;
+
+    /// Stores a vector; returns its scale.
+    #[doc(hidden)]
+    fn store(x: &[f32], place: &mut [Self]) -> f32;
+
+    /// The number, but for the scale.
+    #[doc(hidden)]
+    fn value(self) -> f32;
+
+    #[doc(hidden)]
+    fn scores(queries: &Queries, head: &Head<'_, Self>, scores: &mut [f32], stride: usize);
+}
+
+/// The queries of a batch: plain, and as bytes with their scales; rows `stride` apart.
+#[doc(hidden)]
+pub struct Queries<'s> {
+    kernel: Kernel,
+    plain: &'s [f32],
+    bytes: &'s [u8],
+    wide: &'s [i16],
+    stride: usize,
+    /// With what products are multiplied, besides the key's scale.
+    scales: [f32; BATCH],
+    count: usize,
+}
+
+/// The part of keys or values that belongs to a head: so many rows `stride` apart, of which it has
+/// the first `width` numbers; and a scale a row.
+#[doc(hidden)]
+pub struct Head<'s, E> {
+    data: &'s [E],
+    scales: &'s [f32],
+    stride: usize,
+    width: usize,
+    count: usize,
+}
+
+impl Element for u8 {
+    const ZERO: Self = 0;
+    const PRECISION: Precision = Precision::Int8;
+
+    fn store(x: &[f32], place: &mut [Self]) -> f32 {
+        quantise(x, place)
+    }
+
+    #[inline(always)]
+    fn value(self) -> f32 {
+        f32::from(self as i8)
+    }
+
+    fn scores(queries: &Queries, head: &Head<'_, u8>, scores: &mut [f32], stride: usize) {
+        let Queries { bytes, wide, stride: apart, count, .. } = *queries;
+        let vectors = Vectors { bytes, wide, stride: apart, count };
+        let mut sums: Sums = [[0; TILE]; BATCH];
+        let mut first = 0;
+        for scales in head.scales.chunks(TILE) {
+            let bytes = from(head.data, first * head.stride);
+            let keys = Rows { bytes, stride: head.stride, count: scales.len() };
+            queries.kernel.products(keys, head.width, vectors, &mut sums);
+            let to = scores.chunks_mut(stride.max(1)).take(count);
+            for ((scores, sums), scale) in to.zip(&sums).zip(queries.scales) {
+                let scores = from_mut(scores, first);
+                for ((score, sum), key) in scores.iter_mut().zip(sums).zip(scales) {
+                    *score = *sum as f32 * (scale * key);
+                }
+            }
+            first += TILE;
+        }
+    }
+}
+
+impl Element for f32 {
+    const ZERO: Self = 0.0;
+    const PRECISION: Precision = Precision::F32;
+
+    fn store(x: &[f32], place: &mut [Self]) -> f32 {
+        place.iter_mut().zip(x).for_each(|(place, x)| *place = *x);
+        1.0
+    }
+
+    #[inline(always)]
+    fn value(self) -> f32 {
+        self
+    }
+
+    fn scores(queries: &Queries, head: &Head<'_, f32>, scores: &mut [f32], stride: usize) {
+        let from = rows(queries.plain, queries.stride, head.width).take(queries.count);
+        let to = scores.chunks_mut(stride.max(1));
+        for ((query, scores), scale) in from.zip(to).zip(queries.scales) {
+            let keys = rows(head.data, head.stride, head.width).take(head.count);
+            for (score, key) in scores.iter_mut().zip(keys) {
+                *score = dot_plain(query, key) * scale;
+            }
+        }
+    }
+}
+
+/// The tokens of a batch: `count` of them from `position` on in the sequence, of which those from
+/// `first` on are asked about.
+#[derive(Clone, Copy)]
+pub(super) struct Batch {
+    pub position: usize,
+    pub count: usize,
+    pub first: usize,
+}
+
+/// Puts keys and values of a batch into the cache. `qkv`: rows of query, key, value, `stride`
+/// apart.
+pub(super) fn remember<E: Element>(
+    size: &Dimensions,
+    qkv: &[f32],
+    stride: usize,
+    batch: Batch,
+    cache: &mut Cache<E>,
+) {
+    let w = size.width;
+    for (t, row) in rows(qkv, stride, 3 * w).take(batch.count).enumerate() {
+        let token = batch.position + t;
+        let (keys, values) = from(row, w).split_at_checked(w).unwrap_or_default();
+        put(size, keys, from_mut(cache.keys, token * cache.width), |head, scale| {
+            if let Some(place) = cache.key_scales.get_mut(head * cache.tokens + token) {
+                *place = scale;
+            }
+        });
+        put(size, values, from_mut(cache.values, token * cache.width), |head, scale| {
+            if let Some(place) = cache.value_scales.get_mut(head * cache.tokens + token) {
+                *place = scale;
+            }
+        });
+    }
+}
+
+/// Stores a vector head by head, and hands over the scales.
+fn put<E: Element>(
+    size: &Dimensions,
+    x: &[f32],
+    place: &mut [E],
+    mut scale: impl FnMut(usize, f32),
+) {
+    let parts = x.chunks(size.head_width.max(1));
+    let places = place.chunks_mut(size.head_width.max(1));
+    for (head, (x, place)) in parts.zip(places).enumerate() {
+        scale(head, E::store(x, place));
+    }
+}
+
+/// What attention reads and writes besides the cache.
+pub(super) struct Work<'s, 'm> {
+    /// Queries, rows `stride` apart.
+    pub queries: &'s [f32],
+    pub stride: usize,
+    pub quantised: &'s mut Quantised<'m>,
+    /// A row of scores a token, as far apart as the cache has tokens.
+    pub scores: &'s mut [f32],
+    /// The result, rows `out_stride` apart.
+    pub out: &'s mut [f32],
+    pub out_stride: usize,
+}
+
+/// Softmax attention of the tokens asked about over all up to themselves; results in rows from
+/// `batch.first` on. Cost: `4 width` flops and `heads` exponentials a pair of tokens.
+pub(super) fn attend<E: Element>(
+    kernel: Kernel,
+    size: &Dimensions,
+    batch: Batch,
+    cache: &Cache<E>,
+    work: Work,
+) {
+    let Batch { position, count, first } = batch;
+    let asked = count - first.min(count);
+    let known = position + count;
+    let width = size.head_width;
+    let root = 1.0 / libm::sqrtf(width as f32);
+    let plain = from(work.queries, first * work.stride);
+    let stride = work.quantised.stride;
+    let out = from_mut(work.out, first * work.out_stride);
+    for head in 0..size.heads {
+        let at = head * width;
+        let mut scales = [root; BATCH];
+        if E::PRECISION == Precision::Int8 {
+            let bytes = rows_mut(work.quantised.bytes, stride, width);
+            let wide = rows_mut(work.quantised.wide, stride, width);
+            let from = rows(from(plain, at), work.stride, width).take(asked);
+            for ((x, scale), (bytes, wide)) in from.zip(&mut scales).zip(bytes.zip(wide)) {
+                *scale *= quantise(x, bytes);
+                kernel.prepare(bytes, wide);
+            }
+        }
+        let (bytes, wide) = (&*work.quantised.bytes, &*work.quantised.wide);
+        let (plain, stride) = match E::PRECISION {
+            Precision::Int8 => (plain, stride),
+            Precision::F32 => (from(plain, at), work.stride),
+        };
+        let queries = Queries { kernel, plain, bytes, wide, stride, scales, count: asked };
+        let part = |data, scales| Head {
+            data: from(data, at),
+            scales: from(scales, head * cache.tokens).get(..known).unwrap_or_default(),
+            stride: cache.width,
+            width,
+            count: known,
+        };
+        let keys = part(cache.keys, cache.key_scales);
+        let values = part(cache.values, cache.value_scales);
+        E::scores(&queries, &keys, work.scores, cache.tokens);
+        let shares = rows_mut(work.scores, cache.tokens, known).take(asked);
+        let mut sums = [0.0; BATCH];
+        for ((t, shares), sum) in shares.enumerate().zip(&mut sums) {
+            *sum = softmax(shares, position + first + t + 1, values.scales);
+        }
+        let out = (from_mut(out, at), work.out_stride);
+        let shares = (&*work.scores, cache.tokens);
+        match asked {
+            1 => weigh::<E, 1>(&values, shares, &sums, out),
+            2 => weigh::<E, 2>(&values, shares, &sums, out),
+            3 => weigh::<E, 3>(&values, shares, &sums, out),
+            4 => weigh::<E, 4>(&values, shares, &sums, out),
+            _ => weigh::<E, 5>(&values, shares, &sums, out),
+        }
+    }
+}
+
+/// Turns the first `count` scores into shares times the value's scale, the others to nothing;
+/// returns the sum of the shares.
+fn softmax(scores: &mut [f32], count: usize, scales: &[f32]) -> f32 {
+    let (scores, masked) = scores.split_at_mut(count.min(scores.len()));
+    masked.fill(0.0);
+    let largest = maximum(scores);
+    // Zero, or NaN where a score is not finite: a score of minus infinity must not vanish.
+    let sound = sum(scores) * 0.0;
+    for score in scores.iter_mut() {
+        *score = exp(*score - largest);
+    }
+    let total = sum(scores) + sound;
+    for (score, scale) in scores.iter_mut().zip(scales) {
+        *score *= scale;
+    }
+    total
+}
+
+/// Columns that [`weigh`] takes at once: two registers of AVX.
+const COLUMNS: usize = 16;
+
+/// Sums of the values by their shares, divided by the sums of the shares; for `T` tokens, so that
+/// each value is read once. A masked value adds an exact zero: a token alone has the same bits as in
+/// a batch.
+fn weigh<E: Element, const T: usize>(
+    values: &Head<'_, E>,
+    (shares, apart): (&[f32], usize),
+    sums: &[f32; BATCH],
+    (out, out_stride): (&mut [f32], usize),
+) {
+    let mut of: [&[f32]; T] = [&[]; T];
+    for (of, shares) in of.iter_mut().zip(rows(shares, apart, values.count)) {
+        *of = shares;
+    }
+    let mut at = 0;
+    while at < values.width {
+        let mut totals = [[0.0f32; COLUMNS]; T];
+        for (j, row) in values.data.chunks(values.stride.max(1)).take(values.count).enumerate() {
+            let row = from(row, at);
+            let mut value = [0.0; COLUMNS];
+            match row.first_chunk::<COLUMNS>() {
+                Some(full) => {
+                    for (value, stored) in value.iter_mut().zip(full) {
+                        *value = stored.value();
+                    }
+                }
+                None => {
+                    for (value, stored) in value.iter_mut().zip(row) {
+                        *value = stored.value();
+                    }
+                }
+            }
+            for (total, of) in totals.iter_mut().zip(&of) {
+                let share = of.get(j).copied().unwrap_or(0.0);
+                for (total, value) in total.iter_mut().zip(value) {
+                    *total += share * value;
+                }
+            }
+        }
+        let out = rows_mut(from_mut(out, at), out_stride, COLUMNS.min(values.width - at));
+        for ((out, total), sum) in out.zip(totals).zip(sums) {
+            let inverse = 1.0 / sum;
+            for (out, total) in out.iter_mut().zip(total) {
+                *out = total * inverse;
+            }
+        }
+        at += COLUMNS;
+    }
+}

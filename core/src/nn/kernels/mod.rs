@@ -1,0 +1,241 @@
+//! Products of signed bytes, for every processor the same bits: sums of integers are exact, in
+//! whatever order and width they are made.
+//!
+//! The one operation is a matrix of weights times a batch of up to five vectors, a node's tokens:
+//! each weight is read once for all of them. The keys of the cache are such a matrix too.
+//!
+//! | kernel | where | instruction | operands |
+//! | --- | --- | --- | --- |
+//! | portable | everywhere | the compiler's choice | bytes |
+//! | AVX2 | x86-64, asked at run time | `vpmaddwd` after widening | bytes, vectors widened beforehand |
+//! | AVX-VNNI | x86-64, asked at run time | `vpdpbusd` | bytes, vectors offset by 128 |
+//! | NEON | AArch64 | `smull`, `sadalp` | bytes |
+//! | DSP | Armv7E-M | `sxtb16`, `smlad` | bytes, vectors widened beforehand |
+//!
+//! The only module of the crate with unsafe code: vector loads, instructions that not every
+//! processor has, assembly. Each use is argued where it stands.
+#![allow(unsafe_code)]
+
+mod portable;
+
+#[cfg(remora_dsp)]
+mod dsp;
+#[cfg(target_arch = "aarch64")]
+mod neon;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use super::header::limit;
+
+/// Vectors of a batch at most.
+pub(super) const BATCH: usize = limit::KINDS;
+/// Rows of a matrix that one call takes at most.
+pub(super) const TILE: usize = 32;
+
+/// Inner products: of each vector, with each row.
+pub(super) type Sums = [[i32; TILE]; BATCH];
+
+/// Rows of signed bytes, `stride` apart.
+#[derive(Clone, Copy)]
+pub(super) struct Rows<'a> {
+    pub bytes: &'a [u8],
+    pub stride: usize,
+    pub count: usize,
+}
+
+impl<'a> Rows<'a> {
+    /// The first `columns` bytes of a row, fewer where there are not so many.
+    fn row(&self, row: usize, columns: usize) -> &'a [u8] {
+        let bytes = self.bytes.get(row * self.stride..).unwrap_or_default();
+        bytes.get(..columns).unwrap_or(bytes)
+    }
+}
+
+/// A batch of vectors of signed bytes, `stride` apart, and the same as [`Kernel::prepare`] left
+/// them.
+#[derive(Clone, Copy)]
+pub(super) struct Vectors<'a> {
+    pub bytes: &'a [u8],
+    pub wide: &'a [i16],
+    pub stride: usize,
+    pub count: usize,
+}
+
+impl<'a> Vectors<'a> {
+    fn vector(&self, vector: usize, columns: usize) -> (&'a [u8], &'a [i16]) {
+        let at = vector * self.stride;
+        let bytes = self.bytes.get(at..).unwrap_or_default();
+        let wide = self.wide.get(at..).unwrap_or_default();
+        (bytes.get(..columns).unwrap_or(bytes), wide.get(..columns).unwrap_or(wide))
+    }
+}
+
+/// A way to multiply bytes that this processor has. There is no other way to come by one than to
+/// ask which there are, so that to hold one is to be allowed to use it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kernel(Choice);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Choice {
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    AvxVnni,
+    #[cfg(target_arch = "aarch64")]
+    Neon,
+    #[cfg(remora_dsp)]
+    Dsp,
+}
+
+impl Kernel {
+    /// What every processor can do.
+    pub const fn portable() -> Self {
+        Self(Choice::Portable)
+    }
+
+    /// The fastest for this processor.
+    pub fn best() -> Self {
+        Self::available().last().unwrap_or(Self::portable())
+    }
+
+    /// All that this processor can do, the fastest last.
+    pub fn available() -> impl Iterator<Item = Self> {
+        let all = [
+            Some(Choice::Portable),
+            #[cfg(target_arch = "x86_64")]
+            x86::features().avx2.then_some(Choice::Avx2),
+            #[cfg(target_arch = "x86_64")]
+            x86::features().avx_vnni.then_some(Choice::AvxVnni),
+            #[cfg(target_arch = "aarch64")]
+            Some(Choice::Neon),
+            #[cfg(remora_dsp)]
+            Some(Choice::Dsp),
+        ];
+        all.into_iter().flatten().map(Self)
+    }
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self.0 {
+            Choice::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Choice::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Choice::AvxVnni => "avx-vnni",
+            #[cfg(target_arch = "aarch64")]
+            Choice::Neon => "neon",
+            #[cfg(remora_dsp)]
+            Choice::Dsp => "dsp",
+        }
+    }
+
+    /// Writes a vector's bytes once more in the form that this kernel reads, if it reads another.
+    /// It must be as long as the product for which it is used.
+    pub(super) fn prepare(self, bytes: &[u8], wide: &mut [i16]) {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Choice::Avx2 => portable::widen(bytes, wide),
+            #[cfg(remora_dsp)]
+            Choice::Dsp => dsp::widen(bytes, wide),
+            _ => {}
+        }
+        let _ = (bytes, wide);
+    }
+
+    /// The inner products of up to [`TILE`] rows of `columns` bytes with up to [`BATCH`] vectors.
+    /// Exact while they are below 2^31, as they are up to 131,071 columns. Cost: one multiplication
+    /// and one addition a column, row and vector.
+    pub(super) fn products(self, rows: Rows, columns: usize, vectors: Vectors, sums: &mut Sums) {
+        match self.0 {
+            Choice::Portable => portable::products(rows, columns, vectors, sums),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `features` found the instructions, or there would be no such kernel.
+            Choice::Avx2 => unsafe { x86::avx2(rows, columns, vectors, sums) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: likewise.
+            Choice::AvxVnni => unsafe { x86::avx_vnni(rows, columns, vectors, sums) },
+            #[cfg(target_arch = "aarch64")]
+            Choice::Neon => neon::products(rows, columns, vectors, sums),
+            #[cfg(remora_dsp)]
+            Choice::Dsp => dsp::products(rows, columns, vectors, sums),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const LONGEST: usize = 150;
+    const GAP: usize = 3;
+
+    /// All kernels of the machine against sums written down plainly, on any bytes.
+    fn check(rows: usize, columns: usize, vectors: usize, bytes: &[u8]) {
+        let stride = columns + GAP;
+        let (matrix, rest) = bytes.split_at(TILE * (LONGEST + GAP));
+        for kernel in Kernel::available() {
+            let mut wide = [0; BATCH * (LONGEST + GAP)];
+            for t in 0..vectors {
+                let at = t * stride..t * stride + columns;
+                kernel.prepare(&rest[at.clone()], &mut wide[at]);
+            }
+            let mut sums = [[77; TILE]; BATCH];
+            let operand = Vectors { bytes: rest, wide: &wide, stride, count: vectors };
+            kernel.products(
+                Rows { bytes: matrix, stride, count: rows },
+                columns,
+                operand,
+                &mut sums,
+            );
+            for (t, sums) in sums.iter().enumerate().take(vectors) {
+                for (r, sum) in sums.iter().enumerate().take(rows) {
+                    let exact: i32 = (0..columns)
+                        .map(|i| {
+                            let (w, x) = (matrix[r * stride + i] as i8, rest[t * stride + i] as i8);
+                            i32::from(w) * i32::from(x)
+                        })
+                        .sum();
+                    assert_eq!(*sum, exact, "{} row {r} vector {t}", kernel.name());
+                }
+            }
+        }
+    }
+
+    const BYTES: usize = (TILE + BATCH) * (LONGEST + GAP);
+
+    proptest! {
+        #[test]
+        fn every_kernel_is_exact(
+            rows in 0..=TILE, columns in 0..=LONGEST, vectors in 0..=BATCH,
+            bytes in proptest::collection::vec(any::<u8>(), BYTES),
+        ) {
+            check(rows, columns, vectors, &bytes);
+        }
+    }
+
+    #[test]
+    fn extremes_do_not_overflow() {
+        for byte in [0x80, 0x7f, 0x81, 0xff] {
+            for columns in [0, 1, 15, 16, 31, 32, 33, 64, LONGEST] {
+                check(TILE, columns, BATCH, &[byte; BYTES]);
+            }
+        }
+    }
+
+    /// Whatever the sizes say, nothing beyond the slices is read.
+    #[test]
+    fn too_little_is_no_crime() {
+        for kernel in Kernel::available() {
+            for length in 0..70 {
+                let (bytes, wide) = ([1; 70], [1; 70]);
+                let mut sums = [[0; TILE]; BATCH];
+                let rows = Rows { bytes: &bytes[..length], stride: 40, count: 9 };
+                let (bytes, wide) = (&bytes[..length], &wide[..length / 2]);
+                let vectors = Vectors { bytes, wide, stride: 20, count: 9 };
+                kernel.products(rows, 40, vectors, &mut sums);
+            }
+        }
+    }
+}

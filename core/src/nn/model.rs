@@ -1,0 +1,276 @@
+//! A model file in read-only memory, as views.
+
+use super::crc::Crc32;
+use super::error::ModelError;
+use super::header::{ACTION, Decoder, Dimensions, Header, MAGIC, Precision, VERSION, limit};
+
+/// Numbers of single precision in their little-endian bytes, wherever they lie.
+pub(super) type Floats<'a> = &'a [[u8; 4]];
+
+/// Gain and bias of a layer norm.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Norm<'a> {
+    pub gain: Floats<'a>,
+    pub bias: Floats<'a>,
+}
+
+/// The weights of a linear map, row by row.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Weights<'a> {
+    /// Signed bytes, and the scale of each row.
+    Int8(&'a [u8], Floats<'a>),
+    F32(Floats<'a>),
+}
+
+/// A linear map: `y = W x + b`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Linear<'a> {
+    pub weights: Weights<'a>,
+    pub bias: Floats<'a>,
+    pub columns: usize,
+}
+
+impl Default for Linear<'_> {
+    fn default() -> Self {
+        Self { weights: Weights::F32(&[]), bias: &[], columns: 0 }
+    }
+}
+
+impl Linear<'_> {
+    /// The first `count` rows, and the others.
+    pub fn split(&self, count: usize) -> (Self, Self) {
+        let at = count * self.columns;
+        let (first, last) = match self.weights {
+            Weights::Int8(weights, scales) => {
+                let (weights, scales) = (split(weights, at), split(scales, count));
+                (Weights::Int8(weights.0, scales.0), Weights::Int8(weights.1, scales.1))
+            }
+            Weights::F32(weights) => {
+                let weights = split(weights, at);
+                (Weights::F32(weights.0), Weights::F32(weights.1))
+            }
+        };
+        let bias = split(self.bias, count);
+        let with = |weights, bias| Self { weights, bias, columns: self.columns };
+        (with(first, bias.0), with(last, bias.1))
+    }
+}
+
+/// `split_at` that gives nothing where there is too little.
+fn split<T>(slice: &[T], at: usize) -> (&[T], &[T]) {
+    slice.split_at_checked(at).unwrap_or_default()
+}
+
+/// The embedding of one kind of token.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Embedding<'a> {
+    pub inputs: usize,
+    pub mean: Floats<'a>,
+    pub std: Floats<'a>,
+    /// One row an input, so that the sum over inputs runs along the latent.
+    pub weight: Floats<'a>,
+    pub bias: Floats<'a>,
+}
+
+/// One transformer block.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Block<'a> {
+    pub norm1: Norm<'a>,
+    pub qkv: Linear<'a>,
+    pub out: Linear<'a>,
+    pub norm2: Norm<'a>,
+    pub up: Linear<'a>,
+    pub down: Linear<'a>,
+}
+
+/// What makes actions of a latent.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Head<'a> {
+    Linear(Linear<'a>),
+    Flow(Flow<'a>),
+}
+
+/// The velocity network of the flow decoder. Its first map is in two parts, since that of the
+/// latent is the same in every step: rows of `action` belong to the action's numbers and, last, to
+/// the time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flow<'a> {
+    pub steps: u16,
+    pub latent: Linear<'a>,
+    pub action: Floats<'a>,
+    pub hidden: Linear<'a>,
+    pub out: Linear<'a>,
+}
+
+/// A model file, checked: views into the caller's bytes, nothing copied.
+#[derive(Clone, Debug)]
+pub struct Model<'a> {
+    header: Header,
+    size: Dimensions,
+    checksum: u32,
+    pub(super) embeddings: [Embedding<'a>; limit::KINDS],
+    pub(super) nodes: Floats<'a>,
+    pub(super) norm_in: Norm<'a>,
+    blocks: &'a [u8],
+    block_bytes: usize,
+    pub(super) norm_out: Norm<'a>,
+    pub(super) head: Head<'a>,
+    pub(super) action_mean: Floats<'a>,
+    pub(super) action_std: Floats<'a>,
+}
+
+impl<'a> Model<'a> {
+    /// Checks a model file and finds its tensors. Cost: one pass over the bytes for the checksum.
+    ///
+    /// # Errors
+    /// The first reason found against it: nothing of a refused file is used.
+    pub fn open(bytes: &'a [u8]) -> Result<Self, ModelError> {
+        let (header, tensors) = Self::read_header(bytes)?;
+        let (tensors, stored) = tensors.split_last_chunk::<4>().ok_or(ModelError::Missing)?;
+        let mut model = Self::view(header, tensors)?;
+        let covered = bytes.split_last_chunk::<4>().ok_or(ModelError::Missing)?.0;
+        model.checksum = u32::from_le_bytes(*stored);
+        if Crc32::of(covered) != model.checksum {
+            return Err(ModelError::Crc);
+        }
+        Ok(model)
+    }
+
+    /// The header, and what follows it.
+    fn read_header(bytes: &'a [u8]) -> Result<(Header, &'a [u8]), ModelError> {
+        let rest = bytes.strip_prefix(&MAGIC).ok_or(ModelError::Magic)?;
+        // Of another version only the version can be read.
+        let (version, _) =
+            postcard::take_from_bytes::<u16>(rest).map_err(|_| ModelError::Version)?;
+        if version != VERSION {
+            return Err(ModelError::Version);
+        }
+        postcard::take_from_bytes(rest).map_err(|_| ModelError::Header)
+    }
+
+    fn view(header: Header, tensors: &'a [u8]) -> Result<Self, ModelError> {
+        let size = header.dimensions()?;
+        let w = size.width;
+        let mut cursor = Cursor { rest: tensors, precision: header.precision };
+        let (mut mean, mut std) = (cursor.floats(size.features)?, cursor.floats(size.features)?);
+        let (action_mean, action_std) = (cursor.floats(ACTION)?, cursor.floats(ACTION)?);
+        let mut embeddings = [Embedding::default(); limit::KINDS];
+        for (embedding, inputs) in embeddings.iter_mut().zip(&header.kinds) {
+            let inputs = usize::from(*inputs);
+            let (mean_here, std_here) = (split(mean, inputs), split(std, inputs));
+            let (weight, bias) = (cursor.floats(inputs * w)?, cursor.floats(w)?);
+            *embedding = Embedding { inputs, mean: mean_here.0, std: std_here.0, weight, bias };
+            (mean, std) = (mean_here.1, std_here.1);
+        }
+        let nodes = cursor.floats(size.nodes * w)?;
+        let norm_in = cursor.norm(w)?;
+        let blocks = cursor.rest;
+        let mut block_bytes = 0;
+        for _ in 0..size.layers {
+            let before = cursor.rest.len();
+            cursor.block(w)?;
+            block_bytes = before - cursor.rest.len();
+        }
+        let norm_out = cursor.norm(w)?;
+        let head = cursor.head(header.decoder, w, size.actions)?;
+        if !cursor.rest.is_empty() {
+            return Err(ModelError::Trailing);
+        }
+        Ok(Self {
+            header,
+            size,
+            checksum: 0,
+            embeddings,
+            nodes,
+            norm_in,
+            blocks,
+            block_bytes,
+            norm_out,
+            head,
+            action_mean,
+            action_std,
+        })
+    }
+
+    /// What the file says about itself.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// CRC-32 of the file but its last four bytes, which hold it.
+    pub fn checksum(&self) -> u32 {
+        self.checksum
+    }
+
+    /// Its dimensions.
+    pub fn dimensions(&self) -> &Dimensions {
+        &self.size
+    }
+
+    pub(super) fn block(&self, layer: usize) -> Block<'a> {
+        // All blocks have the same size, and all were read when the file was opened.
+        let bytes = self.blocks.get(layer * self.block_bytes..).unwrap_or_default();
+        let mut cursor = Cursor { rest: bytes, precision: self.header.precision };
+        cursor.block(self.size.width).unwrap_or_default()
+    }
+}
+
+/// Takes tensors off the front.
+struct Cursor<'a> {
+    rest: &'a [u8],
+    precision: Precision,
+}
+
+impl<'a> Cursor<'a> {
+    fn bytes(&mut self, count: usize) -> Result<&'a [u8], ModelError> {
+        let (taken, rest) = self.rest.split_at_checked(count).ok_or(ModelError::Missing)?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    fn floats(&mut self, count: usize) -> Result<Floats<'a>, ModelError> {
+        Ok(self.bytes(4 * count)?.as_chunks().0)
+    }
+
+    fn norm(&mut self, width: usize) -> Result<Norm<'a>, ModelError> {
+        Ok(Norm { gain: self.floats(width)?, bias: self.floats(width)? })
+    }
+
+    fn linear(&mut self, rows: usize, columns: usize) -> Result<Linear<'a>, ModelError> {
+        let weights = match self.precision {
+            Precision::Int8 => Weights::Int8(self.bytes(rows * columns)?, self.floats(rows)?),
+            Precision::F32 => Weights::F32(self.floats(rows * columns)?),
+        };
+        Ok(Linear { weights, bias: self.floats(rows)?, columns })
+    }
+
+    /// One that keeps its precision.
+    fn exact(&mut self, rows: usize, columns: usize) -> Result<Linear<'a>, ModelError> {
+        let weights = Weights::F32(self.floats(rows * columns)?);
+        Ok(Linear { weights, bias: self.floats(rows)?, columns })
+    }
+
+    fn block(&mut self, w: usize) -> Result<Block<'a>, ModelError> {
+        Ok(Block {
+            norm1: self.norm(w)?,
+            qkv: self.linear(3 * w, w)?,
+            out: self.linear(w, w)?,
+            norm2: self.norm(w)?,
+            up: self.linear(4 * w, w)?,
+            down: self.linear(w, 4 * w)?,
+        })
+    }
+
+    fn head(&mut self, decoder: Decoder, w: usize, a: usize) -> Result<Head<'a>, ModelError> {
+        Ok(match decoder {
+            Decoder::Linear => Head::Linear(self.exact(a, w)?),
+            Decoder::Flow { steps } => Head::Flow(Flow {
+                steps,
+                latent: self.linear(2 * w, w)?,
+                action: self.floats((a + 1) * 2 * w)?,
+                hidden: self.linear(2 * w, 2 * w)?,
+                out: self.exact(a, 2 * w)?,
+            }),
+        })
+    }
+}

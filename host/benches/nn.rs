@@ -1,0 +1,152 @@
+//! Whole roll-outs of 60 nodes by networks with weights at random, on one core: the published size
+//! and the small ones, each with every kernel the processor has.
+//!
+//! A line before the measurements says what each costs: megabytes of weights, billions of
+//! multiplications, and how many a cycle that makes. Cycles are those of the time stamp counter.
+
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use remora_core::nn::{
+    ACTION, Action, Decoder, Dimensions, Encoding, Header, Kernel, Layout, Memory, Model, Network,
+    Precision, Provenance, Storage, VERSION, specimen,
+};
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+const NODES: usize = 60;
+
+struct Case {
+    name: &'static str,
+    layout: Layout,
+    decoder: Decoder,
+    layers: u16,
+    heads: u16,
+    width: u16,
+}
+
+const PAPER: Case = Case {
+    name: "paper 6x384 flow",
+    layout: Layout::Separate,
+    decoder: Decoder::Flow { steps: 1 },
+    layers: 6,
+    heads: 6,
+    width: 384,
+};
+
+const fn fused(name: &'static str, layers: u16, width: u16) -> Case {
+    let decoder = Decoder::Flow { steps: 1 };
+    Case { name, layout: Layout::Fused, decoder, layers, heads: width / 32, width }
+}
+
+impl Case {
+    fn header(&self) -> Header {
+        let kinds: &[u16] = match self.layout {
+            Layout::Separate => &[6, 1, 7, 9, 13],
+            Layout::Fused => &[36],
+        };
+        Header {
+            version: VERSION,
+            precision: Precision::Int8,
+            layout: self.layout,
+            encoding: Encoding::Paper,
+            action: Action::Torque,
+            decoder: self.decoder,
+            chunk: 1,
+            nodes: NODES as u16,
+            layers: self.layers,
+            heads: self.heads,
+            width: self.width,
+            kinds: kinds.iter().copied().collect(),
+            provenance: Provenance::default(),
+        }
+    }
+}
+
+/// Multiplications of a roll-out: blocks, attention, decoder.
+fn multiplications(case: &Case, size: &Dimensions) -> f64 {
+    let [tokens, nodes, w] = [size.tokens, size.nodes, size.width].map(|x| x as f64);
+    let layers = f64::from(case.layers);
+    let blocks = w * w * (12.0 * tokens * (layers - 1.0) + 2.0 * tokens + 10.0 * nodes);
+    let attention = w * tokens * (tokens * (layers - 1.0) + nodes);
+    blocks + attention + nodes * 6.0 * w * w
+}
+
+fn roll_out<M: Storage>(network: &mut Network<'_, '_, M>, features: &[f32]) -> f32 {
+    let mut action = [0.0; ACTION];
+    network.begin(1);
+    for _ in 0..NODES {
+        network.act(black_box(features), &mut action).expect("weights and features are sound");
+    }
+    action[0]
+}
+
+fn run<M: Storage + Default>(c: &mut Criterion, case: &Case) {
+    let mut bytes = vec![0; 16 << 20];
+    let length = specimen(&case.header(), 1, &mut bytes).expect("there is room");
+    bytes.truncate(length);
+    let model = Model::open(&bytes).expect("the file is sound");
+    let mut memory = Box::<M>::default();
+    let mut network = Network::new(&model, &mut *memory).expect("the memory is large enough");
+    let features: Vec<f32> = (0..36).map(|i| (i as f32 * 0.7).sin()).collect();
+
+    let mut group = c.benchmark_group(case.name);
+    group.sample_size(20).warm_up_time(Duration::from_millis(300));
+    group.measurement_time(Duration::from_secs(2));
+    let work = multiplications(case, model.dimensions());
+    println!("{}: {:.2} MB, {:.3} G multiplications", case.name, length as f64 * 1e-6, work * 1e-9);
+    for kernel in Kernel::available() {
+        network.use_kernel(kernel);
+        let (seconds, cycles) = best(|| roll_out(&mut network, &features));
+        println!(
+            "{:<10} {:>8.3} ms, {:>5.1} multiplications a cycle",
+            kernel.name(),
+            seconds * 1e3,
+            work / cycles
+        );
+        group.bench_function(kernel.name(), |b| {
+            b.iter_batched(|| (), |()| roll_out(&mut network, &features), BatchSize::PerIteration);
+        });
+    }
+    group.finish();
+}
+
+/// The shortest of a few runs [s], and in cycles at the rate that a loop of dependent additions
+/// shows: the counter of the processor itself is not to be had everywhere.
+fn best(mut work: impl FnMut() -> f32) -> (f64, f64) {
+    let mut shortest = f64::INFINITY;
+    for _ in 0..15 {
+        let started = Instant::now();
+        black_box(work());
+        shortest = shortest.min(started.elapsed().as_secs_f64());
+    }
+    (shortest, shortest * clock_rate())
+}
+
+/// Cycles a second: one dependent integer multiplication takes three.
+fn clock_rate() -> f64 {
+    const ROUNDS: u64 = 10_000_000;
+    let mut rate = 0f64;
+    for _ in 0..5 {
+        let started = Instant::now();
+        let mut x = black_box(3u64);
+        for _ in 0..ROUNDS {
+            x = x.wrapping_mul(black_box(5));
+        }
+        black_box(x);
+        rate = rate.max(3.0 * ROUNDS as f64 / started.elapsed().as_secs_f64());
+    }
+    rate
+}
+
+fn nn(c: &mut Criterion) {
+    run::<Memory<6, 384, 299>>(c, &PAPER);
+    run::<Memory<6, 384, 299>>(
+        c,
+        &Case { name: "paper 6x384 linear", decoder: Decoder::Linear, ..PAPER },
+    );
+    run::<Memory<3, 96, 60>>(c, &fused("fused 3x96", 3, 96));
+    run::<Memory<3, 128, 60>>(c, &fused("fused 3x128", 3, 128));
+    run::<Memory<4, 128, 60>>(c, &fused("fused 4x128", 4, 128));
+}
+
+criterion_group!(benches, nn);
+criterion_main!(benches);

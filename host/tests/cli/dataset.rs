@@ -1,0 +1,121 @@
+//! `remora dataset`
+
+use super::bench::Bench;
+use std::fs;
+use std::time::Duration;
+
+const DATASET: &str = "dataset --count 6 --seed 3 --integrator euler --shard 2";
+const FILES: [&str; 4] = ["dataset.json", "shard-00000.bin", "shard-00001.bin", "shard-00002.bin"];
+
+/// A directory's files with their contents.
+fn contents(bench: &Bench, directory: &str) -> Vec<(String, Vec<u8>)> {
+    let names = bench.names(directory).into_iter();
+    names.map(|name| (name.clone(), fs::read(bench.path(directory).join(name)).unwrap())).collect()
+}
+
+#[test]
+fn help_shows_how_to_use_it() {
+    let run = Bench::new().solves("dataset --help");
+    assert!(run.out.contains("Examples:\n  remora dataset"), "{}", run.out);
+}
+
+#[test]
+fn one_thread_or_two_write_the_same_bytes() {
+    let bench = Bench::new();
+    for jobs in ["1", "2"] {
+        let run = bench.solves(&format!("{DATASET} --jobs {jobs} --out sets/{jobs}"));
+        let head = "6 scenarios: 6 trajectories kept (100.00 %), 0.1 MB\n6 planned in";
+        assert!(run.out.starts_with(head), "{}", run.out);
+    }
+    let one = contents(&bench, "sets/1");
+    assert_eq!(bench.names("sets/1"), FILES);
+    assert!(one == contents(&bench, "sets/2"));
+    // What is complete is not planned again.
+    let run = bench.solves(&format!("{DATASET} --out sets/1"));
+    assert!(run.out.contains("\n0 planned in"), "{}", run.out);
+    assert!(one == contents(&bench, "sets/1"));
+    let manifest = bench.json("sets/1/dataset.json");
+    assert_eq!((&manifest["seed"], &manifest["integrator"]), (&3.into(), &"euler".into()));
+}
+
+#[test]
+fn a_killed_one_resumes_to_the_same_bytes() {
+    let bench = Bench::new();
+    bench.solves(&format!("{DATASET} --jobs 1 --out whole"));
+    let killed = format!("{DATASET} --jobs 1 --out killed");
+    let mut child = bench.command(&killed).stderr(std::process::Stdio::null()).spawn().unwrap();
+    let first = bench.path("killed/shard-00000.bin");
+    while !first.exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    bench.write("killed/.shard-00001.bin.1.partial", "half");
+    let before = fs::metadata(&first).unwrap().modified().unwrap();
+    let run = bench.solves(&killed);
+    assert!(run.err.contains("resuming: "), "{}", run.err);
+    assert_eq!(fs::metadata(&first).unwrap().modified().unwrap(), before);
+    assert!(contents(&bench, "killed") == contents(&bench, "whole"));
+}
+
+#[test]
+fn damaged_shards_are_refused() {
+    let bench = Bench::new();
+    bench.solves(&format!("{DATASET} --out set"));
+    let shard = bench.path("set/shard-00001.bin");
+    let whole = fs::read(&shard).unwrap();
+    let refuses = |bytes: &[u8], reason: &str| {
+        fs::write(&shard, bytes).unwrap();
+        bench.refuses(&format!("{DATASET} --out set"), &format!("set/shard-00001.bin: {reason}"));
+    };
+    refuses(b"", "is not a shard of a dataset");
+    refuses(&whole[..100], "has 100 bytes instead of 16876");
+    refuses(&fs::read(bench.path("set/shard-00000.bin")).unwrap(), "holds 2 of 2 scenarios from 0");
+    let mut flipped = whole.clone();
+    flipped[5000] ^= 1;
+    refuses(&flipped, "is damaged: its CRC-32 does not match");
+    // Without it, it is made again.
+    fs::remove_file(&shard).unwrap();
+    let run = bench.solves(&format!("{DATASET} --out set"));
+    assert!(run.out.contains("\n2 planned in"), "{}", run.out);
+    assert!(fs::read(&shard).unwrap() == whole);
+}
+
+#[test]
+fn another_dataset_is_not_resumed() {
+    let bench = Bench::new();
+    let begun = "dataset --count 2 --seed 3 --integrator euler";
+    bench.solves(&format!("{begun} --out set"));
+    let refuses = |arguments: &str, field: &str| {
+        let message = format!("set/dataset.json: {field}: this dataset was begun with");
+        bench.refuses(&format!("{arguments} --out set"), &message);
+    };
+    refuses("dataset --count 3 --seed 3 --integrator euler", "count");
+    refuses("dataset --count 2 --seed 4 --integrator euler", "seed");
+    refuses("dataset --count 2 --seed 3", "integrator");
+    refuses(&format!("{begun} --shard 1"), "shard");
+    bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
+    refuses(&format!("{begun} --mission heavy.mission.toml"), "mission");
+    let text = bench.read("set/dataset.json");
+    bench.write("set/dataset.json", &text.replace("\"nodes\": 60", "\"nodes\": 61"));
+    bench.refuses(&format!("{begun} --out set"), "set/dataset.json: nodes: is 61; this program");
+}
+
+#[test]
+fn arguments() {
+    let bench = Bench::new();
+    let refuses = |arguments: &str, message: &str| {
+        bench.refuses(&format!("dataset {arguments} --out set"), message);
+    };
+    refuses("--seed 1", "the following required arguments were not provided: --count <N>");
+    refuses("--count 1", "the following required arguments were not provided: --seed <S>");
+    refuses("--count 0 --seed 1", "invalid value '0' for '--count <N>'");
+    refuses("--count 1 --seed -1", "");
+    refuses("--count 1 --seed 1 --jobs 0", "invalid value '0' for '--jobs <J>'");
+    refuses("--count 1 --seed 1 --shard 0", "invalid value '0' for '--shard <N>'");
+    refuses("--count 1 --seed 1 --integrator rk4:1", "invalid value 'rk4:1'");
+    bench.write("wide.mission.toml", "[approach]\nkeep_out_far_m = 50\n");
+    refuses("--count 1 --seed 1 --mission wide.mission.toml", "--mission: its geometry lets no");
+    bench.write("file", "");
+    bench.refuses("dataset --count 1 --seed 1 --out file", "file: is not a directory");
+}

@@ -1,0 +1,251 @@
+//! The learned start: its features, its actions and what the planner makes of it.
+
+use nalgebra::Vector3;
+use remora_core::dynamics::Integrator;
+use remora_core::math::{Checksum, quaternion};
+use remora_core::model::Mission;
+use remora_core::planner::{
+    EmbeddedSolver, Environment, Options, Report, Start, StartRecord, Workspace, plan,
+};
+use remora_core::scp::Status;
+use remora_core::stages::{LINKS, Mode, NODES, ReorientationTrajectory};
+use remora_core::warmstart::{ACTION, Action, Encoding, MAX_FEATURES, Policy, Scene, roll_out};
+use remora_host::formats::ScenarioSet;
+use remora_host::planning::on_heap;
+
+/// Gives actions that were written down, whatever it sees.
+struct Script {
+    action: Action,
+    lines: Vec<[f32; ACTION]>,
+    at: usize,
+    chunk: usize,
+    executed: usize,
+}
+
+impl Script {
+    fn new(action: Action, lines: Vec<[f32; ACTION]>) -> Self {
+        Self { action, lines, at: 0, chunk: 1, executed: 1 }
+    }
+
+    fn of(action: Action, motion: &ReorientationTrajectory<NODES, LINKS>) -> Self {
+        let line =
+            |k: usize| action.of(&motion.states[k], &motion.controls[k], &motion.states[k + 1]);
+        Self::new(action, (0..NODES - 1).map(line).collect())
+    }
+}
+
+impl Policy for Script {
+    fn encoding(&self) -> Encoding {
+        Encoding::Body
+    }
+
+    fn action(&self) -> Action {
+        self.action
+    }
+
+    fn chunk(&self) -> usize {
+        self.chunk
+    }
+
+    fn executed(&self) -> usize {
+        self.executed
+    }
+
+    fn identify(&self, checksum: &mut Checksum) {
+        checksum.integer(7);
+    }
+
+    fn begin(&mut self, _: u64) {
+        self.at = 0;
+    }
+
+    fn act(&mut self, features: &[f32], actions: &mut [f32]) -> bool {
+        assert_eq!(actions.len(), ACTION * self.chunk);
+        for (j, action) in actions.chunks_mut(ACTION).enumerate() {
+            let line = self.lines.get(self.at + j).or(self.lines.last());
+            action.copy_from_slice(line.expect("a script has lines"));
+        }
+        self.observe(features)
+    }
+
+    fn observe(&mut self, features: &[f32]) -> bool {
+        assert_eq!(features.len(), Encoding::Body.features());
+        self.at += 1;
+        true
+    }
+}
+
+struct Bench {
+    mission: Mission<LINKS>,
+    set: ScenarioSet,
+    workspace: Box<Workspace>,
+    solver: Box<EmbeddedSolver>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            mission: Mission::default(),
+            set: ScenarioSet::built_in().unwrap(),
+            workspace: on_heap(Workspace::new),
+            solver: on_heap(EmbeddedSolver::new),
+        }
+    }
+
+    fn plan(&mut self, scenario: usize, integrator: Integrator, start: &mut Start<'_>) -> Report {
+        let scenario = self.set.scenarios[scenario].scenario();
+        let options = Options::new(Mode::Optimal, integrator);
+        let Self { mission, workspace, solver, .. } = self;
+        plan(mission, &scenario, &options, start, &mut **solver, &Environment::BARE, workspace)
+    }
+
+    fn roll_out(
+        &self,
+        integrator: Integrator,
+        script: &mut Script,
+    ) -> ReorientationTrajectory<NODES, LINKS> {
+        let Workspace { target, translation, .. } = &*self.workspace;
+        let scene = Scene::new(&self.mission, &translation.trajectory, target, integrator);
+        let mut out = ReorientationTrajectory::ZERO;
+        assert!(roll_out(&scene, script, 0, &mut out));
+        out
+    }
+}
+
+const RK4: Integrator = Integrator::Rk4 { substeps: 4 };
+
+/// Largest distance of poses and rates, in radians and radians a node.
+fn distance(
+    a: &ReorientationTrajectory<NODES, LINKS>,
+    b: &ReorientationTrajectory<NODES, LINKS>,
+) -> f64 {
+    let of = |k: usize| {
+        let (a, b) = (&a.states[k], &b.states[k]);
+        let turn: Vector3<f64> = quaternion::difference(&a.attitude, &b.attitude);
+        let rates = (a.rate - b.rate).amax().max((a.joint_rate - b.joint_rate).amax());
+        turn.amax().max((a.joint_angle - b.joint_angle).amax()).max(20.0 * rates)
+    };
+    (0..NODES).map(of).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_actions_of_a_plan_roll_out_to_the_plan() {
+    let mut bench = Bench::new();
+    for (integrator, tolerance) in [(Integrator::Euler, 1e-4), (RK4, 1e-3)] {
+        bench.plan(0, integrator, &mut Start::Heuristic);
+        let planned = *bench.workspace.motion();
+        for action in [Action::Torque, Action::Rate] {
+            let rolled = bench.roll_out(integrator, &mut Script::of(action, &planned));
+            let distance = distance(&planned, &rolled);
+            assert!(distance < tolerance, "{integrator:?} {action:?}: {distance:e}");
+        }
+    }
+}
+
+#[test]
+fn a_chunk_is_carried_out_before_the_next_is_asked_for() {
+    let mut bench = Bench::new();
+    bench.plan(0, Integrator::Euler, &mut Start::Heuristic);
+    let planned = *bench.workspace.motion();
+    let one = bench.roll_out(Integrator::Euler, &mut Script::of(Action::Rate, &planned));
+    let mut script = Script { chunk: 5, ..Script::of(Action::Rate, &planned) };
+    for executed in [1, 5] {
+        script.executed = executed;
+        assert!(bench.roll_out(Integrator::Euler, &mut script) == one);
+    }
+}
+
+#[test]
+fn a_plan_is_a_good_start_for_itself() {
+    let mut bench = Bench::new();
+    for integrator in [Integrator::Euler, RK4] {
+        let first = bench.plan(3, integrator, &mut Start::Heuristic);
+        let mut script = Script::of(Action::Rate, bench.workspace.motion());
+        let mut start = Start::Learned { policy: &mut script, seed: 0 };
+        let again = bench.plan(3, integrator, &mut start);
+        assert_eq!((again.status, again.evidence.start), (Status::Solved, StartRecord::Learned));
+        let [first, again] = [first, again].map(|report| report.reorientation);
+        assert!(again.outcome.iterations <= 3, "{} iterations", again.outcome.iterations);
+        assert!(again.cost <= first.cost * 1.001, "{} and {}", again.cost, first.cost);
+    }
+}
+
+/// Whatever a model answers, there is a plan: the heuristic's.
+#[test]
+fn a_bad_start_gives_way_to_the_heuristic() {
+    let mut bench = Bench::new();
+    let first = bench.plan(5, Integrator::Euler, &mut Start::Heuristic);
+    let planned = *bench.workspace.motion();
+    let bad: [(Script, StartRecord); 3] = [
+        (Script::new(Action::Rate, vec![[f32::NAN; ACTION]]), StartRecord::NotFinite),
+        (Script::new(Action::Torque, vec![[f32::INFINITY; ACTION]]), StartRecord::NotFinite),
+        (Script::new(Action::Torque, vec![[2e-5; ACTION]]), StartRecord::Worse),
+    ];
+    for (mut script, record) in bad {
+        let mut start = Start::Learned { policy: &mut script, seed: 0 };
+        let report = bench.plan(5, Integrator::Euler, &mut start);
+        assert_eq!(report.evidence.start, record);
+        assert!(report.evidence.start.is_fallback());
+        assert!(*bench.workspace.motion() == planned, "{record:?}");
+        assert_eq!(report.evidence.output, first.evidence.output);
+        assert_ne!(report.evidence.settings, first.evidence.settings);
+    }
+    let report = bench.plan(5, Integrator::Euler, &mut Start::Refused);
+    assert_eq!(report.evidence.start, StartRecord::Refused);
+    assert_eq!(report.evidence.output, first.evidence.output);
+}
+
+/// Turning the whole scene turns nothing in bus axes but the orbit's own directions.
+#[test]
+fn bus_axes_do_not_see_where_the_approach_points() {
+    let mut bench = Bench::new();
+    bench.plan(1, Integrator::Euler, &mut Start::Heuristic);
+    let Workspace { target, translation, .. } = &*bench.workspace;
+    let path = &translation.trajectory;
+    let turn = quaternion::exp(&Vector3::new(0.3, -1.1, 0.7));
+    let rotation = quaternion::rotation_matrix(&turn);
+    let mut turned_path = *path;
+    let mut turned_target = *target;
+    for k in 0..NODES {
+        for vectors in
+            [&mut turned_path.position, &mut turned_path.velocity, &mut turned_path.force]
+        {
+            vectors[k] = rotation * vectors[k];
+        }
+        turned_target[k].attitude = quaternion::product(&turn, &target[k].attitude);
+        turned_target[k].rate = rotation * target[k].rate;
+    }
+    let scene = Scene::new(&bench.mission, path, target, Integrator::Euler);
+    let turned = Scene::new(&bench.mission, &turned_path, &turned_target, Integrator::Euler);
+    for k in [0, 7, 30, 57, 58, 59] {
+        let state = bench.workspace.motion().states[k];
+        let mut turned_state = state;
+        turned_state.attitude = quaternion::product(&turn, &state.attitude);
+        turned_state.rate = rotation * state.rate;
+        let previous = [0.1; ACTION];
+        let [mut a, mut b] = [[0.0f32; MAX_FEATURES]; 2];
+        scene.features(Encoding::Body, k, &state, &previous, &mut a);
+        turned.features(Encoding::Body, k, &turned_state, &previous, &mut b);
+        let [_, _, ahead, ..] = Encoding::Body.groups();
+        let orbit = ACTION + 1 + ahead..ACTION + 1 + ahead + 6;
+        for i in (0..MAX_FEATURES).filter(|i| !orbit.contains(i)) {
+            assert!((a[i] - b[i]).abs() <= 1e-6 * a[i].abs().max(1.0), "node {k}, feature {i}");
+        }
+        assert!(a.iter().all(|value| value.is_finite()));
+    }
+}
+
+#[test]
+fn the_paper_sees_attitudes_of_one_sign() {
+    let mut bench = Bench::new();
+    bench.plan(2, Integrator::Euler, &mut Start::Heuristic);
+    let Workspace { target, translation, .. } = &*bench.workspace;
+    let scene = Scene::new(&bench.mission, &translation.trajectory, target, Integrator::Euler);
+    let state = bench.workspace.motion().states[20];
+    let opposite = remora_core::dynamics::State { attitude: -state.attitude, ..state };
+    let [mut a, mut b] = [[0.0f32; MAX_FEATURES]; 2];
+    scene.features(Encoding::Paper, 20, &state, &[0.0; ACTION], &mut a);
+    scene.features(Encoding::Paper, 20, &opposite, &[0.0; ACTION], &mut b);
+    assert_eq!(a, b);
+    assert!(a[Encoding::Paper.features()..].iter().all(|value| *value == 0.0));
+}
