@@ -104,11 +104,14 @@ impl Bench {
         integrator: Integrator,
         script: &mut Script,
     ) -> ReorientationTrajectory<NODES, LINKS> {
-        let Workspace { target, translation, .. } = &*self.workspace;
-        let scene = Scene::new(&self.mission, &translation.trajectory, target, integrator);
         let mut out = ReorientationTrajectory::ZERO;
-        assert!(roll_out(&scene, script, 0, &mut out));
+        assert!(roll_out(&self.scene(integrator), script, 0, &mut out));
         out
+    }
+
+    fn scene(&self, integrator: Integrator) -> Scene<'_> {
+        let Workspace { target, translation, .. } = &*self.workspace;
+        Scene::new(&self.mission, &translation.trajectory, target, integrator)
     }
 }
 
@@ -138,6 +141,8 @@ fn the_actions_of_a_plan_roll_out_to_the_plan() {
             let rolled = bench.roll_out(integrator, &mut Script::of(action, &planned));
             let distance = distance(&planned, &rolled);
             assert!(distance < tolerance, "{integrator:?} {action:?}: {distance:e}");
+            let miss = bench.scene(integrator).miss(&rolled.states[NODES - 1]);
+            assert!(miss < 2.0 * tolerance, "{integrator:?} {action:?}: {miss} m");
         }
     }
 }

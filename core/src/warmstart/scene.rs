@@ -64,4 +64,15 @@ impl<'a> Scene<'a> {
             joint_rate: SVector::zeros(),
         }
     }
+
+    /// Distance of the end effector from the docking port at the last node [m]: the error of a
+    /// roll-out that the paper gives.
+    pub fn miss(&self, last: &State<LINKS>) -> f64 {
+        let target = &self.target[NODES - 1];
+        let port =
+            quaternion::rotation_matrix(&target.attitude) * self.mission.target.port_position;
+        let arm = self.body.end_effector(last).position;
+        let miss = self.path.position[NODES - 1] + arm - port;
+        libm::sqrt(miss.dot(&miss))
+    }
 }
