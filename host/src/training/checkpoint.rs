@@ -3,7 +3,6 @@
 //! `REMORACK`, a version, the length of a JSON head, the head, then parameters and the optimiser's
 //! two moments as little-endian f32, and the CRC-32 of all before it.
 
-use super::crc32;
 use super::optimiser::AdamW;
 use super::rollout::RolloutError;
 use super::source::Statistics;
@@ -106,7 +105,7 @@ impl Checkpoint {
         for values in [&self.parameters, &self.optimiser.first, &self.optimiser.second] {
             bytes.extend(values.iter().flat_map(|x| x.to_le_bytes()));
         }
-        let crc = crc32(&bytes);
+        let crc = crc32fast::hash(&bytes);
         bytes.extend(crc.to_le_bytes());
         bytes
     }
@@ -123,7 +122,7 @@ impl Checkpoint {
 
     fn decode(bytes: &[u8]) -> Option<Self> {
         let (body, crc) = bytes.split_last_chunk::<4>()?;
-        if crc32(body) != u32::from_le_bytes(*crc) {
+        if crc32fast::hash(body) != u32::from_le_bytes(*crc) {
             return None;
         }
         let body = body.strip_prefix(MAGIC)?.strip_prefix(&VERSION.to_le_bytes())?;

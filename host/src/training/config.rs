@@ -217,7 +217,7 @@ impl Config {
 
     /// CRC-32 of [`text`](Self::text), in hexadecimal: which configuration made a model.
     pub fn digest(&self) -> String {
-        format!("{:08x}", super::crc32(self.text().as_bytes()))
+        format!("{:08x}", crc32fast::hash(self.text().as_bytes()))
     }
 
     fn validate(&self) -> Result<(), FieldError> {

@@ -8,14 +8,15 @@
 //!   which `flex` makes fast on the CPU;
 //! - [`optimiser`]: AdamW, the global norm clipped;
 //! - [`model`]: the model file; [`rollout`]: what it is worth rolled out;
-//! - [`run`]: the loop; [`checkpoint`]: what it needs to resume bit for bit; [`output`]: curves,
-//!   model, summary.
+//! - [`run`]: the loop; [`checkpoint`]: what it needs to resume bit for bit; [`output`]
+//!   and [`curve`]: what is left of it.
 //!
 //! Burn differentiates; the parameters stay here, in one vector on the host. So optimiser,
 //! checkpoint and model file need nothing of Burn, and are the same on every device.
 
 pub mod checkpoint;
 pub mod config;
+pub mod curve;
 pub mod examples;
 mod flex;
 pub mod kernels;
@@ -37,12 +38,3 @@ use burn::backend::{Autodiff, Flex};
 
 /// The CPU.
 pub type Cpu = Autodiff<Flex>;
-
-/// CRC-32 (IEEE 802.3).
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0, |crc, byte| {
-        (0..8).fold(crc ^ u32::from(*byte), |crc: u32, _| {
-            (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg())
-        })
-    })
-}

@@ -112,24 +112,39 @@ impl<'a, B: Kernels> Network<'a, B> {
         Tensor::from_data(data, &self.device)
     }
 
+    /// What the decoder says, `[rows][outputs]`, normalised.
+    pub fn answers(&self, parameters: &[f32], batch: &Batch) -> Vec<f32> {
+        let (answer, _) = self.answer(&mut self.weights(parameters, false), batch, false);
+        answer.into_data().iter::<f32>().collect()
+    }
+
     /// Action loss and state loss.
     fn forward(&self, mut weights: Weights<B>, batch: &Batch, train: bool) -> [Tensor<B, 1>; 2] {
-        let mut masks = Masks::new(if train { self.dropout } else { 0.0 }, batch.dropout_seed);
-        let x = self.embed(&mut weights, batch);
-        let x = masks.apply(weights.norm(x), &self.device);
-        let mut x = x;
-        for _ in 0..self.table.layers {
-            x = self.block(&mut weights, x, batch.size, &mut masks);
-        }
-        let x = weights.norm(x);
-        let (latent, after) = self.read(x, batch.size);
-        let answer = self.decode(&mut weights, latent, batch);
+        let (answer, after) = self.answer(&mut weights, batch, train);
         let target = self.tensor(&batch.target, self.table.outputs);
         let weight = self.tensor(&batch.weight, self.table.outputs);
         let error = answer - target;
         let action = (error.clone() * error * weight).sum();
         let error = weights.linear(after) - self.next_states(batch);
         [action, (error.clone() * error).mean()]
+    }
+
+    /// The decoder's answers, and the latents that next states are read from.
+    fn answer(
+        &self,
+        weights: &mut Weights<B>,
+        batch: &Batch,
+        train: bool,
+    ) -> (Tensor<B, 2>, Tensor<B, 2>) {
+        let mut masks = Masks::new(if train { self.dropout } else { 0.0 }, batch.dropout_seed);
+        let x = self.embed(weights, batch);
+        let mut x = masks.apply(weights.norm(x), &self.device);
+        for _ in 0..self.table.layers {
+            x = self.block(weights, x, batch.size, &mut masks);
+        }
+        let x = weights.norm(x);
+        let (latent, after) = self.read(x, batch.size);
+        (self.decode(weights, latent, batch), after)
     }
 
     /// Tokens with the nodes' embedding added, `[trajectory * tokens][width]`.

@@ -22,7 +22,11 @@ pub const MODEL: &str = "model.f32.model";
 
 /// Writes the losses.
 pub(super) fn report(out: &Path, rows: &[LossRow]) -> Result<(), Error> {
-    write_atomically(&out.join("loss.csv"), csv(rows).as_bytes())
+    write_atomically(&out.join("loss.csv"), csv(rows).as_bytes())?;
+    match super::curve::svg(rows) {
+        Some(text) => write_atomically(&out.join("loss.svg"), text.as_bytes()),
+        None => Ok(()),
+    }
 }
 
 fn csv(rows: &[LossRow]) -> String {

@@ -4,7 +4,6 @@ use super::examples;
 use crate::dataset::Trajectory;
 use crate::planning::on_heap;
 use remora_core::dynamics::Integrator;
-use remora_core::math::quaternion;
 use remora_core::model::Mission;
 use remora_core::nn::{Model, Network, ReferenceMemory};
 use remora_core::stages::{LINKS, NODES, ReorientationTrajectory};
@@ -45,7 +44,7 @@ pub fn measure(
         let recorded = examples::Recorded::new(trajectory);
         let scene = Scene::new(mission, &recorded.path, &recorded.target, integrator);
         if roll_out(&scene, &mut network, trajectory.scenario, &mut out) {
-            errors.push(miss(&scene, &out));
+            errors.push(scene.miss(&out.states[NODES - 1]));
             torque += distance(&out, &recorded.motion);
         }
     }
@@ -57,15 +56,6 @@ pub fn measure(
         torque_n_m: torque / count as f64,
         failed: trajectories.len() - count,
     })
-}
-
-/// Distance of the end effector from the port at the last node [m].
-fn miss(scene: &Scene<'_>, motion: &ReorientationTrajectory<NODES, LINKS>) -> f64 {
-    let target = &scene.target[NODES - 1];
-    let port = quaternion::rotation_matrix(&target.attitude) * scene.mission.target.port_position;
-    let tip = scene.body.end_effector(&motion.states[NODES - 1]).position;
-    let capture = scene.path.position[NODES - 1] + tip - port;
-    capture.norm()
 }
 
 /// Root mean square distance of the controls [N m].

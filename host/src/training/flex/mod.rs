@@ -214,3 +214,90 @@ impl Backward<Flex, 1> for Attend {
         register(&ops, grads, [matrix(found, rows, 3 * form.width)]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::kernels::composed;
+    use super::super::random::Random;
+    use super::*;
+    use burn::backend::autodiff::checkpoint::strategy::BalancedCheckpointing;
+    use burn::tensor::backend::AutodiffBackend;
+
+    /// The same backend with Burn's own operations.
+    type Plain = Autodiff<Flex, BalancedCheckpointing>;
+
+    fn values(count: usize, seed: u64) -> Vec<f32> {
+        let mut random = Random::new(seed, 0, 0);
+        (0..count).map(|_| random.normal() as f32).collect()
+    }
+
+    fn tensor<B: AutodiffBackend>(values: &[f32], columns: usize) -> Tensor<B, 2> {
+        let shape = [values.len() / columns, columns];
+        Tensor::from_data(TensorData::new(values.to_vec(), shape), &Default::default())
+            .require_grad()
+    }
+
+    /// Result, and gradients of a weighted sum of it.
+    fn evaluate<B: AutodiffBackend>(
+        inputs: &[(Vec<f32>, usize)],
+        operation: impl Fn(&[Tensor<B, 2>]) -> Tensor<B, 2>,
+    ) -> Vec<Vec<f32>> {
+        let tensors: Vec<Tensor<B, 2>> = inputs.iter().map(|(v, n)| tensor(v, *n)).collect();
+        let y = operation(&tensors);
+        let [rows, columns] = y.dims();
+        let gradients = (y.clone() * tensor(&values(rows * columns, 9), columns)).sum().backward();
+        let mut out: Vec<Vec<f32>> = vec![y.into_data().iter().collect()];
+        out.extend(tensors.iter().map(|t| t.grad(&gradients).unwrap().into_data().iter().collect()));
+        out
+    }
+
+    fn agree(found: &[Vec<f32>], expected: &[Vec<f32>]) {
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            assert_eq!(found.len(), expected.len());
+            assert!(expected.iter().any(|x| *x != 0.0));
+            for (a, b) in found.iter().zip(expected) {
+                assert!((a - b).abs() < 2e-5 * (1.0 + b.abs()), "{a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn linear_layers_are_burns() {
+        let inputs = [(values(7 * 5, 1), 5), (values(3 * 5, 2), 5), (values(3, 3), 3)];
+        for relu in [false, true] {
+            agree(
+                &evaluate::<Cpu>(&inputs, |t| {
+                    Cpu::dense(t[0].clone(), t[1].clone(), t[2].clone(), relu)
+                }),
+                &evaluate::<Plain>(&inputs, |t| {
+                    composed::dense(t[0].clone(), t[1].clone(), t[2].clone(), relu)
+                }),
+            );
+        }
+    }
+
+    #[test]
+    fn layer_norm_is_burns() {
+        let inputs = [(values(6 * 21, 1), 21), (values(21, 2), 21), (values(21, 3), 21)];
+        agree(
+            &evaluate::<Cpu>(&inputs, |t| {
+                Cpu::standardise(t[0].clone(), t[1].clone(), t[2].clone())
+            }),
+            &evaluate::<Plain>(&inputs, |t| {
+                composed::standardise(t[0].clone(), t[1].clone(), t[2].clone())
+            }),
+        );
+    }
+
+    #[test]
+    fn attention_is_burns() {
+        for (size, tokens, heads, head) in [(2, 19, 2, 8), (1, 59, 3, 32), (1, 50, 1, 64)] {
+            let inputs = [(values(size * tokens * 3 * heads * head, 1), 3 * heads * head)];
+            agree(
+                &evaluate::<Cpu>(&inputs, |t| Cpu::attend(t[0].clone(), size, heads)),
+                &evaluate::<Plain>(&inputs, |t| composed::attend(t[0].clone(), size, heads)),
+            );
+        }
+    }
+}
