@@ -20,6 +20,7 @@
 //! - [`dataset`]: trajectories to train on, from a seed, in shards;
 //! - [`quantise`]: models from single precision to bytes;
 //! - [`reproduce`]: the paper's tables for learned starts;
+//! - `training`, with the feature of that name: networks for the learned warm start;
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
@@ -47,3 +48,5 @@ pub mod quantise;
 pub mod report;
 pub mod reproduce;
 pub mod threads;
+#[cfg(feature = "training")]
+pub mod training;

@@ -10,6 +10,8 @@ mod progress;
 mod qp_export;
 mod quantise;
 mod reproduce;
+#[cfg(feature = "training")]
+mod train;
 
 use crate::error::Error;
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
@@ -44,6 +46,8 @@ enum Command {
     Quantise(quantise::Args),
     Dataset(dataset::Args),
     Reproduce(reproduce::Args),
+    #[cfg(feature = "training")]
+    Train(train::Args),
 }
 
 /// How a command ended, where its inputs and outputs were sound.
@@ -110,6 +114,8 @@ impl Command {
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),
             Self::Reproduce(args) => args.run(),
+            #[cfg(feature = "training")]
+            Self::Train(args) => args.run(),
         }
     }
 }

@@ -5,6 +5,7 @@ use super::{Trajectory, shard, shard_path};
 use crate::draw::draw_one;
 use crate::error::Error;
 use crate::formats::{NamedScenario, PlanStatus, make_directory, remove_partials};
+use crate::learned::Learned;
 use crate::method::{Integrator, Method};
 use crate::planning::Planner;
 use crate::pool;
@@ -25,6 +26,9 @@ pub struct Recipe {
     pub seed: u64,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
+    /// Model of a learned start; none is the heuristic. What a network is taught by it is where
+    /// the optimiser takes its own roll-outs.
+    pub model: Option<Learned>,
     /// The mission; valid.
     pub mission: Mission<LINKS>,
     /// Scenarios a shard; an interruption loses the shards that are not complete.
@@ -122,7 +126,8 @@ impl Recipe {
         method: &Method,
         index: u64,
     ) -> Result<Option<Box<Trajectory>>, Error> {
-        let plan = planner.plan(&self.mission, &self.draw(index)?, method, None).file;
+        let plan =
+            planner.plan(&self.mission, &self.draw(index)?, method, self.model.as_ref()).file;
         let is_solved = plan.status == PlanStatus::Solved;
         Ok(is_solved.then(|| Box::new(Trajectory::new(index, &plan))))
     }

@@ -1,0 +1,286 @@
+//! The network and its loss, on any of Burn's backends that differentiates.
+//!
+//! Latents are matrices `[trajectory * tokens][width]` throughout: a linear layer is one matrix
+//! product, and so is the gradient of its weight.
+
+use super::config::{Decoder, Layout};
+use super::kernels::Kernels;
+use super::params::Table;
+use super::random::Random;
+use super::source::Batch;
+use burn::prelude::Tensor;
+use burn::tensor::{Int, TensorData};
+
+/// Mean squared errors, of normalised numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Losses {
+    /// Of actions, or of velocities where they are the flow decoder's.
+    pub action: f64,
+    /// Of next states.
+    pub state: f64,
+}
+
+/// The network on a device.
+pub struct Network<'a, B: Kernels> {
+    table: &'a Table,
+    device: B::Device,
+    dropout: f64,
+    state_loss: f64,
+}
+
+/// The parameters on the device, handed out in the table's order.
+struct Weights<B: Kernels> {
+    all: Vec<Tensor<B, 2>>,
+    next: usize,
+}
+
+impl<B: Kernels> Weights<B> {
+    fn take(&mut self) -> Tensor<B, 2> {
+        self.next += 1;
+        self.all[self.next - 1].clone()
+    }
+
+    fn linear(&mut self, x: Tensor<B, 2>) -> Tensor<B, 2> {
+        let (weight, bias) = (self.take(), self.take());
+        B::dense(x, weight, bias, false)
+    }
+
+    fn linear_relu(&mut self, x: Tensor<B, 2>) -> Tensor<B, 2> {
+        let (weight, bias) = (self.take(), self.take());
+        B::dense(x, weight, bias, true)
+    }
+
+    fn norm(&mut self, x: Tensor<B, 2>) -> Tensor<B, 2> {
+        let (gain, bias) = (self.take(), self.take());
+        B::standardise(x, gain, bias)
+    }
+}
+
+impl<'a, B: Kernels> Network<'a, B> {
+    /// A network of the table's sizes.
+    pub fn new(table: &'a Table, device: B::Device, dropout: f64, state_loss: f64) -> Self {
+        Self { table, device, dropout, state_loss }
+    }
+
+    /// Losses of a batch without gradients and dropout.
+    pub fn losses(&self, parameters: &[f32], batch: &Batch) -> Losses {
+        let weights = self.weights(parameters, false);
+        let [action, state] = self.forward(weights, batch, false);
+        Losses { action: scalar(action), state: scalar(state) }
+    }
+
+    /// Losses of a batch; adds the gradient of action loss + `state_loss` * state loss, times
+    /// `factor`.
+    pub fn gradient(
+        &self,
+        parameters: &[f32],
+        batch: &Batch,
+        factor: f32,
+        gradient: &mut [f32],
+    ) -> Losses {
+        let weights = self.weights(parameters, true);
+        let all = weights.all.clone();
+        let [action, state] = self.forward(weights, batch, true);
+        let losses = Losses { action: scalar(action.clone()), state: scalar(state.clone()) };
+        let total = match self.state_loss {
+            0.0 => action,
+            weight => action + state * weight,
+        };
+        let gradients = total.backward();
+        for (entry, tensor) in self.table.entries.iter().zip(all) {
+            let Some(found) = tensor.grad(&gradients) else { continue };
+            let data = found.into_data();
+            let Ok(values) = data.as_slice::<f32>() else { continue };
+            for (sum, value) in gradient[entry.range()].iter_mut().zip(values) {
+                *sum += factor * value;
+            }
+        }
+        losses
+    }
+
+    fn weights(&self, parameters: &[f32], track: bool) -> Weights<B> {
+        let tensor = |entry: &super::params::Entry| {
+            let tensor = self.tensor(&parameters[entry.range()], entry.columns);
+            if track { tensor.require_grad() } else { tensor }
+        };
+        Weights { all: self.table.entries.iter().map(tensor).collect(), next: 0 }
+    }
+
+    fn tensor(&self, values: &[f32], columns: usize) -> Tensor<B, 2> {
+        let data = TensorData::new(values.to_vec(), [values.len() / columns, columns]);
+        Tensor::from_data(data, &self.device)
+    }
+
+    /// What the decoder says, `[rows][outputs]`, normalised.
+    pub fn answers(&self, parameters: &[f32], batch: &Batch) -> Vec<f32> {
+        let (answer, _) = self.answer(&mut self.weights(parameters, false), batch, false);
+        answer.into_data().iter::<f32>().collect()
+    }
+
+    /// Action loss and state loss.
+    fn forward(&self, mut weights: Weights<B>, batch: &Batch, train: bool) -> [Tensor<B, 1>; 2] {
+        let (answer, after) = self.answer(&mut weights, batch, train);
+        let target = self.tensor(&batch.target, self.table.outputs);
+        let weight = self.tensor(&batch.weight, self.table.outputs);
+        let error = answer - target;
+        let action = (error.clone() * error * weight).sum();
+        let error = weights.linear(after) - self.next_states(batch);
+        [action, (error.clone() * error).mean()]
+    }
+
+    /// The decoder's answers, and the latents that next states are read from.
+    fn answer(
+        &self,
+        weights: &mut Weights<B>,
+        batch: &Batch,
+        train: bool,
+    ) -> (Tensor<B, 2>, Tensor<B, 2>) {
+        let mut masks = Masks::new(if train { self.dropout } else { 0.0 }, batch.dropout_seed);
+        let x = self.embed(weights, batch);
+        let mut x = masks.apply(weights.norm(x), &self.device);
+        for _ in 0..self.table.layers {
+            x = self.block(weights, x, batch.size, &mut masks);
+        }
+        let x = weights.norm(x);
+        let (latent, after) = self.read(x, batch.size);
+        (self.decode(weights, latent, batch), after)
+    }
+
+    /// Tokens with the nodes' embedding added, `[trajectory * tokens][width]`.
+    fn embed(&self, weights: &mut Weights<B>, batch: &Batch) -> Tensor<B, 2> {
+        let (steps, width) = (self.table.nodes - 1, self.table.width);
+        let tokens: Vec<Tensor<B, 3>> = batch
+            .kinds
+            .iter()
+            .zip(&self.table.kinds)
+            .map(|(values, inputs)| weights.linear(self.tensor(values, *inputs)).unsqueeze_dim(1))
+            .collect();
+        let nodes = weights.take();
+        let (x, index) = match self.table.layout {
+            Layout::Fused => {
+                let [x] = tokens.try_into().unwrap_or_else(|_| unreachable!("one kind"));
+                (x.reshape([batch.size, steps, width]), (0..steps as i32).collect())
+            }
+            Layout::Separate => {
+                let kinds = tokens.len();
+                let x = Tensor::cat(tokens, 1).reshape([batch.size, kinds * steps, width]);
+                // Nothing was done before the first node. Later, what was done carries the index
+                // of the node where it was.
+                let index: Vec<i32> = (1..kinds * steps)
+                    .map(|token| (token / kinds) as i32 - i32::from(token % kinds == 0))
+                    .collect();
+                (x.narrow(1, 1, kinds * steps - 1), index)
+            }
+        };
+        let tokens = index.len();
+        let index = Tensor::<B, 1, Int>::from_data(TensorData::new(index, [tokens]), &self.device);
+        (x + nodes.select(0, index).unsqueeze_dim(0)).reshape([batch.size * tokens, width])
+    }
+
+    fn block(
+        &self,
+        weights: &mut Weights<B>,
+        x: Tensor<B, 2>,
+        size: usize,
+        masks: &mut Masks,
+    ) -> Tensor<B, 2> {
+        let y = weights.norm(x.clone());
+        let y = B::attend(weights.linear(y), size, self.table.heads);
+        let x = x + masks.apply(weights.linear(y), &self.device);
+        let y = weights.norm(x.clone());
+        let y = weights.linear_relu(y);
+        x + masks.apply(weights.linear(y), &self.device)
+    }
+
+    /// The latents that actions are read from, and those that next states are.
+    fn read(&self, x: Tensor<B, 2>, size: usize) -> (Tensor<B, 2>, Tensor<B, 2>) {
+        if self.table.layout == Layout::Fused {
+            return (x.clone(), x);
+        }
+        let kinds = self.table.kinds.len();
+        let steps = self.table.nodes - 1;
+        let tokens = kinds * steps - 1;
+        let rows = |first: usize, count: usize| {
+            let rows: Vec<i32> = (0..size)
+                .flat_map(|i| (0..count).map(move |k| (i * tokens + first + kinds * k) as i32))
+                .collect();
+            let data = TensorData::new(rows, [size * count]);
+            x.clone().select(0, Tensor::<B, 1, Int>::from_data(data, &self.device))
+        };
+        (rows(kinds - 2, steps), rows(kinds - 1, steps - 1))
+    }
+
+    /// Next states, normalised, for the latents that [`read`](Self::read) finds.
+    fn next_states(&self, batch: &Batch) -> Tensor<B, 2> {
+        let row = (self.table.nodes - 1) * self.table.states;
+        // The last action has no token.
+        let kept = match self.table.layout {
+            Layout::Fused => row,
+            Layout::Separate => row - self.table.states,
+        };
+        let values: Vec<f32> =
+            batch.states.chunks_exact(row).flat_map(|states| &states[..kept]).copied().collect();
+        self.tensor(&values, self.table.states)
+    }
+
+    fn decode(
+        &self,
+        weights: &mut Weights<B>,
+        latent: Tensor<B, 2>,
+        batch: &Batch,
+    ) -> Tensor<B, 2> {
+        match self.table.decoder {
+            Decoder::Linear => weights.linear(latent),
+            Decoder::Flow => {
+                let question = self.tensor(&batch.question, self.table.outputs + 1);
+                let x = weights.linear_relu(Tensor::cat(vec![question, latent], 1));
+                let x = weights.linear_relu(x);
+                weights.linear(x)
+            }
+        }
+    }
+}
+
+fn scalar<B: Kernels>(tensor: Tensor<B, 1>) -> f64 {
+    tensor.into_data().iter::<f64>().next().unwrap_or(f64::NAN)
+}
+
+/// Dropout, of a generator of its own so that a resumed training drops the same.
+struct Masks {
+    probability: f64,
+    state: u64,
+}
+
+impl Masks {
+    fn new(probability: f64, seed: u64) -> Self {
+        Self { probability, state: Random::new(seed, Random::BATCH, 0).bits() | 1 }
+    }
+
+    /// Four numbers of 16 bits a step of an xorshift generator: masks are large.
+    fn mask(&mut self, count: usize) -> Vec<f32> {
+        let threshold = (self.probability * 65536.0) as u64;
+        let kept = (1.0 / (1.0 - self.probability)) as f32;
+        let mut mask = Vec::with_capacity(count + 3);
+        while mask.len() < count {
+            self.state ^= self.state << 13;
+            self.state ^= self.state >> 7;
+            self.state ^= self.state << 17;
+            let bits = self.state.wrapping_mul(0x2545_f491_4f6c_dd1d);
+            for part in 0..4 {
+                let dropped = (bits >> (16 * part)) & 0xffff < threshold;
+                mask.push(if dropped { 0.0 } else { kept });
+            }
+        }
+        mask.truncate(count);
+        mask
+    }
+
+    fn apply<B: Kernels>(&mut self, x: Tensor<B, 2>, device: &B::Device) -> Tensor<B, 2> {
+        if self.probability == 0.0 {
+            return x;
+        }
+        let [rows, columns] = x.dims();
+        let data = TensorData::new(self.mask(rows * columns), [rows, columns]);
+        x * Tensor::from_data(data, device)
+    }
+}

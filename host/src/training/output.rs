@@ -1,0 +1,110 @@
+//! What a training leaves in its directory.
+
+use super::checkpoint::LossRow;
+use super::config::Config;
+use super::run::Outcome;
+use crate::error::Error;
+use crate::formats::{check_writable, remove_partials, write_atomically};
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Makes the directory and copies the configuration into it.
+pub(super) fn prepare(out: &Path, config: &Config) -> Result<(), Error> {
+    std::fs::create_dir_all(out).map_err(|cause| Error::output(out, &cause))?;
+    remove_partials(out);
+    check_writable(&out.join("loss.csv"))?;
+    write_atomically(&out.join("config.toml"), config.text().as_bytes())
+}
+
+/// Name of the model in a training's directory.
+pub const MODEL: &str = "model.f32.model";
+
+/// Writes the losses.
+pub(super) fn report(out: &Path, rows: &[LossRow]) -> Result<(), Error> {
+    write_atomically(&out.join("loss.csv"), csv(rows).as_bytes())?;
+    match super::curve::svg(rows) {
+        Some(text) => write_atomically(&out.join("loss.svg"), text.as_bytes()),
+        None => Ok(()),
+    }
+}
+
+fn csv(rows: &[LossRow]) -> String {
+    let mut text = String::from(
+        "step,train,train_state,validation,validation_state,rollout_mean_m,rollout_p95_m,\
+         rollout_torque_n_m,gradient_norm,learning_rate,nodes_per_s,elapsed_s\n",
+    );
+    for r in rows {
+        let rollout = r.rollout.map_or(",,".into(), |rollout| {
+            format!("{:.5},{:.5},{:.4e}", rollout.mean_m, rollout.p95_m, rollout.torque_n_m)
+        });
+        let _ = writeln!(
+            text,
+            "{},{:.6e},{:.6e},{:.6e},{:.6e},{rollout},{:.4e},{:.4e},{:.0},{:.1}",
+            r.step,
+            r.train,
+            r.train_state,
+            r.validation,
+            r.validation_state,
+            r.gradient_norm,
+            r.learning_rate,
+            r.nodes_per_s,
+            r.elapsed_s,
+        );
+    }
+    text
+}
+
+/// `summary.json`.
+#[derive(Serialize)]
+struct Summary<'a> {
+    format: &'static str,
+    complete: bool,
+    data: String,
+    count: Option<u64>,
+    seed: u64,
+    steps: u64,
+    examples: u64,
+    parameters: usize,
+    parameters_of_model: usize,
+    config_digest: &'a str,
+    revision: Option<String>,
+    training_s: f64,
+    last: Option<&'a LossRow>,
+}
+
+/// Writes `summary.json`.
+///
+/// # Errors
+/// The file with the reason.
+pub fn summary(out: &Path, config: &Config, outcome: &Outcome) -> Result<(), Error> {
+    let state = &outcome.checkpoint;
+    let steps = state.optimiser.step;
+    let summary = Summary {
+        format: "remora-training/1",
+        complete: outcome.complete,
+        data: config.data.path.display().to_string(),
+        count: config.data.count,
+        seed: config.training.seed,
+        steps,
+        examples: steps * (config.training.batch * config.training.accumulation) as u64,
+        parameters: outcome.table.len(),
+        parameters_of_model: outcome.table.inference_len(),
+        config_digest: &state.digest,
+        revision: revision(),
+        training_s: state.elapsed_s,
+        last: state.rows.last(),
+    };
+    let text = serde_json::to_string_pretty(&summary).unwrap_or_default() + "\n";
+    write_atomically(&out.join("summary.json"), text.as_bytes())
+}
+
+/// The commit of the working directory, if it is one of git's.
+pub fn revision() -> Option<String> {
+    let output = std::process::Command::new("git")
+        .args(["describe", "--always", "--dirty", "--abbrev=12"])
+        .output()
+        .ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    (output.status.success() && !text.trim().is_empty()).then(|| text.trim().to_string())
+}
