@@ -49,7 +49,7 @@ impl Bench<'_> {
         let (mode, integrator) = (run.mode, self.integrator);
         Ok(Campaign {
             scenarios: self.scenarios.clone(),
-            mission: self.mission.clone(),
+            mission: self.mission,
             method: Method { mode, warm_start, integrator, ..Method::default() },
             model: model(&run.start)?,
             jobs: self.jobs,
@@ -177,7 +177,7 @@ mod tests {
             let mut counter = Counter::default();
             let rows = Bench {
                 scenarios: scenarios.clone(),
-                mission: mission.clone(),
+                mission,
                 integrator: Integrator::EULER,
                 jobs: NonZeroUsize::MIN,
                 out: dir.path(),
