@@ -126,8 +126,7 @@ impl ExampleSource for Recorded {
         };
         let recipe = Recipe { disturbance, ..self.recipe };
         let found = examples::example(&self.mission, trajectory, &recipe, random.stream());
-        *example =
-            Example { features: found.features, actions: found.actions, states: found.next };
+        *example = Example { features: found.features, actions: found.actions, states: found.next };
         Ok(())
     }
 }

@@ -3,13 +3,13 @@
 use super::checkpoint::{self, Checkpoint, LossRow};
 use super::config::Config;
 use super::kernels::Kernels;
-use super::network::{Losses, Network};
 use super::model::{self, Origin};
+use super::network::{Losses, Network};
 use super::optimiser::{AdamW, clip};
 use super::output;
 use super::params::Table;
-use super::source::{Batch, Batches, ExampleSource, Split, Statistics};
 use super::rollout::RolloutError;
+use super::source::{Batch, Batches, ExampleSource, Split, Statistics};
 use crate::error::Error;
 use crate::formats::write_atomically;
 use std::path::PathBuf;
@@ -94,12 +94,7 @@ impl Run<'_> {
         let running = Running::<B> {
             run: self,
             table: &table,
-            network: Network::new(
-                &table,
-                device,
-                self.config.model.dropout,
-                training.state_loss,
-            ),
+            network: Network::new(&table, device, self.config.model.dropout, training.state_loss),
             batches: Batches {
                 source: self.source,
                 statistics: &statistics,

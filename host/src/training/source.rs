@@ -226,12 +226,7 @@ impl Batches<'_> {
         self.batch(Split::Validation, &picks, random)
     }
 
-    fn batch(
-        &self,
-        split: Split,
-        picks: &[usize],
-        mut random: Random,
-    ) -> Result<Batch, Error> {
+    fn batch(&self, split: Split, picks: &[usize], mut random: Random) -> Result<Batch, Error> {
         let shape = self.source.shape();
         let mut example = shape.example();
         let mut batch = Batch { size: picks.len(), ..Batch::default() };

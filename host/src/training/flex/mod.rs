@@ -181,8 +181,7 @@ impl Backward<Flex, 3> for Norm {
     fn backward(self, ops: Ops<NormState, 3>, grads: &mut Gradients, _: &mut Checkpointer) {
         let gradient = ordered(grads.consume::<Flex>(&ops.node));
         let NormState { input, gain, moments } = &ops.state;
-        let found =
-            norm::backward(numbers(input), numbers(gain), moments, numbers(&gradient));
+        let found = norm::backward(numbers(input), numbers(gain), moments, numbers(&gradient));
         let columns = found.gain.len();
         let values = [
             matrix(found.x, moments.len(), columns),
@@ -247,7 +246,9 @@ mod tests {
         let [rows, columns] = y.dims();
         let gradients = (y.clone() * tensor(&values(rows * columns, 9), columns)).sum().backward();
         let mut out: Vec<Vec<f32>> = vec![y.into_data().iter().collect()];
-        out.extend(tensors.iter().map(|t| t.grad(&gradients).unwrap().into_data().iter().collect()));
+        out.extend(
+            tensors.iter().map(|t| t.grad(&gradients).unwrap().into_data().iter().collect()),
+        );
         out
     }
 

@@ -33,17 +33,12 @@ pub fn forward(x: &[f32], gain: &[f32], bias: &[f32]) -> (Vec<f32>, Vec<[f32; 2]
 /// The way back, given the gradient of the normalised rows.
 pub fn backward(x: &[f32], gain: &[f32], moments: &[[f32; 2]], gradient: &[f32]) -> Gradients {
     let columns = gain.len();
-    let mut out = Gradients {
-        x: vec![0.0; x.len()],
-        gain: vec![0.0; columns],
-        bias: vec![0.0; columns],
-    };
+    let mut out =
+        Gradients { x: vec![0.0; x.len()], gain: vec![0.0; columns], bias: vec![0.0; columns] };
     let mut unit = vec![0.0; columns];
     let mut wanted = vec![0.0; columns];
     let rows = x.chunks_exact(columns).zip(gradient.chunks_exact(columns));
-    for (((x, g), dx), [mean, factor]) in
-        rows.zip(out.x.chunks_exact_mut(columns)).zip(moments)
-    {
+    for (((x, g), dx), [mean, factor]) in rows.zip(out.x.chunks_exact_mut(columns)).zip(moments) {
         for i in 0..columns {
             unit[i] = (x[i] - mean) * factor;
             wanted[i] = g[i] * gain[i];
