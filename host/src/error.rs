@@ -35,6 +35,12 @@ pub enum Error {
         /// What is wrong.
         reason: String,
     },
+    /// A plot that cannot be drawn.
+    #[error("plot: {reason}")]
+    Plot {
+        /// What is wrong.
+        reason: String,
+    },
     /// A thread that could not be started or did not end well.
     #[error("worker thread: {reason}")]
     Thread {

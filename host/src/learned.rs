@@ -54,6 +54,18 @@ impl Learned {
         Ok(Self::new(&name, bytes.leak()))
     }
 
+    /// The model in a file, for work that makes no sense without one.
+    ///
+    /// # Errors
+    /// Where the file cannot be read or used.
+    pub fn usable(file: &Path) -> Result<Self, Error> {
+        let learned = Self::read(file)?;
+        match learned.refused() {
+            Some(error) => Err(Error::input(file, "", error.reason())),
+            None => Ok(learned),
+        }
+    }
+
     /// The built-in model of an integrator; every number of substeps has the same.
     pub fn built_in(integrator: Integrator) -> Self {
         match integrator.core() {

@@ -19,6 +19,7 @@
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`dataset`]: trajectories to train on, from a seed, in shards;
 //! - [`quantise`]: models from single precision to bytes;
+//! - [`reproduce`]: the paper's tables for learned starts;
 //! - `training`, with the feature of that name: networks for the learned warm start;
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
@@ -45,6 +46,7 @@ mod pool;
 pub mod progress;
 pub mod quantise;
 pub mod report;
+pub mod reproduce;
 pub mod threads;
 #[cfg(feature = "training")]
 pub mod training;

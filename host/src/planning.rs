@@ -21,7 +21,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 /// Seed of learned starts that draw.
-const SEED: u64 = 0;
+pub(crate) const SEED: u64 = 0;
 
 /// Stack of threads that plan [bytes]. The planner's large memory is on the heap; what is left
 /// needs less than the system's usual 8 MiB.

@@ -93,10 +93,13 @@ impl Bench {
     }
 
     fn plan(&mut self, scenario: usize, integrator: Integrator, start: &mut Start<'_>) -> Report {
+        self.plan_with(scenario, &Options::new(Mode::Optimal, integrator), start)
+    }
+
+    fn plan_with(&mut self, scenario: usize, options: &Options, start: &mut Start<'_>) -> Report {
         let scenario = self.set.scenarios[scenario].scenario();
-        let options = Options::new(Mode::Optimal, integrator);
         let Self { mission, workspace, solver, .. } = self;
-        plan(mission, &scenario, &options, start, &mut **solver, &Environment::BARE, workspace)
+        plan(mission, &scenario, options, start, &mut **solver, &Environment::BARE, workspace)
     }
 
     fn roll_out(
@@ -198,6 +201,30 @@ fn a_bad_start_gives_way_to_the_heuristic() {
     let report = bench.plan(5, Integrator::Euler, &mut Start::Refused);
     assert_eq!(report.evidence.start, StartRecord::Refused);
     assert_eq!(report.evidence.output, first.evidence.output);
+}
+
+/// A start from which Stage 2 ends unsolved costs iterations, not the plan.
+#[test]
+fn a_start_that_fails_is_followed_by_the_heuristic() {
+    let mut bench = Bench::new();
+    // From a plan that is feasible and no more, one iteration is not enough.
+    let feasible = Options::new(Mode::Feasible, Integrator::Euler);
+    bench.plan_with(6, &feasible, &mut Start::Heuristic);
+    let mut script = Script::of(Action::Rate, bench.workspace.motion());
+    let mut options = Options::new(Mode::Optimal, Integrator::Euler);
+    options.reorientation.max_iterations = 1;
+    let first = bench.plan_with(6, &options, &mut Start::Heuristic);
+    assert_eq!(first.status, Status::IterationLimit);
+    let heuristic = *bench.workspace.motion();
+    let mut start = Start::Learned { policy: &mut script, seed: 0 };
+    let report = bench.plan_with(6, &options, &mut start);
+    assert_eq!(report.evidence.start, StartRecord::Unsolved);
+    assert!(*bench.workspace.motion() == heuristic);
+    assert_eq!(report.reorientation.outcome.iterations, 2);
+    assert_eq!(report.evidence.reorientation.iterations, 2);
+    assert!(
+        report.evidence.reorientation.qp_iterations > first.evidence.reorientation.qp_iterations
+    );
 }
 
 /// Turning the whole scene turns nothing in bus axes but the orbit's own directions.

@@ -257,8 +257,10 @@ fn softmax(scores: &mut [f32], count: usize, scales: &[f32]) -> f32 {
     total
 }
 
-/// Columns that [`weigh`] takes at once: two registers of AVX.
+/// Columns that [`weigh`] takes at once: for five tokens, two registers of AVX each.
 const COLUMNS: usize = 16;
+/// Rows of values that it turns into numbers before it uses them.
+const ROWS: usize = 8;
 
 /// Sums of the values by their shares, divided by the sums of the shares; for `T` tokens, so that
 /// each value is read once. A masked value adds an exact zero: a token alone has the same bits as in
@@ -273,28 +275,33 @@ fn weigh<E: Element, const T: usize>(
     for (of, shares) in of.iter_mut().zip(rows(shares, apart, values.count)) {
         *of = shares;
     }
+    let stride = values.stride.max(1);
+    let data = values.data.get(..stride * values.count).unwrap_or(values.data);
     let mut at = 0;
     while at < values.width {
         let mut totals = [[0.0f32; COLUMNS]; T];
-        for (j, row) in values.data.chunks(values.stride.max(1)).take(values.count).enumerate() {
-            let row = from(row, at);
-            let mut value = [0.0; COLUMNS];
-            match row.first_chunk::<COLUMNS>() {
-                Some(full) => {
-                    for (value, stored) in value.iter_mut().zip(full) {
-                        *value = stored.value();
-                    }
-                }
-                None => {
-                    for (value, stored) in value.iter_mut().zip(row) {
-                        *value = stored.value();
-                    }
-                }
+        let mut of = of;
+        for data in data.chunks(stride * ROWS) {
+            // Moved first and turned into numbers in one go, which is the form that becomes vector
+            // code.
+            let mut moved = [[E::ZERO; COLUMNS]; ROWS];
+            for (moved, row) in moved.iter_mut().zip(data.chunks(stride)) {
+                take(from(row, at), moved);
             }
-            for (total, of) in totals.iter_mut().zip(&of) {
-                let share = of.get(j).copied().unwrap_or(0.0);
-                for (total, value) in total.iter_mut().zip(value) {
-                    *total += share * value;
+            let mut numbers = [[0.0f32; COLUMNS]; ROWS];
+            let to = numbers.as_flattened_mut().iter_mut();
+            to.zip(moved.as_flattened()).for_each(|(to, value)| *to = value.value());
+            let mut shares = [[0.0f32; ROWS]; T];
+            for (shares, of) in shares.iter_mut().zip(&mut of) {
+                let (here, rest) = of.split_at_checked(ROWS).unwrap_or((of, &[]));
+                shares.iter_mut().zip(here).for_each(|(share, of)| *share = *of);
+                *of = rest;
+            }
+            for (j, numbers) in numbers.iter().enumerate() {
+                for (total, shares) in totals.iter_mut().zip(&shares) {
+                    for (total, number) in total.iter_mut().zip(numbers) {
+                        *total += shares[j] * number;
+                    }
                 }
             }
         }
@@ -306,5 +313,14 @@ fn weigh<E: Element, const T: usize>(
             }
         }
         at += COLUMNS;
+    }
+}
+
+/// The first columns of a row. The last of the last head may have fewer beside them.
+#[inline(always)]
+fn take<E: Element>(row: &[E], to: &mut [E; COLUMNS]) {
+    match row.first_chunk::<COLUMNS>() {
+        Some(full) => *to = *full,
+        None => to.iter_mut().zip(row).for_each(|(to, value)| *to = *value),
     }
 }

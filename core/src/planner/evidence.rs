@@ -70,6 +70,15 @@ impl StageEvidence {
         }
     }
 
+    /// This record of a second try, with the work of the first added.
+    pub(super) fn after(mut self, first: &Self) -> Self {
+        self.iterations += first.iterations;
+        self.corrections += first.corrections;
+        self.qp_iterations += first.qp_iterations;
+        self.qp_unsolved += first.qp_unsolved;
+        self
+    }
+
     /// Counts a program outside the loop.
     pub(super) fn count(&mut self, program: QpOutcome) {
         self.qp_iterations += program.iterations;

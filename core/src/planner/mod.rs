@@ -57,15 +57,25 @@ pub fn plan<S: Solver, P: Pair>(
 
     let from = clock.seconds();
     let pair = environment.pair;
-    let begun = start.write(mission, options, pair, workspace);
+    let mut begun = start.write(mission, options, pair, workspace);
     let start_s = clock.seconds() - from;
     times.start_s += start_s;
     if !matches!(start, Start::Heuristic) {
         times.inference_s = start_s;
     }
-    let mut reorientation = reorient(mission, options, solver, pair, &deadline, workspace);
-    reorientation.time_s = clock.seconds() - from;
+    let mut second = reorient(mission, options, solver, pair, &deadline, workspace);
     times.add(&workspace.reorientation.log);
+    let mut two = StageEvidence::new(&second, &workspace.reorientation.log);
+    if begun == StartRecord::Learned && gives_way(&second.outcome, options) {
+        begun = StartRecord::Unsolved;
+        start::write_heuristic(mission, workspace);
+        let again = reorient(mission, options, solver, pair, &deadline, workspace);
+        times.add(&workspace.reorientation.log);
+        two = StageEvidence::new(&again, &workspace.reorientation.log).after(&two);
+        second = again.after(&second);
+    }
+    let mut reorientation = second;
+    reorientation.time_s = clock.seconds() - from;
 
     let from = clock.seconds();
     let (path, motion) = (workspace.path(), workspace.motion());
@@ -90,10 +100,19 @@ pub fn plan<S: Solver, P: Pair>(
         is_verified,
         start: begun,
         translation: one,
-        reorientation: StageEvidence::new(&reorientation, &workspace.reorientation.log),
+        reorientation: two,
     };
     times.total_s = clock.seconds() - started;
     Report { status, translation, reorientation, residuals, times, evidence }
+}
+
+/// Whether Stage 2 is worth trying again from the heuristic, after it ended so from a learned
+/// start. A feasible plan in the hand is not given away against the clock.
+fn gives_way(outcome: &Outcome, options: &Options) -> bool {
+    match outcome.status {
+        Status::Solved | Status::Deadline => false,
+        _ => !(outcome.violation <= 1.0 && options.deadline_s.is_finite()),
+    }
 }
 
 /// The target's motion at the nodes.

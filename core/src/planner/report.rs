@@ -15,6 +15,15 @@ pub struct StageReport {
     pub time_s: f64,
 }
 
+impl StageReport {
+    /// This report of a second try, with the iterations of the first added.
+    pub(super) fn after(mut self, first: &Self) -> Self {
+        self.outcome.iterations += first.outcome.iterations;
+        self.outcome.corrections += first.outcome.corrections;
+        self
+    }
+}
+
 /// Where the time of a plan went, summed over iterations [s].
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct PhaseTimes {

@@ -40,6 +40,8 @@ pub enum StartRecord {
     NotFinite = 3,
     /// The heuristic: its merit, cost and weighted defects, is lower than the roll-out's.
     Worse = 4,
+    /// The heuristic: from the roll-out the loop did not end solved.
+    Unsolved = 5,
 }
 
 impl StartRecord {
@@ -81,9 +83,9 @@ impl Start<'_> {
         pair: &P,
         workspace: &mut Workspace,
     ) -> StartRecord {
+        write_heuristic(mission, workspace);
         let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
         let path = &translation.trajectory;
-        heuristic::warm_start(mission, path, target, &mut z.trajectory);
         let (policy, seed) = match self {
             Self::Heuristic => return StartRecord::Heuristic,
             Self::Refused => return StartRecord::Refused,
@@ -118,4 +120,11 @@ impl Start<'_> {
         mem::swap(&mut z.trajectory, &mut z.trial);
         StartRecord::Learned
     }
+}
+
+/// Writes the heuristic start into the workspace, along the path in it.
+pub(super) fn write_heuristic(mission: &Mission<LINKS>, workspace: &mut Workspace) {
+    let Workspace { target, translation, reorientation, .. } = workspace;
+    let motion = &mut reorientation.trajectory;
+    heuristic::warm_start(mission, &translation.trajectory, target, motion);
 }

@@ -112,7 +112,10 @@ where
                 self.keep(fitted, record);
                 record.length = length;
                 record.step = full * length;
-                record.predicted = length * (slope - 0.5 * curvature * length);
+                // Beyond its minimum the subproblem promises less again, which is no measure of a
+                // longer step that delivers more.
+                let share = length.min(1.0);
+                record.predicted = share * (slope - 0.5 * curvature * share);
                 record.ratio = ratio(record, self.merit);
             }
             if !(record.actual <= 0.0) {

@@ -15,11 +15,12 @@ mod journal;
 mod summary;
 
 pub use journal::{Header, JOURNAL};
+pub(crate) use summary::percentile;
 pub use summary::{Run, StageSummary, Statistics, Summary};
 
-use crate::error::{Error, io_reason};
+use crate::error::Error;
 use crate::formats::{
-    self, NamedScenario, PlanStatus, Row, check_writable, json, write_atomically,
+    self, NamedScenario, PlanStatus, Row, check_writable, json, make_directory, write_atomically,
 };
 use crate::learned::Learned;
 use crate::method::Method;
@@ -29,7 +30,6 @@ use crate::progress::Progress;
 use journal::Journal;
 use remora_core::model::Mission;
 use remora_core::stages::LINKS;
-use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -66,6 +66,75 @@ pub struct Results {
     pub files: Vec<PathBuf>,
 }
 
+/// Runs campaigns together, scenario by scenario: the same scenario of all of them, then the next.
+/// What they measure is so measured under the same load. Directories must differ.
+///
+/// # Errors
+/// As [`Campaign::run`].
+pub fn run_together(
+    campaigns: &[Campaign],
+    jobs: NonZeroUsize,
+    progress: &mut dyn Progress,
+) -> Result<Vec<Results>, Error> {
+    let started = Instant::now();
+    campaigns.iter().try_for_each(Campaign::prepare)?;
+    let mut begun = campaigns.iter().map(Begun::new).collect::<Result<Vec<_>, _>>()?;
+
+    let mut pending: Vec<(usize, usize)> = Vec::new();
+    for (which, campaign) in begun.iter().enumerate() {
+        let missing = (0..campaign.rows.len()).filter(|i| campaign.rows[*i].is_none());
+        pending.extend(missing.map(|i| (which, i)));
+    }
+    pending.sort_by_key(|(which, scenario)| (*scenario, *which));
+    let total = begun.iter().map(|campaign| campaign.rows.len()).sum();
+    progress.begin(total, total - pending.len());
+    let plan = |planner: &mut Planner, (which, scenario): (usize, usize)| {
+        campaigns[which].plan(planner, scenario)
+    };
+    let finish = |(which, scenario): (usize, usize), row: Row| {
+        progress.done(row.status == PlanStatus::Solved);
+        begun[which].finish(scenario, row)
+    };
+    let outcome = pool::plan_all(jobs, &pending, plan, finish);
+    progress.end();
+    outcome?;
+    begun.into_iter().map(|campaign| campaign.end(started)).collect()
+}
+
+/// A campaign that is running.
+struct Begun<'a> {
+    campaign: &'a Campaign,
+    journal: Journal,
+    rows: Vec<Option<Row>>,
+    resumed: usize,
+}
+
+impl<'a> Begun<'a> {
+    fn new(campaign: &'a Campaign) -> Result<Self, Error> {
+        let (journal, finished) = Journal::open(&campaign.journal(), &Header::new(campaign))?;
+        campaign.clean();
+        let rows = campaign.matched(finished);
+        let resumed = rows.iter().flatten().count();
+        Ok(Self { campaign, journal, rows, resumed })
+    }
+
+    fn finish(&mut self, scenario: usize, row: Row) -> Result<(), Error> {
+        self.journal.append(&row)?;
+        self.rows[scenario] = Some(row);
+        Ok(())
+    }
+
+    /// Writes tables and summary.
+    fn end(self, started: Instant) -> Result<Results, Error> {
+        let rows: Vec<Row> = self.rows.into_iter().flatten().collect();
+        let wall_s = started.elapsed().as_secs_f64();
+        let run = Run { planned: rows.len() - self.resumed, resumed: self.resumed, wall_s };
+        let summary = Summary::of(&rows, &self.campaign.method, run);
+        let files = self.campaign.write(&rows, &summary)?;
+        Ok(Results { rows, summary, files })
+    }
+}
+
 impl Campaign {
     /// Plans what is not in the journal yet, then writes tables and summary.
     ///
@@ -73,34 +142,8 @@ impl Campaign {
     /// A directory or file that cannot be written (found out before planning); a journal of other
     /// options, mission or scenarios; a campaign that runs in the same directory already.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<Results, Error> {
-        let started = Instant::now();
-        let (path, header) = (self.out.join(JOURNAL), Header::new(self));
-        Journal::look(&path, &header)?;
-        self.prepare()?;
-        let (mut journal, finished) = Journal::open(&path, &header)?;
-        self.clean();
-
-        let mut rows = self.matched(finished);
-        let resumed = rows.iter().flatten().count();
-        let pending: Vec<usize> = (0..rows.len()).filter(|i| rows[*i].is_none()).collect();
-        progress.begin(rows.len(), resumed);
-        let finish = |index: usize, row: Row| {
-            journal.append(&row)?;
-            progress.done(row.status == PlanStatus::Solved);
-            rows[index] = Some(row);
-            Ok(())
-        };
-        let plan = |planner: &mut Planner, index| self.plan(planner, index);
-        let outcome = pool::plan_all(self.jobs, &pending, plan, finish);
-        progress.end();
-        outcome?;
-
-        let rows: Vec<Row> = rows.into_iter().flatten().collect();
-        let wall_s = started.elapsed().as_secs_f64();
-        let run = Run { planned: rows.len() - resumed, resumed, wall_s };
-        let summary = Summary::of(&rows, &self.method, run);
-        let files = self.write(&rows, &summary)?;
-        Ok(Results { rows, summary, files })
+        let mut results = run_together(std::slice::from_ref(self), self.jobs, progress)?;
+        results.pop().ok_or_else(|| Error::Thread { reason: "a campaign came to nothing".into() })
     }
 
     /// Plans one scenario, and writes its plan file where one is wanted.
@@ -122,18 +165,17 @@ impl Campaign {
         self.out.join("plans")
     }
 
-    /// Makes the directories and makes sure that the results can be written.
+    fn journal(&self) -> PathBuf {
+        self.out.join(JOURNAL)
+    }
+
+    /// Refuses a journal of another campaign; makes the directories and makes sure that the
+    /// results can be written.
     fn prepare(&self) -> Result<(), Error> {
-        let make = |directory: &Path| {
-            fs::create_dir_all(directory).map_err(|cause| {
-                let exists = cause.kind() == std::io::ErrorKind::AlreadyExists;
-                let reason = if exists { "is not a directory".into() } else { io_reason(&cause) };
-                Error::Output { file: directory.to_path_buf(), reason }
-            })
-        };
-        make(&self.out)?;
+        Journal::look(&self.journal(), &Header::new(self))?;
+        make_directory(&self.out)?;
         if self.save_plans {
-            make(&self.plans_directory())?;
+            make_directory(&self.plans_directory())?;
             check_writable(&self.plan_path("a"))?;
         }
         self.result_files().iter().try_for_each(|file| check_writable(file))

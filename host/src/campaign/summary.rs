@@ -42,8 +42,8 @@ impl Statistics {
     }
 }
 
-/// A percentile of sorted numbers, of which there is at least one.
-fn percentile(sorted: &[f64], fraction: f64) -> f64 {
+/// A percentile of sorted numbers, of which there is at least one: linear between neighbours.
+pub(crate) fn percentile(sorted: &[f64], fraction: f64) -> f64 {
     let at = fraction * (sorted.len() - 1) as f64;
     let (below, above) = (at.floor() as usize, at.ceil() as usize);
     sorted[below] + (sorted[above] - sorted[below]) * (at - at.floor())

@@ -6,6 +6,7 @@ use super::progress::Bar;
 use crate::dataset::{Recipe, SHARD};
 use crate::draw::MAX_COUNT;
 use crate::error::Error;
+use crate::learned::Learned;
 use crate::method::Integrator;
 use crate::report;
 use std::num::{NonZeroU32, NonZeroUsize};
@@ -25,6 +26,9 @@ pub(super) struct Args {
     /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4
     #[arg(long, value_name = "NAME", default_value_t = Integrator::RK4)]
     integrator: Integrator,
+    /// Start Stage 2 from the roll-outs of this model (*.model) [default: from the heuristic]
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
     #[command(flatten)]
     mission: MissionArgs,
     /// Scenarios a file
@@ -42,6 +46,7 @@ const AFTER_HELP: &str = "\
 Examples:
   remora dataset --count 10000 --seed 1000 --integrator euler --out data/euler-10k
   remora dataset --count 12000 --seed 2000 --jobs 8 --out data/rk4-12k
+  remora dataset --count 30000 --seed 1000 --integrator euler --model first.model --out data/own
 
 Interrupt it at any time: the same command goes on where it stopped, after the last file of 500
 scenarios (--shard). The bytes do not depend on the number of threads. Choose a seed of which nothing will be
@@ -56,6 +61,7 @@ impl Args {
             count: self.count,
             seed: self.seed,
             integrator: self.integrator,
+            model: self.model.as_deref().map(Learned::usable).transpose()?,
             mission: self.mission.mission()?,
             shard: self.shard,
             jobs: self.jobs.unwrap_or_else(cores),

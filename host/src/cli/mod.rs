@@ -9,6 +9,7 @@ mod plan;
 mod progress;
 mod qp_export;
 mod quantise;
+mod reproduce;
 #[cfg(feature = "training")]
 mod train;
 
@@ -44,6 +45,7 @@ enum Command {
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
     Dataset(dataset::Args),
+    Reproduce(reproduce::Args),
     #[cfg(feature = "training")]
     Train(train::Args),
 }
@@ -111,6 +113,7 @@ impl Command {
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),
+            Self::Reproduce(args) => args.run(),
             #[cfg(feature = "training")]
             Self::Train(args) => args.run(),
         }

@@ -3,8 +3,9 @@
 use super::manifest::{MANIFEST, Manifest};
 use super::{Trajectory, shard, shard_path};
 use crate::draw::draw_one;
-use crate::error::{Error, io_reason};
-use crate::formats::{NamedScenario, PlanStatus, remove_partials};
+use crate::error::Error;
+use crate::formats::{NamedScenario, PlanStatus, make_directory, remove_partials};
+use crate::learned::Learned;
 use crate::method::{Integrator, Method};
 use crate::planning::Planner;
 use crate::pool;
@@ -12,9 +13,9 @@ use crate::progress::Progress;
 use remora_core::model::Mission;
 use remora_core::stages::LINKS;
 use std::collections::BTreeMap;
-use std::fs::{self, File, TryLockError};
+use std::fs::{File, TryLockError};
 use std::num::{NonZeroU32, NonZeroUsize};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// A dataset to be made: the input of `remora dataset`.
 #[derive(Clone, Debug)]
@@ -25,6 +26,9 @@ pub struct Recipe {
     pub seed: u64,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
+    /// Model of a learned start; none is the heuristic. What a network is taught by it is where
+    /// the optimiser takes its own roll-outs.
+    pub model: Option<Learned>,
     /// The mission; valid.
     pub mission: Mission<LINKS>,
     /// Scenarios a shard; an interruption loses the shards that are not complete.
@@ -122,7 +126,8 @@ impl Recipe {
         method: &Method,
         index: u64,
     ) -> Result<Option<Box<Trajectory>>, Error> {
-        let plan = planner.plan(&self.mission, &self.draw(index)?, method, None).file;
+        let plan =
+            planner.plan(&self.mission, &self.draw(index)?, method, self.model.as_ref()).file;
         let is_solved = plan.status == PlanStatus::Solved;
         Ok(is_solved.then(|| Box::new(Trajectory::new(index, &plan))))
     }
@@ -158,12 +163,4 @@ impl Recipe {
     fn shard_path(&self, first: u64) -> PathBuf {
         shard_path(&self.out, first / u64::from(self.shard.get()))
     }
-}
-
-fn make_directory(directory: &Path) -> Result<(), Error> {
-    fs::create_dir_all(directory).map_err(|cause| {
-        let exists = cause.kind() == std::io::ErrorKind::AlreadyExists;
-        let reason = if exists { "is not a directory".into() } else { io_reason(&cause) };
-        Error::Output { file: directory.to_path_buf(), reason }
-    })
 }

@@ -34,6 +34,9 @@ pub struct Manifest {
     pub count: u64,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
+    /// Checksum of the model whose roll-outs Stage 2 started from; none is the heuristic.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
     /// Fingerprint of the mission.
     pub mission: String,
     /// Fingerprint of the planner's settings.
@@ -62,6 +65,7 @@ impl Manifest {
             seed: recipe.seed,
             count: recipe.count,
             integrator: recipe.integrator,
+            model: recipe.model.as_ref().map(|model| format!("{:08x}", model.checksum())),
             mission: fingerprint(&recipe.mission),
             settings: fingerprint(&planning::settings_text(&method)),
             shard: recipe.shard.get(),
@@ -133,6 +137,7 @@ impl Manifest {
             ),
             ("mission", self.mission != begun.mission, "begun with another mission".into()),
             ("settings", self.settings != begun.settings, "begun with other settings".into()),
+            ("model", self.model != begun.model, "begun with another model".into()),
             ("shard", self.shard != begun.shard, named(&self.shard, &begun.shard)),
         ];
         match checks.into_iter().find(|(_, differs, _)| *differs) {

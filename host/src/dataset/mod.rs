@@ -121,6 +121,7 @@ mod tests {
             count: 4,
             seed: 3,
             integrator: Integrator::EULER,
+            model: None,
             mission: Mission::default(),
             shard: SHARD,
             jobs: NonZeroUsize::new(2).unwrap(),

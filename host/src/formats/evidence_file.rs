@@ -94,6 +94,8 @@ pub enum StartName {
     NotFinite,
     /// The heuristic: the roll-out was worse.
     Worse,
+    /// The heuristic: from the roll-out Stage 2 was not solved.
+    Unsolved,
     /// One that this version has no name for.
     Other,
 }
@@ -106,6 +108,7 @@ impl From<StartRecord> for StartName {
             StartRecord::Refused => Self::Refused,
             StartRecord::NotFinite => Self::NotFinite,
             StartRecord::Worse => Self::Worse,
+            StartRecord::Unsolved => Self::Unsolved,
             _ => Self::Other,
         }
     }
@@ -128,6 +131,7 @@ impl StartName {
             Self::Refused => Some("the model was refused"),
             Self::NotFinite => Some("the roll-out is not finite"),
             Self::Worse => Some("the roll-out is worse than the heuristic"),
+            Self::Unsolved => Some("from the roll-out Stage 2 was not solved"),
             Self::Other => Some("of a reason unknown to this version"),
         }
     }

@@ -28,7 +28,7 @@ pub use mission_file::{
     read_mission,
 };
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout, read_model};
-pub use output::{check_writable, remove_partials, write_atomically};
+pub use output::{check_writable, make_directory, remove_partials, write_atomically};
 pub use plan_convert::StageEnd;
 pub use plan_file::{
     FORMAT as PLAN_FORMAT, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanStatus, PlanTarget,

@@ -1,6 +1,6 @@
 //! Writing files whole or not at all.
 
-use crate::error::Error;
+use crate::error::{Error, io_reason};
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -66,6 +66,18 @@ pub fn write_atomically(file: &Path, bytes: &[u8]) -> Result<(), Error> {
         written
     };
     write().map_err(|cause| Error::output(file, &cause))
+}
+
+/// Makes a directory and those above it, where they do not exist.
+///
+/// # Errors
+/// The directory with the reason why it cannot be made.
+pub fn make_directory(directory: &Path) -> Result<(), Error> {
+    fs::create_dir_all(directory).map_err(|cause| {
+        let exists = cause.kind() == io::ErrorKind::AlreadyExists;
+        let reason = if exists { "is not a directory".into() } else { io_reason(&cause) };
+        Error::Output { file: directory.to_path_buf(), reason }
+    })
 }
 
 /// Removes what a killed program left half-written in `directory`. To be called only where no

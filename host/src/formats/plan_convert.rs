@@ -125,6 +125,16 @@ fn fill<T, R>(items: &mut [T], rows: &[R], set: impl Fn(&mut T, &R)) {
     items.iter_mut().zip(rows).for_each(|(item, row)| set(item, row));
 }
 
+impl PlanTarget {
+    /// The nodes of the file's rows, whose number has been checked.
+    pub fn nodes(&self) -> [TargetState; NODES] {
+        let mut nodes = [TargetState::ZERO; NODES];
+        fill(&mut nodes, &self.attitude, |x, row| x.attitude = Vector4::from(*row));
+        fill(&mut nodes, &self.rate, |x, row| x.rate = Vector3::from(*row));
+        nodes
+    }
+}
+
 impl From<&[TargetState; NODES]> for PlanTarget {
     fn from(nodes: &[TargetState; NODES]) -> Self {
         Self { attitude: rows(nodes, |x| x.attitude.into()), rate: rows(nodes, |x| x.rate.into()) }

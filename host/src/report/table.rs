@@ -24,6 +24,18 @@ impl Table {
         Self { head: head.map(|(name, align)| (name.to_string(), align)).into(), rows: Vec::new() }
     }
 
+    /// The same in Markdown.
+    pub fn markdown(&self) -> String {
+        let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
+        let head = line(self.head.iter().map(|(name, _)| name.as_str()).collect());
+        let rule = self.head.iter().map(|(_, align)| match align {
+            Align::Left => "---",
+            Align::Right => "---:",
+        });
+        let rows = self.rows.iter().map(|row| line(row.iter().map(|cell| cell.trim()).collect()));
+        head + &line(rule.collect()) + &rows.collect::<String>()
+    }
+
     /// Adds a row; cells beyond the head are dropped.
     pub fn row<const N: usize>(&mut self, cells: [String; N]) {
         self.rows.push(cells.into());
@@ -66,5 +78,8 @@ mod tests {
         table.row(["longer".into(), "1000".into(), String::new()]);
         let expected = "name       n\n----------------\na          1  ok\nlonger  1000\n";
         assert_eq!(table.to_string(), expected);
+        let expected =
+            "| name | n |  |\n| --- | ---: | --- |\n| a | 1 | ok |\n| longer | 1000 |  |\n";
+        assert_eq!(table.markdown(), expected);
     }
 }

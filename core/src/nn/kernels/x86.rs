@@ -52,135 +52,158 @@ fn saves_vectors() -> bool {
     unsafe { _xgetbv(0) & 6 == 6 }
 }
 
-/// A batch's rows and vectors, cut to what all of them have.
-struct Cut<'a, const R: usize, const T: usize> {
-    rows: [&'a [u8]; R],
+/// What is left of a product's operands when all of them are there in full.
+struct Full<'a, const T: usize> {
+    rows: Rows<'a>,
     bytes: [&'a [u8]; T],
     wide: [&'a [i16]; T],
-    length: usize,
+    columns: usize,
+    /// 128 times each vector's sum over the columns that are taken 32 at a time.
+    excess: [i32; T],
 }
 
-impl<'a, const R: usize, const T: usize> Cut<'a, R, T> {
-    /// Rows from `first` on. `wide` counts only where the kernel reads it.
+impl<'a, const T: usize> Full<'a, T> {
+    /// Cuts the columns to what every vector has, the rows to those that have as many. `wide`
+    /// counts only where the kernel reads it.
     #[inline(always)]
-    fn new(
-        rows: &Rows<'a>,
-        first: usize,
-        vectors: &Vectors<'a>,
-        columns: usize,
-        wide: bool,
-    ) -> Self {
-        let mut cut = Cut { rows: [&[]; R], bytes: [&[]; T], wide: [&[]; T], length: columns };
-        for (r, row) in cut.rows.iter_mut().enumerate() {
-            *row = rows.row(first + r, columns);
-            cut.length = cut.length.min(row.len());
-        }
-        for (t, (bytes, wides)) in cut.bytes.iter_mut().zip(&mut cut.wide).enumerate() {
+    fn new(rows: Rows<'a>, columns: usize, vectors: Vectors<'a>, wide: bool) -> Self {
+        let mut full = Full { rows, bytes: [&[]; T], wide: [&[]; T], columns, excess: [0; T] };
+        for (t, (bytes, wides)) in full.bytes.iter_mut().zip(&mut full.wide).enumerate() {
             (*bytes, *wides) = vectors.vector(t, columns);
-            cut.length = cut.length.min(bytes.len());
+            full.columns = full.columns.min(bytes.len());
             if wide {
-                cut.length = cut.length.min(wides.len());
+                full.columns = full.columns.min(wides.len());
             }
         }
-        cut
+        let spare = rows.bytes.len().checked_sub(full.columns);
+        let whole = spare.map_or(0, |spare| spare.checked_div(rows.stride).map_or(TILE, |n| n + 1));
+        full.rows.count = rows.count.min(whole).min(TILE);
+        if !wide {
+            for (excess, bytes) in full.excess.iter_mut().zip(full.bytes) {
+                let taken = bytes.get(..full.columns / 32 * 32).unwrap_or_default();
+                *excess = 128 * taken.iter().map(|byte| i32::from(*byte as i8)).sum::<i32>();
+            }
+        }
+        full
     }
 
     /// Adds the products of the columns from `from` on, fewer than a vector register takes, and
-    /// puts the sums where they belong.
+    /// puts the sums of `R` rows where they belong.
     #[inline(always)]
-    fn finish(&self, from: usize, mut found: [[i32; R]; T], first: usize, sums: &mut Sums) {
-        for t in 0..T {
-            for r in 0..R {
-                if from < self.length {
-                    let row = self.rows[r].get(from..self.length).unwrap_or_default();
-                    let x = self.bytes[t].get(from..self.length).unwrap_or_default();
-                    found[t][r] += portable::dot(row, x);
+    fn finish<const R: usize>(
+        &self,
+        from: usize,
+        mut found: [[i32; R]; T],
+        first: usize,
+        sums: &mut Sums,
+    ) {
+        if from < self.columns {
+            for (found, x) in found.iter_mut().zip(&self.bytes) {
+                let x = x.get(from..self.columns).unwrap_or_default();
+                for (r, found) in found.iter_mut().enumerate() {
+                    let row = self.rows.row(first + r, self.columns);
+                    *found += portable::dot(row.get(from..).unwrap_or_default(), x);
                 }
             }
         }
         for (sums, found) in sums.iter_mut().zip(&found) {
-            if let Some(place) = sums.get_mut(first..first + R) {
-                place.copy_from_slice(found);
+            if let Some((_, rest)) = sums.split_at_mut_checked(first)
+                && let Some(place) = rest.first_chunk_mut::<R>()
+            {
+                *place = *found;
             }
         }
     }
 }
 
-/// Sums of the eight lanes of each: `[r]` of the result is the sum of `parts[r]`.
+/// Sums of the eight lanes of each part.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn lanes<const R: usize>(parts: &[__m256i; R]) -> [i32; R] {
-    let part = |i: usize| parts.get(i).copied().unwrap_or(_mm256_setzero_si256());
-    let sums =
-        _mm256_hadd_epi32(_mm256_hadd_epi32(part(0), part(1)), _mm256_hadd_epi32(part(2), part(3)));
-    let sums = _mm_add_epi32(_mm256_castsi256_si128(sums), _mm256_extracti128_si256::<1>(sums));
-    let low = _mm_cvtsi128_si64(sums);
-    let high = _mm_extract_epi64::<1>(sums);
-    let all = [low as i32, (low >> 32) as i32, high as i32, (high >> 32) as i32];
     let mut out = [0; R];
-    out.iter_mut().zip(all).for_each(|(out, sum)| *out = sum);
+    for (out, parts) in out.chunks_mut(4).zip(parts.chunks(4)) {
+        let part = |i: usize| parts.get(i).copied().unwrap_or(_mm256_setzero_si256());
+        let sums = _mm256_hadd_epi32(
+            _mm256_hadd_epi32(part(0), part(1)),
+            _mm256_hadd_epi32(part(2), part(3)),
+        );
+        let sums = _mm_add_epi32(_mm256_castsi256_si128(sums), _mm256_extracti128_si256::<1>(sums));
+        // SAFETY: both are four numbers of 32 bits, the lowest first.
+        let all = unsafe { core::mem::transmute::<__m128i, [i32; 4]>(sums) };
+        match out.first_chunk_mut::<4>() {
+            Some(out) => *out = all,
+            None => out.iter_mut().zip(all).for_each(|(out, sum)| *out = sum),
+        }
+    }
     out
 }
 
-/// Bytes of both widened to 16 bits, multiplied and added in pairs: 16 columns a step. Two rows and
-/// five vectors keep ten sums in registers, and each row is widened once for all vectors.
-///
-/// # Safety
-/// The processor must have AVX2.
-#[target_feature(enable = "avx2")]
-pub(super) fn avx2(rows: Rows, columns: usize, vectors: Vectors, sums: &mut Sums) {
-    match vectors.count.min(BATCH) {
-        0 => {}
-        1 => avx2_all::<4, 1>(rows, columns, vectors, sums),
-        2 => avx2_all::<4, 2>(rows, columns, vectors, sums),
-        3 => avx2_all::<2, 3>(rows, columns, vectors, sums),
-        4 => avx2_all::<2, 4>(rows, columns, vectors, sums),
-        _ => avx2_all::<2, 5>(rows, columns, vectors, sums),
-    }
+/// Products of a whole tile, in groups of as many rows as leave the sums in registers: a function
+/// for either instruction set.
+macro_rules! products {
+    ($(#[$doc:meta])* $name:ident, $all:ident, $rows:ident, $features:literal, $wide:literal,
+        $groups:expr) => {
+        $(#[$doc])*
+        #[target_feature(enable = $features)]
+        pub(super) fn $name(rows: Rows, columns: usize, vectors: Vectors, sums: &mut Sums) {
+            const R: [usize; BATCH] = $groups;
+            match vectors.count {
+                0 => {}
+                1 => $all::<{ R[0] }, 1>(rows, columns, vectors, sums),
+                2 => $all::<{ R[1] }, 2>(rows, columns, vectors, sums),
+                3 => $all::<{ R[2] }, 3>(rows, columns, vectors, sums),
+                4 => $all::<{ R[3] }, 4>(rows, columns, vectors, sums),
+                _ => $all::<{ R[4] }, 5>(rows, columns, vectors, sums),
+            }
+        }
+
+        #[target_feature(enable = $features)]
+        fn $all<const R: usize, const T: usize>(
+            rows: Rows,
+            columns: usize,
+            vectors: Vectors,
+            sums: &mut Sums,
+        ) {
+            let full = Full::<T>::new(rows, columns, vectors, $wide);
+            let mut first = 0;
+            while first + R <= full.rows.count {
+                $rows::<R, T>(&full, first, sums);
+                first += R;
+            }
+            while first < full.rows.count {
+                $rows::<1, T>(&full, first, sums);
+                first += 1;
+            }
+        }
+    };
 }
 
-#[target_feature(enable = "avx2")]
-fn avx2_all<const R: usize, const T: usize>(
-    rows: Rows,
-    columns: usize,
-    vectors: Vectors,
-    sums: &mut Sums,
-) {
-    let count = rows.count.min(TILE);
-    let mut first = 0;
-    while first + R <= count {
-        avx2_rows::<R, T>(&rows, first, columns, &vectors, sums);
-        first += R;
-    }
-    while first < count {
-        avx2_rows::<1, T>(&rows, first, columns, &vectors, sums);
-        first += 1;
-    }
+products! {
+    /// Bytes of both widened to 16 bits, multiplied and added in pairs: 16 columns a step. Two rows
+    /// and five vectors keep ten sums in registers; each row is widened once for all vectors.
+    ///
+    /// The processor must have AVX2.
+    avx2, avx2_all, avx2_rows, "avx2", true, [4, 4, 2, 2, 2]
 }
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn avx2_rows<const R: usize, const T: usize>(
-    rows: &Rows,
-    first: usize,
-    columns: usize,
-    vectors: &Vectors,
-    sums: &mut Sums,
-) {
-    let cut = Cut::<R, T>::new(rows, first, vectors, columns, true);
+fn avx2_rows<const R: usize, const T: usize>(full: &Full<T>, first: usize, sums: &mut Sums) {
+    let rows = full.rows.bytes.as_ptr().wrapping_add(first * full.rows.stride);
     let mut parts = [[_mm256_setzero_si256(); R]; T];
     let mut at = 0;
-    while at + 16 <= cut.length {
+    while at + 16 <= full.columns {
         let mut w = [_mm256_setzero_si256(); R];
         for r in 0..R {
-            // SAFETY: `at + 16` is within every row and vector of the cut; loads need no alignment.
-            w[r] = unsafe {
-                _mm256_cvtepi8_epi16(_mm_loadu_si128(cut.rows[r].as_ptr().add(at).cast()))
-            };
+            let row = rows.wrapping_add(r * full.rows.stride + at);
+            // SAFETY: rows `first..first + R` are below `rows.count`, those of which
+            // `Full::new` found all columns to be there, and `at + 16` is no more than the columns.
+            // Loads need no alignment.
+            w[r] = unsafe { _mm256_cvtepi8_epi16(_mm_loadu_si128(row.cast())) };
         }
         for t in 0..T {
-            // SAFETY: as above.
-            let x = unsafe { _mm256_loadu_si256(cut.wide[t].as_ptr().add(at).cast()) };
+            // SAFETY: as above, of the widened vectors.
+            let x = unsafe { _mm256_loadu_si256(full.wide[t].as_ptr().wrapping_add(at).cast()) };
             for r in 0..R {
                 parts[t][r] = _mm256_add_epi32(parts[t][r], _mm256_madd_epi16(w[r], x));
             }
@@ -191,82 +214,48 @@ fn avx2_rows<const R: usize, const T: usize>(
     for (found, parts) in found.iter_mut().zip(&parts) {
         *found = lanes(parts);
     }
-    cut.finish(at, found, first, sums);
+    full.finish(at, found, first, sums);
 }
 
-/// Products of unsigned with signed bytes, added in fours: 32 columns a step. The vector's bytes
-/// are made unsigned by adding 128, and 128 times the row's sum taken off again.
-///
-/// # Safety
-/// The processor must have AVX2 and AVX-VNNI.
-#[target_feature(enable = "avx2,avxvnni")]
-pub(super) fn avx_vnni(rows: Rows, columns: usize, vectors: Vectors, sums: &mut Sums) {
-    match vectors.count.min(BATCH) {
-        0 => {}
-        1 => vnni_all::<4, 1>(rows, columns, vectors, sums),
-        2 => vnni_all::<4, 2>(rows, columns, vectors, sums),
-        3 => vnni_all::<2, 3>(rows, columns, vectors, sums),
-        4 => vnni_all::<2, 4>(rows, columns, vectors, sums),
-        _ => vnni_all::<2, 5>(rows, columns, vectors, sums),
-    }
-}
-
-#[target_feature(enable = "avx2,avxvnni")]
-fn vnni_all<const R: usize, const T: usize>(
-    rows: Rows,
-    columns: usize,
-    vectors: Vectors,
-    sums: &mut Sums,
-) {
-    let count = rows.count.min(TILE);
-    let mut first = 0;
-    while first + R <= count {
-        vnni_rows::<R, T>(&rows, first, columns, &vectors, sums);
-        first += R;
-    }
-    while first < count {
-        vnni_rows::<1, T>(&rows, first, columns, &vectors, sums);
-        first += 1;
-    }
+products! {
+    /// Products of unsigned with signed bytes, added in fours: 32 columns a step. A row's bytes are
+    /// made unsigned by adding 128, and 128 times the vector's sum is taken off again.
+    ///
+    /// The processor must have AVX2 and AVX-VNNI.
+    avx_vnni, vnni_all, vnni_rows, "avx2,avxvnni", false, [8, 4, 2, 2, 2]
 }
 
 #[inline]
 #[target_feature(enable = "avx2,avxvnni")]
-fn vnni_rows<const R: usize, const T: usize>(
-    rows: &Rows,
-    first: usize,
-    columns: usize,
-    vectors: &Vectors,
-    sums: &mut Sums,
-) {
-    let cut = Cut::<R, T>::new(rows, first, vectors, columns, false);
+fn vnni_rows<const R: usize, const T: usize>(full: &Full<T>, first: usize, sums: &mut Sums) {
+    let rows = full.rows.bytes.as_ptr().wrapping_add(first * full.rows.stride);
     let offset = _mm256_set1_epi8(-128);
     let mut parts = [[_mm256_setzero_si256(); R]; T];
-    let mut excess = [_mm256_setzero_si256(); R];
     let mut at = 0;
-    while at + 32 <= cut.length {
+    while at + 32 <= full.columns {
         let mut w = [_mm256_setzero_si256(); R];
         for r in 0..R {
-            // SAFETY: `at + 32` is within every row and vector of the cut; loads need no alignment.
-            w[r] = unsafe { _mm256_loadu_si256(cut.rows[r].as_ptr().add(at).cast()) };
-            excess[r] = _mm256_dpbusd_avx_epi32(excess[r], offset, w[r]);
+            let row = rows.wrapping_add(r * full.rows.stride + at);
+            // SAFETY: rows `first..first + R` are below `rows.count`, those of which
+            // `Full::new` found all columns to be there, and `at + 32` is no more than the columns.
+            // Loads need no alignment.
+            w[r] = _mm256_xor_si256(unsafe { _mm256_loadu_si256(row.cast()) }, offset);
         }
         for t in 0..T {
-            // SAFETY: as above.
-            let x = unsafe { _mm256_loadu_si256(cut.bytes[t].as_ptr().add(at).cast()) };
-            let x = _mm256_xor_si256(x, offset);
+            // SAFETY: as above, of the vectors.
+            let x = unsafe { _mm256_loadu_si256(full.bytes[t].as_ptr().wrapping_add(at).cast()) };
             for r in 0..R {
-                parts[t][r] = _mm256_dpbusd_avx_epi32(parts[t][r], x, w[r]);
+                parts[t][r] = _mm256_dpbusd_avx_epi32(parts[t][r], w[r], x);
             }
         }
         at += 32;
     }
     let mut found = [[0; R]; T];
-    for (found, parts) in found.iter_mut().zip(&mut parts) {
-        for r in 0..R {
-            parts[r] = _mm256_sub_epi32(parts[r], excess[r]);
-        }
+    for ((found, parts), excess) in found.iter_mut().zip(&parts).zip(full.excess) {
         *found = lanes(parts);
+        for found in found {
+            *found -= excess;
+        }
     }
-    cut.finish(at, found, first, sums);
+    full.finish(at, found, first, sums);
 }
