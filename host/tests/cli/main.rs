@@ -9,4 +9,5 @@ mod foreign;
 mod plan;
 mod qp_export;
 mod refusals;
+mod reproduce;
 mod warm_start;
