@@ -7,4 +7,5 @@ mod draw;
 mod foreign;
 mod plan;
 mod qp_export;
+mod quantise;
 mod refusals;
