@@ -172,7 +172,7 @@ fn another_deadline_is_another_campaign() {
         assert!(run.out.contains(planned), "{}", run.out);
     }
     assert_eq!(bench.json("runs/summary.json")["by_status"], serde_json::json!({ "deadline": 3 }));
-    let message = "runs/journal.jsonl: settings: this campaign was begun with another --deadline";
+    let message = "runs/journal.jsonl: settings: this campaign was begun with another --model";
     for other in [CAMPAIGN, &format!("{CAMPAIGN} --deadline 2e-6")] {
         bench.refuses(&format!("{other} --out runs"), message);
     }
