@@ -3,6 +3,7 @@
 
 use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
+use remora_core::nn::{self, Decoder, Kernel, Layout, Model, Network, Precision, specimen};
 use remora_core::planner::{EmbeddedSolver, Environment, Options, Report, Start, Workspace, plan};
 use remora_core::stages::{LINKS, Mode};
 use remora_host::formats::ScenarioSet;
@@ -39,6 +40,7 @@ impl Flight {
 }
 
 fn main() {
+    network_in_place();
     static FLIGHT: std::sync::Mutex<Flight> = std::sync::Mutex::new(Flight::new());
     let mut flight = FLIGHT.lock().unwrap();
     let set = ScenarioSet::built_in().unwrap();
@@ -59,4 +61,43 @@ fn main() {
             }
         }
     }
+}
+
+/// A network opens its file, and rolls out, where both lie.
+fn network_in_place() {
+    static MEMORY: std::sync::Mutex<nn::Memory<2, 64, 60>> =
+        std::sync::Mutex::new(nn::Memory::new());
+    let mut memory = MEMORY.lock().unwrap();
+    let header = nn::Header {
+        version: nn::VERSION,
+        precision: Precision::Int8,
+        layout: Layout::Fused,
+        encoding: nn::Encoding::Paper,
+        action: nn::Action::Torque,
+        decoder: Decoder::Flow { steps: 2 },
+        chunk: 1,
+        nodes: 60,
+        layers: 2,
+        heads: 4,
+        width: 64,
+        kinds: [36].into_iter().collect(),
+        provenance: nn::Provenance::default(),
+    };
+    let mut file = vec![0; 1 << 20];
+    let length = specimen(&header, 1, &mut file).unwrap();
+
+    let region = Region::new(COUNTED);
+    let model = Model::open(&file[..length]).unwrap();
+    for kernel in Kernel::available() {
+        let mut network = Network::new(&model, &mut *memory).unwrap();
+        network.use_kernel(kernel);
+        network.begin(1);
+        let mut action = [0.0; nn::ACTION];
+        for _ in 0..60 {
+            network.act(&[0.3; 36], &mut action).unwrap();
+        }
+    }
+    let change = region.change();
+    let touched = (change.allocations, change.reallocations, change.deallocations);
+    assert_eq!(touched, (0, 0, 0), "the network");
 }

@@ -267,3 +267,19 @@ fn configurations_are_refused_with_field_and_reason() {
     assert!(reason.contains("unknown field"), "{reason}");
     assert_eq!(refused("layout = \"fused\"", "layout = \"fusd\"").0, "model.layout");
 }
+
+#[test]
+fn the_fixtures_can_be_read() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/models");
+    let mut count = 0;
+    for entry in std::fs::read_dir(models).unwrap() {
+        let file = entry.unwrap().path();
+        if file.extension().is_some_and(|extension| extension == "toml") {
+            let config = Config::read(&file).unwrap();
+            // The copy that a training keeps is the same configuration.
+            assert_eq!(Config::parse(&config.text()), Ok(config));
+            count += 1;
+        }
+    }
+    assert!(count >= 2);
+}

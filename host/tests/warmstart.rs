@@ -213,6 +213,7 @@ fn a_start_that_fails_is_followed_by_the_heuristic() {
     let mut script = Script::of(Action::Rate, bench.workspace.motion());
     let mut options = Options::new(Mode::Optimal, Integrator::Euler);
     options.reorientation.max_iterations = 1;
+    options.learned.max_iterations = 1;
     let first = bench.plan_with(6, &options, &mut Start::Heuristic);
     assert_eq!(first.status, Status::IterationLimit);
     let heuristic = *bench.workspace.motion();

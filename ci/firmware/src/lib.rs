@@ -10,6 +10,7 @@
 mod board;
 #[cfg(feature = "kernels")]
 mod kernels;
+mod network;
 mod output;
 #[cfg(feature = "with-panic")]
 mod panicking;

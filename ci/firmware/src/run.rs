@@ -1,25 +1,32 @@
 //! The whole run of an image.
 
 use crate::board::Board;
+use crate::network::Specimen;
 use crate::output::Line;
-use crate::{Request, plans, scenarios};
+use crate::{Request, network, plans, scenarios};
 use core::hint::black_box;
 use remora_core::model::Mission;
 use remora_core::planner::{EmbeddedSolver, Workspace};
 use remora_core::stages::LINKS;
 
-/// All the memory a planner needs, to be placed in static memory.
+/// All the memory a planner needs, to be placed in static memory; and that of a network of its own.
 pub struct Memory {
     /// The planner's.
     pub workspace: Workspace,
     /// The solver's of the subproblems.
     pub solver: EmbeddedSolver,
+    /// A small network's.
+    pub specimen: Specimen,
 }
 
 impl Memory {
     /// Blank: all bits are zero, so that it lies in `.bss` and costs an image nothing.
     pub const fn new() -> Self {
-        Self { workspace: Workspace::new(), solver: EmbeddedSolver::new() }
+        Self {
+            workspace: Workspace::new(),
+            solver: EmbeddedSolver::new(),
+            specimen: Specimen::new(),
+        }
     }
 }
 
@@ -47,7 +54,8 @@ pub fn run<B: Board>(board: &B, request: Request, memory: &mut Memory) {
     for (id, scenario) in scenarios::all().take(request.scenarios) {
         plans::run(board, id, &mission, &scenario, request.integrator, memory);
     }
-    // The mark of the plans alone: what follows is no part of them.
+    network::run(board, &mut memory.specimen);
+    // The mark of plans and network: what follows is no part of them.
     if let Some(stack) = board.stack() {
         let line = Line::new(board, "stack");
         line.number("used", stack.used as u64).number("size", stack.size as u64).end();

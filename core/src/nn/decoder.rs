@@ -81,7 +81,7 @@ fn flow_from(
     for step in 0..steps {
         let tau = f32::from(step) / f32::from(steps);
         let layer1 = layer1.get_mut(..base.len()).unwrap_or_default();
-        layer1.copy_from_slice(base);
+        layer1.iter_mut().zip(&*base).for_each(|(layer, base)| *layer = *base);
         let inputs = z.iter().take(size.actions).chain([&tau]);
         for (input, row) in inputs.zip(flow.action.chunks(width.max(1))) {
             add_multiple(layer1, *input, row);

@@ -27,7 +27,7 @@ struct Buffers<const WIDTH: usize, const TOKENS: usize> {
 /// a node). The cache holds signed bytes (`E = u8`, their bits); with `E = f32` it is
 /// [`ReferenceMemory`].
 ///
-/// Bytes: `LAYERS TOKENS (2 WIDTH + 64)` for the cache, `108 WIDTH + 20 TOKENS` of scratch.
+/// Bytes: `LAYERS TOKENS (2 WIDTH + 64)` for the cache, `180 WIDTH + 20 TOKENS` of scratch.
 pub struct Memory<const LAYERS: usize, const WIDTH: usize, const TOKENS: usize, E = u8> {
     layers: [Layer<WIDTH, TOKENS, E>; LAYERS],
     buffers: Buffers<WIDTH, TOKENS>,

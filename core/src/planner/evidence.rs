@@ -154,7 +154,7 @@ pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u
 
 /// Adds all that a plan is made with but the solvers.
 pub(super) fn add_options(sum: &mut Checksum, options: &Options) {
-    let Options { mode, integrator, deadline_s, translation, reorientation } = options;
+    let Options { mode, integrator, deadline_s, translation, reorientation, learned } = options;
     sum.integer(NODES as u64);
     sum.integer(match mode {
         Mode::Optimal => 0,
@@ -167,6 +167,7 @@ pub(super) fn add_options(sum: &mut Checksum, options: &Options) {
     sum.numbers([deadline_s]);
     add_settings(sum, translation);
     add_settings(sum, reorientation);
+    add_settings(sum, learned);
 }
 
 fn add_settings(sum: &mut Checksum, settings: &Settings) {

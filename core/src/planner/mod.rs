@@ -63,13 +63,18 @@ pub fn plan<S: Solver, P: Pair>(
     if !matches!(start, Start::Heuristic) {
         times.inference_s = start_s;
     }
-    let mut second = reorient(mission, options, solver, pair, &deadline, workspace);
+    let settings = match begun {
+        StartRecord::Learned => &options.learned,
+        _ => &options.reorientation,
+    };
+    let mut second = reorient(mission, options, settings, solver, pair, &deadline, workspace);
     times.add(&workspace.reorientation.log);
     let mut two = StageEvidence::new(&second, &workspace.reorientation.log);
     if begun == StartRecord::Learned && gives_way(&second.outcome, options) {
         begun = StartRecord::Unsolved;
         start::write_heuristic(mission, workspace);
-        let again = reorient(mission, options, solver, pair, &deadline, workspace);
+        let settings = &options.reorientation;
+        let again = reorient(mission, options, settings, solver, pair, &deadline, workspace);
         times.add(&workspace.reorientation.log);
         two = StageEvidence::new(&again, &workspace.reorientation.log).after(&two);
         second = again.after(&second);
@@ -174,7 +179,8 @@ pub fn plan_reorientation<S: Solver, P: Pair>(
     workspace: &mut Workspace,
 ) -> StageReport {
     let deadline = Deadline::after(environment.clock, options.deadline_s);
-    reorient(mission, options, solver, environment.pair, &deadline, workspace)
+    let settings = &options.reorientation;
+    reorient(mission, options, settings, solver, environment.pair, &deadline, workspace)
 }
 
 /// The same, with a deadline that may have begun before.
@@ -182,6 +188,7 @@ pub fn plan_reorientation<S: Solver, P: Pair>(
 fn reorient<S: Solver, P: Pair>(
     mission: &Mission<LINKS>,
     options: &Options,
+    settings: &Settings,
     solver: &mut S,
     pair: &P,
     deadline: &Deadline,
@@ -198,7 +205,7 @@ fn reorient<S: Solver, P: Pair>(
         pair,
     );
     solver.reset();
-    let outcome = scp::solve(&mut problem, solver, &options.reorientation, deadline, w, z);
+    let outcome = scp::solve(&mut problem, solver, settings, deadline, w, z);
     StageReport {
         outcome,
         cost: problem.cost(&z.trajectory.controls),

@@ -19,20 +19,24 @@ pub struct Options {
     pub translation: Settings,
     /// The loop's settings for Stage 2.
     pub reorientation: Settings,
+    /// The same from a learned start.
+    pub learned: Settings,
 }
 
 impl Options {
     /// The tuned settings for a mode and an integrator.
     pub fn new(mode: Mode, integrator: Integrator) -> Self {
+        let reorientation =
+            Settings { stop_when_feasible: mode == Mode::Feasible, ..Settings::default() };
         Self {
             mode,
             integrator,
             deadline_s: f64::INFINITY,
             translation: Settings { settle: 1e-6, weight: 100.0, ..Settings::default() },
-            reorientation: Settings {
-                stop_when_feasible: mode == Mode::Feasible,
-                ..Settings::default()
-            },
+            reorientation,
+            // The roll-out follows the dynamics and ends near the optimum: infeasibility need not
+            // be bought, and a long first step would leave for another optimum.
+            learned: Settings { weight: 30.0, radius: 0.2, ..reorientation },
         }
     }
 }

@@ -20,7 +20,7 @@ pub(super) struct Args {
     #[arg(value_enum)]
     table: Table,
     /// Directory of models (*.model)
-    #[arg(long, value_name = "DIR", default_value = "fixtures/models")]
+    #[arg(long, value_name = "DIR", default_value = "fixtures/models/tables")]
     models: PathBuf,
     /// Scenario set (*.scenarios.json), none of which a model was trained on
     #[arg(long, value_name = "FILE", conflicts_with_all = ["count", "seed"])]

@@ -9,7 +9,7 @@ use crate::training::network::Losses;
 use crate::training::recorded::Recorded;
 use crate::training::rollout::RolloutError;
 use crate::training::source::{ExampleSource, Shape, Synthetic};
-use crate::training::{Config, Cpu, Observer, Run, output};
+use crate::training::{Config, Cpu, Observer, Outcome, Run, output};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write, stderr};
 use std::num::NonZeroUsize;
@@ -33,6 +33,9 @@ pub(super) struct Args {
     /// one training on both
     #[arg(long, value_name = "N", default_value = "1")]
     threads: NonZeroUsize,
+    /// Where to compute; cuda in programs built with the feature of that name
+    #[arg(long, value_name = "DEVICE", default_value = "cpu")]
+    device: Device,
     /// Stop after so many steps, with a checkpoint
     #[arg(long, value_name = "STEPS")]
     stop_after: Option<u64>,
@@ -67,7 +70,7 @@ impl Args {
             stop_after: self.stop_after,
             rollout: &|model| data.roll_out(model, count),
         };
-        let outcome = run.train::<Cpu>(Default::default(), &mut Progress::default())?;
+        let outcome = self.device.train(&run, &mut Progress::default())?;
         output::summary(&run.out, &run.config, &outcome)?;
         let last = outcome.checkpoint.rows.last().cloned().unwrap_or_default();
         let text = format!(
@@ -78,6 +81,24 @@ impl Args {
             run.out.display(),
         );
         Ok(Output::new(text, outcome.complete))
+    }
+}
+
+/// Where to compute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Device {
+    Cpu,
+    #[cfg(feature = "cuda")]
+    Cuda,
+}
+
+impl Device {
+    fn train(self, run: &Run<'_>, observer: &mut dyn Observer) -> Result<Outcome, Error> {
+        match self {
+            Self::Cpu => run.train::<Cpu>(Default::default(), observer),
+            #[cfg(feature = "cuda")]
+            Self::Cuda => run.train::<crate::training::Gpu>(Default::default(), observer),
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use crate::error::{Error, io_reason};
 use crate::learned::Learned;
 use remora_core::nn;
 use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -101,9 +102,14 @@ impl Card {
         })
     }
 
-    /// Scenarios that it was trained on.
+    /// Scenarios that it was trained on; those of one seed count once, however often it met them.
     pub fn size(&self) -> u64 {
-        self.sources.iter().map(|source| source.count).sum()
+        let mut counts = BTreeMap::new();
+        for Source { seed, count } in &self.sources {
+            let most = counts.entry(seed).or_insert(count);
+            *most = count.max(*most);
+        }
+        counts.into_values().sum()
     }
 }
 

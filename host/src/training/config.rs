@@ -215,9 +215,16 @@ impl Config {
         toml::to_string(self).unwrap_or_default()
     }
 
-    /// CRC-32 of [`text`](Self::text), in hexadecimal: which configuration made a model.
+    /// CRC-32 of [`text`](Self::text), in hexadecimal: which configuration made a model. Of paths
+    /// only the last names count, for it is all the same where data and checkpoints lie.
     pub fn digest(&self) -> String {
-        format!("{:08x}", crc32fast::hash(self.text().as_bytes()))
+        let mut placeless = self.clone();
+        let Data { path, extra, .. } = &mut placeless.data;
+        let paths = extra.iter_mut().chain([path]).chain(&mut placeless.training.init_from);
+        for path in paths {
+            *path = path.file_name().unwrap_or_default().into();
+        }
+        format!("{:08x}", crc32fast::hash(placeless.text().as_bytes()))
     }
 
     fn validate(&self) -> Result<(), FieldError> {

@@ -38,3 +38,10 @@ use burn::backend::{Autodiff, Flex};
 
 /// The CPU.
 pub type Cpu = Autodiff<Flex>;
+
+/// An NVIDIA GPU, with Burn's own operations.
+#[cfg(feature = "cuda")]
+pub type Gpu = Autodiff<burn::backend::Cuda>;
+
+#[cfg(feature = "cuda")]
+impl kernels::Kernels for Gpu {}

@@ -124,6 +124,9 @@ impl<'a, B: Kernels> Network<'a, B> {
         let weight = self.tensor(&batch.weight, self.table.outputs);
         let error = answer - target;
         let action = (error.clone() * error * weight).sum();
+        if self.state_loss == 0.0 {
+            return [action, Tensor::zeros([1], &self.device)];
+        }
         let error = weights.linear(after) - self.next_states(batch);
         [action, (error.clone() * error).mean()]
     }
@@ -197,6 +200,7 @@ impl<'a, B: Kernels> Network<'a, B> {
         if self.table.layout == Layout::Fused {
             return (x.clone(), x);
         }
+        let wanted = self.state_loss != 0.0;
         let kinds = self.table.kinds.len();
         let steps = self.table.nodes - 1;
         let tokens = kinds * steps - 1;
@@ -207,7 +211,7 @@ impl<'a, B: Kernels> Network<'a, B> {
             let data = TensorData::new(rows, [size * count]);
             x.clone().select(0, Tensor::<B, 1, Int>::from_data(data, &self.device))
         };
-        (rows(kinds - 2, steps), rows(kinds - 1, steps - 1))
+        (rows(kinds - 2, steps), rows(kinds - 1, if wanted { steps - 1 } else { 1 }))
     }
 
     /// Next states, normalised, for the latents that [`read`](Self::read) finds.

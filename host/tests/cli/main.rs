@@ -8,6 +8,7 @@ mod draw;
 mod foreign;
 mod plan;
 mod qp_export;
+mod quantise;
 mod refusals;
 mod reproduce;
 mod warm_start;

@@ -75,68 +75,43 @@ fn transpose<const D: usize>(rows: &[[f32; D]], padded: usize, out: &mut [f32]) 
     }
 }
 
-/// Rows that are worked on at once: what is loaded for one serves the other, and their sums do not
-/// wait for each other.
-const PAIR: usize = 2;
-
-/// `out[r][j] = a_r . b_j` for the first `count` rows `b_j`, given transposed; whole vectors.
+/// `out[j] = a . b_j` for the first `count` rows `b_j`, given transposed; whole vectors.
 #[inline(always)]
-fn products<const D: usize, const R: usize>(
-    a: [&[f32; D]; R],
-    b: &[f32],
-    padded: usize,
-    count: usize,
-    mut out: [&mut [f32]; R],
-) {
+fn products<const D: usize>(a: &[f32; D], b: &[f32], padded: usize, count: usize, out: &mut [f32]) {
     const WIDE: usize = 4 * LANES;
     let count = count.next_multiple_of(LANES);
     let mut from = 0;
     while from + WIDE <= count {
-        strip::<D, R, WIDE>(a, b, padded, from, &mut out);
+        let mut sums = [0.0; WIDE];
+        for (d, a) in a.iter().enumerate() {
+            let b = &b[d * padded + from..d * padded + from + WIDE];
+            for (sum, b) in sums.iter_mut().zip(b) {
+                *sum = fma(*a, *b, *sum);
+            }
+        }
+        out[from..from + WIDE].copy_from_slice(&sums);
         from += WIDE;
     }
     while from < count {
-        strip::<D, R, LANES>(a, b, padded, from, &mut out);
+        let mut sums = [0.0; LANES];
+        for (d, a) in a.iter().enumerate() {
+            let b = &b[d * padded + from..d * padded + from + LANES];
+            for (sum, b) in sums.iter_mut().zip(b) {
+                *sum = fma(*a, *b, *sum);
+            }
+        }
+        out[from..from + LANES].copy_from_slice(&sums);
         from += LANES;
     }
 }
 
-/// [`products`] for `W` rows `b_j`.
+/// `sum_j weight_j rows_j`.
 #[inline(always)]
-fn strip<const D: usize, const R: usize, const W: usize>(
-    a: [&[f32; D]; R],
-    b: &[f32],
-    padded: usize,
-    from: usize,
-    out: &mut [&mut [f32]; R],
-) {
-    let mut sums = [[0.0; W]; R];
-    for (d, b) in b.chunks_exact(padded).enumerate() {
-        let b = &b[from..from + W];
-        for (sums, a) in sums.iter_mut().zip(a) {
-            for (sum, b) in sums.iter_mut().zip(b) {
-                *sum = fma(a[d], *b, *sum);
-            }
-        }
-    }
-    for (out, sums) in out.iter_mut().zip(sums) {
-        out[from..from + W].copy_from_slice(&sums);
-    }
-}
-
-/// `sum_j weight_rj rows_j` for each `r`.
-#[inline(always)]
-fn combine<const D: usize, const R: usize>(
-    weights: [&[f32]; R],
-    rows: &[[f32; D]],
-) -> [[f32; D]; R] {
-    let mut out = [[0.0; D]; R];
-    for (j, row) in rows.iter().enumerate() {
-        for (out, weights) in out.iter_mut().zip(weights) {
-            let weight = weights[j];
-            for (sum, x) in out.iter_mut().zip(row) {
-                *sum = fma(weight, *x, *sum);
-            }
+fn combine<const D: usize>(weights: &[f32], rows: &[[f32; D]]) -> [f32; D] {
+    let mut out = [0.0; D];
+    for (weight, row) in weights.iter().zip(rows) {
+        for (sum, x) in out.iter_mut().zip(row) {
+            *sum = fma(*weight, *x, *sum);
         }
     }
     out
@@ -145,8 +120,6 @@ fn combine<const D: usize, const R: usize>(
 /// Scores to shares: all of `row` beyond `count` becomes zero.
 #[inline(always)]
 fn softmax(row: &mut [f32], count: usize, scale: f32) {
-    let (row, ahead) = row.split_at_mut(count.next_multiple_of(LANES));
-    ahead.fill(0.0);
     row[count..].fill(f32::NEG_INFINITY);
     let mut most = [f32::NEG_INFINITY; LANES];
     for lanes in row.chunks_exact(LANES) {
@@ -174,23 +147,12 @@ fn forward_heads<const D: usize>(qkv: &[f32], form: Form, out: &mut [f32], share
             gather(qkv, 3 * width, width + head * D, &mut k);
             gather(qkv, 3 * width, 2 * width + head * D, &mut v);
             transpose(&k, padded, &mut columns);
-            for (pair, rows) in shares.chunks_mut(PAIR * padded).enumerate() {
-                let i = PAIR * pair;
-                let (one, two) = rows.split_at_mut(padded);
-                let out = &mut out[i * width + head * D..];
-                if two.is_empty() {
-                    products([&q[i]], &columns, padded, i + 1, [one]);
-                    softmax(one, i + 1, scale);
-                    let [one] = combine([one], &v[..=i]);
-                    out[..D].copy_from_slice(&one);
-                } else {
-                    products([&q[i], &q[i + 1]], &columns, padded, i + 2, [&mut *one, &mut *two]);
-                    softmax(one, i + 1, scale);
-                    softmax(two, i + 2, scale);
-                    let [one, two] = combine([one, two], &v[..i + 2]);
-                    out[..D].copy_from_slice(&one);
-                    out[width..][..D].copy_from_slice(&two);
-                }
+            for (i, row) in shares.chunks_exact_mut(padded).enumerate() {
+                let row = &mut row[..(i + 1).next_multiple_of(LANES)];
+                products(&q[i], &columns, padded, i + 1, row);
+                softmax(row, i + 1, scale);
+                let sum = combine(&row[..=i], &v);
+                out[i * width + head * D..][..D].copy_from_slice(&sum);
             }
         }
     }
@@ -230,8 +192,7 @@ struct Head<const D: usize> {
     v: Vec<[f32; D]>,
     gradient: Vec<[f32; D]>,
     columns: Vec<f32>,
-    /// Gradients of the scores, a padded row a token.
-    slopes: Vec<f32>,
+    row: Vec<f32>,
     dq: Vec<[f32; D]>,
     dk: Vec<[f32; D]>,
     dv: Vec<[f32; D]>,
@@ -247,7 +208,7 @@ impl<const D: usize> Head<D> {
             v: rows(),
             gradient: rows(),
             columns: vec![0.0; D * form.padded()],
-            slopes: vec![0.0; form.shares()],
+            row: vec![0.0; form.padded()],
             dq: rows(),
             dk: rows(),
             dv: rows(),
@@ -263,68 +224,26 @@ impl<const D: usize> Head<D> {
     }
 
     fn back(&mut self, shares: &[f32]) {
-        let (padded, tokens) = (self.padded, self.q.len());
-        let (whole, last) = (tokens - tokens % PAIR, tokens - 1);
-        for i in (0..whole).step_by(PAIR) {
-            let gradients = [&self.gradient[i], &self.gradient[i + 1]];
-            let (one, two) = self.slopes[i * padded..].split_at_mut(padded);
-            let two = &mut two[..padded];
-            products(gradients, &self.columns, padded, i + 2, [&mut *one, &mut *two]);
-            slopes::<D>(one, &shares[i * padded..][..padded], i + 1);
-            slopes::<D>(two, &shares[(i + 1) * padded..][..padded], i + 2);
-            let found = combine([one, two], &self.k[..i + 2]);
-            self.dq[i..i + 2].copy_from_slice(&found);
-        }
-        if whole < tokens {
-            let slope = &mut self.slopes[last * padded..];
-            products([&self.gradient[last]], &self.columns, padded, tokens, [&mut *slope]);
-            slopes::<D>(slope, &shares[last * padded..], tokens);
-            [self.dq[last]] = combine([slope], &self.k);
-        }
-        for j in 0..tokens {
-            self.dk[j] = gathered(&self.slopes, padded, j, &self.q);
-            self.dv[j] = gathered(shares, padded, j, &self.gradient);
-        }
-    }
-}
-
-/// The gradients of a row's shares to those of its scores, beyond `count` zero.
-#[inline(always)]
-fn slopes<const D: usize>(row: &mut [f32], shares: &[f32], count: usize) {
-    let scale = 1.0 / (D as f32).sqrt();
-    let (row, ahead) = row.split_at_mut(count.next_multiple_of(LANES));
-    ahead.fill(0.0);
-    // Shares beyond `count` are zero.
-    let mean = sum(row.len(), |j| row[j] * shares[j]);
-    for (x, share) in row.iter_mut().zip(shares) {
-        *x = scale * share * (*x - mean);
-    }
-}
-
-/// `sum_i weights[i][j] rows_i` over all `i` from `j` on, in two sums that do not wait for each
-/// other.
-#[inline(always)]
-fn gathered<const D: usize>(
-    weights: &[f32],
-    padded: usize,
-    j: usize,
-    rows: &[[f32; D]],
-) -> [f32; D] {
-    let (mut one, mut two) = ([0.0; D], [0.0; D]);
-    let (pairs, rest) = rows[j..].as_chunks::<PAIR>();
-    let at = |i: usize| weights[(j + i) * padded + j];
-    for (pair, [a, b]) in pairs.iter().enumerate() {
-        let (x, y) = (at(PAIR * pair), at(PAIR * pair + 1));
-        for d in 0..D {
-            one[d] = fma(x, a[d], one[d]);
-            two[d] = fma(y, b[d], two[d]);
+        let scale = 1.0 / (D as f32).sqrt();
+        self.dk.fill([0.0; D]);
+        self.dv.fill([0.0; D]);
+        for (i, shares) in shares.chunks_exact(self.padded).enumerate() {
+            let count = (i + 1).next_multiple_of(LANES);
+            let (row, shares) = (&mut self.row[..count], &shares[..count]);
+            let gradient = &self.gradient[i];
+            products(gradient, &self.columns, self.padded, i + 1, row);
+            let mean = sum(count, |j| row[j] * shares[j]);
+            for (x, share) in row.iter_mut().zip(shares) {
+                *x = scale * share * (*x - mean);
+            }
+            self.dq[i] = combine(&row[..=i], &self.k);
+            let rows = self.dk[..=i].iter_mut().zip(&mut self.dv[..=i]);
+            for ((dk, dv), (x, share)) in rows.zip(row.iter().zip(shares)) {
+                for d in 0..D {
+                    dk[d] = fma(*x, self.q[i][d], dk[d]);
+                    dv[d] = fma(*share, gradient[d], dv[d]);
+                }
+            }
         }
     }
-    for row in rest {
-        let x = at(PAIR * pairs.len());
-        for d in 0..D {
-            one[d] = fma(x, row[d], one[d]);
-        }
-    }
-    core::array::from_fn(|d| one[d] + two[d])
 }
