@@ -37,7 +37,7 @@ impl Bench {
         serde_json::from_str(&self.read(name)).unwrap()
     }
 
-    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+    pub fn write(&self, name: &str, text: &(impl AsRef<[u8]> + ?Sized)) {
         fs::write(self.path(name), text).unwrap();
     }
 
