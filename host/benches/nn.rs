@@ -1,10 +1,10 @@
 //! Whole roll-outs of 60 nodes by networks with weights at random, on one core: the published size
 //! and the small ones, each with every kernel the processor has.
 //!
-//! A line before the measurements says what each costs: megabytes of weights, billions of
-//! multiplications, and how many a cycle that makes. Cycles are those of the time stamp counter.
+//! Lines before the measurements say what each costs (megabytes of weights, billions of
+//! multiplications), and the shortest of a few runs, which a busy machine disturbs least.
 
-use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, criterion_group, criterion_main};
 use remora_core::nn::{
     ACTION, Action, Decoder, Dimensions, Encoding, Header, Kernel, Layout, Memory, Model, Network,
     Precision, Provenance, Storage, VERSION, specimen,
@@ -95,46 +95,28 @@ fn run<M: Storage + Default>(c: &mut Criterion, case: &Case) {
     println!("{}: {:.2} MB, {:.3} G multiplications", case.name, length as f64 * 1e-6, work * 1e-9);
     for kernel in Kernel::available() {
         network.use_kernel(kernel);
-        let (seconds, cycles) = best(|| roll_out(&mut network, &features));
+        let seconds = best(|| roll_out(&mut network, &features));
         println!(
-            "{:<10} {:>8.3} ms, {:>5.1} multiplications a cycle",
+            "{:<10} {:>8.3} ms, {:>5.1} G multiplications a second",
             kernel.name(),
             seconds * 1e3,
-            work / cycles
+            work / seconds * 1e-9
         );
         group.bench_function(kernel.name(), |b| {
-            b.iter_batched(|| (), |()| roll_out(&mut network, &features), BatchSize::PerIteration);
+            b.iter(|| roll_out(&mut network, &features));
         });
     }
     group.finish();
 }
 
-/// The shortest of a few runs [s], and in cycles at the rate that a loop of dependent additions
-/// shows: the counter of the processor itself is not to be had everywhere.
-fn best(mut work: impl FnMut() -> f32) -> (f64, f64) {
-    let mut shortest = f64::INFINITY;
-    for _ in 0..15 {
+/// The shortest of a few runs [s].
+fn best(mut work: impl FnMut() -> f32) -> f64 {
+    let once = || {
         let started = Instant::now();
         black_box(work());
-        shortest = shortest.min(started.elapsed().as_secs_f64());
-    }
-    (shortest, shortest * clock_rate())
-}
-
-/// Cycles a second: one dependent integer multiplication takes three.
-fn clock_rate() -> f64 {
-    const ROUNDS: u64 = 10_000_000;
-    let mut rate = 0f64;
-    for _ in 0..5 {
-        let started = Instant::now();
-        let mut x = black_box(3u64);
-        for _ in 0..ROUNDS {
-            x = x.wrapping_mul(black_box(5));
-        }
-        black_box(x);
-        rate = rate.max(3.0 * ROUNDS as f64 / started.elapsed().as_secs_f64());
-    }
-    rate
+        started.elapsed().as_secs_f64()
+    };
+    std::iter::repeat_with(once).take(25).fold(f64::INFINITY, f64::min)
 }
 
 fn nn(c: &mut Criterion) {
