@@ -107,14 +107,14 @@ const ROLLOUT_COUNT: usize = 64;
 
 /// Datasets, or random trajectories to measure speed with.
 enum Data {
-    Recorded(Recorded),
+    Recorded(Box<Recorded>),
     Synthetic(Synthetic),
 }
 
 impl Data {
     fn read(config: &Config) -> Result<Self, Error> {
         if config.data.path.as_os_str() != "synthetic" {
-            return Recorded::read(config).map(Self::Recorded);
+            return Recorded::read(config).map(|recorded| Self::Recorded(Box::new(recorded)));
         }
         let groups = match config.model.encoding {
             Encoding::Paper => remora_core::warmstart::Encoding::Paper.groups(),
@@ -126,7 +126,7 @@ impl Data {
 
     fn source(&self) -> &dyn ExampleSource {
         match self {
-            Self::Recorded(recorded) => recorded,
+            Self::Recorded(recorded) => &**recorded,
             Self::Synthetic(synthetic) => synthetic,
         }
     }

@@ -205,7 +205,7 @@ impl<B: Kernels> Running<'_, B> {
             let step = self.state.optimiser.step;
             progress = self.progress();
             observer.step(step, losses, progress);
-            if step % training.validate_every == 0 || progress >= 1.0 {
+            if step.is_multiple_of(training.validate_every) || progress >= 1.0 {
                 observer.validated(&self.validate(progress)?);
             }
             let interval = Duration::from_secs_f64(60.0 * training.checkpoint_minutes);
