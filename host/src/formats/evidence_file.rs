@@ -201,12 +201,19 @@ impl EvidenceFile {
 
     fn validate(&self) -> Result<(), FieldError> {
         super::check_id(&self.scenario, || "scenario".into())?;
-        for (field, sum) in
-            [("input", &self.input), ("settings", &self.settings), ("output", &self.output)]
-        {
+        let model = self.model.as_ref().map(|model| ("model.checksum", &model.checksum, 8));
+        let sums = [
+            ("input", &self.input, 16),
+            ("settings", &self.settings, 16),
+            ("output", &self.output, 16),
+        ];
+        for (field, sum, digits) in sums.into_iter().chain(model) {
             let digit = |c: char| matches!(c, '0'..='9' | 'a'..='f');
-            if sum.len() != 16 || !sum.chars().all(digit) {
-                return Err(FieldError::new(field, "expected 16 hexadecimal digits"));
+            if sum.len() != digits || !sum.chars().all(digit) {
+                return Err(FieldError::new(
+                    field,
+                    format!("expected {digits} hexadecimal digits"),
+                ));
             }
         }
         match &self.gains {
@@ -303,10 +310,12 @@ mod tests {
             change(&mut record);
             EvidenceFile::parse(&json::to_text(&record).unwrap()).unwrap_err().field
         };
-        assert_eq!(field(|r| r.format = "remora-evidence/2".into()), "format");
+        assert_eq!(field(|r| r.format = "remora-evidence/3".into()), "format");
         assert_eq!(field(|r| r.output = "12".into()), "output");
         assert_eq!(field(|r| r.input = "000000000000FEED".into()), "input");
         assert_eq!(field(|r| r.gains = Some(Vec::new())), "gains");
+        let short = |r: &mut EvidenceFile| r.model.iter_mut().for_each(|m| m.checksum.truncate(7));
+        assert_eq!(field(short), "model.checksum");
     }
 
     #[test]

@@ -99,7 +99,7 @@ fn shapes_beyond_the_limits_are_refused() {
         &|h| h.chunk = 9,
         &|h| h.decoder = Decoder::Flow { steps: 0 },
         &|h| h.layout = Layout::Fused,
-        &|h| h.kinds[2] = 65,
+        &|h| h.kinds[2] = 129,
     ];
     for change in wrong {
         assert_eq!(changed(change), Some(ModelError::Shape));
