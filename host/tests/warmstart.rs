@@ -4,11 +4,13 @@ use nalgebra::Vector3;
 use remora_core::dynamics::Integrator;
 use remora_core::math::{Checksum, quaternion};
 use remora_core::model::Mission;
+use remora_core::pair::Sequential;
 use remora_core::planner::{
     EmbeddedSolver, Environment, Options, Report, Start, StartRecord, Workspace, plan,
 };
 use remora_core::scp::Status;
 use remora_core::stages::{LINKS, Mode, NODES, ReorientationTrajectory};
+use remora_core::time::Clock;
 use remora_core::warmstart::{ACTION, Action, Encoding, MAX_FEATURES, Policy, Scene, roll_out};
 use remora_host::formats::ScenarioSet;
 use remora_host::planning::on_heap;
@@ -226,6 +228,33 @@ fn a_start_that_fails_is_followed_by_the_heuristic() {
     assert!(
         report.evidence.reorientation.qp_iterations > first.evidence.reorientation.qp_iterations
     );
+}
+
+/// A clock that goes a second further each time it is looked at.
+struct Hasty(std::cell::Cell<f64>);
+
+impl Clock for Hasty {
+    fn seconds(&self) -> f64 {
+        self.0.replace(self.0.get() + 1.0)
+    }
+}
+
+#[test]
+fn without_time_nothing_is_rolled_out() {
+    let mut bench = Bench::new();
+    let scenario = bench.set.scenarios[0].scenario();
+    let mut options = Options::new(Mode::Optimal, Integrator::Euler);
+    options.deadline_s = 0.5;
+    let mut script = Script::new(Action::Rate, Vec::new());
+    let mut start = Start::Learned { policy: &mut script, seed: 0 };
+    let clock = Hasty(std::cell::Cell::new(0.0));
+    let environment = Environment { clock: &clock, pair: &Sequential };
+    let Bench { mission, workspace, solver, .. } = &mut bench;
+    let report =
+        plan(mission, &scenario, &options, &mut start, &mut **solver, &environment, workspace);
+    assert_eq!(report.evidence.start, StartRecord::Deadline);
+    assert_eq!(report.status, Status::Deadline);
+    assert!(report.times.inference_s > 0.0);
 }
 
 /// Turning the whole scene turns nothing in bus axes but the orbit's own directions.

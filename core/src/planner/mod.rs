@@ -55,32 +55,9 @@ pub fn plan<S: Solver, P: Pair>(
         plan_translation(mission, scenario, &options.translation, solver, &deadline, workspace);
     times.translation_s = translation.time_s;
 
-    let from = clock.seconds();
-    let pair = environment.pair;
-    let mut begun = start.write(mission, options, pair, workspace);
-    let start_s = clock.seconds() - from;
-    times.start_s += start_s;
-    if !matches!(start, Start::Heuristic) {
-        times.inference_s = start_s;
-    }
-    let settings = match begun {
-        StartRecord::Learned => &options.learned,
-        _ => &options.reorientation,
-    };
-    let mut second = reorient(mission, options, settings, solver, pair, &deadline, workspace);
-    times.add(&workspace.reorientation.log);
-    let mut two = StageEvidence::new(&second, &workspace.reorientation.log);
-    if begun == StartRecord::Learned && gives_way(&second.outcome, options) {
-        begun = StartRecord::Unsolved;
-        start::write_heuristic(mission, workspace);
-        let settings = &options.reorientation;
-        let again = reorient(mission, options, settings, solver, pair, &deadline, workspace);
-        times.add(&workspace.reorientation.log);
-        two = StageEvidence::new(&again, &workspace.reorientation.log).after(&two);
-        second = again.after(&second);
-    }
-    let mut reorientation = second;
-    reorientation.time_s = clock.seconds() - from;
+    let attitude =
+        plan_attitude(mission, options, start, solver, environment.pair, &deadline, workspace);
+    times.add(&attitude.times);
 
     let from = clock.seconds();
     let (path, motion) = (workspace.path(), workspace.motion());
@@ -88,7 +65,7 @@ pub fn plan<S: Solver, P: Pair>(
     let is_verified = residuals.are_within(&mission.tolerances);
     times.verify_s = clock.seconds() - from;
 
-    let mut status = translation.outcome.status.max(reorientation.outcome.status);
+    let mut status = translation.outcome.status.max(attitude.report.outcome.status);
     if status == Status::Solved && !is_verified {
         status = Status::NumericalFailure;
     }
@@ -103,12 +80,60 @@ pub fn plan<S: Solver, P: Pair>(
         output: output_checksum(path, motion),
         status,
         is_verified,
-        start: begun,
+        start: attitude.start,
         translation: one,
-        reorientation: two,
+        reorientation: attitude.evidence,
     };
     times.total_s = clock.seconds() - started;
+    let reorientation = attitude.report;
     Report { status, translation, reorientation, residuals, times, evidence }
+}
+
+/// What became of Stage 2.
+struct Attitude {
+    report: StageReport,
+    evidence: StageEvidence,
+    start: StartRecord,
+    /// Times of its start and its iterations.
+    times: PhaseTimes,
+}
+
+/// Stage 2 along the path in the workspace: its start, its loop, and the loop again from the
+/// heuristic where a learned start led nowhere.
+fn plan_attitude<S: Solver, P: Pair>(
+    mission: &Mission<LINKS>,
+    options: &Options,
+    start: &mut Start<'_>,
+    solver: &mut S,
+    pair: &P,
+    deadline: &Deadline,
+    workspace: &mut Workspace,
+) -> Attitude {
+    let from = deadline.seconds();
+    let mut times = PhaseTimes::default();
+    let mut begun = start.write(mission, options, pair, deadline, workspace);
+    times.start_s = deadline.seconds() - from;
+    if !matches!(start, Start::Heuristic) {
+        times.inference_s = times.start_s;
+    }
+    let settings = match begun {
+        StartRecord::Learned => &options.learned,
+        _ => &options.reorientation,
+    };
+    let mut report = reorient(mission, options, settings, solver, pair, deadline, workspace);
+    times.add_iterations(&workspace.reorientation.log);
+    let mut evidence = StageEvidence::new(&report, &workspace.reorientation.log);
+    if begun == StartRecord::Learned && gives_way(&report.outcome, options) {
+        begun = StartRecord::Unsolved;
+        start::write_heuristic(mission, workspace);
+        let settings = &options.reorientation;
+        let again = reorient(mission, options, settings, solver, pair, deadline, workspace);
+        times.add_iterations(&workspace.reorientation.log);
+        evidence = StageEvidence::new(&again, &workspace.reorientation.log).after(&evidence);
+        report = again.after(&report);
+    }
+    report.time_s = deadline.seconds() - from;
+    Attitude { report, evidence, start: begun, times }
 }
 
 /// Whether Stage 2 is worth trying again from the heuristic, after it ended so from a learned

@@ -46,8 +46,17 @@ pub struct PhaseTimes {
 }
 
 impl PhaseTimes {
+    /// Adds the start and the iterations of Stage 2.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.start_s += other.start_s;
+        self.inference_s += other.inference_s;
+        self.linearise_s += other.linearise_s;
+        self.qp_s += other.qp_s;
+        self.step_s += other.step_s;
+    }
+
     /// Adds up the iterations of Stage 2.
-    pub(super) fn add(&mut self, log: &Log) {
+    pub(super) fn add_iterations(&mut self, log: &Log) {
         for record in log {
             self.linearise_s += record.linearise_time_s;
             self.qp_s += record.qp_time_s;

@@ -6,6 +6,7 @@ use crate::model::Mission;
 use crate::pair::Pair;
 use crate::scp::Problem;
 use crate::stages::{LINKS, Reorientation, heuristic, size};
+use crate::time::Deadline;
 use crate::warmstart::{self, Policy, Scene};
 use core::mem;
 
@@ -42,6 +43,8 @@ pub enum StartRecord {
     Worse = 4,
     /// The heuristic: from the roll-out the loop did not end solved.
     Unsolved = 5,
+    /// The heuristic: there was no time left for a roll-out.
+    Deadline = 6,
 }
 
 impl StartRecord {
@@ -81,6 +84,7 @@ impl Start<'_> {
         mission: &Mission<LINKS>,
         options: &Options,
         pair: &P,
+        deadline: &Deadline,
         workspace: &mut Workspace,
     ) -> StartRecord {
         write_heuristic(mission, workspace);
@@ -91,6 +95,9 @@ impl Start<'_> {
             Self::Refused => return StartRecord::Refused,
             Self::Learned { policy, seed } => (policy, *seed),
         };
+        if deadline.has_passed() {
+            return StartRecord::Deadline;
+        }
         let scene = Scene::new(mission, path, target, options.integrator);
         if !warmstart::roll_out(&scene, &mut **policy, seed, &mut z.trial) {
             return StartRecord::NotFinite;

@@ -96,6 +96,8 @@ pub enum StartName {
     Worse,
     /// The heuristic: from the roll-out Stage 2 was not solved.
     Unsolved,
+    /// The heuristic: no time was left.
+    Deadline,
     /// One that this version has no name for.
     Other,
 }
@@ -109,6 +111,7 @@ impl From<StartRecord> for StartName {
             StartRecord::NotFinite => Self::NotFinite,
             StartRecord::Worse => Self::Worse,
             StartRecord::Unsolved => Self::Unsolved,
+            StartRecord::Deadline => Self::Deadline,
             _ => Self::Other,
         }
     }
@@ -132,6 +135,7 @@ impl StartName {
             Self::NotFinite => Some("the roll-out is not finite"),
             Self::Worse => Some("the roll-out is worse than the heuristic"),
             Self::Unsolved => Some("from the roll-out Stage 2 was not solved"),
+            Self::Deadline => Some("no time was left for a roll-out"),
             Self::Other => Some("of a reason unknown to this version"),
         }
     }
