@@ -163,6 +163,14 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn scenarios_count_once() {
+        let mut card = card(Decoder::Linear, 1, 5_000);
+        card.sources.push(Source { seed: 1000, count: 9_000 });
+        card.sources.push(Source { seed: 2000, count: 500 });
+        assert_eq!(card.size(), 9_500);
+    }
+
+    #[test]
     fn the_largest_sets_are_found() {
         let sizes = [5_000, 90_000, 10_000, 90_000];
         let cards = sizes.map(|size| card(Decoder::Flow, 1, size));

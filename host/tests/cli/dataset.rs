@@ -101,6 +101,26 @@ fn another_dataset_is_not_resumed() {
     bench.refuses(&format!("{begun} --out set"), "set/dataset.json: nodes: is 61; this program");
 }
 
+/// The second phase of a training: what the optimiser makes of a model's own roll-outs.
+#[test]
+fn plans_may_start_from_a_model() {
+    let bench = Bench::new();
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/models/euler.model");
+    let set = "dataset --count 2 --seed 3 --integrator euler";
+    bench.solves(&format!("{set} --out heuristic"));
+    bench.solves(&format!("{set} --model {model} --out own"));
+    let [heuristic, own] = ["heuristic", "own"]
+        .map(|directory| fs::read(bench.path(directory).join("shard-00000.bin")).unwrap());
+    assert_eq!(heuristic.len(), own.len());
+    assert!(heuristic != own);
+    bench.refuses(
+        &format!("{set} --out own"),
+        "own/dataset.json: model: this dataset was begun with another model",
+    );
+    bench.write("text.model", "remora");
+    bench.refuses(&format!("{set} --model text.model --out b"), "text.model: is not a model file");
+}
+
 #[test]
 fn arguments() {
     let bench = Bench::new();
