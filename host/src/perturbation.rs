@@ -59,8 +59,12 @@ pub fn disturb(
 }
 
 /// A standard normal number (Box-Muller).
-fn normal(random: &mut ChaCha8Rng) -> f64 {
-    let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
-    let (a, b): (f64, f64) = (1.0 - uniform(), uniform());
+pub(crate) fn normal(random: &mut ChaCha8Rng) -> f64 {
+    let (a, b) = (1.0 - uniform(random), uniform(random));
     (-2.0 * f64::ln(a)).sqrt() * (std::f64::consts::TAU * b).cos()
+}
+
+/// Uniform in `[0, 1)`, from 53 bits.
+pub(crate) fn uniform(random: &mut ChaCha8Rng) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }

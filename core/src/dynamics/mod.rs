@@ -27,7 +27,8 @@ pub use multibody::Multibody;
 pub use step::{Integrator, StepJacobian};
 pub use system::{EndEffectorPose, SystemRates, SystemState};
 
-use crate::math::quaternion;
+use crate::math::{clamp, quaternion};
+use crate::model::Servicer;
 use nalgebra::{SVector, Vector3, Vector4};
 
 /// State of Stage 2: attitude and arm, with their rates.
@@ -86,6 +87,15 @@ impl<const NL: usize> Control<NL> {
         bus_torque: Vector3::new(0.0, 0.0, 0.0),
         joint_torque: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
     };
+
+    /// The nearest control within the torque limits; what is not a number stays so.
+    pub(crate) fn within_limits(&self, servicer: &Servicer<NL>) -> Self {
+        let (bus, joint) = (servicer.max_bus_torque, servicer.max_joint_torque);
+        Self {
+            bus_torque: self.bus_torque.map(|t| clamp(t, -bus, bus)),
+            joint_torque: self.joint_torque.map(|t| clamp(t, -joint, joint)),
+        }
+    }
 
     /// Whether every component is a finite number.
     pub fn is_finite(&self) -> bool {

@@ -67,7 +67,7 @@ impl Scene<'_> {
                 (control, Some(reached))
             }
         };
-        let control = self.within_limits(&wanted);
+        let control = wanted.within_limits(&self.mission.servicer);
         match reached {
             Some(reached) if control == wanted => (control, reached),
             _ => (control, body.step(integrator, self.dt, state, &control, force)),
@@ -90,14 +90,5 @@ impl Scene<'_> {
                 false => joint_rate.map(|r| clamp(r, -limit, limit)),
             },
         )
-    }
-
-    fn within_limits(&self, control: &Control<LINKS>) -> Control<LINKS> {
-        let (bus, joint) =
-            (self.mission.servicer.max_bus_torque, self.mission.servicer.max_joint_torque);
-        Control {
-            bus_torque: control.bus_torque.map(|t| clamp(t, -bus, bus)),
-            joint_torque: control.joint_torque.map(|t| clamp(t, -joint, joint)),
-        }
     }
 }

@@ -6,9 +6,9 @@
 //! rates would, and its actions lead back.
 
 use crate::dataset::Trajectory;
+use crate::perturbation::{normal, uniform};
 use nalgebra::{Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::Rng;
 use remora_core::dynamics::{Acceleration, Control, Integrator, State};
 use remora_core::math::quaternion;
 use remora_core::model::{Mission, TargetState};
@@ -199,15 +199,4 @@ fn pin(scene: &Scene<'_>, k: usize, drift: &mut Drift) {
     if k + 1 >= NODES {
         drift.rates.fill(0.0);
     }
-}
-
-/// Uniform in [0, 1).
-fn uniform(random: &mut ChaCha8Rng) -> f64 {
-    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-}
-
-/// Standard normal (Box-Muller).
-fn normal(random: &mut ChaCha8Rng) -> f64 {
-    let (a, b) = (1.0 - uniform(random), uniform(random));
-    (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
 }

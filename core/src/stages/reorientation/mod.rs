@@ -249,15 +249,6 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         quaternion::log(&turn)
     }
 
-    fn within_limits(&self, control: &Control<NL>) -> Control<NL> {
-        let (bus, joint) =
-            (self.mission.servicer.max_bus_torque, self.mission.servicer.max_joint_torque);
-        Control {
-            bus_torque: control.bus_torque.map(|t| clamp(t, -bus, bus)),
-            joint_torque: control.joint_torque.map(|t| clamp(t, -joint, joint)),
-        }
-    }
-
     /// Defects and rows of the nodes from `first` on.
     fn residuals_from(
         &self,
@@ -354,7 +345,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         };
         self.pin_terminal(&mut z.states[N - 1]);
         for control in &mut z.controls {
-            *control = self.within_limits(control);
+            *control = control.within_limits(servicer);
         }
         z.controls[N - 1] = Control::ZERO;
     }

@@ -88,7 +88,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             let (state, force) = (&to.states[k], &self.translation.force[k]);
             let (control, mut next) =
                 self.body.steer(self.integrator, self.dt, state, goal, leg, force);
-            let clipped = self.within_limits(&control);
+            let clipped = control.within_limits(&self.mission.servicer);
             if clipped != control {
                 next = self.body.step(self.integrator, self.dt, state, &clipped, force);
             }
