@@ -11,11 +11,13 @@
 //! - [`stages`]: translation and reorientation as problems, the heuristic start, the independent
 //!   verifier;
 //! - [`nn`]: the learned warm start's network: model file, kernels, inference;
-//! - [`planner`]: scenario in, plan out.
+//! - [`planner`]: scenario in, plan out;
+//! - [`bounds`]: how often each loop may turn whose length depends on data.
 //!
 //! Conventions (frames, quaternions, units, index ranges) are in `docs/conventions.md`.
 #![no_std]
 
+pub mod bounds;
 pub mod dynamics;
 pub mod math;
 pub mod model;

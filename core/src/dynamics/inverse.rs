@@ -228,6 +228,7 @@ impl<const NL: usize> Multibody<NL> {
         };
         let mut control = better(known);
         let mut reached = self.step(integrator, dt, state, &control, force);
+        // Bound: steering.
         for _ in 0..STEERING_ITERATIONS {
             let error = (goal.0 - reached.rate).amax().max((goal.1 - reached.joint_rate).amax());
             if error <= STEERING_ERROR {
@@ -272,7 +273,7 @@ impl<const NL: usize> Control<NL> {
 }
 
 /// Most rounds of [`Multibody::steer`] after the first.
-const STEERING_ITERATIONS: usize = 4;
+pub const STEERING_ITERATIONS: usize = 4;
 
 /// Error of a rate at which [`Multibody::steer`] stops [rad/s].
 const STEERING_ERROR: f64 = 1e-8;

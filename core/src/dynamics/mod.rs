@@ -21,7 +21,7 @@ mod step;
 mod system;
 
 pub use curvature::TorqueCurvature;
-pub use inverse::Leg;
+pub use inverse::{Leg, STEERING_ITERATIONS};
 pub use linear::{AccelerationJacobian, ForceJacobian};
 pub use multibody::Multibody;
 pub use step::{Integrator, StepJacobian};

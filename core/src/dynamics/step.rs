@@ -73,6 +73,7 @@ impl<const NL: usize> Multibody<NL> {
             Integrator::Rk4 { substeps } => {
                 let h = dt / substeps as f64;
                 let mut x = *state;
+                // Bound: substeps.
                 for _ in 0..substeps {
                     x = self.rk4_substep(&x, control, force, h);
                 }
@@ -100,6 +101,7 @@ impl<const NL: usize> Multibody<NL> {
                 let mut x = *state;
                 let mut by_state = Sensitivity::<NL, NX>::identity(state);
                 let mut by_control = Sensitivity::<NL, NU>::ZERO;
+                // Bound: substeps.
                 for _ in 0..substeps {
                     x = self.rk4_substep_jacobian(
                         &x,

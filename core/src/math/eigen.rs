@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 /// Sweeps of Jacobi rotations: convergence is quadratic, and dozens of sizes need fewer.
-const MAX_SWEEPS: usize = 12;
+pub const MAX_SWEEPS: usize = 12;
 
 /// Replaces symmetric `a` by the nearest positive semidefinite matrix: negative eigenvalues
 /// become zero.
@@ -15,6 +15,7 @@ const MAX_SWEEPS: usize = 12;
 pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
     let mut vectors = SMatrix::<f64, D, D>::identity();
     let mut m = *a;
+    // Bound: sweeps.
     for _ in 0..MAX_SWEEPS {
         let mut off = 0.0;
         let mut diagonal = 0.0;

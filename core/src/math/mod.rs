@@ -30,7 +30,7 @@ pub fn clamp(value: f64, least: f64, most: f64) -> f64 {
 
 pub use checksum::Checksum;
 pub use cholesky::{NotPositiveDefinite, cholesky_in_place, cholesky_solve_in_place};
-pub use eigen::project_positive;
+pub use eigen::{MAX_SWEEPS, project_positive};
 pub use lanes::Lanes;
 pub use scalar::Scalar;
 pub use spatial::{Mat3, Vec3};

@@ -18,6 +18,7 @@ const EPSILON: f32 = 1e-5;
 fn total(lanes: [f32; LANES]) -> f32 {
     let mut half = LANES / 2;
     let mut sums = lanes;
+    // Bound: constant, of LANES halved.
     while half > 0 {
         for i in 0..half {
             sums[i] += sums[i + half];

@@ -278,6 +278,7 @@ fn weigh<E: Element, const T: usize>(
     let stride = values.stride.max(1);
     let data = values.data.get(..stride * values.count).unwrap_or(values.data);
     let mut at = 0;
+    // Bound: columns.
     while at < values.width {
         let mut totals = [[0.0f32; COLUMNS]; T];
         let mut of = of;

@@ -11,9 +11,11 @@ const TABLE: [u32; 256] = table();
 const fn table() -> [u32; 256] {
     let mut table = [0; 256];
     let mut byte = 0;
+    // Bound: constant, at compile time.
     while byte < 256 {
         let mut value = byte as u32;
         let mut bit = 0;
+        // Bound: constant, at compile time.
         while bit < 8 {
             value = if value & 1 == 1 { (value >> 1) ^ 0xedb8_8320 } else { value >> 1 };
             bit += 1;
@@ -32,6 +34,7 @@ impl Crc32 {
 
     /// Adds bytes in order.
     pub fn update(&mut self, bytes: &[u8]) {
+        // Bound: checked_bytes.
         for byte in bytes {
             self.0 = (self.0 >> 8) ^ TABLE[usize::from(self.0 as u8 ^ byte)];
         }

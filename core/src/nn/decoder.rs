@@ -78,6 +78,7 @@ fn flow_from(
     apply(kernel, &flow.latent, x, Output { data: base, stride: width }, quantised);
 
     let steps = steps.unwrap_or(flow.steps).max(1);
+    // Bound: flow_steps.
     for step in 0..steps {
         let tau = f32::from(step) / f32::from(steps);
         let layer1 = layer1.get_mut(..base.len()).unwrap_or_default();

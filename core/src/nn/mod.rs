@@ -29,7 +29,7 @@ pub use header::{
     ACTION, Action, Decoder, Dimensions, Encoding, Header, Layout, MAGIC, Precision, Provenance,
     VERSION, limit,
 };
-pub use kernels::Kernel;
+pub use kernels::{Kernel, TILE};
 pub use layout::{Element as TensorElement, Tensor, TensorName, tensors};
 pub use memory::{Memory, ReferenceMemory, Storage};
 pub use model::Model;

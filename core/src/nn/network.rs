@@ -150,6 +150,7 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
         let mut batch = Batch { position: self.tokens, count: kinds.len(), first: 0 };
         let (_, mut scratch) = self.memory.parts(0).ok_or(NetworkError::Memory)?;
         embed(self.model, features, kinds, self.node, &mut scratch);
+        // Bound: layers.
         for layer in 0..size.layers {
             if layer + 1 == size.layers {
                 batch.first = batch.count - wanted.min(batch.count);

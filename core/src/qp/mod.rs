@@ -21,5 +21,5 @@ mod solver;
 
 pub(crate) use data::zeros;
 pub use data::{Qp, Solution, Stage};
-pub use embedded::{EmbeddedQp, InteriorPointSettings};
+pub use embedded::{ATTEMPTS, EmbeddedQp, InteriorPointSettings, STARTS};
 pub use solver::{QpOutcome, QpSolver, QpStatus};

@@ -18,3 +18,4 @@ pub use problem::{Problem, Residuals};
 pub use record::{IterationRecord, Log, MAX_ITERATIONS};
 pub use settings::{InvalidSetting, Settings};
 pub use solve::solve;
+pub use trial::MAX_SEARCHES;

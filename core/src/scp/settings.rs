@@ -45,27 +45,32 @@ pub struct Settings {
     pub max_corrections: u32,
 }
 
+impl Settings {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        max_iterations: 50,
+        stop_when_feasible: false,
+        settle: 1e-3,
+        radius: 1.0,
+        min_radius: 1e-6,
+        max_radius: 10.0,
+        accept: 0.01,
+        shrink_below: 0.25,
+        grow_above: 0.7,
+        shrink: 0.5,
+        grow: 3.0,
+        weight: 10.0,
+        max_weight: 1e6,
+        weight_growth: 4.0,
+        curvature_below: 100.0,
+        correct_below: 0.3,
+        max_corrections: 2,
+    };
+}
+
 impl Default for Settings {
     fn default() -> Self {
-        Self {
-            max_iterations: 50,
-            stop_when_feasible: false,
-            settle: 1e-3,
-            radius: 1.0,
-            min_radius: 1e-6,
-            max_radius: 10.0,
-            accept: 0.01,
-            shrink_below: 0.25,
-            grow_above: 0.7,
-            shrink: 0.5,
-            grow: 3.0,
-            weight: 10.0,
-            max_weight: 1e6,
-            weight_growth: 4.0,
-            curvature_below: 100.0,
-            correct_below: 0.3,
-            max_corrections: 2,
-        }
+        Self::DEFAULT
     }
 }
 

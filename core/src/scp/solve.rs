@@ -43,6 +43,7 @@ where
         best: None,
     };
     let mut ended = descent.start();
+    // Bound: iterations.
     while ended.is_none() {
         ended = descent.iterate();
     }

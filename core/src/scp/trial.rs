@@ -35,6 +35,7 @@ where
             w.c[k] = w.qp.stages[k].c;
             w.row_offset[k] = w.qp.stages[k].row_offset;
         }
+        // Bound: corrections.
         while record.corrections < self.settings.max_corrections
             && record.ratio < self.settings.correct_below
             && !self.deadline.has_passed()
@@ -98,6 +99,7 @@ where
         // Lengths are shares of the subproblem's step, whatever a correction made of it.
         let (full, mut length) = (self.problem.step_length(&w.step), 1.0);
         let mut fitted = record.actual;
+        // Bound: searches.
         for _ in 0..MAX_SEARCHES {
             if self.deadline.has_passed() {
                 return;
@@ -148,7 +150,7 @@ where
 const WELL_PREDICTED: (f64, f64) = (0.8, 1.2);
 
 /// Most trials of a line search; it ends at the first decrease.
-const MAX_SEARCHES: usize = 3;
+pub const MAX_SEARCHES: usize = 3;
 
 /// What the linearised constraints leave violated at `step`, with the subproblem's slacks.
 fn linear_penalty<const N: usize, const NX: usize, const NU: usize, const NR: usize>(

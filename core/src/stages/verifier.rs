@@ -252,6 +252,7 @@ impl<const N: usize, const NL: usize> Checked<'_, N, NL> {
         };
         let h = dt / substeps as f64;
         let mut x = *x;
+        // Bound: verified_substeps.
         for _ in 0..substeps {
             let k1 = rates(&x);
             x = if classical {

@@ -30,7 +30,7 @@ use super::header::limit;
 /// Vectors of a batch at most.
 pub(super) const BATCH: usize = limit::KINDS;
 /// Rows of a matrix that one call takes at most.
-pub(super) const TILE: usize = 32;
+pub const TILE: usize = 32;
 
 /// Inner products: of each vector, with each row.
 pub(super) type Sums = [[i32; TILE]; BATCH];

@@ -43,6 +43,7 @@ fn one_row<const T: usize>(row: &[u8], x: &[&[u8]; T], length: usize) -> [i32; T
     // alignment beyond a byte's.
     unsafe {
         let mut parts = [vdupq_n_s32(0); T];
+        // Bound: columns.
         while at + 16 <= length {
             let w = vld1q_s8(row.as_ptr().add(at).cast());
             for t in 0..T {

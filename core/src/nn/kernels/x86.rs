@@ -166,10 +166,12 @@ macro_rules! products {
         ) {
             let full = Full::<T>::new(rows, columns, vectors, $wide);
             let mut first = 0;
+            // Bound: tile.
             while first + R <= full.rows.count {
                 $rows::<R, T>(&full, first, sums);
                 first += R;
             }
+            // Bound: tile.
             while first < full.rows.count {
                 $rows::<1, T>(&full, first, sums);
                 first += 1;
@@ -192,6 +194,7 @@ fn avx2_rows<const R: usize, const T: usize>(full: &Full<T>, first: usize, sums:
     let rows = full.rows.bytes.as_ptr().wrapping_add(first * full.rows.stride);
     let mut parts = [[_mm256_setzero_si256(); R]; T];
     let mut at = 0;
+    // Bound: columns.
     while at + 16 <= full.columns {
         let mut w = [_mm256_setzero_si256(); R];
         for r in 0..R {
@@ -232,6 +235,7 @@ fn vnni_rows<const R: usize, const T: usize>(full: &Full<T>, first: usize, sums:
     let offset = _mm256_set1_epi8(-128);
     let mut parts = [[_mm256_setzero_si256(); R]; T];
     let mut at = 0;
+    // Bound: columns.
     while at + 32 <= full.columns {
         let mut w = [_mm256_setzero_si256(); R];
         for r in 0..R {

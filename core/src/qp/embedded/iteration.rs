@@ -28,7 +28,7 @@ const SHORTEST: f64 = 1e-10;
 const COMPLIANCE: f64 = 1e-8;
 
 /// Factorisations tried, each with a hundred times the compliance of the one before.
-const ATTEMPTS: usize = 3;
+pub const ATTEMPTS: usize = 3;
 
 impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> EmbeddedQp<N, NX, NU, NR> {
     /// Iterates to the end.
@@ -41,6 +41,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         let settings = self.settings();
         let limit = settings.fixed_iterations.unwrap_or(most);
         let (mut iterations, mut before) = (0, f64::INFINITY);
+        // Bound: solver_iterations.
         loop {
             differentiate(qp, &self.nodes, &self.intervals, &mut self.gradient);
             let at = Optimality::of(&self.nodes, &self.gradient, self.pairs);
@@ -128,6 +129,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
 
     fn factorise(&mut self, qp: &Qp<N, NX, NU, NR>) -> Result<(), QpStatus> {
         let mut compliance = COMPLIANCE;
+        // Bound: factorisations.
         for _ in 0..ATTEMPTS {
             let Self { nodes, intervals, initial, .. } = self;
             if riccati::factorise(&qp.stages, nodes, compliance, intervals, initial).is_ok() {

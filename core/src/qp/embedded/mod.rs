@@ -16,6 +16,7 @@ mod optimality;
 mod riccati;
 mod settings;
 
+pub use iteration::ATTEMPTS;
 pub use settings::InteriorPointSettings;
 
 use super::{Qp, QpOutcome, QpSolver, QpStatus, Solution};
@@ -32,6 +33,9 @@ const COLD_PATIENCE: u32 = 50;
 
 /// What is tried after a warm start, each with its patience; after a cold one the first is past.
 const RESTARTS: [(Start, u32); 2] = [(Start::COLD, COLD_PATIENCE), (Start::FAR, u32::MAX)];
+
+/// Most starts of a subproblem: the first and [`RESTARTS`].
+pub const STARTS: usize = 1 + RESTARTS.len();
 
 /// The embedded solver with all the memory it needs.
 ///
@@ -169,6 +173,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
             true => self.run(qp, most.min(WARM_PATIENCE), deadline),
             false => self.run(qp, most.min(COLD_PATIENCE), deadline),
         };
+        // Bound: starts.
         for (start, patience) in RESTARTS.into_iter().skip(if warm { 0 } else { 1 }) {
             let left = most.saturating_sub(outcome.iterations);
             let ended = matches!(outcome.status, QpStatus::Solved | QpStatus::TimeLimit);

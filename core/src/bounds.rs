@@ -1,0 +1,245 @@
+//! Bounds of every loop whose length depends on data, in one table.
+//!
+//! All other loops of this crate run over arrays whose size is part of their type. Each loop of
+//! the table carries a comment `Bound: NAME` in its source; a test of the crate compares the two.
+//! Stage 2 runs at most twice a plan, from the learned start and then from the heuristic: two calls,
+//! no loop. A bound is what ends a loop where nothing else does; the deadline
+//! ([`Options::deadline_s`](crate::planner::Options)) ends the long ones long before.
+
+use crate::dynamics::STEERING_ITERATIONS;
+use crate::math::MAX_SWEEPS;
+use crate::nn::{TILE, limit};
+use crate::qp::{ATTEMPTS, InteriorPointSettings, STARTS};
+use crate::scp::{MAX_ITERATIONS, MAX_SEARCHES, Settings};
+
+/// A loop whose length depends on data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoopBound {
+    /// Its name: the one in the comment beside the loop.
+    pub name: &'static str,
+    /// The file it stands in, below `core/src`.
+    pub file: &'static str,
+    /// What is counted: one turn, in which unit of work.
+    pub turn: &'static str,
+    /// Most turns with the default settings or the largest model that is accepted; none where the
+    /// caller's argument is the bound.
+    pub default: Option<u64>,
+    /// Most turns whatever the (valid) settings; none where the caller's argument is the bound.
+    pub most: Option<u64>,
+    /// The constant, setting or argument that the bound comes from.
+    pub from: &'static str,
+    /// What ends the loop earlier.
+    pub ends: &'static str,
+}
+
+const NOTHING: &str = "-";
+
+/// The defaults, whose numbers the table shows.
+const LOOP: Settings = Settings::DEFAULT;
+const SOLVER: InteriorPointSettings = InteriorPointSettings::DEFAULT;
+
+/// The widest input of a matrix: the hidden layer of a block.
+const LONGEST_ROW: usize = 4 * limit::WIDTH;
+
+/// The table, from the outermost loop inwards.
+pub const LOOPS: [LoopBound; 15] = [
+    LoopBound {
+        name: "iterations",
+        file: "scp/solve.rs",
+        turn: "iteration of a stage",
+        default: Some(LOOP.max_iterations as u64),
+        most: Some(MAX_ITERATIONS as u64),
+        from: "scp::Settings::max_iterations, at most scp::MAX_ITERATIONS",
+        ends: "settled, feasible where that is enough, radius too small, deadline",
+    },
+    LoopBound {
+        name: "corrections",
+        file: "scp/trial.rs",
+        turn: "second-order correction an iteration, a subproblem each",
+        default: Some(LOOP.max_corrections as u64),
+        most: Some(u32::MAX as u64),
+        from: "scp::Settings::max_corrections",
+        ends: "good enough, no better than before, deadline",
+    },
+    LoopBound {
+        name: "searches",
+        file: "scp/trial.rs",
+        turn: "trial of the line search an iteration",
+        default: Some(MAX_SEARCHES as u64),
+        most: Some(MAX_SEARCHES as u64),
+        from: "scp::MAX_SEARCHES",
+        ends: "decrease, deadline",
+    },
+    LoopBound {
+        name: "starts",
+        file: "qp/embedded/mod.rs",
+        turn: "start of the solver a subproblem, the iterations of all counted together",
+        default: Some(STARTS as u64),
+        most: Some(STARTS as u64),
+        from: "qp::STARTS",
+        ends: "solved, no iterations left, deadline",
+    },
+    LoopBound {
+        name: "solver_iterations",
+        file: "qp/embedded/iteration.rs",
+        turn: "interior-point iteration a subproblem, restarts counted",
+        default: Some(SOLVER.max_iterations as u64),
+        most: Some(u32::MAX as u64),
+        from: "qp::InteriorPointSettings::max_iterations (or fixed_iterations)",
+        ends: "solved, stalled, infeasible, not finite, deadline",
+    },
+    LoopBound {
+        name: "factorisations",
+        file: "qp/embedded/iteration.rs",
+        turn: "factorisation of the Newton system an interior-point iteration",
+        default: Some(ATTEMPTS as u64),
+        most: Some(ATTEMPTS as u64),
+        from: "qp::ATTEMPTS",
+        ends: "positive definite",
+    },
+    LoopBound {
+        name: "sweeps",
+        file: "math/eigen.rs",
+        turn: "sweep of Jacobi rotations where curvature is projected, at most once a node",
+        default: Some(MAX_SWEEPS as u64),
+        most: Some(MAX_SWEEPS as u64),
+        from: "math::MAX_SWEEPS",
+        ends: "diagonal, or not finite",
+    },
+    LoopBound {
+        name: "steering",
+        file: "dynamics/inverse.rs",
+        turn: "step of the dynamics an interval of a roll-out with RK4",
+        default: Some(STEERING_ITERATIONS as u64),
+        most: Some(STEERING_ITERATIONS as u64),
+        from: "dynamics::STEERING_ITERATIONS",
+        ends: "rates reached",
+    },
+    LoopBound {
+        name: "substeps",
+        file: "dynamics/step.rs",
+        turn: "RK4 substep an interval",
+        default: None,
+        most: None,
+        from: "dynamics::Integrator::Rk4::substeps, the caller's",
+        ends: NOTHING,
+    },
+    LoopBound {
+        name: "verified_substeps",
+        file: "stages/verifier.rs",
+        turn: "RK4 substep an interval, in the verifier",
+        default: None,
+        most: None,
+        from: "dynamics::Integrator::Rk4::substeps, the caller's",
+        ends: NOTHING,
+    },
+    LoopBound {
+        name: "layers",
+        file: "nn/network.rs",
+        turn: "block of the network a node; heads, width and tokens within it likewise",
+        default: Some(limit::LAYERS as u64),
+        most: Some(limit::LAYERS as u64),
+        from: "nn::limit, checked when the model is opened",
+        ends: NOTHING,
+    },
+    LoopBound {
+        name: "columns",
+        file: "nn/kernels/x86.rs",
+        turn: "group of a row's columns in a matrix kernel; the processors' own take 16 or 32 a turn",
+        default: Some(LONGEST_ROW as u64),
+        most: Some(LONGEST_ROW as u64),
+        from: "4 nn::limit::WIDTH, checked when the model is opened",
+        ends: NOTHING,
+    },
+    LoopBound {
+        name: "tile",
+        file: "nn/kernels/x86.rs",
+        turn: "row of a tile of a matrix product",
+        default: Some(TILE as u64),
+        most: Some(TILE as u64),
+        from: "nn::TILE",
+        ends: NOTHING,
+    },
+    LoopBound {
+        name: "flow_steps",
+        file: "nn/decoder.rs",
+        turn: "step of the flow decoder a prediction",
+        default: Some(limit::STEPS as u64),
+        most: Some(u16::MAX as u64),
+        from: "nn::limit::STEPS in a file, Network::set_flow_steps of the caller",
+        ends: NOTHING,
+    },
+    LoopBound {
+        name: "checked_bytes",
+        file: "nn/crc.rs",
+        turn: "byte of a model file",
+        default: None,
+        most: None,
+        from: "the file's length, or the caller's slice of it",
+        ends: NOTHING,
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::{collections::BTreeMap, fs, path::Path, string::String, vec::Vec};
+
+    /// Lines of the crate's source by file, without the modules of tests.
+    fn source() -> BTreeMap<String, Vec<String>> {
+        fn gather(folder: &Path, root: &Path, files: &mut BTreeMap<String, Vec<String>>) {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                let name = path.strip_prefix(root).unwrap().to_string_lossy().replace('\\', "/");
+                if path.is_dir() {
+                    gather(&path, root, files);
+                } else if !name.contains("tests") && name.ends_with(".rs") && name != "bounds.rs" {
+                    let text = fs::read_to_string(&path).unwrap();
+                    let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+                    files.insert(name, code.lines().map(String::from).collect());
+                }
+            }
+        }
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let mut files = BTreeMap::new();
+        gather(&root, &root, &mut files);
+        files
+    }
+
+    fn marks(line: &str) -> Option<&str> {
+        let rest = line.trim().strip_prefix("// Bound: ")?;
+        rest.split([',', '.']).next()
+    }
+
+    #[test]
+    fn every_open_loop_names_its_bound() {
+        for (file, lines) in source() {
+            for (i, line) in lines.iter().enumerate() {
+                let code = line.trim();
+                if !(code.starts_with("while ") || code.starts_with("loop ")) {
+                    continue;
+                }
+                let bound = i.checked_sub(1).and_then(|before| marks(&lines[before]));
+                assert!(bound.is_some(), "core/src/{file}:{}: no `// Bound: NAME.` above", i + 1);
+            }
+        }
+    }
+
+    #[test]
+    fn the_table_has_the_marks_of_the_source() {
+        let files = source();
+        for (file, lines) in &files {
+            for name in lines.iter().filter_map(|line| marks(line)) {
+                let known = name == "constant" || LOOPS.iter().any(|row| row.name == name);
+                assert!(known, "core/src/{file}: Bound: {name} is not in the table");
+            }
+        }
+        for row in &LOOPS {
+            let lines = files.get(row.file).unwrap_or_else(|| panic!("no core/src/{}", row.file));
+            let there = lines.iter().any(|line| marks(line) == Some(row.name));
+            assert!(there, "core/src/{}: no Bound: {}", row.file, row.name);
+            assert!(row.default <= row.most || row.most.is_none(), "{}", row.name);
+        }
+    }
+}
