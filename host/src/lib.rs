@@ -15,18 +15,22 @@
 //! - [`export`]: the subproblems of a plan as files for other solvers;
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
 //! - [`checking`]: plan files against the core's independent verifier;
+//! - [`allocations`]: how often the program asks for memory;
+//! - [`provenance`]: what a report was made by, of what and on what;
 //! - [`progress`]: who watches long work;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`dataset`]: trajectories to train on, from a seed, in shards;
 //! - [`quantise`]: models from single precision to bytes;
 //! - [`reproduce`]: the paper's tables for learned starts;
 //! - `training`, with the feature of that name: networks for the learned warm start;
-//! - [`report`]: tables for the terminal;
+//! - [`statistics`]: estimates with their confidence intervals;
+//! - [`report`]: tables for the terminal, pages with plots;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
 //!   [`export::ExportJob`], [`dataset::Recipe`], [`quantise::quantise`].
 #![forbid(unsafe_code)]
 
+pub mod allocations;
 pub mod backend;
 pub mod campaign;
 pub mod checking;
@@ -44,9 +48,11 @@ pub mod perturbation;
 pub mod planning;
 mod pool;
 pub mod progress;
+pub mod provenance;
 pub mod quantise;
 pub mod report;
 pub mod reproduce;
+pub mod statistics;
 pub mod threads;
 #[cfg(feature = "training")]
 pub mod training;

@@ -2,7 +2,14 @@
 
 #![forbid(unsafe_code)]
 
+use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
+use std::alloc::System;
 use std::process::ExitCode;
+
+/// Counts how often memory is asked for, so that reports can say that planning does not; a few
+/// additions a request.
+#[global_allocator]
+static COUNTED: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 fn main() -> ExitCode {
     ExitCode::from(remora_host::cli::run(std::env::args_os()))

@@ -1,10 +1,12 @@
-//! Tables for the terminal, at most 100 columns wide.
+//! Tables for the terminal, at most 100 columns wide; pages for people and plots.
 
 mod campaign;
 mod check;
 mod dataset;
 mod export;
+pub mod page;
 mod plan;
+pub mod plot;
 mod table;
 
 pub use campaign::campaign_report;

@@ -1,5 +1,6 @@
-//! Plain text tables.
+//! Tables: as plain text, Markdown and HTML.
 
+use super::page::inline;
 use std::fmt;
 
 /// How a column is aligned.
@@ -34,6 +35,23 @@ impl Table {
         });
         let rows = self.rows.iter().map(|row| line(row.iter().map(|cell| cell.trim()).collect()));
         head + &line(rule.collect()) + &rows.collect::<String>()
+    }
+
+    /// The same in HTML; cells may hold what a page's texts may.
+    pub fn html(&self) -> String {
+        let class = |i: usize| match self.head.get(i) {
+            Some((_, Align::Right)) => " class=\"r\"",
+            _ => "",
+        };
+        let line = |tag: &str, cells: Vec<&str>| {
+            let cells = cells.into_iter().enumerate();
+            let cells = cells
+                .map(|(i, cell)| format!("<{tag}{}>{}</{tag}>", class(i), inline(cell.trim())));
+            format!("<tr>{}</tr>\n", cells.collect::<String>())
+        };
+        let head = line("th", self.head.iter().map(|(name, _)| name.as_str()).collect());
+        let rows = self.rows.iter().map(|row| line("td", row.iter().map(String::as_str).collect()));
+        format!("<table>\n<thead>{head}</thead>\n{}</table>", rows.collect::<String>())
     }
 
     /// Adds a row; cells beyond the head are dropped.

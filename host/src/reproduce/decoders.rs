@@ -3,11 +3,11 @@
 use super::findings::Findings;
 use super::laboratory::{Laboratory, Run};
 use super::measure::{self, Against, Measured};
-use super::plot::{Lines, Series};
 use super::published::{self, DECODERS};
 use super::{Card, card};
 use crate::error::Error;
 use crate::method::Mode;
+use crate::report::plot::{Lines, Series};
 use crate::report::{Align, Table};
 use serde::Serialize;
 
@@ -143,7 +143,7 @@ fn comparison(lines: &[Line<'_>]) -> Table {
     table
 }
 
-fn plot(lines: &[Line<'_>], what: &str, of: fn(&Measured) -> super::Estimate) -> Lines {
+fn plot(lines: &[Line<'_>], what: &str, of: fn(&Measured) -> crate::statistics::Estimate) -> Lines {
     let points = lines[1..].iter().enumerate().map(|(x, line)| (x, of(&line.measured)));
     Lines {
         title: format!("Decoders: {what}"),

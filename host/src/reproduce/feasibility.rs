@@ -3,12 +3,12 @@
 use super::findings::Findings;
 use super::laboratory::{Laboratory, Run};
 use super::measure::{self, Against, Measured};
-use super::plot::Distributions;
 use super::published::{self, FEASIBILITY};
 use super::{Card, Decoder, card};
 use crate::error::Error;
 use crate::formats::Row;
 use crate::method::Mode;
+use crate::report::plot::Distributions;
 use crate::report::{Align, Table, number};
 use serde::Serialize;
 

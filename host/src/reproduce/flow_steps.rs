@@ -3,13 +3,13 @@
 use super::findings::Findings;
 use super::laboratory::{Laboratory, Run};
 use super::measure::{self, Against, Measured};
-use super::plot::{Lines, Series};
 use super::published::{self, FLOW_STEPS};
-use super::statistics::Mean;
 use super::{Card, Decoder, card};
 use crate::error::Error;
 use crate::method::Mode;
+use crate::report::plot::{Lines, Series};
 use crate::report::{Align, Table, number};
+use crate::statistics::Mean;
 use serde::Serialize;
 
 /// A row: one model with so many steps.

@@ -1,9 +1,9 @@
 //! What a table says of the plans of a run.
 
 use super::published::Spread;
-use super::statistics::{self, Estimate, Mean, Rate};
 use crate::formats::{PlanStatus, Row};
 use crate::report::number;
+use crate::statistics::{self, Estimate, Mean, Rate};
 use serde::Serialize;
 
 /// A run's rows in numbers: rates over all scenarios, everything else over those that were solved.

@@ -18,17 +18,14 @@ mod findings;
 mod flow_steps;
 mod laboratory;
 mod measure;
-pub mod plot;
 pub mod published;
 mod sample_efficiency;
-pub mod statistics;
 
 pub use bench::Bench;
 pub use card::{Card, Decoder, read_cards};
 pub use findings::Findings;
 pub use laboratory::{Laboratory, Run, Start};
 pub use measure::{Against, Measured};
-pub use statistics::Estimate;
 
 use crate::error::Error;
 use crate::formats::NamedScenario;

@@ -3,12 +3,13 @@
 use super::findings::Findings;
 use super::laboratory::{Laboratory, Run};
 use super::measure::{self, Against, Measured};
-use super::plot::{Lines, Series};
 use super::published::{DECODERS, SAMPLE_FLOW_ITERATIONS, SAMPLE_SIZES, Spread};
-use super::{Card, Decoder, Estimate, card};
+use super::{Card, Decoder, card};
 use crate::error::Error;
 use crate::method::Mode;
+use crate::report::plot::{Lines, Series};
 use crate::report::{Align, Table, number};
+use crate::statistics::Estimate;
 use serde::Serialize;
 use std::collections::BTreeSet;
 

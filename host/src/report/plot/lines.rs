@@ -1,8 +1,8 @@
-//! Plots as SVG.
+//! Points with error bars over categories.
 
-use super::statistics::Estimate;
+use super::{Area, Drawn, FONT, TITLE, colour, draw_legend, to_svg};
 use crate::error::Error;
-use plotters::coord::Shift;
+use crate::statistics::Estimate;
 use plotters::prelude::*;
 
 /// Points with error bars over categories, such as sizes of a training set.
@@ -27,49 +27,6 @@ pub struct Series {
     pub name: String,
     /// Category and number of each point.
     pub points: Vec<(usize, Estimate)>,
-}
-
-/// Cumulative distributions over a logarithmic axis.
-pub struct Distributions {
-    /// What is seen.
-    pub title: String,
-    /// What the numbers are, with their unit.
-    pub x_label: String,
-    /// Names and positive numbers.
-    pub series: Vec<(String, Vec<f64>)>,
-}
-
-const SIZE: (u32, u32) = (760, 460);
-const FONT: (&str, u32) = ("sans-serif", 15);
-const TITLE: (&str, u32) = ("sans-serif", 19);
-
-/// Colours that are told apart by everybody (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-];
-
-fn colour(number: usize) -> RGBColor {
-    COLOURS[number % COLOURS.len()]
-}
-
-/// The area that a plot is drawn on.
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
-/// What drawing into a string may answer.
-type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
-
-fn to_svg(draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String, Error> {
-    let mut svg = String::new();
-    let drawn = {
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        area.fill(&WHITE).and_then(|()| draw(&area)).and_then(|()| area.present())
-    };
-    drawn.map(|()| svg).map_err(|error| Error::Plot { reason: error.to_string() })
 }
 
 impl Lines {
@@ -137,13 +94,7 @@ impl Lines {
                 ErrorBar::new_vertical(at(*x), low, value, high, colour.filled(), 8)
             }))?;
         }
-        chart
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.3))
-            .label_font(FONT)
-            .position(SeriesLabelPosition::LowerRight)
-            .draw()
+        draw_legend(&mut chart)
     }
 
     /// The category at a number of the axis; nothing between two of them.
@@ -151,59 +102,6 @@ impl Lines {
         let at = x.round();
         let name = ((x - at).abs() < 1e-6 && at >= 0.0).then(|| self.x.get(at as usize));
         name.flatten().cloned().unwrap_or_default()
-    }
-}
-
-impl Distributions {
-    /// The plot as the text of an SVG file.
-    ///
-    /// # Errors
-    /// Where there is nothing to draw.
-    pub fn svg(&self) -> Result<String, Error> {
-        let all = || self.series.iter().flat_map(|(_, values)| values);
-        let left = all().fold(f64::INFINITY, |a, b| a.min(*b)) / 1.1;
-        let right = all().fold(0.0, |a: f64, b| a.max(*b)) * 1.1;
-        if !(left > 0.0 && left < right && right.is_finite()) {
-            return Err(Error::Plot { reason: "no positive numbers to draw".into() });
-        }
-        to_svg(|area| self.draw(area, left, right))
-    }
-
-    fn draw(&self, area: &Area<'_>, left: f64, right: f64) -> Drawn {
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, TITLE)
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d((left..right).log_scale(), 0.0..1.0)?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(BLACK.mix(0.1))
-            .x_label_formatter(&|x| format!("{}", (x * 1e6).round() / 1e6))
-            .x_desc(&self.x_label)
-            .y_desc("share of the plans")
-            .label_style(FONT)
-            .draw()?;
-        for (number, (name, values)) in self.series.iter().enumerate() {
-            let colour = colour(number);
-            let mut sorted = values.clone();
-            sorted.sort_by(f64::total_cmp);
-            let steps = sorted
-                .iter()
-                .enumerate()
-                .flat_map(|(i, x)| [i, i + 1].map(|rank| (*x, rank as f64 / values.len() as f64)));
-            chart.draw_series(LineSeries::new(steps, colour.stroke_width(2)))?.label(name).legend(
-                move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)),
-            );
-        }
-        chart
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.3))
-            .label_font(FONT)
-            .position(SeriesLabelPosition::LowerRight)
-            .draw()
     }
 }
 
@@ -248,19 +146,5 @@ mod tests {
         let mut plot = lines();
         plot.series[1].points = vec![(1, unknown)];
         plot.svg().unwrap();
-    }
-
-    #[test]
-    fn distributions_need_positive_numbers() {
-        let plot = |values: &[f64]| {
-            let series = vec![("heuristic".into(), values.to_vec())];
-            Distributions { title: "Cost".into(), x_label: "cost".into(), series }.svg()
-        };
-        assert!(plot(&[0.3, 0.4, 11.0]).unwrap().contains("heuristic"));
-        assert!(plot(&[0.3]).is_ok());
-        for nothing in [&[][..], &[0.0], &[f64::INFINITY]] {
-            let error = plot(nothing).unwrap_err().to_string();
-            assert_eq!(error, "plot: no positive numbers to draw");
-        }
     }
 }

@@ -1,0 +1,139 @@
+//! What a report was made by, of what and on what.
+
+use crate::fingerprint;
+use crate::learned::Learned;
+use crate::method::Integrator;
+use crate::report::{Align, Table};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use std::process::Command;
+
+/// Commit, compiler, flags, target, models and machine of a report.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Commit of the source tree; `unknown` outside a checkout.
+    pub commit: String,
+    /// Whether tracked files, reports apart, differed from it.
+    pub is_modified: bool,
+    /// Fingerprint of the running program's file.
+    pub program: String,
+    /// Its compiler.
+    pub compiler: String,
+    /// The compiler's flags beside the profile's.
+    pub flags: String,
+    /// Cargo's profile.
+    pub profile: String,
+    /// The target it was built for.
+    pub target: String,
+    /// Names and checksums of the built-in models.
+    pub models: Vec<(String, String)>,
+    /// The machine.
+    pub machine: Machine,
+}
+
+/// A machine, as far as it matters to times.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Machine {
+    /// Its processor's name; `unknown` where the system does not tell.
+    pub processor: String,
+    /// Processors that this program may use.
+    pub cores: usize,
+    /// Memory [bytes]; zero where the system does not tell.
+    pub memory_bytes: u64,
+    /// Operating system and its version.
+    pub system: String,
+}
+
+/// Where reports are kept: not part of what was measured.
+const REPORTS: &str = ":(exclude)docs/audit";
+
+impl Provenance {
+    /// Of this program, built from the checkout in `root`, on this machine.
+    pub fn gather(root: &Path) -> Self {
+        let changes =
+            git(root, &["status", "--porcelain", "--untracked-files=no", "--", ".", REPORTS]);
+        let models = [Integrator::EULER, Integrator::RK4].map(|integrator| {
+            let record = Learned::built_in(integrator).record();
+            (record.name, record.checksum)
+        });
+        Self {
+            commit: git(root, &["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".into()),
+            is_modified: changes.is_some_and(|changes| !changes.is_empty()),
+            program: fingerprint::program(),
+            compiler: env!("REMORA_COMPILER").into(),
+            flags: env!("REMORA_FLAGS").into(),
+            profile: env!("REMORA_PROFILE").into(),
+            target: env!("REMORA_TARGET").into(),
+            models: models.into(),
+            machine: Machine::this(),
+        }
+    }
+
+    /// What a reader wants to see of it.
+    pub fn table(&self) -> Table {
+        let Self { commit, compiler, flags, profile, target, machine, .. } = self;
+        let gibibytes = machine.memory_bytes as f64 / (1u64 << 30) as f64;
+        let modified = if self.is_modified { ", with changes" } else { "" };
+        let models = self.models.iter().map(|(name, checksum)| format!("{name} {checksum}"));
+        let mut table = Table::new([("", Align::Left), ("", Align::Left)]);
+        for (name, value) in [
+            ("commit", format!("`{commit}`{modified}")),
+            ("compiler", format!("{compiler}, {target}")),
+            ("profile, flags", format!("{profile}; `{flags}`")),
+            ("models", models.collect::<Vec<_>>().join(", ")),
+            ("machine", format!("{}, {} cores", machine.processor, machine.cores)),
+            ("memory, system", format!("{gibibytes:.1} GiB, {}", machine.system)),
+        ] {
+            table.row([name.into(), value]);
+        }
+        table
+    }
+}
+
+impl Machine {
+    /// The one this runs on.
+    fn this() -> Self {
+        let read = |file: &str| std::fs::read_to_string(file).unwrap_or_default();
+        let field = |file: &str, name: &str| {
+            let text = read(file);
+            let line = text.lines().find(|line| line.starts_with(name));
+            line.and_then(|line| line.split_once(':')).map(|(_, value)| value.trim().to_string())
+        };
+        let memory = field("/proc/meminfo", "MemTotal");
+        let kibibytes = memory.and_then(|text| text.split(' ').next()?.parse::<u64>().ok());
+        let release = read("/proc/sys/kernel/osrelease");
+        Self {
+            processor: field("/proc/cpuinfo", "model name").unwrap_or_else(|| "unknown".into()),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            memory_bytes: kibibytes.unwrap_or(0) * 1024,
+            system: format!("{} {}", std::env::consts::OS, release.trim()).trim().into(),
+        }
+    }
+}
+
+/// What `git` answers in `root`, where it does.
+fn git(root: &Path, arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").arg("-C").arg(root).args(arguments).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then(|| text.trim().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_build_knows_its_compiler_and_models() {
+        let dir = tempfile::tempdir().unwrap();
+        let made = Provenance::gather(dir.path());
+        assert_eq!(made.commit, "unknown");
+        assert!(!made.is_modified);
+        assert!(made.compiler.starts_with("rustc "), "{}", made.compiler);
+        assert!(made.target.contains('-') && made.machine.cores > 0);
+        assert_eq!(made.models.len(), 2);
+        assert!(made.models.iter().all(|(_, checksum)| checksum.len() == 8), "{:?}", made.models);
+        assert!(made.table().markdown().contains(&made.compiler));
+    }
+}

@@ -1,0 +1,238 @@
+//! Pages for people: the same blocks as Markdown for a repository, and as HTML that holds all it
+//! shows, plots included.
+
+use super::Table;
+use std::fmt::Write;
+
+/// What is read from top to bottom.
+pub struct Page {
+    /// Name of its file, without an extension; the anchor in HTML.
+    pub name: &'static str,
+    /// Its title.
+    pub title: String,
+    /// What stands on it.
+    pub blocks: Vec<Block>,
+}
+
+/// A part of a page. Texts may hold `code`, **strong words** and [links](to), nothing else.
+pub enum Block {
+    /// A heading below the title.
+    Heading(String),
+    /// A paragraph.
+    Text(String),
+    /// A table.
+    Table(Table),
+    /// A plot: name of its file without the extension, what it shows, its SVG.
+    Plot(String, String, String),
+    /// A command line that makes again what stands above.
+    Command(String),
+}
+
+impl Page {
+    /// An empty page.
+    pub fn new(name: &'static str, title: impl Into<String>) -> Self {
+        Self { name, title: title.into(), blocks: Vec::new() }
+    }
+
+    /// Adds a heading.
+    pub fn heading(&mut self, text: impl Into<String>) -> &mut Self {
+        self.add(Block::Heading(text.into()))
+    }
+
+    /// Adds a paragraph.
+    pub fn text(&mut self, text: impl Into<String>) -> &mut Self {
+        self.add(Block::Text(text.into()))
+    }
+
+    /// Adds a table.
+    pub fn table(&mut self, table: Table) -> &mut Self {
+        self.add(Block::Table(table))
+    }
+
+    /// Adds a plot.
+    pub fn plot(&mut self, name: &str, caption: &str, svg: String) -> &mut Self {
+        self.add(Block::Plot(name.into(), caption.into(), svg))
+    }
+
+    /// Adds the command that makes it again.
+    pub fn command(&mut self, line: impl Into<String>) -> &mut Self {
+        self.add(Block::Command(line.into()))
+    }
+
+    fn add(&mut self, block: Block) -> &mut Self {
+        self.blocks.push(block);
+        self
+    }
+
+    /// The page as Markdown; plots are linked as `NAME.svg` beside it.
+    pub fn markdown(&self) -> String {
+        let mut out = format!("# {}\n", self.title);
+        for block in &self.blocks {
+            // Writing to a string cannot fail.
+            let _ = match block {
+                Block::Heading(text) => writeln!(out, "\n## {text}"),
+                Block::Text(text) => writeln!(out, "\n{text}"),
+                Block::Table(table) => write!(out, "\n{}", table.markdown()),
+                Block::Plot(name, caption, _) => writeln!(out, "\n![{caption}]({name}.svg)"),
+                Block::Command(line) => writeln!(out, "\nAgain: `{line}`"),
+            };
+        }
+        out
+    }
+
+    /// Names and texts of the plots.
+    pub fn plots(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.blocks.iter().filter_map(|block| match block {
+            Block::Plot(name, _, svg) => Some((name.as_str(), svg.as_str())),
+            _ => None,
+        })
+    }
+
+    fn html(&self) -> String {
+        let mut out = format!("<section id=\"{}\">\n<h1>{}</h1>\n", self.name, inline(&self.title));
+        for block in &self.blocks {
+            let _ = match block {
+                Block::Heading(text) => writeln!(out, "<h2>{}</h2>", inline(text)),
+                Block::Text(text) => writeln!(out, "<p>{}</p>", inline(text)),
+                Block::Table(table) => writeln!(out, "{}", table.html()),
+                Block::Plot(_, caption, svg) => writeln!(
+                    out,
+                    "<figure>{}<figcaption>{}</figcaption></figure>",
+                    svg.trim(),
+                    inline(caption)
+                ),
+                Block::Command(line) => {
+                    writeln!(out, "<p class=\"again\">Again: <code>{}</code></p>", escaped(line))
+                }
+            };
+        }
+        out + "</section>\n"
+    }
+}
+
+const STYLE: &str = "\
+:root{color-scheme:light dark}
+body{font:16px/1.5 system-ui,sans-serif;margin:0 auto;max-width:76rem;padding:0 1.5rem 4rem}
+nav{position:sticky;top:0;padding:.7rem 0;background:Canvas;border-bottom:1px solid #8886}
+nav a{margin-right:1.2rem}
+h1{margin-top:3rem}
+table{border-collapse:collapse;margin:1rem 0;font-size:.9rem;display:block;overflow-x:auto}
+th,td{padding:.25rem .7rem;border-bottom:1px solid #8884;text-align:left;vertical-align:top}
+th.r,td.r{text-align:right;font-variant-numeric:tabular-nums}
+figure{margin:1.5rem 0}
+figure svg{max-width:100%;height:auto;background:#fff}
+.again{font-size:.9rem;opacity:.8}
+code{font-size:.9em}
+";
+
+/// Pages in one document that loads nothing.
+pub fn html(title: &str, pages: &[Page]) -> String {
+    let links: String = pages
+        .iter()
+        .map(|page| format!("<a href=\"#{}\">{}</a>\n", page.name, inline(&page.title)))
+        .collect();
+    let sections: String = pages.iter().map(Page::html).collect();
+    let title = escaped(title);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <nav>\n{links}</nav>\n{sections}</body>\n</html>\n"
+    )
+}
+
+/// Text with what HTML would read as its own replaced.
+pub(super) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// The same with code, strong words and links.
+pub(super) fn inline(text: &str) -> String {
+    let mut out = String::new();
+    // Between backquotes every other piece is code.
+    for (i, piece) in text.split('`').enumerate() {
+        match i % 2 {
+            1 => out += &format!("<code>{}</code>", escaped(piece)),
+            _ => out += &strong(&linked(&escaped(piece))),
+        }
+    }
+    out
+}
+
+fn strong(text: &str) -> String {
+    let pieces = text.split("**").enumerate();
+    pieces
+        .map(|(i, piece)| match i % 2 {
+            1 => format!("<strong>{piece}</strong>"),
+            _ => piece.to_string(),
+        })
+        .collect()
+}
+
+/// `[name](to)`. A page beside this one is a section of the same document.
+fn linked(text: &str) -> String {
+    let mut pieces = text.split('[');
+    let mut out = pieces.next().unwrap_or_default().to_string();
+    for piece in pieces {
+        let link = piece.split_once("](").and_then(|(name, rest)| {
+            let (to, rest) = rest.split_once(')')?;
+            let to = match to.strip_suffix(".md") {
+                Some(page) if !page.contains('/') => format!("#{page}"),
+                _ => to.to_string(),
+            };
+            Some(format!("<a href=\"{to}\">{name}</a>{rest}"))
+        });
+        out += &link.unwrap_or_else(|| format!("[{piece}"));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Align;
+
+    fn page() -> Page {
+        let mut table = Table::new([("part", Align::Left), ("bytes", Align::Right)]);
+        table.row(["code `a<b>`".into(), "12".into()]);
+        let mut page = Page::new("memory", "Memory");
+        page.text("All of it, **static**, see [stack](stack.md) & more.")
+            .heading("By part")
+            .table(table)
+            .plot("split", "Bytes by part", "<svg><g/></svg>\n".into())
+            .command("remora audit --only memory");
+        page
+    }
+
+    #[test]
+    fn markdown_is_as_written() {
+        let expected = "# Memory\n\nAll of it, **static**, see [stack](stack.md) & more.\n\n\
+            ## By part\n\n| part | bytes |\n| --- | ---: |\n| code `a<b>` | 12 |\n\n\
+            ![Bytes by part](split.svg)\n\nAgain: `remora audit --only memory`\n";
+        assert_eq!(page().markdown(), expected);
+        assert_eq!(page().plots().collect::<Vec<_>>(), [("split", "<svg><g/></svg>\n")]);
+    }
+
+    #[test]
+    fn html_holds_everything() {
+        let html = html("Audit", &[page()]);
+        for part in [
+            "<title>Audit</title>",
+            "<strong>static</strong>",
+            "<a href=\"#stack\">stack</a> &amp; more",
+            "<td>code <code>a&lt;b&gt;</code></td><td class=\"r\">12</td>",
+            "<figure><svg><g/></svg><figcaption>Bytes by part</figcaption></figure>",
+            "<code>remora audit --only memory</code>",
+        ] {
+            assert!(html.contains(part), "{part}\n{html}");
+        }
+        // Nothing is loaded from anywhere.
+        assert!(!html.contains("src=") && !html.contains("http"));
+    }
+
+    #[test]
+    fn brackets_that_are_no_links_stay() {
+        assert_eq!(inline("times [ms], [0, 1)"), "times [ms], [0, 1)");
+        assert_eq!(inline("[a](../b.md)"), "<a href=\"../b.md\">a</a>");
+    }
+}
