@@ -212,6 +212,7 @@ mod tests {
         rest.split([',', '.']).next()
     }
 
+    // Verifies REM-SCP-003.
     #[test]
     fn every_open_loop_names_its_bound() {
         for (file, lines) in source() {
@@ -226,6 +227,7 @@ mod tests {
         }
     }
 
+    // Verifies REM-SCP-003.
     #[test]
     fn the_table_has_the_marks_of_the_source() {
         let files = source();

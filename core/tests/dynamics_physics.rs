@@ -27,12 +27,15 @@ macro_rules! for_any_arm {
             use super::*;
             proptest! {
                 #![proptest_config(config())]
+                // Verifies REM-DYN-004.
                 #[test]
                 fn one_link(case in lively::<1, 8, 4>()) { super::$name(&case); }
                 #[test]
                 fn two_links(case in lively::<2, 10, 5>()) { super::$name(&case); }
+                // Verifies REM-DYN-004.
                 #[test]
                 fn three_links(case in lively::<3, 12, 6>()) { super::$name(&case); }
+                // Verifies REM-DYN-004.
                 #[test]
                 fn five_links(case in lively::<5, 16, 8>()) { super::$name(&case); }
             }
@@ -333,6 +336,7 @@ fn step_derivatives<const NL: usize, const NX: usize, const NU: usize>(case: &Ca
 proptest! {
     #![proptest_config(config())]
 
+    // Verifies REM-DYN-003.
     #[test]
     fn step_derivatives_on_mission(case in on_mission()) {
         // One node, in which each of these turns bus or joint by a few mrad.

@@ -89,6 +89,7 @@ fn run_until(
 const WANDERING: &[(f64, f64)] =
     &[(9.0, 50.0), (8.0, 0.5), (7.0, 9.0), (6.0, 0.5), (5.0, 8.0), (4.0, 7.0), (3.0, 7.0)];
 
+// Verifies REM-SCP-002.
 #[test]
 fn the_best_feasible_iterate_is_left() {
     for (most, left, is_earlier) in
@@ -111,6 +112,7 @@ fn without_a_feasible_iterate_the_last_is_left() {
     assert_eq!(outcome.violation, 60.0);
 }
 
+// Verifies REM-SCP-002.
 #[test]
 fn a_deadline_ends_the_loop_wherever_it_strikes() {
     let mut last = 0;
@@ -145,6 +147,7 @@ fn other_failures_try_smaller_regions_first() {
     assert_eq!(outcome.status, Status::NumericalFailure);
 }
 
+// Verifies REM-SCP-001.
 #[test]
 fn what_is_not_a_number_is_never_solved() {
     let (outcome, at) = run(&[(f64::NAN, 0.0)], 5, QpStatus::Solved);

@@ -25,12 +25,14 @@
 //! - `training`, with the feature of that name: networks for the learned warm start;
 //! - [`statistics`]: estimates with their confidence intervals;
 //! - [`report`]: tables for the terminal, pages with plots;
+//! - [`audit`]: memory, time, robustness and requirements for a review board;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
 //!   [`export::ExportJob`], [`dataset::Recipe`], [`quantise::quantise`].
 #![forbid(unsafe_code)]
 
 pub mod allocations;
+pub mod audit;
 pub mod backend;
 pub mod campaign;
 pub mod checking;

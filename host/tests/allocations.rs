@@ -39,6 +39,7 @@ impl Flight {
     }
 }
 
+// Verifies REM-MEM-001.
 fn main() {
     network_in_place();
     static FLIGHT: std::sync::Mutex<Flight> = std::sync::Mutex::new(Flight::new());

@@ -93,6 +93,7 @@ fn relative(ours: &[f64], reference: &[f64]) -> f64 {
     error / scale
 }
 
+// Verifies REM-DYN-001.
 #[test]
 fn accelerations() {
     let (oracle, mission, body) = oracle();
@@ -136,6 +137,7 @@ fn center_of_mass_and_end_effector() {
     }
 }
 
+// Verifies REM-DYN-002.
 #[test]
 fn successors() {
     let (oracle, _, body) = oracle();
@@ -156,6 +158,7 @@ fn successors() {
     }
 }
 
+// Verifies REM-DYN-003.
 #[test]
 fn acceleration_jacobian() {
     let (oracle, _, body) = oracle();

@@ -77,6 +77,7 @@ impl Bench {
     }
 }
 
+// Verifies REM-PLN-001.
 #[test]
 fn stage_1_finds_the_unique_optimum_of_every_public_scenario() {
     let mut bench = Bench::new();
@@ -90,6 +91,7 @@ fn stage_1_finds_the_unique_optimum_of_every_public_scenario() {
     }
 }
 
+// Verifies REM-PLN-002.
 #[test]
 fn stage_2_is_near_the_reference_in_the_mean() {
     let mut bench = Bench::new();
@@ -105,6 +107,7 @@ fn stage_2_is_near_the_reference_in_the_mean() {
     assert!(ours <= 1.05 * theirs, "{ours} against {theirs}");
 }
 
+// Verifies REM-PLN-003.
 #[test]
 fn rk4_plans_satisfy_rk4_dynamics_and_not_eulers() {
     let mut bench = Bench::new();
@@ -141,6 +144,7 @@ fn a_disturbed_plan_is_a_better_start_than_the_heuristic() {
     assert!(disturbed < heuristic, "{disturbed} against {heuristic}");
 }
 
+// Verifies REM-MEM-002.
 #[test]
 fn all_memory_together_fits_a_mebibyte() {
     let (planner, solver) = (Workspace::BYTES, EmbeddedSolver::BYTES);
@@ -149,6 +153,7 @@ fn all_memory_together_fits_a_mebibyte() {
     assert_eq!((planner, solver), (size_of::<Workspace>(), size_of::<EmbeddedSolver>()));
 }
 
+// Verifies REM-MEM-003.
 #[test]
 fn planning_fits_a_stack_of_256_kib() {
     let mission = Mission::<LINKS>::default();
@@ -176,6 +181,7 @@ fn planning_fits_a_stack_of_256_kib() {
     assert_eq!(status, Status::Solved);
 }
 
+// Verifies REM-PLN-005.
 #[test]
 fn a_plan_does_not_depend_on_the_one_before() {
     let options = Options::new(Mode::Optimal, Integrator::Euler);
@@ -190,6 +196,7 @@ fn a_plan_does_not_depend_on_the_one_before() {
 
 /// Stage 1 works in the memory that Stage 2 of the plan before left, and with its solver: what can
 /// be told of that plan there must not be.
+// Verifies REM-PLN-005.
 #[test]
 fn with_the_embedded_solver_neither() {
     let (mission, set) = (Mission::<LINKS>::default(), public());
@@ -216,6 +223,7 @@ fn with_the_embedded_solver_neither() {
     }
 }
 
+// Verifies REM-SCP-001.
 #[test]
 fn a_start_that_is_not_a_number_is_not_a_success() {
     let mut bench = Bench::new();
@@ -233,6 +241,7 @@ fn a_start_that_is_not_a_number_is_not_a_success() {
     assert_eq!(report.outcome.status, Status::NumericalFailure);
 }
 
+// Verifies REM-SCP-004.
 #[test]
 fn the_iteration_limit_is_said_to_be_one() {
     let mut bench = Bench::new();
@@ -243,6 +252,7 @@ fn the_iteration_limit_is_said_to_be_one() {
     assert_eq!(report.reorientation.outcome.iterations, 2);
 }
 
+// Verifies REM-PLN-006.
 #[test]
 fn two_threads_plan_the_same_bits_as_one() {
     let mut bench = Bench::new();
@@ -273,6 +283,7 @@ fn plan_within(bench: &mut Bench, readings: f64) -> Report {
     bench.plan_in(36, &options, &Environment { clock: &clock, pair: &Sequential })
 }
 
+// Verifies REM-PLN-008.
 #[test]
 fn a_plan_cut_short_is_told_from_one_to_fly() {
     let mut bench = Bench::new();
@@ -303,6 +314,7 @@ fn a_plan_cut_short_is_told_from_one_to_fly() {
     assert!(useful > 0 && earlier > 0, "{useful}, {earlier}");
 }
 
+// Verifies REM-PLN-008.
 #[test]
 fn no_time_at_all_leaves_the_starts() {
     let mut bench = Bench::new();
@@ -318,6 +330,7 @@ fn no_time_at_all_leaves_the_starts() {
     assert!(bench.workspace.motion().states.iter().all(|x| x.is_finite()));
 }
 
+// Verifies REM-PLN-009.
 #[test]
 fn evidence_follows_what_it_is_evidence_of() {
     let mut bench = Bench::new();
@@ -399,6 +412,7 @@ fn growth(bench: &Bench, solver: &EmbeddedSolver, turn: f64, is_tracking: bool) 
     (pointing(&x.attitude) - pointing(&motion.states[NODES - 1].attitude)).norm() / turn
 }
 
+// Verifies REM-PLN-010.
 #[test]
 fn the_gains_bring_a_disturbed_start_back_to_the_plan() {
     let mut bench = Bench::new();

@@ -181,6 +181,7 @@ fn a_plan_is_a_good_start_for_itself() {
 }
 
 /// Whatever a model answers, there is a plan: the heuristic's.
+// Verifies REM-LRN-003.
 #[test]
 fn a_bad_start_gives_way_to_the_heuristic() {
     let mut bench = Bench::new();
@@ -206,6 +207,7 @@ fn a_bad_start_gives_way_to_the_heuristic() {
 }
 
 /// A start from which Stage 2 ends unsolved costs iterations, not the plan.
+// Verifies REM-LRN-003.
 #[test]
 fn a_start_that_fails_is_followed_by_the_heuristic() {
     let mut bench = Bench::new();

@@ -82,6 +82,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
         /// Whatever a file holds, its reader answers: never a panic, never a value unchecked.
+        // Verifies REM-IO-001.
         #[test]
         fn readers_survive_damage(at: prop::sample::Index, with: char) {
             let set = ScenarioSet::built_in().unwrap();

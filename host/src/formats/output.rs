@@ -97,6 +97,7 @@ pub fn remove_partials(directory: &Path) {
 mod tests {
     use super::*;
 
+    // Verifies REM-IO-002.
     #[test]
     fn a_file_is_replaced_whole_and_nothing_is_left_beside_it() {
         let dir = tempfile::tempdir().unwrap();

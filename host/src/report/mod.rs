@@ -13,6 +13,7 @@ pub use campaign::campaign_report;
 pub use check::check_report;
 pub use dataset::dataset_report;
 pub use export::export_report;
+pub use page::{Block, Page};
 pub use plan::{evidence, iteration_log, plan_report};
 pub use table::{Align, Table};
 

@@ -93,6 +93,7 @@ fn finished_rows_are_not_planned_again() {
     assert_eq!(columns(&bench, "runs"), (rows_after, times_after));
 }
 
+// Verifies REM-IO-003.
 #[test]
 fn a_killed_campaign_resumes() {
     let bench = Bench::new();

@@ -37,6 +37,7 @@ fn the_integrator_is_the_plans_unless_another_is_asked_for() {
     assert!(!run.out.contains("disagrees"), "{}", run.out);
 }
 
+// Verifies REM-PLN-003.
 #[test]
 fn one_number_changed_is_one_plan_refused() {
     let bench = planned("euler");

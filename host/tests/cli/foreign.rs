@@ -59,6 +59,7 @@ fn plan(set: &ScenarioSet, reference: &Value) -> Value {
 }
 
 /// The verifier finds the reference solutions feasible and their costs as large as they say.
+// Verifies REM-PLN-004.
 #[test]
 fn the_reference_solutions_are_feasible() {
     let bench = Bench::new();

@@ -18,6 +18,7 @@ fn without_arguments_it_plans_a_built_in_scenario() {
     assert_eq!(run.out.matches(" ok ").count(), 11, "{}", run.out);
 }
 
+// Verifies REM-PLN-005.
 #[test]
 fn twice_the_same_is_the_same_but_for_times() {
     let bench = Bench::new();
@@ -40,6 +41,7 @@ fn twice_the_same_is_the_same_but_for_times() {
     assert_eq!(evidence["gains"].as_array().map(Vec::len), Some(59));
 }
 
+// Verifies REM-PLN-006.
 #[test]
 fn two_threads_write_the_same_plan_but_for_times() {
     let bench = Bench::new();

@@ -9,6 +9,7 @@ fn bad_set(bench: &Bench, from: &str, to: &str) {
     bench.write("bad.scenarios.json", &text.replacen(from, to, 1));
 }
 
+// Verifies REM-IO-001.
 #[test]
 fn scenario_sets() {
     let bench = Bench::new();
@@ -80,6 +81,7 @@ fn files_that_are_not_json_or_not_there() {
     bench.refuses(plan, "bad.scenarios.json: is a directory");
 }
 
+// Verifies REM-IO-001.
 #[test]
 fn missions() {
     let bench = Bench::new();

@@ -48,6 +48,7 @@ fn the_heuristic_takes_no_model() {
 }
 
 /// What is not a model is the same as no model, but for what is said of it.
+// Verifies REM-LRN-003.
 #[test]
 fn a_corrupt_model_gives_way_to_the_heuristic() {
     let bench = Bench::new();

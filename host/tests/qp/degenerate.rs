@@ -300,6 +300,7 @@ fn mistaken<S: QpSolver<N, NX, NU, 1>>(solver: &mut S) -> Vec<String> {
     mistaken
 }
 
+// Verifies REM-QP-002.
 #[test]
 fn programs_without_a_solution_are_no_success() {
     let mistaken = mistaken(&mut *embedded::<N, NX, NU, 1>());

@@ -12,6 +12,7 @@ fn program(seed: u64) -> Box<remora_core::qp::Qp<12, 4, 2, 1>> {
     random(&Recipe { seed, ..Recipe::PLAIN })
 }
 
+// Verifies REM-QP-003.
 #[test]
 fn the_cap_on_iterations_is_one() {
     let qp = program(3);
@@ -72,6 +73,7 @@ impl Clock for Ticks {
     }
 }
 
+// Verifies REM-QP-003.
 #[test]
 fn a_deadline_is_looked_at_in_every_iteration() {
     let qp = program(3);
@@ -92,6 +94,7 @@ fn a_deadline_is_looked_at_in_every_iteration() {
     assert_eq!(bits(&point), bits(&expected.point));
 }
 
+// Verifies REM-QP-004.
 #[test]
 fn after_a_reset_the_bits_do_not_depend_on_what_was_solved_before() {
     let qp = program(3);

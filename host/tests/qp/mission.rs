@@ -116,6 +116,7 @@ fn statistics(pairs: &[Pair]) {
     show("iterations, sharp", |pair| pair.sharp.0.iterations.into());
 }
 
+// Verifies REM-QP-001.
 #[test]
 fn embedded_and_clarabel_agree_on_every_subproblem_of_the_public_scenarios() {
     let pairs = all_pairs();

@@ -84,6 +84,7 @@ fn mistaken<S: QpSolver<N, NX, NU, NR>>(solver: &mut S) -> Vec<String> {
     mistaken
 }
 
+// Verifies REM-QP-002.
 #[test]
 fn what_is_not_a_number_is_not_solved() {
     let mistaken = mistaken(&mut *embedded::<N, NX, NU, NR>());

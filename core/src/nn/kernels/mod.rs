@@ -206,6 +206,7 @@ mod tests {
     const BYTES: usize = (TILE + BATCH) * (LONGEST + GAP);
 
     proptest! {
+        // Verifies REM-LRN-004.
         #[test]
         fn every_kernel_is_exact(
             rows in 0..=TILE, columns in 0..=LONGEST, vectors in 0..=BATCH,

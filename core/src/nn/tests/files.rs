@@ -26,6 +26,7 @@ fn a_sound_file_is_opened_wherever_it_lies() {
     }
 }
 
+// Verifies REM-LRN-002.
 #[test]
 fn a_file_cut_anywhere_is_refused() {
     for precision in [Precision::Int8, Precision::F32] {
@@ -40,6 +41,7 @@ fn a_file_cut_anywhere_is_refused() {
     }
 }
 
+// Verifies REM-LRN-001.
 #[test]
 fn a_flipped_bit_is_refused_wherever_it_is() {
     let mut bytes = tiny(Precision::Int8);
@@ -107,6 +109,7 @@ fn shapes_beyond_the_limits_are_refused() {
 }
 
 proptest! {
+    // Verifies REM-LRN-002.
     #[test]
     fn any_bytes_are_opened_or_refused(mut bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
         let _ = refusal(&bytes);

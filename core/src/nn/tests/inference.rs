@@ -16,6 +16,7 @@ fn with_network<R>(
     run(&mut Network::new(&model, &mut *memory).unwrap(), &features(header, seed))
 }
 
+// Verifies REM-LRN-004.
 #[test]
 fn every_kernel_has_the_same_bits() {
     for (layout, decoder) in variants() {
@@ -46,6 +47,7 @@ fn a_token_alone_has_the_bits_of_a_batch() {
     }
 }
 
+// Verifies REM-LRN-005.
 #[test]
 fn a_roll_out_depends_on_nothing_before_it() {
     let header = header(Precision::Int8, Layout::Separate, Decoder::Flow { steps: 2 }, SHAPE);

@@ -1,0 +1,3 @@
+//! The audit: evidence of memory, time, robustness and requirements for a review board.
+
+pub mod requirements;
