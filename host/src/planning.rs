@@ -117,6 +117,20 @@ impl Planner {
         self.plan_watched(mission, scenario, method, model, &mut |_| ())
     }
 
+    /// Plans with the embedded solver and leaves the plan where it is: what flies, and nothing else.
+    /// No memory is asked for once the same method has planned before.
+    pub fn plan_in_place(
+        &mut self,
+        mission: &Mission<LINKS>,
+        scenario: &NamedScenario,
+        method: &Method,
+        model: Option<&Learned>,
+    ) -> Report {
+        let Self { workspace, embedded, threads, memories, .. } = self;
+        let place = Place { threads, model, memories, workspace };
+        run(mission, scenario, method, &mut **embedded, place)
+    }
+
     /// The same, with somebody who looks at each subproblem once it has been solved.
     pub fn plan_watched(
         &mut self,
@@ -130,12 +144,14 @@ impl Planner {
         let place = Place { threads, model, memories, workspace };
         let (report, gains) = match method.qp {
             Qp::Embedded => {
-                let solver = Recorder::new(&mut **embedded, watch);
-                run(mission, scenario, method, solver, place)
+                let mut solver = Recorder::new(&mut **embedded, watch);
+                let report = run(mission, scenario, method, &mut solver, place);
+                (report, gains(mission, &report, &solver))
             }
             Qp::Clarabel => {
-                let solver = Recorder::new(clarabel, watch);
-                run(mission, scenario, method, solver, place)
+                let mut solver = Recorder::new(clarabel, watch);
+                let report = run(mission, scenario, method, &mut solver, place);
+                (report, gains(mission, &report, &solver))
             }
         };
         let (one, two) = (&report.translation, &report.reorientation);
@@ -182,26 +198,23 @@ fn run<S: Solver>(
     mission: &Mission<LINKS>,
     scenario: &NamedScenario,
     method: &Method,
-    mut solver: S,
+    solver: &mut S,
     place: Place<'_>,
-) -> (Report, Option<Vec<Gain>>) {
+) -> Report {
     let environment = Environment { clock: &WallClock::start(), pair: place.threads };
     let mut planned = |start: &mut Start<'_>| {
         let scenario = scenario.scenario();
         let options = options(method);
         let workspace = &mut *place.workspace;
-        planner::plan(mission, &scenario, &options, start, &mut solver, &environment, workspace)
+        planner::plan(mission, &scenario, &options, start, solver, &environment, workspace)
     };
-    let report = match place.model {
+    match place.model {
         None => planned(&mut Start::Heuristic),
         Some(model) => model.at_work(place.memories, |policy| match policy {
             None => planned(&mut Start::Refused),
             Some(policy) => planned(&mut Start::Learned { policy, seed: SEED }),
         }),
-    };
-    // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
-    let planned = report.reorientation.outcome.iterations > 0;
-    (report, planned.then(|| gains(mission, &solver)).flatten())
+    }
 }
 
 impl Default for Planner {
@@ -211,7 +224,11 @@ impl Default for Planner {
 }
 
 /// The gains of all intervals, where the solver has them.
-fn gains<S: Solver>(mission: &Mission<LINKS>, solver: &S) -> Option<Vec<Gain>> {
+fn gains<S: Solver>(mission: &Mission<LINKS>, report: &Report, solver: &S) -> Option<Vec<Gain>> {
+    // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
+    if report.reorientation.outcome.iterations == 0 {
+        return None;
+    }
     (0..NODES - 1).map(|k| planner::feedback_gain(mission, solver, k)).collect()
 }
 
