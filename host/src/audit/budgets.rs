@@ -1,6 +1,7 @@
 //! Budgets: what code, memory, stack and instructions may be, and whether they are.
 
-use crate::error::{Error, io_reason};
+use crate::error::Error;
+use crate::formats::json::read_text;
 use crate::report::{Align, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -103,8 +104,7 @@ impl Budgets {
     /// A file that cannot be read or is not one; a budget of zero, without a reason, given twice.
     pub fn read(root: &Path) -> Result<Self, Error> {
         let file = root.join(FILE);
-        let text = std::fs::read_to_string(&file)
-            .map_err(|cause| Error::input(&file, "", io_reason(&cause)))?;
+        let text = read_text(&file)?;
         let wrong = |field: String, reason: &str| Error::input(&file, field, reason);
         let parsed: File = toml::from_str(&text)
             .map_err(|error| wrong(String::new(), error.message().trim_end()))?;

@@ -1,5 +1,7 @@
 //! The audit: evidence of memory, time, robustness and requirements for a review board.
 
 pub mod budgets;
+pub mod firmware;
 pub mod loops;
 pub mod requirements;
+pub mod section;

@@ -5,6 +5,7 @@
 //! is a fault, and so is a test that names an id which does not exist.
 
 use crate::error::{Error, io_reason};
+use crate::formats::json::read_text;
 use crate::report::{Align, Page, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,8 +55,7 @@ impl Requirement {
 /// A file that cannot be read; a row that is not one; an id used twice or of another form.
 pub fn read(root: &Path) -> Result<Vec<Requirement>, Error> {
     let file = root.join(FILE);
-    let text = std::fs::read_to_string(&file)
-        .map_err(|cause| Error::input(&file, "", io_reason(&cause)))?;
+    let text = read_text(&file)?;
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let (mut rows, mut ids) = (Vec::new(), BTreeSet::new());
     for (number, row) in reader.deserialize().enumerate() {
