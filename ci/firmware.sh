@@ -136,7 +136,7 @@ build() {
         # A folder each: cargo lets one build at a time into one.
         export "${variable}_RUSTFLAGS=$flags" CARGO_TARGET_DIR=$out/$target
         cargo_for "$name" build -vv --release --manifest-path "$manifest" \
-            --features "$features" 2>"$file.build" ||
+            --features "$features" >"$file.build" 2>&1 ||
             { grep -E '^error|^  *-->' "$file.build" >&2 && exit 1; }
     )
     # The next build puts another image in this one's place.

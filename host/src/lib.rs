@@ -19,6 +19,7 @@
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`dataset`]: trajectories to train on, from a seed, in shards;
 //! - [`quantise`]: models from single precision to bytes;
+//! - [`audit`]: memory and latency with what they were measured on;
 //! - [`reproduce`]: the paper's tables for learned starts;
 //! - `training`, with the feature of that name: networks for the learned warm start;
 //! - [`report`]: tables for the terminal;
@@ -27,6 +28,7 @@
 //!   [`export::ExportJob`], [`dataset::Recipe`], [`quantise::quantise`].
 #![forbid(unsafe_code)]
 
+pub mod audit;
 pub mod backend;
 pub mod campaign;
 pub mod checking;
