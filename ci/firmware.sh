@@ -2,22 +2,31 @@
 # Builds the firmware images, proves that no panic can be reached in them, runs them under QEMU and
 # holds their plans against the host's, bit for bit. Usage:
 #
-#   ci/firmware.sh [--scenarios N] [--integrator euler|rk4] [--target TARGET]... [--twice]
-#                  [--kernels]
+#   ci/firmware.sh [--scenarios N] [--start heuristic|model] [--integrator euler|rk4]
+#                  [--target TARGET]... [--twice] [--kernels]
+#   ci/firmware.sh --corpus [--target TARGET]... [--twice] [--kernels]
 #
-# N (5) scenarios of the public set are planned; --twice runs each image again and demands the same
-# output, instruction counts included; --kernels runs the parts of a plan one by one besides. Prints
-# a table and writes it to firmware/report.json in the target folder. What is measured, and how, is
-# told in docs/firmware.md.
+# The first N (4) scenarios of the audit's set are planned, with Euler and from both starts where
+# nothing else is asked for. --corpus plans what the audit reports: both integrators from both
+# starts, on all targets but LEON3. --twice runs each image again and demands the same output,
+# instruction counts included; --kernels prints what the parts of a plan take besides. Prints tables
+# and writes firmware/report.json in the target folder, beside the images with their symbols and
+# relocations (TARGET.elf) and the compiler's remarks on their stack frames (TARGET.remarks). What
+# is measured, and how, is told in docs/firmware.md.
 set -euo pipefail
+# Each job is a process group of its own, so that it can be ended with all that it started.
+set -m
 
-# The bars: the planner's memory with its solver's everywhere, image and stack on the Cortex-M7,
-# whose memories are small.
+# The bars: the planner's memory with its solver's and its network's everywhere, image and stack on
+# the Cortex-M7, whose memories are small. Models are no part of the image: data of their own.
 max_image_bytes=$((384 * 1024))
 max_memory_bytes=$((1024 * 1024))
 max_stack_bytes=$((32 * 1024))
 # Longest run of an image [s].
 max_run_s=1800
+# What --corpus plans: integrator, start, first scenario, scenarios. With RK4, which takes several
+# times as long, the scenarios that are hardest with it.
+corpus=("euler heuristic 0 12" "euler model 0 12" "rk4 heuristic 8 4" "rk4 model 8 4")
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 manifest=ci/firmware/Cargo.toml
@@ -25,34 +34,40 @@ out=${CARGO_TARGET_DIR:-$PWD/target}/firmware
 
 # shellcheck source=ci/toolchain.sh
 source ci/toolchain.sh
-export CARGO_TARGET_DIR=$out
 
 usage() {
-    sed -n '2,/^set -e/s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+    sed -n '2,/^set -e/{/^set -e/d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2
     exit 2
 }
 
-scenarios=5 integrator=euler twice=no features= targets=()
+scenarios=4 integrator=euler starts=(heuristic model) twice=no kernels=no runs=() targets=()
 while [ $# -gt 0 ]; do
     case $1 in
     --scenarios) scenarios=${2:-} && shift 2 || usage ;;
     --integrator) integrator=${2:-} && shift 2 || usage ;;
+    --start) starts=("${2:-}") && shift 2 || usage ;;
     --target) targets+=("${2:-}") && shift 2 || usage ;;
+    --corpus) runs=("${corpus[@]}") && shift ;;
     --twice) twice=yes && shift ;;
-    --kernels) features=kernels && shift ;;
+    --kernels) kernels=yes && shift ;;
     *) usage ;;
     esac
 done
-[[ $scenarios =~ ^[1-9][0-9]{0,3}$ && $integrator =~ ^(euler|rk4)$ ]] || usage
+[[ $scenarios =~ ^([1-9]|1[0-2])$ && $integrator =~ ^(euler|rk4)$ ]] || usage
+[[ ${starts[0]} =~ ^(heuristic|model)$ ]] || usage
 if [ ${#targets[@]} -eq 0 ]; then
-    targets=(thumbv7em-none-eabihf aarch64-unknown-none riscv64gc-unknown-none-elf
-        sparc-unknown-none-elf)
+    targets=(thumbv7em-none-eabihf aarch64-unknown-none riscv64gc-unknown-none-elf)
+    [ ${#runs[@]} -ne 0 ] || targets+=(sparc-unknown-none-elf)
+fi
+if [ ${#runs[@]} -eq 0 ]; then
+    for start in "${starts[@]}"; do runs+=("$integrator $start 0 $scenarios"); done
 fi
 
 # about TARGET - sets what is particular to a target.
 about() {
-    byte_order=little clock_hz=0 linker=lld
+    byte_order=little clock_hz=0 linker=lld cpu='' emulator=()
     case $1 in
+    host) ;;
     thumbv7em-none-eabihf)
         cpu=cortex-m7 clock_hz=300000000 package=qemu-system-arm
         emulator=(qemu-system-arm -M mps2-an500 -semihosting-config enable=on,target=native)
@@ -96,20 +111,39 @@ find_linker() {
     fi
 }
 
-# build TARGET [FEATURE] - prints the image's path.
+# build TARGET KIND - the image (KIND image), or with the tests and a panic in it (KIND tests).
+#
+# Relocations (who refers to whom) and the compiler's remarks on stack frames are for whoever bounds
+# the stack; neither changes a byte that is loaded. Told everything (-vv), cargo repeats remarks on
+# what it had not to build again, too.
 build() {
-    local target=$1 feature=${2:-} variable path flags="-C target-cpu=$cpu"
-    path=$(find_linker)
+    local target=$1 kind=$2 features='' variable name file=$out/$1.elf
+    local flags="-C remark=prologepilog"
+    if [ "$kind" = tests ]; then
+        features=kernels,with-panic file=$out/$target.tests.elf
+    fi
+    name=$target
+    if [ "$target" = host ]; then
+        name=$(rustc -vV | sed -n 's/^host: //p')
+        flags+=" -C link-arg=-Wl,--emit-relocs"
+    else
+        flags+=" -C target-cpu=$cpu -C link-arg=--emit-relocs"
+    fi
     [ "$linker" = lld ] || flags+=" -C linker-flavor=ld -C link-arg=-melf32_sparc"
-    variable=CARGO_TARGET_$(tr a-z- A-Z_ <<<"$target")
+    variable=CARGO_TARGET_$(tr a-z- A-Z_ <<<"$name")
     (
-        export "${variable}_LINKER=$path" "${variable}_RUSTFLAGS=$flags"
-        cargo_for "$target" build --release --manifest-path "$manifest" \
-            --features "$features,$feature" >&2
+        [ "$target" = host ] || export "${variable}_LINKER=$(find_linker)"
+        # A folder each: cargo lets one build at a time into one.
+        export "${variable}_RUSTFLAGS=$flags" CARGO_TARGET_DIR=$out/$target
+        cargo_for "$name" build -vv --release --manifest-path "$manifest" \
+            --features "$features" >"$file.build" 2>&1 ||
+            { grep -E '^error|^  *-->' "$file.build" >&2 && exit 1; }
     )
-    # The next build may put another image in this one's place.
-    cp "$out/$target/release/remora-firmware" "$out/$target$feature.elf"
-    echo "$out/$target$feature.elf"
+    # The next build puts another image in this one's place.
+    cp "$out/$target/$name/release/remora-firmware" "$file"
+    if [ "$kind" = image ]; then
+        grep 'stack bytes in function' "$file.build" | sort -u >"$out/$target.remarks"
+    fi
 }
 
 # A panic ends in the panic handler, which refers to the section of `remora_panic_reachable`; the
@@ -127,27 +161,30 @@ can_panic() {
 }
 
 # sections FILE KIND - bytes of the sections in memory that the file holds (bits) or not (nobits),
-# the stack apart.
+# or of the models (model), which are no part of the others; the stack apart.
 sections() {
     local sum=0 size
-    for size in $(readelf -SW "$1" | sed 's/^ *\[ *[0-9]*\] //' | awk -v kind="$2" \
-        '$7 ~ /A/ && $1 != ".stack" && ($2 == "NOBITS") == (kind == "nobits") { print $5 }'); do
+    for size in $(readelf -SW "$1" | sed 's/^ *\[ *[0-9]*\] //' | awk -v kind="$2" '
+        { is = $1 == ".model" ? "model" : $2 == "NOBITS" ? "nobits" : "bits" }
+        $7 ~ /A/ && $1 != ".stack" && is == kind { print $5 }'); do
         sum=$((sum + 16#$size))
     done
     echo "$sum"
 }
 
-# execute IMAGE LOG - runs an image to its end.
+# execute IMAGE LOG INTEGRATOR START FIRST COUNT - runs an image to its end.
 execute() {
-    local address word status=0
+    local address word status=0 flags=0
+    [ "$3" = euler ] || flags=$((flags | 1))
+    [ "$4" = heuristic ] || flags=$((flags | 2))
     address=$(readelf -sW "$1" | awk '$8 == "REMORA_REQUEST" { print $2 }')
-    word=$((0x52 << 24 | ($([ "$integrator" = rk4 ] && echo 1 || echo 0) << 16) | scenarios))
+    word=$((0x52 << 24 | flags << 16 | $5 << 8 | $6))
     if [ "$byte_order" = big ]; then
         # The emulator writes the low byte first.
         word=$(((word & 0xff) << 24 | (word & 0xff00) << 8 | (word >> 8 & 0xff00) | word >> 24))
     fi
-    timeout "$max_run_s" "${emulator[@]}" -display none -monitor none -serial "file:$2" \
-        -icount shift=0,sleep=off -kernel "$1" \
+    timeout --foreground "$max_run_s" "${emulator[@]}" -display none -monitor none \
+        -serial "file:$2" -icount shift=0,sleep=off -kernel "$1" \
         -device "loader,addr=0x$address,data=$word,data-len=4" \
         </dev/null || status=$?
     if [ "$status" -ne 0 ] || [ "$(tail -n 1 "$2")" != end ]; then
@@ -158,86 +195,145 @@ execute() {
 }
 
 results() {
-    grep -E '^(stage|plan|residual|kernel) ' "$1"
+    grep -E '^(stage|plan|residual|verified|kernel) ' "$1"
 }
 
 # expect WHAT COMMAND... - notes what does not hold.
-broken=()
 expect() {
     local what=$1
     shift
-    "$@" || broken+=("$target: $what")
+    "$@" || echo "$target: $what" >>"$out/broken"
 }
 
-# check TARGET - all of it, for one target.
-check() {
-    local target=$1 image log=$out/$1.log equal=no
-    about "$target"
-    prepare_toolchain "$target"
-    command -v "${emulator[0]}" >/dev/null || install_packages "${emulator[0]}" "$package"
-    echo "--- $target"
-    image=$(build "$target")
+# in_parallel JOB... - runs jobs, each a function with its arguments, as many at a time as there are
+# processors; notes those that fail.
+in_parallel() {
+    local job
+    for job in "$@"; do
+        while [ "$(jobs -rp | wc -l)" -ge "$(nproc)" ]; do wait -n || true; done
+        (
+            trap '[ $? -eq 0 ] || echo "$job failed" >>"$out/broken"' EXIT
+            began=$SECONDS
+            $job
+            echo "$job: $((SECONDS - began)) s"
+        ) &
+    done
+    wait
+}
 
-    local free=no
+# make_images TARGET - builds its images, and looks at them.
+make_images() {
+    local target=$1 image=$out/$1.elf free=no
+    about "$target"
+    build "$target" image
+    build "$target" tests
+    [ "$target" != host ] || return 0
     can_panic "$image" || free=yes
     expect 'a panic can be reached' [ $free = yes ]
-    echo "with a panic put in, the proof must fail on:"
-    expect 'the proof does not see a panic' can_panic "$(build "$target" with-panic)"
-
-    execute "$image" "$log"
-    if diff <(results "$host_log") <(results "$log") >"$out/$target.diff"; then
-        equal=yes
-    else
-        head -n 6 "$out/$target.diff"
-    fi
-    expect "results differ from the host's, see $out/$target.diff" [ $equal = yes ]
-    if [ $twice = yes ]; then
-        execute "$image" "$log.again"
-        expect 'two runs differ' cmp "$log" "$log.again"
-    fi
-    cat >>"$log" <<LOG
-about target=$target cpu=$cpu clock_hz=$clock_hz panic_free=$free equal=$equal
-about image=$(sections "$image" bits) static=$(sections "$image" nobits)
-about toolchain="$(toolchain_name "$target" | tr ' ' _)"
+    expect 'the proof does not see a panic' can_panic "$out/$target.tests.elf" 2>/dev/null
+    cat >"$out/$target.about" <<LOG
+about target=$target cpu=$cpu clock_hz=$clock_hz panic_free=$free
+about image=$(sections "$image" bits) model=$(sections "$image" model)
+about static=$(sections "$image" nobits) toolchain=$(toolchain_name "$target" | tr ' ' _)
 LOG
-    bars "$log" | while read -r bar; do echo "$target: $bar"; done >>"$out/broken"
 }
 
-# bars LOG - the bars that a run broke.
+# plan TARGET INTEGRATOR START FIRST COUNT - plans in the emulator, and holds results against the
+# host's.
+plan() {
+    local target=$1 image=$out/$1.elf log=$out/$1.$3.$2.log equal=no repeated=unknown
+    about "$target"
+    if [ "$target" = host ]; then
+        "$image" "$5" "$2" "$3" "$4" >"$log"
+        return
+    fi
+    execute "$image" "$log" "${@:2}"
+    if diff <(results "$out/host.$3.$2.log") <(results "$log") >"$log.diff"; then
+        equal=yes
+    else
+        head -n 6 "$log.diff"
+    fi
+    expect "$3 start, $2: results differ from the host's, see $log.diff" [ $equal = yes ]
+    if [ $twice = yes ]; then
+        execute "$image" "$log.again" "${@:2}"
+        repeated=no
+        ! cmp "$log" "$log.again" || repeated=yes
+        expect "$3 start, $2: two runs differ" [ $repeated = yes ]
+    fi
+    bars "$out/$target.about" "$log" | while read -r bar; do echo "$target: $bar"; done >>"$out/broken"
+    echo "run integrator=$2 start=$3 equal=$equal repeated=$repeated" >>"$log"
+}
+
+# try_parts TARGET - runs the tests in the emulator, and holds what they compute against the host's.
+try_parts() {
+    local target=$1 image=$out/$1.tests.elf log=$out/$1.tests.log
+    about "$target"
+    if [ "$target" = host ]; then
+        "$image" 0 euler heuristic >"$log"
+        return
+    fi
+    execute "$image" "$log" euler heuristic 0 0
+    expect "tests differ from the host's" diff <(results "$out/host.tests.log") <(results "$log")
+    echo "run tests=yes" >>"$log"
+}
+
+# bars LOG... - the bars that a run broke.
 bars() {
-    # The parts' bench is no part of the image that flies.
-    awk -v image="$([ -n "$features" ] && echo 1e9 || echo "$max_image_bytes")" \
-        -v memory="$max_memory_bytes" -v stack="$max_stack_bytes" '
+    awk -v image="$max_image_bytes" -v memory="$max_memory_bytes" -v stack="$max_stack_bytes" '
         { split("", v); for (i = 2; i <= NF; i++) { split($i, p, "="); v[p[1]] = p[2] } }
         function most(what, value, bar) { if (value + 0 > bar + 0) print what, value, "of", bar }
-        $1 == "size" { most("memory", v["workspace"] + v["solver"], memory) }
-        $1 == "stack" { used = v["used"]; if (v["used"] == v["size"]) print "the stack ran over" }
-        "target" in v { small = v["target"] ~ /^thumb/; if (small) most("stack", used, stack) }
+        "target" in v { small = v["target"] ~ /^thumb/ }
         "image" in v && small { most("image", v["image"], image) }
+        $1 == "size" { most("memory", v["workspace"] + v["solver"] + v["network"], memory) }
+        $1 == "stack" && v["used"] == v["size"] { print "the stack ran over" }
+        $1 == "stack" && v["used"] + 0 > used { used = v["used"] + 0 }
         $1 == "calibration" {
             error = v["counted"] - v["expected"]
             if (error < -v["resolution"] || error > v["resolution"] + 8) print "counter off by", error
-        }' "$1"
+        }
+        END { if (small) most("stack", used, stack) }' "$@"
 }
 
+trap 'for group in $(jobs -p); do kill -- "-$group" 2>/dev/null || true; done' EXIT
 mkdir -p "$out"
 : >"$out/broken"
-# The images' dependencies are those of the host's lock file; cargo drops what they do not need.
+# The images' dependencies are those of the host's lock file; cargo drops what they do not need,
+# here once for all builds.
 cp Cargo.lock ci/firmware/Cargo.lock
+cargo metadata --format-version 1 --manifest-path "$manifest" >/dev/null
 command -v readelf >/dev/null || install_packages readelf binutils
-
-host_log=$out/host.log
-cargo run --release --manifest-path "$manifest" --features "$features" -- \
-    "$scenarios" "$integrator" >"$host_log"
-logs=()
 for target in "${targets[@]}"; do
-    check "$target"
-    logs+=("$out/$target.log")
+    about "$target"
+    prepare_toolchain "$target"
+    find_linker >/dev/null
+    command -v "${emulator[0]}" >/dev/null || install_packages "${emulator[0]}" "$package"
 done
 
-awk -v integrator="$integrator" -v report="$out/report.json" -f ci/firmware/report.awk "${logs[@]}"
-while read -r bar; do broken+=("$bar"); done <"$out/broken"
-if [ ${#broken[@]} -ne 0 ]; then
-    printf 'BROKEN: %s\n' "${broken[@]}" >&2
+jobs=()
+for target in host "${targets[@]}"; do jobs+=("make_images $target"); done
+in_parallel "${jobs[@]}"
+[ ! -s "$out/broken" ] || ! grep ' failed$' "$out/broken" >&2 || exit 1
+
+jobs=("try_parts host")
+for run in "${runs[@]}"; do jobs+=("plan host $run"); done
+in_parallel "${jobs[@]}"
+jobs=() logs=()
+for run in "${runs[@]}"; do
+    for target in "${targets[@]}"; do jobs+=("plan $target $run"); done
+done
+for target in "${targets[@]}"; do
+    jobs+=("try_parts $target")
+    logs+=("$out/$target.about" "$out/$target.tests.log")
+    for run in "${runs[@]}"; do
+        read -r integrator start _ <<<"$run"
+        logs+=("$out/$target.$start.$integrator.log")
+    done
+done
+in_parallel "${jobs[@]}"
+[ ! -s "$out/broken" ] || ! grep ' failed$' "$out/broken" >&2 || exit 1
+
+awk -v kernels="$kernels" -v report="$out/report.json" -f ci/firmware/report.awk "${logs[@]}"
+if [ -s "$out/broken" ]; then
+    sed 's/^/BROKEN: /' "$out/broken" >&2
     exit 1
 fi

@@ -1,4 +1,4 @@
-//! Turns the public scenarios into constants and names the board's linker script.
+//! Turns the audit's scenarios into constants and names the board's linker script.
 
 use std::fmt::Write as _;
 use std::{env, fs, path::Path};
@@ -9,7 +9,7 @@ const FORM: &str = "id $ target attitude # # # # rate # # # servicer position # 
 
 fn main() {
     let root = env::var("CARGO_MANIFEST_DIR").expect("set by cargo");
-    let fixture = Path::new(&root).join("../../fixtures/scenarios/public.scenarios.json");
+    let fixture = Path::new(&root).join("../../fixtures/scenarios/audit.scenarios.json");
     println!("cargo:rerun-if-changed={}", fixture.display());
     let text = fs::read_to_string(&fixture).expect("the fixture is readable");
     let out = Path::new(&env::var("OUT_DIR").expect("set by cargo")).join("scenarios.rs");

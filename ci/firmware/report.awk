@@ -1,7 +1,7 @@
-# Turns the logs of the images into a table and a JSON report. Each log ends with the lines that
-# ci/firmware.sh adds about the image. Variables: integrator, report (the JSON file).
-
-FNR == 1 { n++ }
+# Turns the logs of the images into tables and a JSON report (`remora-firmware/2`). For each target in
+# turn come the lines that ci/firmware.sh says about it, the log of its tests, and those of its runs;
+# each log ends with a line of the script's. Variables: kernels (yes or no: print them), report (the
+# JSON file).
 
 {
     split("", v)
@@ -11,99 +11,153 @@ FNR == 1 { n++ }
     }
 }
 
-$1 == "image" { board[n] = v["board"] }
-$1 == "size" { workspace[n] = v["workspace"]; solver[n] = v["solver"] }
-$1 == "stack" { stack[n] = v["used"] }
-$1 == "calibration" { calibration[n] = v["expected"] " " v["counted"] " " v["resolution"] }
+$1 == "about" && "target" in v { n++ }
 $1 == "about" { for (key in v) about[n, key] = v[key] }
-
-$1 == "count" { kernels[n] = kernels[n] separated(kernels[n]) pair(v["name"], v["instructions"]) }
-
-$1 == "stage" { stages[n] = stages[n] ", " quoted(v["name"], v) }
+$1 == "image" { about[n, "board"] = v["board"]; begin() }
+$1 == "size" { for (key in v) about[n, key] = v[key] }
+$1 == "calibration" {
+    counter = pair("expected", v["expected"]) ", " pair("counted", v["counted"]) ", " \
+        pair("resolution", v["resolution"])
+}
+$1 == "stack" {
+    about[n, "stack_size"] = v["size"]
+    if (!(v["entry"] in stack)) entry[++entries] = v["entry"]
+    if (v["used"] + 0 > stack[v["entry"]] + 0) stack[v["entry"]] = v["used"]
+}
+$1 == "count" {
+    counts = counts separated(counts) "{" word("name", v["name"]) ", " pair("calls", v["calls"]) \
+        ", " pair("instructions", v["instructions"]) "}"
+    if (v["name"] == "open_model") opening = v["instructions"]
+    else called[n] = called[n] sprintf("%-30s%6d%18d\n", v["name"], v["calls"], v["instructions"])
+}
+$1 == "stage" {
+    stages = stages ", " quoted(v["name"]) ": {" pair("status", v["status"]) ", " \
+        pair("iterations", v["iterations"]) ", " pair("corrections", v["corrections"]) ", " \
+        pair("qp_iterations", v["qp_iterations"]) "}"
+}
 $1 == "plan" {
-    plans[n]++
-    plan[n, plans[n]] = "\"scenario\": \"" v["scenario"] "\", \"status\": " v["status"] \
-        ", \"output\": \"" v["output"] "\"" stages[n]
-    stages[n] = ""
-    solved[n] += v["status"] == 0
+    count++
+    solved += v["status"] == 0 && v["verified"] == 1
+    plan = word("scenario", v["scenario"]) ", " pair("status", v["status"]) ", \"verified\": " \
+        (v["verified"] ? "true" : "false") ", " pair("start", v["start"]) ", " \
+        word("output", v["output"]) stages
+    stages = ""
 }
 $1 == "phase" {
-    phases[n, plans[n]] = phases[n, plans[n]] separated(phases[n, plans[n]]) \
-        pair(v["name"], v["instructions"])
+    phases = phases separated(phases) pair(v["name"], v["instructions"])
     if (!(v["name"] in known)) {
         known[v["name"]] = 1
         name[++names] = v["name"]
     }
-    sum[n, v["name"]] += v["instructions"]
+    sum[v["name"]] += v["instructions"]
+    if (v["name"] == "total") {
+        plans = plans separated(plans) "\n    {" plan ", \"instructions\": {" phases "}}"
+        phases = ""
+    }
+}
+$1 == "run" && "tests" in v { tests[n] = counts }
+$1 == "run" && "start" in v { end_run(v["integrator"], v["start"]) }
+
+# A new log begins.
+function begin() {
+    counts = plans = stages = phases = ""
+    count = solved = opening = entries = 0
+    split("", stack)
+    split("", sum)
+}
+
+# A log's numbers go into the report and into the table of its integrator and start.
+function end_run(integrator, start,    run, marks, i) {
+    run = start " start, " integrator
+    if (!((n, run) in runs)) {
+        if (!(run in seen)) title[++titles] = run
+        seen[run] = 1
+    }
+    for (i = 1; i <= entries; i++) marks = marks separated(marks) pair(entry[i], stack[entry[i]])
+    for (i = 1; i <= names; i++) mean[n, run, name[i]] = count ? sum[name[i]] / count : 0
+    marked[n, run] = stack["plan"]
+    solved_of[n, run] = solved + 0 " of " count
+    planned[run] = count
+    equal[n, run] = v["equal"]
+    runs[n] = runs[n] separated(runs[n]) "\n   {" word("integrator", integrator) ", " \
+        word("start", start) ", \"same_bits_as_host\": " truth(v["equal"]) \
+        ", \"repeatable\": " truth(v["repeated"]) ",\n    \"counter\": {" counter "}, " \
+        "\"open_model_instructions\": " (opening ? sprintf("%.0f", opening) : "null") \
+        ", \"stack_bytes\": {" marks "},\n    \"plans\": [" plans "]}"
 }
 
 function separated(list) { return list == "" ? "" : ", " }
-function quoted(name, v) {
-    return sprintf("\"%s\": {\"status\": %d, \"iterations\": %d, \"corrections\": %d, \"qp_iterations\": %d}", \
-        name, v["status"], v["iterations"], v["corrections"], v["qp_iterations"])
-}
+function quoted(text) { return "\"" text "\"" }
+function word(key, value) { return quoted(key) ": " quoted(value) }
 function pair(key, value) { return sprintf("\"%s\": %.0f", key, value) }
-function mean(n, name) { return plans[n] ? sum[n, name] / plans[n] : 0 }
-# At one instruction a cycle, which is an estimate and no measurement.
-function milliseconds(n) { return mean(n, "total") / about[n, "clock_hz"] * 1e3 }
+function truth(text) { return text == "yes" ? "true" : text == "no" ? "false" : "null" }
 
 END {
-    printf "\nsize in memory [bytes], mean instructions of %d plans (%s)\n\n", plans[1], integrator
-    row("")
-    for (t = 1; t <= n; t++) printf "%18s", board[t]
-    print ""
-    bytes("image", about, "image")
-    row("workspace"); for (t = 1; t <= n; t++) printf "%18d", workspace[t]; print ""
-    row("solver"); for (t = 1; t <= n; t++) printf "%18d", solver[t]; print ""
-    bytes("static memory in all", about, "static")
-    row("stack, high-water"); for (t = 1; t <= n; t++) printf "%18d", stack[t]; print ""
-    for (i = 1; i <= names; i++) {
-        row(name[i])
-        for (t = 1; t <= n; t++) printf "%18.0f", mean(t, name[i])
-        print ""
-    }
-    row("plans solved"); for (t = 1; t <= n; t++) printf "%18s", solved[t] + 0 " of " plans[t]; print ""
-    bytes("same bits as host", about, "equal")
-    bytes("free of panics", about, "panic_free")
-    row("ESTIMATE [ms]")
-    for (t = 1; t <= n; t++) {
-        hz = about[t, "clock_hz"] + 0
-        printf "%18s", hz ? sprintf("%.0f (%d MHz)", milliseconds(t), hz / 1e6) : "-"
-    }
-    print "\n\nThe estimate is instructions over clock rate, as if each took one cycle: no measurement."
+    print "\nbytes\n"
+    head("")
+    about_row("image", "image")
+    about_row("models", "model")
+    about_row("workspace", "workspace")
+    about_row("solver", "solver")
+    about_row("network's memory", "network")
+    about_row("static memory in all", "static")
+    about_row("free of panics", "panic_free")
+    for (i = 1; i <= titles; i++) table(title[i])
+    print "\nThe estimate is instructions over clock rate, as if each took one cycle: no measurement."
+    if (kernels == "yes")
+        for (t = 1; t <= n; t++) printf "\n%s: calls and instructions\n%s", about[t, "board"], called[t]
     write()
 }
 
-function truth(word) { return word == "yes" ? "true" : "false" }
-function row(title) { printf "%-24s", title }
-function bytes(title, table, key,    t) {
-    row(title)
-    for (t = 1; t <= n; t++) printf "%18s", table[t, key]
+function table(run,    i, t, hz) {
+    printf "\n%s: mean instructions of %d plans\n\n", run, planned[run]
+    head("")
+    for (i = 1; i <= names; i++) {
+        row(name[i])
+        for (t = 1; t <= n; t++) printf "%18.0f", mean[t, run, name[i]]
+        print ""
+    }
+    row("stack, high-water"); for (t = 1; t <= n; t++) printf "%18d", marked[t, run]; print ""
+    row("plans solved"); for (t = 1; t <= n; t++) printf "%18s", solved_of[t, run]; print ""
+    row("same bits as host"); for (t = 1; t <= n; t++) printf "%18s", equal[t, run]; print ""
+    row("ESTIMATE [ms]")
+    for (t = 1; t <= n; t++) {
+        hz = about[t, "clock_hz"] + 0
+        printf "%18s", hz ? sprintf("%.0f (%d MHz)", mean[t, run, "total"] / hz * 1e3, hz / 1e6) : "-"
+    }
     print ""
 }
 
-function write(    t, i, c) {
-    printf "{\"format\": \"remora-firmware/1\", \"integrator\": \"%s\", \"targets\": [", integrator > report
+function row(title) { printf "%-24s", title }
+function head(title,    t) {
+    row(title)
+    for (t = 1; t <= n; t++) printf "%18s", about[t, "board"]
+    print ""
+}
+function about_row(title, key,    t) {
+    row(title)
+    for (t = 1; t <= n; t++) printf "%18s", about[t, key]
+    print ""
+}
+
+function write(    t, hz) {
+    printf "{\"format\": \"remora-firmware/2\", \"targets\": [" > report
     for (t = 1; t <= n; t++) {
-        split(calibration[t], c, " ")
         gsub(/["]/, "", about[t, "toolchain"])
         gsub(/_/, " ", about[t, "toolchain"])
-        printf "%s\n {\"target\": \"%s\", \"board\": \"%s\", \"cpu\": \"%s\", \"toolchain\": \"%s\",\n", \
-            (t > 1 ? "," : ""), about[t, "target"], board[t], about[t, "cpu"], about[t, "toolchain"] > report
-        printf "  \"image_bytes\": %d, \"workspace_bytes\": %d, \"solver_bytes\": %d,", \
-            about[t, "image"], workspace[t], solver[t] > report
-        printf " \"static_bytes\": %d, \"stack_bytes\": %d,\n", about[t, "static"], stack[t] > report
-        printf "  \"same_bits_as_host\": %s, \"panic_free\": %s,\n", \
-            truth(about[t, "equal"]), truth(about[t, "panic_free"]) > report
-        printf "  \"counter\": {\"expected\": %d, \"counted\": %d, \"resolution\": %d},\n", \
-            c[1], c[2], c[3] > report
-        if (about[t, "clock_hz"] + 0)
-            printf "  \"estimate\": {\"clock_hz\": %d, \"instructions_per_cycle\": 1, \"plan_ms\": %.1f},\n", \
-                about[t, "clock_hz"], milliseconds(t) > report
-        printf "  \"kernels\": {%s},\n  \"plans\": [", kernels[t] > report
-        for (i = 1; i <= plans[t]; i++)
-            printf "%s\n   {%s, \"instructions\": {%s}}", (i > 1 ? "," : ""), plan[t, i], phases[t, i] > report
-        printf "]}" > report
+        hz = about[t, "clock_hz"] + 0
+        printf "%s\n {%s, %s, %s, %s, \"clock_hz\": %s,\n", (t > 1 ? "," : ""), \
+            word("target", about[t, "target"]), word("board", about[t, "board"]), \
+            word("cpu", about[t, "cpu"]), word("toolchain", about[t, "toolchain"]), \
+            (hz ? sprintf("%d", hz) : "null") > report
+        printf "  %s, %s, %s, %s,\n", pair("image_bytes", about[t, "image"]), \
+            pair("model_bytes", about[t, "model"]), pair("static_bytes", about[t, "static"]), \
+            pair("stack_size_bytes", about[t, "stack_size"]) > report
+        printf "  %s, %s, %s,\n", pair("workspace_bytes", about[t, "workspace"]), \
+            pair("solver_bytes", about[t, "solver"]), \
+            pair("network_bytes", about[t, "network"]) > report
+        printf "  \"panic_free\": %s,\n  \"parts\": [%s],\n  \"runs\": [%s]}", \
+            truth(about[t, "panic_free"]), tests[t], runs[t] > report
     }
     print "]}" > report
 }

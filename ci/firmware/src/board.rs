@@ -2,10 +2,10 @@
 
 use remora_core::time::Clock;
 
-/// The stack of an image, as its start-up code painted it.
+/// The stack of an image, as it was last painted: by the start-up code, or since.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stack {
-    /// Deepest use so far [bytes].
+    /// Deepest use since it was last painted [bytes].
     pub used: usize,
     /// Room for it [bytes].
     pub size: usize,
@@ -27,6 +27,9 @@ pub trait Board {
     /// Runs a loop of this many turns and returns the instructions it takes, known from its
     /// assembly: what [`Board::instructions`] is held against.
     fn known_loop(&self, turns: u32) -> u64;
+
+    /// Paints what lies below the stack in use anew, where it is painted at all.
+    fn paint_stack(&self);
 
     /// High-water mark of the stack; `None` where it is not painted.
     fn stack(&self) -> Option<Stack>;

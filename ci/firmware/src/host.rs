@@ -1,5 +1,6 @@
 //! The host as a board. Its counter stands still: what costs on a desktop is measured elsewhere.
 
+use crate::models::MODELS;
 use remora_firmware::{Board, Memory, Request, Stack, run};
 use std::io::Write as _;
 use std::process::ExitCode;
@@ -23,6 +24,8 @@ impl Board for Host {
         0
     }
 
+    fn paint_stack(&self) {}
+
     fn stack(&self) -> Option<Stack> {
         None
     }
@@ -31,23 +34,38 @@ impl Board for Host {
 /// Stack of the planning thread [bytes]: placeholders of large types pass through it here.
 const STACK_BYTES: usize = 32 << 20;
 
-/// Usage: `remora-firmware [SCENARIOS [euler|rk4]]`.
+/// How to call it.
+const USAGE: &str = "usage: remora-firmware COUNT euler|rk4 heuristic|model [FIRST]";
+
+/// Usage: `remora-firmware COUNT euler|rk4 heuristic|model [FIRST]`, scenarios of the corpus from
+/// its FIRST (0).
 pub fn main() -> ExitCode {
-    let mut arguments = std::env::args().skip(1);
-    let scenarios = arguments.next().map_or(Ok(1), |text| text.parse());
-    let integrator = arguments.next();
-    let request = match (scenarios, integrator.as_deref()) {
-        (Ok(scenarios), None | Some("euler")) => Request::new(scenarios, false),
-        (Ok(scenarios), Some("rk4")) => Request::new(scenarios, true),
-        _ => {
-            eprintln!("usage: remora-firmware [SCENARIOS [euler|rk4]]");
-            return ExitCode::from(2);
-        }
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let Some(request) = request(&arguments) else {
+        eprintln!("{USAGE}");
+        return ExitCode::from(2);
     };
-    let work = move || run(&Host, request, &mut Box::new(Memory::new()));
+    let work = move || run(&Host, request, &MODELS, &mut Box::new(Memory::new()));
     let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn(work);
     match thread.map(std::thread::JoinHandle::join) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         _ => ExitCode::FAILURE,
     }
+}
+
+fn request(arguments: &[String]) -> Option<Request> {
+    let mut words = arguments.iter().map(String::as_str);
+    let scenarios = words.next()?.parse().ok()?;
+    let rk4 = match words.next()? {
+        "euler" => false,
+        "rk4" => true,
+        _ => return None,
+    };
+    let model = match words.next()? {
+        "heuristic" => false,
+        "model" => true,
+        _ => return None,
+    };
+    let first = words.next().map_or(Ok(0), str::parse).ok()?;
+    words.next().is_none().then(|| Request::new(first, scenarios, rk4, model))
 }

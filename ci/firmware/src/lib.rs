@@ -1,15 +1,16 @@
-//! What every image runs, whatever its board: fixture scenarios through the planner, with the
+//! What every image runs, whatever its board: scenarios of the audit through the planner, with the
 //! result, its checksum and the retired instructions of each phase printed as lines of
 //! `key=value`.
 //!
-//! The same code runs on the host. Lines that start with `stage`, `plan`, `residual` or `kernel` must be
-//! equal on all of them; the others say what it cost.
+//! The same code runs on the host. Lines that start with `stage`, `plan`, `residual`, `verified` or
+//! `kernel` must be equal on all of them; the others say what it cost.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
 mod board;
 #[cfg(feature = "kernels")]
 mod kernels;
+#[cfg(feature = "kernels")]
 mod network;
 mod output;
 #[cfg(feature = "with-panic")]
@@ -20,5 +21,5 @@ mod run;
 mod scenarios;
 
 pub use board::{Board, Stack};
-pub use request::Request;
-pub use run::{Memory, run};
+pub use request::{Request, StartKind};
+pub use run::{Memory, Models, NetworkMemory, run};

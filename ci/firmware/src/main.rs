@@ -8,6 +8,7 @@
 mod bare;
 #[cfg(not(target_os = "none"))]
 mod host;
+mod models;
 
 #[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {

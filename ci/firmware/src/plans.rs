@@ -1,37 +1,68 @@
 //! Whole plans.
 
-use crate::Memory;
 use crate::board::{Board, InstructionClock, instructions_of};
 use crate::output::Line;
+use crate::run::print_stack;
+use core::hint::black_box;
 use remora_core::dynamics::Integrator;
+use remora_core::math::Checksum;
 use remora_core::model::{Mission, Scenario};
 use remora_core::pair::Sequential;
 use remora_core::planner::{
-    self, Environment, Options, PhaseTimes, Report, StageEvidence, StageReport, Start,
+    self, EmbeddedSolver, Environment, Options, PhaseTimes, Report, StageEvidence, StageReport,
+    Start, Workspace,
 };
-use remora_core::stages::{LINKS, Mode};
+use remora_core::stages::{self, LINKS, Mode};
 
-/// Plans a scenario and prints result, residuals and the instructions of each phase.
-pub fn run<B: Board>(
-    board: &B,
-    id: &str,
-    mission: &Mission<LINKS>,
-    scenario: &Scenario,
-    integrator: Integrator,
-    memory: &mut Memory,
-) {
-    let options = Options::new(Mode::Optimal, integrator);
-    let report = planner::plan(
-        mission,
-        scenario,
-        &options,
-        &mut Start::Heuristic,
-        &mut memory.solver,
-        &Environment { clock: &InstructionClock(board), pair: &Sequential },
-        &mut memory.workspace,
-    );
-    print_result(board, id, mission, &report);
-    print_phases(board, id, &report.times);
+/// What plans are made with.
+pub struct Plans<'a, B> {
+    board: &'a B,
+    mission: &'a Mission<LINKS>,
+    options: Options,
+    solver: &'a mut EmbeddedSolver,
+    workspace: &'a mut Workspace,
+}
+
+impl<'a, B: Board> Plans<'a, B> {
+    /// Of the best plan, with the tuned settings.
+    pub fn new(
+        board: &'a B,
+        mission: &'a Mission<LINKS>,
+        integrator: Integrator,
+        solver: &'a mut EmbeddedSolver,
+        workspace: &'a mut Workspace,
+    ) -> Self {
+        let options = Options::new(Mode::Optimal, integrator);
+        Self { board, mission, options, solver, workspace }
+    }
+
+    /// Plans a scenario and prints result, residuals, the instructions of each phase and the stack;
+    /// then verifies the plan once more, for the verifier's own.
+    pub fn run(&mut self, id: &str, scenario: &Scenario, start: &mut Start<'_>) {
+        let Self { board, mission, options, .. } = self;
+        let board = *board;
+        board.paint_stack();
+        let report = planner::plan(
+            mission,
+            scenario,
+            options,
+            start,
+            self.solver,
+            &Environment { clock: &InstructionClock(board), pair: &Sequential },
+            self.workspace,
+        );
+        print_stack(board, "plan");
+        print_result(board, id, mission, &report);
+        print_phases(board, id, &report.times);
+
+        let (path, motion) = (self.workspace.path(), self.workspace.motion());
+        board.paint_stack();
+        let again = stages::verify(mission, scenario, black_box(options.integrator), path, motion);
+        print_stack(board, "verify");
+        let mut sum = Checksum::new();
+        sum.numbers(&again.against(&mission.tolerances).map(|(_, value, _)| value));
+        Line::new(board, "verified").text("scenario", id).bits("residuals", sum.value()).end();
+    }
 }
 
 fn print_result<B: Board>(board: &B, id: &str, mission: &Mission<LINKS>, report: &Report) {
@@ -53,6 +84,7 @@ fn print_result<B: Board>(board: &B, id: &str, mission: &Mission<LINKS>, report:
         .text("scenario", id)
         .number("status", report.status.code().into())
         .number("verified", u64::from(evidence.is_verified))
+        .number("start", evidence.start.code().into())
         .bits("input", evidence.input)
         .bits("settings", evidence.settings)
         .bits("output", evidence.output)
@@ -64,13 +96,14 @@ fn print_result<B: Board>(board: &B, id: &str, mission: &Mission<LINKS>, report:
 
 /// Where the instructions went, by the planner's own phases.
 fn print_phases<B: Board>(board: &B, id: &str, times: &PhaseTimes) {
-    // The images start from the heuristic: no inference, which would be a part of the start.
-    let PhaseTimes { start_s, inference_s: _, .. } = times;
-    let PhaseTimes { translation_s, linearise_s, qp_s, step_s, verify_s, total_s, .. } = times;
+    let PhaseTimes { start_s, inference_s, translation_s, linearise_s, .. } = times;
+    let PhaseTimes { qp_s, step_s, verify_s, total_s, .. } = times;
     let named = start_s + translation_s + linearise_s + qp_s + step_s + verify_s;
     for (name, seconds) in [
-        ("start", *start_s),
         ("translation", *translation_s),
+        // The tumble, and the heuristic where no model was asked.
+        ("start", start_s - inference_s),
+        ("inference", *inference_s),
         ("linearise", *linearise_s),
         ("qp", *qp_s),
         ("step", *step_s),

@@ -1,22 +1,30 @@
 //! The whole run of an image.
 
 use crate::board::Board;
-use crate::network::Specimen;
 use crate::output::Line;
-use crate::{Request, network, plans, scenarios};
+use crate::plans::Plans;
+use crate::{Request, StartKind, scenarios};
 use core::hint::black_box;
+use remora_core::dynamics::Integrator;
 use remora_core::model::Mission;
-use remora_core::planner::{EmbeddedSolver, Workspace};
+use remora_core::nn::{self, Model, Network};
+use remora_core::planner::{EmbeddedSolver, Start, Workspace};
 use remora_core::stages::LINKS;
 
-/// All the memory a planner needs, to be placed in static memory; and that of a network of its own.
+/// What the network of a learned start works in, of the size that the default models need.
+pub type NetworkMemory = nn::Memory<3, 96, 60>;
+
+/// All the memory a planner needs, to be placed in static memory.
 pub struct Memory {
     /// The planner's.
     pub workspace: Workspace,
     /// The solver's of the subproblems.
     pub solver: EmbeddedSolver,
-    /// A small network's.
-    pub specimen: Specimen,
+    /// The learned start's.
+    pub network: NetworkMemory,
+    /// Another network's, of the test image.
+    #[cfg(feature = "kernels")]
+    pub specimen: crate::network::Specimen,
 }
 
 impl Memory {
@@ -25,7 +33,9 @@ impl Memory {
         Self {
             workspace: Workspace::new(),
             solver: EmbeddedSolver::new(),
-            specimen: Specimen::new(),
+            network: NetworkMemory::new(),
+            #[cfg(feature = "kernels")]
+            specimen: crate::network::Specimen::new(),
         }
     }
 }
@@ -36,37 +46,89 @@ impl Default for Memory {
     }
 }
 
+/// Model files, where they lie.
+#[derive(Clone, Copy, Debug)]
+pub struct Models<'a> {
+    /// For Stage 2 with Euler.
+    pub euler: &'a [u8],
+    /// For Stage 2 with RK4.
+    pub rk4: &'a [u8],
+}
+
 /// Turns of the loop that the instruction counter is held against.
 const CALIBRATION_TURNS: u32 = 1_000_000;
 
 /// Plans what is asked for and prints everything about it.
-pub fn run<B: Board>(board: &B, request: Request, memory: &mut Memory) {
+pub fn run<B: Board>(board: &B, request: Request, models: &Models<'_>, memory: &mut Memory) {
     Line::new(board, "image").text("board", B::NAME).end();
     Line::new(board, "size")
         .number("workspace", Workspace::BYTES as u64)
         .number("solver", EmbeddedSolver::BYTES as u64)
+        .number("network", NetworkMemory::BYTES as u64)
         .end();
     calibrate(board);
 
     // Missions are data: were this one a constant, the compiler could prove bounds with it that no
-    // other mission has.
+    // other mission has. So are models.
     let mission = black_box(Mission::<LINKS>::default());
-    for (id, scenario) in scenarios::all().take(request.scenarios) {
-        plans::run(board, id, &mission, &scenario, request.integrator, memory);
-    }
-    network::run(board, &mut memory.specimen);
-    // The mark of plans and network: what follows is no part of them.
-    if let Some(stack) = board.stack() {
-        let line = Line::new(board, "stack");
-        line.number("used", stack.used as u64).number("size", stack.size as u64).end();
-    }
+    let file = black_box(match request.integrator {
+        Integrator::Rk4 { .. } => models.rk4,
+        _ => models.euler,
+    });
+    plan_all(board, request, &mission, file, memory);
     #[cfg(feature = "kernels")]
     for (id, scenario) in scenarios::all().take(1) {
         crate::kernels::run(board, id, &mission, &scenario, request.integrator, memory);
+        crate::network::run(board, &mut memory.specimen);
     }
     #[cfg(feature = "with-panic")]
     crate::panicking::run(board);
     Line::new(board, "end").end();
+}
+
+/// Plans the scenarios, from the heuristic or from the model in the file.
+fn plan_all<B: Board>(
+    board: &B,
+    request: Request,
+    mission: &Mission<LINKS>,
+    file: &[u8],
+    memory: &mut Memory,
+) {
+    let Memory { workspace, solver, network, .. } = memory;
+    let model = open(board, request.start, file);
+    let mut policy = model.as_ref().and_then(|model| Network::new(model, network).ok());
+    let mut start = match (&mut policy, request.start) {
+        (_, StartKind::Heuristic) => Start::Heuristic,
+        (Some(policy), _) => Start::Learned { policy, seed: 0 },
+        (None, _) => Start::Refused,
+    };
+    let mut plans = Plans::new(board, mission, request.integrator, solver, workspace);
+    for (id, scenario) in scenarios::all().skip(request.first).take(request.scenarios) {
+        plans.run(id, &scenario, &mut start);
+    }
+}
+
+/// Opens the model, where one is asked for; prints what that took.
+fn open<'a, B: Board>(board: &B, start: StartKind, file: &'a [u8]) -> Option<Model<'a>> {
+    if start == StartKind::Heuristic {
+        return None;
+    }
+    board.paint_stack();
+    let before = board.instructions();
+    let model = Model::open(file).ok();
+    let instructions = board.instructions().wrapping_sub(before);
+    let line = Line::new(board, "count").text("name", "open_model");
+    line.number("calls", 1).number("instructions", instructions).end();
+    print_stack(board, "open_model");
+    model
+}
+
+/// Prints the mark that an entry point left on the stack since it was painted.
+pub fn print_stack<B: Board>(board: &B, entry: &str) {
+    if let Some(stack) = board.stack() {
+        let line = Line::new(board, "stack").text("entry", entry);
+        line.number("used", stack.used as u64).number("size", stack.size as u64).end();
+    }
 }
 
 /// Prints what the counter says about a loop of known length.

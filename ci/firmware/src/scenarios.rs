@@ -1,4 +1,4 @@
-//! The public scenarios of `fixtures/`, as constants.
+//! The audit's scenarios of `fixtures/`, as constants.
 
 use remora_core::math::quaternion;
 use remora_core::model::Scenario;

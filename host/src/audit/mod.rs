@@ -1,6 +1,7 @@
 //! The audit: evidence of memory, time, robustness and requirements for a review board.
 
 pub mod budgets;
+pub mod emulation;
 pub mod firmware;
 pub mod loops;
 pub mod requirements;

@@ -9,6 +9,7 @@
 #[cfg_attr(target_arch = "sparc", path = "board/leon3.rs")]
 mod board;
 
+use crate::models::MODELS;
 use core::cell::UnsafeCell;
 use core::panic::PanicInfo;
 use remora_firmware::{Memory, Request, Stack, run};
@@ -65,7 +66,7 @@ extern "C" fn remora_main(request: u32) -> ! {
     // only reference there ever is.
     let memory = unsafe { &mut *MEMORY.0.get() };
     let board = board::ThisBoard::new();
-    run(&board, Request::from_word(request), memory);
+    run(&board, Request::from_word(request), &MODELS, memory);
     board::exit(ExitCode::Done)
 }
 
@@ -93,6 +94,22 @@ fn painted_stack() -> Stack {
     };
     let left = (0..words).take_while(is_paint).count() * size_of::<u32>();
     Stack { used: size.saturating_sub(left), size }
+}
+
+/// Bytes below a function's own variable that it leaves alone: the rest of its frame.
+const FRAME_BYTES: usize = 512;
+
+/// Paints the stack anew, from its bottom up to the frame of this function.
+#[inline(never)]
+fn paint_stack() {
+    let local = 0_u8;
+    let bottom = &raw const __stack_bottom as usize;
+    let end = (&raw const local as usize).saturating_sub(FRAME_BYTES);
+    for address in (bottom..end).step_by(size_of::<u32>()) {
+        // SAFETY: the linker script reserves these words for the stack, and they lie below all
+        // frames: the deepest is this function's, which calls nothing.
+        unsafe { (address as *mut u32).write_volatile(PAINT) }
+    }
 }
 
 /// Writes a device's register.

@@ -90,6 +90,10 @@ impl Board for ThisBoard {
         2 * u64::from(turns)
     }
 
+    fn paint_stack(&self) {
+        super::paint_stack();
+    }
+
     fn stack(&self) -> Option<Stack> {
         Some(super::painted_stack())
     }

@@ -205,6 +205,10 @@ impl Board for ThisBoard {
         3 * u64::from(turns)
     }
 
+    fn paint_stack(&self) {
+        super::paint_stack();
+    }
+
     fn stack(&self) -> Option<Stack> {
         Some(super::painted_stack())
     }
