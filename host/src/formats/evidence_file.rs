@@ -121,6 +121,21 @@ impl From<StartRecord> for StartName {
 }
 
 impl StartName {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Heuristic => "heuristic",
+            Self::Model => "model",
+            Self::Given => "given",
+            Self::Refused => "refused",
+            Self::NotFinite => "not_finite",
+            Self::Worse => "worse",
+            Self::Unsolved => "unsolved",
+            Self::Deadline => "deadline",
+            Self::Other => "other",
+        }
+    }
+
     /// The start as plan files and tables name it: what was used, and whether it was asked for.
     pub fn in_tables(self) -> &'static str {
         match self {

@@ -4,6 +4,7 @@ mod campaign;
 mod check;
 mod dataset;
 mod export;
+mod inject;
 mod plan;
 mod table;
 
@@ -11,6 +12,7 @@ pub use campaign::campaign_report;
 pub use check::check_report;
 pub use dataset::dataset_report;
 pub use export::export_report;
+pub use inject::{injection_report, replay_report};
 pub use plan::{evidence, iteration_log, plan_report};
 pub use table::{Align, Table};
 
