@@ -10,8 +10,10 @@ use remora_core::model::Mission;
 use remora_core::nn::{Memory, Model, Network, Strike, Upset};
 use remora_core::pair::Sequential;
 use remora_core::planner::{
-    self, EmbeddedSolver, Environment, Options, Start, StartRecord, Workspace, output_checksum,
+    self, EmbeddedSolver, Environment, Options, Report, Start, StartRecord, Workspace,
+    output_checksum,
 };
+use remora_core::qp::InteriorPointSettings;
 use remora_core::scp::{Log, Problem, Status};
 use remora_core::stages::{LINKS, NODES, Reorientation, ReorientationTrajectory, size, verify};
 use remora_core::warmstart::{Scene, roll_out};
@@ -275,6 +277,7 @@ impl Machine {
         let judge = Judge { mission, scenario, integrator: options.integrator };
         let is_wrong = judge.is_wrong(&claim, Plan { path, motion });
         let costs = [cost, report.cost];
+        let is_bounded = iterations[1] <= options.learned.max_iterations;
         Ended {
             status,
             is_verified,
@@ -283,6 +286,7 @@ impl Machine {
             costs,
             output,
             is_wrong,
+            is_bounded,
         }
     }
 
@@ -351,6 +355,25 @@ fn fly(
         costs: [one.cost, two.cost],
         output: evidence.output,
         is_wrong: judge.is_wrong(&claim, plan) || evidence.status != report.status,
+        is_bounded: is_bounded(&setup.options, &report, solver.calls),
     };
     Flown { ended, met: solver.met, programs: solver.calls }
+}
+
+/// Whether a plan took no more work than its settings allow: Stage 1 its start besides, Stage 2 a
+/// second try, each iteration some corrections.
+fn is_bounded(options: &Options, report: &Report, programs: u32) -> bool {
+    let Options { translation, reorientation, learned, .. } = options;
+    let (one, two) = (&report.evidence.translation, &report.evidence.reorientation);
+    let most = [
+        1 + translation.max_iterations as u32,
+        (learned.max_iterations + reorientation.max_iterations) as u32,
+    ];
+    let each = InteriorPointSettings::default().max_iterations;
+    one.iterations <= most[0]
+        && two.iterations <= most[1]
+        && programs <= one.iterations + one.corrections + two.iterations + two.corrections
+        && one.corrections <= translation.max_corrections * most[0]
+        && two.corrections <= learned.max_corrections.max(reorientation.max_corrections) * most[1]
+        && u64::from(one.qp_iterations + two.qp_iterations) <= u64::from(each) * u64::from(programs)
 }
