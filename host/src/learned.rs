@@ -68,9 +68,18 @@ impl Learned {
 
     /// The built-in model of an integrator; every number of substeps has the same.
     pub fn built_in(integrator: Integrator) -> Self {
+        let name = match integrator.core() {
+            dynamics::Integrator::Euler => "euler.model (built in)",
+            dynamics::Integrator::Rk4 { .. } => "rk4.model (built in)",
+        };
+        Self::new(name, Self::built_in_file(integrator))
+    }
+
+    /// The bytes of that model's file.
+    pub fn built_in_file(integrator: Integrator) -> &'static [u8] {
         match integrator.core() {
-            dynamics::Integrator::Euler => Self::new("euler.model (built in)", EULER),
-            dynamics::Integrator::Rk4 { .. } => Self::new("rk4.model (built in)", RK4),
+            dynamics::Integrator::Euler => EULER,
+            dynamics::Integrator::Rk4 { .. } => RK4,
         }
     }
 

@@ -22,6 +22,8 @@
 //! - [`dataset`]: trajectories to train on, from a seed, in shards;
 //! - [`quantise`]: models from single precision to bytes;
 //! - [`reproduce`]: the paper's tables for learned starts;
+//! - [`inject`]: bits flipped in what the planner works on, and what becomes of its plans; the only
+//!   other module that calls the core's planner;
 //! - `training`, with the feature of that name: networks for the learned warm start;
 //! - [`statistics`]: estimates with their confidence intervals;
 //! - [`report`]: tables for the terminal, pages with plots;
@@ -43,6 +45,7 @@ pub mod error;
 pub mod export;
 mod fingerprint;
 pub mod formats;
+pub mod inject;
 pub mod kkt;
 pub mod learned;
 pub mod method;

@@ -8,8 +8,9 @@ use std::sync::mpsc::{self, Sender};
 use std::thread;
 
 /// What the workers share.
-struct Shared<'a, I, F> {
+struct Shared<'a, I, M, F> {
     pending: &'a [I],
+    make: M,
     plan: F,
     next: AtomicUsize,
     stop: AtomicBool,
@@ -21,10 +22,22 @@ pub(crate) fn plan_all<I: Copy + Send + Sync, T: Send>(
     jobs: NonZeroUsize,
     pending: &[I],
     plan: impl Fn(&mut Planner, I) -> Result<T, Error> + Sync,
+    finish: impl FnMut(I, T) -> Result<(), Error>,
+) -> Result<(), Error> {
+    plan_all_with(jobs, pending, |_| Planner::new(), plan, finish)
+}
+
+/// The same with other planners: `make` is told the worker's number, below `jobs`, and called on
+/// its thread.
+pub(crate) fn plan_all_with<I: Copy + Send + Sync, T: Send, W>(
+    jobs: NonZeroUsize,
+    pending: &[I],
+    make: impl Fn(usize) -> W + Sync,
+    plan: impl Fn(&mut W, I) -> Result<T, Error> + Sync,
     mut finish: impl FnMut(I, T) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let shared = Shared { pending, plan, next, stop };
+    let shared = Shared { pending, make, plan, next, stop };
     let (sender, receiver) = mpsc::channel();
     thread::scope(|scope| {
         let mut workers = Vec::new();
@@ -34,7 +47,7 @@ pub(crate) fn plan_all<I: Copy + Send + Sync, T: Send>(
             let worker = thread::Builder::new()
                 .name(format!("planner {number}"))
                 .stack_size(STACK_BYTES)
-                .spawn_scoped(scope, move || work(shared, &sender));
+                .spawn_scoped(scope, move || work(shared, number, &sender));
             match worker {
                 Ok(worker) => workers.push(worker),
                 Err(cause) => outcome = Err(Error::Thread { reason: cause.to_string() }),
@@ -58,11 +71,12 @@ pub(crate) fn plan_all<I: Copy + Send + Sync, T: Send>(
 }
 
 /// One worker: takes the next item, plans, sends what came of it.
-fn work<I: Copy, T>(
-    shared: &Shared<'_, I, impl Fn(&mut Planner, I) -> Result<T, Error>>,
+fn work<I: Copy, T, W>(
+    shared: &Shared<'_, I, impl Fn(usize) -> W, impl Fn(&mut W, I) -> Result<T, Error>>,
+    number: usize,
     sender: &Sender<(I, Result<T, Error>)>,
 ) {
-    let mut planner = Planner::new();
+    let mut planner = (shared.make)(number);
     while !shared.stop.load(Ordering::Relaxed) {
         let Some(item) = shared.pending.get(shared.next.fetch_add(1, Ordering::Relaxed)) else {
             return;

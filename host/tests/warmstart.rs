@@ -313,3 +313,59 @@ fn the_paper_sees_attitudes_of_one_sign() {
     assert_eq!(a, b);
     assert!(a[Encoding::Paper.features()..].iter().all(|value| *value == 0.0));
 }
+
+/// What is handed in is treated as a model's roll-out is, to the last bit.
+#[test]
+fn a_given_start_is_as_good_as_a_learned_one() {
+    let mut bench = Bench::new();
+    bench.plan(3, Integrator::Euler, &mut Start::Heuristic);
+    let mut script = Script::of(Action::Rate, bench.workspace.motion());
+    let rolled = bench.roll_out(Integrator::Euler, &mut script);
+    let mut start = Start::Learned { policy: &mut script, seed: 0 };
+    let learned = bench.plan(3, Integrator::Euler, &mut start);
+    let given = bench.plan(3, Integrator::Euler, &mut Start::Given(&rolled));
+    assert_eq!((given.status, given.evidence.start), (Status::Solved, StartRecord::Given));
+    assert!(!given.evidence.start.is_fallback());
+    assert_eq!(given.evidence.output, learned.evidence.output);
+    assert_eq!(given.reorientation.outcome, learned.reorientation.outcome);
+    // Every bit of it stands in the evidence.
+    let mut other = rolled;
+    other.controls[NODES - 1].bus_torque.x = 1e-300;
+    let again = bench.plan(3, Integrator::Euler, &mut Start::Given(&other));
+    assert_eq!(again.evidence.output, given.evidence.output);
+    assert_ne!(again.evidence.settings, given.evidence.settings);
+    assert_ne!(given.evidence.settings, learned.evidence.settings);
+}
+
+/// Whatever is handed in, there is a plan: the heuristic's.
+#[test]
+fn a_bad_given_start_gives_way_to_the_heuristic() {
+    let mut bench = Bench::new();
+    let first = bench.plan(5, Integrator::Euler, &mut Start::Heuristic);
+    let planned = *bench.workspace.motion();
+    let changed = |change: &dyn Fn(&mut ReorientationTrajectory<NODES, LINKS>)| {
+        let mut motion = planned;
+        change(&mut motion);
+        motion
+    };
+    let bad = [
+        (changed(&|z| z.states[7].rate.x = f64::NAN), StartRecord::NotFinite),
+        (changed(&|z| z.controls[59].joint_torque[2] = f64::INFINITY), StartRecord::NotFinite),
+        (changed(&|z| z.states[20].attitude.fill(0.0)), StartRecord::NotFinite),
+        (changed(&|z| z.states[20].attitude *= 1e-200), StartRecord::NotFinite),
+        (changed(&|z| z.states[20].rate.z = -1e300), StartRecord::NotFinite),
+        (changed(&|z| z.states[20].rate.y = 1e3), StartRecord::Worse),
+        (changed(&|z| z.states[30].attitude.x *= -1.0), StartRecord::Worse),
+        (ReorientationTrajectory::ZERO, StartRecord::Worse),
+    ];
+    for (motion, record) in bad {
+        let report = bench.plan(5, Integrator::Euler, &mut Start::Given(&motion));
+        assert_eq!(report.evidence.start, record);
+        assert!(report.evidence.start.is_fallback());
+        assert_eq!(report.evidence.output, first.evidence.output);
+    }
+    // What lies beyond a limit is moved to it first, and may do.
+    let fast = changed(&|z| z.states[20].joint_rate[0] = 1e300);
+    let report = bench.plan(5, Integrator::Euler, &mut Start::Given(&fast));
+    assert_eq!((report.status, report.evidence.start), (Status::Solved, StartRecord::Given));
+}

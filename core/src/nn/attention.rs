@@ -19,6 +19,10 @@ pub trait Element: Copy + sealed::Sealed + 'static {
     /// The precision of the models whose cache this is.
     const PRECISION: Precision;
 
+    /// The number with one of its bits flipped.
+    #[doc(hidden)]
+    fn flipped(self, bit: u32) -> Self;
+
     /// Stores a vector; returns its scale.
     #[doc(hidden)]
     fn store(x: &[f32], place: &mut [Self]) -> f32;
@@ -59,6 +63,10 @@ impl Element for u8 {
     const ZERO: Self = 0;
     const PRECISION: Precision = Precision::Int8;
 
+    fn flipped(self, bit: u32) -> Self {
+        self ^ (1 << (bit % Self::BITS))
+    }
+
     fn store(x: &[f32], place: &mut [Self]) -> f32 {
         quantise(x, place)
     }
@@ -92,6 +100,10 @@ impl Element for u8 {
 impl Element for f32 {
     const ZERO: Self = 0.0;
     const PRECISION: Precision = Precision::F32;
+
+    fn flipped(self, bit: u32) -> Self {
+        Self::from_bits(self.to_bits() ^ (1 << (bit % u32::BITS)))
+    }
 
     fn store(x: &[f32], place: &mut [Self]) -> f32 {
         place.iter_mut().zip(x).for_each(|(place, x)| *place = *x);

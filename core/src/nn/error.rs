@@ -19,6 +19,8 @@ pub enum ModelError {
     Trailing = 6,
     /// The checksum is wrong.
     Crc = 7,
+    /// Its check has not come to its end.
+    Unchecked = 8,
 }
 
 impl ModelError {
@@ -37,6 +39,7 @@ impl ModelError {
             Self::Missing => "is shorter than its header says",
             Self::Trailing => "is longer than its header says",
             Self::Crc => "has a wrong checksum",
+            Self::Unchecked => "has not been checked to its end",
         }
     }
 }

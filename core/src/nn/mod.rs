@@ -6,6 +6,7 @@
 
 mod arithmetic;
 mod attention;
+mod check;
 mod crc;
 mod decoder;
 mod error;
@@ -21,8 +22,10 @@ mod rows;
 mod specimen;
 #[cfg(test)]
 mod tests;
+mod upset;
 
 pub use attention::Element;
+pub use check::Check;
 pub use crc::Crc32;
 pub use error::{ModelError, NetworkError};
 pub use header::{
@@ -35,3 +38,4 @@ pub use memory::{Memory, ReferenceMemory, Storage};
 pub use model::Model;
 pub use network::Network;
 pub use specimen::{specimen, write_header};
+pub use upset::{Part, Strike, Upset};

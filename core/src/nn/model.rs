@@ -120,17 +120,26 @@ pub struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Checks a model file and finds its tensors. Cost: one pass over the bytes for the checksum.
+    /// Checks a model file and finds its tensors. Cost: one pass over the bytes for the checksum;
+    /// [`super::Check`] does that in slices.
     ///
     /// # Errors
     /// The first reason found against it: nothing of a refused file is used.
     pub fn open(bytes: &'a [u8]) -> Result<Self, ModelError> {
+        Self::open_with(bytes, Crc32::of)
+    }
+
+    /// The same with a checksum that is known, or how to find it.
+    pub(super) fn open_with(
+        bytes: &'a [u8],
+        checksum: impl FnOnce(&[u8]) -> u32,
+    ) -> Result<Self, ModelError> {
         let (header, tensors) = Self::read_header(bytes)?;
         let (tensors, stored) = tensors.split_last_chunk::<4>().ok_or(ModelError::Missing)?;
         let mut model = Self::view(header, tensors)?;
         let covered = bytes.split_last_chunk::<4>().ok_or(ModelError::Missing)?.0;
         model.checksum = u32::from_le_bytes(*stored);
-        if Crc32::of(covered) != model.checksum {
+        if checksum(covered) != model.checksum {
             return Err(ModelError::Crc);
         }
         Ok(model)

@@ -99,7 +99,7 @@ struct Attitude {
 }
 
 /// Stage 2 along the path in the workspace: its start, its loop, and the loop again from the
-/// heuristic where a learned start led nowhere.
+/// heuristic where a learned start, or one handed in, led nowhere.
 fn plan_attitude<S: Solver, P: Pair>(
     mission: &Mission<LINKS>,
     options: &Options,
@@ -116,14 +116,14 @@ fn plan_attitude<S: Solver, P: Pair>(
     if !matches!(start, Start::Heuristic) {
         times.inference_s = times.start_s;
     }
-    let settings = match begun {
-        StartRecord::Learned => &options.learned,
-        _ => &options.reorientation,
+    let settings = match begun.is_offered() {
+        true => &options.learned,
+        false => &options.reorientation,
     };
     let mut report = reorient(mission, options, settings, solver, pair, deadline, workspace);
     times.add_iterations(&workspace.reorientation.log);
     let mut evidence = StageEvidence::new(&report, &workspace.reorientation.log);
-    if begun == StartRecord::Learned && gives_way(&report.outcome, options) {
+    if begun.is_offered() && gives_way(&report.outcome, options) {
         begun = StartRecord::Unsolved;
         start::write_heuristic(mission, workspace);
         let settings = &options.reorientation;
@@ -136,8 +136,8 @@ fn plan_attitude<S: Solver, P: Pair>(
     Attitude { report, evidence, start: begun, times }
 }
 
-/// Whether Stage 2 is worth trying again from the heuristic, after it ended so from a learned
-/// start. A feasible plan in the hand is not given away against the clock.
+/// Whether Stage 2 is worth trying again from the heuristic, after it ended so from another start.
+/// A feasible plan in the hand is not given away against the clock.
 fn gives_way(outcome: &Outcome, options: &Options) -> bool {
     match outcome.status {
         Status::Solved | Status::Deadline => false,

@@ -19,7 +19,7 @@ pub struct Options {
     pub translation: Settings,
     /// The loop's settings for Stage 2.
     pub reorientation: Settings,
-    /// The same from a learned start.
+    /// The same from a learned start, or one handed in.
     pub learned: Settings,
 }
 

@@ -29,7 +29,8 @@ impl StageReport {
 pub struct PhaseTimes {
     /// The target's tumble and Stage 2's start.
     pub start_s: f64,
-    /// The part of it that a learned start took: its roll-out, and the test of what came out.
+    /// The part of it that a start other than the heuristic took: a learned one's roll-out, and the
+    /// test of what came out or was handed in.
     pub inference_s: f64,
     /// Stage 1.
     pub translation_s: f64,

@@ -1,11 +1,12 @@
 //! Where Stage 2 starts from.
 
 use super::{Options, Workspace};
+use crate::dynamics::{Control, State};
 use crate::math::Checksum;
 use crate::model::Mission;
 use crate::pair::Pair;
 use crate::scp::Problem;
-use crate::stages::{LINKS, Reorientation, heuristic, size};
+use crate::stages::{LINKS, NODES, Reorientation, ReorientationTrajectory, heuristic, size};
 use crate::time::Deadline;
 use crate::warmstart::{self, Policy, Scene};
 use core::mem;
@@ -23,6 +24,10 @@ pub enum Start<'a> {
     },
     /// The heuristic, because the model that should have been used was refused.
     Refused,
+    /// A trajectory handed in, such as an earlier plan or one sent from the ground; the heuristic
+    /// where that is of no use. It need not satisfy any constraint: it is moved into the limits
+    /// and onto what is pinned, as every start is.
+    Given(&'a ReorientationTrajectory<NODES, LINKS>),
 }
 
 /// What Stage 2 started from.
@@ -37,14 +42,18 @@ pub enum StartRecord {
     Learned = 1,
     /// The heuristic: the model was refused when it was opened.
     Refused = 2,
-    /// The heuristic: the roll-out could not be finished, or was not finite.
+    /// The heuristic: the roll-out could not be finished, or it or the trajectory handed in was
+    /// not finite.
     NotFinite = 3,
-    /// The heuristic: its merit, cost and weighted defects, is lower than the roll-out's.
+    /// The heuristic: its merit, cost and weighted defects, is lower than that of the roll-out or
+    /// of the trajectory handed in.
     Worse = 4,
-    /// The heuristic: from the roll-out the loop did not end solved.
+    /// The heuristic: from the roll-out or the trajectory handed in the loop did not end solved.
     Unsolved = 5,
-    /// The heuristic: there was no time left for a roll-out.
+    /// The heuristic: there was no time left to look at anything else.
     Deadline = 6,
+    /// The trajectory handed in.
+    Given = 7,
 }
 
 impl StartRecord {
@@ -53,9 +62,15 @@ impl StartRecord {
         self as u32
     }
 
-    /// Whether a learned start was asked for and the heuristic used.
+    /// Whether another start was asked for and the heuristic used.
     pub fn is_fallback(self) -> bool {
-        !matches!(self, Self::Heuristic | Self::Learned)
+        !(matches!(self, Self::Heuristic) || self.is_offered())
+    }
+
+    /// Whether it is what was offered in the heuristic's place: from there the loop has settings of
+    /// its own, and the heuristic to fall back on.
+    pub(super) fn is_offered(self) -> bool {
+        matches!(self, Self::Learned | Self::Given)
     }
 }
 
@@ -70,6 +85,10 @@ impl Start<'_> {
                 policy.identify(sum);
             }
             Self::Refused => sum.integer(2),
+            Self::Given(motion) => {
+                sum.integer(3);
+                identify(motion, sum);
+            }
         }
     }
 
@@ -77,7 +96,8 @@ impl Start<'_> {
     ///
     /// A roll-out follows the dynamics, so that its defects are what it misses at the pins; the
     /// heuristic does not. Their merits at the loop's first weight tell at the price of two
-    /// evaluations of the residuals whether a roll-out has gone astray.
+    /// evaluations of the residuals whether a roll-out has gone astray. What was handed in has
+    /// to pass the same test.
     #[inline(never)]
     pub(super) fn write<P: Pair>(
         &mut self,
@@ -90,18 +110,21 @@ impl Start<'_> {
         write_heuristic(mission, workspace);
         let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
         let path = &translation.trajectory;
-        let (policy, seed) = match self {
+        let offered = match self {
             Self::Heuristic => return StartRecord::Heuristic,
             Self::Refused => return StartRecord::Refused,
-            Self::Learned { policy, seed } => (policy, *seed),
+            _ if deadline.has_passed() => return StartRecord::Deadline,
+            Self::Learned { policy, seed } => {
+                let scene = Scene::new(mission, path, target, options.integrator);
+                warmstart::roll_out(&scene, &mut **policy, *seed, &mut z.trial)
+                    .then_some(StartRecord::Learned)
+            }
+            Self::Given(motion) => {
+                z.trial = **motion;
+                is_finite(motion).then_some(StartRecord::Given)
+            }
         };
-        if deadline.has_passed() {
-            return StartRecord::Deadline;
-        }
-        let scene = Scene::new(mission, path, target, options.integrator);
-        if !warmstart::roll_out(&scene, &mut **policy, seed, &mut z.trial) {
-            return StartRecord::NotFinite;
-        }
+        let Some(offered) = offered else { return StartRecord::NotFinite };
         let problem = Reorientation::<P, _, LINKS, { size::NX }, { size::NU }>::new(
             mission,
             path,
@@ -115,17 +138,35 @@ impl Start<'_> {
             problem.residuals(trajectory, &mut w.residuals);
             w.residuals.cost + options.reorientation.weight * w.residuals.penalty()
         };
-        let (learned, heuristic) = (merit(&mut z.trial), merit(&mut z.trajectory));
-        if !(learned <= heuristic) {
+        let (other, heuristic) = (merit(&mut z.trial), merit(&mut z.trajectory));
+        if !(other <= heuristic) {
             // Clipped twice it would not be the same to the last bit.
             heuristic::warm_start(mission, path, target, &mut z.trajectory);
-            return match learned.is_finite() {
+            return match other.is_finite() {
                 true => StartRecord::Worse,
                 false => StartRecord::NotFinite,
             };
         }
         mem::swap(&mut z.trajectory, &mut z.trial);
-        StartRecord::Learned
+        offered
+    }
+}
+
+fn is_finite(motion: &ReorientationTrajectory<NODES, LINKS>) -> bool {
+    motion.states.iter().all(State::is_finite) && motion.controls.iter().all(Control::is_finite)
+}
+
+/// Adds a trajectory that was handed in: every bit of it.
+fn identify(motion: &ReorientationTrajectory<NODES, LINKS>, sum: &mut Checksum) {
+    for state in &motion.states {
+        sum.numbers(&state.attitude);
+        sum.numbers(&state.joint_angle);
+        sum.numbers(&state.rate);
+        sum.numbers(&state.joint_rate);
+    }
+    for control in &motion.controls {
+        sum.numbers(&control.bus_torque);
+        sum.numbers(&control.joint_torque);
     }
 }
 

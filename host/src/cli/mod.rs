@@ -4,6 +4,7 @@ mod campaign;
 mod check;
 mod dataset;
 mod draw;
+mod inject;
 mod options;
 mod plan;
 mod progress;
@@ -46,6 +47,7 @@ enum Command {
     Quantise(quantise::Args),
     Dataset(dataset::Args),
     Reproduce(reproduce::Args),
+    Inject(inject::Args),
     #[cfg(feature = "training")]
     Train(train::Args),
 }
@@ -114,6 +116,7 @@ impl Command {
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),
             Self::Reproduce(args) => args.run(),
+            Self::Inject(args) => args.run(),
             #[cfg(feature = "training")]
             Self::Train(args) => args.run(),
         }

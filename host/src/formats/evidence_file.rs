@@ -88,6 +88,8 @@ pub enum StartName {
     Heuristic,
     /// The learned roll-out.
     Model,
+    /// A trajectory handed in.
+    Given,
     /// The heuristic: the model was refused.
     Refused,
     /// The heuristic: the roll-out was not finite.
@@ -107,6 +109,7 @@ impl From<StartRecord> for StartName {
         match record {
             StartRecord::Heuristic => Self::Heuristic,
             StartRecord::Learned => Self::Model,
+            StartRecord::Given => Self::Given,
             StartRecord::Refused => Self::Refused,
             StartRecord::NotFinite => Self::NotFinite,
             StartRecord::Worse => Self::Worse,
@@ -118,11 +121,27 @@ impl From<StartRecord> for StartName {
 }
 
 impl StartName {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Heuristic => "heuristic",
+            Self::Model => "model",
+            Self::Given => "given",
+            Self::Refused => "refused",
+            Self::NotFinite => "not_finite",
+            Self::Worse => "worse",
+            Self::Unsolved => "unsolved",
+            Self::Deadline => "deadline",
+            Self::Other => "other",
+        }
+    }
+
     /// The start as plan files and tables name it: what was used, and whether it was asked for.
     pub fn in_tables(self) -> &'static str {
         match self {
             Self::Heuristic => "heuristic",
             Self::Model => "model",
+            Self::Given => "given",
             _ => "fallback",
         }
     }
@@ -130,7 +149,7 @@ impl StartName {
     /// Why the heuristic was used though a model was asked for.
     pub fn why(self) -> Option<&'static str> {
         match self {
-            Self::Heuristic | Self::Model => None,
+            Self::Heuristic | Self::Model | Self::Given => None,
             Self::Refused => Some("the model was refused"),
             Self::NotFinite => Some("the roll-out is not finite"),
             Self::Worse => Some("the roll-out is worse than the heuristic"),

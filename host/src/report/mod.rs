@@ -5,6 +5,7 @@ mod check;
 mod dataset;
 mod export;
 pub mod page;
+mod inject;
 mod plan;
 pub mod plot;
 mod table;
@@ -14,6 +15,7 @@ pub use check::check_report;
 pub use dataset::dataset_report;
 pub use export::export_report;
 pub use page::{Block, Page};
+pub use inject::{injection_report, replay_report};
 pub use plan::{evidence, iteration_log, plan_report};
 pub use table::{Align, Table};
 

@@ -3,9 +3,11 @@
 
 extern crate std;
 
+mod check;
 mod files;
 mod inference;
 mod reference;
+mod upset;
 
 use super::*;
 use std::boxed::Box;

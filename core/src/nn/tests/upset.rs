@@ -1,0 +1,82 @@
+//! Memory in which bits flip: what is struck, when, and what becomes of it.
+
+use super::*;
+
+const SHAPE: Shape = Shape { layers: 2, heads: 2, width: 12, nodes: 5, chunk: 1 };
+type Quantised = Memory<2, 12, 5>;
+
+/// The actions of a roll-out with a strike, those that came; how often the memory was used, and
+/// whether it was struck.
+fn struck(bytes: &[u8], strike: Option<Strike>) -> (Vec<Vec<u32>>, u32, bool) {
+    let model = Model::open(bytes).unwrap();
+    let mut memory = heap::<Quantised>();
+    let mut upset = Upset::new(&mut *memory, strike);
+    let mut network = Network::new(&model, &mut upset).unwrap();
+    let mut actions = Vec::new();
+    for features in features(model.header(), 4) {
+        let mut out = [0.0; ACTION];
+        if network.act(&features, &mut out).is_ok() {
+            assert!(out.iter().all(|x| x.is_finite()));
+            actions.push(out.map(f32::to_bits).to_vec());
+        }
+    }
+    (actions, upset.calls(), upset.is_struck())
+}
+
+fn model() -> Vec<u8> {
+    file(&header(Precision::Int8, Layout::Fused, Decoder::Flow { steps: 2 }, SHAPE), 2)
+}
+
+#[test]
+fn without_a_strike_nothing_changes() {
+    let bytes = model();
+    let (actions, calls, is_struck) = struck(&bytes, None);
+    assert_eq!((calls, is_struck), (5 * (2 + 3), false));
+    let model = Model::open(&bytes).unwrap();
+    let mut memory = heap::<Quantised>();
+    let mut network = Network::new(&model, &mut *memory).unwrap();
+    let plain = roll_out(&mut network, &features(model.header(), 4), 0);
+    let bits = |action: &Vec<f32>| action.iter().map(|x| x.to_bits()).collect();
+    assert_eq!(actions, plain.iter().map(bits).collect::<Vec<Vec<u32>>>());
+}
+
+/// At the second block of node 3, of which the cache holds what nodes 0 to 2 left.
+#[test]
+fn what_lives_across_blocks_matters_and_what_does_not_is_gone() {
+    let bytes = model();
+    let sound = struck(&bytes, None).0;
+    let call = 3 * 5 + 2;
+    let matters = [Part::Keys, Part::Values, Part::KeyScales, Part::ValueScales, Part::Residual];
+    let gone = [Part::Normal, Part::Hidden, Part::Quantised, Part::Wide, Part::Scores];
+    for part in matters.into_iter().chain(gone) {
+        let (actions, calls, is_struck) =
+            struck(&bytes, Some(Strike { call, part, element: 1, bit: 30 }));
+        assert_eq!((calls, is_struck), (25, true), "{part:?}");
+        assert_eq!(actions[..3], sound[..3], "{part:?}");
+        assert_eq!(actions == sound, gone.contains(&part), "{part:?}");
+    }
+    // The latent, between the final norm and the decoder.
+    let latent = Strike { call: 3 * 5 + 4, part: Part::Normal, element: 5, bit: 31 };
+    assert_ne!(struck(&bytes, Some(latent)).0, sound);
+}
+
+#[test]
+fn a_strike_elsewhere_or_later_does_nothing() {
+    let bytes = model();
+    let sound = struck(&bytes, None).0;
+    let strike = Strike { call: 25, part: Part::Residual, element: 0, bit: 30 };
+    assert_eq!(struck(&bytes, Some(strike)), (sound.clone(), 25, false));
+    let strike = Strike { call: 7, part: Part::Keys, element: usize::MAX, bit: 30 };
+    assert_eq!(struck(&bytes, Some(strike)), (sound, 25, false));
+}
+
+#[test]
+fn every_bit_of_a_number_can_flip() {
+    for bit in 0..8 {
+        assert_eq!(0u8.flipped(bit), 1 << bit);
+        assert_eq!(0u8.flipped(bit + 8), 1 << bit);
+    }
+    assert_eq!(1.0f32.flipped(31), -1.0);
+    assert_eq!(1.0f32.flipped(30), f32::INFINITY);
+    assert_eq!(0.0f32.flipped(0), f32::from_bits(1));
+}
