@@ -25,6 +25,9 @@ const FLOOR: f64 = 1e-9;
 /// convex part.
 const MARGIN: f64 = 0.1;
 
+/// What a projection takes of time, where a node of the sweep without one takes 1.
+const PROJECTION_WORK: usize = 14;
+
 /// One node's blocks after the cost-to-go of the next node has been handed back to it.
 struct Handed<const NX: usize, const NU: usize> {
     q: SMatrix<f64, NX, NX>,
@@ -98,6 +101,94 @@ fn pin<const NX: usize>(p: &mut SMatrix<f64, NX, NX>, is_pinned: impl Fn(usize) 
     }
 }
 
+/// A sweep under way, from the last node back: it needs the nodes from some node on, and none before
+/// it, so that those may still be in the making.
+pub struct Sweep<'a, const NX: usize, const NU: usize> {
+    /// The cost-to-go before the nodes swept. It lies where the last node's dynamics would.
+    p: &'a mut SMatrix<f64, NX, NX>,
+    convex: &'a SVector<f64, NU>,
+    constant: f64,
+    dropped: usize,
+    /// Whether a node was met that cannot be made convex.
+    is_stuck: bool,
+}
+
+impl<'a, const NX: usize, const NU: usize> Sweep<'a, NX, NU> {
+    /// Begins at the last node; `diag(convex)` is the convex part of every control's curvature.
+    pub fn new<const NR: usize>(
+        last: &'a mut Stage<NX, NU, NR>,
+        convex: &'a SVector<f64, NU>,
+    ) -> Self {
+        last.a.copy_from(&last.hessian_xx);
+        last.hessian_xx = SMatrix::identity() * FLOOR;
+        Self { p: &mut last.a, convex, constant: 0.0, dropped: 0, is_stuck: false }
+    }
+
+    /// Goes on over `stages`, the nodes from `first` up to those swept before, from the last back,
+    /// until its work comes to `budget`. `is_pinned(k, i)` tells which components of which states
+    /// are pinned to zero steps. Returns how many nodes it swept, and its work: 1 a node, and
+    /// [`PROJECTION_WORK`] for each that was indefinite.
+    // Its memory is not on the stack while the program is filled.
+    #[inline(never)]
+    pub fn over<const NR: usize>(
+        &mut self,
+        first: usize,
+        stages: &mut [Stage<NX, NU, NR>],
+        budget: usize,
+        is_pinned: impl Fn(usize, usize) -> bool,
+    ) -> (usize, usize) {
+        let (mut swept, mut work) = (0, 0);
+        for (j, stage) in stages.iter_mut().enumerate().rev() {
+            if work >= budget {
+                break;
+            }
+            let before = self.dropped;
+            if !self.is_stuck {
+                pin(self.p, |i| is_pinned(first + j + 1, i));
+                self.hand_back(stage);
+            }
+            swept += 1;
+            work += 1 + (self.dropped - before) * PROJECTION_WORK;
+        }
+        (swept, work)
+    }
+
+    /// Hands the cost-to-go back to the node before it.
+    fn hand_back<const NR: usize>(&mut self, stage: &mut Stage<NX, NU, NR>) {
+        let mut tried = Handed::new(stage, self.p, self.convex);
+        if tried.is_none() {
+            self.dropped += 1;
+            project_positive(self.p);
+            tried = Handed::new(stage, self.p, self.convex);
+        }
+        if tried.is_none() {
+            // Not the curvature handed over, but the node's own: do without.
+            stage.hessian_uu.fill(0.0);
+            stage.hessian_ux.fill(0.0);
+            tried = Handed::new(stage, self.p, self.convex);
+        }
+        // What is not finite stays indefinite; the solver will refuse it.
+        let Some(handed) = tried else {
+            self.is_stuck = true;
+            return;
+        };
+        // The same quadratic of x+ = A x + B u + c, its linear and constant parts included.
+        let p: &SMatrix<f64, NX, NX> = self.p;
+        let pc = p * stage.c;
+        stage.gradient_x += stage.a.tr_mul(&pc);
+        stage.gradient_u += stage.b.tr_mul(&pc);
+        self.constant += 0.5 * stage.c.dot(&pc);
+        handed.split(stage, self.p);
+    }
+
+    /// Ends after the first node; returns the constant that the objective gains, and at how many
+    /// nodes curvature was dropped: `None` where a node could not be made convex.
+    pub fn end(self) -> (f64, Option<usize>) {
+        self.p.fill(0.0);
+        (self.constant, (!self.is_stuck).then_some(self.dropped))
+    }
+}
+
 impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX, NU, NR> {
     /// Makes every node's Hessian positive semidefinite.
     ///
@@ -107,40 +198,16 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX
     /// the curvature handed to that node is dropped; returns at how many nodes: zero near a strict
     /// minimum, and then the objective is unchanged on steps that satisfy the dynamics.
     /// Cost: one Riccati sweep, about `N (6 NX^3 + 6 NX^2 NU)` flops.
-    // Its memory is not on the stack while the program is filled.
-    #[inline(never)]
     pub fn convexify(
         &mut self,
         convex: &SVector<f64, NU>,
         is_pinned: impl Fn(usize, usize) -> bool,
     ) -> usize {
-        let mut dropped = 0;
-        let mut p = self.stages[N - 1].hessian_xx;
-        self.stages[N - 1].hessian_xx = SMatrix::identity() * FLOOR;
-        for k in (0..N - 1).rev() {
-            pin(&mut p, |i| is_pinned(k + 1, i));
-            let stage = &mut self.stages[k];
-            let mut tried = Handed::new(stage, &p, convex);
-            if tried.is_none() {
-                dropped += 1;
-                project_positive(&mut p);
-                tried = Handed::new(stage, &p, convex);
-            }
-            if tried.is_none() {
-                // Not the curvature handed over, but the node's own: do without.
-                stage.hessian_uu.fill(0.0);
-                stage.hessian_ux.fill(0.0);
-                tried = Handed::new(stage, &p, convex);
-            }
-            // What is not finite stays indefinite; the solver will refuse it.
-            let Some(handed) = tried else { return N };
-            // The same quadratic of x+ = A x + B u + c, its linear and constant parts included.
-            let pc: SVector<f64, NX> = p * stage.c;
-            stage.gradient_x += stage.a.tr_mul(&pc);
-            stage.gradient_u += stage.b.tr_mul(&pc);
-            self.constant += 0.5 * stage.c.dot(&pc);
-            handed.split(stage, &mut p);
-        }
-        dropped
+        let Some((last, stages)) = self.stages.split_last_mut() else { return 0 };
+        let mut sweep = Sweep::new(last, convex);
+        sweep.over(0, stages, usize::MAX, is_pinned);
+        let (constant, dropped) = sweep.end();
+        self.constant += constant;
+        dropped.unwrap_or(N)
     }
 }

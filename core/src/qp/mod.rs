@@ -19,6 +19,7 @@ mod data;
 mod embedded;
 mod solver;
 
+pub use convexify::Sweep;
 pub(crate) use data::zeros;
 pub use data::{Qp, Solution, Stage};
 pub use embedded::{ATTEMPTS, EmbeddedQp, InteriorPointSettings, STARTS};

@@ -11,7 +11,7 @@ use crate::dynamics::{Control, Integrator, Multibody, State};
 use crate::math::{clamp, quaternion};
 use crate::model::{Mission, TargetState, initial_bus_attitude};
 use crate::pair::{Pair, Sequential};
-use crate::qp::{Qp, Solution, Stage};
+use crate::qp::{Qp, Solution, Stage, Sweep};
 use crate::scp::{Problem, Residuals};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
 use roll_out::RateOffset;
@@ -95,6 +95,9 @@ const IGNORED: f64 = 0.2;
 /// Curvature by which the first steps stay near the start's joint angles (scaled). Large moves in
 /// the first linearisations end in poor basins: without it costs are 10 % higher in the mean.
 const PROXIMITY: f64 = 3e-3;
+
+/// Nodes that one core linearises while the other makes those after them convex.
+const BATCH: usize = 8;
 
 /// Roll-outs of a step: the second makes up for the pose that the first one missed.
 const PASSES: usize = 2;
@@ -269,47 +272,90 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         }
     }
 
-    /// Fills `stages`, those from node `first` on, with everything but curvature that is handed
-    /// from node to node.
-    fn linearise_from(
+    /// Fills the whole program, curvature included, and makes it convex.
+    ///
+    /// The sweep that makes it convex goes from the last node to the first, one after the other,
+    /// and is quick but where it meets indefinite curvature. It runs on one core while the other
+    /// linearises the nodes before, a batch at a time. What the sweep leaves of its core's time,
+    /// counted in work so that no clock is needed, goes into linearisation too.
+    fn linearise_convex(
         &self,
-        first: usize,
+        z: &ReorientationTrajectory<N, NL>,
+        multipliers: &Solution<N, NX, NU, NR>,
+        convex: &SVector<f64, NU>,
+        qp: &mut Qp<N, NX, NU, NR>,
+    ) {
+        let linearise = |k, stage: &mut Stage<NX, NU, NR>| {
+            self.linearise_at(k, z, Some(multipliers), convex, stage);
+        };
+        let Some((last, stages)) = qp.stages.split_last_mut() else { return };
+        linearise(N - 1, last);
+        let mut sweep = Sweep::new(last, convex);
+        // Nodes from `filled` on are linearised, those from `swept` on convex too.
+        let (mut filled, mut swept) = (stages.len(), stages.len());
+        while swept > 0 {
+            let from = filled.saturating_sub(BATCH);
+            let parts = stages.get_disjoint_mut([0..from, from..filled, filled..swept]);
+            let Ok([before, batch, ready]) = parts else { return };
+            let budget = match filled - from {
+                0 => usize::MAX,
+                nodes => nodes * self.node_work(),
+            };
+            let sweep_and_help = || {
+                let (done, work) = sweep.over(filled, ready, budget, |k, i| self.is_pinned(k, i));
+                let help = budget.saturating_sub(work) / self.node_work();
+                let helped = before.iter_mut().enumerate().rev().take(help);
+                (done, helped.map(|(k, stage)| linearise(k, stage)).count())
+            };
+            let fill = || (from..).zip(batch).for_each(|(k, stage)| linearise(k, stage));
+            let ((done, helped), ()) = self.pair.join(sweep_and_help, fill);
+            filled = from.saturating_sub(helped);
+            swept = swept.saturating_sub(done);
+        }
+        qp.constant += sweep.end().0;
+    }
+
+    /// What the linearisation of a node takes of time, where the sweep takes 1.
+    fn node_work(&self) -> usize {
+        match self.integrator {
+            Integrator::Euler => 3,
+            Integrator::Rk4 { substeps } => substeps.saturating_mul(6).max(1),
+        }
+    }
+
+    /// Fills `stage`, that of node `k`, with everything but curvature that is handed from node to
+    /// node.
+    fn linearise_at(
+        &self,
+        k: usize,
         z: &ReorientationTrajectory<N, NL>,
         multipliers: Option<&Solution<N, NX, NU, NR>>,
         convex: &SVector<f64, NU>,
-        stages: &mut [Stage<NX, NU, NR>],
+        stage: &mut Stage<NX, NU, NR>,
     ) {
-        for (k, stage) in (first..N).zip(stages) {
-            *stage = Stage::ZERO;
-            let (offset, gradient) = self.pointing_row(k, &z.states[k]);
-            let gradient = self.axes(k).tr_mul(&gradient) * ANGLE_SCALE;
-            stage.row_offset[0] = offset;
-            for i in 0..3 {
-                stage.row_x[(0, i)] = gradient[i];
-            }
-            if let Some(last) = multipliers
-                && self.mode == Mode::Optimal
-            {
-                self.add_pointing_curvature(k, &z.states[k], last.row_multiplier[k][0], stage);
-                self.stiffen(k, &z.states[k], last, stage);
-            }
-            if k + 1 == N {
-                continue;
-            }
-            let (state, at) = (&z.states[k], &z.states[k + 1]);
-            let held = (&z.controls[k], &self.translation.force[k]);
-            let next = self.linearise_interval(k, state, held, at, stage);
-            if let Some(last) = multipliers
-                && self.mode == Mode::Optimal
-            {
-                self.add_curvature(k, (state, &next), held, &last.defect_multiplier[k], stage);
-            }
-            self.apply_chart(k, &next, at, stage);
-            let control = Self::stacked_control(&z.controls[k]);
-            for i in 0..NU {
-                if self.mode == Mode::Optimal {
-                    stage.gradient_u[i] = convex[i] * control[i] / self.scale_u[i];
-                }
+        *stage = Stage::ZERO;
+        let (Some(state), Some(control)) = (z.states.get(k), z.controls.get(k)) else { return };
+        let (offset, gradient) = self.pointing_row(k, state);
+        let gradient = self.axes(k).tr_mul(&gradient) * ANGLE_SCALE;
+        stage.row_offset[0] = offset;
+        for i in 0..3 {
+            stage.row_x[(0, i)] = gradient[i];
+        }
+        if let Some(last) = multipliers {
+            self.add_pointing_curvature(k, state, last.row_multiplier[k][0], stage);
+            self.stiffen(k, state, last, stage);
+        }
+        let Some(at) = z.states.get(k + 1) else { return };
+        let held = (control, &self.translation.force[k]);
+        let next = self.linearise_interval(k, state, held, at, stage);
+        if let Some(last) = multipliers {
+            self.add_curvature(k, (state, &next), held, &last.defect_multiplier[k], stage);
+        }
+        self.apply_chart(k, &next, at, stage);
+        let control = Self::stacked_control(control);
+        for i in 0..NU {
+            if self.mode == Mode::Optimal {
+                stage.gradient_u[i] = convex[i] * control[i] / self.scale_u[i];
             }
         }
     }
@@ -362,15 +408,18 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             let unit = self.scale_u[i] / Self::max_torque(self.mission, i);
             2.0 * self.weight(i) * unit * unit
         });
+        if let Some(multipliers) = multipliers
+            && self.mode == Mode::Optimal
+        {
+            return self.linearise_convex(z, multipliers, &convex, qp);
+        }
         let (early, late) = qp.stages.split_at_mut(N / 2);
-        let half = |first, stages: &mut [Stage<NX, NU, NR>]| {
-            self.linearise_from(first, z, multipliers, &convex, stages);
+        let half = |first: usize, stages: &mut [Stage<NX, NU, NR>]| {
+            for (k, stage) in (first..N).zip(stages) {
+                self.linearise_at(k, z, None, &convex, stage);
+            }
         };
         self.pair.join(|| half(0, early), || half(N / 2, late));
-        if multipliers.is_some() && self.mode == Mode::Optimal {
-            qp.convexify(&convex, |k, i| self.is_pinned(k, i));
-            return;
-        }
         for stage in &mut qp.stages {
             stage.hessian_uu = SMatrix::from_diagonal(&convex);
             for i in 3..3 + NL {
