@@ -21,12 +21,14 @@
 //! - [`quantise`]: models from single precision to bytes;
 //! - [`reproduce`]: the paper's tables for learned starts;
 //! - `training`, with the feature of that name: networks for the learned warm start;
+//! - [`audit`]: what a flight-software review asks of the planner;
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
 //!   [`export::ExportJob`], [`dataset::Recipe`], [`quantise::quantise`].
 #![forbid(unsafe_code)]
 
+pub mod audit;
 pub mod backend;
 pub mod campaign;
 pub mod checking;
