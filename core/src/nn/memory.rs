@@ -43,6 +43,9 @@ impl<const LAYERS: usize, const WIDTH: usize, const TOKENS: usize, E: Element>
     /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
+    /// The cache's share of it; the rest is scratch.
+    pub const CACHE_BYTES: usize = size_of::<[Layer<WIDTH, TOKENS, E>; LAYERS]>();
+
     /// Storage for any number of roll-outs, one after the other, all bits zero. Place it in static
     /// memory or on a heap: it is too large for a small stack.
     pub const fn new() -> Self {

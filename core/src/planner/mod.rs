@@ -5,6 +5,7 @@
 
 mod evidence;
 mod gains;
+pub mod memory;
 mod options;
 mod report;
 mod start;

@@ -6,3 +6,6 @@ pub mod firmware;
 pub mod loops;
 pub mod requirements;
 pub mod section;
+//! The audit: what a flight-software review asks of the planner.
+
+pub mod image;

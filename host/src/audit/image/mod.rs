@@ -1,0 +1,115 @@
+//! What a linked image tells of itself: bounds on its stack, the sizes of its parts, proofs.
+//!
+//! The image must have symbols and, by `-C link-arg=--emit-relocs`, the relocations it was linked
+//! by; its stack's bounds need the compiler's remarks too (`-C remark=prologepilog`).
+//! `docs/stack.md` tells how it is done and what it does not cover.
+
+mod decode;
+mod elf;
+mod functions;
+mod graph;
+mod names;
+mod proofs;
+mod remarks;
+mod sizes;
+mod stack;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+pub use elf::{Kind, Machine};
+pub use names::Origin;
+pub use proofs::{Proof, Proofs, Verdict};
+pub use sizes::{Named, Share, Sizes};
+pub use stack::{
+    CORE_TRAITS, Dispatch, ENTRY_POINTS, EntryPoint, Frame, IndirectCalls, NotCovered, StackBound,
+};
+pub use tables::stack_tables;
+
+use crate::error::Error;
+use elf::Elf;
+use functions::Program;
+use stack::Calls;
+use std::path::Path;
+
+/// An image with its functions and what they call.
+pub struct Image {
+    elf: Elf,
+    program: Program,
+    /// The calls, with those through pointers resolved one way and, where that makes circles, the
+    /// other.
+    calls: (Calls, Option<Calls>),
+}
+
+impl Image {
+    /// Reads an image, and the output of the compiler that made it.
+    ///
+    /// # Errors
+    /// A file that cannot be read; an image that is no ELF file of a known processor, or without
+    /// symbols or relocations; an output without remarks, or with those of another image.
+    pub fn read(elf: &Path, remarks: &Path) -> Result<Self, Error> {
+        let frames = remarks::read(remarks)?;
+        let image = Elf::read(elf)?;
+        let program = Program::new(&image, &frames);
+        let known = program.functions.iter().filter(|f| f.frame.is_some()).count();
+        if 2 * known < program.functions.len() {
+            let reason = format!(
+                "has figures for {known} of the {} functions of {}: it is of another build",
+                program.functions.len(),
+                elf.display()
+            );
+            return Err(Error::input(remarks, "", reason));
+        }
+        let by = |dispatch| Calls::new(&image, &program, dispatch);
+        let calls = match image.is_hosted {
+            true => (by(Dispatch::CoreTraits), None),
+            false => (by(Dispatch::AnyTaken), Some(by(Dispatch::CoreTraits))),
+        };
+        Ok(Self { elf: image, program, calls })
+    }
+
+    /// Its processor.
+    pub fn machine(&self) -> Machine {
+        self.elf.machine
+    }
+
+    /// Whether it was linked for an operating system.
+    pub fn is_hosted(&self) -> bool {
+        self.elf.is_hosted
+    }
+
+    /// Bounds the stack below an entry point.
+    ///
+    /// A call through a pointer may at first reach anything that a pointer can. Where that makes a
+    /// circle, or in an image for an operating system, the core's are narrowed to its traits.
+    pub fn stack(&self, entry: &EntryPoint) -> StackBound {
+        self.stack_without(entry, &[])
+    }
+
+    /// The same as if functions of these paths, without generic arguments, were never called: what
+    /// a run that has no use for them can take. It explains a measured mark, it bounds nothing.
+    pub fn stack_without(&self, entry: &EntryPoint, functions: &[&str]) -> StackBound {
+        let bound = self.calls.0.bound(&self.program, entry, functions);
+        match &self.calls.1 {
+            Some(narrow) if !bound.not_covered.cycles.is_empty() => {
+                narrow.bound(&self.program, entry, functions)
+            }
+            _ => bound,
+        }
+    }
+
+    /// The bounds of [`ENTRY_POINTS`], in their order.
+    pub fn stacks(&self) -> Vec<StackBound> {
+        ENTRY_POINTS.iter().map(|entry| self.stack(entry)).collect()
+    }
+
+    /// What its bytes are.
+    pub fn sizes(&self) -> Sizes {
+        sizes::of(&self.elf, &self.program)
+    }
+
+    /// What its symbols prove.
+    pub fn proofs(&self) -> Proofs {
+        proofs::of(&self.elf)
+    }
+}

@@ -1,0 +1,156 @@
+//! What the absence of symbols proves: no panic, no allocation.
+
+use super::elf::{Elf, SymbolKind};
+use super::names;
+use serde::Serialize;
+
+/// What came of a proof.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// It holds.
+    Proven,
+    /// It does not: the image holds what it must not.
+    Refuted,
+    /// The image does not say.
+    Unknown,
+    /// Not to be asked of this image.
+    NotApplicable,
+}
+
+/// A claim with what speaks for it or against it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Proof {
+    /// What is claimed.
+    pub claim: &'static str,
+    /// What came of it.
+    pub verdict: Verdict,
+    /// Why.
+    pub reason: String,
+    /// Symbols of the image that speak against it.
+    pub found: Vec<String>,
+}
+
+/// The proofs that an image's symbols give.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Proofs {
+    /// No panic can be reached.
+    pub panic: Proof,
+    /// Nothing is allocated.
+    pub allocation: Proof,
+}
+
+/// Judges an image by its symbols.
+pub fn of(elf: &Elf) -> Proofs {
+    let symbols = elf.symbols.iter().filter(|s| s.kind != SymbolKind::Other);
+    let names: Vec<&str> = symbols.map(|s| s.name.as_str()).collect();
+    Proofs {
+        panic: judge(
+            "no panic can be reached",
+            elf.is_hosted,
+            &names,
+            panics,
+            "every panic of Rust ends in the panic handler, which calls `remora_panic_reachable`; \
+             the linker keeps a section only where a kept one refers to it, and it kept neither \
+             this one nor anything of `core::panicking`",
+            "the host's program may panic; it runs the core's code, not what flies",
+        ),
+        allocation: judge(
+            "nothing is allocated",
+            elf.is_hosted,
+            &names,
+            allocates,
+            "the image holds no symbol of an allocator and nothing of the crate `alloc`",
+            "the host's program allocates; that its planner does not is proven by an allocator \
+             that counts",
+        ),
+    }
+}
+
+fn judge(
+    claim: &'static str,
+    is_hosted: bool,
+    names: &[&str],
+    speaks_against: fn(&str) -> bool,
+    proven: &str,
+    not_applicable: &str,
+) -> Proof {
+    let mut found: Vec<String> = names
+        .iter()
+        .filter(|name| speaks_against(name))
+        .map(|name| names::readable(name).unwrap_or_else(|| (*name).into()))
+        .collect();
+    found.sort();
+    found.dedup();
+    let (verdict, reason) = if is_hosted {
+        found.clear();
+        (Verdict::NotApplicable, not_applicable)
+    } else if !names.contains(&"remora_main") {
+        (Verdict::Unknown, "the image has no symbol `remora_main`: it cannot be judged by symbols")
+    } else if found.is_empty() {
+        (Verdict::Proven, proven)
+    } else {
+        (Verdict::Refuted, "the image holds symbols that only what is to be excluded refers to")
+    };
+    Proof { claim, verdict, reason: reason.into(), found }
+}
+
+fn panics(name: &str) -> bool {
+    name == "remora_panic_reachable"
+        || ["9panicking", "rust_begin_unwind", "panic_fmt"].iter().any(|part| name.contains(part))
+}
+
+fn allocates(name: &str) -> bool {
+    // Rust's allocator functions are mangled with a crate of their own, `__rustc`.
+    const PARTS: [&str; 6] = [
+        "__rust_alloc",
+        "__rust_dealloc",
+        "__rust_realloc",
+        "__rust_no_alloc_shim",
+        "__rg_",
+        "__rdl_",
+    ];
+    ["malloc", "calloc", "realloc", "free", "sbrk", "_sbrk"].contains(&name)
+        || PARTS.iter().any(|part| name.contains(part))
+        || names::Origin::of(name).is_some_and(|origin| origin.krate == "alloc")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn panic(is_hosted: bool, names: &[&str]) -> Proof {
+        judge("", is_hosted, names, panics, "proven", "not asked")
+    }
+
+    #[test]
+    fn a_panic_refutes_and_missing_symbols_prove_nothing() {
+        let sound = ["remora_main", "_RNvNtCs1_4core3fmt5write"];
+        assert_eq!(panic(false, &sound).verdict, Verdict::Proven);
+        for bad in ["remora_panic_reachable", "_RNvNtCs1_4core9panicking5panic"] {
+            let proof = panic(false, &["remora_main", bad, bad]);
+            assert_eq!((proof.verdict, proof.found.len()), (Verdict::Refuted, 1), "{bad}");
+        }
+        assert_eq!(panic(false, &["main"]).verdict, Verdict::Unknown);
+        assert_eq!(panic(false, &[]).verdict, Verdict::Unknown);
+        let hosted = panic(true, &["remora_main", "rust_begin_unwind"]);
+        assert_eq!((hosted.verdict, hosted.found.len()), (Verdict::NotApplicable, 0));
+    }
+
+    #[test]
+    fn allocators_are_known_by_any_of_their_names() {
+        for name in [
+            "malloc",
+            "__rust_alloc",
+            "_RNvCs1_7___rustc12___rust_alloc",
+            "_RNvCs1_7___rustc35___rust_no_alloc_shim_is_unstable_v2",
+            "_RNvNtCs1_5alloc7raw_vec12handle_error",
+            "_ZN5alloc7raw_vec12handle_error17h0123456789abcdefE",
+        ] {
+            assert!(allocates(name), "{name}");
+        }
+        for name in ["remora_main", "_RNvNtCs1_11remora_core7planner4plan", "memcpy", "mallocate"] {
+            assert!(!allocates(name), "{name}");
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! Bounds on the stack: the compiler's frames along the worst chain of calls.
+
+use super::elf::{Elf, SymbolKind};
+use super::functions::{Function, Program};
+use super::graph::{Below, Graph};
+use super::names;
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// A function to bound the stack below.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EntryPoint {
+    /// What it is to a reader.
+    pub name: &'static str,
+    /// Its path without generic arguments, or its symbol where it has no Rust name; several where
+    /// it goes by different names on different boards.
+    pub paths: &'static [&'static str],
+}
+
+/// The planner's entry points, and what starts the image or catches its exceptions.
+pub const ENTRY_POINTS: [EntryPoint; 10] = [
+    EntryPoint { name: "image", paths: &["remora_main"] },
+    EntryPoint { name: "plan", paths: &["remora_core::planner::plan"] },
+    EntryPoint { name: "stage 1", paths: &["remora_core::planner::plan_translation"] },
+    EntryPoint { name: "start of stage 2", paths: &["remora_core::planner::start::Start::write"] },
+    EntryPoint { name: "stage 2", paths: &["remora_core::planner::reorient"] },
+    EntryPoint { name: "verification", paths: &["remora_core::stages::verifier::verify"] },
+    EntryPoint { name: "roll-out", paths: &["remora_core::warmstart::rolling::roll_out"] },
+    EntryPoint { name: "opening a model", paths: &["remora_core::nn::model::Model::open"] },
+    EntryPoint { name: "network", paths: &["remora_core::nn::network::Network::act"] },
+    EntryPoint { name: "exceptions", paths: &["remora_fault", "trap", "vectors"] },
+];
+
+/// The core's traits behind pointers. A call through a pointer in the core's own code is one of
+/// their methods: it has no other trait objects, and no pointers to functions.
+pub const CORE_TRAITS: [&str; 2] =
+    ["remora_core::time::Clock", "remora_core::warmstart::rolling::Policy"];
+
+/// How calls through pointers were bounded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Dispatch {
+    /// Each may reach every function whose address is taken anywhere in the image.
+    AnyTaken,
+    /// In the core's code each may reach every method of [`CORE_TRAITS`] whose address is taken;
+    /// elsewhere as [`Dispatch::AnyTaken`].
+    CoreTraits,
+}
+
+/// A function on the worst chain.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Frame {
+    /// Path without generic arguments.
+    pub function: String,
+    /// Its frame as the compiler says; `None` where it says nothing.
+    pub frame_bytes: Option<u64>,
+    /// All frames down to this one, with what the calls themselves push.
+    pub sum_bytes: u64,
+}
+
+/// What the bound of an entry point is silent about.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct NotCovered {
+    /// Functions below it of which the compiler gave no figure: assembly, precompiled code. Each
+    /// counts nothing beyond the call itself.
+    pub without_figure: Vec<String>,
+    /// Functions below it that call a shared library, whose stack nothing is known of.
+    pub library_callers: Vec<String>,
+    /// Functions below it with a branch to where no function is known.
+    pub astray: Vec<String>,
+    /// Functions that may call each other in a circle. There is then no bound.
+    pub cycles: Vec<Vec<String>>,
+}
+
+/// The calls through pointers below an entry point.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct IndirectCalls {
+    /// How they were bounded.
+    pub dispatch: Dispatch,
+    /// How many places make one.
+    pub places: usize,
+    /// What they may reach.
+    pub callees: Vec<String>,
+}
+
+/// The bound of one entry point.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct StackBound {
+    /// What the entry point is.
+    pub name: String,
+    /// Its path or symbol.
+    pub path: String,
+    /// How many functions of the image have it: none where it was inlined into its callers or left
+    /// out, several where it is generic. The bound is that of the worst.
+    pub instances: usize,
+    /// Bytes of the stack from its call on; `None` without an instance, or with a cycle below it.
+    pub bytes: Option<u64>,
+    /// The chain of calls that takes the most.
+    pub chain: Vec<Frame>,
+    /// What the last function of the chain may use beyond its frame; part of the bound.
+    pub red_zone_bytes: u64,
+    /// How many functions there are below it, itself among them.
+    pub functions: usize,
+    /// Calls through pointers.
+    pub indirect: IndirectCalls,
+    /// What the bound does not cover.
+    pub not_covered: NotCovered,
+}
+
+/// The call graph with its indirect calls resolved.
+pub struct Calls {
+    dispatch: Dispatch,
+    red_zone_bytes: u64,
+    graph: Graph,
+    /// Callees of each function's indirect calls.
+    indirect: Vec<BTreeSet<usize>>,
+}
+
+impl Calls {
+    /// The graph of a program.
+    pub fn new(elf: &Elf, program: &Program, dispatch: Dispatch) -> Self {
+        let any: BTreeSet<usize> = program.taken.keys().copied().collect();
+        let narrow = match dispatch {
+            Dispatch::AnyTaken => BTreeSet::new(),
+            Dispatch::CoreTraits => core_methods(elf, program),
+        };
+        let resolve = |f: &Function| match dispatch {
+            _ if f.calls.indirect.is_empty() => BTreeSet::new(),
+            Dispatch::CoreTraits if is_core(f) && !narrow.is_empty() => narrow.clone(),
+            _ => any.clone(),
+        };
+        let indirect: Vec<_> = program.functions.iter().map(resolve).collect();
+        let functions = program.functions.iter().zip(&indirect);
+        let graph = Graph {
+            // A jump to another function in place of a call and a return would release the frame
+            // first: to add it all the same is on the safe side.
+            cost: program
+                .functions
+                .iter()
+                .map(|f| f.frame.unwrap_or(0) + elf.machine.call_bytes())
+                .collect(),
+            callees: functions
+                .map(|(f, more)| f.calls.direct.union(more).copied().collect())
+                .collect(),
+        };
+        Self { dispatch, red_zone_bytes: elf.machine.red_zone_bytes(), graph, indirect }
+    }
+
+    /// The bound below the worst instance of an entry point, with functions of some plain paths
+    /// taken out of the graph.
+    pub fn bound(&self, program: &Program, entry: &EntryPoint, without: &[&str]) -> StackBound {
+        let mut graph = self.graph.clone();
+        if !without.is_empty() {
+            let is_out = |i: usize| without.contains(&program.functions[i].plain().as_str());
+            let out: Vec<bool> = (0..program.functions.len()).map(is_out).collect();
+            graph.callees.iter_mut().for_each(|callees| callees.retain(|i| !out[*i]));
+        }
+        let instances = program.functions.iter().enumerate().filter(|(_, f)| {
+            let is = |path: &&str| f.plain() == *path || f.symbols.iter().any(|name| name == path);
+            entry.paths.iter().any(is)
+        });
+        let of = |(i, _)| self.instance(program, &graph, entry, i);
+        let all: Vec<StackBound> = instances.map(of).collect();
+        let count = all.len();
+        // A cycle is worse than any number.
+        let worst = all.into_iter().max_by_key(|bound| bound.bytes.map_or(u64::MAX, |bytes| bytes));
+        match worst {
+            Some(bound) => StackBound { instances: count, ..bound },
+            None => self.absent(entry),
+        }
+    }
+
+    fn absent(&self, entry: &EntryPoint) -> StackBound {
+        StackBound {
+            name: entry.name.into(),
+            path: entry.paths.join(", "),
+            instances: 0,
+            bytes: None,
+            chain: Vec::new(),
+            red_zone_bytes: self.red_zone_bytes,
+            functions: 0,
+            indirect: IndirectCalls { dispatch: self.dispatch, places: 0, callees: Vec::new() },
+            not_covered: NotCovered::default(),
+        }
+    }
+
+    fn instance(
+        &self,
+        program: &Program,
+        graph: &Graph,
+        entry: &EntryPoint,
+        function: usize,
+    ) -> StackBound {
+        let below = graph.below(function);
+        let mut sum_bytes = 0;
+        let frame = |i: &usize| {
+            sum_bytes += graph.cost[*i];
+            let f = &program.functions[*i];
+            Frame { function: f.plain(), frame_bytes: f.frame, sum_bytes }
+        };
+        let chain: Vec<Frame> = below.chain.iter().map(frame).collect();
+        let reached = || below.reached.iter().map(|i| &program.functions[*i]);
+        StackBound {
+            path: program.functions[function].plain(),
+            bytes: chain.last().map(|frame| frame.sum_bytes + self.red_zone_bytes),
+            chain,
+            functions: below.reached.len(),
+            indirect: IndirectCalls {
+                places: reached().map(|f| f.calls.indirect.len()).sum(),
+                callees: self.callees(program, &below),
+                dispatch: self.dispatch,
+            },
+            not_covered: NotCovered {
+                without_figure: sorted(reached().filter(|f| f.frame.is_none())),
+                library_callers: sorted(reached().filter(|f| f.calls.external > 0)),
+                astray: sorted(reached().filter(|f| !f.calls.astray.is_empty())),
+                cycles: below
+                    .cycles
+                    .iter()
+                    .map(|group| sorted(group.iter().map(|i| &program.functions[*i])))
+                    .collect(),
+            },
+            ..self.absent(entry)
+        }
+    }
+
+    fn callees(&self, program: &Program, below: &Below) -> Vec<String> {
+        let callees: BTreeSet<usize> =
+            below.reached.iter().flat_map(|i| &self.indirect[*i]).copied().collect();
+        sorted(callees.iter().map(|i| &program.functions[*i]))
+    }
+}
+
+fn sorted<'a>(functions: impl Iterator<Item = &'a Function>) -> Vec<String> {
+    let mut names: Vec<String> = functions.map(Function::plain).collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+fn is_core(function: &Function) -> bool {
+    let origin = function.symbols.iter().find_map(|name| names::Origin::of(name));
+    origin.is_some_and(|origin| origin.krate == "remora_core")
+}
+
+/// Functions whose address a table of methods of [`CORE_TRAITS`] holds: an object that holds that
+/// of one of their methods. The others in it may have been merged with equal functions of other
+/// names.
+fn core_methods(elf: &Elf, program: &Program) -> BTreeSet<usize> {
+    let is_method = |i: &usize| implements(&program.functions[*i], &CORE_TRAITS);
+    let objects = || elf.symbols.iter().filter(|s| s.kind == SymbolKind::Object);
+    let tables: Vec<_> = objects()
+        .map(|s| s.address..s.address + s.size)
+        .filter(|table| {
+            let mut inside =
+                program.taken.iter().filter(|(_, at)| at.range(table.clone()).count() > 0);
+            inside.any(|(i, _)| is_method(i))
+        })
+        .collect();
+    let in_table = |at: &BTreeSet<u64>| tables.iter().any(|t| at.range(t.clone()).count() > 0);
+    let taken = program.taken.iter().filter(|(i, at)| is_method(i) || in_table(at));
+    taken.map(|(i, _)| *i).collect()
+}
+
+/// Whether one of a function's names is that of a method of one of these traits, or of code that
+/// is called in its place.
+fn implements(function: &Function, traits: &[&str]) -> bool {
+    let paths = function.symbols.iter().filter_map(|name| names::readable(name));
+    paths.filter_map(|path| names::implemented_trait(&path)).any(|t| traits.contains(&&*t))
+}

@@ -1,0 +1,256 @@
+//! The whole of it, on small images of four processors. `fixtures/images/README.md` tells what is in
+//! them and how they were made.
+
+use super::elf::Use;
+use super::*;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+const TARGETS: [&str; 4] = [
+    "thumbv7em-none-eabihf",
+    "aarch64-unknown-none",
+    "riscv64gc-unknown-none-elf",
+    "x86_64-unknown-none",
+];
+
+const PLAN: EntryPoint = EntryPoint { name: "plan", paths: &["sample::planner::plan"] };
+
+fn file(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../fixtures/images").join(name)
+}
+
+fn image(target: &str) -> Image {
+    let (elf, remarks) = (file(&format!("{target}.elf")), file(&format!("{target}.remarks")));
+    Image::read(&elf, &remarks).unwrap()
+}
+
+#[test]
+fn a_bound_is_the_sum_of_the_compilers_frames() {
+    for target in TARGETS {
+        let frames = remarks::read(&file(&format!("{target}.remarks"))).unwrap();
+        let frame = |part: &str| {
+            let of = |(name, bytes): (&String, &u64)| name.contains(part).then_some(*bytes);
+            frames.iter().find_map(of).unwrap()
+        };
+        let image = image(target);
+        let bound = image.stack(&PLAN);
+        let chain: Vec<&str> = bound.chain.iter().map(|f| f.function.as_str()).collect();
+        // Through the pointer to the clock; on x86-64, which has no floating point here, the
+        // library's conversions lie below.
+        let expected =
+            ["sample::planner::plan", "sample::planner::deep", "sample::clocks::Ticks::seconds"];
+        assert_eq!(chain[..3], expected, "{target}");
+        let sum = frame("4plan") + frame("4deep") + frame("7seconds");
+        let pushed = image.machine().call_bytes();
+        assert_eq!(bound.chain[2].sum_bytes, sum + 3 * pushed, "{target}");
+        let last = bound.chain.last().unwrap().sum_bytes;
+        assert_eq!(bound.bytes, Some(last + image.machine().red_zone_bytes()), "{target}");
+        assert_eq!((bound.instances, bound.path.as_str()), (1, "sample::planner::plan"));
+        assert_eq!(bound.indirect.dispatch, Dispatch::AnyTaken);
+        assert!(bound.indirect.callees.contains(&expected[2].to_string()), "{target}");
+        assert_eq!(bound.not_covered, NotCovered::default(), "{target}");
+    }
+}
+
+#[test]
+fn calls_in_tail_position_and_jump_tables_are_told_apart() {
+    let entry = EntryPoint { name: "", paths: &["sample::planner::shallow"] };
+    for target in &TARGETS[..3] {
+        let bound = image(target).stack(&entry);
+        let chain: Vec<&str> = bound.chain.iter().map(|f| f.function.as_str()).collect();
+        assert_eq!(chain, ["sample::planner::shallow", "sample::planner::leaf"], "{target}");
+        // The table is no call.
+        assert_eq!(bound.indirect.places, 0, "{target}");
+    }
+}
+
+#[test]
+fn recursion_has_no_bound_and_is_named() {
+    for target in TARGETS {
+        let bound = image(target).stack(&ENTRY_POINTS[0]);
+        assert_eq!((bound.bytes, bound.instances), (None, 1), "{target}");
+        let circle = vec!["sample::recursion::even".to_string(), "sample::recursion::odd".into()];
+        assert_eq!(bound.not_covered.cycles, [circle], "{target}");
+        // Without it there is one.
+        let rest = image(target).stack_without(&ENTRY_POINTS[0], &["sample::recursion::even"]);
+        assert!(rest.bytes > image(target).stack(&PLAN).bytes, "{target}");
+    }
+}
+
+#[test]
+fn what_was_inlined_or_has_no_figure_is_said() {
+    let image = image(TARGETS[0]);
+    let inlined = image.stack(&EntryPoint { name: "none", paths: &["sample::nobody"] });
+    assert_eq!((inlined.instances, inlined.bytes), (0, None));
+    let reset = image.stack(&EntryPoint { name: "start", paths: &["reset"] });
+    assert_eq!(reset.not_covered.without_figure, ["reset"]);
+}
+
+/// The linker's relocations are another witness of the calls that were found in the code.
+#[test]
+fn decoded_calls_are_those_that_were_relocated() {
+    for target in TARGETS {
+        let image = image(target);
+        let relocated: BTreeSet<(u64, u64)> = image
+            .elf
+            .relocations
+            .iter()
+            .filter(|r| r.used == Use::Branch)
+            .map(|r| (r.at, r.target))
+            .collect();
+        let decoded: BTreeSet<(u64, u64)> = image.program.branches.iter().copied().collect();
+        assert!(!relocated.is_empty(), "{target}");
+        // Of two instructions the relocation stands at the first, and on x86-64 inside of one, with
+        // an addend from its end. Calls inside a section need none.
+        let is_decoded = |(at, to): &(u64, u64)| match image.machine() {
+            Machine::RiscV64 => [0, 4].iter().any(|behind| decoded.contains(&(at + behind, *to))),
+            Machine::X86_64 => [1, 2].iter().any(|into| decoded.contains(&(at - into, to + 4))),
+            _ => decoded.contains(&(*at, *to)),
+        };
+        let lost: Vec<_> = relocated.iter().filter(|call| !is_decoded(call)).collect();
+        assert!(lost.is_empty(), "{target}: {lost:x?} of {decoded:x?}");
+    }
+}
+
+#[test]
+fn every_byte_is_counted_once() {
+    for target in TARGETS {
+        let image = image(target);
+        let sizes = image.sizes();
+        for kind in [Kind::Code, Kind::ReadOnly, Kind::Data, Kind::Zero] {
+            let of_kind = sizes.sections.iter().filter(|section| section.kind == kind);
+            assert_eq!(
+                sizes.total(kind),
+                of_kind.map(|s| s.bytes).sum::<u64>(),
+                "{target} {kind:?}"
+            );
+        }
+        let in_elf: u64 = image.elf.sections.iter().map(|section| section.size).sum();
+        assert_eq!(sizes.shares.iter().map(|share| share.bytes).sum::<u64>(), in_elf, "{target}");
+    }
+}
+
+#[test]
+fn bytes_are_their_owners() {
+    for target in TARGETS {
+        let sizes = image(target).sizes();
+        let bytes = |kind: Kind, name: &str| {
+            let of = |share: &&Share| share.kind == kind && share.origin.to_depth(9) == name;
+            sizes.shares.iter().filter(of).map(|share| share.bytes).sum::<u64>()
+        };
+        assert_eq!(bytes(Kind::ReadOnly, "[model]"), 96, "{target}");
+        let model = ("sample::REMORA_MODEL_TINY".to_string(), 96);
+        let models: Vec<_> = sizes.models.iter().map(|m| (m.name.clone(), m.bytes)).collect();
+        assert_eq!(models, [model], "{target}");
+        assert!(bytes(Kind::ReadOnly, "sample") >= 48, "{target}: the table");
+        assert_eq!(bytes(Kind::Zero, "sample"), 400, "{target}: the workspace");
+        assert!(bytes(Kind::Code, "sample::planner") > 100, "{target}");
+        assert!(bytes(Kind::Code, "sample::recursion") > 10, "{target}");
+        assert!(bytes(Kind::Code, "sample::clocks") > 10, "{target}");
+        assert!((1..16).contains(&bytes(Kind::Code, "[assembly]")), "{target}: reset");
+    }
+    // Who refers to a constant without a name owns it: the jump table, where it is data.
+    let sizes = image("riscv64gc-unknown-none-elf").sizes();
+    let planner = sizes.by_origin(1).into_iter().find(|(name, ..)| name == "sample::planner");
+    assert_eq!(planner.map(|(_, _, data)| data), Some(48));
+}
+
+#[test]
+fn the_symbols_prove_that_nothing_panics_or_allocates() {
+    for target in TARGETS {
+        let proofs = image(target).proofs();
+        assert_eq!(proofs.panic.verdict, Verdict::Proven, "{target}: {:?}", proofs.panic.found);
+        assert_eq!(proofs.allocation.verdict, Verdict::Proven, "{target}");
+    }
+}
+
+#[test]
+fn tables_hold_what_was_found() {
+    let image = image(TARGETS[0]);
+    let tables = stack_tables(&[image.stack(&PLAN), image.stack(&ENTRY_POINTS[0])]);
+    assert_eq!(tables.len(), 2);
+    let (heading, bounds) = &tables[0];
+    assert_eq!(heading, "Stack bounds");
+    assert!(bounds.to_string().contains("none: recursion"));
+    assert!(tables[1].1.to_string().contains("sample::clocks::Ticks::seconds"));
+    let sizes: Vec<_> = image.sizes().tables().into_iter().map(|(heading, _)| heading).collect();
+    assert_eq!(sizes.len(), 5, "{sizes:?}");
+    assert!(image.proofs().tables()[0].1.to_string().contains("proven"));
+}
+
+/// The error of an image whose section headers of one type are made void.
+fn without(kinds: &[u32]) -> String {
+    let mut bytes = std::fs::read(file("thumbv7em-none-eabihf.elf")).unwrap();
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    let count = usize::from(u16::from_le_bytes([bytes[0x30], bytes[0x31]]));
+    let types: Vec<usize> = (0..count).map(|i| word(0x20) + 40 * i + 4).collect();
+    for at in types {
+        let kind = u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        if kinds.contains(&kind) {
+            bytes[at..at + 4].fill(0);
+        }
+    }
+    refused(&bytes)
+}
+
+fn refused(bytes: &[u8]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.elf");
+    std::fs::write(&path, bytes).unwrap();
+    let error = Image::read(&path, &file("thumbv7em-none-eabihf.remarks")).err().unwrap();
+    error.to_string().replace(&path.display().to_string(), "image.elf")
+}
+
+#[test]
+fn what_cannot_be_judged_is_refused_with_the_reason() {
+    assert_eq!(without(&[2]), "image.elf: has no symbols: it was stripped");
+    let reason = "image.elf: has no relocations: link with -C link-arg=--emit-relocs";
+    assert_eq!(without(&[4, 9]), reason);
+    assert_eq!(refused(b"not ELF"), "image.elf: is no ELF file");
+    let mut other = std::fs::read(file("thumbv7em-none-eabihf.elf")).unwrap();
+    other[0x12] = 2;
+    assert!(refused(&other).contains("a processor whose code is not understood"));
+    // The end of the file is where its section headers are.
+    other.truncate(1000);
+    assert!(refused(&other).starts_with("image.elf: is no sound ELF file: "));
+
+    let elf = file("aarch64-unknown-none.elf");
+    let missing = Image::read(&elf, &file("none")).err().unwrap().to_string();
+    assert!(missing.ends_with("none: no such file or directory"), "{missing}");
+    let missing = Image::read(&file("none"), &file("aarch64-unknown-none.remarks")).err().unwrap();
+    assert!(missing.to_string().ends_with("none: no such file or directory"), "{missing}");
+    let folder = tempfile::tempdir().unwrap();
+    let remarks = folder.path().join("other.remarks");
+    let text = "prologepilog (analysis): 8 stack bytes in function 'f'\n";
+    std::fs::write(&remarks, text).unwrap();
+    let other = Image::read(&elf, &remarks).err().unwrap().to_string();
+    assert!(other.contains("it is of another build"), "{other}");
+}
+
+/// The narrow way to resolve calls in the core rests on this: it has no other trait objects than
+/// those of [`CORE_TRAITS`], and no pointers to functions. Tests are left out.
+#[test]
+fn the_core_has_no_other_trait_objects() {
+    let mut found = BTreeSet::new();
+    let mut folders = vec![PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../core/src")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.extend((!path.ends_with("tests")).then_some(path));
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).unwrap();
+            let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+            for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
+                for part in line.split("dyn ").skip(1) {
+                    let name = part.split(|c: char| !c.is_alphanumeric() && c != ':' && c != '_');
+                    found.insert(name.into_iter().next().unwrap_or_default().to_string());
+                }
+                let pointers = [": fn(", "<fn(", "&fn(", "[fn(", "extern \"C\" fn("];
+                assert!(!pointers.iter().any(|p| line.contains(p)), "{}: {line}", path.display());
+            }
+        }
+    }
+    assert_eq!(found, ["Clock".to_string(), "Policy".into()].into());
+}
