@@ -35,10 +35,10 @@ impl Board for Host {
 const STACK_BYTES: usize = 32 << 20;
 
 /// How to call it.
-const USAGE: &str = "usage: remora-firmware COUNT euler|rk4 heuristic|model [FIRST]";
+const USAGE: &str = "usage: remora-firmware euler|rk4 heuristic|model MASK";
 
-/// Usage: `remora-firmware COUNT euler|rk4 heuristic|model [FIRST]`, scenarios of the corpus from
-/// its FIRST (0).
+/// Usage: `remora-firmware euler|rk4 heuristic|model MASK`; MASK, a number, has a bit for each
+/// scenario of the corpus.
 pub fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let Some(request) = request(&arguments) else {
@@ -54,18 +54,16 @@ pub fn main() -> ExitCode {
 }
 
 fn request(arguments: &[String]) -> Option<Request> {
-    let mut words = arguments.iter().map(String::as_str);
-    let scenarios = words.next()?.parse().ok()?;
-    let rk4 = match words.next()? {
+    let [integrator, start, scenarios] = arguments else { return None };
+    let rk4 = match integrator.as_str() {
         "euler" => false,
         "rk4" => true,
         _ => return None,
     };
-    let model = match words.next()? {
+    let model = match start.as_str() {
         "heuristic" => false,
         "model" => true,
         _ => return None,
     };
-    let first = words.next().map_or(Ok(0), str::parse).ok()?;
-    words.next().is_none().then(|| Request::new(first, scenarios, rk4, model))
+    Some(Request::new(scenarios.parse().ok()?, rk4, model))
 }

@@ -14,10 +14,8 @@ pub enum StartKind {
 /// What to plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request {
-    /// The first scenario of the corpus to plan.
-    pub first: usize,
-    /// How many scenarios from there.
-    pub scenarios: usize,
+    /// Which scenarios of the corpus: bit 0 is its first.
+    pub scenarios: u16,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
     /// Start of Stage 2.
@@ -29,22 +27,27 @@ const SUBSTEPS: usize = 4;
 
 impl Request {
     /// The request in a word: `0x52` (`R`) in its top byte; in the next, bit 0 for RK4 and bit 1
-    /// for a start from the model; then the first scenario and the number of scenarios. Anything
-    /// else, such as what memory happens to hold, asks for one scenario with Euler and the heuristic.
+    /// for a start from the model; in the low half, a bit for each scenario to plan. Anything else,
+    /// such as what memory happens to hold, asks for the first scenario with Euler and the heuristic.
     pub fn from_word(word: u32) -> Self {
         match word.to_be_bytes() {
-            [0x52, flags @ 0..4, first, scenarios] => {
-                Self::new(first.into(), scenarios.into(), flags & 1 == 1, flags & 2 == 2)
+            [0x52, flags @ 0..4, high, low] => {
+                Self::new(u16::from_be_bytes([high, low]), flags & 1 == 1, flags & 2 == 2)
             }
-            _ => Self::new(0, 1, false, false),
+            _ => Self::new(1, false, false),
         }
     }
 
-    /// So many scenarios with RK4 or Euler, from the model or the heuristic.
-    pub fn new(first: usize, scenarios: usize, rk4: bool, model: bool) -> Self {
+    /// These scenarios with RK4 or Euler, from the model or the heuristic.
+    pub fn new(scenarios: u16, rk4: bool, model: bool) -> Self {
         let integrator =
             if rk4 { Integrator::Rk4 { substeps: SUBSTEPS } } else { Integrator::Euler };
         let start = if model { StartKind::Model } else { StartKind::Heuristic };
-        Self { first, scenarios, integrator, start }
+        Self { scenarios, integrator, start }
+    }
+
+    /// Whether the corpus's scenario of this index is to be planned.
+    pub fn wants(&self, index: usize) -> bool {
+        index < u16::BITS as usize && self.scenarios >> index & 1 == 1
     }
 }

@@ -103,8 +103,10 @@ fn plan_all<B: Board>(
         (None, _) => Start::Refused,
     };
     let mut plans = Plans::new(board, mission, request.integrator, solver, workspace);
-    for (id, scenario) in scenarios::all().skip(request.first).take(request.scenarios) {
-        plans.run(id, &scenario, &mut start);
+    for (index, (id, scenario)) in scenarios::all().enumerate() {
+        if request.wants(index) {
+            plans.run(id, &scenario, &mut start);
+        }
     }
 }
 
