@@ -1,13 +1,15 @@
 //! Whole roll-outs of 60 nodes by networks with weights at random, on one core: the published size
 //! and the small ones, each with every kernel the processor has.
 //!
+//! Then the check of a model file, a slice at a time.
+//!
 //! Lines before the measurements say what each costs (megabytes of weights, billions of
 //! multiplications), and the shortest of a few runs, which a busy machine disturbs least.
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use remora_core::nn::{
-    ACTION, Action, Decoder, Dimensions, Encoding, Header, Kernel, Layout, Memory, Model, Network,
-    Precision, Provenance, Storage, VERSION, specimen,
+    ACTION, Action, Check, Decoder, Dimensions, Encoding, Header, Kernel, Layout, Memory, Model,
+    Network, Precision, Provenance, Storage, VERSION, specimen,
 };
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -130,5 +132,35 @@ fn nn(c: &mut Criterion) {
     run::<Memory<4, 128, 60>>(c, &fused("fused 4x128", 4, 128));
 }
 
-criterion_group!(benches, nn);
+/// A slice of the check of a file, and all of it.
+fn check(c: &mut Criterion) {
+    const SLICE: usize = 4096;
+    let mut bytes = vec![0; 1 << 20];
+    let header = fused("fused 3x96", 3, 96).header();
+    let length = specimen(&header, 1, &mut bytes).expect("there is room");
+    bytes.truncate(length);
+    let mut group = c.benchmark_group("check");
+    group.throughput(Throughput::Bytes(SLICE as u64));
+    let mut check = Check::new(&bytes);
+    group.bench_function("4 KiB slice", |b| {
+        b.iter(|| {
+            if check.left() < SLICE {
+                check.restart();
+            }
+            black_box(check.step(SLICE))
+        });
+    });
+    group.throughput(Throughput::Bytes(length as u64));
+    group.bench_function("whole file", |b| {
+        b.iter(|| Check::new(black_box(&bytes)).step(usize::MAX));
+    });
+    group.throughput(Throughput::Elements(1));
+    check.step(usize::MAX);
+    group.bench_function("open what was checked", |b| {
+        b.iter(|| black_box(check.open()).is_ok());
+    });
+    group.finish();
+}
+
+criterion_group!(benches, nn, check);
 criterion_main!(benches);

@@ -171,6 +171,14 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution
         self.row_multiplier = [zeros(); N];
     }
 
+    /// Whether the multipliers of dynamics and rows are no larger than `most`: those of a solution
+    /// never exceed the weights. NaN is larger than anything.
+    pub fn multipliers_are_within(&self, most: f64) -> bool {
+        let within = |values: &[f64]| values.iter().all(|v| v.abs() <= most);
+        self.defect_multiplier.iter().all(|v| within(v.as_slice()))
+            && self.row_multiplier.iter().all(|v| within(v.as_slice()))
+    }
+
     /// Whether every number in it is finite.
     pub fn is_finite(&self) -> bool {
         let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());

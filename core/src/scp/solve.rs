@@ -143,7 +143,10 @@ where
         if self.fresh {
             let near =
                 weight * w.residuals.penalty() <= self.settings.curvature_below * w.residuals.cost;
-            let multipliers = near.then_some(&w.step);
+            // What is beyond its bounds was not computed but damaged: as curvature it would make
+            // a program that no radius makes solvable.
+            let sound = near && w.step.multipliers_are_within(CREDIBLE * weight);
+            let multipliers = sound.then_some(&w.step);
             self.problem.linearise(at, multipliers, &mut w.qp);
         }
         if w.qp.defect_weight.is_finite() {
@@ -269,6 +272,9 @@ where
         self.outcome
     }
 }
+
+/// Multipliers up to this multiple of the weight may come of a solver of finite accuracy.
+const CREDIBLE: f64 = 2.0;
 
 /// A step cut below this share was solved for in too large a region.
 const CUT_SHORT: f64 = 0.75;

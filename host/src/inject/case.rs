@@ -137,6 +137,20 @@ pub struct Place {
 }
 
 impl Fault {
+    /// Where it is.
+    pub fn site(&self) -> Site {
+        match self {
+            Self::File { checked: false, .. } => Site::WeightsBeforeCheck,
+            Self::File { checked: true, .. } => Site::WeightsAfterCheck,
+            Self::Memory { cached: false, .. } => Site::Activations,
+            Self::Memory { cached: true, .. } => Site::KvCache,
+            Self::Start { accepted: false, .. } => Site::StartBeforeCheck,
+            Self::Start { accepted: true, .. } => Site::StartAfterCheck,
+            Self::Program { solution: false, .. } => Site::QpData,
+            Self::Program { solution: true, .. } => Site::QpSolution,
+        }
+    }
+
     /// Names and numbers of it.
     pub fn place(&self) -> Place {
         match self {

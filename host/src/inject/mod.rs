@@ -135,12 +135,28 @@ impl Injector {
     /// # Errors
     /// As [`Injector::run`].
     pub fn replay(&self, number: u64) -> Result<Replay, Error> {
+        let drawn = Drawn::new(self.seed, number, self.scenarios.len());
+        self.alone(drawn.scenario, |reference, layout| drawn.case(reference.programs, layout))
+    }
+
+    /// Runs a case that was made by hand, of one of the scenarios.
+    ///
+    /// # Errors
+    /// As [`Injector::run`].
+    pub fn strike(&self, case: &Case) -> Result<Replay, Error> {
+        self.alone(case.scenario, |_, _| case.clone())
+    }
+
+    fn alone(
+        &self,
+        scenario: usize,
+        case: impl FnOnce(&Reference, &Layout) -> Case,
+    ) -> Result<Replay, Error> {
         let model = Learned::built_in(self.integrator);
         let bench = self.bench(&model)?;
         let mut worker = Worker::new(&bench.setup);
-        let drawn = Drawn::new(self.seed, number, self.scenarios.len());
-        let reference = Reference::new(&bench.setup, &mut worker, drawn.scenario)?;
-        let case = drawn.case(reference.programs, &bench.layout);
+        let reference = Reference::new(&bench.setup, &mut worker, scenario)?;
+        let case = case(&reference, &bench.layout);
         let mut attempt = bench.attempt(&mut worker, &case, &reference);
         let (one, two) = worker.logs();
         let logs = [one.to_vec(), two.to_vec()];

@@ -62,7 +62,7 @@ impl Record {
         let cost = |costs: [f64; 2]| costs.iter().sum::<f64>();
         Self {
             case: case.number,
-            site: Site::of(case.number),
+            site: case.fault.site(),
             scenario: scenario.into(),
             part: place.part,
             kind: place.kind,

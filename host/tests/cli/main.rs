@@ -6,6 +6,7 @@ mod check;
 mod dataset;
 mod draw;
 mod foreign;
+mod inject;
 mod plan;
 mod qp_export;
 mod quantise;

@@ -1,0 +1,89 @@
+//! `remora inject`
+
+use super::bench::Bench;
+
+const INJECT: &str = "inject --scenarios set.scenarios.json --count 24";
+
+#[test]
+fn help_shows_how_to_use_it() {
+    let run = Bench::new().solves("inject --help");
+    assert!(run.out.contains("Examples:\n  remora inject"), "{}", run.out);
+}
+
+#[test]
+fn one_thread_or_two_give_the_same_tables_and_files() {
+    let bench = Bench::new();
+    let out = |jobs: &str| {
+        let run = bench.solves(&format!("{INJECT} --jobs {jobs} --out runs/{jobs} --csv"));
+        assert!(run.out.lines().all(|line| line.chars().count() <= 100), "{}", run.out);
+        run.out.replace(&format!("runs/{jobs}"), "runs")
+    };
+    let text = out("1");
+    assert_eq!(text, out("2"));
+    assert!(
+        text.starts_with("24 cases of seed 1 in 3 scenarios: 0 wrong, hung or panicked\n"),
+        "{text}"
+    );
+    for file in ["inject.json", "inject.csv"] {
+        assert_eq!(bench.read(&format!("runs/1/{file}")), bench.read(&format!("runs/2/{file}")));
+    }
+    assert_eq!(bench.names("runs/1"), ["inject.csv", "inject.json"]);
+    let found = bench.json("runs/1/inject.json");
+    assert_eq!((&found["format"], &found["seed"]), (&"remora-injection/1".into(), &1.into()));
+    assert_eq!(found["total"]["cases"], 24);
+    assert_eq!(found["total"]["classes"]["wrong"], 0);
+    assert_eq!(found["sites"][0]["site"], "weights_before_check");
+    assert_eq!(found["sites"][0]["classes"]["detected"], 3);
+    let rows = bench.read("runs/1/inject.csv");
+    assert_eq!(rows.lines().count(), 25);
+    let columns = rows.lines().next().unwrap().split(',').count();
+    assert!(rows.lines().all(|row| row.split(',').count() == columns));
+}
+
+/// What is said of a case run alone is its row.
+#[test]
+fn a_case_is_run_again_alone() {
+    let bench = Bench::new();
+    bench.solves(&format!("{INJECT} --seed 5 --out runs --csv"));
+    let rows = bench.read("runs/inject.csv");
+    let row: Vec<&str> = rows.lines().nth(7).unwrap().split(',').collect();
+    let case = format!("inject --scenarios set.scenarios.json --seed 5 --case {}", row[0]);
+    let run = bench.solves(&format!("{case} -v"));
+    assert!(run.out.contains("Stage 2, reorientation"), "{}", run.out);
+    assert!(run.out.contains(&format!("case {}: {}\n", row[0], row[8])), "{}", run.out);
+    assert!(run.out.contains(&format!("checksum {}", row[16])), "{}", run.out);
+    assert!(!bench.solves(&case).out.contains("Stage 2, reorientation"));
+}
+
+#[test]
+fn sites_are_chosen_by_name() {
+    let bench = Bench::new();
+    let run = bench.solves(&format!("{INJECT} --site kv_cache --site qp_data"));
+    let counts: Vec<Vec<&str>> = (run.out.lines().skip(6).take(3))
+        .map(|line| line.split_whitespace().take(2).collect())
+        .collect();
+    assert_eq!(counts, [["kv_cache", "12"], ["qp_data", "12"], ["all", "24"]], "{}", run.out);
+}
+
+#[test]
+fn arguments() {
+    let bench = Bench::new();
+    let refuses = |options: &str, message: &str| {
+        bench.refuses(&format!("inject --scenarios set.scenarios.json {options}"), message);
+    };
+    refuses("--count 0", "invalid value '0' for '--count <N>'");
+    refuses("--jobs 0", "invalid value '0' for '--jobs <J>'");
+    refuses("--site weights", "invalid value 'weights' for '--site <SITE>'");
+    refuses("--csv", "the following required arguments were not provided: --out <DIR>");
+    refuses("-v", "the following required arguments were not provided: --case <N>");
+    refuses("--case 3 --count 4", "the argument '--case <N>' cannot be used with '--count <N>'");
+    refuses("--case -1", "");
+    refuses("--integrator heun", "invalid value 'heun' for '--integrator <NAME>'");
+    refuses("--seed x", "invalid value 'x' for '--seed <S>'");
+    bench.refuses("inject --scenarios none.json", "none.json: no such file or directory");
+    bench.write("file", "");
+    refuses("--out file", "file: is not a directory");
+    bench.write("short.mission.toml", "[horizon]\nduration_s = 60\n");
+    let reason = "--scenarios: scenario s1-000 is not solved without a fault";
+    refuses("--jobs 1 --mission short.mission.toml", reason);
+}
