@@ -19,6 +19,8 @@
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`dataset`]: trajectories to train on, from a seed, in shards;
 //! - [`quantise`]: models from single precision to bytes;
+//! - [`portfolio`]: two starts at once, the first plan wins;
+//! - [`profile`]: how long plans take on pinned cores, phase by phase;
 //! - [`reproduce`]: the paper's tables for learned starts;
 //! - `training`, with the feature of that name: networks for the learned warm start;
 //! - [`report`]: tables for the terminal;
@@ -43,6 +45,8 @@ pub mod method;
 pub mod perturbation;
 pub mod planning;
 mod pool;
+pub mod portfolio;
+pub mod profile;
 pub mod progress;
 pub mod quantise;
 pub mod report;

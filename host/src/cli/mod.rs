@@ -6,6 +6,7 @@ mod dataset;
 mod draw;
 mod options;
 mod plan;
+mod profile;
 mod progress;
 mod qp_export;
 mod quantise;
@@ -39,6 +40,7 @@ Exit status: 0 done, 1 done but something was not solved or not feasible, 2 bad 
 #[derive(Debug, Subcommand)]
 enum Command {
     Plan(plan::Args),
+    Profile(profile::Args),
     Campaign(campaign::Args),
     Check(check::Args),
     Draw(draw::Args),
@@ -107,6 +109,7 @@ impl Command {
     fn run(self) -> Result<Output, Error> {
         match self {
             Self::Plan(args) => args.run(),
+            Self::Profile(args) => args.run(),
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),

@@ -5,6 +5,7 @@ mod check;
 mod dataset;
 mod export;
 mod plan;
+mod profile;
 mod table;
 
 pub use campaign::campaign_report;
@@ -12,6 +13,7 @@ pub use check::check_report;
 pub use dataset::dataset_report;
 pub use export::export_report;
 pub use plan::{evidence, iteration_log, plan_report};
+pub use profile::profile_report;
 pub use table::{Align, Table};
 
 use crate::formats::PlanResiduals;
