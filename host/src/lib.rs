@@ -21,6 +21,8 @@
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`dataset`]: trajectories to train on, from a seed, in shards;
 //! - [`quantise`]: models from single precision to bytes;
+//! - [`portfolio`]: two starts at once, the first plan wins;
+//! - [`profile`]: how long plans take on pinned cores, phase by phase;
 //! - [`reproduce`]: the paper's tables for learned starts;
 //! - [`inject`]: bits flipped in what the planner works on, and what becomes of its plans; the only
 //!   other module that calls the core's planner;
@@ -54,6 +56,8 @@ pub mod method;
 pub mod perturbation;
 pub mod planning;
 mod pool;
+pub mod portfolio;
+pub mod profile;
 pub mod progress;
 pub mod provenance;
 pub mod quantise;

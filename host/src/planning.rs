@@ -140,8 +140,22 @@ impl Planner {
         model: Option<&Learned>,
         watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> Planned {
+        self.plan_by(&WallClock::start(), mission, scenario, method, model, watch)
+    }
+
+    /// The same by another clock, which may count what it likes, and end the plan's time when it
+    /// likes. The first it is asked is when the plan begins.
+    pub(crate) fn plan_by(
+        &mut self,
+        clock: &dyn Clock,
+        mission: &Mission<LINKS>,
+        scenario: &NamedScenario,
+        method: &Method,
+        model: Option<&Learned>,
+        watch: &mut dyn FnMut(Subproblem<'_>),
+    ) -> Planned {
         let Self { workspace, embedded, clarabel, threads, memories } = self;
-        let place = Place { threads, model, memories, workspace };
+        let place = Place { clock, threads, model, memories, workspace };
         let (report, gains) = match method.qp {
             Qp::Embedded => {
                 let mut solver = Recorder::new(&mut **embedded, watch);
@@ -187,6 +201,7 @@ impl Planner {
 
 /// Where a plan is made.
 struct Place<'a> {
+    clock: &'a dyn Clock,
     threads: &'a Threads,
     model: Option<&'a Learned>,
     memories: &'a mut Memories,
@@ -202,6 +217,8 @@ fn run<S: Solver>(
     place: Place<'_>,
 ) -> Report {
     let environment = Environment { clock: &WallClock::start(), pair: place.threads };
+) -> (Report, Option<Vec<Gain>>) {
+    let environment = Environment { clock: place.clock, pair: place.threads };
     let mut planned = |start: &mut Start<'_>| {
         let scenario = scenario.scenario();
         let options = options(method);

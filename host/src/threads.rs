@@ -1,5 +1,6 @@
 //! The second core of a desktop.
 
+use crate::planning::STACK_BYTES;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use remora_core::pair::{Pair, Sequential};
 use std::hint;
@@ -62,7 +63,12 @@ impl Helped {
     /// Starts a helper. Both threads have then handed work over and waited for it once: the first
     /// time they do, they allocate.
     fn new() -> Option<Self> {
-        let pool = ThreadPoolBuilder::new().num_threads(2).use_current_thread().build().ok()?;
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(2)
+            .use_current_thread()
+            .stack_size(STACK_BYTES)
+            .build()
+            .ok()?;
         let state = Arc::new(State::default());
         // On a single core a thread that stays awake is in the way.
         if thread::available_parallelism().is_ok_and(|cores| cores > NonZeroUsize::MIN) {

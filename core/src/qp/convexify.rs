@@ -120,7 +120,9 @@ impl<'a, const NX: usize, const NU: usize> Sweep<'a, NX, NU> {
         convex: &'a SVector<f64, NU>,
     ) -> Self {
         last.a.copy_from(&last.hessian_xx);
-        last.hessian_xx = SMatrix::identity() * FLOOR;
+        // In place: a matrix in between would be on the stack all through the sweep.
+        last.hessian_xx.fill(0.0);
+        last.hessian_xx.fill_diagonal(FLOOR);
         Self { p: &mut last.a, convex, constant: 0.0, dropped: 0, is_stuck: false }
     }
 

@@ -7,6 +7,7 @@ mod draw;
 mod inject;
 mod options;
 mod plan;
+mod profile;
 mod progress;
 mod qp_export;
 mod quantise;
@@ -40,6 +41,7 @@ Exit status: 0 done, 1 done but something was not solved or not feasible, 2 bad 
 #[derive(Debug, Subcommand)]
 enum Command {
     Plan(plan::Args),
+    Profile(profile::Args),
     Campaign(campaign::Args),
     Check(check::Args),
     Draw(draw::Args),
@@ -109,6 +111,7 @@ impl Command {
     fn run(self) -> Result<Output, Error> {
         match self {
             Self::Plan(args) => args.run(),
+            Self::Profile(args) => args.run(),
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),

@@ -8,6 +8,7 @@ mod inject;
 pub mod page;
 mod plan;
 pub mod plot;
+mod profile;
 mod table;
 
 pub use campaign::campaign_report;
@@ -17,6 +18,7 @@ pub use export::export_report;
 pub use inject::{injection_report, replay_report};
 pub use page::{Block, Page};
 pub use plan::{evidence, iteration_log, plan_report};
+pub use profile::profile_report;
 pub use table::{Align, Table};
 
 use crate::formats::PlanResiduals;
