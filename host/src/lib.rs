@@ -30,8 +30,6 @@
 //! - [`statistics`]: estimates with their confidence intervals;
 //! - [`report`]: tables for the terminal, pages with plots;
 //! - [`audit`]: memory, time, robustness and requirements for a review board;
-//! - [`audit`]: what a flight-software review asks of the planner;
-//! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
 //!   [`export::ExportJob`], [`dataset::Recipe`], [`quantise::quantise`].

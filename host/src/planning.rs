@@ -127,7 +127,8 @@ impl Planner {
         model: Option<&Learned>,
     ) -> Report {
         let Self { workspace, embedded, threads, memories, .. } = self;
-        let place = Place { threads, model, memories, workspace };
+        let clock = &WallClock::start();
+        let place = Place { clock, threads, model, memories, workspace };
         run(mission, scenario, method, &mut **embedded, place)
     }
 
@@ -216,8 +217,6 @@ fn run<S: Solver>(
     solver: &mut S,
     place: Place<'_>,
 ) -> Report {
-    let environment = Environment { clock: &WallClock::start(), pair: place.threads };
-) -> (Report, Option<Vec<Gain>>) {
     let environment = Environment { clock: place.clock, pair: place.threads };
     let mut planned = |start: &mut Start<'_>| {
         let scenario = scenario.scenario();

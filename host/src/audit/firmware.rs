@@ -16,13 +16,27 @@ pub fn folder(root: &Path) -> PathBuf {
     target.unwrap_or_else(|| root.join("target")).join("firmware")
 }
 
-/// Builds the images and runs them over the audit's corpus. What the script prints goes to `log`,
-/// and line by line to `watch`.
+/// What the images are to plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plans {
+    /// All that the audit reports.
+    Corpus,
+    /// One scenario, to have the images.
+    One,
+}
+
+/// Builds the images and runs them. What the script prints goes to `log`, and line by line to
+/// `watch`.
 ///
 /// # Errors
 /// A script that cannot be started or that ends with an error: a bar it holds itself is broken, or
 /// something is missing that it cannot install. Its last lines are the reason.
-pub fn run(root: &Path, log: &Path, watch: &mut dyn FnMut(&str)) -> Result<(), Error> {
+pub fn run(
+    root: &Path,
+    plans: Plans,
+    log: &Path,
+    watch: &mut dyn FnMut(&str),
+) -> Result<(), Error> {
     let script = root.join(SCRIPT);
     let failed = |cause: std::io::Error| Error::input(&script, "", io_reason(&cause));
     if let Some(parent) = log.parent() {
@@ -30,8 +44,12 @@ pub fn run(root: &Path, log: &Path, watch: &mut dyn FnMut(&str)) -> Result<(), E
     }
     let mut kept = File::create(log).map_err(|cause| Error::output(log, &cause))?;
     let mut child = Command::new("bash")
-        .args(["-c", "exec \"$0\" --corpus 2>&1"])
+        .args(["-c", "exec \"$0\" \"$@\" 2>&1"])
         .arg(&script)
+        .args(match plans {
+            Plans::Corpus => &["--corpus"][..],
+            Plans::One => &["--scenarios", "1"][..],
+        })
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .spawn()
@@ -66,7 +84,7 @@ mod tests {
         let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
         std::fs::set_permissions(&script, mode).unwrap();
         let (log, mut lines) = (dir.path().join("out/log"), Vec::new());
-        let ran = run(dir.path(), &log, &mut |line| lines.push(line.to_string()));
+        let ran = run(dir.path(), Plans::Corpus, &log, &mut |line| lines.push(line.to_string()));
         (ran, lines, std::fs::read_to_string(log).unwrap_or_default())
     }
 

@@ -1,11 +1,29 @@
 //! The audit: evidence of memory, time, robustness and requirements for a review board.
+//!
+//! [`Audit::run`] measures one [`Section`] after the other and keeps what each found, typed, in one
+//! file of numbers; all pages are made of that file, so that one part can be measured again without
+//! the others. [`check`] makes again what does not depend on the machine and compares.
+//!
+//! ```text
+//! OUT/audit.json            all numbers, each part with what it was measured by
+//! OUT/README.md, PAGE.md    pages, with their plots beside them
+//! OUT/audit.html            the same in one document that loads nothing
+//! ```
 
 pub mod budgets;
+mod check;
 pub mod emulation;
 pub mod firmware;
-pub mod loops;
-pub mod requirements;
-pub mod section;
-//! The audit: what a flight-software review asks of the planner.
-
 pub mod image;
+pub mod loops;
+pub mod memory;
+mod pages;
+pub mod requirements;
+mod run;
+pub mod section;
+mod summary;
+
+pub use check::{Checked, check};
+pub use run::{Audit, Audited, Watcher};
+pub use section::Section;
+pub use summary::{Bar, bar_table as summary_table};

@@ -2,11 +2,11 @@
 
 use crate::formats::{PlanStatus, Row, StageRow};
 use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Mean and spread of a number over the rows. All zero where there is no row.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     /// Mean.
     pub mean: f64,

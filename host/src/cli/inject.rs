@@ -117,7 +117,7 @@ fn write(files: &[PathBuf], injection: &Injection) -> Result<(), Error> {
 }
 
 /// A case that does not end holds its thread for ever: the program ends instead.
-fn hung(seed: u64, integrator: Integrator, case: u64) {
+pub(super) fn hung(seed: u64, integrator: Integrator, case: u64) {
     let _ = writeln!(
         std::io::stderr(),
         "error: case {case} hangs; again: remora inject --seed {seed} --integrator {integrator} \

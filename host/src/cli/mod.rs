@@ -1,5 +1,6 @@
 //! The command line: parses, calls the library, prints. One file a command.
 
+mod audit;
 mod campaign;
 mod check;
 mod dataset;
@@ -40,6 +41,7 @@ Exit status: 0 done, 1 done but something was not solved or not feasible, 2 bad 
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Audit(audit::Args),
     Plan(plan::Args),
     Profile(profile::Args),
     Campaign(campaign::Args),
@@ -110,6 +112,7 @@ fn no_arguments() -> Result<ArgMatches, clap::Error> {
 impl Command {
     fn run(self) -> Result<Output, Error> {
         match self {
+            Self::Audit(args) => args.run(),
             Self::Plan(args) => args.run(),
             Self::Profile(args) => args.run(),
             Self::Campaign(args) => args.run(),

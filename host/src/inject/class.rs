@@ -7,11 +7,11 @@ use remora_core::scp::Status;
 use remora_core::stages::{
     LINKS, NODES, ReorientationTrajectory, Residuals, TranslationTrajectory, verify,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What became of a fault; each case has one class, the first that fits from the last here to the
 /// first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Class {
     /// Solved, with the bits and iterations that the plan has without the fault.

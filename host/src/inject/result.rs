@@ -4,8 +4,9 @@ use super::case::{Case, Site};
 use super::class::Class;
 use super::worker::Ran;
 use crate::campaign::Statistics;
+use crate::fingerprint::fingerprint;
 use crate::formats::{ModelRecord, PlanStatus, StartName};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -13,7 +14,7 @@ use std::fmt::Write;
 pub const FORMAT: &str = "remora-injection/1";
 
 /// One case and what became of it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Its number: with the seed, the integrator and the scenarios all that is needed to run it
     /// again.
@@ -84,7 +85,7 @@ impl Record {
 }
 
 /// Cases by what became of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// [`Class::NoEffect`].
     pub no_effect: u64,
@@ -141,7 +142,7 @@ impl Counts {
 }
 
 /// What a fault costs where the plan is solved all the same.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extra {
     /// Iterations more than without the fault, both stages together.
     pub iterations: Statistics,
@@ -160,7 +161,7 @@ impl Extra {
 }
 
 /// Cases of one site, or of all.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Share {
     /// The site, or `all`.
     pub site: String,
@@ -202,7 +203,7 @@ impl Share {
 
 /// What an injection found. It holds no times: the same cases have the same result on every
 /// machine.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Injection {
     /// [`FORMAT`].
     pub format: String,
@@ -224,12 +225,18 @@ pub struct Injection {
     pub leak_checks: u64,
     /// The cases that must not be.
     pub forbidden: Vec<Record>,
+    /// Fingerprint of what became of the first [`Injection::FIRST`] cases, number by number: fewer
+    /// cases of the same seed have the same.
+    pub first: String,
     /// All cases by number; in the table of cases alone.
     #[serde(skip)]
     pub records: Vec<Record>,
 }
 
 impl Injection {
+    /// Cases that are held against earlier results.
+    pub const FIRST: usize = 1000;
+
     pub(super) fn new(
         (seed, integrator, scenarios): (u64, String, usize),
         model: ModelRecord,
@@ -244,7 +251,9 @@ impl Injection {
         }
         let all: Vec<&Record> = records.iter().collect();
         let bad = |record: &&Record| record.class.is_forbidden();
+        let first: Vec<&Record> = records.iter().take(Self::FIRST).collect();
         Self {
+            first: fingerprint(&first),
             format: FORMAT.into(),
             seed,
             integrator,

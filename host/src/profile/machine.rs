@@ -1,11 +1,11 @@
 //! What the machine was doing meanwhile: without that no reader can judge a tail.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fs;
 use std::time::Instant;
 
 /// The machine and its load while it was measured.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
     /// The processor, as it calls itself.
     pub processor: String,

@@ -1,10 +1,10 @@
 //! What is measured, and in which order.
 
 use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One way to plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Configuration {
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
@@ -41,7 +41,7 @@ impl Configuration {
 }
 
 /// How a configuration is put to work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Case {
     /// One plan on the first core, the second left alone.
@@ -71,7 +71,7 @@ pub struct Job {
 }
 
 /// How often every scenario is planned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rounds {
     /// With Euler.
     pub euler: usize,

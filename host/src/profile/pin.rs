@@ -1,10 +1,10 @@
 //! Threads on cores of their own.
 
 use crate::error::Error;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Where the threads of a profile ran.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Pinning {
     /// The cores of the calling thread and of its helper, where both were pinned.
     pub cores: Option<[usize; 2]>,

@@ -7,7 +7,7 @@ use super::run::{RaceSample, Sample, WARM_UP_PLANS};
 use super::spread::{Spread, median_ratio};
 use crate::method::{Integrator, Mode, WarmStart};
 use remora_core::planner::PhaseTimes;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Least ratio of the linearisation's time on one core to that on two.
 const LINEARISATION_BAR: f64 = 1.6;
@@ -32,10 +32,10 @@ pub const PHASES: [(&str, Phase); 8] = [
 ];
 
 /// A profile; `profile.json`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Profile {
     /// Format of the file.
-    pub format: &'static str,
+    pub format: String,
     /// The machine and its load.
     pub machine: Machine,
     /// Where the threads ran.
@@ -59,7 +59,7 @@ pub struct Profile {
 }
 
 /// One configuration in all cases.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ConfigurationProfile {
     /// Its name, such as `euler-optimal-model`.
     pub name: String,
@@ -84,7 +84,7 @@ pub struct ConfigurationProfile {
 }
 
 /// One case of a configuration.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CaseProfile {
     /// Number of plans.
     pub plans: usize,
@@ -105,17 +105,17 @@ pub struct CaseProfile {
 }
 
 /// One phase over all plans.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PhaseSpread {
     /// Name, one of [`PHASES`].
-    pub phase: &'static str,
+    pub phase: String,
     /// Its spread.
     #[serde(flatten)]
     pub spread: Spread,
 }
 
 /// Heuristic and model in a race on two cores, beside each of them alone.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PortfolioProfile {
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
@@ -142,10 +142,10 @@ pub struct PortfolioProfile {
 }
 
 /// Something to be reached. Whether it is depends on the machine and its load.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bar {
     /// What.
-    pub name: &'static str,
+    pub name: String,
     /// By which configuration.
     pub configuration: String,
     /// Least value.
@@ -184,7 +184,7 @@ impl Profile {
         let configurations: Vec<ConfigurationProfile> =
             numbers.clone().map(|number| ConfigurationProfile::of(&run, number)).collect();
         Self {
-            format: "remora-profile/1",
+            format: "remora-profile/1".into(),
             bars: configurations.iter().flat_map(ConfigurationProfile::bars).collect(),
             configurations,
             portfolios: numbers.filter_map(|number| PortfolioProfile::of(&run, number)).collect(),
@@ -228,8 +228,8 @@ impl ConfigurationProfile {
     }
 
     fn bars(&self) -> [Bar; 2] {
-        let bar = |name, least, value| Bar {
-            name,
+        let bar = |name: &str, least, value| Bar {
+            name: name.into(),
             configuration: self.name.clone(),
             least,
             value,
@@ -245,7 +245,7 @@ impl ConfigurationProfile {
 /// The spread of every phase.
 fn phases(samples: &[&Sample]) -> Vec<PhaseSpread> {
     let spread = |(phase, value): (&'static str, Phase)| PhaseSpread {
-        phase,
+        phase: phase.into(),
         spread: Spread::of(samples.iter().map(|sample| value(&sample.times))),
     };
     PHASES.into_iter().map(spread).collect()

@@ -1,7 +1,7 @@
 //! How a number is spread over many measurements.
 
 use crate::campaign::percentile;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Measurements from which on the 99.9th percentile is more than the largest one's neighbour.
 pub const ENOUGH_FOR_P999: usize = 1000;
@@ -9,7 +9,7 @@ pub const ENOUGH_FOR_P999: usize = 1000;
 /// The spread of a number, in the number's unit. All zero where there is no measurement.
 ///
 /// Percentiles are linear between neighbours.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Number of measurements.
     pub n: usize,

@@ -18,7 +18,7 @@ pub use export::export_report;
 pub use inject::{injection_report, replay_report};
 pub use page::{Block, Page};
 pub use plan::{evidence, iteration_log, plan_report};
-pub use profile::profile_report;
+pub use profile::{profile_preamble, profile_report};
 pub use table::{Align, Table};
 
 use crate::formats::PlanResiduals;

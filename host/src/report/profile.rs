@@ -6,7 +6,8 @@ use std::fmt::Write;
 
 /// The machine, the tables, and which bars were reached.
 pub fn profile_report(profile: &Profile) -> String {
-    let mut out = preamble(profile);
+    let mut out = profile_preamble(profile);
+    out.push('\n');
     for (heading, table) in profile.tables().into_iter().chain(profile.phase_tables()) {
         let _ = writeln!(out, "{heading}\n{table}");
     }
@@ -24,7 +25,7 @@ pub fn profile_report(profile: &Profile) -> String {
 }
 
 /// What was measured, on what, and how quiet it was.
-fn preamble(profile: &Profile) -> String {
+pub fn profile_preamble(profile: &Profile) -> String {
     let Profile { machine, pinning, rounds, .. } = profile;
     let cores = match (&pinning.cores, &pinning.refused) {
         (Some([own, other]), _) => format!("pinned to cores {own} and {other}"),
@@ -44,7 +45,7 @@ fn preamble(profile: &Profile) -> String {
          load {} before, {} after; all cores together idle {}, stolen {}\n\
          timer: resolution {}, overhead {}; instructions: {counter}\n\
          jitter is max - min, tail is p99 - median; p99.9 needs a thousand measurements\n\
-         took {}\n\n",
+         took {}\n",
         machine.processor,
         profile.scenarios,
         rounds.euler,
@@ -244,7 +245,7 @@ impl Profile {
         ]);
         for bar in &self.bars {
             table.row([
-                bar.name.into(),
+                bar.name.clone(),
                 bar.configuration.clone(),
                 format!("{:.2}", bar.value),
                 format!("{:.1}", bar.least),

@@ -191,7 +191,14 @@ impl Emulation {
     /// # Errors
     /// As [`Emulation::read`].
     pub fn parse(text: &str) -> Result<Self, FieldError> {
-        let report: ReportFile = json::parse(text, FORMAT)?;
+        Self::new(json::parse(text, FORMAT)?)
+    }
+
+    /// What a report says.
+    ///
+    /// # Errors
+    /// As [`Emulation::read`].
+    pub fn new(report: ReportFile) -> Result<Self, FieldError> {
         if report.targets.is_empty() {
             return Err(FieldError::new("targets", "empty: nothing was run"));
         }

@@ -6,11 +6,11 @@ use object::elf::{SHT_NOBITS, STT_FUNC, STT_NOTYPE, STT_OBJECT, STT_SECTION};
 use object::read::elf::{ElfFile, ElfFile32, ElfFile64, FileHeader};
 use object::{Endianness, FileKind, Object, ObjectSection, ObjectSymbol, ObjectSymbolTable};
 use object::{RelocationFlags, RelocationTarget, SectionFlags, SymbolFlags};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The processors whose code is understood.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Machine {
     /// Thumb-2 of a Cortex-M.
@@ -47,7 +47,7 @@ impl Machine {
 }
 
 /// What a section in memory holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// Machine code, with the constants between.

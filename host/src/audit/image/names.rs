@@ -1,13 +1,13 @@
 //! Rust's mangled names: a readable path, and the crate and module that code comes from.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Where code or data comes from.
 ///
 /// A function belongs to the crate and module that its definition stands in: a method's is that of
 /// its `impl` block, a provided method's that of its trait, a closure's that of the function around
 /// it. So what a crate of matrices generates for the planner's sizes counts for that crate.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Origin {
     /// Crate, or a word in brackets where there is none.
     #[serde(rename = "crate")]

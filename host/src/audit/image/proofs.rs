@@ -2,10 +2,10 @@
 
 use super::elf::{Elf, SymbolKind};
 use super::names;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What came of a proof.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// It holds.
@@ -19,10 +19,10 @@ pub enum Verdict {
 }
 
 /// A claim with what speaks for it or against it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Proof {
     /// What is claimed.
-    pub claim: &'static str,
+    pub claim: String,
     /// What came of it.
     pub verdict: Verdict,
     /// Why.
@@ -32,7 +32,7 @@ pub struct Proof {
 }
 
 /// The proofs that an image's symbols give.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Proofs {
     /// No panic can be reached.
     pub panic: Proof,
@@ -92,7 +92,7 @@ fn judge(
     } else {
         (Verdict::Refuted, "the image holds symbols that only what is to be excluded refers to")
     };
-    Proof { claim, verdict, reason: reason.into(), found }
+    Proof { claim: claim.into(), verdict, reason: reason.into(), found }
 }
 
 fn panics(name: &str) -> bool {

@@ -3,7 +3,7 @@
 use super::elf::{Elf, Kind, Section, SymbolKind, Use, is_unwinding};
 use super::functions::{Function, Program, is_padding};
 use super::names::Origin;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Prefix of the names of learned models that are built in, and the owner of their bytes.
@@ -14,7 +14,7 @@ const MOST_PADDING: u64 = 64;
 const MOST_STEPS: usize = 8;
 
 /// Bytes of one kind from one module.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Share {
     /// What they are.
     pub kind: Kind,
@@ -28,7 +28,7 @@ pub struct Share {
 }
 
 /// An object in memory.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Named {
     /// Its name.
     pub name: String,
@@ -39,7 +39,7 @@ pub struct Named {
 }
 
 /// The sizes of an image. All sections in memory, each byte once.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sizes {
     /// Sections in memory: name, kind, size.
     pub sections: Vec<Named>,

@@ -4,7 +4,7 @@ use super::elf::{Elf, SymbolKind};
 use super::functions::{Function, Program};
 use super::graph::{Below, Graph};
 use super::names;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// A function to bound the stack below.
@@ -37,7 +37,7 @@ pub const CORE_TRAITS: [&str; 2] =
     ["remora_core::time::Clock", "remora_core::warmstart::rolling::Policy"];
 
 /// How calls through pointers were bounded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Dispatch {
     /// Each may reach every function whose address is taken anywhere in the image.
@@ -48,7 +48,7 @@ pub enum Dispatch {
 }
 
 /// A function on the worst chain.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Frame {
     /// Path without generic arguments.
     pub function: String,
@@ -59,7 +59,7 @@ pub struct Frame {
 }
 
 /// What the bound of an entry point is silent about.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NotCovered {
     /// Functions below it of which the compiler gave no figure: assembly, precompiled code. Each
     /// counts nothing beyond the call itself.
@@ -73,7 +73,7 @@ pub struct NotCovered {
 }
 
 /// The calls through pointers below an entry point.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct IndirectCalls {
     /// How they were bounded.
     pub dispatch: Dispatch,
@@ -84,7 +84,7 @@ pub struct IndirectCalls {
 }
 
 /// The bound of one entry point.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StackBound {
     /// What the entry point is.
     pub name: String,

@@ -112,7 +112,7 @@ impl Proofs {
                 Verdict::NotApplicable => "not applicable",
             };
             let found = proof.found.join(", ");
-            table.row([proof.claim.into(), verdict.into(), proof.reason.clone(), found]);
+            table.row([proof.claim.clone(), verdict.into(), proof.reason.clone(), found]);
         }
         vec![("Proofs from the image".into(), table)]
     }
