@@ -9,8 +9,8 @@
 use crate::dynamics::STEERING_ITERATIONS;
 use crate::math::MAX_SWEEPS;
 use crate::nn::{TILE, limit};
-use crate::qp::{ATTEMPTS, InteriorPointSettings, STARTS};
-use crate::scp::{MAX_ITERATIONS, MAX_SEARCHES, Settings};
+use crate::qp::{ATTEMPTS, InteriorPointSettings, MAX_SOLVER_ITERATIONS, STARTS};
+use crate::scp::{MAX_CORRECTIONS, MAX_ITERATIONS, MAX_SEARCHES, Settings};
 
 /// A loop whose length depends on data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,8 +57,8 @@ pub const LOOPS: [LoopBound; 15] = [
         file: "scp/trial.rs",
         turn: "second-order correction an iteration, a subproblem each",
         default: Some(LOOP.max_corrections as u64),
-        most: Some(u32::MAX as u64),
-        from: "scp::Settings::max_corrections",
+        most: Some(MAX_CORRECTIONS as u64),
+        from: "scp::Settings::max_corrections, at most scp::MAX_CORRECTIONS",
         ends: "good enough, no better than before, deadline",
     },
     LoopBound {
@@ -84,8 +84,8 @@ pub const LOOPS: [LoopBound; 15] = [
         file: "qp/embedded/iteration.rs",
         turn: "interior-point iteration a subproblem, restarts counted",
         default: Some(SOLVER.max_iterations as u64),
-        most: Some(u32::MAX as u64),
-        from: "qp::InteriorPointSettings::max_iterations (or fixed_iterations)",
+        most: Some(MAX_SOLVER_ITERATIONS as u64),
+        from: "qp::InteriorPointSettings, at most qp::MAX_SOLVER_ITERATIONS",
         ends: "solved, stalled, infeasible, not finite, deadline",
     },
     LoopBound {

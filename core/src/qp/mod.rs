@@ -22,5 +22,5 @@ mod solver;
 pub use convexify::Sweep;
 pub(crate) use data::zeros;
 pub use data::{Qp, Solution, Stage};
-pub use embedded::{ATTEMPTS, EmbeddedQp, InteriorPointSettings, STARTS};
+pub use embedded::{ATTEMPTS, EmbeddedQp, InteriorPointSettings, MAX_SOLVER_ITERATIONS, STARTS};
 pub use solver::{QpOutcome, QpSolver, QpStatus};

@@ -3,6 +3,9 @@
 use super::MAX_ITERATIONS;
 use core::fmt;
 
+/// Most corrections an iteration that can be asked for.
+pub const MAX_CORRECTIONS: u32 = 8;
+
 /// Settings of the loop; each with its default and range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -41,7 +44,7 @@ pub struct Settings {
     pub curvature_below: f64,
     /// Below this ratio a second-order correction may be tried. Default 0.3; `[0, 1]`.
     pub correct_below: f64,
-    /// Most corrections an iteration. Default 2.
+    /// Most corrections an iteration. Default 2; at most [`MAX_CORRECTIONS`].
     pub max_corrections: u32,
 }
 
@@ -134,6 +137,7 @@ impl Settings {
             (self.weight_growth > 1.0 && finite(self.weight_growth), "weight_growth", "above 1"),
             (self.curvature_below >= 0.0, "curvature_below", "not negative"),
             ((0.0..=1.0).contains(&self.correct_below), "correct_below", "in [0, 1]"),
+            (self.max_corrections <= MAX_CORRECTIONS, "max_corrections", "at most MAX_CORRECTIONS"),
         ];
         match checks.into_iter().find(|(ok, _, _)| !ok) {
             Some((_, setting, range)) => Err(InvalidSetting { setting, range }),
@@ -169,5 +173,6 @@ mod tests {
         assert_eq!(named(|s| s.weight_growth = 0.5), "weight_growth");
         assert_eq!(named(|s| s.curvature_below = f64::NAN), "curvature_below");
         assert_eq!(named(|s| s.correct_below = 2.0), "correct_below");
+        assert_eq!(named(|s| s.max_corrections = 9), "max_corrections");
     }
 }

@@ -155,7 +155,7 @@ fn stack_overview(memory: &Memory, emulation: Option<&Emulation>) -> Table {
     for image in &memory.images {
         let target = emulation.and_then(|e| e.targets.iter().find(|t| t.target == image.target));
         for bound in &image.stacks {
-            let mark = target.and_then(|target| target.stack_bytes.get(&bound.name));
+            let mark = target.and_then(|target| target.stack_bytes.get(painted(&bound.name)));
             if bound.bytes.is_none() && mark.is_none() {
                 continue;
             }
@@ -169,6 +169,15 @@ fn stack_overview(memory: &Memory, emulation: Option<&Emulation>) -> Table {
         }
     }
     table
+}
+
+/// What the images call an entry point whose stack they paint.
+fn painted(entry: &str) -> &str {
+    match entry {
+        "verification" => "verify",
+        "opening a model" => "open_model",
+        other => other,
+    }
 }
 
 /// Memory of each target: code, constants, models, static memory.

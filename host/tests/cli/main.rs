@@ -1,5 +1,6 @@
 //! The program itself, run as a user runs it.
 
+mod audit;
 mod bench;
 mod campaign;
 mod check;

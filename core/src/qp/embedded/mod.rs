@@ -17,7 +17,7 @@ mod riccati;
 mod settings;
 
 pub use iteration::ATTEMPTS;
-pub use settings::InteriorPointSettings;
+pub use settings::{InteriorPointSettings, MAX_SOLVER_ITERATIONS};
 
 use super::{Qp, QpOutcome, QpSolver, QpStatus, Solution};
 use crate::math::{Checksum, clamp};

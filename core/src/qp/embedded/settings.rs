@@ -2,10 +2,13 @@
 
 use crate::math::Checksum;
 
+/// Most iterations of a subproblem that can be asked for.
+pub const MAX_SOLVER_ITERATIONS: u32 = 1000;
+
 /// Settings of the interior-point method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InteriorPointSettings {
-    /// Most iterations, restarts counted. Default 100.
+    /// Most iterations, restarts counted. Default 100; at most [`MAX_SOLVER_ITERATIONS`].
     pub max_iterations: u32,
     /// Largest KKT residual of a solved program: the Lagrangian's gradient, and the violation of
     /// dynamics and rows. In the program's own (scaled) units, times the largest state or control
@@ -21,7 +24,8 @@ pub struct InteriorPointSettings {
     /// Whether to start from the multipliers of the last subproblem. Default true.
     pub warm_start: bool,
     /// Exactly this many iterations, whatever the residuals, for those who need constant time:
-    /// 20 are enough for nearly every program of the planner. Default none.
+    /// 20 are enough for nearly every program of the planner. Default none; at most
+    /// [`MAX_SOLVER_ITERATIONS`].
     pub fixed_iterations: Option<u32>,
 }
 
@@ -58,7 +62,10 @@ impl InteriorPointSettings {
     /// Name of the first setting out of its range.
     pub fn invalid(&self) -> Option<&'static str> {
         let positive = |v: f64| v > 0.0 && v < f64::INFINITY;
+        let few = |count: u32| count <= MAX_SOLVER_ITERATIONS;
         [
+            (few(self.max_iterations), "max_iterations"),
+            (self.fixed_iterations.is_none_or(few), "fixed_iterations"),
             (positive(self.tolerance), "tolerance"),
             (positive(self.complementarity), "complementarity"),
             (
@@ -93,6 +100,10 @@ mod tests {
         );
         let nan = InteriorPointSettings { complementarity: f64::NAN, ..default };
         assert_eq!(nan.invalid(), Some("complementarity"));
+        let long = InteriorPointSettings { max_iterations: 1001, ..default };
+        assert_eq!(long.invalid(), Some("max_iterations"));
+        let fixed = InteriorPointSettings { fixed_iterations: Some(1001), ..default };
+        assert_eq!(fixed.invalid(), Some("fixed_iterations"));
         assert_eq!(InteriorPointSettings { reduced: 1e-12, ..default }.invalid(), Some("reduced"));
     }
 }

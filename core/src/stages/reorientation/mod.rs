@@ -293,6 +293,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         let mut sweep = Sweep::new(last, convex);
         // Nodes from `filled` on are linearised, those from `swept` on convex too.
         let (mut filled, mut swept) = (stages.len(), stages.len());
+        // Bound: constant, nodes in pieces.
         while swept > 0 {
             let from = filled.saturating_sub(BATCH);
             let parts = stages.get_disjoint_mut([0..from, from..filled, filled..swept]);
