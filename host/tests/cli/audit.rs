@@ -63,11 +63,11 @@ fn one_part_is_measured_and_written_as_pages() {
 fn what_an_audit_cannot_be_made_of_is_refused() {
     let bench = checkout();
     bench.refuses("audit --root docs", "docs: is no checkout");
-    bench.refuses("audit --check --out none --root .", "audit.json: no such file: run");
+    bench.refuses("audit --check --out none --root .", "none/audit.json: no such file: run");
     bench.refuses("audit --only everything", "invalid value 'everything'");
-    bench.refuses("audit --check --only loops", "cannot be used with");
+    bench.refuses("audit --check --only loops", "the argument '--check' cannot be used with");
     bench.write("ci/budgets.toml", "format = \"remora-budgets/1\"\nbudget = 3\n");
-    bench.refuses("audit --only loops --root .", "budgets.toml: invalid type");
+    bench.refuses("audit --only loops --root .", "./ci/budgets.toml: invalid type");
     let other = Bench::new();
     other.refuses("audit --only loops", "--root: the working folder is in no checkout");
 }
