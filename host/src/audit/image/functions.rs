@@ -51,7 +51,7 @@ pub struct Program {
     /// Those that something holds the address of, what an indirect call may reach, with the places
     /// that hold it.
     pub taken: BTreeMap<usize, BTreeSet<u64>>,
-    /// Direct calls and jumps out of functions: place and target.
+    /// Direct calls and jumps out of functions, sorted: place and target.
     pub branches: Vec<(u64, u64)>,
     /// Addresses that code forms relative to itself (x86-64): place of the function, address.
     pub formed: Vec<(u64, u64)>,
@@ -79,6 +79,7 @@ impl Program {
             let at = functions[i].address;
             program.formed.extend(code.references.iter().map(|to| (at, *to)));
         }
+        program.branches.sort_unstable();
         program.functions = functions;
         program.taken = taken(elf, &program);
         program

@@ -1,6 +1,6 @@
 //! Bounds on the stack: the compiler's frames along the worst chain of calls.
 
-use super::elf::{Elf, SymbolKind};
+use super::elf::{Elf, Machine, SymbolKind};
 use super::functions::{Function, Program};
 use super::graph::{Below, Graph};
 use super::names;
@@ -105,6 +105,25 @@ pub struct StackBound {
     pub indirect: IndirectCalls,
     /// What the bound does not cover.
     pub not_covered: NotCovered,
+}
+
+/// What no bound covers on a processor.
+pub fn limits(machine: Machine) -> Vec<&'static str> {
+    let mut limits = vec![
+        "start-up code before the entry point, and whatever calls the entry point",
+        "interrupts: their handlers' frames come on top, wherever they use the same stack",
+    ];
+    limits.extend(match machine {
+        Machine::Arm => Some(
+            "an exception's frame: the processor pushes up to 108 bytes (26 words with \
+             floating-point registers, a word to align) for each level of nesting",
+        ),
+        Machine::AArch64 | Machine::RiscV64 => None,
+        Machine::X86_64 => {
+            Some("the operating system's signal handlers, and the stack of shared libraries")
+        }
+    });
+    limits
 }
 
 /// The call graph with its indirect calls resolved.

@@ -1,7 +1,6 @@
 //! The whole of it, on small images of four processors. `fixtures/images/README.md` tells what is in
 //! them and how they were made.
 
-use super::elf::Use;
 use super::*;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -84,6 +83,7 @@ fn what_was_inlined_or_has_no_figure_is_said() {
     assert_eq!((inlined.instances, inlined.bytes), (0, None));
     let reset = image.stack(&EntryPoint { name: "start", paths: &["reset"] });
     assert_eq!(reset.not_covered.without_figure, ["reset"]);
+    assert!(image.limits().iter().any(|limit| limit.contains("108 bytes")));
 }
 
 /// The linker's relocations are another witness of the calls that were found in the code.
@@ -91,24 +91,9 @@ fn what_was_inlined_or_has_no_figure_is_said() {
 fn decoded_calls_are_those_that_were_relocated() {
     for target in TARGETS {
         let image = image(target);
-        let relocated: BTreeSet<(u64, u64)> = image
-            .elf
-            .relocations
-            .iter()
-            .filter(|r| r.used == Use::Branch)
-            .map(|r| (r.at, r.target))
-            .collect();
-        let decoded: BTreeSet<(u64, u64)> = image.program.branches.iter().copied().collect();
-        assert!(!relocated.is_empty(), "{target}");
-        // Of two instructions the relocation stands at the first, and on x86-64 inside of one, with
-        // an addend from its end. Calls inside a section need none.
-        let is_decoded = |(at, to): &(u64, u64)| match image.machine() {
-            Machine::RiscV64 => [0, 4].iter().any(|behind| decoded.contains(&(at + behind, *to))),
-            Machine::X86_64 => [1, 2].iter().any(|into| decoded.contains(&(at - into, to + 4))),
-            _ => decoded.contains(&(*at, *to)),
-        };
-        let lost: Vec<_> = relocated.iter().filter(|call| !is_decoded(call)).collect();
-        assert!(lost.is_empty(), "{target}: {lost:x?} of {decoded:x?}");
+        let witness = image.witness();
+        assert!(witness.relocated >= 5, "{target}: {witness:?}");
+        assert_eq!(witness.found, witness.relocated, "{target}");
     }
 }
 
@@ -172,6 +157,7 @@ fn tables_hold_what_was_found() {
     let (heading, bounds) = &tables[0];
     assert_eq!(heading, "Stack bounds");
     assert!(bounds.to_string().contains("none: recursion"));
+    assert!(bounds.to_string().contains("circle of sample::recursion::even, sample::"));
     assert!(tables[1].1.to_string().contains("sample::clocks::Ticks::seconds"));
     let sizes: Vec<_> = image.sizes().tables().into_iter().map(|(heading, _)| heading).collect();
     assert_eq!(sizes.len(), 5, "{sizes:?}");
