@@ -127,8 +127,8 @@ impl Image {
         let found = |at: u64, to: u64| self.program.branches.binary_search(&(at, to)).is_ok();
         // Of two instructions the relocation stands at the first, and on x86-64 inside of one.
         let is_found = |r: &&elf::Relocation| match self.elf.machine {
-            Machine::RiscV64 => found(r.at, target(r)) || found(r.at + 4, target(r)),
-            Machine::X86_64 => [1, 2].iter().any(|into| found(r.at - into, target(r))),
+            Machine::RiscV64 => found(r.at, target(r)) || found(r.at.wrapping_add(4), target(r)),
+            Machine::X86_64 => [1, 2].iter().any(|into| found(r.at.wrapping_sub(*into), target(r))),
             _ => found(r.at, target(r)),
         };
         let all = self.elf.relocations.iter().filter(|r| r.used == elf::Use::Branch);

@@ -269,7 +269,7 @@ fn core_methods(elf: &Elf, program: &Program) -> BTreeSet<usize> {
     let is_method = |i: &usize| implements(&program.functions[*i], &CORE_TRAITS);
     let objects = || elf.symbols.iter().filter(|s| s.kind == SymbolKind::Object);
     let tables: Vec<_> = objects()
-        .map(|s| s.address..s.address + s.size)
+        .map(|s| s.address..s.address.saturating_add(s.size))
         .filter(|table| {
             let mut inside =
                 program.taken.iter().filter(|(_, at)| at.range(table.clone()).count() > 0);

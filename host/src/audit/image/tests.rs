@@ -200,6 +200,14 @@ fn what_cannot_be_judged_is_refused_with_the_reason() {
     other.truncate(1000);
     assert!(refused(&other).starts_with("image.elf: is no sound ELF file: "));
 
+    // Every section where the first is.
+    let mut heap = std::fs::read(file("thumbv7em-none-eabihf.elf")).unwrap();
+    let headers = u32::from_le_bytes(heap[0x20..0x24].try_into().unwrap()) as usize;
+    for i in 1..4 {
+        heap[headers + 40 * i + 12..][..4].copy_from_slice(&[0, 0, 2, 0]);
+    }
+    assert_eq!(refused(&heap), "image.elf: is no sound ELF file: two sections share memory");
+
     let elf = file("aarch64-unknown-none.elf");
     let missing = Image::read(&elf, &file("none")).err().unwrap().to_string();
     assert!(missing.ends_with("none: no such file or directory"), "{missing}");
@@ -211,6 +219,30 @@ fn what_cannot_be_judged_is_refused_with_the_reason() {
     std::fs::write(&remarks, text).unwrap();
     let other = Image::read(&elf, &remarks).err().unwrap().to_string();
     assert!(other.contains("it is of another build"), "{other}");
+}
+
+/// Whatever a damaged file is taken for, it ends with an image or an error.
+#[test]
+fn damaged_files_do_no_harm() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.elf");
+    for (target, step) in TARGETS.into_iter().zip([19, 37, 37, 41]) {
+        let whole = std::fs::read(file(&format!("{target}.elf"))).unwrap();
+        let remarks = file(&format!("{target}.remarks"));
+        for (i, at) in (0..whole.len()).step_by(step).enumerate() {
+            let mut bytes = whole.clone();
+            bytes[at] ^= [0xff, 0x01, 0x80, 0x40][i % 4];
+            std::fs::write(&path, &bytes).unwrap();
+            if let Ok(image) = Image::read(&path, &remarks) {
+                let sizes = image.sizes();
+                let in_elf: u64 = sizes.sections.iter().map(|section| section.bytes).sum();
+                let shares: u64 = sizes.shares.iter().map(|share| share.bytes).sum();
+                assert_eq!(shares, in_elf, "{target}, byte {at}");
+                assert_eq!(image.stacks().len(), ENTRY_POINTS.len());
+                image.witness();
+            }
+        }
+    }
 }
 
 /// The narrow way to resolve calls in the core rests on this: it has no other trait objects than
