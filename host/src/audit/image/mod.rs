@@ -99,13 +99,15 @@ impl Image {
     /// The same as if functions of these paths, without generic arguments, were never called: what
     /// a run that has no use for them can take. It explains a measured mark, it bounds nothing.
     pub fn stack_without(&self, entry: &EntryPoint, functions: &[&str]) -> StackBound {
-        let bound = self.calls.0.bound(&self.program, entry, functions);
-        match &self.calls.1 {
-            Some(narrow) if !bound.not_covered.cycles.is_empty() => {
-                narrow.bound(&self.program, entry, functions)
-            }
-            _ => bound,
-        }
+        let by = |calls: &Calls| calls.bound(&self.program, entry, functions);
+        let first = by(&self.calls.0);
+        let narrow = self.calls.1.as_ref().map(by);
+        let narrow_bytes = narrow.as_ref().unwrap_or(&first).bytes;
+        let bound = match narrow {
+            Some(narrow) if !first.not_covered.cycles.is_empty() => narrow,
+            _ => first,
+        };
+        StackBound { narrow_bytes, ..bound }
     }
 
     /// The bounds of [`ENTRY_POINTS`], in their order.
