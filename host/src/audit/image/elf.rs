@@ -1,7 +1,9 @@
 //! What is read of a linked ELF file: sections in memory, symbols, relocations.
 
 use crate::error::{Error, io_reason};
-use object::elf::{EM_AARCH64, EM_ARM, EM_RISCV, EM_X86_64, SHF_ALLOC, SHF_EXECINSTR, SHF_WRITE};
+use object::elf::{
+    EM_AARCH64, EM_ARM, EM_RISCV, EM_X86_64, SHF_ALLOC, SHF_EXECINSTR, SHF_TLS, SHF_WRITE,
+};
 use object::elf::{SHT_NOBITS, STT_FUNC, STT_NOTYPE, STT_OBJECT, STT_SECTION};
 use object::read::elf::{ElfFile, ElfFile32, ElfFile64, FileHeader};
 use object::{Endianness, FileKind, Object, ObjectSection, ObjectSymbol, ObjectSymbolTable};
@@ -168,17 +170,11 @@ impl Elf {
     }
 
     fn parse(bytes: &[u8]) -> Result<Self, String> {
-        let broken = |e: object::Error| format!("is no sound ELF file: {e}");
         let elf = match FileKind::parse(bytes) {
-            Ok(FileKind::Elf32) => {
-                of(&ElfFile32::<Endianness>::parse(bytes).map_err(broken)?).map_err(broken)?
-            }
-            Ok(FileKind::Elf64) => {
-                of(&ElfFile64::<Endianness>::parse(bytes).map_err(broken)?).map_err(broken)?
-            }
+            Ok(FileKind::Elf32) => of(&ElfFile32::<Endianness>::parse(bytes).map_err(broken)?)?,
+            Ok(FileKind::Elf64) => of(&ElfFile64::<Endianness>::parse(bytes).map_err(broken)?)?,
             _ => return Err("is no ELF file".into()),
         };
-        let elf = elf.ok_or("is for a processor whose code is not understood here")?;
         if !elf.symbols.iter().any(|symbol| symbol.kind == SymbolKind::Function) {
             return Err("has no symbols: it was stripped".into());
         }
@@ -199,21 +195,34 @@ pub fn is_unwinding(name: &str) -> bool {
     [".ARM.ex", ".eh_frame", ".gcc_except"].iter().any(|prefix| name.starts_with(prefix))
 }
 
-/// `None` for a processor that is not known.
-fn of<H: FileHeader<Endian = Endianness>>(file: &ElfFile<'_, H>) -> object::Result<Option<Elf>> {
+fn broken(cause: object::Error) -> String {
+    format!("is no sound ELF file: {cause}")
+}
+
+fn of<H: FileHeader<Endian = Endianness>>(file: &ElfFile<'_, H>) -> Result<Elf, String> {
     let machine = match (file.elf_header().e_machine(file.endian()), file.endian(), file.is_64()) {
         (EM_ARM, Endianness::Little, false) => Machine::Arm,
         (EM_AARCH64, Endianness::Little, true) => Machine::AArch64,
         (EM_RISCV, Endianness::Little, true) => Machine::RiscV64,
         (EM_X86_64, Endianness::Little, true) => Machine::X86_64,
-        _ => return Ok(None),
+        _ => return Err("is for a processor whose code is not understood here".into()),
     };
-    let sections = sections(file)?;
-    let symbols = symbols(file, machine, &sections)?;
+    let sections = sections(file).map_err(broken)?;
+    // Addresses are added up from here on: none comes near the end of 64 bits.
+    let end = |s: &Section| s.address.checked_add(s.size).filter(|end| *end < u64::MAX / 2);
+    if sections.iter().any(|s| end(s).is_none()) {
+        return Err("is no sound ELF file: a section ends beyond all memory".into());
+    }
+    let mut ranges: Vec<_> = sections.iter().map(|s| (s.address, s.end())).collect();
+    ranges.sort_unstable();
+    if ranges.windows(2).any(|pair| pair[0].1 > pair[1].0) {
+        return Err("is no sound ELF file: two sections share memory".into());
+    }
+    let symbols = symbols(file, machine, &sections).map_err(broken)?;
     let relocations = relocations(file, machine, &sections);
     let is_hosted = file.section_by_name(".interp").is_some();
     let entry = machine.code_address(file.entry());
-    Ok(Some(Elf { machine, is_hosted, entry, sections, symbols, relocations }))
+    Ok(Elf { machine, is_hosted, entry, sections, symbols, relocations })
 }
 
 fn sections<H: FileHeader<Endian = Endianness>>(
@@ -223,7 +232,9 @@ fn sections<H: FileHeader<Endian = Endianness>>(
     for section in file.sections() {
         let SectionFlags::Elf { sh_type, sh_flags } = section.flags() else { continue };
         let has = |flag: object::elf::SectionFlags| sh_flags.0 & flag.0 != 0;
-        if !has(SHF_ALLOC) || section.size() == 0 {
+        // A thread's zeros have no place in the image: their addresses are others' too.
+        let is_threads = has(SHF_TLS) && sh_type == SHT_NOBITS;
+        if !has(SHF_ALLOC) || section.size() == 0 || is_threads {
             continue;
         }
         let kind = match sh_type {
@@ -299,7 +310,8 @@ fn relocations<H: FileHeader<Endian = Endianness>>(
             // that do so are only ever about named symbols.
             let target = match (relocation.has_implicit_addend(), st_info.st_type()) {
                 (true, STT_SECTION) => {
-                    let bytes = within(at).map(|s| s.slice(at, at + 4)).unwrap_or_default();
+                    let bytes =
+                        within(at).map(|s| s.slice(at, at.saturating_add(4))).unwrap_or_default();
                     let Ok(word) = bytes.try_into() else { continue };
                     u64::from(u32::from_le_bytes(word))
                 }

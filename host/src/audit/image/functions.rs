@@ -51,7 +51,7 @@ pub struct Program {
     /// Those that something holds the address of, what an indirect call may reach, with the places
     /// that hold it.
     pub taken: BTreeMap<usize, BTreeSet<u64>>,
-    /// Direct calls and jumps out of functions: place and target.
+    /// Direct calls and jumps out of functions, sorted: place and target.
     pub branches: Vec<(u64, u64)>,
     /// Addresses that code forms relative to itself (x86-64): place of the function, address.
     pub formed: Vec<(u64, u64)>,
@@ -79,6 +79,7 @@ impl Program {
             let at = functions[i].address;
             program.formed.extend(code.references.iter().map(|to| (at, *to)));
         }
+        program.branches.sort_unstable();
         program.functions = functions;
         program.taken = taken(elf, &program);
         program
@@ -213,7 +214,7 @@ fn functions(elf: &Elf, frames: &Frames) -> Vec<Function> {
             let end = match size {
                 // What the linker put behind to align the next function.
                 0 => address + code_length(elf.machine, section.slice(*address, limit)),
-                size => limit.min(address + size),
+                size => limit.min(address.saturating_add(*size)),
             };
             functions.push(named(*address, end, symbols, frames));
             covered = end;
@@ -227,7 +228,8 @@ fn functions(elf: &Elf, frames: &Frames) -> Vec<Function> {
 /// Where functions begin: size and names.
 fn starts(elf: &Elf, section: usize) -> BTreeMap<u64, (u64, Vec<String>)> {
     let mut starts: BTreeMap<u64, (u64, Vec<String>)> = BTreeMap::new();
-    let here = || elf.symbols.iter().filter(|s| s.section == section);
+    let range = elf.sections[section].address..elf.sections[section].end();
+    let here = || elf.symbols.iter().filter(|s| s.section == section && range.contains(&s.address));
     for symbol in here().filter(|s| s.kind == SymbolKind::Function) {
         let entry = starts.entry(symbol.address).or_default();
         entry.0 = entry.0.max(symbol.size);
@@ -235,7 +237,7 @@ fn starts(elf: &Elf, section: usize) -> BTreeMap<u64, (u64, Vec<String>)> {
     }
     let is_inside = |starts: &BTreeMap<u64, (u64, Vec<String>)>, address: u64| {
         let before = starts.range(..=address).next_back();
-        before.is_some_and(|(start, (size, _))| address < start + size.max(&1))
+        before.is_some_and(|(start, (size, _))| address < start.saturating_add(*size.max(&1)))
     };
     // Labels of the assembler within a function are not functions; those of unsized ones may be.
     for symbol in here().filter(|s| s.kind == SymbolKind::Label && !is_hidden_label(&s.name)) {

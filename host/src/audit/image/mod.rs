@@ -41,6 +41,16 @@ pub struct Image {
     calls: (Calls, Option<Calls>),
 }
 
+/// How many calls the linker relocated, and how many of them were found in the code, at the same
+/// place and with the same target: all, or the code was read wrongly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Witness {
+    /// Relocations of calls, and of jumps between sections.
+    pub relocated: usize,
+    /// Those among the calls and jumps that were decoded.
+    pub found: usize,
+}
+
 impl Image {
     /// Reads an image, and the output of the compiler that made it.
     ///
@@ -89,18 +99,43 @@ impl Image {
     /// The same as if functions of these paths, without generic arguments, were never called: what
     /// a run that has no use for them can take. It explains a measured mark, it bounds nothing.
     pub fn stack_without(&self, entry: &EntryPoint, functions: &[&str]) -> StackBound {
-        let bound = self.calls.0.bound(&self.program, entry, functions);
-        match &self.calls.1 {
-            Some(narrow) if !bound.not_covered.cycles.is_empty() => {
-                narrow.bound(&self.program, entry, functions)
-            }
-            _ => bound,
-        }
+        let by = |calls: &Calls| calls.bound(&self.program, entry, functions);
+        let first = by(&self.calls.0);
+        let narrow = self.calls.1.as_ref().map(by);
+        let narrow_bytes = narrow.as_ref().unwrap_or(&first).bytes;
+        let bound = match narrow {
+            Some(narrow) if !first.not_covered.cycles.is_empty() => narrow,
+            _ => first,
+        };
+        StackBound { narrow_bytes, ..bound }
     }
 
     /// The bounds of [`ENTRY_POINTS`], in their order.
     pub fn stacks(&self) -> Vec<StackBound> {
         ENTRY_POINTS.iter().map(|entry| self.stack(entry)).collect()
+    }
+
+    /// What the bounds are silent about, whatever the entry point.
+    pub fn limits(&self) -> Vec<&'static str> {
+        stack::limits(self.elf.machine)
+    }
+
+    /// Holds the calls found in the code against those that the linker relocated.
+    pub fn witness(&self) -> Witness {
+        // On x86-64 the addend is from the instruction's end. What a shared library has, or nobody,
+        // is no address here.
+        let ahead = if self.elf.machine == Machine::X86_64 { 4 } else { 0 };
+        let target = |r: &elf::Relocation| r.target.wrapping_add(ahead);
+        let found = |at: u64, to: u64| self.program.branches.binary_search(&(at, to)).is_ok();
+        // Of two instructions the relocation stands at the first, and on x86-64 inside of one.
+        let is_found = |r: &&elf::Relocation| match self.elf.machine {
+            Machine::RiscV64 => found(r.at, target(r)) || found(r.at.wrapping_add(4), target(r)),
+            Machine::X86_64 => [1, 2].iter().any(|into| found(r.at.wrapping_sub(*into), target(r))),
+            _ => found(r.at, target(r)),
+        };
+        let all = self.elf.relocations.iter().filter(|r| r.used == elf::Use::Branch);
+        let relocated = all.filter(|r| self.elf.section_at(target(r)).is_some());
+        Witness { relocated: relocated.clone().count(), found: relocated.filter(is_found).count() }
     }
 
     /// What its bytes are.

@@ -56,6 +56,8 @@ pub fn plain(path: &str) -> String {
         let starts_path = out.is_empty() || out.ends_with(['&', ' ', '(', '*']);
         if starts_path {
             out += &plain(split_as(inner).0);
+        } else if let Some((_, of)) = split_impl(inner) {
+            out = plain(of);
         } else if out.ends_with("::") {
             out.truncate(out.len() - 2);
         }
@@ -99,18 +101,33 @@ fn split_as(inner: &str) -> (&str, Option<&str>) {
     (inner, None)
 }
 
-/// The trait whose method an implementation is: the plain path of `Trait` in `<T as Trait>::f`.
+/// Trait and type of `impl Trait for T`, as the first mangling has it.
+fn split_impl(inner: &str) -> Option<(&str, &str)> {
+    inner.strip_prefix("impl ")?.split_once(" for ")
+}
+
+/// What stands before an `impl` block in a path of the first mangling, and the block.
+fn impl_block(path: &str) -> Option<(&str, &str)> {
+    let (module, block) = path.split_at(path.find("::<impl ")?);
+    Some((module, bracketed(&block[2..]).0))
+}
+
+/// The trait whose method an implementation is: the plain path of `Trait` in `<T as Trait>::f`, or
+/// in `module::<impl Trait for T>::f`.
 pub fn implemented_trait(path: &str) -> Option<String> {
-    let inner = path.starts_with('<').then(|| bracketed(path).0)?;
-    split_as(inner).1.map(plain)
+    if !path.starts_with('<') {
+        return impl_block(path).and_then(|(_, block)| Some(plain(split_impl(block)?.0)));
+    }
+    split_as(bracketed(path).0).1.map(plain)
 }
 
 /// Crate and modules as a readable path tells them: the least that is known. Of `<T as Trait>::f`
 /// the trait's, which is right where the method is a provided one.
 fn of_path(path: &str) -> Option<Origin> {
-    let path = match implemented_trait(path) {
-        Some(name) => name,
-        None => plain(path),
+    let path = match (impl_block(path), implemented_trait(path)) {
+        (Some((module, _)), _) => format!("{module}::impl"),
+        (None, Some(name)) => name,
+        (None, None) => plain(path),
     };
     let mut parts = path.trim_start_matches(['&', '*', '(', ' ']).split("::");
     let krate = parts.next().filter(|name| is_word(name))?;
@@ -234,6 +251,12 @@ mod tests {
             // The first mangling.
             ("_ZN4core3fmt9Formatter3pad17h0123456789abcdefE", "core::fmt"),
             ("_ZN4core3fmt5write17h0123456789abcdefE", "core::fmt"),
+            (
+                "_ZN11remora_core9warmstart7network112_$LT$impl$u20$remora_core..warmstart..rolling\
+                 ..Policy$u20$for$u20$remora_core..nn..network..Network$LT$M$GT$$GT$3act17h59096\
+                 74ac42226d7E",
+                "remora_core::warmstart::network",
+            ),
             ("memcpy", "none"),
             ("_R", "none"),
             ("_RNvC", "none"),
@@ -257,5 +280,10 @@ mod tests {
         assert_eq!(implemented_trait("<a::S<6> as b::Q<3>>::f").as_deref(), Some("b::Q"));
         assert_eq!(implemented_trait("<a::S<6>>::f"), None);
         assert_eq!(implemented_trait("a::f"), None);
+        // The first mangling.
+        let path = "a::m::<impl b::Q<3> for a::S<M>>::act";
+        assert_eq!(plain(path), "a::S::act");
+        assert_eq!(implemented_trait(path).as_deref(), Some("b::Q"));
+        assert_eq!(implemented_trait("a::m::<impl a::S<M>>::act"), None);
     }
 }

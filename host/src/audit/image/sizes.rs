@@ -102,7 +102,7 @@ pub fn of(elf: &Elf, program: &Program) -> Sizes {
             _ => data(elf, i, &references, &mut pieces),
         }
     }
-    let owners = Owners { elf, program, pieces: &pieces, references: &references };
+    let owners = Owners { program, pieces: &pieces, references: &references };
     let mut shares = BTreeMap::<(Kind, Origin), u64>::new();
     for (i, piece) in pieces.iter().enumerate() {
         let key = (elf.sections[piece.section].kind, owners.of(i, MOST_STEPS));
@@ -210,7 +210,7 @@ fn data(elf: &Elf, i: usize, references: &[(u64, u64)], pieces: &mut Vec<Piece>)
     let mut at = section.address;
     for object in &objects {
         let (from, to) =
-            (object.address.max(at), (object.address + object.size).min(section.end()));
+            (object.address.max(at), object.address.saturating_add(object.size).min(section.end()));
         if from >= to {
             continue;
         }
@@ -283,7 +283,6 @@ fn references(elf: &Elf, program: &Program) -> Vec<(u64, u64)> {
 
 /// Finds the owners of bytes that have no name of their own.
 struct Owners<'a> {
-    elf: &'a Elf,
     program: &'a Program,
     pieces: &'a [Piece],
     references: &'a [(u64, u64)],
@@ -306,10 +305,7 @@ impl Owners<'_> {
         if let Some(function) = self.program.at(place) {
             return Some(origin(&self.program.functions[function]));
         }
-        // Thread-local storage has addresses of others: sections in the order of the file.
-        let holder = self.pieces.iter().position(|p| {
-            (p.from..p.to).contains(&place) && self.elf.sections[p.section].kind != Kind::Zero
-        })?;
+        let holder = self.pieces.iter().position(|p| (p.from..p.to).contains(&place))?;
         (holder != piece && steps > 0).then(|| self.of(holder, steps - 1))
     }
 }

@@ -1,6 +1,6 @@
 //! Bounds on the stack: the compiler's frames along the worst chain of calls.
 
-use super::elf::{Elf, SymbolKind};
+use super::elf::{Elf, Machine, SymbolKind};
 use super::functions::{Function, Program};
 use super::graph::{Below, Graph};
 use super::names;
@@ -31,10 +31,13 @@ pub const ENTRY_POINTS: [EntryPoint; 10] = [
     EntryPoint { name: "exceptions", paths: &["remora_fault", "trap", "vectors"] },
 ];
 
-/// The core's traits behind pointers. A call through a pointer in the core's own code is one of
-/// their methods: it has no other trait objects, and no pointers to functions.
-pub const CORE_TRAITS: [&str; 2] =
-    ["remora_core::time::Clock", "remora_core::warmstart::rolling::Policy"];
+/// The core's traits behind pointers, and the modules whose code may call their methods: none where
+/// all may. A call through a pointer in the core's own code is one of these: it has no other trait
+/// objects, and no pointers to functions.
+pub const CORE_TRAITS: [(&str, &[&str]); 2] = [
+    ("remora_core::time::Clock", &[]),
+    ("remora_core::warmstart::rolling::Policy", &["planner", "warmstart"]),
+];
 
 /// How calls through pointers were bounded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,8 +45,8 @@ pub const CORE_TRAITS: [&str; 2] =
 pub enum Dispatch {
     /// Each may reach every function whose address is taken anywhere in the image.
     AnyTaken,
-    /// In the core's code each may reach every method of [`CORE_TRAITS`] whose address is taken;
-    /// elsewhere as [`Dispatch::AnyTaken`].
+    /// In the core's code each may reach every method whose address is taken of those of
+    /// [`CORE_TRAITS`] that its module may call; elsewhere as [`Dispatch::AnyTaken`].
     CoreTraits,
 }
 
@@ -95,6 +98,8 @@ pub struct StackBound {
     pub instances: usize,
     /// Bytes of the stack from its call on; `None` without an instance, or with a cycle below it.
     pub bytes: Option<u64>,
+    /// The bound with calls through pointers resolved as [`Dispatch::CoreTraits`] says.
+    pub narrow_bytes: Option<u64>,
     /// The chain of calls that takes the most.
     pub chain: Vec<Frame>,
     /// What the last function of the chain may use beyond its frame; part of the bound.
@@ -105,6 +110,25 @@ pub struct StackBound {
     pub indirect: IndirectCalls,
     /// What the bound does not cover.
     pub not_covered: NotCovered,
+}
+
+/// What no bound covers on a processor.
+pub fn limits(machine: Machine) -> Vec<&'static str> {
+    let mut limits = vec![
+        "start-up code before the entry point, and whatever calls the entry point",
+        "interrupts: their handlers' frames come on top, wherever they use the same stack",
+    ];
+    limits.extend(match machine {
+        Machine::Arm => Some(
+            "an exception's frame: the processor pushes up to 108 bytes (26 words with \
+             floating-point registers, a word to align) for each level of nesting",
+        ),
+        Machine::AArch64 | Machine::RiscV64 => None,
+        Machine::X86_64 => {
+            Some("the operating system's signal handlers, and the stack of shared libraries")
+        }
+    });
+    limits
 }
 
 /// The call graph with its indirect calls resolved.
@@ -120,14 +144,24 @@ impl Calls {
     /// The graph of a program.
     pub fn new(elf: &Elf, program: &Program, dispatch: Dispatch) -> Self {
         let any: BTreeSet<usize> = program.taken.keys().copied().collect();
-        let narrow = match dispatch {
-            Dispatch::AnyTaken => BTreeSet::new(),
-            Dispatch::CoreTraits => core_methods(elf, program),
+        let methods = match dispatch {
+            Dispatch::AnyTaken => Vec::new(),
+            Dispatch::CoreTraits => {
+                CORE_TRAITS.iter().map(|(name, _)| methods(elf, program, name)).collect()
+            }
         };
-        let resolve = |f: &Function| match dispatch {
-            _ if f.calls.indirect.is_empty() => BTreeSet::new(),
-            Dispatch::CoreTraits if is_core(f) && !narrow.is_empty() => narrow.clone(),
-            _ => any.clone(),
+        let resolve = |f: &Function| {
+            // An image without methods of any has them by names that are not known.
+            let is_narrow = is_core(f) && methods.iter().any(|of| !of.is_empty());
+            match dispatch {
+                _ if f.calls.indirect.is_empty() => BTreeSet::new(),
+                Dispatch::CoreTraits if is_narrow => {
+                    let all = methods.iter().zip(&CORE_TRAITS);
+                    let of_trait = all.filter(|(_, (_, modules))| may_call(f, modules));
+                    of_trait.flat_map(|(methods, _)| methods).copied().collect()
+                }
+                _ => any.clone(),
+            }
         };
         let indirect: Vec<_> = program.functions.iter().map(resolve).collect();
         let functions = program.functions.iter().zip(&indirect);
@@ -176,6 +210,7 @@ impl Calls {
             path: entry.paths.join(", "),
             instances: 0,
             bytes: None,
+            narrow_bytes: None,
             chain: Vec::new(),
             red_zone_bytes: self.red_zone_bytes,
             functions: 0,
@@ -243,14 +278,13 @@ fn is_core(function: &Function) -> bool {
     origin.is_some_and(|origin| origin.krate == "remora_core")
 }
 
-/// Functions whose address a table of methods of [`CORE_TRAITS`] holds: an object that holds that
-/// of one of their methods. The others in it may have been merged with equal functions of other
-/// names.
-fn core_methods(elf: &Elf, program: &Program) -> BTreeSet<usize> {
-    let is_method = |i: &usize| implements(&program.functions[*i], &CORE_TRAITS);
+/// Functions whose address a table of a trait's methods holds: an object that holds that of one of
+/// them. The others in it may have been merged with equal functions of other names.
+fn methods(elf: &Elf, program: &Program, name: &str) -> BTreeSet<usize> {
+    let is_method = |i: &usize| implements(&program.functions[*i], name);
     let objects = || elf.symbols.iter().filter(|s| s.kind == SymbolKind::Object);
     let tables: Vec<_> = objects()
-        .map(|s| s.address..s.address + s.size)
+        .map(|s| s.address..s.address.saturating_add(s.size))
         .filter(|table| {
             let mut inside =
                 program.taken.iter().filter(|(_, at)| at.range(table.clone()).count() > 0);
@@ -262,9 +296,22 @@ fn core_methods(elf: &Elf, program: &Program) -> BTreeSet<usize> {
     taken.map(|(i, _)| *i).collect()
 }
 
-/// Whether one of a function's names is that of a method of one of these traits, or of code that
-/// is called in its place.
-fn implements(function: &Function, traits: &[&str]) -> bool {
-    let paths = function.symbols.iter().filter_map(|name| names::readable(name));
-    paths.filter_map(|path| names::implemented_trait(&path)).any(|t| traits.contains(&&*t))
+/// Whether a function of the core may hold code of one of these modules: its own, or handed to it
+/// as an argument of a generic function. The first mangling does not tell the latter.
+fn may_call(function: &Function, modules: &[&str]) -> bool {
+    let is_told = function.symbols.iter().all(|name| name.starts_with("_R"));
+    let names = |module: &&str| {
+        let prefix = format!("remora_core::{module}::");
+        let origins = || function.symbols.iter().filter_map(|name| names::Origin::of(name));
+        let paths = || function.symbols.iter().filter_map(|name| names::readable(name));
+        origins().any(|origin| origin.modules.first().is_some_and(|first| first == module))
+            || paths().any(|path| path.contains(&prefix))
+    };
+    modules.is_empty() || !is_told || modules.iter().any(names)
+}
+
+/// Whether one of a function's names is that of a method of this trait.
+fn implements(function: &Function, name: &str) -> bool {
+    let paths = function.symbols.iter().filter_map(|symbol| names::readable(symbol));
+    paths.filter_map(|path| names::implemented_trait(&path)).any(|found| found == name)
 }

@@ -1,6 +1,6 @@
 //! The same as tables, for terminal and pages.
 
-use super::{Kind, Proofs, Sizes, StackBound, Verdict};
+use super::{Kind, NotCovered, Proofs, Sizes, StackBound, Verdict};
 use crate::report::{Align, Table};
 
 /// Modules of more bytes are shown with those inside them.
@@ -14,9 +14,10 @@ pub fn stack_tables(bounds: &[StackBound]) -> Vec<(String, Table)> {
         ("entry point", Align::Left),
         ("function", Align::Left),
         ("bound [bytes]", Align::Right),
+        ("narrowed [bytes]", Align::Right),
         ("functions", Align::Right),
         ("indirect calls", Align::Right),
-        ("without figure", Align::Left),
+        ("not covered", Align::Left),
     ]);
     for bound in bounds {
         let bytes = match (bound.bytes, bound.instances) {
@@ -29,9 +30,10 @@ pub fn stack_tables(bounds: &[StackBound]) -> Vec<(String, Table)> {
             bound.name.clone(),
             bound.path.clone(),
             bytes,
+            bound.narrow_bytes.map_or(String::new(), |bytes| bytes.to_string()),
             bound.functions.to_string(),
             format!("{places} to {}", bound.indirect.callees.len()),
-            bound.not_covered.without_figure.join(", "),
+            not_covered(&bound.not_covered),
         ]);
     }
     let mut tables = vec![("Stack bounds".to_string(), all)];
@@ -48,6 +50,23 @@ pub fn stack_tables(bounds: &[StackBound]) -> Vec<(String, Table)> {
         tables.push((format!("Worst chain of {} (`{}`)", bound.name, bound.path), chain));
     }
     tables
+}
+
+fn not_covered(not: &NotCovered) -> String {
+    let group = |what: &str, names: &[String]| match names {
+        [] => None,
+        names => Some(format!("{what} {}", names.join(", "))),
+    };
+    let circles = not.cycles.iter().filter_map(|circle| group("circle of", circle));
+    let libraries = match not.library_callers.len() {
+        0 => None,
+        count => Some(format!("libraries that {count} functions call")),
+    };
+    let mut parts: Vec<String> = group("no figure of", &not.without_figure).into_iter().collect();
+    parts.extend(libraries);
+    parts.extend(group("stray branches in", &not.astray));
+    parts.extend(circles);
+    parts.join("; ")
 }
 
 impl Sizes {

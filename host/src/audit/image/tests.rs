@@ -1,7 +1,6 @@
 //! The whole of it, on small images of four processors. `fixtures/images/README.md` tells what is in
 //! them and how they were made.
 
-use super::elf::Use;
 use super::*;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -84,6 +83,7 @@ fn what_was_inlined_or_has_no_figure_is_said() {
     assert_eq!((inlined.instances, inlined.bytes), (0, None));
     let reset = image.stack(&EntryPoint { name: "start", paths: &["reset"] });
     assert_eq!(reset.not_covered.without_figure, ["reset"]);
+    assert!(image.limits().iter().any(|limit| limit.contains("108 bytes")));
 }
 
 /// The linker's relocations are another witness of the calls that were found in the code.
@@ -91,24 +91,9 @@ fn what_was_inlined_or_has_no_figure_is_said() {
 fn decoded_calls_are_those_that_were_relocated() {
     for target in TARGETS {
         let image = image(target);
-        let relocated: BTreeSet<(u64, u64)> = image
-            .elf
-            .relocations
-            .iter()
-            .filter(|r| r.used == Use::Branch)
-            .map(|r| (r.at, r.target))
-            .collect();
-        let decoded: BTreeSet<(u64, u64)> = image.program.branches.iter().copied().collect();
-        assert!(!relocated.is_empty(), "{target}");
-        // Of two instructions the relocation stands at the first, and on x86-64 inside of one, with
-        // an addend from its end. Calls inside a section need none.
-        let is_decoded = |(at, to): &(u64, u64)| match image.machine() {
-            Machine::RiscV64 => [0, 4].iter().any(|behind| decoded.contains(&(at + behind, *to))),
-            Machine::X86_64 => [1, 2].iter().any(|into| decoded.contains(&(at - into, to + 4))),
-            _ => decoded.contains(&(*at, *to)),
-        };
-        let lost: Vec<_> = relocated.iter().filter(|call| !is_decoded(call)).collect();
-        assert!(lost.is_empty(), "{target}: {lost:x?} of {decoded:x?}");
+        let witness = image.witness();
+        assert!(witness.relocated >= 5, "{target}: {witness:?}");
+        assert_eq!(witness.found, witness.relocated, "{target}");
     }
 }
 
@@ -172,6 +157,7 @@ fn tables_hold_what_was_found() {
     let (heading, bounds) = &tables[0];
     assert_eq!(heading, "Stack bounds");
     assert!(bounds.to_string().contains("none: recursion"));
+    assert!(bounds.to_string().contains("circle of sample::recursion::even, sample::"));
     assert!(tables[1].1.to_string().contains("sample::clocks::Ticks::seconds"));
     let sizes: Vec<_> = image.sizes().tables().into_iter().map(|(heading, _)| heading).collect();
     assert_eq!(sizes.len(), 5, "{sizes:?}");
@@ -214,6 +200,14 @@ fn what_cannot_be_judged_is_refused_with_the_reason() {
     other.truncate(1000);
     assert!(refused(&other).starts_with("image.elf: is no sound ELF file: "));
 
+    // Every section where the first is.
+    let mut heap = std::fs::read(file("thumbv7em-none-eabihf.elf")).unwrap();
+    let headers = u32::from_le_bytes(heap[0x20..0x24].try_into().unwrap()) as usize;
+    for i in 1..4 {
+        heap[headers + 40 * i + 12..][..4].copy_from_slice(&[0, 0, 2, 0]);
+    }
+    assert_eq!(refused(&heap), "image.elf: is no sound ELF file: two sections share memory");
+
     let elf = file("aarch64-unknown-none.elf");
     let missing = Image::read(&elf, &file("none")).err().unwrap().to_string();
     assert!(missing.ends_with("none: no such file or directory"), "{missing}");
@@ -227,12 +221,37 @@ fn what_cannot_be_judged_is_refused_with_the_reason() {
     assert!(other.contains("it is of another build"), "{other}");
 }
 
+/// Whatever a damaged file is taken for, it ends with an image or an error.
+#[test]
+fn damaged_files_do_no_harm() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.elf");
+    for (target, step) in TARGETS.into_iter().zip([19, 37, 37, 41]) {
+        let whole = std::fs::read(file(&format!("{target}.elf"))).unwrap();
+        let remarks = file(&format!("{target}.remarks"));
+        for (i, at) in (0..whole.len()).step_by(step).enumerate() {
+            let mut bytes = whole.clone();
+            bytes[at] ^= [0xff, 0x01, 0x80, 0x40][i % 4];
+            std::fs::write(&path, &bytes).unwrap();
+            if let Ok(image) = Image::read(&path, &remarks) {
+                let sizes = image.sizes();
+                let in_elf: u64 = sizes.sections.iter().map(|section| section.bytes).sum();
+                let shares: u64 = sizes.shares.iter().map(|share| share.bytes).sum();
+                assert_eq!(shares, in_elf, "{target}, byte {at}");
+                assert_eq!(image.stacks().len(), ENTRY_POINTS.len());
+                image.witness();
+            }
+        }
+    }
+}
+
 /// The narrow way to resolve calls in the core rests on this: it has no other trait objects than
 /// those of [`CORE_TRAITS`], and no pointers to functions. Tests are left out.
 #[test]
 fn the_core_has_no_other_trait_objects() {
-    let mut found = BTreeSet::new();
-    let mut folders = vec![PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../core/src")];
+    let (mut found, mut of_policy) = (BTreeSet::new(), BTreeSet::new());
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../core/src");
+    let mut folders = vec![root.clone()];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
@@ -247,10 +266,16 @@ fn the_core_has_no_other_trait_objects() {
                     let name = part.split(|c: char| !c.is_alphanumeric() && c != ':' && c != '_');
                     found.insert(name.into_iter().next().unwrap_or_default().to_string());
                 }
+                if line.contains("Policy") {
+                    let module = path.strip_prefix(&root).unwrap().components().next().unwrap();
+                    of_policy.insert(module.as_os_str().to_string_lossy().into_owned());
+                }
                 let pointers = [": fn(", "<fn(", "&fn(", "[fn(", "extern \"C\" fn("];
                 assert!(!pointers.iter().any(|p| line.contains(p)), "{}: {line}", path.display());
             }
         }
     }
     assert_eq!(found, ["Clock".to_string(), "Policy".into()].into());
+    // Nobody else can name its methods.
+    assert_eq!(of_policy, CORE_TRAITS[1].1.iter().map(|module| module.to_string()).collect());
 }
