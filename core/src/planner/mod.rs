@@ -8,6 +8,8 @@ mod gains;
 mod options;
 mod report;
 mod start;
+#[cfg(test)]
+mod tests;
 mod workspace;
 
 pub use evidence::{Evidence, Fallback, StageEvidence, VERSION, output_checksum};
