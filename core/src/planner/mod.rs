@@ -9,6 +9,8 @@ pub mod memory;
 mod options;
 mod report;
 mod start;
+#[cfg(test)]
+mod tests;
 mod workspace;
 
 pub use evidence::{Evidence, Fallback, StageEvidence, VERSION, output_checksum};

@@ -190,3 +190,69 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution
             && self.row_multiplier.iter().all(|v| finite(v.as_slice()))
     }
 }
+
+#[cfg(test)]
+impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX, NU, NR> {
+    /// Overwrites all of it.
+    pub(crate) fn fill(&mut self, value: f64) {
+        for stage in &mut self.stages {
+            stage.hessian_xx.fill(value);
+            stage.hessian_ux.fill(value);
+            stage.hessian_uu.fill(value);
+            stage.a.fill(value);
+            stage.b.fill(value);
+            stage.row_x.fill(value);
+            for vector in
+                [&mut stage.gradient_x, &mut stage.c, &mut stage.lower_x, &mut stage.upper_x]
+            {
+                vector.fill(value);
+            }
+            for vector in [&mut stage.gradient_u, &mut stage.lower_u, &mut stage.upper_u] {
+                vector.fill(value);
+            }
+            stage.row_offset.fill(value);
+        }
+        (self.constant, self.defect_weight, self.row_weight) = (value, value, value);
+    }
+}
+
+#[cfg(test)]
+impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution<N, NX, NU, NR> {
+    /// Overwrites all of it.
+    pub(crate) fn fill(&mut self, value: f64) {
+        for states in [&mut self.x, &mut self.defect_multiplier, &mut self.bound_multiplier_x] {
+            states.iter_mut().for_each(|vector| vector.fill(value));
+        }
+        for controls in [&mut self.u, &mut self.bound_multiplier_u] {
+            controls.iter_mut().for_each(|vector| vector.fill(value));
+        }
+        self.row_multiplier.iter_mut().for_each(|vector| vector.fill(value));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn multipliers_beyond_their_bounds_are_seen() {
+        let sound = Solution::<3, 2, 1, 1> {
+            defect_multiplier: [SVector::from([-4.0, 4.0]); 3],
+            row_multiplier: [SVector::from([4.0]); 3],
+            // Steps and bounds' multipliers have no such bounds.
+            x: [SVector::from([1e9, 0.0]); 3],
+            bound_multiplier_x: [SVector::from([f64::NAN, 1e9]); 3],
+            ..Solution::ZERO
+        };
+        assert!(sound.multipliers_are_within(4.0));
+        assert!(!sound.multipliers_are_within(3.9));
+        for value in [f64::NAN, f64::INFINITY, -1e300] {
+            let mut damaged = sound.clone();
+            damaged.defect_multiplier[2][1] = value;
+            assert!(!damaged.multipliers_are_within(4.0), "{value}");
+            let mut damaged = sound.clone();
+            damaged.row_multiplier[0][0] = value;
+            assert!(!damaged.multipliers_are_within(4.0), "{value}");
+        }
+    }
+}

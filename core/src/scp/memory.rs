@@ -45,6 +45,33 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Default
     }
 }
 
+#[cfg(test)]
+impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Scratch<N, NX, NU, NR> {
+    /// Overwrites all of it.
+    pub(crate) fn fill(&mut self, value: f64) {
+        self.qp.fill(value);
+        self.step.fill(value);
+        self.correction.fill(value);
+        for residuals in [&mut self.residuals, &mut self.trial_residuals, &mut self.searched] {
+            residuals.cost = value;
+            residuals.defect.iter_mut().for_each(|vector| vector.fill(value));
+            residuals.row.iter_mut().for_each(|vector| vector.fill(value));
+            residuals.ignored_defect.fill(value);
+            residuals.ignored_row.fill(value);
+        }
+        self.c.iter_mut().for_each(|vector| vector.fill(value));
+        self.row_offset.iter_mut().for_each(|vector| vector.fill(value));
+    }
+}
+
+#[cfg(test)]
+impl<T: Copy> Iterates<T> {
+    /// Overwrites all trajectories.
+    pub(crate) fn fill(&mut self, with: T) {
+        (self.trajectory, self.trial, self.corrected, self.best) = (with, with, with, with);
+    }
+}
+
 /// The trajectories of one problem, and the log of how the loop came by them; the caller keeps
 /// them.
 #[derive(Clone, Debug)]

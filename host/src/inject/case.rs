@@ -382,3 +382,69 @@ impl Draw {
 fn moment(node: usize, at: usize, layers: usize) -> u32 {
     (node * (layers + 3) + at) as u32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learned::Learned;
+    use crate::method::Integrator;
+    use std::collections::HashSet;
+
+    fn layout() -> (Layout, usize) {
+        let learned = Learned::built_in(Integrator::EULER);
+        let length = Learned::built_in_file(Integrator::EULER).len();
+        (Layout::new(learned.model().unwrap(), length, (96, NODES)).unwrap(), length)
+    }
+
+    #[test]
+    fn spans_cover_the_file() {
+        let (layout, length) = layout();
+        let mut at = 0;
+        for Span { name, bytes, size } in &layout.spans {
+            assert_eq!((bytes.start, bytes.len() % size), (at, 0), "{name}");
+            at = bytes.end;
+        }
+        assert_eq!(at, length);
+        assert_eq!(layout.spans.last().unwrap().bytes.len(), 4);
+    }
+
+    #[test]
+    fn every_fault_strikes_something_that_is_there() {
+        let (layout, length) = layout();
+        let mut kinds = HashSet::new();
+        for number in 0..8000 {
+            let case = Drawn::new(1, number, 60).case(13, &layout);
+            assert_eq!(case.fault.site(), Site::of(number));
+            assert!(case.scenario < 60);
+            let place = case.fault.place();
+            assert!(place.node < NODES, "{case:?}");
+            kinds.insert((Site::of(number), place.kind));
+            match case.fault {
+                Fault::File { checked, byte, part, .. } => {
+                    assert!(byte < length && !(checked && part == "checksum"), "{byte} {part}");
+                }
+                Fault::Memory { strike, .. } => assert!(strike.call < 59 * 6, "{strike:?}"),
+                Fault::Start { field, element, bit, .. } => {
+                    assert!(element < START_FIELDS[field].1 && bit < 64);
+                }
+                Fault::Program { solution, call, field, element, bit, .. } => {
+                    let fields: &[_] = if solution { &SOLUTION_FIELDS } else { &PROGRAM_FIELDS };
+                    assert!(element < fields[field].1 && bit < 64 && call < 13);
+                }
+            }
+        }
+        // Fields of tensors with header and checksum, then without the latter; parts of the memory;
+        // fields of a start, before and after; of programs and solutions.
+        assert_eq!(kinds.len(), 9 + 8 + 6 + 4 + 2 * 6 + 17 + 6, "{kinds:?}");
+    }
+
+    /// One case for ever, so that no change of a library can pass unseen.
+    #[test]
+    fn the_draw_never_changes() {
+        let case = Drawn::new(1, 110, 60).case(14, &layout().0);
+        assert_eq!((case.scenario, case.fault.site()), (54, Site::QpData));
+        let place = case.fault.place();
+        assert_eq!((place.part.as_str(), place.moment, place.node), ("lower_u", 0, 43));
+        assert_eq!((place.element, place.bit), (5, 56));
+    }
+}

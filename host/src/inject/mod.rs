@@ -256,7 +256,7 @@ impl Bench<'_> {
         reference: &Reference,
         attempt: &mut Attempt,
     ) {
-        let is_due = case.number / Site::ALL.len() as u64 % LEAK_EVERY == 0;
+        let is_due = (case.number / Site::ALL.len() as u64).is_multiple_of(LEAK_EVERY);
         if is_due || attempt.ran.ended.status != Status::Solved {
             let plan = AssertUnwindSafe(|| worker.sound(&self.setup, case.scenario));
             let leaks = catch_unwind(plan).map_or(true, |ended| ended != reference.learned);

@@ -92,7 +92,7 @@ impl Worker {
                 flip_start(&mut start, (field, node, element, bit));
                 match accepted {
                     true => {
-                        let ended = machine.from_accepted(setup, index, reference, &start);
+                        let ended = machine.plan_accepted(setup, index, reference, &start);
                         (ended, reference.accepted, None)
                     }
                     false => {
@@ -183,7 +183,7 @@ impl Worker {
         reference.given =
             machine.fly(setup, index, &mut Start::Given(&reference.rolled), None).ended;
         lap();
-        reference.accepted = machine.from_accepted(setup, index, &reference, &reference.clipped);
+        reference.accepted = machine.plan_accepted(setup, index, &reference, &reference.clipped);
         lap();
         // Last: a case whose file is refused leaves these logs.
         reference.refused = machine.fly(setup, index, &mut Start::Refused, None).ended;
@@ -205,6 +205,8 @@ struct Flown {
     met: Option<Met>,
     /// Programs that were solved.
     programs: u32,
+    /// Whether the network's memory was struck.
+    struck: bool,
 }
 
 impl Machine {
@@ -225,7 +227,8 @@ impl Machine {
             None => Start::Refused,
         };
         let solver = StruckSolver::new(solver, copy, program);
-        fly(setup, index, &mut start, solver, workspace)
+        let flown = fly(setup, index, &mut start, solver, workspace);
+        Flown { struck: upset.is_struck(), ..flown }
     }
 
     /// Plans from any start.
@@ -242,7 +245,7 @@ impl Machine {
 
     /// Stage 2 from a start that nobody looks at any more, along the path of the reference; the
     /// whole plan from the heuristic where that is not solved, as the planner does it.
-    fn from_accepted(
+    fn plan_accepted(
         &mut self,
         setup: &Setup<'_>,
         index: usize,
@@ -357,7 +360,7 @@ fn fly(
         is_wrong: judge.is_wrong(&claim, plan) || evidence.status != report.status,
         is_bounded: is_bounded(&setup.options, &report, solver.calls),
     };
-    Flown { ended, met: solver.met, programs: solver.calls }
+    Flown { ended, met: solver.met, programs: solver.calls, struck: false }
 }
 
 /// Whether a plan took no more work than its settings allow: Stage 1 its start besides, Stage 2 a
@@ -376,4 +379,36 @@ fn is_bounded(options: &Options, report: &Report, programs: u32) -> bool {
         && one.corrections <= translation.max_corrections * most[0]
         && two.corrections <= learned.max_corrections.max(reorientation.max_corrections) * most[1]
         && u64::from(one.qp_iterations + two.qp_iterations) <= u64::from(each) * u64::from(programs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::case::{Drawn, Layout, Site};
+    use super::*;
+    use crate::formats::ScenarioSet;
+    use crate::learned::Learned;
+    use crate::method::Integrator;
+    use remora_core::stages::Mode;
+
+    /// The memory's uses are counted as the cases count them: no strike misses.
+    #[test]
+    fn every_strike_of_the_networks_memory_hits() {
+        let (mission, integrator) = (Mission::default(), Integrator::EULER);
+        let learned = Learned::built_in(integrator);
+        let model = learned.model().unwrap();
+        let file = Learned::built_in_file(integrator);
+        let scenarios = &ScenarioSet::built_in().unwrap().scenarios[..1];
+        let options = Options::new(Mode::Feasible, integrator.core());
+        let setup = Setup { mission: &mission, scenarios, options, file, model };
+        let layout = Layout::new(model, file.len(), MEMORY).unwrap();
+        let mut worker = Worker::new(&setup);
+        let mut strike = |number| {
+            let case = Drawn::new(3, number, 1).case(10, &layout);
+            let Fault::Memory { strike, .. } = case.fault else { return };
+            let flown = worker.machine.learned(&setup, 0, model, Some(strike), None);
+            assert!(flown.struck, "{case:?}");
+        };
+        let sites = [Site::Activations, Site::KvCache];
+        (0..400).filter(|number| sites.contains(&Site::of(*number))).for_each(&mut strike);
+    }
 }

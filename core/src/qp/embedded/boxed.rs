@@ -66,6 +66,15 @@ impl<const D: usize> Side<D> {
     }
 }
 
+#[cfg(test)]
+impl<const D: usize> Boxed<D> {
+    /// Storage that holds anything.
+    pub fn filled(value: f64) -> Self {
+        let side = Side { distance: [value; D], multiplier: [value; D], inverse: [value; D] };
+        Self { value: [value; D], lower: side, upper: side }
+    }
+}
+
 impl<const D: usize> Boxed<D> {
     /// Free variables at zero: all bits zero.
     pub const FREE: Self = Self { value: [0.0; D], lower: Side::NONE, upper: Side::NONE };

@@ -29,6 +29,22 @@ pub(super) struct Joint<const NX: usize> {
     pub slope: [f64; NX],
 }
 
+#[cfg(test)]
+impl<const NX: usize> Joint<NX> {
+    /// Storage that holds anything.
+    pub fn filled(value: f64) -> Self {
+        let (matrix, vector) = ([[value; NX]; NX], [value; NX]);
+        Self {
+            stiffness: matrix,
+            forward: matrix,
+            backward: matrix,
+            compliance: vector,
+            free: vector,
+            slope: vector,
+        }
+    }
+}
+
 impl<const NX: usize> Joint<NX> {
     /// Storage.
     pub const ZERO: Self = Self {

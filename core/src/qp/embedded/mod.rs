@@ -191,6 +191,22 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
     }
 }
 
+#[cfg(test)]
+impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> EmbeddedQp<N, NX, NU, NR> {
+    /// Overwrites all that it works with.
+    pub(crate) fn fill(&mut self, value: f64) {
+        let entries =
+            Entries { x: [value; NX], u: [value; NU], dynamics: [value; NX], row: [value; NR] };
+        self.nodes.fill(Node::filled(value));
+        self.intervals.fill(Interval::filled(value));
+        self.initial = [[value; NX]; NX];
+        for all in [&mut self.gradient, &mut self.affine, &mut self.step] {
+            all.fill(entries);
+        }
+        (self.pairs, self.solved) = (value, true);
+    }
+}
+
 impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Default
     for EmbeddedQp<N, NX, NU, NR>
 {

@@ -71,6 +71,22 @@ pub(super) struct Node<const NX: usize, const NU: usize, const NR: usize> {
     pub free_row: [f64; NR],
 }
 
+#[cfg(test)]
+impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
+    /// Storage that holds anything.
+    pub fn filled(value: f64) -> Self {
+        Self {
+            x: Boxed::filled(value),
+            u: Boxed::filled(value),
+            dynamics: Boxed::filled(value),
+            row: Boxed::filled(value),
+            free_x: [value; NX],
+            free_u: [value; NU],
+            free_row: [value; NR],
+        }
+    }
+}
+
 /// A program that can't be started on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unfit {
@@ -151,6 +167,8 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
         let (Some(bound_u), Some(dynamics), true) =
             (from.bound_multiplier_u.get(k), from.defect_multiplier.get(k), k + 1 < N)
         else {
+            // Nothing moves them, but a flipped bit would stay here for all programs to come.
+            (self.u, self.dynamics, self.free_u) = (Boxed::FREE, Boxed::FREE, [0.0; NU]);
             return Ok(());
         };
         for i in 0..NU {

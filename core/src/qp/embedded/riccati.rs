@@ -27,6 +27,21 @@ pub(super) struct Interval<const NX: usize, const NU: usize> {
     feedforward: [f64; NU],
 }
 
+#[cfg(test)]
+impl<const NX: usize, const NU: usize> Interval<NX, NU> {
+    /// Storage that holds anything.
+    pub fn filled(value: f64) -> Self {
+        Self {
+            a_transposed: [[value; NX]; NX],
+            b_transposed: [[value; NU]; NX],
+            joint: Joint::filled(value),
+            control: [[value; NU]; NU],
+            gain: [[value; NX]; NU],
+            feedforward: [value; NU],
+        }
+    }
+}
+
 impl<const NX: usize, const NU: usize> Interval<NX, NU> {
     pub const ZERO: Self = Self {
         a_transposed: [[0.0; NX]; NX],
