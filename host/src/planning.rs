@@ -200,6 +200,7 @@ fn run<S: Solver>(
     mut solver: S,
     place: Place<'_>,
 ) -> (Report, Option<Vec<Gain>>) {
+    place.threads.prepare();
     let environment = Environment { clock: place.clock, pair: place.threads };
     let mut planned = |start: &mut Start<'_>| {
         let scenario = scenario.scenario();

@@ -7,6 +7,7 @@ mod dataset;
 mod draw;
 mod foreign;
 mod plan;
+mod profile;
 mod qp_export;
 mod quantise;
 mod refusals;
