@@ -33,7 +33,7 @@ fn every_case_makes_the_same_plans() {
         scenarios: ScenarioSet::built_in().unwrap().scenarios[..2].to_vec(),
         mission: Mission::default(),
         configurations: Configuration::all()[..2].to_vec(),
-        rounds: Rounds { euler: 2, rk4: 1 },
+        rounds: Rounds { euler: 2, euler_second_core: 2, rk4: 1 },
         cores: None,
     };
     let mut count = Count::default();
