@@ -5,8 +5,8 @@
 ///
 /// What they compute must not depend on who runs them, so an implementation may run them one
 /// after the other in either order, or at the same time. It must not return before both are done.
-/// Planning calls it a few times an iteration with pieces of equal size, 0.05 to 1 ms each on a
-/// desktop, and never from within a piece.
+/// Planning calls it some ten times an iteration with pieces of about equal size, 0.02 to 1 ms each
+/// on a desktop, and never from within a piece: whoever runs the second piece had better be awake.
 pub trait Pair: Sync {
     /// The results of `a` and `b`.
     fn join<A: Send, B: Send>(

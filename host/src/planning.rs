@@ -217,6 +217,7 @@ fn run<S: Solver>(
     solver: &mut S,
     place: Place<'_>,
 ) -> Report {
+    place.threads.prepare();
     let environment = Environment { clock: place.clock, pair: place.threads };
     let mut planned = |start: &mut Start<'_>| {
         let scenario = scenario.scenario();

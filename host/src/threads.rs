@@ -5,9 +5,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use remora_core::pair::{Pair, Sequential};
 use std::hint;
 use std::num::NonZeroUsize;
-use std::sync::Arc;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
@@ -35,7 +34,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 
 /// How long a helper without work stays awake: longer than a plan goes on between two pieces of
 /// work that are handed over. To wake a thread takes a kernel as long as small pieces take.
-const AWAKE: Duration = Duration::from_millis(3);
+const AWAKE: Duration = Duration::from_millis(10);
 
 /// How long the calling thread waits for the other piece before it goes to sleep over it.
 const WATCHFUL: Duration = Duration::from_millis(1);
@@ -186,6 +185,15 @@ impl Pair for Threads {
                 Some(helped) => helped.join(a, b),
                 None => rayon::join(a, b),
             }),
+        }
+    }
+}
+
+impl Threads {
+    /// Wakes the helper, where there is one: work will come within some milliseconds.
+    pub(crate) fn prepare(&self) {
+        if *self == Self::Two {
+            WITH_HELPER.with(|helped| helped.iter().for_each(|helped| helped.state.wake()));
         }
     }
 }

@@ -15,9 +15,8 @@ impl Instructions {
     /// # Errors
     /// Why there is none: virtual machines often have none, and systems may forbid it.
     pub fn open() -> Result<Self, String> {
-        let refused = |error: std::io::Error| error.to_string();
-        let mut counter = perf_event::Builder::new().build().map_err(refused)?;
-        counter.enable().map_err(refused)?;
+        let mut counter = perf_event::Builder::new().build().map_err(|error| reason(&error))?;
+        counter.enable().map_err(|error| reason(&error))?;
         let opened = Self { counter: counter.into() };
         let before = opened.seconds();
         std::hint::black_box((0..1000u64).fold(0, |sum, i| std::hint::black_box(sum ^ i)));
@@ -25,6 +24,19 @@ impl Instructions {
             counted if counted >= 1000.0 => Ok(opened),
             _ => Err("the counter does not count".into()),
         }
+    }
+}
+
+/// Why a counter cannot be had.
+#[cfg(target_os = "linux")]
+fn reason(error: &std::io::Error) -> String {
+    use std::io::ErrorKind;
+    match error.kind() {
+        ErrorKind::NotFound | ErrorKind::Unsupported => "this machine has no such counter".into(),
+        ErrorKind::PermissionDenied => {
+            "not permitted, see /proc/sys/kernel/perf_event_paranoid".into()
+        }
+        _ => error.to_string(),
     }
 }
 
@@ -50,6 +62,15 @@ impl Clock for Instructions {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn reasons_are_for_people() {
+        let reason = |code| reason(&std::io::Error::from_raw_os_error(code));
+        // ENOENT, EACCES.
+        assert_eq!(reason(2), "this machine has no such counter");
+        assert!(reason(13).contains("perf_event_paranoid"));
+    }
 
     /// Where there is a counter, more work counts more; where there is none, the reason is told.
     #[test]

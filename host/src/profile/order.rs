@@ -57,6 +57,12 @@ pub enum Case {
     Portfolio,
 }
 
+impl Case {
+    /// All of them, in the order in which they take turns.
+    pub const ALL: [Self; 5] =
+        [Self::OneCore, Self::TwoCores, Self::TwoPlans, Self::Counted, Self::Portfolio];
+}
+
 /// One measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Job {
@@ -73,30 +79,45 @@ pub struct Job {
 /// How often every scenario is planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rounds {
-    /// With Euler.
+    /// With Euler on one core.
     pub euler: usize,
+    /// With Euler in the cases of two cores.
+    pub euler_second_core: usize,
     /// With RK4.
     pub rk4: usize,
 }
 
 impl Rounds {
     /// Rounds by default: with the 60 built-in scenarios a configuration of Euler is measured a
-    /// thousand times, and all takes less than four minutes.
+    /// thousand times on one core, and all takes less than four minutes.
     pub const DEFAULT: Self = Self::of(17);
 
-    /// So many rounds with Euler; RK4's plans take long and get an eighth of them, rounded up.
+    /// So many rounds with Euler on one core, a third as many on two. RK4's plans take long and get
+    /// a ninth. Parts of rounds are rounds.
     pub const fn of(euler: usize) -> Self {
-        Self { euler, rk4: euler.div_ceil(8) }
+        Self { euler, euler_second_core: euler.div_ceil(3), rk4: euler.div_ceil(9) }
     }
 
-    fn for_integrator(self, integrator: Integrator) -> usize {
-        if integrator == Integrator::EULER { self.euler } else { self.rk4 }
+    /// Rounds in all.
+    fn all(self) -> usize {
+        self.euler.max(self.euler_second_core).max(self.rk4)
+    }
+
+    /// Whether a case takes part in a round. Those with fewer rounds than there are have them
+    /// evenly spread, the first being the first. Instructions are counted once: they hardly vary.
+    fn has(self, integrator: Integrator, case: Case, round: usize) -> bool {
+        let own = match (integrator == Integrator::EULER, case) {
+            (_, Case::Counted) => return round == 0,
+            (true, Case::OneCore) => self.euler,
+            (true, _) => self.euler_second_core,
+            (false, _) => self.rk4,
+        };
+        round * own % self.all().max(1) < own
     }
 }
 
 /// All measurements in order: scenario by scenario every configuration takes its turn in every
-/// case, then the next scenario, then the next round. Instructions are counted in the first round
-/// only (they hardly vary), and not where there `is_counted` none.
+/// case, then the next scenario, then the next round. Without a counter nothing `is_counted`.
 pub(super) fn order(
     configurations: &[Configuration],
     scenarios: usize,
@@ -104,20 +125,19 @@ pub(super) fn order(
     is_counted: bool,
 ) -> Vec<Job> {
     let mut jobs = Vec::new();
-    for round in 0..rounds.euler.max(rounds.rk4) {
+    for round in 0..rounds.all() {
         for scenario in 0..scenarios {
             for (number, configuration) in configurations.iter().enumerate() {
-                if round >= rounds.for_integrator(configuration.integrator) {
-                    continue;
-                }
+                let is_due = |case: &Case| {
+                    let is_possible = match case {
+                        Case::Counted => is_counted,
+                        Case::Portfolio => partner(configurations, number).is_some(),
+                        _ => true,
+                    };
+                    is_possible && rounds.has(configuration.integrator, *case, round)
+                };
                 let job = |case| Job { round, scenario, configuration: number, case };
-                jobs.extend([Case::OneCore, Case::TwoCores, Case::TwoPlans].map(job));
-                if is_counted && round == 0 {
-                    jobs.push(job(Case::Counted));
-                }
-                if partner(configurations, number).is_some() {
-                    jobs.push(job(Case::Portfolio));
-                }
+                jobs.extend(Case::ALL.into_iter().filter(is_due).map(job));
             }
         }
     }
@@ -150,7 +170,7 @@ mod tests {
     fn configurations_take_turns_scenario_by_scenario() {
         let all = Configuration::all();
         let two = [all[0], all[1]];
-        let jobs = order(&two, 2, Rounds { euler: 2, rk4: 1 }, false);
+        let jobs = order(&two, 2, Rounds { euler: 2, euler_second_core: 2, rk4: 1 }, false);
         let turn: Vec<_> = jobs.iter().map(|job| (job.configuration, job.case)).collect();
         let expected = [
             (0, Case::OneCore),
@@ -167,18 +187,29 @@ mod tests {
     }
 
     #[test]
-    fn rk4_has_fewer_rounds_and_instructions_are_counted_once() {
+    fn some_have_fewer_rounds_and_instructions_are_counted_once() {
         let all = Configuration::all();
-        let jobs = order(&all, 3, Rounds { euler: 4, rk4: 1 }, true);
-        let count = |case, rk4: bool| {
-            let is_rk4 = |job: &&Job| (all[job.configuration].integrator == Integrator::RK4) == rk4;
-            jobs.iter().filter(|job| job.case == case).filter(is_rk4).count()
+        let jobs = order(&all, 3, Rounds { euler: 4, euler_second_core: 2, rk4: 1 }, true);
+        let count = |case| {
+            let is_euler = |job: &&&Job| all[job.configuration].integrator == Integrator::EULER;
+            let jobs: Vec<&Job> = jobs.iter().filter(|job| job.case == case).collect();
+            let euler = jobs.iter().filter(is_euler).count();
+            (euler, jobs.len() - euler)
         };
-        assert_eq!((count(Case::OneCore, false), count(Case::OneCore, true)), (48, 12));
-        assert_eq!((count(Case::Counted, false), count(Case::Counted, true)), (12, 12));
-        assert_eq!((count(Case::Portfolio, false), count(Case::Portfolio, true)), (24, 6));
-        assert_eq!(Rounds::of(1), Rounds { euler: 1, rk4: 1 });
-        assert_eq!(Rounds::DEFAULT, Rounds { euler: 17, rk4: 3 });
+        assert_eq!(Case::ALL.map(count), [(48, 12), (24, 12), (24, 12), (12, 12), (12, 6)]);
+    }
+
+    #[test]
+    fn fewer_rounds_are_evenly_spread() {
+        let due = |integrator, case| {
+            let is_due = |round: &usize| Rounds::DEFAULT.has(integrator, case, *round);
+            (0..Rounds::DEFAULT.all()).filter(is_due).collect::<Vec<_>>()
+        };
+        assert_eq!(due(Integrator::EULER, Case::OneCore).len(), 17);
+        assert_eq!(due(Integrator::EULER, Case::TwoCores), [0, 3, 6, 9, 12, 15]);
+        assert_eq!(due(Integrator::RK4, Case::TwoPlans), [0, 9]);
+        assert_eq!(due(Integrator::RK4, Case::Counted), [0]);
+        assert_eq!(Rounds::of(1), Rounds { euler: 1, euler_second_core: 1, rk4: 1 });
     }
 
     #[test]

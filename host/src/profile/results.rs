@@ -205,14 +205,14 @@ impl ConfigurationProfile {
         let cases = [Case::OneCore, Case::TwoCores, Case::TwoPlans];
         let [one, two, both] = cases.map(|case| run.of(number, case));
         let counted = run.of(number, Case::Counted);
-        // Cases take turns: plans at the same place are of the same scenario and round.
         let ratio = |of: Phase| {
-            let pairs = one.iter().zip(&two).map(|(one, two)| (of(&one.times), of(&two.times)));
+            let pairs = paired(&one, &two).map(|(one, two)| (of(&one.times), of(&two.times)));
             median_ratio(pairs)
         };
-        let twice = one.iter().zip(&both).map(|(one, both)| (2.0 * one.wall_s, both.wall_s));
+        let twice = paired(&one, &both).map(|(one, both)| (2.0 * one.wall_s, both.wall_s));
         let p99 =
             |samples: &[&Sample]| Spread::of(samples.iter().map(|sample| sample.times.total_s)).p99;
+        let beside: Vec<&Sample> = paired(&one, &both).map(|(one, _)| one).collect();
         Self {
             name: configuration.name(),
             configuration,
@@ -223,7 +223,7 @@ impl ConfigurationProfile {
             linearisation_ratio: ratio(|times| times.linearise_s),
             plan_ratio: ratio(|times| times.total_s),
             throughput_ratio: median_ratio(twice),
-            interference_p99_ratio: p99(&both) / p99(&one).max(f64::MIN_POSITIVE),
+            interference_p99_ratio: p99(&both) / p99(&beside).max(f64::MIN_POSITIVE),
         }
     }
 
@@ -240,6 +240,18 @@ impl ConfigurationProfile {
             bar("throughput of two plans at once", THROUGHPUT_BAR, self.throughput_ratio),
         ]
     }
+}
+
+/// Plans of the same scenario and round, which were made next to each other. Both are in order.
+fn paired<'a>(
+    a: &'a [&'a Sample],
+    b: &'a [&'a Sample],
+) -> impl Iterator<Item = (&'a Sample, &'a Sample)> {
+    let key = |sample: &Sample| (sample.job.round, sample.job.scenario);
+    b.iter().filter_map(move |b| {
+        let at = a.binary_search_by_key(&key(b), |a| key(a)).ok()?;
+        Some((a[at], *b))
+    })
 }
 
 /// The spread of every phase.
@@ -288,10 +300,18 @@ impl PortfolioProfile {
         let model = run.of(number, Case::OneCore);
         let races: Vec<&RaceSample> =
             run.races.iter().filter(|race| race.job.configuration == number).collect();
-        let times = |samples: &[&Sample]| Spread::of(samples.iter().map(|sample| sample.wall_s));
-        let both = |choose: fn(f64, f64) -> f64| {
-            let pairs = heuristic.iter().zip(&model);
-            Spread::of(pairs.map(|(heuristic, model)| choose(heuristic.wall_s, model.wall_s)))
+        let is_raced = |sample: &Sample| {
+            let same = |race: &&RaceSample| {
+                (race.job.round, race.job.scenario) == (sample.job.round, sample.job.scenario)
+            };
+            races.iter().any(same)
+        };
+        let alone: Vec<(f64, f64)> = paired(&heuristic, &model)
+            .filter(|(heuristic, _)| is_raced(heuristic))
+            .map(|(heuristic, model)| (heuristic.wall_s, model.wall_s))
+            .collect();
+        let of = |choose: fn(f64, f64) -> f64| {
+            Spread::of(alone.iter().map(|(heuristic, model)| choose(*heuristic, *model)))
         };
         let wins = |who| races.iter().filter(|race| race.is_won && race.winner == who).count();
         let Configuration { integrator, mode, .. } = run.configurations[number];
@@ -299,10 +319,10 @@ impl PortfolioProfile {
             integrator,
             mode,
             race_s: Spread::of(races.iter().map(|race| race.time_s)),
-            heuristic_s: times(&heuristic),
-            model_s: times(&model),
-            best_s: both(f64::min),
-            worst_s: both(f64::max),
+            heuristic_s: of(|heuristic, _| heuristic),
+            model_s: of(|_, model| model),
+            best_s: of(f64::min),
+            worst_s: of(f64::max),
             stop_s: Spread::of(races.iter().filter_map(|race| race.stop_s)),
             heuristic_wins: wins(WarmStart::Heuristic),
             model_wins: wins(WarmStart::Model),
@@ -343,7 +363,7 @@ mod tests {
 
     fn profile() -> Profile {
         let configurations = &Configuration::all()[..2];
-        let rounds = Rounds { euler: 1, rk4: 1 };
+        let rounds = Rounds { euler: 2, euler_second_core: 1, rk4: 1 };
         let jobs = order(configurations, 3, rounds, true);
         let (races, plans): (Vec<Job>, Vec<Job>) =
             jobs.into_iter().partition(|job| job.case == Case::Portfolio);
@@ -368,9 +388,10 @@ mod tests {
         // Median scenario: 2 (16 + 1) / (20 + 1).
         assert!((first.throughput_ratio - 34.0 / 21.0).abs() < 1e-12);
         assert_eq!(first.interference_p99_ratio, 1.25);
-        assert_eq!((first.one_core.plans, first.one_core.solved), (3, 2));
-        assert_eq!(first.one_core.involuntary_switches, 9);
-        assert_eq!(first.one_core.linearise_call_s.n, 6);
+        assert_eq!((first.one_core.plans, first.one_core.solved), (6, 4));
+        assert_eq!((first.two_cores.plans, first.two_plans.plans), (3, 3));
+        assert_eq!(first.one_core.involuntary_switches, 18);
+        assert_eq!(first.one_core.linearise_call_s.n, 12);
         assert_eq!(first.one_core.phase("whole_plan").median, 16.0);
         assert_eq!(first.instructions.as_ref().unwrap()[3].spread.median, 1e6);
         let met: Vec<bool> = profile.bars.iter().map(|bar| bar.is_met).collect();
@@ -380,7 +401,7 @@ mod tests {
         let portfolio = &profile.portfolios[0];
         assert_eq!((portfolio.heuristic_wins, portfolio.model_wins, portfolio.unsolved), (1, 1, 1));
         assert_eq!((portfolio.race_s.median, portfolio.best_s.median), (5.0, 17.0));
-        assert_eq!(portfolio.stop_s.n, 3);
+        assert_eq!((portfolio.stop_s.n, portfolio.heuristic_s.n), (3, 3));
     }
 
     #[test]
@@ -391,7 +412,7 @@ mod tests {
         assert_eq!(case["phase_s"][7]["phase"], "whole_plan");
         assert_eq!(case["phase_s"][7]["median"], 16.0);
         assert_eq!(case["phase_s"][7]["p999"], serde_json::Value::Null);
-        assert_eq!(case["plan_samples_s"].as_array().unwrap().len(), 3);
+        assert_eq!(case["plan_samples_s"].as_array().unwrap().len(), 6);
         assert_eq!(json["configurations"][1]["configuration"]["warm_start"], "model");
         assert_eq!(json["portfolios"][0]["model_wins"], 1);
         assert_eq!(rounded(0.01234567891), 0.0123457);

@@ -148,8 +148,9 @@ impl<'a> Bench<'a> {
     /// Everything once or twice, so that memory is there, threads run and caches are warm.
     fn warm_up(&mut self) {
         let scenarios = self.profiler.scenarios.len().min(WARM_UP_PLANS);
-        let rounds = Rounds { euler: 1, rk4: 1 };
-        for job in order(&self.profiler.configurations, scenarios, rounds, self.counter.is_some()) {
+        let is_counted = self.counter.is_some();
+        let jobs = order(&self.profiler.configurations, scenarios, Rounds::of(1), is_counted);
+        for job in jobs {
             match job.case {
                 Case::Portfolio => drop(self.race(job)),
                 _ => drop(self.measure(job)),

@@ -41,7 +41,7 @@ pub fn profile_preamble(profile: &Profile) -> String {
         .map_or("counted".into(), |reason| format!("not counted ({reason})"));
     format!(
         "{}, {cores}\n\
-         {} scenarios; rounds: Euler {}, RK4 {}; {} warm-up plans discarded in each case\n\
+         {} scenarios; rounds: Euler {} ({} on two cores), RK4 {}; {} warm-up plans discarded in each case\n\
          load {} before, {} after; all cores together idle {}, stolen {}\n\
          timer: resolution {}, overhead {}; instructions: {counter}\n\
          jitter is max - min, tail is p99 - median; p99.9 needs a thousand measurements\n\
@@ -49,6 +49,7 @@ pub fn profile_preamble(profile: &Profile) -> String {
         machine.processor,
         profile.scenarios,
         rounds.euler,
+        rounds.euler_second_core,
         rounds.rk4,
         profile.warm_up_plans,
         load(machine.load_before),

@@ -9,6 +9,7 @@ mod draw;
 mod foreign;
 mod inject;
 mod plan;
+mod profile;
 mod qp_export;
 mod quantise;
 mod refusals;

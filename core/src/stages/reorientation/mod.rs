@@ -418,15 +418,13 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let half = |first: usize, stages: &mut [Stage<NX, NU, NR>]| {
             for (k, stage) in (first..N).zip(stages) {
                 self.linearise_at(k, z, None, &convex, stage);
+                stage.hessian_uu = SMatrix::from_diagonal(&convex);
+                for i in 3..3 + NL {
+                    stage.hessian_xx[(i, i)] = PROXIMITY;
+                }
             }
         };
         self.pair.join(|| half(0, early), || half(N / 2, late));
-        for stage in &mut qp.stages {
-            stage.hessian_uu = SMatrix::from_diagonal(&convex);
-            for i in 3..3 + NL {
-                stage.hessian_xx[(i, i)] = PROXIMITY;
-            }
-        }
     }
 
     fn bound(&self, z: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NR>) {
