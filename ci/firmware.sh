@@ -224,14 +224,15 @@ expect() {
 # in_parallel JOB... - runs jobs, each a function with its arguments, as many at a time as there are
 # processors; notes those that fail.
 in_parallel() {
-    local job
+    local job place=0
     for job in "$@"; do
+        place=$((place + 1))
         while [ "$(jobs -rp | wc -l)" -ge "$(nproc)" ]; do wait -n || true; done
         (
             trap '[ $? -eq 0 ] || echo "$job failed" >>"$out/broken"' EXIT
             began=$SECONDS
             $job
-            echo "$job: $((SECONDS - began)) s"
+            echo "[$place of $#] $job: $((SECONDS - began)) s"
         ) &
     done
     wait
