@@ -125,6 +125,8 @@ impl<'a> Model<'a> {
     ///
     /// # Errors
     /// The first reason found against it: nothing of a refused file is used.
+    // An entry point: the stack below it has a bound of its own.
+    #[inline(never)]
     pub fn open(bytes: &'a [u8]) -> Result<Self, ModelError> {
         Self::open_with(bytes, Crc32::of)
     }

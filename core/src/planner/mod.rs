@@ -39,6 +39,8 @@ impl<S: QpSolver<NODES, { size::NX }, { size::NU }, { size::NR }>> Solver for S 
 /// has passed nothing more is tried: a stage that has not begun is left at its start (Stage 1
 /// coasting, Stage 2 at its start). What is left is verified in any case, and
 /// [`Report::is_verified`] tells whether it can be flown.
+// An entry point: the stack below it has a bound of its own.
+#[inline(never)]
 pub fn plan<S: Solver, P: Pair>(
     mission: &Mission<LINKS>,
     scenario: &Scenario,

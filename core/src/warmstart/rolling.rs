@@ -40,6 +40,8 @@ pub trait Policy {
 /// Rolls a policy's actions out from the initial state through the dynamics of Stage 2.
 ///
 /// False where the policy gave up or a number is not finite; `out` is then of no use.
+// An entry point: the stack below it has a bound of its own.
+#[inline(never)]
 pub fn roll_out<P: Policy + ?Sized>(
     scene: &Scene<'_>,
     policy: &mut P,
