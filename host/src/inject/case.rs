@@ -444,7 +444,7 @@ mod tests {
         let case = Drawn::new(1, 110, 60).case(14, &layout().0);
         assert_eq!((case.scenario, case.fault.site()), (54, Site::QpData));
         let place = case.fault.place();
-        assert_eq!((place.part.as_str(), place.moment, place.node), ("lower_u", 0, 43));
+        assert_eq!((place.part.as_str(), place.moment, place.node), ("lower_u", 13, 43));
         assert_eq!((place.element, place.bit), (5, 56));
     }
 }

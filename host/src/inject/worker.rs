@@ -205,8 +205,6 @@ struct Flown {
     met: Option<Met>,
     /// Programs that were solved.
     programs: u32,
-    /// Whether the network's memory was struck.
-    struck: bool,
 }
 
 impl Machine {
@@ -227,8 +225,7 @@ impl Machine {
             None => Start::Refused,
         };
         let solver = StruckSolver::new(solver, copy, program);
-        let flown = fly(setup, index, &mut start, solver, workspace);
-        Flown { struck: upset.is_struck(), ..flown }
+        fly(setup, index, &mut start, solver, workspace)
     }
 
     /// Plans from any start.
@@ -360,7 +357,7 @@ fn fly(
         is_wrong: judge.is_wrong(&claim, plan) || evidence.status != report.status,
         is_bounded: is_bounded(&setup.options, &report, solver.calls),
     };
-    Flown { ended, met: solver.met, programs: solver.calls, struck: false }
+    Flown { ended, met: solver.met, programs: solver.calls }
 }
 
 /// Whether a plan took no more work than its settings allow: Stage 1 its start besides, Stage 2 a
@@ -401,12 +398,22 @@ mod tests {
         let options = Options::new(Mode::Feasible, integrator.core());
         let setup = Setup { mission: &mission, scenarios, options, file, model };
         let layout = Layout::new(model, file.len(), MEMORY).unwrap();
-        let mut worker = Worker::new(&setup);
+        let Machine { mut workspace, mut solver, mut network, .. } = Worker::new(&setup).machine;
         let mut strike = |number| {
             let case = Drawn::new(3, number, 1).case(10, &layout);
             let Fault::Memory { strike, .. } = case.fault else { return };
-            let flown = worker.machine.learned(&setup, 0, model, Some(strike), None);
-            assert!(flown.struck, "{case:?}");
+            let mut upset = Upset::new(&mut *network, Some(strike));
+            let mut policy = Network::new(model, &mut upset).unwrap();
+            planner::plan(
+                &mission,
+                &scenarios[0].scenario(),
+                &options,
+                &mut Start::Learned { policy: &mut policy, seed: SEED },
+                &mut *solver,
+                &Environment::BARE,
+                &mut workspace,
+            );
+            assert!(upset.is_struck(), "{case:?}");
         };
         let sites = [Site::Activations, Site::KvCache];
         (0..400).filter(|number| sites.contains(&Site::of(*number))).for_each(&mut strike);

@@ -59,7 +59,7 @@ fn a_case_is_run_again_alone() {
 fn sites_are_chosen_by_name() {
     let bench = Bench::new();
     let run = bench.solves(&format!("{INJECT} --site kv_cache --site qp_data"));
-    let counts: Vec<Vec<&str>> = (run.out.lines().skip(6).take(3))
+    let counts: Vec<Vec<&str>> = (run.out.lines().skip(7).take(3))
         .map(|line| line.split_whitespace().take(2).collect())
         .collect();
     assert_eq!(counts, [["kv_cache", "12"], ["qp_data", "12"], ["all", "24"]], "{}", run.out);
