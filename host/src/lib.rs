@@ -26,7 +26,7 @@
 //! - [`report`]: tables for the terminal;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
-//!   [`export::ExportJob`], [`dataset::Recipe`], [`quantise::quantise`].
+//!   [`export::ExportJob`], [`dataset::Recipe`], [`quantise::quantise`], [`profile::Profiler`].
 #![forbid(unsafe_code)]
 
 pub mod backend;
