@@ -32,7 +32,7 @@
 //! - [`audit`]: memory, time, robustness and requirements for a review board;
 //! - [`cli`]: the command line, which only parses and prints. Every command is a library call:
 //!   [`planning::PlanJob`], [`campaign::Campaign`], [`checking::Check`], [`draw::draw`],
-//!   [`export::ExportJob`], [`dataset::Recipe`], [`quantise::quantise`].
+//!   [`export::ExportJob`], [`dataset::Recipe`], [`quantise::quantise`], [`profile::Profiler`].
 #![forbid(unsafe_code)]
 
 pub mod allocations;
