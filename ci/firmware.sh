@@ -310,7 +310,12 @@ bars() {
         END { if (small) most("stack", used, stack) }' "$@"
 }
 
-trap 'for group in $(jobs -p); do kill -- "-$group" 2>/dev/null || true; done' EXIT
+# Ends what still runs, with all that it started.
+end_jobs() {
+    local group
+    for group in $(jobs -p); do kill -- "-$group" 2>/dev/null || true; done
+}
+trap end_jobs EXIT
 mkdir -p "$out"
 : >"$out/broken"
 # The images' dependencies are those of the host's lock file; cargo drops what they do not need,
