@@ -9,7 +9,7 @@
 # The first N (4) scenarios of the audit's set are planned, with Euler and from both starts where
 # nothing else is asked for. --corpus plans what the audit reports: both integrators from both
 # starts, typical and hard scenarios, on all targets but LEON3; --full-corpus all of the audit's set
-# so, which takes four times as long. --twice runs each image again and demands the same output,
+# so, which takes some three times as long. --twice runs each image again and demands the same output,
 # instruction counts included; --kernels prints what the parts of a plan take besides. Prints tables
 # and writes firmware/report.json in the target folder, beside the images with their symbols and
 # relocations (TARGET.elf) and the compiler's remarks on their stack frames (TARGET.remarks). What
@@ -310,7 +310,12 @@ bars() {
         END { if (small) most("stack", used, stack) }' "$@"
 }
 
-trap 'for group in $(jobs -p); do kill -- "-$group" 2>/dev/null || true; done' EXIT
+# Ends what still runs, with all that it started.
+end_jobs() {
+    local group
+    for group in $(jobs -p); do kill -- "-$group" 2>/dev/null || true; done
+}
+trap end_jobs EXIT
 mkdir -p "$out"
 : >"$out/broken"
 # The images' dependencies are those of the host's lock file; cargo drops what they do not need,

@@ -22,7 +22,7 @@ impl Emulation {
             let runs = self.targets.iter().filter_map(|t| Some((t, t.run(integrator, start)?)));
             let (integrator, start) = (integrator.label(), start.label());
             tables.push((
-                format!("Instructions: {integrator}, start from the {start}"),
+                format!("Instructions [10^6]: {integrator}, start from the {start}"),
                 phases(runs),
             ));
         }
@@ -142,14 +142,14 @@ impl Emulation {
     }
 }
 
-/// Instructions by phase, a row a target and phase.
+/// Millions of instructions by phase, a row a target and phase.
 fn phases<'a>(runs: impl Iterator<Item = (&'a Target, &'a Run)>) -> Table {
     let mut table = Table::new([
         ("", Align::Left),
         ("phase", Align::Left),
-        ("min [10^6]", Align::Right),
-        ("median [10^6]", Align::Right),
-        ("observed maximum, emulated [10^6]", Align::Right),
+        ("min", Align::Right),
+        ("median", Align::Right),
+        ("observed maximum, emulated", Align::Right),
         ("on", Align::Left),
     ]);
     let millions = |instructions: u64| number(instructions as f64 * 1e-6);
