@@ -36,6 +36,7 @@ fn fill(workspace: &mut Workspace, solver: &mut EmbeddedSolver, value: f64) {
 
 /// A flipped bit in memory that a plan does not write first would stay, and strike every plan to
 /// come: the controls of the last node are such memory, unless they are seen to.
+// Verifies REM-SAF-004.
 #[test]
 fn a_plan_does_not_depend_on_what_memory_held_before() {
     let (mut workspace, mut solver) = (Box::new(Workspace::new()), Box::new(EmbeddedSolver::new()));

@@ -21,6 +21,7 @@ fn checked<'a>(bytes: &'a [u8], slices: &[usize]) -> Check<'a> {
     check
 }
 
+// Verifies REM-LRN-006.
 #[test]
 fn what_was_not_checked_to_its_end_is_not_opened() {
     let bytes = tiny();
@@ -76,6 +77,7 @@ fn a_check_begun_anew_finds_what_has_changed_since() {
 }
 
 proptest! {
+    // Verifies REM-LRN-006.
     #[test]
     fn slices_come_to_the_verdict_of_one_pass(
         slices in proptest::collection::vec(0..700usize, 1..20),
