@@ -141,7 +141,8 @@ build() {
     name=$target
     if [ "$target" = host ]; then
         name=$(rustc -vV | sed -n 's/^host: //p')
-        flags+=" -C link-arg=-Wl,--emit-relocs"
+        # Names that tell the modules of generic code, as the other compiler's do.
+        flags+=" -C symbol-mangling-version=v0 -C link-arg=-Wl,--emit-relocs"
     else
         flags+=" -C target-cpu=$cpu -C link-arg=--emit-relocs"
     fi
