@@ -26,7 +26,7 @@ pub(super) struct Args {
     seed: Option<u64>,
     #[command(flatten)]
     mission: MissionArgs,
-    /// Rounds over the scenarios with Euler on one core; on two it gets a third, RK4 a ninth
+    /// Rounds over the scenarios with Euler on one core; on two it gets a quarter, RK4 a ninth
     /// [default: 17]
     #[arg(long, value_name = "R")]
     rounds: Option<NonZeroU16>,

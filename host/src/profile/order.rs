@@ -92,10 +92,10 @@ impl Rounds {
     /// thousand times on one core, and all takes less than four minutes.
     pub const DEFAULT: Self = Self::of(17);
 
-    /// So many rounds with Euler on one core, a third as many on two. RK4's plans take long and get
+    /// So many rounds with Euler on one core, a quarter as many on two. RK4's plans take long and get
     /// a ninth. Parts of rounds are rounds.
     pub const fn of(euler: usize) -> Self {
-        Self { euler, euler_second_core: euler.div_ceil(3), rk4: euler.div_ceil(9) }
+        Self { euler, euler_second_core: euler.div_ceil(4), rk4: euler.div_ceil(9) }
     }
 
     /// Rounds in all.
@@ -206,7 +206,7 @@ mod tests {
             (0..Rounds::DEFAULT.all()).filter(is_due).collect::<Vec<_>>()
         };
         assert_eq!(due(Integrator::EULER, Case::OneCore).len(), 17);
-        assert_eq!(due(Integrator::EULER, Case::TwoCores), [0, 3, 6, 9, 12, 15]);
+        assert_eq!(due(Integrator::EULER, Case::TwoCores), [0, 4, 7, 11, 14]);
         assert_eq!(due(Integrator::RK4, Case::TwoPlans), [0, 9]);
         assert_eq!(due(Integrator::RK4, Case::Counted), [0]);
         assert_eq!(Rounds::of(1), Rounds { euler: 1, euler_second_core: 1, rk4: 1 });
