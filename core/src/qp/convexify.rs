@@ -26,7 +26,7 @@ const FLOOR: f64 = 1e-9;
 const MARGIN: f64 = 0.1;
 
 /// What a projection takes of time, where a node of the sweep without one takes 1.
-const PROJECTION_WORK: usize = 14;
+const PROJECTION_WORK: usize = 9;
 
 /// One node's blocks after the cost-to-go of the next node has been handed back to it.
 struct Handed<const NX: usize, const NU: usize> {

@@ -2,6 +2,7 @@
 //! allocated and nothing panics.
 
 use super::budgets::{Measured, Quantity};
+use super::emulation::Target;
 use super::image::{Image, Kind, Proofs, Sizes, StackBound};
 use crate::allocations;
 use crate::error::Error;
@@ -143,6 +144,23 @@ impl ImageMemory {
             add("stack_bound_bytes", bound);
         }
         measured
+    }
+
+    /// What a painted stack showed of an entry point, less the frames of the image's functions
+    /// above it; none where it was not painted.
+    pub fn mark(&self, target: &Target, entry: &str) -> Option<u64> {
+        let above = match entry {
+            "image" => 0,
+            // From the image's entry on the worst chain leads to a plan.
+            _ => self.bound("image")?.checked_sub(self.bound("plan")?)?,
+        };
+        let mark = match entry {
+            "image" => target.stack_bytes.values().max(),
+            "verification" => target.stack_bytes.get("verify"),
+            "opening a model" => target.stack_bytes.get("open_model"),
+            _ => target.stack_bytes.get(entry),
+        };
+        mark.map(|mark| mark.saturating_sub(above))
     }
 
     /// Bound of the stack below an entry point.

@@ -92,7 +92,9 @@ fn memory_page(memory: &Memory, emulation: Option<&Emulation>) -> Page {
 
     page.heading("Stack").text(
         "Bound: the compiler's frame sizes along the worst chain of the call graph. Mark: what a \
-         painted stack showed under emulation. The bound must lie above the mark.",
+         painted stack showed under emulation over all runs, less the frames of the image's own \
+         functions above the entry point. Each mark must lie below its bound; where an entry point \
+         was not painted by itself there is none.",
     );
     page.table(stack_overview(memory, emulation)).command(again(Section::Memory));
 
@@ -155,7 +157,7 @@ fn stack_overview(memory: &Memory, emulation: Option<&Emulation>) -> Table {
     for image in &memory.images {
         let target = emulation.and_then(|e| e.targets.iter().find(|t| t.target == image.target));
         for bound in &image.stacks {
-            let mark = target.and_then(|target| target.stack_bytes.get(painted(&bound.name)));
+            let mark = target.and_then(|target| image.mark(target, &bound.name));
             if bound.bytes.is_none() && mark.is_none() {
                 continue;
             }
@@ -163,21 +165,12 @@ fn stack_overview(memory: &Memory, emulation: Option<&Emulation>) -> Table {
                 image.target.clone(),
                 bound.name.clone(),
                 bound.bytes.map_or("none".into(), |bytes| bytes.to_string()),
-                mark.map_or("-".into(), u64::to_string),
+                mark.map_or("-".into(), |bytes| bytes.to_string()),
                 bound.not_covered.without_figure.join(", "),
             ]);
         }
     }
     table
-}
-
-/// What the images call an entry point whose stack they paint.
-fn painted(entry: &str) -> &str {
-    match entry {
-        "verification" => "verify",
-        "opening a model" => "open_model",
-        other => other,
-    }
 }
 
 /// Memory of each target: code, constants, models, static memory.

@@ -116,7 +116,7 @@ pub fn faults(root: &Path, requirements: &[Requirement]) -> Result<Vec<String>, 
         for (test, id) in claims(text) {
             let back = |requirement: &Requirement| {
                 requirement.id == id
-                    && requirement.references().any(|reference| reference == (file, &test))
+                    && requirement.references().any(|reference| reference == (file, test))
             };
             if known(id) && !requirements.iter().any(back) {
                 faults.push(format!("{id}: does not refer to {file}#{test}, which verifies it"));

@@ -2,7 +2,7 @@
 
 use super::budgets::{Budgets, Measured, Quantity};
 use super::emulation::{Emulation, IntegratorName, Phase};
-use super::memory::Memory;
+use super::memory::{ImageMemory, Memory};
 use super::pages::emulation;
 use super::section::{Numbers, Section};
 use crate::error::FieldError;
@@ -107,20 +107,25 @@ fn images(emulation: &Emulation) -> [Bar; 3] {
     ]
 }
 
-/// Bounds of whole plans against their marks.
+/// Entry points whose stack the images paint.
+const PAINTED: [&str; 4] = ["image", "plan", "verification", "opening a model"];
+
+/// Bounds against marks.
 fn stack(memory: &Memory, emulation: &Emulation) -> Bar {
     let above = |target: &super::emulation::Target| {
         let image = memory.images.iter().find(|image| image.target == target.target);
-        let mark = target.stack_bytes.values().max();
-        match (image.and_then(|image| image.bound("image")), mark) {
-            (Some(bound), Some(mark)) => bound >= *mark,
-            _ => false,
-        }
+        let both = |image: &ImageMemory, entry: &str| {
+            Some((image.bound(entry)?, image.mark(target, entry)?))
+        };
+        let each = image.map(|image| PAINTED.map(|entry| both(image, entry)));
+        each.is_some_and(|each| {
+            each.iter().all(|both| both.is_some_and(|(bound, mark)| bound >= mark))
+        })
     };
     let looked: Vec<bool> = emulation.targets.iter().map(above).collect();
     let held = looked.iter().filter(|held| **held).count();
     let seen = format!("{held} of {} targets", looked.len());
-    Bar::new("stack bound above the mark", "all", seen, held == looked.len())
+    Bar::new("stack bounds above their marks", "all", seen, held == looked.len())
 }
 
 /// What must not be, a line each.

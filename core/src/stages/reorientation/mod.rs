@@ -97,7 +97,7 @@ const IGNORED: f64 = 0.2;
 const PROXIMITY: f64 = 3e-3;
 
 /// Nodes that one core linearises while the other makes those after them convex.
-const BATCH: usize = 8;
+const BATCH: usize = 12;
 
 /// Roll-outs of a step: the second makes up for the pose that the first one missed.
 const PASSES: usize = 2;
