@@ -27,7 +27,7 @@ pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
     }
     let mut columns = a.data.0;
     for (i, column) in columns.iter_mut().enumerate() {
-        column[i] += shift;
+        column.get_mut(i).into_iter().for_each(|entry| *entry += shift);
     }
     // Bound: sweeps.
     for _ in 0..MAX_SWEEPS {
@@ -58,6 +58,7 @@ const fn rounds(count: usize) -> usize {
 }
 
 /// Pair `i` of a round; none where one of them rests.
+#[inline(always)]
 fn pair<const D: usize>(round: usize, i: usize) -> Option<(usize, usize)> {
     // The last of an even number stays, all others move on round by round.
     let circle = rounds(D).max(1);
@@ -83,7 +84,9 @@ fn rotate_round<const D: usize>(
     let mut any = false;
     for i in 0..D.div_ceil(2) {
         let Some((p, q)) = pair::<D>(round, i) else { continue };
-        let (xx, yy, xy) = (squares[p], squares[q], dot(&columns[p], &columns[q]));
+        let (Some(x), Some(y)) = (columns.get(p), columns.get(q)) else { continue };
+        let (Some(xx), Some(yy)) = (squares.get(p), squares.get(q)) else { continue };
+        let xy = dot(x, y);
         if xy * xy > ORTHOGONAL * xx * yy {
             (difference[i], product[i]) = (yy - xx, xy);
             any = true;
@@ -102,16 +105,24 @@ fn rotate_round<const D: usize>(
     }
     for i in 0..D.div_ceil(2) {
         let Some((p, q)) = pair::<D>(round, i) else { continue };
-        let (x, y) = (columns[p], columns[q]);
+        let (Some(x), Some(y)) = (columns.get(p).copied(), columns.get(q).copied()) else {
+            continue;
+        };
         let (c, s) = (cosine[i], tangent[i] * cosine[i]);
-        squares[p] -= tangent[i] * product[i];
-        squares[q] += tangent[i] * product[i];
-        for j in 0..D {
-            columns[p][j] = c * x[j] - s * y[j];
-            columns[q][j] = s * x[j] + c * y[j];
-        }
+        columns.get_mut(p).into_iter().for_each(|to| combine(to, (c, &x), (-s, &y)));
+        columns.get_mut(q).into_iter().for_each(|to| combine(to, (s, &x), (c, &y)));
+        squares.get_mut(p).into_iter().for_each(|square| *square -= tangent[i] * product[i]);
+        squares.get_mut(q).into_iter().for_each(|square| *square += tangent[i] * product[i]);
     }
     any
+}
+
+/// Writes `a x + b y`.
+#[inline(always)]
+fn combine<const D: usize>(to: &mut [f64; D], (a, x): (f64, &[f64; D]), (b, y): (f64, &[f64; D])) {
+    for j in 0..D {
+        to[j] = a * x[j] + b * y[j];
+    }
 }
 
 /// `1 / sqrt(x)` of a normal `x > 0`, within four units in the last place; of zero a large number.
