@@ -140,7 +140,10 @@ impl Budgets {
             let margin = budget.budget as f64 * budget.margin_percent / 100.0;
             match measured.get(&quantity) {
                 Some(value) if *value as f64 > budget.budget as f64 + margin => Verdict::Exceeded,
-                Some(value) if (*value as f64) < budget.budget as f64 - margin => Verdict::Loose,
+                // Without a margin it is a limit from elsewhere, and no measurement.
+                Some(value) if margin > 0.0 && (*value as f64) < budget.budget as f64 - margin => {
+                    Verdict::Loose
+                }
                 Some(_) => Verdict::Kept,
                 None if measured.keys().any(|known| known.target == budget.target) => {
                     Verdict::Missing

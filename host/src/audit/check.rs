@@ -115,11 +115,11 @@ impl Check<'_> {
         let memory: Option<Memory> =
             self.numbers.findings(Section::Memory).map_err(|error| error.at(&file))?;
         for target in &emulation.targets {
-            let image = ImageMemory::read(&folder, &target.target)?;
             let then = known.iter().flat_map(|known| &known.targets);
             let Some(then) = then.into_iter().find(|then| then.target == target.target) else {
                 continue;
             };
+            let image = ImageMemory::read(&folder, &target.target)?;
             measured.extend(image.measured());
             if then.toolchain != target.toolchain {
                 let (now, then) = (&target.toolchain, &then.toolchain);
