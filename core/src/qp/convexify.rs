@@ -129,7 +129,7 @@ impl<'a, const NX: usize, const NU: usize> Sweep<'a, NX, NU> {
     /// Goes on over `stages`, the nodes from `first` up to those swept before, from the last back,
     /// until its work comes to `budget`. `is_pinned(k, i)` tells which components of which states
     /// are pinned to zero steps. Returns how many nodes it swept, and its work: 1 a node, and
-    /// [`PROJECTION_WORK`] for each that was indefinite.
+    /// more for each that was indefinite.
     // Its memory is not on the stack while the program is filled.
     #[inline(never)]
     pub fn over<const NR: usize>(

@@ -34,7 +34,7 @@ const COLD_PATIENCE: u32 = 50;
 /// What is tried after a warm start, each with its patience; after a cold one the first is past.
 const RESTARTS: [(Start, u32); 2] = [(Start::COLD, COLD_PATIENCE), (Start::FAR, u32::MAX)];
 
-/// Most starts of a subproblem: the first and [`RESTARTS`].
+/// Most starts of a subproblem: the first and two restarts.
 pub const STARTS: usize = 1 + RESTARTS.len();
 
 /// The embedded solver with all the memory it needs.
