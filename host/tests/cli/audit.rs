@@ -11,6 +11,8 @@ fn checkout() -> Bench {
     std::fs::create_dir_all(bench.path("fixtures/scenarios")).unwrap();
     bench.write("fixtures/scenarios/audit.scenarios.json", &bench.read("set.scenarios.json"));
     bench.write("ci/firmware.sh", "#!/bin/sh\necho no emulator here\nexit 3\n");
+    let executable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    std::fs::set_permissions(bench.path("ci/firmware.sh"), executable).unwrap();
     bench.write(
         "ci/budgets.toml",
         "format = \"remora-budgets/1\"\n[[budget]]\ntarget = \"m7\"\nquantity = \"code_bytes\"\n\
