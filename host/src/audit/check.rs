@@ -3,6 +3,7 @@
 use super::budgets::{Budgets, Measured};
 use super::emulation::{Emulation, FORMAT, PlanRecord, ReportFile, Run};
 use super::firmware::{self, Plans};
+use super::image::{Kind, Share};
 use super::loops::Loops;
 use super::memory::{ImageMemory, Memory};
 use super::run::{Watcher, inject, observed_scenarios};
@@ -15,6 +16,10 @@ use crate::method::Integrator;
 use remora_core::model::Mission;
 use std::num::NonZeroUsize;
 use std::path::Path;
+
+/// Bytes by which constants may differ: the linker orders them by names that depend on the folder
+/// of the checkout, and aligns each.
+const MOST_PADDING: u64 = 64;
 
 /// What a check found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -128,22 +133,32 @@ impl Check<'_> {
                 self.checked.looked_at.push(line);
                 continue;
             }
-            let then_image = memory
-                .iter()
-                .flat_map(|memory| &memory.images)
-                .find(|image| image.target == target.target);
             let name = &target.target;
-            self.checked.compare(
-                &format!("{name}: sizes, stack bounds, proofs"),
-                &Some(&image),
-                &then_image,
-            );
+            let then_images = memory.iter().flat_map(|memory| &memory.images);
+            if let Some(then_image) = then_images.into_iter().find(|image| image.target == *name) {
+                self.image(&image, then_image);
+            }
             for run in &target.runs {
                 let then_run = then.run(run.integrator, run.start);
                 self.plans(name, run, then_run);
             }
         }
         Ok(measured)
+    }
+
+    /// An image of today and the pages'.
+    fn image(&mut self, now: &ImageMemory, then: &ImageMemory) {
+        let name = &now.target;
+        let code = |image: &ImageMemory| -> Vec<Share> {
+            let shares = image.sizes.shares.iter().filter(|share| share.kind == Kind::Code);
+            shares.cloned().collect()
+        };
+        self.checked.compare(&format!("{name}: code"), &code(now), &code(then));
+        self.checked.compare(&format!("{name}: stack bounds"), &now.stacks, &then.stacks);
+        self.checked.compare(&format!("{name}: proofs"), &now.proofs, &then.proofs);
+        let moved = now.constants_bytes().abs_diff(then.constants_bytes());
+        let what = format!("{name}: constants, but for {MOST_PADDING} bytes of alignment");
+        self.checked.compare(&what, &(moved <= MOST_PADDING), &true);
     }
 
     /// Plans that both have made.
