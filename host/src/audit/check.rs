@@ -6,16 +6,18 @@ use super::firmware::{self, Plans};
 use super::image::{Kind, Share};
 use super::loops::Loops;
 use super::memory::{ImageMemory, Memory};
+use super::pages::{self, Book};
+use super::requirements::{self, Requirement};
 use super::run::{Watcher, inject, observed_scenarios};
 use super::section::{Numbers, Section};
-use super::{pages, requirements, summary};
+use super::summary;
 use crate::error::Error;
 use crate::formats::json;
 use crate::inject::Injection;
 use crate::method::Integrator;
 use remora_core::model::Mission;
 use std::num::NonZeroUsize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Bytes by which constants may differ: the linker orders them by names that depend on the folder
 /// of the checkout, and aligns each.
@@ -46,6 +48,8 @@ impl Checked {
 /// What a check looks at.
 struct Check<'a> {
     root: &'a Path,
+    /// Where the numbers are from.
+    file: PathBuf,
     numbers: Numbers,
     jobs: NonZeroUsize,
     alarm: fn(u64, Integrator, u64),
@@ -70,14 +74,14 @@ pub fn check(
     let numbers = Numbers::read(&file)?
         .ok_or_else(|| Error::input(&file, "", "no such file: run `remora audit` first"))?;
     let budgets = Budgets::read(root)?;
-    let mut check = Check { root, numbers, jobs, alarm, checked: Checked::default() };
-    check.pages(out, &budgets)?;
+    let rows = requirements::read(root)?;
+    let mut check = Check { root, file, numbers, jobs, alarm, checked: Checked::default() };
+    check.pages(out, &budgets, &rows)?;
     let measured = check.images(watcher)?;
     check.checked.faults.extend(budgets.faults(&measured));
     check.checked.looked_at.push(format!("{} numbers against budgets", measured.len()));
     check.loops(watcher)?;
     check.injection(watcher)?;
-    let rows = requirements::read(root)?;
     check.checked.faults.extend(requirements::faults(root, &rows)?);
     check.checked.looked_at.push(format!("{} requirements", rows.len()));
     Ok(check.checked)
@@ -86,15 +90,9 @@ pub fn check(
 impl Check<'_> {
     /// Pages, against the numbers that they are made of, with today's constants, budgets and
     /// requirements.
-    fn pages(&mut self, out: &Path, budgets: &Budgets) -> Result<(), Error> {
-        let file = out.join("audit.json");
-        let at = |error: crate::error::FieldError| error.at(&file);
-        let mut all = pages::all(&self.numbers).map_err(at)?;
-        all.push(requirements::page(&requirements::read(self.root)?));
-        let bars = summary::bars(&self.numbers).map_err(at)?;
-        let measured = summary::measured(&self.numbers).map_err(at)?;
-        all.push(summary::page(&self.numbers, &bars, budgets, &measured));
-        for page in all {
+    fn pages(&mut self, out: &Path, budgets: &Budgets, rows: &[Requirement]) -> Result<(), Error> {
+        let book = Book::new(&self.numbers, budgets, rows).map_err(|e| e.at(&self.file))?;
+        for page in book.pages {
             let file = out.join(format!("{}.md", page.name));
             let there = std::fs::read_to_string(&file).unwrap_or_default();
             self.checked.compare(&format!("page {}", page.name), &page.markdown(), &there);
@@ -115,10 +113,9 @@ impl Check<'_> {
             json::parse(&text, FORMAT).map_err(|error| error.at(&report))?;
         let emulation = Emulation::new(report_file).map_err(|error| error.at(&report))?;
         let mut measured = summary::of_emulation(&emulation);
-        let file = self.root.join("audit.json");
-        let known = pages::emulation(&self.numbers).map_err(|error| error.at(&file))?;
+        let known = pages::emulation(&self.numbers).map_err(|error| error.at(&self.file))?;
         let memory: Option<Memory> =
-            self.numbers.findings(Section::Memory).map_err(|error| error.at(&file))?;
+            self.numbers.findings(Section::Memory).map_err(|error| error.at(&self.file))?;
         for target in &emulation.targets {
             let then = known.iter().flat_map(|known| &known.targets);
             let Some(then) = then.into_iter().find(|then| then.target == target.target) else {
@@ -177,17 +174,15 @@ impl Check<'_> {
         let scenarios = observed_scenarios(self.root)?;
         let mission = Mission::default();
         let now = Loops::observe(&scenarios, &mission, self.jobs, watcher.progress())?;
-        let file = self.root.join("audit.json");
-        let then = self.numbers.findings::<Loops>(Section::Loops).map_err(|e| e.at(&file))?;
+        let then = self.numbers.findings::<Loops>(Section::Loops).map_err(|e| e.at(&self.file))?;
         self.checked.compare("turns of loops", &Some(now), &then);
         Ok(())
     }
 
     /// The first cases of the injection.
     fn injection(&mut self, watcher: &mut dyn Watcher) -> Result<(), Error> {
-        let file = self.root.join("audit.json");
         let then: Option<Injection> =
-            self.numbers.findings(Section::Injection).map_err(|error| error.at(&file))?;
+            self.numbers.findings(Section::Injection).map_err(|error| error.at(&self.file))?;
         let now = inject(Injection::FIRST as u64, self.jobs, self.alarm, watcher.progress())?;
         let (first, known) = (Some(&now.first), then.as_ref().map(|then| &then.first));
         self.checked.compare("first injections", &first, &known);

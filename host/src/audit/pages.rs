@@ -1,10 +1,13 @@
 //! The pages of the audit, from its numbers.
 
+use super::budgets::{Budgets, Measured};
 use super::emulation::{Emulation, ReportFile};
 use super::image::{Kind, stack_tables};
 use super::loops::Loops;
 use super::memory::{Memory, Part};
+use super::requirements::{self, Requirement};
 use super::section::{Numbers, Section};
+use super::summary::{self, Bar};
 use crate::error::FieldError;
 use crate::inject::Injection;
 use crate::method::Integrator;
@@ -16,7 +19,7 @@ use crate::report::{Align, Page, Table, profile_preamble};
 ///
 /// # Errors
 /// Findings of another form.
-pub fn all(numbers: &Numbers) -> Result<Vec<Page>, FieldError> {
+fn all(numbers: &Numbers) -> Result<Vec<Page>, FieldError> {
     let emulation = emulation(numbers)?;
     let mut pages = Vec::new();
     if let Some(memory) = numbers.findings::<Memory>(Section::Memory)? {
@@ -41,6 +44,34 @@ pub fn all(numbers: &Numbers) -> Result<Vec<Page>, FieldError> {
         page
     });
     Ok(finished.collect())
+}
+
+/// The whole audit: its pages, and what stands on the first of them.
+pub struct Book {
+    /// The first page, those of the parts, the requirements'.
+    pub pages: Vec<Page>,
+    /// Bars with what was seen.
+    pub bars: Vec<Bar>,
+    /// Numbers that there may be budgets for.
+    pub measured: Measured,
+}
+
+impl Book {
+    /// Makes it of the numbers.
+    ///
+    /// # Errors
+    /// Findings of another form.
+    pub fn new(
+        numbers: &Numbers,
+        budgets: &Budgets,
+        rows: &[Requirement],
+    ) -> Result<Self, FieldError> {
+        let (bars, measured) = (summary::bars(numbers)?, summary::measured(numbers)?);
+        let mut pages = vec![summary::page(numbers, &bars, budgets, &measured)];
+        pages.extend(all(numbers)?);
+        pages.push(requirements::page(rows));
+        Ok(Self { pages, bars, measured })
+    }
 }
 
 /// What the images measured, where they have been run.

@@ -5,9 +5,10 @@ use super::emulation::{FORMAT, ReportFile};
 use super::firmware::{self, Plans};
 use super::loops::Loops;
 use super::memory::Memory;
+use super::pages::Book;
 use super::requirements;
 use super::section::{Finished, Numbers, Section};
-use super::{pages, summary, summary::Bar};
+use super::summary::{self, Bar};
 use crate::error::Error;
 use crate::formats::json;
 use crate::formats::{
@@ -173,11 +174,8 @@ impl Audit {
         requirements: &[requirements::Requirement],
     ) -> Result<Audited, Error> {
         let file = self.out.join("audit.json");
-        let mut all = pages::all(numbers).map_err(|error| error.at(&file))?;
-        all.push(requirements::page(requirements));
-        let measured = summary::measured(numbers).map_err(|error| error.at(&file))?;
-        let bars = summary::bars(numbers).map_err(|error| error.at(&file))?;
-        all.insert(0, summary::page(numbers, &bars, budgets, &measured));
+        let book = Book::new(numbers, budgets, requirements).map_err(|error| error.at(&file))?;
+        let Book { pages, bars, measured } = book;
 
         let mut files = Vec::new();
         let mut write = |name: String, text: &str| {
@@ -185,11 +183,11 @@ impl Audit {
             files.push(file.clone());
             write_atomically(&file, text.as_bytes())
         };
-        for page in &all {
+        for page in &pages {
             write(format!("{}.md", page.name), &page.markdown())?;
             page.plots().try_for_each(|(name, svg)| write(format!("{name}.svg"), svg))?;
         }
-        write("audit.html".into(), &page::html("Remora: audit", &all))?;
+        write("audit.html".into(), &page::html("Remora: audit", &pages))?;
         numbers.write(&file)?;
         files.push(file);
 

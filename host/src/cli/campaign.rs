@@ -1,12 +1,11 @@
 //! `remora campaign`
 
 use super::Output;
-use super::options::{MethodArgs, MissionArgs, drawn};
+use super::options::{MethodArgs, MissionArgs, read_or_drawn};
 use super::progress::Bar;
 use crate::campaign::Campaign;
 use crate::draw::MAX_COUNT;
 use crate::error::Error;
-use crate::formats::ScenarioSet;
 use crate::method::Deadline;
 use crate::report;
 use std::num::NonZeroUsize;
@@ -63,16 +62,11 @@ Exit status: 0 all solved, 1 ran through but some were not solved, 2 bad input."
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let mission = self.mission.mission()?;
-        let scenarios = match (&self.scenarios, self.draw, self.seed) {
-            (Some(file), _, _) => ScenarioSet::read(file)?,
-            (None, Some(count), Some(seed)) => drawn(count, seed, &mission)?,
-            (None, Some(_), None) => return Err(Error::argument("--draw", "needs --seed S")),
-            (None, None, Some(_)) => return Err(Error::argument("--seed", "needs --draw N")),
-            (None, None, None) => {
-                let reason = "one of --scenarios FILE and --draw N --seed S is needed";
-                return Err(Error::argument("campaign", reason));
-            }
-        };
+        let chosen = read_or_drawn(self.scenarios.as_deref(), self.draw, self.seed, &mission)?;
+        let scenarios = chosen.ok_or_else(|| {
+            let reason = "one of --scenarios FILE and --draw N --seed S is needed";
+            Error::argument("campaign", reason)
+        })?;
         let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let campaign = Campaign {
             scenarios: scenarios.scenarios,

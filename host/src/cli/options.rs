@@ -6,7 +6,7 @@ use crate::learned::Learned;
 use crate::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
 use remora_core::model::Mission;
 use remora_core::stages::LINKS;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// How plans are made.
 #[derive(Clone, Debug, clap::Args)]
@@ -85,6 +85,22 @@ pub(super) struct MissionArgs {
 impl MissionArgs {
     pub(super) fn mission(&self) -> Result<Mission<LINKS>, Error> {
         read_mission(self.mission.as_deref())
+    }
+}
+
+/// The scenarios of a file, or so many drawn with a seed; none where neither is asked for.
+pub(super) fn read_or_drawn(
+    file: Option<&Path>,
+    draw: Option<u64>,
+    seed: Option<u64>,
+    mission: &Mission<LINKS>,
+) -> Result<Option<ScenarioSet>, Error> {
+    match (file, draw, seed) {
+        (Some(file), _, _) => ScenarioSet::read(file).map(Some),
+        (None, Some(count), Some(seed)) => drawn(count, seed, mission).map(Some),
+        (None, Some(_), None) => Err(Error::argument("--draw", "needs --seed S")),
+        (None, None, Some(_)) => Err(Error::argument("--seed", "needs --draw N")),
+        (None, None, None) => Ok(None),
     }
 }
 

@@ -1,7 +1,7 @@
 //! `remora profile`
 
 use super::Output;
-use super::options::{MissionArgs, drawn};
+use super::options::{MissionArgs, read_or_drawn};
 use super::progress::Bar;
 use crate::draw::MAX_COUNT;
 use crate::error::Error;
@@ -60,12 +60,10 @@ Exit status: 0 done, 2 bad input.";
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let mission = self.mission.mission()?;
-        let scenarios = match (&self.scenarios, self.draw, self.seed) {
-            (Some(file), _, _) => ScenarioSet::read(file)?,
-            (None, Some(count), Some(seed)) => drawn(count, seed, &mission)?,
-            (None, Some(_), None) => return Err(Error::argument("--draw", "needs --seed S")),
-            (None, None, Some(_)) => return Err(Error::argument("--seed", "needs --draw N")),
-            (None, None, None) => ScenarioSet::built_in()?,
+        let chosen = read_or_drawn(self.scenarios.as_deref(), self.draw, self.seed, &mission)?;
+        let scenarios = match chosen {
+            Some(set) => set,
+            None => ScenarioSet::built_in()?,
         };
         let profiler = Profiler {
             scenarios: scenarios.scenarios,
