@@ -91,7 +91,8 @@ impl Check {
             integrator.core(),
             &plan.stage1.trajectory(),
             &plan.stage2.trajectory(),
-        );
+        )
+        .residuals;
         let feasible = residuals.are_within(&self.mission.tolerances);
         let mut found = Findings(Vec::new());
         // Under another integrator than its own, a plan cannot be what it says.

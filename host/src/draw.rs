@@ -16,14 +16,6 @@ use remora_core::stages::{LINKS, NODES, heuristic};
 /// Most scenarios a set.
 pub const MAX_COUNT: u64 = 1_000_000;
 
-/// Distance in front of the port about which starts are drawn [m].
-const STANDOFF: f64 = 5.0;
-/// Half widths of the offset from there, along the RTN axes [m].
-const OFFSET: [f64; 3] = [1.0, 1.0, 2.0];
-/// Half width of the target's rate, an axis [rad/s].
-const RATE: f64 = 1e-3;
-/// Half width of the servicer's velocity, an axis [m/s].
-const VELOCITY: f64 = 5e-3;
 /// Draws after which a mission is taken to allow no start at all.
 const MAX_DRAWS: usize = 100_000;
 
@@ -66,6 +58,17 @@ impl Uniform {
         Vector3::from(half.map(|half| self.within(half)))
     }
 
+    /// Uniform on the unit sphere: a point in the unit ball, projected outwards.
+    fn direction(&mut self) -> Vector3<f64> {
+        loop {
+            let v = self.vector([1.0; 3]);
+            let norm = v.norm();
+            if norm > 0.1 && norm <= 1.0 {
+                return v / norm;
+            }
+        }
+    }
+
     /// Uniform on SO(3): a point in the unit ball of four dimensions, projected outwards.
     fn attitude(&mut self) -> Vector4<f64> {
         loop {
@@ -79,11 +82,15 @@ impl Uniform {
 }
 
 fn candidate(numbers: &mut Uniform, id: String, mission: &Mission<LINKS>) -> NamedScenario {
+    let from = &mission.scenarios;
     let attitude = numbers.attitude();
-    let rate = numbers.vector([RATE; 3]);
+    let rate = match from.rate_norm {
+        Some(norm) => numbers.direction() * norm,
+        None => numbers.vector([from.rate; 3]),
+    };
     let normal = quaternion::rotation_matrix(&attitude) * mission.target.port_normal;
-    let position = normal * STANDOFF + numbers.vector(OFFSET);
-    let velocity = numbers.vector([VELOCITY; 3]);
+    let position = normal * from.standoff + numbers.vector(from.offset.into());
+    let velocity = numbers.vector([from.velocity; 3]);
     NamedScenario {
         id,
         target: TargetStart { attitude: attitude.into(), rate: rate.into() },
@@ -146,12 +153,13 @@ mod tests {
             let mission = Mission::default();
             let scenario = draw_one(seed, index, &mission).unwrap();
             let start = scenario.scenario();
-            prop_assert!(start.target_rate.amax() <= RATE);
-            prop_assert!(start.velocity.amax() <= VELOCITY);
+            let from = Mission::default().scenarios;
+            prop_assert!(start.target_rate.amax() <= from.rate);
+            prop_assert!(start.velocity.amax() <= from.velocity);
             let normal = quaternion::rotation_matrix(&start.target_attitude) * Vector3::z();
-            let offset = start.position - normal * STANDOFF;
+            let offset = start.position - normal * from.standoff;
             for i in 0..3 {
-                prop_assert!(offset[i].abs() <= OFFSET[i] + 1e-12);
+                prop_assert!(offset[i].abs() <= from.offset[i] + 1e-12);
             }
             prop_assert!(starts_well(&scenario, &mission));
         }
@@ -163,13 +171,14 @@ mod tests {
     #[test]
     fn draws_are_uniform() {
         let set = drawn(3000, 42);
+        let from = Mission::default().scenarios;
         let n = set.len() as f64;
         let mean = |f: &dyn Fn(&NamedScenario) -> f64| set.iter().map(f).sum::<f64>() / n;
         for i in 0..3 {
-            let rate = |s: &NamedScenario| s.target.rate[i] / RATE;
+            let rate = |s: &NamedScenario| s.target.rate[i] / from.rate;
             assert!(mean(&rate).abs() < 5.0 * (1.0 / 3.0 / n).sqrt());
             assert!((mean(&|s| rate(s).powi(2)) - 1.0 / 3.0).abs() < 5.0 * (0.09 / n).sqrt());
-            let velocity = |s: &NamedScenario| s.servicer.velocity[i] / VELOCITY;
+            let velocity = |s: &NamedScenario| s.servicer.velocity[i] / from.velocity;
             assert!(mean(&velocity).abs() < 5.0 * (1.0 / 3.0 / n).sqrt());
             for j in 0..3 {
                 let entry = |s: &NamedScenario| {

@@ -228,7 +228,8 @@ fn the_judge_knows_the_scenario() {
     let plan = Plan { path: workspace.path(), motion: workspace.motion() };
     let (path, motion) = (plan.path, plan.motion);
     let residuals =
-        remora_core::stages::verify(&mission, &scenario, Discretisation::Euler, path, motion);
+        remora_core::stages::verify(&mission, &scenario, Discretisation::Euler, path, motion)
+            .residuals;
     let claim = Claim {
         status: Status::Solved,
         is_verified: false,

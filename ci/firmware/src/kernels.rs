@@ -94,7 +94,8 @@ pub fn run<B: Board>(
 
     let mut residuals = Residuals::default();
     measure.run("verify", 1, || {
-        residuals = verify(mission, scenario, integrator, &one.trajectory, &two.trajectory);
+        residuals =
+            verify(mission, scenario, integrator, &one.trajectory, &two.trajectory).residuals;
     });
     let mut sum = Checksum::new();
     sum.numbers(&residuals.against(&mission.tolerances).map(|(_, value, _)| value));

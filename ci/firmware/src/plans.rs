@@ -57,7 +57,8 @@ impl<'a, B: Board> Plans<'a, B> {
 
         let (path, motion) = (self.workspace.path(), self.workspace.motion());
         board.paint_stack();
-        let again = stages::verify(mission, scenario, black_box(options.integrator), path, motion);
+        let again = stages::verify(mission, scenario, black_box(options.integrator), path, motion)
+            .residuals;
         print_stack(board, "verify");
         let mut sum = Checksum::new();
         sum.numbers(&again.against(&mission.tolerances).map(|(_, value, _)| value));

@@ -20,11 +20,12 @@ mod multibody;
 mod step;
 mod system;
 
+pub use crate::model::Integrator;
 pub use curvature::TorqueCurvature;
 pub use inverse::{Leg, STEERING_ITERATIONS};
 pub use linear::{AccelerationJacobian, ForceJacobian};
 pub use multibody::Multibody;
-pub use step::{Integrator, StepJacobian};
+pub use step::StepJacobian;
 pub use system::{EndEffectorPose, SystemRates, SystemState};
 
 use crate::math::{clamp, quaternion};

@@ -1,21 +1,8 @@
 //! Discrete dynamics: one step of Euler or RK4 over an interval, and its exact derivatives.
 
-use super::{Acceleration, AccelerationJacobian, Control, Multibody, State};
+use super::{Acceleration, AccelerationJacobian, Control, Integrator, Multibody, State};
 use crate::math::quaternion;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
-
-/// How an interval is integrated; controls are held over it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Integrator {
-    /// One explicit Euler step, the quaternion renormalised: the paper's.
-    Euler,
-    /// Classical RK4 in so many equal substeps, the quaternion renormalised after each: the one
-    /// to fly.
-    Rk4 {
-        /// Number of substeps, at least one.
-        substeps: usize,
-    },
-}
 
 /// Derivatives of one step. State columns and rows are `[dtheta, alpha, rate, joint_rate]`,
 /// `dtheta` a left perturbation in RTN axes at either end; control columns are

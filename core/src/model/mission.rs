@@ -1,6 +1,6 @@
 //! Everything that is the same for every approach of a mission.
 
-use super::{Orbit, Servicer, Target};
+use super::{Orbit, Servicer, Switch, Target};
 use core::fmt;
 use nalgebra::Vector3;
 
@@ -19,6 +19,10 @@ pub struct Approach {
     pub field_of_view_half_angle: f64,
     /// Number of intervals before the end at which the arm is in its capture configuration.
     pub preset_lead: usize,
+    /// Whether bus and arm must stay clear of the target, and the arm of its own bus.
+    pub clearance: Switch,
+    /// Whether limits hold between the nodes too, and planning keeps [`Margins`] from them.
+    pub between_nodes: Switch,
 }
 
 impl Default for Approach {
@@ -30,6 +34,8 @@ impl Default for Approach {
             keep_out_far_until: 0.7,
             field_of_view_half_angle: 20.0 * core::f64::consts::PI / 180.0,
             preset_lead: 4,
+            clearance: Switch::Auto,
+            between_nodes: Switch::Auto,
         }
     }
 }
@@ -40,6 +46,84 @@ impl Approach {
         // In node counts, so that a node exactly at the switch is not lost to rounding of times.
         let fraction = k as f64 / (nodes - 1) as f64;
         if fraction <= self.keep_out_far_until { self.keep_out_far } else { self.keep_out_near }
+    }
+}
+
+/// How far planning stays from what the verifier holds a plan to, where
+/// [`Approach::between_nodes`] is in force (`clearance`: where [`Approach::clearance`] is).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margins {
+    /// From the joint stops [rad].
+    pub joint_angle: f64,
+    /// Share of the joint rate limit that is left unused.
+    pub joint_rate: f64,
+    /// From the keep-out distances [m]; it fades to nothing over the last
+    /// [`Approach::preset_lead`] intervals.
+    pub keep_out: f64,
+    /// From the edge of the field of view [rad].
+    pub field_of_view: f64,
+    /// Between bodies [m]; it fades like that of keep-out.
+    pub clearance: f64,
+}
+
+impl Default for Margins {
+    fn default() -> Self {
+        Self {
+            joint_angle: 0.02,
+            joint_rate: 0.1,
+            keep_out: 0.03,
+            field_of_view: core::f64::consts::PI / 180.0,
+            clearance: 0.03,
+        }
+    }
+}
+
+/// The end effector's way to the port: within a cone about the port's normal the end effector may
+/// come nearer to the target than anything else.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corridor {
+    /// Half angle of the cone [rad].
+    pub half_angle: f64,
+    /// Radius of the cone at the port [m].
+    pub mouth_radius: f64,
+    /// Length of the last link's end that only the corridor concerns: the gripper [m].
+    pub end_effector_length: f64,
+}
+
+impl Default for Corridor {
+    fn default() -> Self {
+        Self {
+            half_angle: core::f64::consts::FRAC_PI_4,
+            mouth_radius: 0.05,
+            end_effector_length: 0.15,
+        }
+    }
+}
+
+/// Where scenarios are drawn from (section 8); planning has no use for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScenarioRanges {
+    /// Distance in front of the port about which starts are drawn [m].
+    pub standoff: f64,
+    /// Half widths of the offset from there, along the RTN axes [m].
+    pub offset: Vector3<f64>,
+    /// Half width of each component of the target's rate [rad/s].
+    pub rate: f64,
+    /// Norm of the target's rate where that is given: its direction is then uniform [rad/s].
+    pub rate_norm: Option<f64>,
+    /// Half width of each component of the servicer's velocity [m/s].
+    pub velocity: f64,
+}
+
+impl Default for ScenarioRanges {
+    fn default() -> Self {
+        Self {
+            standoff: 5.0,
+            offset: Vector3::new(1.0, 1.0, 2.0),
+            rate: 1e-3,
+            rate_norm: None,
+            velocity: 5e-3,
+        }
     }
 }
 
@@ -85,6 +169,8 @@ pub struct Tolerances {
     pub end_effector_position: f64,
     /// Approach direction [rad].
     pub end_effector_angle: f64,
+    /// Overlap of bodies [m].
+    pub clearance: f64,
 }
 
 impl Default for Tolerances {
@@ -100,6 +186,7 @@ impl Default for Tolerances {
             keep_out: 1e-4,
             end_effector_position: 1e-3,
             end_effector_angle: 1e-3,
+            clearance: 1e-4,
         }
     }
 }
@@ -119,6 +206,12 @@ pub struct Mission<const NL: usize> {
     pub weights: Weights,
     /// What counts as solved.
     pub tolerances: Tolerances,
+    /// How far planning stays from its limits.
+    pub margins: Margins,
+    /// The end effector's way to the port.
+    pub corridor: Corridor,
+    /// Where scenarios are drawn from.
+    pub scenarios: ScenarioRanges,
 }
 
 impl Default for Mission<3> {
@@ -130,6 +223,9 @@ impl Default for Mission<3> {
             approach: Approach::default(),
             weights: Weights::default(),
             tolerances: Tolerances::default(),
+            margins: Margins::default(),
+            corridor: Corridor::default(),
+            scenarios: ScenarioRanges::default(),
         }
     }
 }
@@ -214,6 +310,7 @@ impl<const NL: usize> Mission<NL> {
         self.validate_target()?;
         self.validate_servicer()?;
         self.validate_approach()?;
+        self.validate_margins()?;
         self.validate_weights_and_tolerances()
     }
 
@@ -232,6 +329,9 @@ impl<const NL: usize> Mission<NL> {
         let s = &self.servicer;
         Check::positive(s.bus_mass, "servicer.bus_mass")?;
         Check::inertia(&s.bus_inertia, "servicer.bus_inertia")?;
+        for i in 0..3 {
+            Check::positive(s.bus_half_extents[i], "servicer.bus_half_extents")?;
+        }
         Check::unit(&s.boresight, "servicer.boresight")?;
         Check::finite(s.arm_base.as_slice(), "servicer.arm_base")?;
         for link in &s.links {
@@ -240,6 +340,7 @@ impl<const NL: usize> Mission<NL> {
             Check::positive(link.mass, "servicer.links.mass")?;
             Check::inertia(&link.inertia, "servicer.links.inertia")?;
             Check::unit(&link.axis, "servicer.links.axis")?;
+            Check::non_negative(link.radius, "servicer.links.radius")?;
         }
         for i in 0..NL {
             let limit = s.max_joint_angle[i];
@@ -275,6 +376,29 @@ impl<const NL: usize> Mission<NL> {
         Check::that(a.preset_lead >= 1, "approach.preset_lead", "must be at least 1")
     }
 
+    fn validate_margins(&self) -> Result<(), InvalidField> {
+        use core::f64::consts::FRAC_PI_2;
+        let (m, c, r) = (&self.margins, &self.corridor, &self.scenarios);
+        Check::non_negative(m.joint_angle, "margins.joint_angle")?;
+        let share = (0.0..1.0).contains(&m.joint_rate);
+        Check::that(share, "margins.joint_rate", "must lie in [0, 1)")?;
+        Check::non_negative(m.keep_out, "margins.keep_out")?;
+        let seen = (0.0..self.approach.field_of_view_half_angle).contains(&m.field_of_view);
+        Check::that(seen, "margins.field_of_view", "must lie in [0, field of view)")?;
+        Check::non_negative(m.clearance, "margins.clearance")?;
+        let open = c.half_angle > 0.0 && c.half_angle < FRAC_PI_2;
+        Check::that(open, "corridor.half_angle", "must lie in (0, pi/2)")?;
+        Check::positive(c.mouth_radius, "corridor.mouth_radius")?;
+        Check::non_negative(c.end_effector_length, "corridor.end_effector_length")?;
+        Check::positive(r.standoff, "scenarios.standoff")?;
+        for i in 0..3 {
+            Check::non_negative(r.offset[i], "scenarios.offset")?;
+        }
+        Check::non_negative(r.rate, "scenarios.rate")?;
+        Check::non_negative(r.rate_norm.unwrap_or(0.0), "scenarios.rate_norm")?;
+        Check::non_negative(r.velocity, "scenarios.velocity")
+    }
+
     fn validate_weights_and_tolerances(&self) -> Result<(), InvalidField> {
         let w = &self.weights;
         Check::positive(w.force, "weights.force")?;
@@ -291,7 +415,8 @@ impl<const NL: usize> Mission<NL> {
         Check::positive(t.terminal_rate, "tolerances.terminal_rate")?;
         Check::positive(t.keep_out, "tolerances.keep_out")?;
         Check::positive(t.end_effector_position, "tolerances.end_effector_position")?;
-        Check::positive(t.end_effector_angle, "tolerances.end_effector_angle")
+        Check::positive(t.end_effector_angle, "tolerances.end_effector_angle")?;
+        Check::positive(t.clearance, "tolerances.clearance")
     }
 }
 

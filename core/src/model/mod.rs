@@ -4,6 +4,7 @@
 //! dynamics of bus and arm are in [`crate::dynamics`]. Defaults are exactly those of the problem
 //! definition (docs/problem.md, sections 1-3 and 5-7).
 
+mod formulation;
 mod keep_out;
 mod mission;
 mod orbit;
@@ -11,8 +12,11 @@ mod scenario;
 mod servicer;
 mod target;
 
+pub use formulation::{Integrator, Switch};
 pub use keep_out::{SignedDistance, signed_distance_to_box};
-pub use mission::{Approach, InvalidField, Mission, Tolerances, Weights};
+pub use mission::{
+    Approach, Corridor, InvalidField, Margins, Mission, ScenarioRanges, Tolerances, Weights,
+};
 pub use orbit::{HcwTransition, Orbit, hcw_acceleration};
 pub use scenario::{Scenario, initial_bus_attitude};
 pub use servicer::{CaptureGeometry, Link, Servicer};

@@ -18,6 +18,8 @@ pub struct Link {
     pub inertia: Vector3<f64>,
     /// Unit joint axis, in link axes.
     pub axis: Vector3<f64>,
+    /// Radius of the capsule about the line from joint to tip that holds the link [m].
+    pub radius: f64,
 }
 
 impl Link {
@@ -30,6 +32,7 @@ impl Link {
             mass,
             inertia: Vector3::new(across, across, 0.5 * mass * radius * radius),
             axis: Vector3::y(),
+            radius,
         }
     }
 }
@@ -41,6 +44,8 @@ pub struct Servicer<const NL: usize> {
     pub bus_mass: f64,
     /// Bus principal moments of inertia about its centre of mass, body axes [kg m^2].
     pub bus_inertia: Vector3<f64>,
+    /// Half edge lengths of the box about the bus's centre of mass that holds it [m].
+    pub bus_half_extents: Vector3<f64>,
     /// Unit boresight of the camera, bus axes.
     pub boresight: Vector3<f64>,
     /// First joint, from the bus centre of mass, bus axes [m].
@@ -70,6 +75,7 @@ impl Default for Servicer<3> {
         Self {
             bus_mass: 500.0,
             bus_inertia: Vector3::new(83.3, 83.3, 83.3),
+            bus_half_extents: Vector3::new(0.5, 0.5, 0.5),
             boresight: Vector3::z(),
             arm_base: Vector3::new(0.0, 0.0, 0.116),
             links: [0.75, 0.75, 0.30].map(|length| Link::cylinder(length, 10.0, 0.05)),

@@ -1,5 +1,6 @@
 //! The tumbling target: geometry, port, and torque-free rotation.
 
+use super::Switch;
 use crate::math::quaternion;
 use nalgebra::{Vector3, Vector4};
 
@@ -16,6 +17,8 @@ pub struct Target {
     pub port_position: Vector3<f64>,
     /// Outward unit normal of the port `n_d`.
     pub port_normal: Vector3<f64>,
+    /// Whether the gravity gradient turns it; free of torques otherwise, as in the paper.
+    pub gravity_gradient: Switch,
 }
 
 impl Default for Target {
@@ -26,6 +29,7 @@ impl Default for Target {
             mass: 50.0,
             port_position: Vector3::new(0.0, 0.0, 0.2),
             port_normal: Vector3::z(),
+            gravity_gradient: Switch::Auto,
         }
     }
 }

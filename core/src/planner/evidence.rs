@@ -7,7 +7,8 @@ use super::{Options, StageReport, StartRecord};
 use crate::dynamics::Integrator;
 use crate::math::Checksum;
 use crate::model::{
-    Approach, Link, Mission, Orbit, Scenario, Servicer, Target, Tolerances, Weights,
+    Approach, Corridor, Link, Margins, Mission, Orbit, Scenario, Servicer, Target, Tolerances,
+    Weights,
 };
 use crate::qp::{QpOutcome, QpStatus};
 use crate::scp::{Log, Settings, Status};
@@ -137,13 +138,28 @@ pub fn output_checksum<const N: usize, const NL: usize>(
 /// new one cannot be forgotten.
 pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u64 {
     let mut sum = Checksum::new();
-    let Mission { orbit, target, servicer, approach, weights, tolerances } = mission;
+    let Mission {
+        orbit,
+        target,
+        servicer,
+        approach,
+        weights,
+        tolerances,
+        margins,
+        corridor,
+        // Scenarios are drawn from these; a plan is made of one.
+        scenarios: _,
+    } = mission;
     add_orbit(&mut sum, orbit);
     add_target(&mut sum, target);
     add_servicer(&mut sum, servicer);
     add_approach(&mut sum, approach);
     add_weights(&mut sum, weights);
     add_tolerances(&mut sum, tolerances);
+    let Margins { joint_angle, joint_rate, keep_out, field_of_view, clearance } = margins;
+    sum.numbers([joint_angle, joint_rate, keep_out, field_of_view, clearance]);
+    let Corridor { half_angle, mouth_radius, end_effector_length } = corridor;
+    sum.numbers([half_angle, mouth_radius, end_effector_length]);
     let Scenario { target_attitude, target_rate, position, velocity } = scenario;
     sum.numbers(target_attitude);
     sum.numbers(target_rate);
@@ -203,7 +219,9 @@ fn add_orbit(sum: &mut Checksum, orbit: &Orbit) {
 }
 
 fn add_target(sum: &mut Checksum, target: &Target) {
-    let Target { half_extents, inertia, mass, port_position, port_normal } = target;
+    let Target { half_extents, inertia, mass, port_position, port_normal, gravity_gradient } =
+        target;
+    sum.integer(*gravity_gradient as u64);
     sum.numbers(half_extents);
     sum.numbers(inertia);
     sum.numbers([mass]);
@@ -215,6 +233,7 @@ fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
     let Servicer {
         bus_mass,
         bus_inertia,
+        bus_half_extents,
         boresight,
         arm_base,
         links,
@@ -228,9 +247,11 @@ fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
     } = servicer;
     sum.numbers([bus_mass]);
     sum.numbers(bus_inertia);
+    sum.numbers(bus_half_extents);
     sum.numbers(boresight);
     sum.numbers(arm_base);
-    for Link { tip, center_of_mass, mass, inertia, axis } in links {
+    for Link { tip, center_of_mass, mass, inertia, axis, radius } in links {
+        sum.numbers([radius]);
         sum.numbers(tip);
         sum.numbers(center_of_mass);
         sum.numbers([mass]);
@@ -251,7 +272,11 @@ fn add_approach(sum: &mut Checksum, approach: &Approach) {
         keep_out_far_until,
         field_of_view_half_angle,
         preset_lead,
+        clearance,
+        between_nodes,
     } = approach;
+    sum.integer(*clearance as u64);
+    sum.integer(*between_nodes as u64);
     sum.numbers([duration, keep_out_far, keep_out_near, keep_out_far_until]);
     sum.numbers([field_of_view_half_angle]);
     sum.integer(*preset_lead as u64);
@@ -274,7 +299,8 @@ fn add_tolerances(sum: &mut Checksum, tolerances: &Tolerances) {
         keep_out,
         end_effector_position,
         end_effector_angle,
+        clearance,
     } = tolerances;
     sum.numbers([dynamics, control, joint, joint_rate, pointing, preset, terminal_rate]);
-    sum.numbers([keep_out, end_effector_position, end_effector_angle]);
+    sum.numbers([keep_out, end_effector_position, end_effector_angle, clearance]);
 }

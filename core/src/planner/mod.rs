@@ -16,7 +16,7 @@ mod workspace;
 pub use evidence::{Evidence, Fallback, StageEvidence, VERSION, output_checksum};
 pub use gains::{Gain, feedback_gain};
 pub use options::{Environment, Options};
-pub use report::{PhaseTimes, Report, StageReport};
+pub use report::{PhaseTimes, Report, StageReport, Verdict};
 pub use start::{Start, StartRecord};
 pub use workspace::{EmbeddedSolver, Workspace};
 
@@ -25,7 +25,7 @@ use crate::model::{Mission, Scenario};
 use crate::pair::Pair;
 use crate::qp::QpSolver;
 use crate::scp::{self, Outcome, Settings, Status};
-use crate::stages::{LINKS, NODES, Reorientation, Translation, size, verify};
+use crate::stages::{LINKS, NODES, Reorientation, Translation, Verification, size, verify};
 use crate::time::Deadline;
 
 /// Solver of the subproblems of both stages. The planner resets it at the start of each.
@@ -66,7 +66,8 @@ pub fn plan<S: Solver, P: Pair>(
 
     let from = clock.seconds();
     let (path, motion) = (workspace.path(), workspace.motion());
-    let residuals = verify(mission, scenario, options.integrator, path, motion);
+    let Verification { residuals, clearances } =
+        verify(mission, scenario, options.integrator, path, motion);
     let is_verified = residuals.are_within(&mission.tolerances);
     times.verify_s = clock.seconds() - from;
 
@@ -91,7 +92,7 @@ pub fn plan<S: Solver, P: Pair>(
     };
     times.total_s = clock.seconds() - started;
     let reorientation = attitude.report;
-    Report { status, translation, reorientation, residuals, times, evidence }
+    Report { status, translation, reorientation, residuals, clearances, times, evidence }
 }
 
 /// What became of Stage 2.

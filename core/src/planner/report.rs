@@ -2,7 +2,7 @@
 
 use super::Evidence;
 use crate::scp::{Log, Outcome, Status};
-use crate::stages::Residuals;
+use crate::stages::{Clearances, Residuals};
 
 /// Report of one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -66,6 +66,36 @@ impl PhaseTimes {
     }
 }
 
+/// What a plan is good for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, PartialOrd, Ord)]
+#[repr(u32)]
+pub enum Verdict {
+    /// Verified, and what was asked for was reached: the cost has converged, or in feasibility
+    /// mode the plan is feasible.
+    Optimal = 0,
+    /// Verified, but not converged: it can be flown, though it may cost more than it would have to.
+    Verified = 1,
+    /// Not to be flown: the verifier found a constraint violated.
+    #[default]
+    NotFlyable = 2,
+}
+
+impl Verdict {
+    /// Stable code for records.
+    pub fn code(self) -> u32 {
+        self as u32
+    }
+
+    /// Name in files and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Optimal => "optimal",
+            Self::Verified => "verified_not_converged",
+            Self::NotFlyable => "not_flyable",
+        }
+    }
+}
+
 /// Report of a plan; the trajectories are in the workspace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
@@ -77,6 +107,8 @@ pub struct Report {
     pub reorientation: StageReport,
     /// The verifier's residuals.
     pub residuals: Residuals,
+    /// How near bodies come to each other, by the verifier.
+    pub clearances: Clearances,
     /// Where the time went.
     pub times: PhaseTimes,
     /// What the plan was made from, by what, and what came out.
@@ -84,6 +116,15 @@ pub struct Report {
 }
 
 impl Report {
+    /// What the plan is good for.
+    pub fn verdict(&self) -> Verdict {
+        match (self.is_verified(), self.status) {
+            (true, Status::Solved) => Verdict::Optimal,
+            (true, _) => Verdict::Verified,
+            (false, _) => Verdict::NotFlyable,
+        }
+    }
+
     /// Whether the verifier found every residual of the plan within its tolerance: such a plan can
     /// be flown whatever the status, though it may cost more than it would have to.
     pub fn is_verified(&self) -> bool {

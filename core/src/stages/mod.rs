@@ -7,7 +7,7 @@ mod verifier;
 
 pub use reorientation::{Mode, Reorientation, ReorientationTrajectory};
 pub use translation::{Translation, TranslationTrajectory};
-pub use verifier::{Residuals, verify, verify_translation};
+pub use verifier::{Clearances, Closest, Residuals, Verification, verify, verify_translation};
 
 /// The larger of two violations; what is not a number is infinitely violated.
 fn worse(a: f64, b: f64) -> f64 {

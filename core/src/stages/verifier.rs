@@ -36,11 +36,50 @@ pub struct Residuals {
     pub ee_position: f64,
     /// Angle between end-effector direction and approach direction [rad].
     pub ee_angle: f64,
+    /// Overlap of bodies [m]; zero where [`Approach::clearance`](crate::model::Approach) is not in
+    /// force.
+    pub clearance: f64,
+}
+
+/// The smallest distance between two bodies over a plan, nodes and what lies between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// Distance of their surfaces [m]; negative where they overlap.
+    pub distance: f64,
+    /// When [s].
+    pub time_s: f64,
+    /// Which body of the servicer: 0 the bus, then the links, from 1.
+    pub body: u32,
+}
+
+impl Closest {
+    /// Nothing looked at yet.
+    pub const NONE: Self = Self { distance: f64::INFINITY, time_s: 0.0, body: 0 };
+}
+
+/// How near bodies come to each other, by the verifier; judged or not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearances {
+    /// The arm and the target; within the corridor, the end effector and its edge.
+    pub arm: Closest,
+    /// The bus and the target.
+    pub bus: Closest,
+    /// The arm and its own bus.
+    pub own: Closest,
+}
+
+/// What the verifier found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verification {
+    /// The residuals.
+    pub residuals: Residuals,
+    /// How near bodies come to each other.
+    pub clearances: Clearances,
 }
 
 impl Residuals {
     /// Number of residuals.
-    pub const COUNT: usize = 11;
+    pub const COUNT: usize = 12;
 
     /// Names, values and tolerances, in the order of the plan file.
     pub fn against(&self, t: &Tolerances) -> [(&'static str, f64, f64); Self::COUNT] {
@@ -56,6 +95,7 @@ impl Residuals {
             ("terminal_rate", self.terminal_rate, t.terminal_rate),
             ("ee_position", self.ee_position, t.end_effector_position),
             ("ee_angle", self.ee_angle, t.end_effector_angle),
+            ("clearance", self.clearance, t.clearance),
         ]
     }
 
@@ -89,14 +129,15 @@ pub fn verify<const N: usize, const NL: usize>(
     integrator: Integrator,
     translation: &TranslationTrajectory<N>,
     reorientation: &ReorientationTrajectory<N, NL>,
-) -> Residuals {
+) -> Verification {
     let mut residuals = verify_translation(mission, scenario, translation);
     let target = tumble::<N, NL>(mission, scenario);
     let plan = Checked { mission, translation, reorientation, target: &target };
     residuals.dynamics2 = plan.dynamics(integrator);
     plan.bounds(&mut residuals);
     plan.terminal(&mut residuals);
-    residuals
+    let clearances = Clearances { arm: Closest::NONE, bus: Closest::NONE, own: Closest::NONE };
+    Verification { residuals, clearances }
 }
 
 /// Residuals of Stage 1 alone; those of Stage 2 are left zero (`control` is that of the force).

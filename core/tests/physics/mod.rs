@@ -4,7 +4,7 @@ use nalgebra::{Quaternion, SVector, Unit, UnitQuaternion, Vector3, Vector4};
 use proptest::prelude::*;
 use remora_core::dynamics::{Acceleration, Control, Integrator, Multibody, State};
 use remora_core::math::quaternion;
-use remora_core::model::{Link, Mission, Orbit, Servicer};
+use remora_core::model::{Corridor, Link, Margins, Mission, Orbit, ScenarioRanges, Servicer};
 
 /// A servicer in an orbit, in some state, under some load. `NX` and `NU` are the sizes of state and
 /// control that go with `NL` links.
@@ -26,7 +26,17 @@ impl<const NL: usize, const NX: usize, const NU: usize> Case<NL, NX, NU> {
             ..Orbit::default()
         };
         let servicer = self.servicer;
-        Multibody::new(&Mission { orbit, target, servicer, approach, weights, tolerances })
+        Multibody::new(&Mission {
+            orbit,
+            target,
+            servicer,
+            approach,
+            weights,
+            tolerances,
+            margins: Margins::default(),
+            corridor: Corridor::default(),
+            scenarios: ScenarioRanges::default(),
+        })
     }
 
     /// Accelerations, bus first.
@@ -107,6 +117,7 @@ fn link() -> impl Strategy<Value = Link> {
             mass,
             inertia,
             axis,
+            radius: 0.05,
         },
     )
 }
@@ -117,6 +128,7 @@ fn servicer<const NL: usize>() -> impl Strategy<Value = Servicer<NL>> {
         |(bus_mass, bus_inertia, arm_base, links)| Servicer {
             bus_mass,
             bus_inertia,
+            bus_half_extents: Vector3::repeat(0.5),
             boresight: Vector3::z(),
             arm_base,
             links,

@@ -227,7 +227,7 @@ mod tests {
             stage1: stage,
             stage2: stage,
             inference_s: 0.0,
-            residuals: [0.0; 11],
+            residuals: [0.0; 12],
         }
     }
 

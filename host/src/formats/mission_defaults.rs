@@ -1,7 +1,8 @@
 //! The problem definition's values as a mission file, and the file's keys for the core's fields.
 
 use super::mission_file::{
-    Approach, FORMAT, Horizon, Link, MissionFile, Orbit, Servicer, Target, Tolerances, Weights,
+    Approach, Corridor, FORMAT, Horizon, Link, Margins, MissionFile, Orbit, Scenarios, Servicer,
+    Switch, Target, Tolerances, Weights,
 };
 use remora_core::model::{self, Mission};
 use remora_core::stages::{LINKS, NODES};
@@ -21,6 +22,9 @@ impl Default for MissionFile {
             approach: Approach::default(),
             weights: Weights::default(),
             tolerances: Tolerances::default(),
+            margins: Margins::default(),
+            corridor: Corridor::default(),
+            scenarios: Scenarios::default(),
             servicer: Servicer::default(),
         }
     }
@@ -53,6 +57,7 @@ impl Default for Target {
             mass_kg: t.mass,
             port_position_m: t.port_position.into(),
             port_normal: t.port_normal.into(),
+            gravity_gradient: Switch::Auto,
         }
     }
 }
@@ -63,6 +68,7 @@ impl Default for Servicer {
         Self {
             bus_mass_kg: s.bus_mass,
             bus_inertia_kg_m2: s.bus_inertia.into(),
+            bus_half_extents_m: s.bus_half_extents.into(),
             boresight: s.boresight.into(),
             arm_base_m: s.arm_base.into(),
             joint_angle_limit_rad: s.max_joint_angle.into(),
@@ -85,6 +91,7 @@ impl From<&model::Link> for Link {
             mass_kg: link.mass,
             inertia_kg_m2: link.inertia.into(),
             axis: link.axis.into(),
+            radius_m: link.radius,
         }
     }
 }
@@ -98,6 +105,8 @@ impl Default for Approach {
             keep_out_far_until: a.keep_out_far_until,
             field_of_view_half_angle_deg: degrees(a.field_of_view_half_angle),
             preset_lead_intervals: a.preset_lead,
+            clearance: Switch::Auto,
+            between_nodes: Switch::Auto,
         }
     }
 }
@@ -128,12 +137,65 @@ impl Default for Tolerances {
             keep_out_m: t.keep_out,
             ee_position_m: t.end_effector_position,
             ee_angle_rad: t.end_effector_angle,
+            clearance_m: t.clearance,
+        }
+    }
+}
+
+impl Default for Margins {
+    fn default() -> Self {
+        let m = model::Margins::default();
+        Self {
+            joint_angle_rad: m.joint_angle,
+            joint_rate: m.joint_rate,
+            keep_out_m: m.keep_out,
+            field_of_view_deg: degrees(m.field_of_view),
+            clearance_m: m.clearance,
+        }
+    }
+}
+
+impl Default for Corridor {
+    fn default() -> Self {
+        let c = model::Corridor::default();
+        Self {
+            half_angle_deg: degrees(c.half_angle),
+            mouth_radius_m: c.mouth_radius,
+            end_effector_length_m: c.end_effector_length,
+        }
+    }
+}
+
+impl Default for Scenarios {
+    fn default() -> Self {
+        let s = model::ScenarioRanges::default();
+        Self {
+            standoff_m: s.standoff,
+            offset_m: s.offset.into(),
+            rate_rad_s: s.rate,
+            rate_norm_deg_s: s.rate_norm.map(degrees),
+            velocity_m_s: s.velocity,
         }
     }
 }
 
 /// The core's fields whose key in the file is another.
-const KEYS: [(&str, &str); 28] = [
+const KEYS: [(&str, &str); 43] = [
+    ("servicer.bus_half_extents", "servicer.bus_half_extents_m"),
+    ("servicer.links.radius", "servicer.links.radius_m"),
+    ("tolerances.clearance", "tolerances.clearance_m"),
+    ("margins.joint_angle", "margins.joint_angle_rad"),
+    ("margins.keep_out", "margins.keep_out_m"),
+    ("margins.field_of_view", "margins.field_of_view_deg"),
+    ("margins.clearance", "margins.clearance_m"),
+    ("corridor.half_angle", "corridor.half_angle_deg"),
+    ("corridor.mouth_radius", "corridor.mouth_radius_m"),
+    ("corridor.end_effector_length", "corridor.end_effector_length_m"),
+    ("scenarios.standoff", "scenarios.standoff_m"),
+    ("scenarios.offset", "scenarios.offset_m"),
+    ("scenarios.rate", "scenarios.rate_rad_s"),
+    ("scenarios.rate_norm", "scenarios.rate_norm_deg_s"),
+    ("scenarios.velocity", "scenarios.velocity_m_s"),
     ("orbit.gravitational_parameter", "orbit.gravitational_parameter_m3_s2"),
     ("orbit.semi_major_axis", "orbit.semi_major_axis_m"),
     ("orbit.inclination", "orbit.inclination_deg"),

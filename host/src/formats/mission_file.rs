@@ -37,8 +37,73 @@ pub struct MissionFile {
     pub weights: Weights,
     /// What counts as solved.
     pub tolerances: Tolerances,
+    /// How far planning stays from its limits.
+    pub margins: Margins,
+    /// The end effector's way to the port.
+    pub corridor: Corridor,
+    /// Where scenarios are drawn from.
+    pub scenarios: Scenarios,
     /// The servicer.
     pub servicer: Servicer,
+}
+
+/// Whether a part of the problem that the paper does not have is in force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Switch {
+    /// With RK4, not with Euler.
+    Auto,
+    /// In force.
+    On,
+    /// Not in force.
+    #[serde(alias = "off")]
+    None,
+}
+
+/// `[margins]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Margins {
+    /// From the joint stops [rad].
+    pub joint_angle_rad: f64,
+    /// Share of the joint rate limit left unused.
+    pub joint_rate: f64,
+    /// From the keep-out distances [m].
+    pub keep_out_m: f64,
+    /// From the edge of the field of view [deg].
+    pub field_of_view_deg: f64,
+    /// Between bodies [m].
+    pub clearance_m: f64,
+}
+
+/// `[corridor]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Corridor {
+    /// Half angle of the cone about the port's normal [deg].
+    pub half_angle_deg: f64,
+    /// Radius of the cone at the port [m].
+    pub mouth_radius_m: f64,
+    /// Length of the last link's end that only the corridor concerns [m].
+    pub end_effector_length_m: f64,
+}
+
+/// `[scenarios]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scenarios {
+    /// Distance in front of the port about which starts are drawn [m].
+    pub standoff_m: f64,
+    /// Half widths of the offset from there, RTN axes [m].
+    pub offset_m: [f64; 3],
+    /// Half width of each component of the target's rate [rad/s].
+    pub rate_rad_s: f64,
+    /// Norm of the target's rate, its direction then uniform [deg/s]; left out, the components are
+    /// drawn one by one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_norm_deg_s: Option<f64>,
+    /// Half width of each component of the servicer's velocity [m/s].
+    pub velocity_m_s: f64,
 }
 
 /// `[horizon]`
@@ -79,6 +144,8 @@ pub struct Target {
     pub port_position_m: [f64; 3],
     /// Outward unit normal of the port.
     pub port_normal: [f64; 3],
+    /// Whether the gravity gradient turns it.
+    pub gravity_gradient: Switch,
 }
 
 /// `[servicer]` and `[[servicer.links]]`
@@ -89,6 +156,8 @@ pub struct Servicer {
     pub bus_mass_kg: f64,
     /// Bus principal moments of inertia [kg m^2].
     pub bus_inertia_kg_m2: [f64; 3],
+    /// Half edge lengths of the box that holds the bus [m].
+    pub bus_half_extents_m: [f64; 3],
     /// Unit boresight, bus axes.
     pub boresight: [f64; 3],
     /// First joint from the bus centre of mass, bus axes [m].
@@ -111,7 +180,7 @@ pub struct Servicer {
     pub links: Vec<Link>,
 }
 
-/// One of `[[servicer.links]]`; no key may be left out.
+/// One of `[[servicer.links]]`; no key but the radius may be left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Link {
@@ -125,6 +194,9 @@ pub struct Link {
     pub inertia_kg_m2: [f64; 3],
     /// Unit joint axis, link axes.
     pub axis: [f64; 3],
+    /// Radius of the capsule that holds the link [m].
+    #[serde(default = "Link::default_radius")]
+    pub radius_m: f64,
 }
 
 /// `[approach]`
@@ -141,6 +213,10 @@ pub struct Approach {
     pub field_of_view_half_angle_deg: f64,
     /// Intervals before the end at which the arm is in its capture configuration.
     pub preset_lead_intervals: usize,
+    /// Whether bus and arm must stay clear of the target, and the arm of its own bus.
+    pub clearance: Switch,
+    /// Whether limits hold between the nodes too.
+    pub between_nodes: Switch,
 }
 
 /// `[weights]`, on controls divided by their limits
@@ -181,6 +257,8 @@ pub struct Tolerances {
     pub ee_position_m: f64,
     /// Approach direction [rad].
     pub ee_angle_rad: f64,
+    /// Overlap of bodies [m].
+    pub clearance_m: f64,
 }
 
 /// The mission of a file, or the built-in one without a file.
@@ -247,6 +325,7 @@ impl MissionFile {
 
     fn convert(&self) -> Result<Mission<LINKS>, FieldError> {
         let (o, a, w, t) = (&self.orbit, &self.approach, &self.weights, &self.tolerances);
+        let (m, c, s) = (&self.margins, &self.corridor, &self.scenarios);
         Ok(Mission {
             orbit: model::Orbit {
                 gravitational_parameter: o.gravitational_parameter_m3_s2,
@@ -263,6 +342,8 @@ impl MissionFile {
                 keep_out_far_until: a.keep_out_far_until,
                 field_of_view_half_angle: radians(a.field_of_view_half_angle_deg),
                 preset_lead: a.preset_lead_intervals,
+                clearance: a.clearance.into(),
+                between_nodes: a.between_nodes.into(),
             },
             weights: model::Weights {
                 force: w.force,
@@ -281,8 +362,38 @@ impl MissionFile {
                 keep_out: t.keep_out_m,
                 end_effector_position: t.ee_position_m,
                 end_effector_angle: t.ee_angle_rad,
+                clearance: t.clearance_m,
+            },
+            margins: model::Margins {
+                joint_angle: m.joint_angle_rad,
+                joint_rate: m.joint_rate,
+                keep_out: m.keep_out_m,
+                field_of_view: radians(m.field_of_view_deg),
+                clearance: m.clearance_m,
+            },
+            corridor: model::Corridor {
+                half_angle: radians(c.half_angle_deg),
+                mouth_radius: c.mouth_radius_m,
+                end_effector_length: c.end_effector_length_m,
+            },
+            scenarios: model::ScenarioRanges {
+                standoff: s.standoff_m,
+                offset: Vector3::from(s.offset_m),
+                rate: s.rate_rad_s,
+                rate_norm: s.rate_norm_deg_s.map(radians),
+                velocity: s.velocity_m_s,
             },
         })
+    }
+}
+
+impl From<Switch> for model::Switch {
+    fn from(switch: Switch) -> Self {
+        match switch {
+            Switch::Auto => Self::Auto,
+            Switch::On => Self::On,
+            Switch::None => Self::Off,
+        }
     }
 }
 
@@ -294,6 +405,7 @@ impl Target {
             mass: self.mass_kg,
             port_position: Vector3::from(self.port_position_m),
             port_normal: Vector3::from(self.port_normal),
+            gravity_gradient: self.gravity_gradient.into(),
         }
     }
 }
@@ -309,6 +421,7 @@ impl Servicer {
         Ok(model::Servicer {
             bus_mass: self.bus_mass_kg,
             bus_inertia: Vector3::from(self.bus_inertia_kg_m2),
+            bus_half_extents: Vector3::from(self.bus_half_extents_m),
             boresight: Vector3::from(self.boresight),
             arm_base: Vector3::from(self.arm_base_m),
             links,
@@ -324,6 +437,10 @@ impl Servicer {
 }
 
 impl Link {
+    fn default_radius() -> f64 {
+        0.05
+    }
+
     fn convert(&self) -> model::Link {
         model::Link {
             tip: Vector3::from(self.tip_m),
@@ -331,6 +448,7 @@ impl Link {
             mass: self.mass_kg,
             inertia: Vector3::from(self.inertia_kg_m2),
             axis: Vector3::from(self.axis),
+            radius: self.radius_m,
         }
     }
 }

@@ -22,6 +22,7 @@ impl From<Residuals> for PlanResiduals {
             terminal_rate: r.terminal_rate,
             ee_position: r.ee_position,
             ee_angle: r.ee_angle,
+            clearance: r.clearance,
         }
     }
 }
@@ -40,6 +41,7 @@ impl From<PlanResiduals> for Residuals {
             terminal_rate: r.terminal_rate,
             ee_position: r.ee_position,
             ee_angle: r.ee_angle,
+            clearance: r.clearance,
         }
     }
 }

@@ -140,6 +140,9 @@ pub struct PlanResiduals {
     pub ee_position: f64,
     /// Approach direction [rad].
     pub ee_angle: f64,
+    /// Overlap of bodies [m]; plans of older versions have none.
+    #[serde(default)]
+    pub clearance: f64,
 }
 
 impl PlanStatus {

@@ -144,7 +144,7 @@ impl Judge<'_> {
     /// than those claimed, whatever its status.
     pub fn is_wrong(&self, claim: &Claim, plan: Plan<'_>) -> bool {
         let Self { mission, scenario, integrator } = *self;
-        let found = verify(mission, scenario, integrator, plan.path, plan.motion);
+        let found = verify(mission, scenario, integrator, plan.path, plan.motion).residuals;
         let feasible = found.are_within(&mission.tolerances) && is_finite(plan);
         let claimed = claim.status == Status::Solved || claim.is_verified;
         let pairs = found.against(&mission.tolerances).into_iter();

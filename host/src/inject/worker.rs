@@ -269,7 +269,7 @@ impl Machine {
         }
         let (path, motion) = (workspace.path(), workspace.motion());
         let scenario = &setup.scenarios[index].scenario();
-        let residuals = verify(mission, scenario, options.integrator, path, motion);
+        let residuals = verify(mission, scenario, options.integrator, path, motion).residuals;
         let is_verified = residuals.are_within(&mission.tolerances);
         let status = if is_verified { Status::Solved } else { Status::NumericalFailure };
         let output = output_checksum(path, motion);

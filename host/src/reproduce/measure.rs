@@ -178,7 +178,7 @@ pub(super) mod tests {
             stage1: stage,
             stage2: stage,
             inference_s: 0.001,
-            residuals: [0.0; 11],
+            residuals: [0.0; 12],
         }
     }
 
