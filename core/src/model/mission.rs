@@ -1,6 +1,6 @@
 //! Everything that is the same for every approach of a mission.
 
-use super::{Orbit, Servicer, Switch, Target};
+use super::{Orbit, Servicer, Switch, Target, Typical};
 use core::fmt;
 use nalgebra::Vector3;
 
@@ -212,6 +212,8 @@ pub struct Mission<const NL: usize> {
     pub corridor: Corridor,
     /// Where scenarios are drawn from.
     pub scenarios: ScenarioRanges,
+    /// What steps are divided by; `None`: what follows from the rest, see [`Mission::typical`].
+    pub typical_magnitudes: Option<Typical>,
 }
 
 impl Default for Mission<3> {
@@ -226,6 +228,7 @@ impl Default for Mission<3> {
             margins: Margins::default(),
             corridor: Corridor::default(),
             scenarios: ScenarioRanges::default(),
+            typical_magnitudes: None,
         }
     }
 }
@@ -396,7 +399,16 @@ impl<const NL: usize> Mission<NL> {
         }
         Check::non_negative(r.rate, "scenarios.rate")?;
         Check::non_negative(r.rate_norm.unwrap_or(0.0), "scenarios.rate_norm")?;
-        Check::non_negative(r.velocity, "scenarios.velocity")
+        Check::non_negative(r.velocity, "scenarios.velocity")?;
+        let Some(t) = &self.typical_magnitudes else { return Ok(()) };
+        Check::positive(t.length, "typical.length")?;
+        Check::positive(t.velocity, "typical.velocity")?;
+        Check::positive(t.force, "typical.force")?;
+        Check::positive(t.angle, "typical.angle")?;
+        Check::positive(t.rate, "typical.rate")?;
+        Check::positive(t.joint_rate, "typical.joint_rate")?;
+        Check::positive(t.bus_torque, "typical.bus_torque")?;
+        Check::positive(t.joint_torque, "typical.joint_torque")
     }
 
     fn validate_weights_and_tolerances(&self) -> Result<(), InvalidField> {

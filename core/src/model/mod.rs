@@ -9,8 +9,10 @@ mod keep_out;
 mod mission;
 mod orbit;
 mod scenario;
+mod segment;
 mod servicer;
 mod target;
+mod typical;
 
 pub use formulation::{Integrator, Switch};
 pub use keep_out::{SignedDistance, signed_distance_to_box};
@@ -19,5 +21,7 @@ pub use mission::{
 };
 pub use orbit::{HcwTransition, Orbit, hcw_acceleration};
 pub use scenario::{Scenario, initial_bus_attitude};
+pub use segment::{SegmentDistance, segment_to_box};
 pub use servicer::{CaptureGeometry, Link, Servicer};
 pub use target::{Target, TargetState};
+pub use typical::Typical;

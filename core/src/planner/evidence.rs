@@ -8,7 +8,7 @@ use crate::dynamics::Integrator;
 use crate::math::Checksum;
 use crate::model::{
     Approach, Corridor, Link, Margins, Mission, Orbit, Scenario, Servicer, Target, Tolerances,
-    Weights,
+    Typical, Weights,
 };
 use crate::qp::{QpOutcome, QpStatus};
 use crate::scp::{Log, Settings, Status};
@@ -149,6 +149,7 @@ pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u
         corridor,
         // Scenarios are drawn from these; a plan is made of one.
         scenarios: _,
+        typical_magnitudes,
     } = mission;
     add_orbit(&mut sum, orbit);
     add_target(&mut sum, target);
@@ -160,6 +161,11 @@ pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u
     sum.numbers([joint_angle, joint_rate, keep_out, field_of_view, clearance]);
     let Corridor { half_angle, mouth_radius, end_effector_length } = corridor;
     sum.numbers([half_angle, mouth_radius, end_effector_length]);
+    if let Some(typical) = typical_magnitudes {
+        let Typical { length, velocity, force, angle, rate, joint_rate, bus_torque, joint_torque } =
+            typical;
+        sum.numbers([length, velocity, force, angle, rate, joint_rate, bus_torque, joint_torque]);
+    }
     let Scenario { target_attitude, target_rate, position, velocity } = scenario;
     sum.numbers(target_attitude);
     sum.numbers(target_rate);

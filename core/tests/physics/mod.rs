@@ -36,6 +36,7 @@ impl<const NL: usize, const NX: usize, const NU: usize> Case<NL, NX, NU> {
             margins: Margins::default(),
             corridor: Corridor::default(),
             scenarios: ScenarioRanges::default(),
+            typical_magnitudes: None,
         })
     }
 

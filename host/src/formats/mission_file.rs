@@ -383,6 +383,7 @@ impl MissionFile {
                 rate_norm: s.rate_norm_deg_s.map(radians),
                 velocity: s.velocity_m_s,
             },
+            typical_magnitudes: None,
         })
     }
 }
