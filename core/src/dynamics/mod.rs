@@ -17,6 +17,7 @@ mod forward;
 mod inverse;
 mod linear;
 mod multibody;
+mod pose;
 mod step;
 mod system;
 
@@ -25,6 +26,7 @@ pub use curvature::TorqueCurvature;
 pub use inverse::{Leg, STEERING_ITERATIONS};
 pub use linear::{AccelerationJacobian, ForceJacobian};
 pub use multibody::Multibody;
+pub use pose::ArmPose;
 pub use step::StepJacobian;
 pub use system::{EndEffectorPose, SystemRates, SystemState};
 

@@ -47,6 +47,16 @@ impl Approach {
         let fraction = k as f64 / (nodes - 1) as f64;
         if fraction <= self.keep_out_far_until { self.keep_out_far } else { self.keep_out_near }
     }
+
+    /// Share of the margins in force at `time` [s] on a horizon of `nodes`: they fade in over the
+    /// first [`Approach::preset_lead`] intervals, since the start is given, and out over the last,
+    /// since the end is at the port.
+    pub fn margin_share(&self, time: f64, nodes: usize) -> f64 {
+        let ramp = self.duration * self.preset_lead as f64 / (nodes - 1) as f64;
+        let left = self.duration - time;
+        let nearer = if time < left { time } else { left };
+        crate::math::clamp(nearer / ramp, 0.0, 1.0)
+    }
 }
 
 /// How far planning stays from what the verifier holds a plan to, where

@@ -57,7 +57,7 @@ pub fn plan<S: Solver, P: Pair>(
     tumble(mission, scenario, workspace);
     times.start_s = clock.seconds() - started;
     let (translation, one) =
-        plan_translation(mission, scenario, &options.translation, solver, &deadline, workspace);
+        plan_translation(mission, scenario, options, solver, &deadline, workspace);
     times.translation_s = translation.time_s;
 
     let attitude =
@@ -169,18 +169,18 @@ fn tumble(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &mut Workspa
 fn plan_translation<S: Solver>(
     mission: &Mission<LINKS>,
     scenario: &Scenario,
-    settings: &Settings,
+    options: &Options,
     solver: &mut S,
     deadline: &Deadline,
     workspace: &mut Workspace,
 ) -> (StageReport, StageEvidence) {
     let started = deadline.seconds();
     let Workspace { target, scratch: w, translation: z, .. } = workspace;
-    let mut problem = Translation::new(mission, scenario, target);
+    let mut problem = Translation::new(mission, options.integrator, scenario, target);
     solver.reset();
     let start = problem.warm_start(solver, deadline, &mut w.qp, &mut w.step, &mut z.trajectory);
     let mut outcome = if start.status.is_usable() {
-        scp::solve(&mut problem, solver, settings, deadline, w, z)
+        scp::solve(&mut problem, solver, &options.translation, deadline, w, z)
     } else {
         z.log.clear();
         Outcome {

@@ -1,5 +1,6 @@
 //! The two stages as problems for the loop, the heuristic start, and the independent verifier.
 
+mod clearance;
 pub mod heuristic;
 mod reorientation;
 mod translation;
@@ -35,8 +36,9 @@ pub mod size {
     pub const NX: usize = 6 + 2 * LINKS;
     /// Controls.
     pub const NU: usize = 3 + LINKS;
-    /// Soft rows.
-    pub const NR: usize = 1;
+    /// Soft rows: pointing and three groups of clearances; in Stage 1 keep-out at the node and at
+    /// three points of the interval before it.
+    pub const NR: usize = 1 + super::clearance::GROUPS;
 }
 
 #[cfg(test)]

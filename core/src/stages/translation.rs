@@ -1,11 +1,13 @@
 //! Stage 1: the path of the system's centre of mass (section 5).
 
 use crate::math::{clamp, quaternion};
-use crate::model::{HcwTransition, Mission, Scenario, TargetState, signed_distance_to_box};
-use crate::qp::{Qp, QpOutcome, QpSolver, Solution};
+use crate::model::{
+    HcwTransition, Integrator, Mission, Scenario, TargetState, signed_distance_to_box,
+};
+use crate::qp::{Qp, QpOutcome, QpSolver, Solution, Stage};
 use crate::scp::{Problem, Residuals};
 use crate::time::Deadline;
-use nalgebra::{SVector, Vector3};
+use nalgebra::{Matrix3, Matrix3x6, SVector, Vector3, Vector4};
 
 use super::size::{NR, NU, NX};
 use super::worse;
@@ -30,12 +32,11 @@ impl<const N: usize> TranslationTrajectory<N> {
     };
 }
 
-/// What positions, velocities and forces are divided by in the subproblem: typical magnitudes
-/// [m, m/s, N].
-const SCALE: [f64; 3] = [1.0, 1e-2, 2e-2];
+/// Cost in the loop of one interval's typical force: so that the whole is typically one.
+const TYPICAL_COST: f64 = 0.064;
 
-/// Factor on the cost in the loop: its typical value is 1e-3.
-const COST_SCALE: f64 = 1e3;
+/// Where within the interval before a node keep-out holds too: shares of it, back from the node.
+const WITHIN: [f64; NR - 1] = [0.25, 0.5, 0.75];
 
 /// Share of each tolerance that the loop leaves to the verifier.
 const MARGIN: f64 = 0.5;
@@ -53,10 +54,20 @@ const CONTROLS: usize = 3;
 /// beyond these (see [`super::size`]) are padding that nothing else depends on: the controls are
 /// pinned to zero, and so are the states at the first node, from where their dynamics keep them
 /// there. (Pins at every node would say the same twice, which some solvers do not like.)
-pub struct Translation<'a, const N: usize> {
+pub struct Translation<'a, const N: usize, const NL: usize> {
     target: &'a [TargetState; N],
     half_extents: Vector3<f64>,
-    keep_out: [f64; N],
+    mission: &'a Mission<NL>,
+    /// Keep-out distance at the nodes, and within the intervals before them.
+    keep_out: [[f64; 2]; N],
+    /// What planning adds to it, and whether it holds between nodes.
+    margin: Option<f64>,
+    /// Back from a node to the points [`WITHIN`] the interval before it.
+    back: [HcwTransition; NR - 1],
+    dt: f64,
+    /// What positions, velocities and forces are divided by in the subproblem [m, m/s, N].
+    scale: [f64; 3],
+    cost_scale: f64,
     keep_out_tolerance: f64,
     end_tolerance: f64,
     transition: HcwTransition,
@@ -70,10 +81,11 @@ pub struct Translation<'a, const N: usize> {
     constrained: bool,
 }
 
-impl<'a, const N: usize> Translation<'a, N> {
+impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
     /// The problem of one scenario; `target` its tumble at the nodes.
-    pub fn new<const NL: usize>(
-        mission: &Mission<NL>,
+    pub fn new(
+        mission: &'a Mission<NL>,
+        integrator: Integrator,
         scenario: &Scenario,
         target: &'a [TargetState; N],
     ) -> Self {
@@ -82,16 +94,31 @@ impl<'a, const N: usize> Translation<'a, N> {
         let capture = mission.servicer.capture_geometry();
         let port = mission.target.port_position + mission.target.port_normal * capture.reach;
         let position = quaternion::rotation_matrix(&end.attitude) * port;
-        let dt = mission.approach.duration / (N - 1) as f64;
+        let (approach, n) = (&mission.approach, mission.mean_motion());
+        let dt = approach.duration / (N - 1) as f64;
+        let (typical, max_force) = (mission.typical(), mission.servicer.max_force);
+        // The end lies at the reach from the port, whatever the near distance.
+        let at_end = approach.keep_out(N - 1, N).min(capture.reach);
+        let keep_out = core::array::from_fn(|k| {
+            let (at, before) = (approach.keep_out(k, N), approach.keep_out(k.max(1) - 1, N));
+            [at, if k + 1 == N { at_end } else { at.min(before) }]
+        });
+        let inverse_unit = max_force / typical.force;
         Self {
+            mission,
+            margin: approach.between_nodes.is_on(integrator).then_some(mission.margins.keep_out),
+            back: WITHIN.map(|share| HcwTransition::new(n, -share * dt)),
+            dt,
+            scale: [typical.length, typical.velocity, typical.force],
+            cost_scale: TYPICAL_COST * inverse_unit * inverse_unit,
             target,
             half_extents: mission.target.half_extents,
-            keep_out: core::array::from_fn(|k| mission.approach.keep_out(k, N)),
+            keep_out,
             keep_out_tolerance: mission.tolerances.keep_out,
             end_tolerance: mission.tolerances.dynamics,
-            transition: HcwTransition::new(mission.mean_motion(), dt),
+            transition: HcwTransition::new(n, dt),
             mass: mission.servicer.total_mass(),
-            max_force: mission.servicer.max_force,
+            max_force,
             force_weight: mission.weights.force,
             change_weight: mission.weights.force_change,
             start: (scenario.position, scenario.velocity),
@@ -152,27 +179,96 @@ impl<'a, const N: usize> Translation<'a, N> {
         }
     }
 
-    /// Keep-out row at node `k`: `(keep_out - distance, -gradient in RTN)`; the terminal node has
-    /// none.
-    fn keep_out_row(&self, k: usize, position: &Vector3<f64>) -> (f64, Vector3<f64>) {
-        if k + 1 == N || !self.constrained {
+    /// Keep-out row `i` of node `k`: `(keep_out - distance, -gradient in RTN)`. Row 0 is that of
+    /// the node itself, of which the terminal node has none; the others are those of the points
+    /// [`WITHIN`] the interval before.
+    fn keep_out_row(
+        &self,
+        k: usize,
+        i: usize,
+        trajectory: &TranslationTrajectory<N>,
+    ) -> (f64, Vector3<f64>) {
+        let exempt = if i == 0 { k + 1 == N } else { k == 0 || self.margin.is_none() };
+        if exempt || !self.constrained {
             return (-1.0, Vector3::zeros());
         }
-        let rotation = quaternion::rotation_matrix(&self.target[k].attitude);
-        let local = rotation.tr_mul(position);
+        let (mut time, mut position) = (k as f64 * self.dt, trajectory.position[k]);
+        let (mut attitude, mut radius) = (self.target[k].attitude, self.keep_out[k][0]);
+        if let Some(share) = i.checked_sub(1).and_then(|i| WITHIN.get(i)) {
+            time -= share * self.dt;
+            radius = self.keep_out[k][1];
+            position = self.position_within(k, i - 1, trajectory);
+            attitude = self.attitude_within(k, *share);
+        }
+        let margin = self.margin.unwrap_or(0.0) * self.mission.approach.margin_share(time, N);
+        let rotation = quaternion::rotation_matrix(&attitude);
+        let local = rotation.tr_mul(&position);
         let distance = signed_distance_to_box(&self.half_extents, &local);
-        (self.keep_out[k] - distance.value, -(rotation * distance.gradient))
+        (radius + margin - distance.value, -(rotation * distance.gradient))
+    }
+
+    /// Position at point `i` of [`WITHIN`], before node `k > 0`.
+    fn position_within(
+        &self,
+        k: usize,
+        i: usize,
+        trajectory: &TranslationTrajectory<N>,
+    ) -> Vector3<f64> {
+        let (by_state, by_force) = self.rows_within(i);
+        by_state.fixed_columns::<3>(0) * trajectory.position[k]
+            + by_state.fixed_columns::<3>(3) * trajectory.velocity[k]
+            + by_force * trajectory.force[k - 1]
+    }
+
+    /// Position at point `i` of [`WITHIN`] by the node's state and by the force before it.
+    fn rows_within(&self, i: usize) -> (Matrix3x6<f64>, Matrix3<f64>) {
+        let back = &self.back[i];
+        let by_force = back.input.fixed_rows::<3>(0) / self.mass;
+        (back.state.fixed_rows::<3>(0).into_owned(), by_force)
+    }
+
+    /// The target's attitude a share of the interval before node `k`, at the rate of the nearer
+    /// node.
+    fn attitude_within(&self, k: usize, share: f64) -> Vector4<f64> {
+        let (from, ahead) = if share <= 0.5 { (k, -share) } else { (k - 1, 1.0 - share) };
+        let TargetState { attitude, rate } = &self.target[from];
+        quaternion::product(&quaternion::exp(&(rate * (ahead * self.dt))), attitude)
+    }
+
+    /// Fills the keep-out rows of node `k`.
+    fn keep_out_rows(
+        &self,
+        k: usize,
+        trajectory: &TranslationTrajectory<N>,
+        stage: &mut Stage<NX, NU, NR>,
+    ) {
+        let [r, v, f] = self.scale;
+        for i in 0..NR {
+            let (offset, normal) = self.keep_out_row(k, i, trajectory);
+            stage.row_offset[i] = offset;
+            let Some(within) = i.checked_sub(1) else {
+                stage.row_x.fixed_view_mut::<1, 3>(0, 0).copy_from(&(normal * r).transpose());
+                continue;
+            };
+            let (by_state, by_force) = self.rows_within(within);
+            let (by_state, by_force) = (by_state.tr_mul(&normal), by_force.tr_mul(&normal));
+            for j in 0..3 {
+                stage.row_x[(i, j)] = by_state[j] * r;
+                stage.row_x[(i, 3 + j)] = by_state[3 + j] * v;
+                stage.row_x[(i, 6 + j)] = by_force[j] * f;
+            }
+        }
     }
 
     /// End state error over its scale.
     fn end_error(&self, trajectory: &TranslationTrajectory<N>) -> (Vector3<f64>, Vector3<f64>) {
         let r = self.end.0 - trajectory.position[N - 1];
         let v = self.end.1 - trajectory.velocity[N - 1];
-        (r / SCALE[0], v / SCALE[1])
+        (r / self.scale[0], v / self.scale[1])
     }
 }
 
-impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
+impl<const N: usize, const NL: usize> Problem<N, NX, NU, NR> for Translation<'_, N, NL> {
     type Trajectory = TranslationTrajectory<N>;
 
     fn clip(&self, trajectory: &mut Self::Trajectory) {
@@ -190,16 +286,14 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
     ) {
         qp.defect_weight = f64::INFINITY;
         qp.constant = 0.0;
-        let [r, v, f] = SCALE;
+        let [r, v, f] = self.scale;
         let unit = f / self.max_force;
-        let effort = 2.0 * COST_SCALE * self.force_weight * unit * unit;
-        let change = 2.0 * COST_SCALE * self.change_weight * unit * unit;
+        let effort = 2.0 * self.cost_scale * self.force_weight * unit * unit;
+        let change = 2.0 * self.cost_scale * self.change_weight * unit * unit;
         for k in 0..N {
             let stage = &mut qp.stages[k];
-            *stage = crate::qp::Stage::ZERO;
-            let (offset, normal) = self.keep_out_row(k, &trajectory.position[k]);
-            stage.row_offset[0] = offset;
-            stage.row_x.fixed_columns_mut::<3>(0).copy_from(&(normal * r).transpose());
+            *stage = Stage::ZERO;
+            self.keep_out_rows(k, trajectory, stage);
             if k + 1 == N {
                 continue;
             }
@@ -238,6 +332,7 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
 
     fn bound(&self, trajectory: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NR>) {
         let (r, v) = self.end_error(trajectory);
+        let [r_scale, _, f_scale] = self.scale;
         for (k, stage) in qp.stages.iter_mut().enumerate() {
             stage.lower_x.fill(f64::NEG_INFINITY);
             stage.upper_x.fill(f64::INFINITY);
@@ -250,15 +345,15 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
                     (stage.lower_x[3 + i], stage.upper_x[3 + i]) = (v[i], v[i]);
                 }
             } else if radius.is_finite() {
-                stage.lower_x.fixed_rows_mut::<3>(0).fill(-radius / SCALE[0]);
-                stage.upper_x.fixed_rows_mut::<3>(0).fill(radius / SCALE[0]);
+                stage.lower_x.fixed_rows_mut::<3>(0).fill(-radius / r_scale);
+                stage.upper_x.fixed_rows_mut::<3>(0).fill(radius / r_scale);
             }
             stage.lower_u.fill(0.0);
             stage.upper_u.fill(0.0);
             for i in 0..CONTROLS {
                 let force = trajectory.force[k][i];
-                stage.lower_u[i] = (-self.max_force - force) / SCALE[2];
-                stage.upper_u[i] = (self.max_force - force) / SCALE[2];
+                stage.lower_u[i] = (-self.max_force - force) / f_scale;
+                stage.upper_u[i] = (self.max_force - force) / f_scale;
             }
         }
     }
@@ -271,7 +366,7 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
         to: &mut Self::Trajectory,
     ) {
         for k in 0..N - 1 {
-            let force = from.force[k] + step.u[k].fixed_rows::<3>(0) * SCALE[2];
+            let force = from.force[k] + step.u[k].fixed_rows::<3>(0) * self.scale[2];
             to.force[k] = force.map(|f| clamp(f, -self.max_force, self.max_force));
         }
         to.force[N - 1] = Vector3::zeros();
@@ -279,12 +374,12 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
     }
 
     fn residuals(&self, trajectory: &Self::Trajectory, out: &mut Residuals<N, NX, NR>) {
-        out.cost = COST_SCALE * self.cost(&trajectory.force);
+        out.cost = self.cost_scale * self.cost(&trajectory.force);
         out.ignored_defect.fill(0.0);
         out.ignored_row.fill(0.0);
         for k in 0..N {
             out.defect[k].fill(0.0);
-            out.row[k][0] = self.keep_out_row(k, &trajectory.position[k]).0;
+            out.row[k] = SVector::from_fn(|i, _| self.keep_out_row(k, i, trajectory).0);
         }
         // The roll-out leaves the only defect at the end, against the pinned terminal state.
         let (r, v) = self.end_error(trajectory);
@@ -295,12 +390,16 @@ impl<const N: usize> Problem<N, NX, NU, NR> for Translation<'_, N> {
     }
 
     fn violation(&self, residuals: &Residuals<N, NX, NR>) -> f64 {
-        let keep_out = residuals.row.iter().fold(0.0, |worst, row| worse(worst, row[0]));
+        let keep_out = residuals
+            .row
+            .iter()
+            .fold(0.0, |worst, row| row.iter().fold(worst, |worst, r| worse(worst, *r)));
         let end = residuals.defect[N - 2].iter().fold(0.0, |worst, d| worse(worst, d.abs()));
         worse(keep_out / self.keep_out_tolerance, end / self.end_tolerance) / MARGIN
     }
 
     fn step_length(&self, step: &Solution<N, NX, NU, NR>) -> f64 {
-        step.x[1..N - 1].iter().map(|x| x.fixed_rows::<3>(0).amax()).fold(0.0, f64::max) * SCALE[0]
+        step.x[1..N - 1].iter().map(|x| x.fixed_rows::<3>(0).amax()).fold(0.0, f64::max)
+            * self.scale[0]
     }
 }

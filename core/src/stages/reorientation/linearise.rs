@@ -1,6 +1,6 @@
 //! Linearisation and curvature of Stage 2.
 
-use super::{ANGLE_SCALE, COSINE_SCALE, NR, Reorientation};
+use super::{NR, Reorientation};
 use crate::dynamics::{Acceleration, Control, Integrator, State, StepJacobian, TorqueCurvature};
 use crate::math::quaternion;
 use crate::pair::Pair;
@@ -86,10 +86,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         stage: &mut Stage<NX, NU, NR>,
     ) {
         let control = Self::stacked_control(control);
-        let mu = SVector::<f64, NU>::from_fn(|i, _| {
-            let max = Self::max_torque(self.mission, i);
-            2.0 * self.weight(i) * control[i] / (max * max)
-        });
+        let mu = SVector::<f64, NU>::from_fn(|i, _| self.marginal_cost(i, control[i]));
         let mean = Acceleration {
             bus: (next.rate - state.rate) / self.dt,
             joint: (next.joint_rate - state.joint_rate) / self.dt,
@@ -185,45 +182,23 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         last: &Solution<N, NX, NU, NR>,
         stage: &mut Stage<NX, NU, NR>,
     ) {
-        let servicer = &self.mission.servicer;
         let held = |multiplier: f64| (HOLD * multiplier.abs()).min(MAX_HOLD);
         let bounds = &last.bound_multiplier_x[k];
         for i in 0..NL {
-            let limit = servicer.max_joint_angle[i];
+            let limit = self.joint_limit(i);
             if state.joint_angle[i].abs() > limit * (1.0 - AT_LIMIT) {
                 stage.hessian_xx[(3 + i, 3 + i)] += held(bounds[3 + i]);
             }
-            let limit = servicer.max_joint_rate;
+            let limit = self.joint_rate_limit();
             if state.joint_rate[i].abs() > limit * (1.0 - AT_LIMIT) {
                 stage.hessian_xx[(6 + NL + i, 6 + NL + i)] += held(bounds[6 + NL + i]);
             }
         }
-        if stage.row_offset[0] > ROW_ACTIVE {
-            let g = stage.row_x.transpose();
-            let gg = g * g.transpose();
-            stage.hessian_xx += gg * (held(last.row_multiplier[k][0]) / gg.trace());
-        }
-    }
-
-    /// Adds the curvature of the pointing row.
-    pub(super) fn add_pointing_curvature(
-        &self,
-        k: usize,
-        state: &State<NL>,
-        multiplier: f64,
-        stage: &mut Stage<NX, NU, NR>,
-    ) {
-        let boresight =
-            quaternion::rotation_matrix(&state.attitude) * self.mission.servicer.boresight;
-        let outer = self.sight[k] * boresight.transpose();
-        let second =
-            Matrix3::identity() * self.sight[k].dot(&boresight) - (outer + outer.transpose()) * 0.5;
-        let axes = self.axes(k);
-        let block =
-            axes.tr_mul(&(second * axes)) * (multiplier * ANGLE_SCALE * ANGLE_SCALE / COSINE_SCALE);
-        for i in 0..3 {
-            for j in 0..3 {
-                stage.hessian_xx[(i, j)] += block[(i, j)];
+        for row in 0..NR {
+            if stage.row_offset[row] > ROW_ACTIVE {
+                let g = stage.row_x.row(row).transpose();
+                let gg = g * g.transpose();
+                stage.hessian_xx += gg * (held(last.row_multiplier[k][row]) / gg.trace());
             }
         }
     }

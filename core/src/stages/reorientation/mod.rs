@@ -2,14 +2,16 @@
 
 mod linearise;
 mod roll_out;
+mod rows;
 
 use super::TranslationTrajectory;
+use super::clearance::Bodies;
 use super::heuristic::line_of_sight;
 use super::size::NR;
 use super::worse;
 use crate::dynamics::{Control, Integrator, Multibody, State};
 use crate::math::{clamp, quaternion};
-use crate::model::{Mission, TargetState, initial_bus_attitude};
+use crate::model::{Mission, TargetState, Typical, initial_bus_attitude};
 use crate::pair::{Pair, Sequential};
 use crate::qp::{Qp, Solution, Stage, Sweep};
 use crate::scp::{Problem, Residuals};
@@ -70,20 +72,26 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
     arm: Vector3<f64>,
     /// Axes of the last node's attitude step, as columns in RTN.
     terminal_axes: Matrix3<f64>,
-    cos_field_of_view: f64,
+    target: &'a [TargetState; N],
+    bodies: Bodies<NL>,
+    /// What planning keeps between bodies [m]; none where clearance is not in force.
+    clearance: Option<f64>,
+    /// Whether the arm is held at its capture angles from the preset on, and limits have margins.
+    is_held: bool,
+    has_margins: bool,
+    typical: Typical,
+    /// Factor on the cost in the loop: the torques' typical shares of their limits are taken out.
+    cost_scale: f64,
     scale_x: SVector<f64, NX>,
     scale_u: SVector<f64, NU>,
     tolerance_x: SVector<f64, NX>,
 }
 
-/// Typical magnitudes by which steps are divided: attitude and joint angles [rad], bus rate and
-/// joint rates [rad/s], torques relative to their limits.
-const ANGLE_SCALE: f64 = 0.1;
-const RATE_SCALE: f64 = 1e-3;
-const JOINT_RATE_SCALE: f64 = 5e-3;
-const TORQUE_SCALE: f64 = 0.1;
-/// The same for the pointing row, in cosine.
-const COSINE_SCALE: f64 = 0.1;
+/// Cost in the loop of an interval's typical torque, over its weight.
+const TYPICAL_COST: f64 = 0.01;
+/// Least curvature of the controls, of the largest: keeps steps finite where a torque costs next
+/// to nothing.
+const LEAST_CURVATURE: f64 = 1e-3;
 
 /// Share of each tolerance that the loop leaves to the verifier.
 const MARGIN: f64 = 0.5;
@@ -109,7 +117,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
     pub fn new(
         mission: &'a Mission<NL>,
         translation: &'a TranslationTrajectory<N>,
-        target: &[TargetState; N],
+        target: &'a [TargetState; N],
         integrator: Integrator,
         mode: Mode,
         pair: &'a P,
@@ -121,6 +129,10 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         let across = quaternion::any_normal(&approach);
         let t = &mission.tolerances;
         let (scale_x, scale_u) = Self::scales(mission);
+        let (typical, switches) = (mission.typical(), &mission.approach);
+        let has_margins = switches.between_nodes.is_on(integrator);
+        let shares = SVector::<f64, NU>::from_fn(|i, _| scale_u[i] / Self::max_torque(mission, i));
+        let largest = shares.max();
         Self {
             mission,
             pair,
@@ -137,7 +149,13 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             approach,
             arm: servicer.capture_geometry().direction,
             terminal_axes: Matrix3::from_columns(&[approach, across, approach.cross(&across)]),
-            cos_field_of_view: libm::cos(mission.approach.field_of_view_half_angle),
+            target,
+            bodies: Bodies::new(mission),
+            clearance: switches.clearance.is_on(integrator).then_some(mission.margins.clearance),
+            is_held: integrator.is_flown(),
+            has_margins,
+            typical,
+            cost_scale: TYPICAL_COST / (largest * largest),
             scale_x,
             scale_u,
             tolerance_x: Self::by_kind(1.0, 1.0, 1e-2, 1e-2) * t.dynamics,
@@ -147,9 +165,10 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
     /// What the components of steps are divided by in the subproblem: states [rad, rad/s] and
     /// controls [N m].
     pub fn scales(mission: &Mission<NL>) -> (SVector<f64, NX>, SVector<f64, NU>) {
+        let t = mission.typical();
         (
-            Self::by_kind(ANGLE_SCALE, ANGLE_SCALE, RATE_SCALE, JOINT_RATE_SCALE),
-            SVector::from_fn(|i, _| TORQUE_SCALE * Self::max_torque(mission, i)),
+            Self::by_kind(t.angle, t.angle, t.rate, t.joint_rate),
+            SVector::from_fn(|i, _| if i < 3 { t.bus_torque } else { t.joint_torque }),
         )
     }
 
@@ -176,6 +195,12 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
 
     fn max_torque(mission: &Mission<NL>, i: usize) -> f64 {
         if i < 3 { mission.servicer.max_bus_torque } else { mission.servicer.max_joint_torque }
+    }
+
+    /// Derivative of the loop's cost by torque `i` [1/(N m)].
+    fn marginal_cost(&self, i: usize, torque: f64) -> f64 {
+        let max = Self::max_torque(self.mission, i);
+        2.0 * self.cost_scale * self.weight(i) * torque / (max * max)
     }
 
     fn weight(&self, i: usize) -> f64 {
@@ -223,24 +248,42 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         )
     }
 
-    /// Pointing row `cos(fov) - sight . R b` and its gradient by the attitude step.
-    fn pointing_row(&self, k: usize, state: &State<NL>) -> (f64, Vector3<f64>) {
-        let boresight =
-            quaternion::rotation_matrix(&state.attitude) * self.mission.servicer.boresight;
-        let gradient = self.sight[k].cross(&boresight);
-        (
-            (self.cos_field_of_view - self.sight[k].dot(&boresight)) / COSINE_SCALE,
-            gradient / COSINE_SCALE,
-        )
+    /// Joint angle limit of joint `i` in planning: less the margin, but for what is given.
+    fn joint_limit(&self, i: usize) -> f64 {
+        let (s, margin) = (&self.mission.servicer, self.mission.margins.joint_angle);
+        let limit = s.max_joint_angle[i];
+        match self.has_margins {
+            true => (limit - margin)
+                .max(s.initial_joint_angle[i].abs())
+                .max(s.capture_joint_angle[i].abs()),
+            false => limit,
+        }
+    }
+
+    /// Joint rate limit in planning.
+    fn joint_rate_limit(&self) -> f64 {
+        let margin = if self.has_margins { self.mission.margins.joint_rate } else { 0.0 };
+        self.mission.servicer.max_joint_rate * (1.0 - margin)
     }
 
     /// Whether component `i` of the state at node `k` is fixed by a constraint.
     fn is_pinned(&self, k: usize, i: usize) -> bool {
-        let joint_rate = i >= 6 + NL;
+        let (angle, rate) = ((3..3 + NL).contains(&i), i >= 6 + NL);
+        let (after, last) = (k >= self.preset, k + 1 == N);
         k == 0
-            || (k >= self.preset && joint_rate)
-            || (k == self.preset && (3..3 + NL).contains(&i))
+            || (angle && if self.is_held { after } else { k == self.preset })
+            || (rate && if self.is_held { last } else { after })
             || (k == N - 1 && (i == 1 || i == 2 || (3 + NL..6 + NL).contains(&i)))
+    }
+
+    /// Moves the arm of `state` at node `k` onto what is fixed there.
+    fn pin_arm(&self, k: usize, state: &mut State<NL>) {
+        if self.is_pinned(k, 3) {
+            state.joint_angle = self.mission.servicer.capture_joint_angle;
+        }
+        if self.is_pinned(k, 6 + NL) {
+            state.joint_rate.fill(0.0);
+        }
     }
 
     /// Moves `state` at the last node onto what is fixed there; returns by how much it turned.
@@ -261,7 +304,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         rows: &mut [SVector<f64, NR>],
     ) {
         for ((k, defect), row) in (first..N).zip(defects).zip(rows) {
-            row[0] = self.pointing_row(k, &z.states[k]).0;
+            self.row_values(k, &z.states[k], row);
             defect.fill(0.0);
             if k + 1 < N {
                 let (state, control) = (&z.states[k], &z.controls[k]);
@@ -286,7 +329,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         qp: &mut Qp<N, NX, NU, NR>,
     ) {
         let linearise = |k, stage: &mut Stage<NX, NU, NR>| {
-            self.linearise_at(k, z, Some(multipliers), convex, stage);
+            self.linearise_at(k, z, Some(multipliers), stage);
         };
         let Some((last, stages)) = qp.stages.split_last_mut() else { return };
         linearise(N - 1, last);
@@ -331,17 +374,11 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         k: usize,
         z: &ReorientationTrajectory<N, NL>,
         multipliers: Option<&Solution<N, NX, NU, NR>>,
-        convex: &SVector<f64, NU>,
         stage: &mut Stage<NX, NU, NR>,
     ) {
         *stage = Stage::ZERO;
         let (Some(state), Some(control)) = (z.states.get(k), z.controls.get(k)) else { return };
-        let (offset, gradient) = self.pointing_row(k, state);
-        let gradient = self.axes(k).tr_mul(&gradient) * ANGLE_SCALE;
-        stage.row_offset[0] = offset;
-        for i in 0..3 {
-            stage.row_x[(0, i)] = gradient[i];
-        }
+        self.fill_rows(k, state, stage);
         if let Some(last) = multipliers {
             self.add_pointing_curvature(k, state, last.row_multiplier[k][0], stage);
             self.stiffen(k, state, last, stage);
@@ -356,7 +393,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         let control = Self::stacked_control(control);
         for i in 0..NU {
             if self.mode == Mode::Optimal {
-                stage.gradient_u[i] = convex[i] * control[i] / self.scale_u[i];
+                stage.gradient_u[i] = self.marginal_cost(i, control[i]) * self.scale_u[i];
             }
         }
     }
@@ -371,18 +408,13 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let servicer = &self.mission.servicer;
         for (k, state) in z.states.iter_mut().enumerate() {
             for i in 0..NL {
-                let limit = servicer.max_joint_angle[i];
+                let limit = self.joint_limit(i);
                 state.joint_angle[i] = clamp(state.joint_angle[i], -limit, limit);
-                let limit = servicer.max_joint_rate;
+                let limit = self.joint_rate_limit();
                 state.joint_rate[i] = clamp(state.joint_rate[i], -limit, limit);
             }
-            if k >= self.preset {
-                state.joint_rate.fill(0.0);
-            }
+            self.pin_arm(k, state);
             state.attitude = quaternion::normalized(&state.attitude);
-        }
-        if let Some(state) = z.states.get_mut(self.preset) {
-            state.joint_angle = servicer.capture_joint_angle;
         }
         z.states[0] = State {
             attitude: initial_bus_attitude(&self.translation.position[0]),
@@ -405,10 +437,11 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     ) {
         qp.defect_weight = 1.0;
         qp.constant = 0.0;
-        let convex = SVector::<f64, NU>::from_fn(|i, _| {
+        let own = SVector::<f64, NU>::from_fn(|i, _| {
             let unit = self.scale_u[i] / Self::max_torque(self.mission, i);
-            2.0 * self.weight(i) * unit * unit
+            2.0 * self.cost_scale * self.weight(i) * unit * unit
         });
+        let convex = own.map(|c| c.max(LEAST_CURVATURE * own.max()));
         if let Some(multipliers) = multipliers
             && self.mode == Mode::Optimal
         {
@@ -417,7 +450,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let (early, late) = qp.stages.split_at_mut(N / 2);
         let half = |first: usize, stages: &mut [Stage<NX, NU, NR>]| {
             for (k, stage) in (first..N).zip(stages) {
-                self.linearise_at(k, z, None, &convex, stage);
+                self.linearise_at(k, z, None, stage);
                 stage.hessian_uu = SMatrix::from_diagonal(&convex);
                 for i in 3..3 + NL {
                     stage.hessian_xx[(i, i)] = PROXIMITY;
@@ -428,26 +461,25 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     }
 
     fn bound(&self, z: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NR>) {
-        let servicer = &self.mission.servicer;
         for (k, stage) in qp.stages.iter_mut().enumerate() {
             let state = &z.states[k];
             for i in 0..NX {
-                let reach = radius / ANGLE_SCALE;
+                let reach = radius / self.typical.angle;
                 let (lower, upper) = match i {
                     _ if self.is_pinned(k, i) => (0.0, 0.0),
                     i if i < 3 => (-reach, reach),
                     i if i < 3 + NL => {
-                        let (at, limit) =
-                            (state.joint_angle[i - 3], servicer.max_joint_angle[i - 3]);
+                        let (at, limit) = (state.joint_angle[i - 3], self.joint_limit(i - 3));
                         (
-                            ((-limit - at) / ANGLE_SCALE).max(-reach),
-                            ((limit - at) / ANGLE_SCALE).min(reach),
+                            ((-limit - at) / self.typical.angle).max(-reach),
+                            ((limit - at) / self.typical.angle).min(reach),
                         )
                     }
                     i if i < 6 + NL => (f64::NEG_INFINITY, f64::INFINITY),
                     _ => {
-                        let (at, limit) = (state.joint_rate[i - 6 - NL], servicer.max_joint_rate);
-                        ((-limit - at) / JOINT_RATE_SCALE, (limit - at) / JOINT_RATE_SCALE)
+                        let (at, limit) = (state.joint_rate[i - 6 - NL], self.joint_rate_limit());
+                        let scale = self.typical.joint_rate;
+                        ((-limit - at) / scale, (limit - at) / scale)
                     }
                 };
                 stage.lower_x[i] = lower;
@@ -480,9 +512,12 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     }
 
     fn residuals(&self, z: &Self::Trajectory, out: &mut Residuals<N, NX, NR>) {
-        out.cost = if self.mode == Mode::Optimal { self.cost(&z.controls) } else { 0.0 };
+        out.cost = match self.mode {
+            Mode::Optimal => self.cost_scale * self.cost(&z.controls),
+            Mode::Feasible => 0.0,
+        };
         out.ignored_defect = self.tolerance_x.component_div(&self.scale_x) * IGNORED;
-        out.ignored_row.fill(IGNORED * self.mission.tolerances.pointing / COSINE_SCALE);
+        out.ignored_row = self.row_tolerances(0) * IGNORED;
         let (early_defects, late_defects) = out.defect.split_at_mut(N / 2);
         let (early_rows, late_rows) = out.row.split_at_mut(N / 2);
         let early = || self.residuals_from(0, z, early_defects, early_rows);
@@ -496,8 +531,9 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
 
     fn violation(&self, residuals: &Residuals<N, NX, NR>) -> f64 {
         let mut worst = 0.0;
-        for (row, defect) in residuals.row.iter().zip(&residuals.defect) {
-            worst = worse(worst, row[0] * COSINE_SCALE / self.mission.tolerances.pointing);
+        for (k, (row, defect)) in residuals.row.iter().zip(&residuals.defect).enumerate() {
+            let row = row.component_div(&self.row_tolerances(k));
+            worst = row.iter().fold(worst, |worst, r| worse(worst, *r));
             let defect = defect.component_mul(&self.scale_x).component_div(&self.tolerance_x);
             worst = defect.iter().fold(worst, |worst, d| worse(worst, d.abs()));
         }
@@ -507,6 +543,6 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     fn step_length(&self, step: &Solution<N, NX, NU, NR>) -> f64 {
         let angles =
             |x: &SVector<f64, NX>| x.iter().take(3 + NL).fold(0.0f64, |m, v| m.max(v.abs()));
-        step.x.iter().map(angles).fold(0.0, f64::max) * ANGLE_SCALE
+        step.x.iter().map(angles).fold(0.0, f64::max) * self.typical.angle
     }
 }

@@ -113,7 +113,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     ) -> (Vector3<f64>, SVector<f64, NL>) {
         let at = &from.states[k + 1];
         let d = step.x[k + 1].component_mul(&self.scale_x);
-        let limit = self.mission.servicer.max_joint_rate;
+        let limit = self.joint_rate_limit();
         let drift = self.drift(k, from, step, state);
         let turning = match k + 2 < N {
             true => offset.turn * self.bump(k + 1, N - 1) - drift.turn * (TRACKING / self.dt),
@@ -134,7 +134,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
 
     /// Adds the slack that the subproblem paid for to the state at node `k + 1`.
     fn add_slack(&self, k: usize, slack: &SVector<f64, NX>, next: &mut State<NL>) {
-        let limit = self.mission.servicer.max_joint_rate;
+        let limit = self.joint_rate_limit();
         let turn = self.axes(k + 1) * Vector3::new(slack[0], slack[1], slack[2]);
         next.attitude = quaternion::product(&quaternion::exp(&turn), &next.attitude);
         for i in 0..NL {
@@ -149,19 +149,15 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     /// Moves the state at node `k` onto what is fixed there and into the joints' limits, and
     /// notes how far a pose was off.
     fn settle(&self, k: usize, state: &mut State<NL>, gap: &mut RateOffset<NL>) {
-        let servicer = &self.mission.servicer;
         if k == self.preset {
-            gap.joint = state.joint_angle - servicer.capture_joint_angle;
-            state.joint_angle = servicer.capture_joint_angle;
+            gap.joint = state.joint_angle - self.mission.servicer.capture_joint_angle;
         }
-        if k >= self.preset {
-            state.joint_rate.fill(0.0);
-        }
+        self.pin_arm(k, state);
         if k + 1 == N {
             gap.turn = -self.pin_terminal(state);
         }
         for i in 0..NL {
-            let limit = servicer.max_joint_angle[i];
+            let limit = self.joint_limit(i);
             state.joint_angle[i] = clamp(state.joint_angle[i], -limit, limit);
         }
         state.attitude = quaternion::normalized(&state.attitude);

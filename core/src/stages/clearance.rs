@@ -1,0 +1,385 @@
+//! Distances of the servicer's bodies from the target and from each other, with exact gradients:
+//! the clearance rows of Stage 2.
+//!
+//! Bodies are boxes (target, bus) and capsules (links). The nearest pair of each of three groups
+//! counts, so that rows, memory and time stay bounded:
+//!
+//! - the last link and the end effector against the target;
+//! - the bus and the other links against the target;
+//! - the arm beyond its first link, which is mounted there, against the bus.
+//!
+//! The verifier has its own distances ([`super::verifier`]).
+
+use crate::dynamics::{ArmPose, Multibody, State};
+use crate::math::quaternion;
+use crate::model::{Corridor, Mission, SignedDistance, segment_to_box, signed_distance_to_box};
+use nalgebra::{Matrix3, SVector, Vector3, Vector4};
+
+/// Groups of pairs of bodies: rows a node.
+pub(super) const GROUPS: usize = 3;
+
+/// A distance and its gradient by a turn of the whole servicer about its centre of mass (RTN) and
+/// by the joint angles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clearance<const NL: usize> {
+    pub distance: f64,
+    pub by_turn: Vector3<f64>,
+    pub by_joint: SVector<f64, NL>,
+}
+
+impl<const NL: usize> Clearance<NL> {
+    /// Nothing near.
+    pub const FAR: Self = Self {
+        distance: f64::INFINITY,
+        by_turn: Vector3::new(0.0, 0.0, 0.0),
+        by_joint: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
+    };
+
+    fn keep_nearer(&mut self, other: Self) {
+        // A distance that is not a number must not be lost.
+        if !(other.distance >= self.distance) {
+            *self = other;
+        }
+    }
+}
+
+/// Where things are at one instant.
+pub(super) struct Instant<'a, const NL: usize> {
+    /// Attitude and arm.
+    pub state: &'a State<NL>,
+    /// The servicer's centre of mass, RTN [m].
+    pub position: Vector3<f64>,
+    /// The target's attitude, body to RTN.
+    pub target: Vector4<f64>,
+}
+
+/// Geometry of servicer and target.
+pub(super) struct Bodies<const NL: usize> {
+    target_half: Vector3<f64>,
+    bus_half: Vector3<f64>,
+    radius: [f64; NL],
+    /// Share of the last link that counts as a capsule.
+    last_share: f64,
+    port: Vector3<f64>,
+    normal: Vector3<f64>,
+    corridor: Corridor,
+    /// How far below the port's plane the end effector may come [m].
+    contact: f64,
+    /// Sphere about the servicer's centre of mass that holds all of it, whatever the pose [m].
+    reach: f64,
+    /// Sphere about the target [m].
+    target_radius: f64,
+}
+
+impl<const NL: usize> Bodies<NL> {
+    pub fn new(mission: &Mission<NL>) -> Self {
+        let (servicer, target) = (&mission.servicer, &mission.target);
+        let norm = |v: &Vector3<f64>| libm::sqrt(v.dot(v));
+        let length = |i: usize| norm(&servicer.links[i].tip);
+        let last = if NL == 0 { 0.0 } else { length(NL - 1) };
+        let cut = mission.corridor.end_effector_length;
+        // The bus's centre is nowhere further from the system's than the arm's moment can put it.
+        let (mut arm, mut moment, mut wide) = (norm(&servicer.arm_base), 0.0, 0.0);
+        for link in &servicer.links {
+            moment += link.mass * (arm + norm(&link.center_of_mass));
+            arm += norm(&link.tip);
+            wide = f64::max(wide, link.radius);
+        }
+        let body = norm(&servicer.bus_half_extents).max(arm + wide);
+        Self {
+            target_half: target.half_extents,
+            bus_half: servicer.bus_half_extents,
+            radius: core::array::from_fn(|i| servicer.links[i].radius),
+            last_share: if last > cut { 1.0 - cut / last } else { 0.0 },
+            port: target.port_position,
+            normal: target.port_normal,
+            corridor: mission.corridor,
+            contact: mission.tolerances.end_effector_position,
+            reach: body + moment / servicer.total_mass(),
+            target_radius: norm(&target.half_extents),
+        }
+    }
+
+    /// The nearest pair of each group; groups with nothing within `horizon` [m] are left far.
+    ///
+    /// Cost: about a microsecond near the target; two sines a link where it is far.
+    // Its memory is on the stack only while it runs.
+    #[inline(never)]
+    pub fn clearances(
+        &self,
+        body: &Multibody<NL>,
+        at: &Instant<NL>,
+        horizon: f64,
+    ) -> [Clearance<NL>; GROUPS] {
+        let mut nearest = [Clearance::FAR; GROUPS];
+        let arm = body.arm_pose(&at.state.joint_angle);
+        let rotation = quaternion::rotation_matrix(&at.state.attitude);
+        nearest[2] = self.own(&arm);
+        let apart = libm::sqrt(at.position.dot(&at.position)) - self.target_radius - self.reach;
+        if apart > horizon {
+            return nearest;
+        }
+        let target = quaternion::rotation_matrix(&at.target);
+        let frame = Frame { arm: &arm, rotation, position: at.position, target };
+        nearest[0] = self.end_effector(&frame);
+        nearest[1] = self.others(&frame, horizon);
+        nearest
+    }
+
+    /// The arm against its own bus: a matter of the joint angles alone.
+    fn own(&self, arm: &ArmPose<NL>) -> Clearance<NL> {
+        let mut nearest = Clearance::FAR;
+        for i in 1..NL {
+            let (start, end) = self.capsule(arm, i);
+            let near = segment_to_box(&self.bus_half, &start, &end);
+            if !(near.value - self.radius[i] >= nearest.distance) {
+                nearest = Clearance {
+                    distance: near.value - self.radius[i],
+                    by_turn: Vector3::zeros(),
+                    by_joint: arm.point_by_joint(Some(i), &near.point).tr_mul(&near.gradient),
+                };
+            }
+        }
+        nearest
+    }
+
+    /// Ends of a link's capsule, bus axes.
+    fn capsule(&self, arm: &ArmPose<NL>, i: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let share = if i + 1 == NL { self.last_share } else { 1.0 };
+        (arm.joint[i], arm.joint[i] + (arm.tip(i) - arm.joint[i]) * share)
+    }
+
+    /// The last link and the end effector against the target.
+    fn end_effector(&self, frame: &Frame<NL>) -> Clearance<NL> {
+        if NL == 0 {
+            return Clearance::FAR;
+        }
+        let mut nearest = self.link(frame, NL - 1);
+        let tip = frame.arm.tip(NL - 1);
+        let local = frame.to_target(&tip);
+        let free = signed_distance_to_box(&self.target_half, &local);
+        let free = SignedDistance { value: free.value - self.radius[NL - 1], ..free };
+        let inside = self.corridor(&local);
+        // Clear of the target, or in the corridor: the better of the two.
+        let better = if inside.value > free.value { inside } else { free };
+        nearest.keep_nearer(frame.clearance(Some(NL - 1), &tip, better));
+        nearest
+    }
+
+    /// How far a point (target axes) is within the corridor: from the cone's side, or above the
+    /// port's plane.
+    fn corridor(&self, point: &Vector3<f64>) -> SignedDistance {
+        let (sin, cos) = libm::sincos(self.corridor.half_angle);
+        let from_port = point - self.port;
+        let height = self.normal.dot(&from_port);
+        let across = from_port - self.normal * height;
+        let radius = libm::sqrt(across.dot(&across));
+        let outward = if radius > 0.0 { across / radius } else { Vector3::zeros() };
+        let apex = self.corridor.mouth_radius * cos / sin;
+        let side = (height + apex) * sin - radius * cos;
+        let above = height + self.contact;
+        if side < above {
+            SignedDistance { value: side, gradient: self.normal * sin - outward * cos }
+        } else {
+            SignedDistance { value: above, gradient: self.normal }
+        }
+    }
+
+    /// The other links and the bus against the target.
+    fn others(&self, frame: &Frame<NL>, horizon: f64) -> Clearance<NL> {
+        let mut nearest = Clearance::FAR;
+        for i in 0..NL.saturating_sub(1) {
+            nearest.keep_nearer(self.link(frame, i));
+        }
+        let bus = frame.to_target(&Vector3::zeros());
+        let half = libm::sqrt(self.bus_half.dot(&self.bus_half));
+        let apart = signed_distance_to_box(&self.target_half, &bus).value - half;
+        if !(apart > horizon.min(nearest.distance)) {
+            self.bus(frame, &mut nearest);
+        }
+        nearest
+    }
+
+    /// A link against the target.
+    fn link(&self, frame: &Frame<NL>, i: usize) -> Clearance<NL> {
+        let (start, end) = self.capsule(frame.arm, i);
+        let near =
+            segment_to_box(&self.target_half, &frame.to_target(&start), &frame.to_target(&end));
+        let distance =
+            SignedDistance { value: near.value - self.radius[i], gradient: near.gradient };
+        frame.clearance(Some(i), &frame.from_target(&near.point), distance)
+    }
+
+    /// The bus against the target: two boxes are nearest at an edge of one of them.
+    fn bus(&self, frame: &Frame<NL>, nearest: &mut Clearance<NL>) {
+        for (start, end) in edges(&self.bus_half) {
+            let near =
+                segment_to_box(&self.target_half, &frame.to_target(&start), &frame.to_target(&end));
+            if !(near.value >= nearest.distance) {
+                let distance = SignedDistance { value: near.value, gradient: near.gradient };
+                *nearest = frame.clearance(None, &frame.from_target(&near.point), distance);
+            }
+        }
+        for (start, end) in edges(&self.target_half) {
+            let near = segment_to_box(
+                &self.bus_half,
+                &frame.from_target(&start),
+                &frame.from_target(&end),
+            );
+            if !(near.value >= nearest.distance) {
+                // What moves is the bus: the gradient is that of its own surface, turned round.
+                let distance = SignedDistance {
+                    value: near.value,
+                    gradient: -frame.direction_to_target(&near.gradient),
+                };
+                *nearest = frame.clearance(None, &near.point, distance);
+            }
+        }
+    }
+}
+
+/// The twelve edges of a box.
+fn edges(half: &Vector3<f64>) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + use<> {
+    let half = *half;
+    (0..12).map(move |k| {
+        let (axis, corner) = (k / 4, k % 4);
+        let sign = |bit: usize| if corner & bit == 0 { -1.0 } else { 1.0 };
+        let mut start = half;
+        start[axis] = -half[axis];
+        start[(axis + 1) % 3] *= sign(1);
+        start[(axis + 2) % 3] *= sign(2);
+        let mut end = start;
+        end[axis] = half[axis];
+        (start, end)
+    })
+}
+
+/// The servicer before the target.
+struct Frame<'a, const NL: usize> {
+    arm: &'a ArmPose<NL>,
+    /// Bus axes to RTN.
+    rotation: Matrix3<f64>,
+    position: Vector3<f64>,
+    /// Target axes to RTN.
+    target: Matrix3<f64>,
+}
+
+impl<const NL: usize> Frame<'_, NL> {
+    /// A point from the bus's centre (bus axes) in target axes.
+    fn to_target(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let rtn = self.position + self.rotation * (point - self.arm.center);
+        self.target.tr_mul(&rtn)
+    }
+
+    /// The inverse of [`Frame::to_target`].
+    fn from_target(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let rtn = self.target * point - self.position;
+        self.rotation.tr_mul(&rtn) + self.arm.center
+    }
+
+    /// A direction in bus axes in target axes.
+    fn direction_to_target(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        self.target.tr_mul(&(self.rotation * direction))
+    }
+
+    /// The clearance of a point (bus axes) of a link, or of the bus, whose distance has this
+    /// gradient in target axes.
+    fn clearance(
+        &self,
+        link: Option<usize>,
+        point: &Vector3<f64>,
+        distance: SignedDistance,
+    ) -> Clearance<NL> {
+        let normal = self.target * distance.gradient;
+        let lever = self.rotation * (point - self.arm.center);
+        let in_bus = self.rotation.tr_mul(&normal);
+        Clearance {
+            distance: distance.value,
+            // Turned about the centre of mass the point moves by `turn x lever`.
+            by_turn: lever.cross(&normal),
+            by_joint: (self.arm.point_by_joint(link, point) - self.arm.center_by_joint)
+                .tr_mul(&in_bus),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    type Body = (Bodies<3>, Multibody<3>);
+
+    fn body() -> Body {
+        let mission = Mission::default();
+        (Bodies::new(&mission), Multibody::new(&mission))
+    }
+
+    fn state(q: [f64; 4], angle: [f64; 3]) -> State<3> {
+        State {
+            attitude: quaternion::normalized(&Vector4::from(q)),
+            joint_angle: SVector::from(angle),
+            ..State::ZERO
+        }
+    }
+
+    /// At capture the gripper touches the port within the corridor, and nothing else is near.
+    #[test]
+    fn at_capture_only_the_end_effector_is_near() {
+        let ((bodies, body), mission) = (body(), Mission::default());
+        let geometry = mission.servicer.capture_geometry();
+        let turn = quaternion::between(&geometry.direction, &-Vector3::z());
+        let mut state = State { attitude: turn, ..State::ZERO };
+        state.joint_angle = mission.servicer.capture_joint_angle;
+        let position = Vector3::new(0.0, 0.0, 0.2 + geometry.reach);
+        let at = Instant { state: &state, position, target: quaternion::IDENTITY };
+        let [effector, others, own] = bodies.clearances(&body, &at, 1.0);
+        assert!((effector.distance - 1e-3).abs() < 1e-9, "{}", effector.distance);
+        assert!(others.distance > 0.2 && own.distance > 0.1);
+    }
+
+    fn directional(
+        (bodies, body): &Body,
+        state: &State<3>,
+        at: (&Vector3<f64>, &Vector4<f64>),
+        turn: &Vector3<f64>,
+        bend: &SVector<f64, 3>,
+    ) -> [f64; GROUPS] {
+        let mut moved = *state;
+        moved.attitude = quaternion::product(&quaternion::exp(turn), &state.attitude);
+        moved.joint_angle += bend;
+        let at = Instant { state: &moved, position: *at.0, target: *at.1 };
+        bodies.clearances(body, &at, f64::INFINITY).map(|c| c.distance)
+    }
+
+    proptest! {
+        #[test]
+        fn gradients_are_those_of_differences(
+            q in prop::array::uniform4(-1.0..1.0f64).prop_filter("zero", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.1),
+            p in prop::array::uniform4(-1.0..1.0f64).prop_filter("zero", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.1),
+            angle in prop::array::uniform3(-1.5..1.5f64),
+            r in prop::array::uniform3(-2.0..2.0f64),
+            turn in prop::array::uniform3(-1.0..1.0f64),
+            bend in prop::array::uniform3(-1.0..1.0f64),
+        ) {
+            let b = body();
+            let state = state(q, angle);
+            let target = quaternion::normalized(&Vector4::from(p));
+            let position = Vector3::from(r);
+            let (turn, bend) = (Vector3::from(turn), SVector::from(bend));
+            let at = Instant { state: &state, position, target };
+            let exact = b.0.clearances(&b.1, &at, f64::INFINITY);
+            let h = 1e-6;
+            let value = |s: f64| directional(&b, &state, (&position, &target), &(turn * s), &(bend * s));
+            let (minus, plus) = (value(-h), value(h));
+            for g in 0..GROUPS {
+                let slope = exact[g].by_turn.dot(&turn) + exact[g].by_joint.dot(&bend);
+                let (up, down) = ((plus[g] - exact[g].distance) / h, (exact[g].distance - minus[g]) / h);
+                // Kinks apart, where one pair gives way to another.
+                if (up - down).abs() < 1e-3 {
+                    prop_assert!((slope - 0.5 * (up + down)).abs() < 1e-3, "{g}: {slope} {up} {down}");
+                }
+            }
+        }
+    }
+}
