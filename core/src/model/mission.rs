@@ -1,6 +1,7 @@
 //! Everything that is the same for every approach of a mission.
 
 use super::{Orbit, Servicer, Switch, Target, Typical};
+use crate::math::clamp;
 use core::fmt;
 use nalgebra::Vector3;
 
@@ -48,14 +49,16 @@ impl Approach {
         if fraction <= self.keep_out_far_until { self.keep_out_far } else { self.keep_out_near }
     }
 
-    /// Share of the margins in force at `time` [s] on a horizon of `nodes`: they fade in over the
-    /// first [`Approach::preset_lead`] intervals, since the start is given, and out over the last,
-    /// since the end is at the port.
+    /// Share of the margins in force at `time` [s] on a horizon of `nodes`. They fade in over the
+    /// first [`Approach::preset_lead`] intervals, since the start is given, and out over the part
+    /// with the near keep-out distance, since the end is at the port: with the square of the time
+    /// left, as a distance does that a constant force closes, so that fading costs next to nothing.
     pub fn margin_share(&self, time: f64, nodes: usize) -> f64 {
         let ramp = self.duration * self.preset_lead as f64 / (nodes - 1) as f64;
-        let left = self.duration - time;
-        let nearer = if time < left { time } else { left };
-        crate::math::clamp(nearer / ramp, 0.0, 1.0)
+        let near = ((1.0 - self.keep_out_far_until) * self.duration).max(ramp);
+        let (begun, left) =
+            (clamp(time / ramp, 0.0, 1.0), clamp((self.duration - time) / near, 0.0, 1.0));
+        begun.min(left * left)
     }
 }
 
@@ -67,8 +70,7 @@ pub struct Margins {
     pub joint_angle: f64,
     /// Share of the joint rate limit that is left unused.
     pub joint_rate: f64,
-    /// From the keep-out distances [m]; it fades to nothing over the last
-    /// [`Approach::preset_lead`] intervals.
+    /// From the keep-out distances [m]; it fades as [`Approach::margin_share`] says.
     pub keep_out: f64,
     /// From the edge of the field of view [rad].
     pub field_of_view: f64,
@@ -103,8 +105,8 @@ pub struct Corridor {
 impl Default for Corridor {
     fn default() -> Self {
         Self {
-            half_angle: core::f64::consts::FRAC_PI_4,
-            mouth_radius: 0.05,
+            half_angle: core::f64::consts::FRAC_PI_3,
+            mouth_radius: 0.1,
             end_effector_length: 0.15,
         }
     }

@@ -63,8 +63,6 @@ pub(super) struct Bodies<const NL: usize> {
     port: Vector3<f64>,
     normal: Vector3<f64>,
     corridor: Corridor,
-    /// How far below the port's plane the end effector may come [m].
-    contact: f64,
     /// Sphere about the servicer's centre of mass that holds all of it, whatever the pose [m].
     reach: f64,
     /// Sphere about the target [m].
@@ -94,7 +92,6 @@ impl<const NL: usize> Bodies<NL> {
             port: target.port_position,
             normal: target.port_normal,
             corridor: mission.corridor,
-            contact: mission.tolerances.end_effector_position,
             reach: body + moment / servicer.total_mass(),
             target_radius: norm(&target.half_extents),
         }
@@ -177,11 +174,10 @@ impl<const NL: usize> Bodies<NL> {
         let outward = if radius > 0.0 { across / radius } else { Vector3::zeros() };
         let apex = self.corridor.mouth_radius * cos / sin;
         let side = (height + apex) * sin - radius * cos;
-        let above = height + self.contact;
-        if side < above {
+        if side < height {
             SignedDistance { value: side, gradient: self.normal * sin - outward * cos }
         } else {
-            SignedDistance { value: above, gradient: self.normal }
+            SignedDistance { value: height, gradient: self.normal }
         }
     }
 
@@ -334,7 +330,7 @@ mod tests {
         let position = Vector3::new(0.0, 0.0, 0.2 + geometry.reach);
         let at = Instant { state: &state, position, target: quaternion::IDENTITY };
         let [effector, others, own] = bodies.clearances(&body, &at, 1.0);
-        assert!((effector.distance - 1e-3).abs() < 1e-9, "{}", effector.distance);
+        assert!(effector.distance.abs() < 1e-9, "{}", effector.distance);
         assert!(others.distance > 0.2 && own.distance > 0.1);
     }
 
