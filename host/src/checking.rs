@@ -135,7 +135,7 @@ impl Check {
 
     /// Costs by the problem definition, from the file's controls.
     fn compare_costs(&self, plan: &PlanFile, found: &mut Findings) {
-        let (w, s) = (&self.mission.weights, &self.mission.servicer);
+        let (w, units) = (&self.mission.weights, self.mission.cost_units());
         let squares = |rows: &[[f64; 3]], limit: f64| -> f64 {
             rows.iter().flatten().map(|u| (u / limit) * (u / limit)).sum()
         };
@@ -143,9 +143,9 @@ impl Check {
         let changes: Vec<[f64; 3]> =
             force.windows(2).map(|pair| std::array::from_fn(|i| pair[1][i] - pair[0][i])).collect();
         let one =
-            w.force * squares(force, s.max_force) + w.force_change * squares(&changes, s.max_force);
-        let two = w.bus_torque * squares(&plan.stage2.bus_torque, s.max_bus_torque)
-            + w.joint_torque * squares(&plan.stage2.joint_torque, s.max_joint_torque);
+            w.force * squares(force, units.force) + w.force_change * squares(&changes, units.force);
+        let two = w.bus_torque * squares(&plan.stage2.bus_torque, units.bus_torque)
+            + w.joint_torque * squares(&plan.stage2.joint_torque, units.joint_torque);
         for (field, said, is) in
             [("stage1.cost", plan.stage1.cost, one), ("stage2.cost", plan.stage2.cost, two)]
         {

@@ -24,4 +24,4 @@ pub use scenario::{Scenario, initial_bus_attitude};
 pub use segment::{SegmentDistance, segment_to_box};
 pub use servicer::{CaptureGeometry, Link, Servicer};
 pub use target::{Target, TargetState};
-pub use typical::Typical;
+pub use typical::{CostUnits, Typical};

@@ -37,9 +37,36 @@ mod factor {
     /// Of inertia over time squared: the system's about the bus, the straight arm's about its base.
     pub const BUS_TORQUE: f64 = 5.44;
     pub const JOINT_TORQUE: f64 = 16.9;
+    /// Multiples of what is typical up to which limits measure the cost; those of the problem
+    /// definition's servicer just do.
+    pub const MOST_FORCE: f64 = 130.0;
+    pub const MOST_TORQUE: f64 = 10.5;
+}
+
+/// What controls are divided by in the cost [N, N m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CostUnits {
+    /// Force.
+    pub force: f64,
+    /// Bus torque.
+    pub bus_torque: f64,
+    /// Joint torques.
+    pub joint_torque: f64,
 }
 
 impl<const NL: usize> Mission<NL> {
+    /// What controls are divided by in the cost: their limits, as in the paper, but no more than a
+    /// multiple of what is typical. A limit that is never near is no measure, and were it one, the
+    /// stronger actuator would be free to chatter.
+    pub fn cost_units(&self) -> CostUnits {
+        let (typical, servicer) = (self.typical(), &self.servicer);
+        CostUnits {
+            force: servicer.max_force.min(factor::MOST_FORCE * typical.force),
+            bus_torque: servicer.max_bus_torque.min(factor::MOST_TORQUE * typical.bus_torque),
+            joint_torque: servicer.max_joint_torque.min(factor::MOST_TORQUE * typical.joint_torque),
+        }
+    }
+
     /// Typical magnitudes: the mission's own, or those that follow from it. None is above the
     /// limit that concerns it.
     pub fn typical(&self) -> Typical {
@@ -87,6 +114,17 @@ mod tests {
         assert!(near(t.velocity, 1e-2) && near(t.force, 2e-2), "{t:?}");
         assert!(near(t.rate, 1e-3) && near(t.joint_rate, 5e-3), "{t:?}");
         assert!(near(t.bus_torque, 5e-4) && near(t.joint_torque, 5e-4), "{t:?}");
+    }
+
+    #[test]
+    fn limits_measure_the_cost_where_they_are_near() {
+        let mut mission = Mission::default();
+        let paper = CostUnits { force: 2.5, bus_torque: 5e-3, joint_torque: 5e-3 };
+        assert_eq!(mission.cost_units(), paper);
+        mission.servicer.max_joint_torque = 20.0;
+        mission.servicer.max_bus_torque = 1e-3;
+        let units = mission.cost_units();
+        assert!(units.joint_torque < 6e-3 && units.bus_torque == 1e-3 && units.force == 2.5);
     }
 
     #[test]

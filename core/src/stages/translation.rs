@@ -68,6 +68,8 @@ pub struct Translation<'a, const N: usize, const NL: usize> {
     /// What positions, velocities and forces are divided by in the subproblem [m, m/s, N].
     scale: [f64; 3],
     cost_scale: f64,
+    /// What forces are divided by in the cost [N].
+    cost_unit: f64,
     keep_out_tolerance: f64,
     end_tolerance: f64,
     transition: HcwTransition,
@@ -96,20 +98,22 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         let position = quaternion::rotation_matrix(&end.attitude) * port;
         let (approach, n) = (&mission.approach, mission.mean_motion());
         let dt = approach.duration / (N - 1) as f64;
-        let (typical, max_force) = (mission.typical(), mission.servicer.max_force);
+        let (typical, cost_unit) = (mission.typical(), mission.cost_units().force);
+        let max_force = mission.servicer.max_force;
         // The end lies at the reach from the port, whatever the near distance.
         let at_end = approach.keep_out(N - 1, N).min(capture.reach);
         let keep_out = core::array::from_fn(|k| {
             let (at, before) = (approach.keep_out(k, N), approach.keep_out(k.max(1) - 1, N));
             [at, if k + 1 == N { at_end } else { at.min(before) }]
         });
-        let inverse_unit = max_force / typical.force;
+        let inverse_unit = cost_unit / typical.force;
         Self {
             mission,
             margin: approach.between_nodes.is_on(integrator).then_some(mission.margins.keep_out),
             back: WITHIN.map(|share| HcwTransition::new(n, -share * dt)),
             dt,
             scale: [typical.length, typical.velocity, typical.force],
+            cost_unit,
             cost_scale: TYPICAL_COST * inverse_unit * inverse_unit,
             target,
             half_extents: mission.target.half_extents,
@@ -155,7 +159,7 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
 
     /// Cost of a force profile, as section 5 defines it.
     pub fn cost(&self, force: &[Vector3<f64>; N]) -> f64 {
-        let scaled = |k: usize| force[k] / self.max_force;
+        let scaled = |k: usize| force[k] / self.cost_unit;
         let effort: f64 = (0..N - 1).map(|k| scaled(k).norm_squared()).sum();
         let change: f64 = (0..N - 2).map(|k| (scaled(k + 1) - scaled(k)).norm_squared()).sum();
         self.force_weight * effort + self.change_weight * change
@@ -287,7 +291,7 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NR> for Translation<'_,
         qp.defect_weight = f64::INFINITY;
         qp.constant = 0.0;
         let [r, v, f] = self.scale;
-        let unit = f / self.max_force;
+        let unit = f / self.cost_unit;
         let effort = 2.0 * self.cost_scale * self.force_weight * unit * unit;
         let change = 2.0 * self.cost_scale * self.change_weight * unit * unit;
         for k in 0..N {

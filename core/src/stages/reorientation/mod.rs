@@ -11,7 +11,7 @@ use super::size::NR;
 use super::worse;
 use crate::dynamics::{Control, Integrator, Multibody, State};
 use crate::math::{clamp, quaternion};
-use crate::model::{Mission, TargetState, Typical, initial_bus_attitude};
+use crate::model::{CostUnits, Mission, TargetState, Typical, initial_bus_attitude};
 use crate::pair::{Pair, Sequential};
 use crate::qp::{Qp, Solution, Stage, Sweep};
 use crate::scp::{Problem, Residuals};
@@ -80,6 +80,7 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
     is_held: bool,
     has_margins: bool,
     typical: Typical,
+    cost_units: CostUnits,
     /// Factor on the cost in the loop: the torques' typical shares of their limits are taken out.
     cost_scale: f64,
     scale_x: SVector<f64, NX>,
@@ -131,7 +132,9 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         let (scale_x, scale_u) = Self::scales(mission);
         let (typical, switches) = (mission.typical(), &mission.approach);
         let has_margins = switches.between_nodes.is_on(integrator);
-        let shares = SVector::<f64, NU>::from_fn(|i, _| scale_u[i] / Self::max_torque(mission, i));
+        let cost_units = mission.cost_units();
+        let unit = |i: usize| if i < 3 { cost_units.bus_torque } else { cost_units.joint_torque };
+        let shares = SVector::<f64, NU>::from_fn(|i, _| scale_u[i] / unit(i));
         let largest = shares.max();
         Self {
             mission,
@@ -155,6 +158,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             is_held: integrator.is_flown(),
             has_margins,
             typical,
+            cost_units,
             cost_scale: TYPICAL_COST / (largest * largest),
             scale_x,
             scale_u,
@@ -174,12 +178,12 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
 
     /// Cost of a torque profile, as section 6 defines it.
     pub fn cost(&self, controls: &[Control<NL>; N]) -> f64 {
-        let (w, s) = (&self.mission.weights, &self.mission.servicer);
+        let (w, units) = (&self.mission.weights, &self.cost_units);
         controls[..N - 1]
             .iter()
             .map(|u| {
-                w.bus_torque * (u.bus_torque / s.max_bus_torque).norm_squared()
-                    + w.joint_torque * (u.joint_torque / s.max_joint_torque).norm_squared()
+                w.bus_torque * (u.bus_torque / units.bus_torque).norm_squared()
+                    + w.joint_torque * (u.joint_torque / units.joint_torque).norm_squared()
             })
             .sum()
     }
@@ -199,8 +203,12 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
 
     /// Derivative of the loop's cost by torque `i` [1/(N m)].
     fn marginal_cost(&self, i: usize, torque: f64) -> f64 {
-        let max = Self::max_torque(self.mission, i);
-        2.0 * self.cost_scale * self.weight(i) * torque / (max * max)
+        let unit = self.cost_unit(i);
+        2.0 * self.cost_scale * self.weight(i) * torque / (unit * unit)
+    }
+
+    fn cost_unit(&self, i: usize) -> f64 {
+        if i < 3 { self.cost_units.bus_torque } else { self.cost_units.joint_torque }
     }
 
     fn weight(&self, i: usize) -> f64 {
@@ -438,7 +446,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         qp.defect_weight = 1.0;
         qp.constant = 0.0;
         let own = SVector::<f64, NU>::from_fn(|i, _| {
-            let unit = self.scale_u[i] / Self::max_torque(self.mission, i);
+            let unit = self.scale_u[i] / self.cost_unit(i);
             2.0 * self.cost_scale * self.weight(i) * unit * unit
         });
         let convex = own.map(|c| c.max(LEAST_CURVATURE * own.max()));

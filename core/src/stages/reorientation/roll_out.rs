@@ -88,8 +88,10 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             let (state, force) = (&to.states[k], &self.translation.force[k]);
             let (control, mut next) =
                 self.body.steer(self.integrator, self.dt, state, goal, leg, force);
+            // A search that ran away says nothing: the control of the last trajectory stands.
+            let control = if next.is_finite() { control } else { to.controls[k] };
             let clipped = control.within_limits(&self.mission.servicer);
-            if clipped != control {
+            if clipped != control || !next.is_finite() {
                 next = self.body.step(self.integrator, self.dt, state, &clipped, force);
             }
             self.add_slack(k, &slack, &mut next);
