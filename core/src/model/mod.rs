@@ -20,4 +20,4 @@ pub use mission::{
 pub use orbit::{HcwTransition, Orbit, hcw_acceleration};
 pub use scenario::{Scenario, initial_bus_attitude};
 pub use servicer::{CaptureGeometry, Link, Servicer};
-pub use target::{Target, TargetState};
+pub use target::{MAX_TUMBLE_SUBSTEPS, Target, TargetState};

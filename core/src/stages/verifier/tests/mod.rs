@@ -1,0 +1,1 @@
+//! The verifier against plans made by hand.
