@@ -20,7 +20,7 @@ pub(super) struct Bodies<'a, const NL: usize> {
 impl<const NL: usize> Bodies<'_, NL> {
     /// Looks at one instant. Cost: one point a pair that is further apart than the nearest so far
     /// (and the bus and the target at that, which then are one pair), up to 40 points for each of
-    /// the others; two boxes are 24 pairs.
+    /// the others; two boxes are 30 pairs.
     pub fn look(&mut self, at: &Instant<'_, NL>) {
         let (servicer, target) = (&self.mission.servicer, &self.mission.target);
         let posture = Posture::new(servicer, &at.state.joint_angle);
@@ -59,7 +59,7 @@ impl<const NL: usize> Bodies<'_, NL> {
 
     /// Distance of the end effector at `tip` (target axes) from where it must not be [m]: anywhere
     /// it may be as far from the box as a link of `radius`; in the corridor, in front of the port.
-    fn end_effector(&self, tip: &Vector3<f64>, radius: f64) -> f64 {
+    pub(super) fn end_effector(&self, tip: &Vector3<f64>, radius: f64) -> f64 {
         let (target, corridor) = (&self.mission.target, &self.mission.corridor);
         let (free, _) = point_to_box(&target.half_extents, tip, tip);
         let normal = &target.port_normal;

@@ -89,8 +89,11 @@ pub(super) struct Placed<'a> {
     pub center: Vector3<f64>,
 }
 
-/// Least signed distance [m] of an edge of one of two boxes to the other box, `half` about the
-/// origin and `placed` where it says. Where it is not below `cutoff`, any number that is not.
+/// Least signed distance [m] of an edge or axis of one of two boxes to the other box, `half` about
+/// the origin and `placed` where it says. Where it is not below `cutoff`, any number that is not.
+///
+/// Of two boxes apart, one has an edge as near as they are. The axes are for boxes that overlap with
+/// edges in each other's faces, which then are at no distance below zero.
 pub(super) fn box_to_box(half: &Vector3<f64>, placed: &Placed<'_>, cutoff: f64) -> f64 {
     let Placed { half: other, rotation, center } = placed;
     let (from_center, _) = point_to_box(half, center, center);
@@ -99,12 +102,12 @@ pub(super) fn box_to_box(half: &Vector3<f64>, placed: &Placed<'_>, cutoff: f64) 
         return least;
     }
     let mut nearest = f64::INFINITY;
-    for index in 0..12 {
+    for index in 0..LINES {
         let limit = if nearest < cutoff { nearest } else { cutoff };
-        let (a, b) = edge(other, index);
+        let (a, b) = line(other, index);
         let (a, b) = (center + rotation * a, center + rotation * b);
         let outer = segment_to_box(half, &a, &b, limit);
-        let (a, b) = edge(half, index);
+        let (a, b) = line(half, index);
         let (a, b) = (rotation.tr_mul(&(a - center)), rotation.tr_mul(&(b - center)));
         let inner = segment_to_box(other, &a, &b, limit);
         if !(outer.is_finite() && inner.is_finite()) {
@@ -115,16 +118,22 @@ pub(super) fn box_to_box(half: &Vector3<f64>, placed: &Placed<'_>, cutoff: f64) 
     nearest
 }
 
-/// The ends of an edge of a box, numbered from 0 to 11.
-fn edge(half: &Vector3<f64>, index: usize) -> (Vector3<f64>, Vector3<f64>) {
+/// Edges and axes of a box.
+const LINES: usize = 15;
+
+/// The ends of an edge of a box, numbered from 0 to 11, or of its axis along x, y or z, from 12.
+fn line(half: &Vector3<f64>, index: usize) -> (Vector3<f64>, Vector3<f64>) {
     let (axis, corner) = (index % 3, index / 3);
+    let (second, third) = match corner {
+        0 => (1.0, 1.0),
+        1 => (-1.0, 1.0),
+        2 => (1.0, -1.0),
+        3 => (-1.0, -1.0),
+        _ => (0.0, 0.0),
+    };
     let mut from = *half;
-    if corner % 2 == 1 {
-        from[(axis + 1) % 3] *= -1.0;
-    }
-    if corner / 2 == 1 {
-        from[(axis + 2) % 3] *= -1.0;
-    }
+    from[(axis + 1) % 3] *= second;
+    from[(axis + 2) % 3] *= third;
     let mut to = from;
     to[axis] *= -1.0;
     (from, to)

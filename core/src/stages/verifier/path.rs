@@ -60,7 +60,7 @@ impl<const N: usize, const NL: usize> Path<'_, N, NL> {
 
     /// Keep-out radius within interval `k` [m]: the smaller of those at its ends. The last node has
     /// none but its place, at reach from the port.
-    fn radius_after(&self, k: usize) -> f64 {
+    pub fn radius_after(&self, k: usize) -> f64 {
         let (servicer, approach) = (&self.mission.servicer, &self.mission.approach);
         let (here, there) = if k + 2 < N {
             (approach.keep_out(k, N), approach.keep_out(k + 1, N))

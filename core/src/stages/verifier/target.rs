@@ -15,7 +15,7 @@ use nalgebra::{SVector, Vector3, Vector4};
 type Motion = SVector<f64, 7>;
 
 /// Error of a step in attitude, and in momentum over its scale.
-const STEP_ERROR: f64 = 1e-13;
+const STEP_ERROR: f64 = 1e-14;
 
 /// Most steps a part of an interval, rejected ones counted. A target for which they are too few is
 /// nowhere: its state is not a number.
