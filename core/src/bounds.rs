@@ -8,9 +8,11 @@
 
 use crate::dynamics::STEERING_ITERATIONS;
 use crate::math::MAX_SWEEPS;
+use crate::model::MAX_TUMBLE_SUBSTEPS;
 use crate::nn::{TILE, limit};
 use crate::qp::{ATTEMPTS, InteriorPointSettings, MAX_SOLVER_ITERATIONS, STARTS};
 use crate::scp::{MAX_CORRECTIONS, MAX_ITERATIONS, MAX_SEARCHES, Settings};
+use crate::stages::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
 
 /// A loop whose length depends on data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +44,7 @@ const SOLVER: InteriorPointSettings = InteriorPointSettings::DEFAULT;
 const LONGEST_ROW: usize = 4 * limit::WIDTH;
 
 /// The table, from the outermost loop inwards.
-pub const LOOPS: [LoopBound; 15] = [
+pub const LOOPS: [LoopBound; 19] = [
     LoopBound {
         name: "iterations",
         file: "scp/solve.rs",
@@ -125,13 +127,49 @@ pub const LOOPS: [LoopBound; 15] = [
         ends: NOTHING,
     },
     LoopBound {
+        name: "tumble_substeps",
+        file: "model/target.rs",
+        turn: "RK4 substep of the target's motion a node",
+        default: Some(MAX_TUMBLE_SUBSTEPS as u64),
+        most: Some(MAX_TUMBLE_SUBSTEPS as u64),
+        from: "model::MAX_TUMBLE_SUBSTEPS",
+        ends: "as many as its rate needs",
+    },
+    LoopBound {
+        name: "target_steps",
+        file: "stages/verifier/target.rs",
+        turn: "step of the target's motion a tenth of an interval, in the verifier",
+        default: Some(MAX_TARGET_STEPS as u64),
+        most: Some(MAX_TARGET_STEPS as u64),
+        from: "stages::verifier::MAX_TARGET_STEPS",
+        ends: "there, not finite",
+    },
+    LoopBound {
+        name: "doublings",
+        file: "stages/verifier/motion.rs",
+        turn: "integration of an interval by RK4, in the verifier, each of twice the substeps",
+        default: Some(MAX_DOUBLINGS as u64),
+        most: Some(MAX_DOUBLINGS as u64),
+        from: "stages::verifier::MAX_DOUBLINGS",
+        ends: "no different from the one before, not finite",
+    },
+    LoopBound {
         name: "verified_substeps",
-        file: "stages/verifier.rs",
-        turn: "RK4 substep an interval, in the verifier",
-        default: None,
-        most: None,
-        from: "dynamics::Integrator::Rk4::substeps, the caller's",
+        file: "stages/verifier/motion.rs",
+        turn: "RK4 substep a tenth of an interval, in the verifier",
+        default: Some(MAX_PART_SUBSTEPS as u64),
+        most: Some(MAX_PART_SUBSTEPS as u64),
+        from: "stages::verifier::MAX_PART_SUBSTEPS",
         ends: NOTHING,
+    },
+    LoopBound {
+        name: "halvings",
+        file: "stages/verifier/distance.rs",
+        turn: "point of a segment whose distance to a box is looked at",
+        default: Some(MAX_HALVINGS as u64),
+        most: Some(MAX_HALVINGS as u64),
+        from: "stages::verifier::MAX_HALVINGS",
+        ends: "certified, further than another, not finite",
     },
     LoopBound {
         name: "layers",

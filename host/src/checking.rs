@@ -7,6 +7,7 @@ use crate::method::Integrator;
 use nalgebra::{Vector3, Vector4};
 use remora_core::model::{Mission, Scenario, TargetState};
 use remora_core::stages::{LINKS, NODES, Residuals, verify};
+use remora_core::time::Deadline;
 use std::path::{Path, PathBuf};
 
 /// Plans to be verified: the input of `remora check`.
@@ -91,6 +92,7 @@ impl Check {
             integrator.core(),
             &plan.stage1.trajectory(),
             &plan.stage2.trajectory(),
+            &Deadline::never(),
         )
         .residuals;
         let feasible = residuals.are_within(&self.mission.tolerances);
@@ -159,6 +161,7 @@ impl Check {
         let mut nodes = [TargetState::ZERO; NODES];
         let dt = self.mission.approach.duration / (NODES - 1) as f64;
         self.mission.target.tumble(
+            plan.integrator.core(),
             self.mission.mean_motion(),
             &scenario.target_attitude,
             &scenario.target_rate,

@@ -6,7 +6,8 @@ use remora_core::model::Mission;
 use remora_core::nn::{Part, Strike};
 use remora_core::planner::{EmbeddedSolver, Environment, Options, Report, Start, Workspace, plan};
 use remora_core::scp::Status;
-use remora_core::stages::{Mode, NODES};
+use remora_core::stages::{Mode, NODES, verify};
+use remora_core::time::Deadline;
 use remora_host::formats::{PlanStatus, ScenarioSet, StartName};
 use remora_host::inject::{
     Case, Claim, Class, Fault, Injection, Injector, Judge, PROGRAM_FIELDS, Plan, Record,
@@ -227,9 +228,8 @@ fn the_judge_knows_the_scenario() {
     let judge = Judge { mission: &mission, scenario: &scenario, integrator: Discretisation::Euler };
     let plan = Plan { path: workspace.path(), motion: workspace.motion() };
     let (path, motion) = (plan.path, plan.motion);
-    let residuals =
-        remora_core::stages::verify(&mission, &scenario, Discretisation::Euler, path, motion)
-            .residuals;
+    let (integrator, deadline) = (Discretisation::Euler, Deadline::never());
+    let residuals = verify(&mission, &scenario, integrator, path, motion, &deadline).residuals;
     let claim = Claim {
         status: Status::Solved,
         is_verified: false,

@@ -12,7 +12,7 @@ use remora_core::planner::{
 };
 use remora_core::scp::Status;
 use remora_core::stages::{LINKS, Mode, NODES, verify};
-use remora_core::time::Clock;
+use remora_core::time::{Clock, Deadline};
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
 use remora_host::perturbation::disturb;
@@ -116,7 +116,8 @@ fn rk4_plans_satisfy_rk4_dynamics_and_not_eulers() {
     assert_eq!(report.status, Status::Solved);
     let scenario = bench.set.scenarios[0].scenario();
     let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
-    let by_euler = verify(&bench.mission, &scenario, Integrator::Euler, path, motion).residuals;
+    let (euler, deadline) = (Integrator::Euler, Deadline::never());
+    let by_euler = verify(&bench.mission, &scenario, euler, path, motion, &deadline).residuals;
     assert!(by_euler.dynamics2 > 1e-3);
 }
 
@@ -292,8 +293,8 @@ fn a_plan_cut_short_is_told_from_one_to_fly() {
     for readings in (1..200).step_by(3) {
         let report = plan_within(&mut bench, f64::from(readings));
         let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
-        let residuals =
-            verify(&bench.mission, &scenario, Integrator::Euler, path, motion).residuals;
+        let (euler, deadline) = (Integrator::Euler, Deadline::never());
+        let residuals = verify(&bench.mission, &scenario, euler, path, motion, &deadline).residuals;
         assert_eq!(residuals, report.residuals);
         assert_eq!(report.is_verified(), residuals.are_within(&bench.mission.tolerances));
         assert!(motion.states.iter().all(|x| x.is_finite()));

@@ -14,6 +14,7 @@ use remora_core::stages::{
     LINKS, Mode, NODES, Reorientation, ReorientationTrajectory, Residuals, Translation,
     TranslationTrajectory, heuristic, size, verify,
 };
+use remora_core::time::Deadline;
 
 type StageTwo<'a> = Reorientation<'a, Sequential, NODES, LINKS, { size::NX }, { size::NU }>;
 
@@ -35,7 +36,8 @@ pub fn run<B: Board>(
 
     measure.run("tumble", 1, || {
         let (q, rate) = (&scenario.target_attitude, &scenario.target_rate);
-        mission.target.tumble(mission.mean_motion(), q, rate, dt, &mut w.target);
+        let n = mission.mean_motion();
+        mission.target.tumble(integrator, n, q, rate, dt, &mut w.target);
     });
     let Workspace { target, scratch, translation: one, reorientation: two } = w;
     let mut sum = Checksum::new();
@@ -94,8 +96,9 @@ pub fn run<B: Board>(
 
     let mut residuals = Residuals::default();
     measure.run("verify", 1, || {
-        residuals =
-            verify(mission, scenario, integrator, &one.trajectory, &two.trajectory).residuals;
+        let (path, motion) = (&one.trajectory, &two.trajectory);
+        let deadline = Deadline::never();
+        residuals = verify(mission, scenario, integrator, path, motion, &deadline).residuals;
     });
     let mut sum = Checksum::new();
     sum.numbers(&residuals.against(&mission.tolerances).map(|(_, value, _)| value));

@@ -13,6 +13,7 @@ use remora_core::planner::{
     Start, Workspace,
 };
 use remora_core::stages::{self, LINKS, Mode};
+use remora_core::time::Deadline;
 
 /// What plans are made with.
 pub struct Plans<'a, B> {
@@ -57,8 +58,9 @@ impl<'a, B: Board> Plans<'a, B> {
 
         let (path, motion) = (self.workspace.path(), self.workspace.motion());
         board.paint_stack();
-        let again = stages::verify(mission, scenario, black_box(options.integrator), path, motion)
-            .residuals;
+        let (integrator, deadline) = (black_box(options.integrator), Deadline::never());
+        let again =
+            stages::verify(mission, scenario, integrator, path, motion, &deadline).residuals;
         print_stack(board, "verify");
         let mut sum = Checksum::new();
         sum.numbers(&again.against(&mission.tolerances).map(|(_, value, _)| value));

@@ -23,5 +23,5 @@ pub use orbit::{HcwTransition, Orbit, hcw_acceleration};
 pub use scenario::{Scenario, initial_bus_attitude};
 pub use segment::{SegmentDistance, segment_to_box};
 pub use servicer::{CaptureGeometry, Link, Servicer};
-pub use target::{Target, TargetState};
+pub use target::{MAX_TUMBLE_SUBSTEPS, Target, TargetState};
 pub use typical::{CostUnits, Typical};

@@ -21,7 +21,7 @@ pub use start::{Start, StartRecord};
 pub use workspace::{EmbeddedSolver, Workspace};
 
 use crate::math::Checksum;
-use crate::model::{Mission, Scenario};
+use crate::model::{Integrator, Mission, Scenario};
 use crate::pair::Pair;
 use crate::qp::QpSolver;
 use crate::scp::{self, Outcome, Settings, Status};
@@ -54,7 +54,7 @@ pub fn plan<S: Solver, P: Pair>(
     let deadline = Deadline::after(clock, options.deadline_s);
     let mut times = PhaseTimes::default();
     let started = clock.seconds();
-    tumble(mission, scenario, workspace);
+    tumble(mission, scenario, options.integrator, workspace);
     times.start_s = clock.seconds() - started;
     let (translation, one) =
         plan_translation(mission, scenario, options, solver, &deadline, workspace);
@@ -67,7 +67,7 @@ pub fn plan<S: Solver, P: Pair>(
     let from = clock.seconds();
     let (path, motion) = (workspace.path(), workspace.motion());
     let Verification { residuals, clearances } =
-        verify(mission, scenario, options.integrator, path, motion);
+        verify(mission, scenario, options.integrator, path, motion, &Deadline::never());
     let is_verified = residuals.are_within(&mission.tolerances);
     times.verify_s = clock.seconds() - from;
 
@@ -152,9 +152,15 @@ fn gives_way(outcome: &Outcome, options: &Options) -> bool {
 }
 
 /// The target's motion at the nodes.
-fn tumble(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &mut Workspace) {
+fn tumble(
+    mission: &Mission<LINKS>,
+    scenario: &Scenario,
+    integrator: Integrator,
+    workspace: &mut Workspace,
+) {
     let dt = mission.approach.duration / (NODES - 1) as f64;
     mission.target.tumble(
+        integrator,
         mission.mean_motion(),
         &scenario.target_attitude,
         &scenario.target_rate,

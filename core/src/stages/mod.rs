@@ -9,6 +9,7 @@ mod verifier;
 pub use reorientation::{Mode, Reorientation, ReorientationTrajectory};
 pub use translation::{Translation, TranslationTrajectory};
 pub use verifier::{Clearances, Closest, Residuals, Verification, verify, verify_translation};
+pub(crate) use verifier::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
 
 /// The larger of two violations; what is not a number is infinitely violated.
 fn worse(a: f64, b: f64) -> f64 {

@@ -7,6 +7,7 @@ use remora_core::scp::Status;
 use remora_core::stages::{
     LINKS, NODES, ReorientationTrajectory, Residuals, TranslationTrajectory, verify,
 };
+use remora_core::time::Deadline;
 use serde::{Deserialize, Serialize};
 
 /// What became of a fault; each case has one class, the first that fits from the last here to the
@@ -144,7 +145,9 @@ impl Judge<'_> {
     /// than those claimed, whatever its status.
     pub fn is_wrong(&self, claim: &Claim, plan: Plan<'_>) -> bool {
         let Self { mission, scenario, integrator } = *self;
-        let found = verify(mission, scenario, integrator, plan.path, plan.motion).residuals;
+        let deadline = Deadline::never();
+        let found =
+            verify(mission, scenario, integrator, plan.path, plan.motion, &deadline).residuals;
         let feasible = found.are_within(&mission.tolerances) && is_finite(plan);
         let claimed = claim.status == Status::Solved || claim.is_verified;
         let pairs = found.against(&mission.tolerances).into_iter();

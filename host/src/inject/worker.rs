@@ -16,6 +16,7 @@ use remora_core::planner::{
 use remora_core::qp::InteriorPointSettings;
 use remora_core::scp::{Log, Problem, Status};
 use remora_core::stages::{LINKS, NODES, Reorientation, ReorientationTrajectory, size, verify};
+use remora_core::time::Deadline;
 use remora_core::warmstart::{Scene, roll_out};
 use std::time::Instant;
 
@@ -269,7 +270,8 @@ impl Machine {
         }
         let (path, motion) = (workspace.path(), workspace.motion());
         let scenario = &setup.scenarios[index].scenario();
-        let residuals = verify(mission, scenario, options.integrator, path, motion).residuals;
+        let (integrator, deadline) = (options.integrator, Deadline::never());
+        let residuals = verify(mission, scenario, integrator, path, motion, &deadline).residuals;
         let is_verified = residuals.are_within(&mission.tolerances);
         let status = if is_verified { Status::Solved } else { Status::NumericalFailure };
         let output = output_checksum(path, motion);

@@ -1,7 +1,7 @@
 //! Plans that another program made: the independent reference solutions of `fixtures/oracle`.
 
 use super::bench::Bench;
-use remora_core::model::{Mission, TargetState};
+use remora_core::model::{Integrator, Mission, TargetState};
 use remora_host::formats::ScenarioSet;
 use serde_json::{Value, json};
 
@@ -22,7 +22,8 @@ fn tumble(set: &ScenarioSet, id: &str) -> (Value, Value) {
     let mut nodes = [TargetState::ZERO; 60];
     let dt = mission.approach.duration / 59.0;
     let (attitude, rate) = (&scenario.target_attitude, &scenario.target_rate);
-    mission.target.tumble(mission.mean_motion(), attitude, rate, dt, &mut nodes);
+    let (euler, n) = (Integrator::Euler, mission.mean_motion());
+    mission.target.tumble(euler, n, attitude, rate, dt, &mut nodes);
     let attitudes = nodes.iter().map(|x| json!(x.attitude.as_slice())).collect();
     let rates = nodes.iter().map(|x| json!(x.rate.as_slice())).collect();
     (attitudes, rates)

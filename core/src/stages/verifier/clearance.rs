@@ -1,0 +1,84 @@
+//! How near bus and arm come to the target, and the arm to its own bus.
+
+use super::Instant;
+use super::distance::{Placed, box_to_box, point_to_box, segment_to_box};
+use super::posture::Posture;
+use super::residuals::{Clearances, Closest, worse};
+use crate::math::quaternion;
+use crate::model::Mission;
+use nalgebra::Vector3;
+
+/// The bodies, and how near they were so far.
+///
+/// Target and bus are boxes. Links are capsules, the last one without the end effector's length at
+/// its end: the end effector is a point with the corridor to the port as its way.
+pub(super) struct Bodies<'a, const NL: usize> {
+    pub mission: &'a Mission<NL>,
+    pub found: Clearances,
+}
+
+impl<const NL: usize> Bodies<'_, NL> {
+    /// Looks at one instant. Cost: one point a pair that is further apart than the nearest so far
+    /// (and the bus and the target at that, which then are one pair), up to 40 points for each of
+    /// the others; two boxes are 30 pairs.
+    pub fn look(&mut self, at: &Instant<'_, NL>) {
+        let (servicer, target) = (&self.mission.servicer, &self.mission.target);
+        let posture = Posture::new(servicer, &at.state.joint_angle);
+        let to_target = quaternion::rotation_matrix(&at.target.attitude).transpose();
+        let rotation = to_target * quaternion::rotation_matrix(&at.state.attitude);
+        let center = to_target * at.position - rotation * posture.center;
+        let placed = |p: &Vector3<f64>| center + rotation * p;
+
+        let bus = Placed { half: &servicer.bus_half_extents, rotation, center };
+        let distance = box_to_box(&target.half_extents, &bus, self.found.bus.distance);
+        let closest = |distance, body| Closest { distance, time_s: at.time_s, body };
+        self.found.bus = self.found.bus.or(closest(distance, 0));
+
+        let mut body = 0;
+        for ((link, joint), end) in servicer.links.iter().zip(&posture.joints).zip(posture.ends()) {
+            body += 1;
+            let is_last = body as usize == NL;
+            let gripper = if is_last { self.mission.corridor.end_effector_length } else { 0.0 };
+            let end = shortened(joint, &end, gripper);
+            let cutoff = self.found.arm.distance + link.radius;
+            let (a, b) = (placed(joint), placed(&end));
+            let distance = segment_to_box(&target.half_extents, &a, &b, cutoff) - link.radius;
+            self.found.arm = self.found.arm.or(closest(distance, body));
+            // The first link is mounted on the bus.
+            if body > 1 {
+                let cutoff = self.found.own.distance + link.radius;
+                let half = &servicer.bus_half_extents;
+                let distance = segment_to_box(half, joint, &end, cutoff) - link.radius;
+                self.found.own = self.found.own.or(closest(distance, body));
+            }
+        }
+        let radius = servicer.links.last().map_or(0.0, |link| link.radius);
+        let distance = self.end_effector(&placed(&posture.tip), radius);
+        self.found.arm = self.found.arm.or(closest(distance, body));
+    }
+
+    /// Distance of the end effector at `tip` (target axes) from where it must not be [m]: anywhere
+    /// it may be as far from the box as a link of `radius`; in the corridor, in front of the port.
+    pub(super) fn end_effector(&self, tip: &Vector3<f64>, radius: f64) -> f64 {
+        let (target, corridor) = (&self.mission.target, &self.mission.corridor);
+        let (free, _) = point_to_box(&target.half_extents, tip, tip);
+        let normal = &target.port_normal;
+        let (sin, cos) = libm::sincos(corridor.half_angle);
+        let apex = target.port_position - normal * (corridor.mouth_radius * cos / sin);
+        let from_apex = tip - apex;
+        let along = from_apex.dot(normal);
+        let across = from_apex - normal * along;
+        let cone = along * sin - libm::sqrt(across.dot(&across)) * cos;
+        let height = (tip - target.port_position).dot(normal);
+        let before = height + self.mission.tolerances.end_effector_position;
+        let inside = -worse(-cone, -before);
+        worse(free - radius, inside)
+    }
+}
+
+/// The end of a link less `gripper` of its length, its joint where it is no longer than that.
+fn shortened(joint: &Vector3<f64>, end: &Vector3<f64>, gripper: f64) -> Vector3<f64> {
+    let link = end - joint;
+    let length = libm::sqrt(link.dot(&link));
+    if gripper < length || length.is_nan() { end - link * (gripper / length) } else { *joint }
+}

@@ -1,0 +1,244 @@
+//! The independent verifier: what counts as solved (section 7).
+//!
+//! It recomputes every residual from the plan's numbers, the scenario and the mission. Nothing of
+//! the planner's is used where a mistake could hide in both:
+//!
+//! | | here | in the planner |
+//! | --- | --- | --- |
+//! | target | momentum in inertial axes, Dormand-Prince with error control | body rates, RK4 |
+//! | Stage 1 | power series of HCW | its closed form |
+//! | Stage 2 | articulated bodies, substeps by their error | composite bodies, the plan's substeps |
+//! | arm, reach, initial attitude | rotation matrices, Euler angles | quaternions |
+//! | distances | search, certified by tangents | piecewise, exact |
+//!
+//! Shared are what defines the problem (mission, scenario and trajectories as data, the keep-out
+//! radius at a node, [`hcw_acceleration`](crate::model::hcw_acceleration)) and what is mathematics
+//! alone and tested as such: nalgebra, products and matrices of quaternions, Cholesky's
+//! factorisation.
+
+mod clearance;
+mod distance;
+mod motion;
+mod path;
+mod posture;
+mod residuals;
+mod target;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use distance::MAX_HALVINGS;
+pub(crate) use motion::{MAX_DOUBLINGS, MAX_PART_SUBSTEPS};
+pub use residuals::{Clearances, Closest, Residuals, Verification};
+pub(crate) use target::MAX_TARGET_STEPS;
+
+use super::{ReorientationTrajectory, TranslationTrajectory};
+use crate::dynamics::{Integrator, State};
+use crate::math::quaternion;
+use crate::model::{Mission, Scenario, TargetState};
+use crate::time::Deadline;
+use clearance::Bodies;
+use motion::{Interval, difference};
+use nalgebra::{SVector, Vector3};
+use path::Path;
+use posture::{Posture, initial_bus_attitude};
+use residuals::{RATE_SCALE, excess, worse, worst};
+use target::Tumbling;
+
+/// Parts of an interval: limits are looked at where they meet.
+const PARTS: usize = 10;
+
+/// Clearances are looked at where so many parts end.
+const CLEARANCE_PARTS: usize = 2;
+
+/// Residuals of a whole plan. The target is recomputed from the scenario, never taken from a plan.
+///
+/// `deadline` is looked at once an interval. Where it has passed, nothing is confirmed: the
+/// residuals are [`Residuals::UNFINISHED`], the clearances those of what was looked at.
+///
+/// Cost: for RK4 15 substeps of the articulated-body dynamics an interval (60 evaluations) where
+/// the motion is slow, twice as many for each doubling that it takes beyond that; one evaluation
+/// for Euler. The rest is less than 20 evaluations' worth.
+// Its memory is on the stack only while it runs.
+#[inline(never)]
+pub fn verify<const N: usize, const NL: usize>(
+    mission: &Mission<NL>,
+    scenario: &Scenario,
+    integrator: Integrator,
+    translation: &TranslationTrajectory<N>,
+    reorientation: &ReorientationTrajectory<N, NL>,
+    deadline: &Deadline<'_>,
+) -> Verification {
+    let between = mission.approach.between_nodes.is_on(integrator);
+    let path = Path { mission, trajectory: translation, between };
+    let plan = Checked { mission, integrator, path: &path, trajectory: reorientation, between };
+    let mut target = Tumbling::new(mission, scenario, integrator);
+    let mut bodies = Bodies { mission, found: Clearances::NONE };
+    let mut out = Residuals::default();
+    path.begin(scenario, &mut out);
+    plan.begin(scenario, &mut out);
+    for k in 0..N - 1 {
+        if deadline.has_passed() {
+            return Verification { residuals: Residuals::UNFINISHED, clearances: bodies.found };
+        }
+        let turning = target.along(k, path.dt());
+        let positions = path.interval(k, &turning, &mut out);
+        plan.interval(k, &turning, &positions, &mut bodies, &mut out);
+    }
+    let last = target.state();
+    path.end(&last, &mut out);
+    plan.end(&last, &mut bodies, &mut out);
+    if mission.approach.clearance.is_on(integrator) {
+        out.clearance = bodies.found.overlap();
+    }
+    Verification { residuals: out, clearances: bodies.found }
+}
+
+/// Residuals of Stage 1 alone; those of Stage 2 are left zero (`control` is that of the force).
+pub fn verify_translation<const N: usize, const NL: usize>(
+    mission: &Mission<NL>,
+    scenario: &Scenario,
+    integrator: Integrator,
+    trajectory: &TranslationTrajectory<N>,
+) -> Residuals {
+    let between = mission.approach.between_nodes.is_on(integrator);
+    let path = Path { mission, trajectory, between };
+    let mut target = Tumbling::new(mission, scenario, integrator);
+    let mut out = Residuals::default();
+    path.begin(scenario, &mut out);
+    for k in 0..N - 1 {
+        let turning = target.along(k, path.dt());
+        path.interval(k, &turning, &mut out);
+    }
+    path.end(&target.state(), &mut out);
+    out
+}
+
+/// All there is at one instant.
+struct Instant<'a, const NL: usize> {
+    time_s: f64,
+    target: &'a TargetState,
+    position: &'a Vector3<f64>,
+    state: &'a State<NL>,
+}
+
+/// Stage 2 of a plan under verification.
+struct Checked<'a, const N: usize, const NL: usize> {
+    mission: &'a Mission<NL>,
+    integrator: Integrator,
+    path: &'a Path<'a, N, NL>,
+    trajectory: &'a ReorientationTrajectory<N, NL>,
+    between: bool,
+}
+
+impl<const N: usize, const NL: usize> Checked<'_, N, NL> {
+    fn begin(&self, scenario: &Scenario, out: &mut Residuals) {
+        let initial = State {
+            attitude: initial_bus_attitude(&scenario.position),
+            joint_angle: self.mission.servicer.initial_joint_angle,
+            rate: Vector3::zeros(),
+            joint_rate: SVector::zeros(),
+        };
+        out.dynamics2 = worse(out.dynamics2, difference(&initial, &self.trajectory.states[0]));
+    }
+
+    /// Judges node `k` and what follows it up to the next.
+    fn interval(
+        &self,
+        k: usize,
+        target: &[TargetState; PARTS + 1],
+        positions: &[Vector3<f64>; PARTS + 1],
+        bodies: &mut Bodies<'_, NL>,
+        out: &mut Residuals,
+    ) {
+        let (servicer, dt) = (&self.mission.servicer, self.path.dt());
+        let control = &self.trajectory.controls[k];
+        let bus = excess(control.bus_torque.as_slice(), servicer.max_bus_torque);
+        let joint = excess(control.joint_torque.as_slice(), servicer.max_joint_torque);
+        out.control = worse(out.control, worse(bus, joint));
+
+        let force = &self.path.trajectory.force[k];
+        let (mission, integrator) = (self.mission, self.integrator);
+        let held = Interval { mission, integrator, dt, control, force };
+        let flown = held.fly(&self.trajectory.states[k]);
+        let defect = difference(&flown.states[PARTS], &self.trajectory.states[k + 1]);
+        out.dynamics2 = worse(out.dynamics2, worse(defect, flown.unresolved));
+
+        for part in 0..PARTS {
+            let time_s = (k as f64 + part as f64 / PARTS as f64) * dt;
+            let (target, position) = (&target[part], &positions[part]);
+            let at = Instant { time_s, target, position, state: &flown.states[part] };
+            if part == 0 || self.between {
+                self.limits(&at, out);
+            }
+            if part % CLEARANCE_PARTS == 0 {
+                bodies.look(&at);
+            }
+        }
+    }
+
+    /// Joint stops, joint rates and pointing.
+    fn limits(&self, at: &Instant<'_, NL>, out: &mut Residuals) {
+        let servicer = &self.mission.servicer;
+        for i in 0..NL {
+            let beyond = at.state.joint_angle[i].abs() - servicer.max_joint_angle[i];
+            out.joint = worse(out.joint, worse(0.0, beyond));
+        }
+        let rate = excess(at.state.joint_rate.as_slice(), servicer.max_joint_rate);
+        out.joint_rate = worse(out.joint_rate, rate);
+        let sight = self.port(at.target) - at.position;
+        let boresight = quaternion::rotation_matrix(&at.state.attitude) * servicer.boresight;
+        let seen = sight.dot(&boresight) / libm::sqrt(sight.dot(&sight));
+        let cosine = libm::cos(self.mission.approach.field_of_view_half_angle);
+        out.pointing = worse(out.pointing, worse(0.0, cosine - seen));
+    }
+
+    /// The last node, and what holds towards the end.
+    fn end(&self, target: &TargetState, bodies: &mut Bodies<'_, NL>, out: &mut Residuals) {
+        let (last, position) =
+            (&self.trajectory.states[N - 1], &self.path.trajectory.position[N - 1]);
+        let time_s = self.mission.approach.duration;
+        let at = Instant { time_s, target, position, state: last };
+        self.limits(&at, out);
+        bodies.look(&at);
+        out.preset = self.held();
+        out.terminal_rate = worst(((last.rate - target.rate) / RATE_SCALE).as_slice());
+
+        let servicer = &self.mission.servicer;
+        let bus = quaternion::rotation_matrix(&last.attitude);
+        let tip = bus * Posture::new(servicer, &last.joint_angle).arm();
+        let miss = position + tip - self.port(target);
+        out.ee_position = libm::sqrt(miss.dot(&miss));
+        let approach =
+            -(quaternion::rotation_matrix(&target.attitude) * self.mission.target.port_normal);
+        let arm = bus * Posture::at_capture(servicer).arm();
+        let across = arm.cross(&approach);
+        out.ee_angle = libm::atan2(libm::sqrt(across.dot(&across)), arm.dot(&approach));
+    }
+
+    /// How far the arm is from being held as at capture, scaled: to fly, its angles from the preset
+    /// on and its rates at the end; in the paper's problem, its angles at the preset and its rates
+    /// from there on.
+    fn held(&self) -> f64 {
+        let capture = &self.mission.servicer.capture_joint_angle;
+        let preset = (N - 1).saturating_sub(self.mission.approach.preset_lead);
+        let (angles_until, rates_from) =
+            if self.integrator.is_flown() { (N - 1, N - 1) } else { (preset, preset) };
+        let mut worst_held = 0.0;
+        for (k, state) in self.trajectory.states.iter().enumerate().skip(preset) {
+            if k <= angles_until {
+                let off = state.joint_angle - capture;
+                worst_held = worse(worst_held, worst(off.as_slice()));
+            }
+            if k >= rates_from {
+                let rate = state.joint_rate / RATE_SCALE;
+                worst_held = worse(worst_held, worst(rate.as_slice()));
+            }
+        }
+        worst_held
+    }
+
+    /// Docking port, RTN [m].
+    fn port(&self, target: &TargetState) -> Vector3<f64> {
+        quaternion::rotation_matrix(&target.attitude) * self.mission.target.port_position
+    }
+}

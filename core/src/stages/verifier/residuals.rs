@@ -1,0 +1,147 @@
+//! What the verifier finds: residuals, clearances, and how the worst of them is kept.
+
+use crate::model::Tolerances;
+
+/// Residuals of a plan, each zero or positive, in the units of section 7.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Residuals {
+    /// Stage 1 dynamics, initial and terminal state: r over 1 m, v over 1e-2 m/s.
+    pub dynamics1: f64,
+    /// Keep-out [m].
+    pub keep_out: f64,
+    /// Stage 2 dynamics and initial state: q, alpha over 1, w, alpha' over 1e-2 rad/s.
+    pub dynamics2: f64,
+    /// Excess of any control over its limit, relative.
+    pub control: f64,
+    /// Joint limits [rad].
+    pub joint: f64,
+    /// Excess of a joint rate over its limit, relative.
+    pub joint_rate: f64,
+    /// Pointing, in cosine.
+    pub pointing: f64,
+    /// Arm preset, angles over 1 rad, rates over 1e-2 rad/s.
+    pub preset: f64,
+    /// Terminal bus rate over 1e-2 rad/s.
+    pub terminal_rate: f64,
+    /// Distance of the end effector from the port [m].
+    pub ee_position: f64,
+    /// Angle between end-effector direction and approach direction [rad].
+    pub ee_angle: f64,
+    /// Overlap of bodies [m]; zero where [`Approach::clearance`](crate::model::Approach) is not in
+    /// force.
+    pub clearance: f64,
+}
+
+/// The smallest distance between two bodies over a plan, nodes and what lies between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// Distance of their surfaces [m]; negative where they overlap.
+    pub distance: f64,
+    /// When [s].
+    pub time_s: f64,
+    /// Which body of the servicer: 0 the bus, then the links, from 1.
+    pub body: u32,
+}
+
+impl Closest {
+    /// Nothing looked at yet.
+    pub const NONE: Self = Self { distance: f64::INFINITY, time_s: 0.0, body: 0 };
+
+    /// The nearer of this and another, this one where they are as near. What is not a number is
+    /// the nearest.
+    pub(super) fn or(self, other: Self) -> Self {
+        if self.distance.is_nan() || self.distance <= other.distance { self } else { other }
+    }
+}
+
+/// How near bodies come to each other, by the verifier; judged or not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearances {
+    /// The arm and the target; within the corridor, the end effector and its edge.
+    pub arm: Closest,
+    /// The bus and the target.
+    pub bus: Closest,
+    /// The arm and its own bus.
+    pub own: Closest,
+}
+
+impl Clearances {
+    /// Nothing looked at yet.
+    pub const NONE: Self = Self { arm: Closest::NONE, bus: Closest::NONE, own: Closest::NONE };
+
+    /// By how much the bodies that overlap most do so [m].
+    pub(super) fn overlap(&self) -> f64 {
+        [self.arm, self.bus, self.own].iter().fold(0.0, |most, pair| worse(most, -pair.distance))
+    }
+}
+
+/// What the verifier found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verification {
+    /// The residuals.
+    pub residuals: Residuals,
+    /// How near bodies come to each other.
+    pub clearances: Clearances,
+}
+
+impl Residuals {
+    /// Those of a plan that was not looked at to its end: infinite all, none of them passes.
+    pub const UNFINISHED: Self = Self {
+        dynamics1: f64::INFINITY,
+        keep_out: f64::INFINITY,
+        dynamics2: f64::INFINITY,
+        control: f64::INFINITY,
+        joint: f64::INFINITY,
+        joint_rate: f64::INFINITY,
+        pointing: f64::INFINITY,
+        preset: f64::INFINITY,
+        terminal_rate: f64::INFINITY,
+        ee_position: f64::INFINITY,
+        ee_angle: f64::INFINITY,
+        clearance: f64::INFINITY,
+    };
+
+    /// Number of residuals.
+    pub const COUNT: usize = 12;
+
+    /// Names, values and tolerances, in the order of the plan file.
+    pub fn against(&self, t: &Tolerances) -> [(&'static str, f64, f64); Self::COUNT] {
+        [
+            ("dynamics1", self.dynamics1, t.dynamics),
+            ("keep_out", self.keep_out, t.keep_out),
+            ("dynamics2", self.dynamics2, t.dynamics),
+            ("control", self.control, t.control),
+            ("joint", self.joint, t.joint),
+            ("joint_rate", self.joint_rate, t.joint_rate),
+            ("pointing", self.pointing, t.pointing),
+            ("preset", self.preset, t.preset),
+            ("terminal_rate", self.terminal_rate, t.terminal_rate),
+            ("ee_position", self.ee_position, t.end_effector_position),
+            ("ee_angle", self.ee_angle, t.end_effector_angle),
+            ("clearance", self.clearance, t.clearance),
+        ]
+    }
+
+    /// Whether every residual is within its tolerance. NaN never is.
+    pub fn are_within(&self, tolerances: &Tolerances) -> bool {
+        self.against(tolerances).iter().all(|(_, value, tolerance)| value <= tolerance)
+    }
+}
+
+/// Scales of section 7: rates over 1e-2 rad/s, velocities over 1e-2 m/s.
+pub(super) const RATE_SCALE: f64 = 1e-2;
+
+/// The larger of two residuals; unlike `f64::max` it keeps a NaN.
+pub(super) fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b <= a { a } else { b }
+}
+
+/// Largest magnitude; NaN where a component is not a number.
+pub(super) fn worst(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |m, v| worse(m, v.abs()))
+}
+
+/// By how much any value leaves `[-limit, limit]`, relative to the limit.
+pub(super) fn excess(values: &[f64], limit: f64) -> f64 {
+    worse(0.0, worst(values) / limit - 1.0)
+}
