@@ -65,7 +65,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     ///
     /// Node by node the control is the one that reaches the planned rates (less the slack the
     /// subproblem paid for), and the next state is where it leads: a step along the dynamics, on
-    /// which only what is pinned or at a limit leaves a defect.
+    /// which only what is pinned or at a limit leaves a defect: where torques end at their limits the
+    /// trajectory goes on as planned, or one interval too weak would spoil all after it.
     pub(super) fn roll_out(
         &self,
         from: &ReorientationTrajectory<N, NL>,
@@ -89,9 +90,10 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             let (control, mut next) =
                 self.body.steer(self.integrator, self.dt, state, goal, leg, force);
             // A search that ran away says nothing: the control of the last trajectory stands.
-            let control = if next.is_finite() { control } else { to.controls[k] };
+            let found = next.is_finite();
+            let control = if found { control } else { to.controls[k] };
             let clipped = control.within_limits(&self.mission.servicer);
-            if clipped != control || !next.is_finite() {
+            if !found {
                 next = self.body.step(self.integrator, self.dt, state, &clipped, force);
             }
             self.add_slack(k, &slack, &mut next);
