@@ -56,7 +56,7 @@ impl<const NL: usize> Mission<NL> {
         scenario: &Scenario,
         integrator: Integrator,
     ) -> Result<(), Refusal> {
-        sound(scenario)?;
+        scenario.check()?;
         self.check_vehicle::<N>(integrator)?;
         self.check_start::<N>(scenario)?;
         let mut target = [TargetState::ZERO; N];
@@ -103,7 +103,7 @@ impl<const NL: usize> Mission<NL> {
     /// # Errors
     /// Where the target tumbles too fast to be followed.
     pub fn needs<const N: usize>(&self, scenario: &Scenario) -> Result<Needs, Refusal> {
-        sound(scenario)?;
+        scenario.check()?;
         let mut target = [TargetState::ZERO; N];
         self.tumble_of(scenario, &mut target)?;
         Ok(Needs {
@@ -242,25 +242,31 @@ impl<const NL: usize> Mission<NL> {
     }
 }
 
-/// Refuses numbers that are not, an attitude that is none, a start without direction.
-fn sound(scenario: &Scenario) -> Result<(), Refusal> {
-    let finite = |values: &[f64], field| match values.iter().all(|v| v.is_finite()) {
-        true => Ok(()),
-        false => Err(Refusal::NotFinite { field }),
-    };
-    finite(scenario.target_attitude.as_slice(), "target attitude")?;
-    finite(scenario.target_rate.as_slice(), "target rate")?;
-    finite(scenario.position.as_slice(), "position")?;
-    finite(scenario.velocity.as_slice(), "velocity")?;
-    let length = quaternion::norm(&scenario.target_attitude);
-    if !((length - 1.0).abs() <= QUATERNION) {
-        return Err(Refusal::Attitude { norm: length });
+impl Scenario {
+    /// Refuses what is no input at all: numbers that are not finite, an attitude that is not of
+    /// unit length, a start from which no direction leads to the target.
+    ///
+    /// # Errors
+    /// The first field found wrong.
+    pub fn check(&self) -> Result<(), Refusal> {
+        let finite = |values: &[f64], field| match values.iter().all(|v| v.is_finite()) {
+            true => Ok(()),
+            false => Err(Refusal::NotFinite { field }),
+        };
+        finite(self.target_attitude.as_slice(), "target attitude")?;
+        finite(self.target_rate.as_slice(), "target rate")?;
+        finite(self.position.as_slice(), "position")?;
+        finite(self.velocity.as_slice(), "velocity")?;
+        let length = quaternion::norm(&self.target_attitude);
+        if !((length - 1.0).abs() <= QUATERNION) {
+            return Err(Refusal::Attitude { norm: length });
+        }
+        let distance = norm(&self.position);
+        if !(distance >= NEAREST) {
+            return Err(Refusal::Position { distance });
+        }
+        Ok(())
     }
-    let distance = norm(&scenario.position);
-    if !(distance >= NEAREST) {
-        return Err(Refusal::Position { distance });
-    }
-    Ok(())
 }
 
 #[cfg(test)]
