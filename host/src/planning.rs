@@ -347,3 +347,54 @@ pub(crate) fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result
         thread.join().map_err(|_| Error::Thread { reason: "the planner stopped".into() })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::draw;
+    use crate::formats::{PlanVerdict, ScenarioSet};
+    use crate::method::Integrator;
+
+    #[test]
+    fn nothing_that_can_be_planned_is_refused_and_the_answer_is_quick() {
+        let mission = Mission::default();
+        let public = ScenarioSet::built_in().unwrap().scenarios;
+        let drawn = draw(300, 1, &mission).unwrap().scenarios;
+        for integrator in [Integrator::EULER, Integrator::RK4] {
+            let method = Method { integrator, ..Method::default() };
+            for scenario in public.iter().chain(&drawn) {
+                let started = Instant::now();
+                let refusal = refusal(&mission, scenario, &method).unwrap();
+                assert_eq!(refusal, None, "{}", scenario.id);
+                assert!(started.elapsed().as_secs_f64() < 0.05);
+            }
+        }
+    }
+
+    /// Missions a little beyond a bound are refused, and the planner does not solve them either.
+    #[test]
+    fn what_is_refused_is_not_solved() {
+        let scenario = ScenarioSet::built_in().unwrap().scenarios[0].clone();
+        let needs = Mission::default().needs::<NODES>(&scenario.scenario()).unwrap();
+        let euler = Method { integrator: Integrator::EULER, ..Method::default() };
+        let time = Mission::default().time_to_preset(euler.integrator.core(), NODES);
+        let travel = 0.877_268_9;
+        type Change<'a> = &'a dyn Fn(&mut Mission<LINKS>);
+        let cases: [(&str, Change<'_>); 4] = [
+            ("joint_rate", &|m| m.servicer.max_joint_rate = 0.98 * travel / time),
+            ("force", &|m| m.servicer.max_force = 0.98 * needs.force),
+            ("keep_out", &|m| m.approach.keep_out_far = 9.0),
+            ("field_of_view", &|m| m.approach.field_of_view_half_angle = 1e-3),
+        ];
+        for (name, change) in cases {
+            let mut mission = Mission::default();
+            change(&mut mission);
+            let refusal = refusal(&mission, &scenario, &euler).unwrap().unwrap();
+            assert!([name, "capture_view"].contains(&refusal.name()), "{refusal}");
+            let plan = || Planner::new().plan(&mission, &scenario, &euler, None);
+            let planned = on_large_stack(plan).unwrap();
+            assert_eq!(planned.file.verdict, Some(PlanVerdict::NotFlyable), "{refusal}");
+            assert!(planned.reason.is_some());
+        }
+    }
+}

@@ -91,9 +91,7 @@ impl<const NL: usize> Mission<NL> {
         if lead > limit {
             return Err(Refusal::PresetLead { lead, limit });
         }
-        for joint in 0..NL {
-            self.check_joint::<N>(integrator, joint)?;
-        }
+        self.check_joints::<N>(integrator)?;
         self.check_capture(integrator)
     }
 
@@ -131,20 +129,22 @@ impl<const NL: usize> Mission<NL> {
         intervals as f64 * interval
     }
 
-    fn check_joint<const N: usize>(
-        &self,
-        integrator: Integrator,
-        joint: usize,
-    ) -> Result<(), Refusal> {
-        let s = &self.servicer;
-        let travel = (s.capture_joint_angle[joint] - s.initial_joint_angle[joint]).abs();
+    /// The joint with the longest way is the one that decides.
+    fn check_joints<const N: usize>(&self, integrator: Integrator) -> Result<(), Refusal> {
+        let way = self.servicer.capture_joint_angle - self.servicer.initial_joint_angle;
+        let (mut joint, mut travel) = (0, 0.0);
+        for i in 0..NL {
+            if way[i].abs() > travel {
+                (joint, travel) = (i + 1, way[i].abs());
+            }
+        }
         let rate = self.planned_joint_rate(integrator);
         let time = self.time_to_preset(integrator, N);
         if travel <= rate * time + SLACK {
             return Ok(());
         }
         let duration = libm::ceil(self.approach.duration * travel / (rate * time));
-        Err(Refusal::JointRate { joint: joint + 1, travel, rate, time, duration })
+        Err(Refusal::JointRate { joint, travel, rate, time, duration })
     }
 
     /// At capture the arm's direction is the approach's, so that boresight and bus are known up to
