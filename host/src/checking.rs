@@ -2,11 +2,13 @@
 //! whether the file says of itself what is recomputed from its numbers.
 
 use crate::error::Error;
-use crate::formats::{PlanFile, PlanResiduals, PlanStatus, ScenarioSet};
+use crate::formats::{
+    PlanClearances, PlanFile, PlanResiduals, PlanStatus, PlanVerdict, ScenarioSet,
+};
 use crate::method::Integrator;
 use nalgebra::{Vector3, Vector4};
 use remora_core::model::{Mission, Scenario, TargetState};
-use remora_core::stages::{LINKS, NODES, Residuals, verify};
+use remora_core::stages::{LINKS, NODES, Residuals, Verification, verify};
 use remora_core::time::Deadline;
 use std::path::{Path, PathBuf};
 
@@ -38,6 +40,8 @@ pub struct Verdict {
     pub residuals: PlanResiduals,
     /// Whether all are within their tolerances.
     pub feasible: bool,
+    /// How near bodies come to each other, recomputed.
+    pub clearances: PlanClearances,
     /// Where the file says something else than what is recomputed.
     pub disagreements: Vec<Disagreement>,
 }
@@ -55,6 +59,8 @@ pub struct Disagreement {
 const RESIDUAL_SHARE: f64 = 1e-3;
 /// Costs and large residuals agree within this, relative.
 const RELATIVE: f64 = 1e-6;
+/// Clearances agree within this [m].
+const DISTANCE: f64 = 1e-6;
 /// Target attitudes agree within this, a component.
 const ATTITUDE: f64 = 1e-8;
 /// Target rates agree within this [rad/s].
@@ -86,21 +92,24 @@ impl Check {
 
     fn verdict(&self, file: PathBuf, plan: &PlanFile, scenario: &Scenario) -> Verdict {
         let integrator = self.integrator.unwrap_or(plan.integrator);
-        let residuals = verify(
+        let Verification { residuals, clearances } = verify(
             &self.mission,
             scenario,
             integrator.core(),
             &plan.stage1.trajectory(),
             &plan.stage2.trajectory(),
             &Deadline::never(),
-        )
-        .residuals;
+        );
+        let clearances = PlanClearances::from(clearances);
         let feasible = residuals.are_within(&self.mission.tolerances);
         let mut found = Findings(Vec::new());
         // Under another integrator than its own, a plan cannot be what it says.
         if integrator == plan.integrator {
             self.compare_status(plan, feasible, &mut found);
             self.compare_residuals(&plan.residuals, &residuals, &mut found);
+            if let Some(said) = &plan.clearances {
+                compare_clearances(said, &clearances, &mut found);
+            }
         }
         self.compare_costs(plan, &mut found);
         self.compare_target(plan, scenario, &mut found);
@@ -111,6 +120,7 @@ impl Check {
             claimed: plan.status,
             residuals: residuals.into(),
             feasible,
+            clearances,
             disagreements: found.0,
         }
     }
@@ -121,6 +131,10 @@ impl Check {
             found.add("status", "says solved, is not feasible".into());
         } else if plan.status < worse {
             found.add("status", format!("says {}, a stage says {worse}", plan.status));
+        }
+        let is = PlanVerdict::of(feasible, plan.status);
+        if let Some(said) = plan.verdict.filter(|said| *said != is) {
+            found.add("verdict", format!("says {said}, is {is}"));
         }
     }
 
@@ -179,6 +193,21 @@ impl Check {
         }
         if let Some(k) = (0..NODES).find(|k| !within(rate(*k), RATE)) {
             found.add(&format!("target.rate[{k}]"), format!("is off by {:.1e} rad/s", rate(k)));
+        }
+    }
+}
+
+/// Distances; when they are smallest may hang on a rounding, and is not compared.
+fn compare_clearances(said: &PlanClearances, is: &PlanClearances, found: &mut Findings) {
+    for ((name, said), (_, is)) in said.named().into_iter().zip(is.named()) {
+        let agree = match (said.distance_m, is.distance_m) {
+            (Some(said), Some(is)) => within(said - is, DISTANCE),
+            (said, is) => said == is,
+        };
+        if !agree {
+            let number = |x: Option<f64>| x.map_or("nothing".into(), |x| format!("{x:.6}"));
+            let reason = format!("says {}, is {}", number(said.distance_m), number(is.distance_m));
+            found.add(&format!("clearances.{name}.distance_m"), reason);
         }
     }
 }

@@ -35,6 +35,14 @@ pub enum Error {
         /// What is wrong.
         reason: String,
     },
+    /// A scenario that is no input to plan from.
+    #[error("scenario {id}: {reason}")]
+    Scenario {
+        /// Its id.
+        id: String,
+        /// What is wrong.
+        reason: String,
+    },
     /// A plot that cannot be drawn.
     #[error("plot: {reason}")]
     Plot {

@@ -9,6 +9,7 @@
 //! - [`backend`]: Clarabel behind the core's solver trait, and solvers that are watched;
 //! - [`kkt`]: optimality of a subproblem's solution, whoever solved it;
 //! - [`threads`]: a second thread for one plan;
+//! - [`vehicle`]: what follows from a mission's numbers, and whether it can end;
 //! - [`draw`]: random scenarios, the same for a seed everywhere;
 //! - [`learned`]: learned models, from files or built in;
 //! - [`planning`]: from a scenario to a plan file, the only module that calls the core's planner;
@@ -65,3 +66,4 @@ pub mod statistics;
 pub mod threads;
 #[cfg(feature = "training")]
 pub mod training;
+pub mod vehicle;

@@ -4,12 +4,12 @@ use crate::backend::{ClarabelQp, Recorder, Solve};
 use crate::error::Error;
 use crate::formats::{
     self, EvidenceFile, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget,
-    Row, StageEnd, StartName,
+    Row, StageEnd, StartName, worst_residual,
 };
 use crate::learned::{Learned, Memories};
 use crate::method::{Deadline, Method, Qp};
 use crate::threads::Threads;
-use remora_core::model::Mission;
+use remora_core::model::{Mission, Refusal};
 use remora_core::planner::{
     self, EmbeddedSolver, Environment, Gain, Options, PhaseTimes, Report, Solver, StageReport,
     Start, Workspace,
@@ -49,6 +49,8 @@ impl Clock for WallClock {
 pub struct Planned {
     /// The plan.
     pub file: PlanFile,
+    /// What a plan that is not flyable fails by: the residual farthest beyond its tolerance.
+    pub reason: Option<&'static str>,
     /// Second-order corrections of stages 1 and 2.
     pub corrections: (u64, u64),
     /// Where the time went.
@@ -62,7 +64,7 @@ pub struct Planned {
 impl Planned {
     /// The campaign's row of this plan.
     pub fn row(&self) -> Row {
-        Row::new(&self.file, self.corrections)
+        Row::new(&self.file, self.corrections, self.reason)
     }
 }
 
@@ -182,9 +184,12 @@ impl Planner {
             stage2: PlanStage2::new(end(two), report.times.inference_s, self.workspace.motion()),
             target: PlanTarget::from(&self.workspace.target),
             residuals: PlanResiduals::from(report.residuals),
+            verdict: Some(report.verdict().into()),
+            clearances: Some(report.clearances.into()),
         };
         let (log1, log2) = self.workspace.logs();
         Planned {
+            reason: worst_residual(&file.residuals, &mission.tolerances),
             file,
             corrections: (one.outcome.corrections as u64, two.outcome.corrections as u64),
             times: report.times,
@@ -258,6 +263,24 @@ fn end(stage: &StageReport) -> StageEnd {
     }
 }
 
+/// What makes a scenario impossible to plan, as far as that is known before planning.
+///
+/// # Errors
+/// A scenario that is no input at all, by its id.
+pub fn refusal(
+    mission: &Mission<LINKS>,
+    scenario: &NamedScenario,
+    method: &Method,
+) -> Result<Option<Refusal>, Error> {
+    match mission.check::<NODES>(&scenario.scenario(), method.integrator.core()) {
+        Ok(()) => Ok(None),
+        Err(refusal) if refusal.is_invalid_input() => {
+            Err(Error::Scenario { id: scenario.id.clone(), reason: refusal.to_string() })
+        }
+        Err(refusal) => Ok(Some(refusal)),
+    }
+}
+
 /// The core's options for a method.
 fn options(method: &Method) -> Options {
     let deadline_s = method.deadline.map_or(f64::INFINITY, Deadline::seconds);
@@ -288,6 +311,14 @@ pub struct PlanJob {
 }
 
 impl PlanJob {
+    /// What makes the plan impossible, if it is; then there is nothing to run.
+    ///
+    /// # Errors
+    /// A scenario that is no input at all.
+    pub fn refusal(&self) -> Result<Option<Refusal>, Error> {
+        refusal(&self.mission, &self.scenario, &self.method)
+    }
+
     /// Makes the plan and writes its file, whatever its status, and its evidence beside it.
     ///
     /// # Errors
@@ -315,4 +346,56 @@ pub(crate) fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result
             .map_err(|cause| Error::Thread { reason: cause.to_string() })?;
         thread.join().map_err(|_| Error::Thread { reason: "the planner stopped".into() })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::draw;
+    use crate::formats::{PlanVerdict, ScenarioSet};
+    use crate::method::Integrator;
+
+    #[test]
+    fn nothing_that_can_be_planned_is_refused_and_the_answer_is_quick() {
+        let mission = Mission::default();
+        let public = ScenarioSet::built_in().unwrap().scenarios;
+        let drawn = draw(300, 1, &mission).unwrap().scenarios;
+        for integrator in [Integrator::EULER, Integrator::RK4] {
+            let method = Method { integrator, ..Method::default() };
+            for scenario in public.iter().chain(&drawn) {
+                let started = Instant::now();
+                let refusal = refusal(&mission, scenario, &method).unwrap();
+                assert_eq!(refusal, None, "{}", scenario.id);
+                assert!(started.elapsed().as_secs_f64() < 0.05);
+            }
+        }
+    }
+
+    /// Missions a little beyond a bound are refused, and the planner does not solve them either.
+    #[test]
+    fn what_is_refused_is_not_solved() {
+        let scenario = ScenarioSet::built_in().unwrap().scenarios[0].clone();
+        let euler = Method { integrator: Integrator::EULER, ..Method::default() };
+        let integrator = euler.integrator.core();
+        let needs = Mission::default().needs::<NODES>(&scenario.scenario(), integrator).unwrap();
+        let time = Mission::default().time_to_preset(euler.integrator.core(), NODES);
+        let travel = 0.877_268_9;
+        type Change<'a> = &'a dyn Fn(&mut Mission<LINKS>);
+        let cases: [(&str, Change<'_>); 4] = [
+            ("joint_rate", &|m| m.servicer.max_joint_rate = 0.98 * travel / time),
+            ("force", &|m| m.servicer.max_force = 0.98 * needs.force),
+            ("keep_out", &|m| m.approach.keep_out_far = 9.0),
+            ("field_of_view", &|m| m.approach.field_of_view_half_angle = 1e-3),
+        ];
+        for (name, change) in cases {
+            let mut mission = Mission::default();
+            change(&mut mission);
+            let refusal = refusal(&mission, &scenario, &euler).unwrap().unwrap();
+            assert!([name, "capture_view"].contains(&refusal.name()), "{refusal}");
+            let plan = || Planner::new().plan(&mission, &scenario, &euler, None);
+            let planned = on_large_stack(plan).unwrap();
+            assert_eq!(planned.file.verdict, Some(PlanVerdict::NotFlyable), "{refusal}");
+            assert!(planned.reason.is_some());
+        }
+    }
 }

@@ -106,10 +106,12 @@ fn is_solved(planned: &Planned) -> bool {
     planned.file.status == crate::formats::PlanStatus::Solved
 }
 
-/// Whether `a` has the better status, or the same and the lower cost.
+/// Whether `a` has the better verdict; or the same and the better status, or the same and the
+/// lower cost.
 fn is_better(a: &Planned, b: &Planned) -> bool {
-    let (a, b) = (&a.file, &b.file);
-    a.status < b.status || (a.status == b.status && a.stage2.cost < b.stage2.cost)
+    let rank = |planned: &Planned| (planned.file.verdict, planned.file.status);
+    let (of_a, of_b) = (rank(a), rank(b));
+    of_a < of_b || (of_a == of_b && a.file.stage2.cost < b.file.stage2.cost)
 }
 
 /// A wall clock that stands at infinity once somebody has won.

@@ -4,22 +4,26 @@
 //! dynamics of bus and arm are in [`crate::dynamics`]. Defaults are exactly those of the problem
 //! definition (docs/problem.md, sections 1-3 and 5-7).
 
+mod feasibility;
 mod formulation;
 mod keep_out;
 mod mission;
 mod orbit;
+mod refusal;
 mod scenario;
 mod segment;
 mod servicer;
 mod target;
 mod typical;
 
+pub use feasibility::{MAX_NODE_TURN, Needs};
 pub use formulation::{Integrator, Switch};
 pub use keep_out::{SignedDistance, signed_distance_to_box};
 pub use mission::{
     Approach, Corridor, InvalidField, Margins, Mission, ScenarioRanges, Tolerances, Weights,
 };
 pub use orbit::{HcwTransition, Orbit, hcw_acceleration};
+pub use refusal::Refusal;
 pub use scenario::{Scenario, initial_bus_attitude};
 pub use segment::{SegmentDistance, segment_to_box};
 pub use servicer::{CaptureGeometry, Link, Servicer};

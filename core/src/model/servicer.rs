@@ -1,7 +1,7 @@
 //! The servicer: bus, arm and actuators as data.
 
 use crate::math::quaternion;
-use nalgebra::{SVector, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
 
 /// One link of the arm. Its frame sits at its own joint, which turns it relative to the body
 /// before it; at zero angle all frames are parallel to the bus body frame.
@@ -123,6 +123,65 @@ impl<const NL: usize> Servicer<NL> {
         (moment / self.total_mass(), joint)
     }
 
+    /// Inertia of bus and arm together about the system's centre of mass, bus axes [kg m^2].
+    pub fn system_inertia(&self, angles: &SVector<f64, NL>) -> Matrix3<f64> {
+        let (com, _) = self.center_of_mass_and_end_effector(angles);
+        // A body's own inertia, and that of its mass at `at` from the system's centre of mass.
+        let about = |own: Matrix3<f64>, mass: f64, at: Vector3<f64>| {
+            own + (Matrix3::identity() * at.dot(&at) - at * at.transpose()) * mass
+        };
+        let mut sum = about(Matrix3::from_diagonal(&self.bus_inertia), self.bus_mass, -com);
+        let mut joint = self.arm_base;
+        let mut attitude = quaternion::IDENTITY;
+        for (link, angle) in self.links.iter().zip(angles.iter()) {
+            attitude = quaternion::product(&attitude, &quaternion::exp(&(link.axis * *angle)));
+            let rotation = quaternion::rotation_matrix(&attitude);
+            let own = rotation * Matrix3::from_diagonal(&link.inertia) * rotation.transpose();
+            sum += about(own, link.mass, joint + rotation * link.center_of_mass - com);
+            joint += rotation * link.tip;
+        }
+        sum
+    }
+
+    /// Farthest that the end effector gets from the system's centre of mass [m]: joint by joint
+    /// over a grid of angles within the stops, from the straight arm on, which is the least.
+    ///
+    /// Cost: a few hundred evaluations of the arm's geometry; not for flight.
+    pub fn extension(&self) -> f64 {
+        const STEPS: usize = 72;
+        const ROUNDS: usize = 8;
+        let distance = |angles: &SVector<f64, NL>| {
+            let (com, tip) = self.center_of_mass_and_end_effector(angles);
+            libm::sqrt((tip - com).dot(&(tip - com)))
+        };
+        let mut farthest = 0.0;
+        for start in [SVector::zeros(), self.initial_joint_angle, self.capture_joint_angle] {
+            let mut best = start;
+            let mut reached = distance(&best);
+            for _ in 0..ROUNDS {
+                let before = reached;
+                for i in 0..NL {
+                    for step in 0..=STEPS {
+                        let mut angles = best;
+                        let share = 2.0 * step as f64 / STEPS as f64 - 1.0;
+                        angles[i] = share * self.max_joint_angle[i];
+                        let found = distance(&angles);
+                        if found > reached {
+                            (best, reached) = (angles, found);
+                        }
+                    }
+                }
+                if reached <= before {
+                    break;
+                }
+            }
+            if reached > farthest {
+                farthest = reached;
+            }
+        }
+        farthest
+    }
+
     /// Reach and direction of the end effector at capture.
     pub fn capture_geometry(&self) -> CaptureGeometry {
         let (com, tip) = self.center_of_mass_and_end_effector(&self.capture_joint_angle);
@@ -144,5 +203,29 @@ mod tests {
         let (com, tip) = servicer.center_of_mass_and_end_effector(&SVector::zeros());
         assert!(((tip - com).norm() - 1.85).abs() < 5e-3);
         assert_eq!(servicer.total_mass(), 530.0);
+        assert!((servicer.extension() - (tip - com).norm()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_arm_that_is_bent_at_zero_extends_farther_than_that() {
+        let mut servicer = Servicer::default();
+        servicer.links[1].tip = Vector3::new(0.75, 0.0, 0.0);
+        let (com, tip) = servicer.center_of_mass_and_end_effector(&SVector::zeros());
+        let straight = Servicer::default().extension();
+        assert!(servicer.extension() > (tip - com).norm() + 0.1);
+        assert!(servicer.extension() < straight + 0.1);
+    }
+
+    #[test]
+    fn the_systems_inertia_is_that_of_its_bodies() {
+        let servicer = Servicer::default();
+        let (com, _) = servicer.center_of_mass_and_end_effector(&SVector::zeros());
+        let inertia = servicer.system_inertia(&SVector::zeros());
+        // The straight arm along z: centres of mass at 0.491, 1.241 and 1.766 m.
+        let across = 500.0 * com.z * com.z
+            + [0.491, 1.241, 1.766].map(|z: f64| 10.0 * (z - com.z).powi(2)).iter().sum::<f64>();
+        let own = 83.3 + servicer.links.iter().map(|link| link.inertia.x).sum::<f64>();
+        assert!((inertia[(0, 0)] - across - own).abs() < 1e-9, "{inertia}");
+        assert!((inertia[(2, 2)] - 83.3 - 0.0375).abs() < 1e-9, "{inertia}");
     }
 }

@@ -200,7 +200,7 @@ fn agree(path: &Path, header: &Header, begun: &Header) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{PlanStatus, StageRow};
+    use crate::formats::{PlanClearances, PlanStatus, PlanVerdict, StageRow};
     use crate::method::Method;
     use remora_core::model::Mission;
     use std::num::NonZeroUsize;
@@ -223,11 +223,14 @@ mod tests {
         Row {
             scenario: scenario.into(),
             status: PlanStatus::Solved,
+            verdict: PlanVerdict::Optimal,
+            reason: String::new(),
             warm_start: "heuristic".into(),
             stage1: stage,
             stage2: stage,
             inference_s: 0.0,
             residuals: [0.0; 12],
+            clearances: PlanClearances::none(),
         }
     }
 

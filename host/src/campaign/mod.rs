@@ -24,7 +24,7 @@ use crate::formats::{
 };
 use crate::learned::Learned;
 use crate::method::Method;
-use crate::planning::Planner;
+use crate::planning::{self, Planner};
 use crate::pool;
 use crate::progress::Progress;
 use journal::Journal;
@@ -146,9 +146,13 @@ impl Campaign {
         results.pop().ok_or_else(|| Error::Thread { reason: "a campaign came to nothing".into() })
     }
 
-    /// Plans one scenario, and writes its plan file where one is wanted.
+    /// Plans one scenario, and writes its plan file where one is wanted. One that is refused has
+    /// a row and no plan.
     fn plan(&self, planner: &mut Planner, index: usize) -> Result<Row, Error> {
         let scenario = &self.scenarios[index];
+        if let Some(refusal) = planning::refusal(&self.mission, scenario, &self.method)? {
+            return Ok(Row::refused(&scenario.id, &refusal));
+        }
         let planned = planner.plan(&self.mission, scenario, &self.method, self.model.as_ref());
         if self.save_plans {
             planned.file.write(&self.plan_path(&scenario.id))?;
@@ -198,14 +202,17 @@ impl Campaign {
         }
     }
 
-    /// The journal's rows by scenario; a row whose plan file is missing does not count.
+    /// The journal's rows by scenario; a row whose plan file is missing does not count, where there
+    /// was a plan.
     fn matched(&self, mut finished: Vec<Row>) -> Vec<Option<Row>> {
         let mut by_id: std::collections::HashMap<String, Row> =
             finished.drain(..).map(|row| (row.scenario.clone(), row)).collect();
         let there = |id: &str| !self.save_plans || self.plan_path(id).is_file();
         self.scenarios
             .iter()
-            .map(|scenario| by_id.remove(&scenario.id).filter(|row| there(&row.scenario)))
+            .map(|scenario| {
+                by_id.remove(&scenario.id).filter(|row| row.is_refused() || there(&row.scenario))
+            })
             .collect()
     }
 

@@ -1,6 +1,6 @@
 //! Statistics over the rows of a campaign.
 
-use crate::formats::{PlanStatus, Row, StageRow};
+use crate::formats::{PlanStatus, PlanVerdict, Row, StageRow};
 use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -52,11 +52,11 @@ pub(crate) fn percentile(sorted: &[f64], fraction: f64) -> f64 {
 /// Statistics of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct StageSummary {
-    /// Iterations, over all rows.
+    /// Iterations, over all rows that were planned.
     pub iterations: Statistics,
-    /// Second-order corrections, over all rows.
+    /// Second-order corrections, over them.
     pub corrections: Statistics,
-    /// Time of the whole stage, over all rows [s].
+    /// Time of the whole stage, over them [s].
     pub time_s: Statistics,
     /// Cost, over the solved rows.
     pub cost: Statistics,
@@ -107,11 +107,17 @@ pub struct Summary {
     pub success_rate: f64,
     /// Counts by status, those that occur, best first.
     pub by_status: BTreeMap<PlanStatus, usize>,
+    /// Counts by verdict, all three, best first.
+    pub by_verdict: BTreeMap<PlanVerdict, usize>,
+    /// Counts by what makes plans not flyable: constraints and residuals, by name.
+    pub by_reason: BTreeMap<String, usize>,
+    /// Scenarios that were refused before planning.
+    pub refused: usize,
     /// Stage 1.
     pub stage1: StageSummary,
     /// Stage 2.
     pub stage2: StageSummary,
-    /// Time in a learned warm start, over all rows [s].
+    /// Time in a learned warm start, over all rows that were planned [s].
     pub inference_s: Statistics,
     /// Scenarios for which a model was asked and the heuristic used.
     pub fallbacks: usize,
@@ -131,6 +137,13 @@ impl Summary {
             .map(|status| (status, count(status)))
             .filter(|(_, count)| *count > 0)
             .collect();
+        let judged = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
+        let by_verdict = PlanVerdict::ALL.map(|verdict| (verdict, judged(verdict))).into();
+        let mut by_reason = BTreeMap::new();
+        for row in rows.iter().filter(|row| !row.reason.is_empty()) {
+            *by_reason.entry(row.reason.clone()).or_insert(0) += 1;
+        }
+        let planned = || rows.iter().filter(|row| !row.is_refused());
         let unsolved = rows.iter().filter(|row| row.status != PlanStatus::Solved);
         Self {
             format: "remora-summary/1",
@@ -142,9 +155,12 @@ impl Summary {
             solved,
             success_rate: solved as f64 / rows.len().max(1) as f64,
             by_status,
-            stage1: StageSummary::of(rows.iter().map(|row| (row, &row.stage1))),
-            stage2: StageSummary::of(rows.iter().map(|row| (row, &row.stage2))),
-            inference_s: Statistics::of(rows.iter().map(|row| row.inference_s)),
+            by_verdict,
+            by_reason,
+            refused: rows.len() - planned().count(),
+            stage1: StageSummary::of(planned().map(|row| (row, &row.stage1))),
+            stage2: StageSummary::of(planned().map(|row| (row, &row.stage2))),
+            inference_s: Statistics::of(planned().map(|row| row.inference_s)),
             fallbacks: rows.iter().filter(|row| row.warm_start == "fallback").count(),
             unsolved: unsolved.map(|row| row.scenario.clone()).collect(),
             run,
@@ -155,6 +171,8 @@ impl Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::PlanClearances;
+    use remora_core::model::Refusal;
 
     #[test]
     fn statistics_by_hand() {
@@ -178,11 +196,14 @@ mod tests {
         Row {
             scenario: id.into(),
             status,
+            verdict: PlanVerdict::of(status == PlanStatus::Solved, status),
+            reason: String::new(),
             warm_start: "heuristic".into(),
             stage1: stage,
             stage2: stage,
             inference_s: 0.0,
             residuals: [0.0; 12],
+            clearances: PlanClearances::none(),
         }
     }
 
@@ -203,5 +224,26 @@ mod tests {
         assert_eq!(summary.stage2.iterations.mean, 15.0);
         assert_eq!(summary.stage1.corrections.mean, 2.0);
         assert_eq!(summary.stage1.time_s.median, 0.5);
+    }
+
+    #[test]
+    fn outcomes_are_three_and_reasons_are_counted() {
+        let verified = Row {
+            verdict: PlanVerdict::VerifiedNotConverged,
+            ..row("b", PlanStatus::IterationLimit, 50, 9.0)
+        };
+        let failed = Row { reason: "dynamics2".into(), ..row("c", PlanStatus::Deadline, 7, 9.0) };
+        let refusal = Refusal::Force { needed: 3.0, limit: 2.5 };
+        let rows =
+            [row("a", PlanStatus::Solved, 4, 1.0), verified, failed, Row::refused("d", &refusal)];
+        let summary = Summary::of(&rows, &Method::default(), Run::default());
+        let counts: Vec<_> = summary.by_verdict.iter().map(|(v, n)| (v.name(), *n)).collect();
+        let expected = [("optimal", 1), ("verified_not_converged", 1), ("not_flyable", 2)];
+        assert_eq!(counts, expected);
+        let reasons: Vec<_> = summary.by_reason.iter().map(|(r, n)| (r.as_str(), *n)).collect();
+        assert_eq!(reasons, [("dynamics2", 1), ("force", 1)]);
+        assert_eq!((summary.refused, summary.solved, summary.scenarios), (1, 1, 4));
+        // What was not planned took no iterations.
+        assert_eq!(summary.stage2.iterations.mean, (4.0 + 50.0 + 7.0) / 3.0);
     }
 }

@@ -6,6 +6,7 @@ use super::progress::Bar;
 use crate::campaign::Campaign;
 use crate::draw::MAX_COUNT;
 use crate::error::Error;
+use crate::formats::PlanVerdict;
 use crate::method::Deadline;
 use crate::report;
 use std::num::NonZeroUsize;
@@ -57,7 +58,10 @@ Interrupt it at any time: the same command goes on where it stopped. Results do 
 number of threads, but for times. A campaign with --deadline is not reproducible bit by bit: where
 a plan stops depends on the machine, its load and --jobs.
 
-Exit status: 0 all solved, 1 ran through but some were not solved, 2 bad input.";
+A scenario that no plan can end well is refused before planning: a row with status infeasible and
+the constraint's name as its reason.
+
+Exit status: 0 all optimal, 1 some are not flyable, 2 bad input, 3 all verified but some not converged.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
@@ -79,7 +83,8 @@ impl Args {
             out: self.out,
         };
         let results = campaign.run(&mut Bar::default())?;
-        let solved = results.summary.unsolved.is_empty();
-        Ok(Output::new(report::campaign_report(&results), solved))
+        let worst = results.rows.iter().map(|row| row.verdict).max();
+        let worst = worst.unwrap_or(PlanVerdict::Optimal);
+        Ok(Output::judged(report::campaign_report(&results), worst))
     }
 }

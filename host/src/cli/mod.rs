@@ -6,6 +6,7 @@ mod check;
 mod dataset;
 mod draw;
 mod inject;
+mod mission;
 mod options;
 mod plan;
 mod profile;
@@ -17,6 +18,7 @@ mod reproduce;
 mod train;
 
 use crate::error::Error;
+use crate::formats::PlanVerdict;
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 use std::io::Write;
@@ -37,7 +39,8 @@ Examples:
   remora campaign --draw 300 --seed 1 --out runs/a  plan 300 drawn scenarios
   remora check --scenarios a.scenarios.json a.plan.json
 
-Exit status: 0 done, 1 done but something was not solved or not feasible, 2 bad input.";
+Exit status: 0 done and all optimal, 1 something is not flyable or not feasible, 2 bad input, 3 all is
+verified but something is not converged.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -47,6 +50,7 @@ enum Command {
     Campaign(campaign::Args),
     Check(check::Args),
     Draw(draw::Args),
+    Mission(mission::Args),
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
     Dataset(dataset::Args),
@@ -60,8 +64,10 @@ enum Command {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Exit {
     Success,
-    /// It ran, but something was not solved or is not feasible.
+    /// It ran, but something is not flyable or not feasible.
     Unsolved,
+    /// It ran and all can be flown, but something is not converged.
+    NotConverged,
 }
 
 /// What a command prints, and how it ended.
@@ -71,13 +77,24 @@ struct Output {
 }
 
 impl Output {
+    /// What was planned, and the worst verdict on it.
+    fn judged(text: String, worst: PlanVerdict) -> Self {
+        let exit = match worst {
+            PlanVerdict::Optimal => Exit::Success,
+            PlanVerdict::VerifiedNotConverged => Exit::NotConverged,
+            PlanVerdict::NotFlyable => Exit::Unsolved,
+        };
+        Self { text, exit }
+    }
+
     fn new(text: String, success: bool) -> Self {
         Self { text, exit: if success { Exit::Success } else { Exit::Unsolved } }
     }
 }
 
 /// Runs the program with its arguments, the first of which is its name; returns the exit status:
-/// 0 done, 1 done but not solved or not feasible, 2 bad input (one line on standard error).
+/// 0 done, 1 not flyable or not feasible, 2 bad input (one line on standard error), 3 verified but
+/// not converged.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let parsed = Cli::try_parse_from(args).and_then(|cli| match cli.command {
         Some(command) => Ok(command),
@@ -98,6 +115,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
             match output.exit {
                 Exit::Success => 0,
                 Exit::Unsolved => 1,
+                Exit::NotConverged => 3,
             }
         }
         Err(error) => refuse(&error.to_string()),
@@ -118,6 +136,7 @@ impl Command {
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
+            Self::Mission(args) => args.run(),
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),

@@ -3,7 +3,7 @@
 use super::Output;
 use super::options::{MethodArgs, MissionArgs, ScenarioArgs};
 use crate::error::Error;
-use crate::formats::PlanStatus;
+use crate::formats::PlanVerdict;
 use crate::method::Deadline;
 use crate::planning::PlanJob;
 use crate::report;
@@ -46,7 +46,11 @@ Examples:
   remora plan --integrator euler --model mine.model
   remora plan --deadline 0.5 --threads 2
 
-Exit status: 0 solved, 1 not solved (the plan file holds the best iterate), 2 bad input.";
+What no plan can end well is refused before planning, with the constraint's name; then no file is
+written. Clearances are smallest distances of bodies, negative where they overlap.
+
+Exit status: 0 optimal, 1 not flyable (the plan file holds the best iterate) or refused, 2 bad input,
+3 verified but not converged.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
@@ -57,6 +61,9 @@ impl Args {
         let method = self.method.method_until(self.deadline);
         let model = self.method.model()?;
         let job = PlanJob { scenario, mission, method, model, threads: self.threads, out };
+        if let Some(refusal) = job.refusal()? {
+            return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
+        }
         let planned = job.run()?;
 
         let mut text = String::new();
@@ -65,7 +72,7 @@ impl Args {
             text.push_str(&report::iteration_log("Stage 2, reorientation", &planned.logs[1]));
             text.push_str(&report::evidence(&planned));
         }
-        text.push_str(&report::plan_report(&planned, &job.mission.tolerances, &job.out));
-        Ok(Output::new(text, planned.file.status == PlanStatus::Solved))
+        text.push_str(&report::plan_report(&planned, &job.mission, &job.out));
+        Ok(Output::judged(text, planned.file.verdict.unwrap_or(PlanVerdict::NotFlyable)))
     }
 }

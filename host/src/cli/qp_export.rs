@@ -4,7 +4,7 @@ use super::Output;
 use super::options::{MethodArgs, MissionArgs, ScenarioArgs};
 use crate::error::Error;
 use crate::export::ExportJob;
-use crate::formats::PlanStatus;
+use crate::formats::PlanVerdict;
 use crate::report;
 use std::path::PathBuf;
 
@@ -37,8 +37,8 @@ Examples:
 Writes DIR/stage1-001.qp.json and so on: stage, iteration and, after it, second-order correction.
 Subproblems that stand in DIR from before are replaced; with anything else in it DIR is refused.
 
-Exit status: 0 plan solved, 1 plan not solved (the subproblems are written all the same), 2 bad
-input.";
+Exit status: 0 plan optimal, 1 not flyable, 3 verified but not converged (the subproblems are written
+all the same), 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
@@ -51,7 +51,7 @@ impl Args {
             force: self.force,
         };
         let exported = job.run()?;
-        let solved = exported.planned.file.status == PlanStatus::Solved;
-        Ok(Output::new(report::export_report(&exported, &job.out), solved))
+        let verdict = exported.planned.file.verdict.unwrap_or(PlanVerdict::NotFlyable);
+        Ok(Output::judged(report::export_report(&exported, &job.out), verdict))
     }
 }

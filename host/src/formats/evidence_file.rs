@@ -1,6 +1,6 @@
 //! Evidence beside a plan: `*.evidence.json`.
 
-use super::{PlanStatus, json};
+use super::{PlanStatus, PlanVerdict, json};
 use crate::error::{Error, FieldError};
 use remora_core::planner::{Evidence, Fallback, Gain, StageEvidence, StartRecord};
 use remora_core::stages::{NODES, size};
@@ -38,6 +38,9 @@ pub struct EvidenceFile {
     pub status: PlanStatus,
     /// Whether the verifier found every residual within its tolerance.
     pub is_verified: bool,
+    /// What the plan is good for; records of older versions do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<PlanVerdict>,
     /// What Stage 2 started from.
     pub start: StartName,
     /// Model that was to be used; none where the heuristic was asked for.
@@ -195,6 +198,7 @@ impl EvidenceFile {
             output: checksum(evidence.output),
             status: evidence.status.into(),
             is_verified: evidence.is_verified,
+            verdict: Some(PlanVerdict::of(evidence.is_verified, evidence.status.into())),
             start: evidence.start.into(),
             model,
             stage1: evidence.translation.into(),
@@ -324,6 +328,15 @@ mod tests {
             assert!(text.contains("\"output\": \"000000000000feed\""), "{text}");
             assert!(text.contains("\"fallback\": \"earlier_iterate\""), "{text}");
         }
+    }
+
+    #[test]
+    fn a_record_of_an_older_version_is_read() {
+        let mut old = serde_json::to_value(record(None)).unwrap();
+        let verdict = old.as_object_mut().unwrap().remove("verdict");
+        assert_eq!(verdict, Some("verified_not_converged".into()));
+        let read = EvidenceFile::parse(&old.to_string()).unwrap();
+        assert_eq!(read, EvidenceFile { verdict: None, ..record(None) });
     }
 
     #[test]

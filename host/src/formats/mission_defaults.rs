@@ -4,6 +4,7 @@ use super::mission_file::{
     Approach, Corridor, FORMAT, Horizon, Link, Margins, MissionFile, Orbit, Scenarios, Servicer,
     Switch, Target, Tolerances, Weights,
 };
+use super::radius::Radius;
 use remora_core::model::{self, Mission};
 use remora_core::stages::{LINKS, NODES};
 use std::f64::consts::PI;
@@ -100,8 +101,8 @@ impl Default for Approach {
     fn default() -> Self {
         let a = model::Approach::default();
         Self {
-            keep_out_far_m: a.keep_out_far,
-            keep_out_near_m: a.keep_out_near,
+            keep_out_far_m: Radius::Auto,
+            keep_out_near_m: Radius::Auto,
             keep_out_far_until: a.keep_out_far_until,
             field_of_view_half_angle_deg: degrees(a.field_of_view_half_angle),
             preset_lead_intervals: a.preset_lead,
@@ -289,6 +290,13 @@ mod tests {
         let file = MissionFile::parse("[servicer]\nbus_mass_kg = 400\n").unwrap();
         let mut expected = Mission::default();
         expected.servicer.bus_mass = 400.0;
+        // What follows from it changes with it.
+        expected.approach.keep_out_far = expected.servicer.extension();
+        expected.approach.keep_out_near = expected.servicer.capture_geometry().reach;
+        assert_eq!(file.mission().unwrap(), expected);
+        let file = MissionFile::parse("[servicer]\nforce_limit_n = 2\n").unwrap();
+        let mut expected = Mission::default();
+        expected.servicer.max_force = 2.0;
         assert_eq!(file.mission().unwrap(), expected);
     }
 

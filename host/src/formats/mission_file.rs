@@ -5,6 +5,7 @@
 
 use super::json;
 use super::mission_defaults::key_of;
+use super::radius::Radius;
 use crate::error::{Error, FieldError};
 use nalgebra::{SVector, Vector3};
 use remora_core::model::{self, Mission};
@@ -204,9 +205,9 @@ pub struct Link {
 #[serde(default, deny_unknown_fields)]
 pub struct Approach {
     /// Keep-out distance while far [m].
-    pub keep_out_far_m: f64,
+    pub keep_out_far_m: Radius,
     /// Keep-out distance afterwards [m].
-    pub keep_out_near_m: f64,
+    pub keep_out_near_m: Radius,
     /// Fraction of the duration up to which (inclusive) the far distance holds.
     pub keep_out_far_until: f64,
     /// Half angle of the field of view [deg].
@@ -311,7 +312,14 @@ impl MissionFile {
             let reason = format!("must be at most {}", NODES - 2);
             return Err(FieldError::new("approach.preset_lead_intervals", reason));
         }
-        let mission = self.convert()?;
+        let mut mission = self.convert()?;
+        mission
+            .validate()
+            .map_err(|error| FieldError::new(key_of(error.field, &mission), error.reason))?;
+        // The radii follow from a servicer that has been found sound.
+        let a = &self.approach;
+        mission.approach.keep_out_far = a.keep_out_far_m.far(&mission.servicer);
+        mission.approach.keep_out_near = a.keep_out_near_m.near(&mission.servicer);
         mission
             .validate()
             .map_err(|error| FieldError::new(key_of(error.field, &mission), error.reason))?;
@@ -337,8 +345,8 @@ impl MissionFile {
             servicer: self.servicer.convert()?,
             approach: model::Approach {
                 duration: self.horizon.duration_s,
-                keep_out_far: a.keep_out_far_m,
-                keep_out_near: a.keep_out_near_m,
+                keep_out_far: 0.0,
+                keep_out_near: 0.0,
                 keep_out_far_until: a.keep_out_far_until,
                 field_of_view_half_angle: radians(a.field_of_view_half_angle_deg),
                 preset_lead: a.preset_lead_intervals,

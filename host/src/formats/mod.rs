@@ -14,8 +14,10 @@ mod plan_convert;
 mod plan_file;
 mod qp_convert;
 mod qp_file;
+mod radius;
 mod results;
 mod scenario_set;
+mod verdict;
 
 pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, FallbackName, GainRows, ModelRecord, StageRecord,
@@ -38,10 +40,12 @@ pub use qp_file::{
     Bounds as QpBounds, FORMAT as QP_FORMAT, QpAnswer, QpFile, QpInterval, QpNode, QpPoint, QpSize,
     QpStatusName, Rows as QpRows,
 };
+pub use radius::Radius;
 pub use results::{COLUMNS, Row, StageRow, csv, parquet_bytes};
 pub use scenario_set::{
     FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet, ServicerStart, TargetStart,
 };
+pub use verdict::{PlanClearances, PlanClosest, PlanVerdict, worst_residual};
 
 /// How far a quaternion's norm may be from one in a file.
 pub const QUATERNION_TOLERANCE: f64 = 1e-6;

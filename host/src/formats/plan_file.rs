@@ -1,6 +1,6 @@
 //! Plans: `*.plan.json`.
 
-use super::{check_id, check_quaternion, json};
+use super::{PlanClearances, PlanVerdict, check_id, check_quaternion, json};
 use crate::error::{Error, FieldError};
 use crate::method::{Integrator, Mode};
 use remora_core::scp::Status;
@@ -38,6 +38,12 @@ pub struct PlanFile {
     pub target: PlanTarget,
     /// Residuals by the verifier.
     pub residuals: PlanResiduals,
+    /// What the plan is good for; plans of older versions and of other planners do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<PlanVerdict>,
+    /// How near bodies come to each other, by the verifier; likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clearances: Option<PlanClearances>,
 }
 
 /// How a stage or a plan ended.
@@ -273,11 +279,15 @@ mod tests {
     use super::*;
     use crate::formats::StageEnd;
     use remora_core::model::TargetState;
-    use remora_core::stages::{ReorientationTrajectory, TranslationTrajectory};
+    use remora_core::stages::{
+        Clearances, Closest, ReorientationTrajectory, TranslationTrajectory,
+    };
 
     fn plan() -> PlanFile {
         let residuals = Residuals { dynamics1: 1e-9, ee_angle: 2e-9, ..Default::default() };
         let status = PlanStatus::Solved;
+        let arm = Closest { distance: -0.01, time_s: 612.5, body: 3 };
+        let clearances = Clearances { arm, bus: Closest::NONE, own: Closest::NONE };
         let end = StageEnd { status, iterations: 9, cost: 0.2, time_s: 0.1 };
         PlanFile {
             format: FORMAT.into(),
@@ -291,6 +301,8 @@ mod tests {
             stage2: PlanStage2::new(end, 0.0, &ReorientationTrajectory::ZERO),
             target: PlanTarget::from(&[TargetState::ZERO; NODES]),
             residuals: residuals.into(),
+            verdict: Some(PlanVerdict::Optimal),
+            clearances: Some(clearances.into()),
         }
     }
 
@@ -303,6 +315,19 @@ mod tests {
         assert_eq!((plan.stage2.attitude.len(), plan.stage2.joint_torque.len()), (60, 59));
         let two = plan.stage2.trajectory();
         assert_eq!(two, ReorientationTrajectory::ZERO);
+    }
+
+    #[test]
+    fn a_plan_of_an_older_version_is_read() {
+        let mut old = serde_json::to_value(plan()).unwrap();
+        let fields = old.as_object_mut().unwrap();
+        assert_eq!(fields["verdict"], "optimal");
+        assert_eq!(fields["clearances"]["arm"]["body"], 3);
+        assert!(fields["clearances"]["bus"]["distance_m"].is_null());
+        assert!(fields.remove("verdict").is_some() && fields.remove("clearances").is_some());
+        fields["residuals"].as_object_mut().unwrap().remove("clearance");
+        let read = PlanFile::parse(&old.to_string()).unwrap();
+        assert_eq!(read, PlanFile { verdict: None, clearances: None, ..plan() });
     }
 
     #[test]
@@ -327,5 +352,10 @@ mod tests {
         assert_eq!(field("\"rk4\"", "\"rk4:2\""), "integrator");
         assert_eq!(field("\"keep_out\"", "\"keepout\""), "residuals.keepout");
         assert_eq!(field("\"status\": \"solved\"", "\"status\": \"fine\""), "status");
+        assert_eq!(
+            field("\"optimal\",\n  \"clearances\"", "\"good\",\n  \"clearances\""),
+            "verdict"
+        );
+        assert_eq!(field("\"body\": 3", "\"body\": -1"), "clearances.arm.body");
     }
 }

@@ -1,6 +1,6 @@
 //! Campaign results: one row a scenario, as Parquet and as CSV.
 
-use super::{PlanFile, PlanStatus};
+use super::{PlanClearances, PlanFile, PlanStatus, PlanVerdict};
 use crate::method::Method;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -8,6 +8,7 @@ use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{Type, TypePtr};
+use remora_core::model::Refusal;
 use remora_core::stages::Residuals;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt::Write;
@@ -19,8 +20,13 @@ use std::sync::Arc;
 pub struct Row {
     /// Id of the scenario.
     pub scenario: String,
-    /// The worse of the stages'.
+    /// The worse of the stages'; infeasible where it was refused before planning.
     pub status: PlanStatus,
+    /// What the plan is good for.
+    pub verdict: PlanVerdict,
+    /// Name of what makes a plan not flyable: the constraint for which it was refused, or the
+    /// residual farthest beyond its tolerance. Empty where it can be flown.
+    pub reason: String,
     /// What Stage 2 started from: heuristic, model, or fallback where a model was asked for.
     pub warm_start: String,
     /// Stage 1.
@@ -33,6 +39,8 @@ pub struct Row {
     /// The residuals in the order of the plan file.
     #[serde(deserialize_with = "numbers")]
     pub residuals: [f64; Residuals::COUNT],
+    /// How near bodies come to each other.
+    pub clearances: PlanClearances,
 }
 
 /// What a campaign keeps of one stage.
@@ -64,14 +72,19 @@ where
     Ok(values.map(|value| value.unwrap_or(f64::NAN)))
 }
 
+/// The start of what was refused before planning.
+const UNPLANNED: &str = "none";
+
 impl Row {
-    /// The row of a plan; the corrections are not in its file.
-    pub fn new(plan: &PlanFile, corrections: (u64, u64)) -> Self {
+    /// The row of a plan; the corrections are not in its file, nor what it fails by.
+    pub fn new(plan: &PlanFile, corrections: (u64, u64), reason: Option<&str>) -> Self {
         let (one, two) = (&plan.stage1, &plan.stage2);
         let residuals = Residuals::from(plan.residuals).against(&Default::default());
         Self {
             scenario: plan.scenario.clone(),
             status: plan.status,
+            verdict: plan.verdict.unwrap_or(PlanVerdict::NotFlyable),
+            reason: reason.unwrap_or_default().into(),
             warm_start: plan.warm_start.clone(),
             stage1: StageRow {
                 iterations: one.iterations,
@@ -87,7 +100,30 @@ impl Row {
             },
             inference_s: two.inference_s,
             residuals: residuals.map(|(_, value, _)| value),
+            clearances: plan.clearances.unwrap_or_else(PlanClearances::none),
         }
+    }
+
+    /// The row of a scenario that was refused before planning: no iteration, no time, no number.
+    pub fn refused(scenario: &str, refusal: &Refusal) -> Self {
+        let stage = StageRow { iterations: 0, corrections: 0, cost: f64::NAN, time_s: 0.0 };
+        Self {
+            scenario: scenario.into(),
+            status: PlanStatus::Infeasible,
+            verdict: PlanVerdict::NotFlyable,
+            reason: refusal.name().into(),
+            warm_start: UNPLANNED.into(),
+            stage1: stage,
+            stage2: stage,
+            inference_s: 0.0,
+            residuals: [f64::NAN; Residuals::COUNT],
+            clearances: PlanClearances::none(),
+        }
+    }
+
+    /// Whether it was refused before planning: then Stage 2 started from nothing.
+    pub fn is_refused(&self) -> bool {
+        self.warm_start == UNPLANNED
     }
 }
 
@@ -110,7 +146,7 @@ impl Cell {
 }
 
 /// Number of columns.
-pub const COLUMNS: usize = 13 + Residuals::COUNT;
+pub const COLUMNS: usize = 21 + Residuals::COUNT;
 
 /// A row with the names of its columns, in order.
 fn cells(row: &Row, method: &Method) -> Vec<(String, Cell)> {
@@ -130,6 +166,13 @@ fn cells(row: &Row, method: &Method) -> Vec<(String, Cell)> {
     let names = Residuals::default().against(&Default::default());
     for ((name, _, _), value) in names.iter().zip(row.residuals) {
         push(&format!("residual_{name}"), Cell::Number(value));
+    }
+    push("verdict", text(row.verdict.name()));
+    push("reason", text(&row.reason));
+    for (name, closest) in row.clearances.named() {
+        let distance = closest.distance_m.unwrap_or(f64::INFINITY);
+        push(&format!("clearance_{name}_m"), Cell::Number(distance));
+        push(&format!("clearance_{name}_time_s"), Cell::Number(closest.time_s));
     }
     push("mode", text(method.mode.name()));
     push("warm_start", text(&row.warm_start));
@@ -220,6 +263,7 @@ fn write_column<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::PlanClosest;
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
 
@@ -228,17 +272,24 @@ mod tests {
         let row = Row {
             scenario: "a".into(),
             status: PlanStatus::Solved,
+            verdict: PlanVerdict::Optimal,
+            reason: String::new(),
             warm_start: "fallback".into(),
             stage1: stage,
             stage2: StageRow { iterations: 9, corrections: 3, cost: 0.1, time_s: 0.25 },
             inference_s: 0.0,
             residuals: std::array::from_fn(|i| 1e-9 * i as f64),
+            clearances: PlanClearances {
+                arm: PlanClosest { distance_m: Some(0.25), time_s: 1180.5, body: 2 },
+                ..PlanClearances::none()
+            },
         };
         let mut other = row.clone();
         other.scenario = "b-2".into();
         other.status = PlanStatus::IterationLimit;
         other.residuals[3] = f64::NAN;
-        vec![row, other]
+        let limit = 1.46;
+        vec![row, other, Row::refused("c", &Refusal::KeepOut { distance: 1.0, limit })]
     }
 
     #[test]
@@ -248,12 +299,18 @@ mod tests {
             stage2_iterations,stage2_cost,stage2_time_s,inference_s,residual_dynamics1,\
             residual_keep_out,residual_dynamics2,residual_control,residual_joint,\
             residual_joint_rate,residual_pointing,residual_preset,residual_terminal_rate,\
-            residual_ee_position,residual_ee_angle,mode,warm_start,qp,integrator";
+            residual_ee_position,residual_ee_angle,residual_clearance,verdict,reason,\
+            clearance_arm_m,clearance_arm_time_s,clearance_bus_m,clearance_bus_time_s,\
+            clearance_own_m,clearance_own_time_s,mode,warm_start,qp,integrator";
         assert_eq!(text.lines().next().unwrap(), header);
         assert_eq!(header.split(',').count(), COLUMNS);
         let first = text.lines().nth(1).unwrap();
         assert!(first.starts_with("a,solved,4,0.3333333333333333,2e-7,9,0.1,0.25,0.0,0.0,1e-9,"));
         assert!(first.ends_with(",optimal,fallback,embedded,rk4"));
+        assert!(first.contains(",optimal,,0.25,1180.5,inf,0.0,inf,0.0,optimal,"), "{first}");
+        let refused = text.lines().nth(3).unwrap();
+        assert!(refused.starts_with("c,infeasible,0,NaN,0.0,0,NaN,"), "{refused}");
+        assert!(refused.contains(",NaN,not_flyable,keep_out,inf,"), "{refused}");
     }
 
     #[test]

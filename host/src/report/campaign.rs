@@ -17,6 +17,16 @@ pub fn campaign_report(results: &Results) -> String {
         summary.integrator,
         summary.qp.name(),
     );
+    for (verdict, count) in &summary.by_verdict {
+        let _ = writeln!(out, "  {:<27} {count:>6}", verdict.words());
+    }
+    for (reason, count) in &summary.by_reason {
+        let _ = writeln!(out, "    by {reason:<22} {count:>6}");
+    }
+    if summary.refused > 0 {
+        let _ = writeln!(out, "  refused before planning: {}", summary.refused);
+    }
+    let _ = writeln!(out, "status");
     for (status, count) in &summary.by_status {
         let _ = writeln!(out, "  {status:<18} {count:>6}");
     }

@@ -1,6 +1,6 @@
 //! What `remora check` prints.
 
-use super::residual_table;
+use super::{clearance_table, residual_table};
 use crate::checking::Verdict;
 use remora_core::model::Tolerances;
 use std::fmt::Write;
@@ -11,12 +11,13 @@ pub fn check_report(verdicts: &[Verdict], tolerances: &Tolerances) -> String {
     for verdict in verdicts {
         let _ = writeln!(
             out,
-            "{}: scenario {}, {}, says {}\n\n{}",
+            "{}: scenario {}, {}, says {}\n\n{}\n{}",
             verdict.file.display(),
             verdict.scenario,
             verdict.integrator,
             verdict.claimed,
             residual_table(&verdict.residuals, tolerances),
+            clearance_table(&verdict.clearances),
         );
         for disagreement in &verdict.disagreements {
             let _ = writeln!(out, "disagrees: {}: {}", disagreement.field, disagreement.reason);

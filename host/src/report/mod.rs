@@ -10,6 +10,7 @@ mod plan;
 pub mod plot;
 mod profile;
 mod table;
+mod vehicle;
 
 pub use campaign::campaign_report;
 pub use check::check_report;
@@ -17,11 +18,12 @@ pub use dataset::dataset_report;
 pub use export::export_report;
 pub use inject::{injection_report, replay_report};
 pub use page::{Block, Page};
-pub use plan::{evidence, iteration_log, plan_report};
+pub use plan::{evidence, iteration_log, plan_report, refusal_report};
 pub use profile::{profile_preamble, profile_report};
 pub use table::{Align, Table};
+pub use vehicle::vehicle_report;
 
-use crate::formats::PlanResiduals;
+use crate::formats::{PlanClearances, PlanResiduals};
 use remora_core::model::Tolerances;
 use remora_core::stages::Residuals;
 
@@ -70,6 +72,7 @@ fn residual_table(residuals: &PlanResiduals, tolerances: &Tolerances) -> Table {
         "1e-2 rad/s",
         "m",
         "rad",
+        "m",
     ];
     let rows = Residuals::from(*residuals).against(tolerances);
     for ((name, value, tolerance), unit) in rows.into_iter().zip(units) {
@@ -85,9 +88,65 @@ fn residual_table(residuals: &PlanResiduals, tolerances: &Tolerances) -> Table {
     table
 }
 
+/// How near bodies come to each other.
+fn clearance_table(clearances: &PlanClearances) -> Table {
+    let right = Align::Right;
+    let mut table = Table::new([
+        ("smallest distance", Align::Left),
+        ("m", right),
+        ("at", right),
+        ("", Align::Left),
+    ]);
+    let pairs = ["arm to target", "bus to target", "arm to own bus"];
+    for ((name, closest), pair) in clearances.named().into_iter().zip(pairs) {
+        let (distance, at, by) = match closest.distance_m {
+            None => ("-".into(), "-".into(), String::new()),
+            Some(distance) => {
+                let by = if name == "bus" { String::new() } else { body(closest.body) };
+                (format!("{distance:.3}"), format!("{:.0} s", closest.time_s), by)
+            }
+        };
+        table.row([pair.into(), distance, at, by]);
+    }
+    table
+}
+
+/// A body of the servicer by its number.
+fn body(number: u32) -> String {
+    if number == 0 { "bus".into() } else { format!("link {number}") }
+}
+
+/// A line for bodies that overlap though nothing forbids it.
+fn overlap_warning(clearances: &PlanClearances) -> Option<String> {
+    let overlaps = clearances.named().into_iter().filter_map(|(name, closest)| {
+        let distance = closest.distance_m.filter(|distance| *distance < 0.0)?;
+        Some(format!("{name} by {:.3} m at {:.0} s", -distance, closest.time_s))
+    });
+    let overlaps: Vec<String> = overlaps.collect();
+    (!overlaps.is_empty()).then(|| {
+        format!("warning: bodies overlap, clearance is not in force: {}", overlaps.join(", "))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::PlanClosest;
+
+    #[test]
+    fn overlaps_are_told_and_distances_have_a_body_and_a_time() {
+        let mut clearances = PlanClearances::none();
+        assert_eq!(overlap_warning(&clearances), None);
+        clearances.arm = PlanClosest { distance_m: Some(-0.0123), time_s: 612.4, body: 3 };
+        clearances.bus = PlanClosest { distance_m: Some(0.5), time_s: 1200.0, body: 0 };
+        let warning = overlap_warning(&clearances).unwrap();
+        assert!(warning.ends_with("not in force: arm by 0.012 m at 612 s"), "{warning}");
+        let table = clearance_table(&clearances).to_string();
+        let arm = table.lines().find(|line| line.starts_with("arm to target")).unwrap();
+        let cells: Vec<&str> = arm.split_whitespace().skip(3).collect();
+        assert_eq!(cells, ["-0.012", "612", "s", "link", "3"]);
+        assert!(table.contains("bus to target      0.500"), "{table}");
+    }
 
     #[test]
     fn numbers_are_short() {

@@ -1,14 +1,20 @@
 //! What `remora plan` prints.
 
-use super::{Align, Table, number, residual_table, time};
-use crate::formats::PlanStatus;
+use super::{Align, Table, clearance_table, number, overlap_warning, residual_table, time};
+use crate::formats::{PlanStatus, PlanVerdict};
 use crate::planning::Planned;
-use remora_core::model::Tolerances;
+use remora_core::model::{Mission, Refusal};
 use remora_core::scp::IterationRecord;
+use remora_core::stages::LINKS;
 use std::path::Path;
 
-/// Stages, residuals and the path of the file.
-pub fn plan_report(planned: &Planned, tolerances: &Tolerances, file: &Path) -> String {
+/// What is said of a scenario that was refused before planning.
+pub fn refusal_report(scenario: &str, refusal: &Refusal) -> String {
+    format!("scenario {scenario}: infeasible\nverdict: not flyable, {refusal}\nno plan was made\n")
+}
+
+/// Verdict, stages, residuals, clearances and the path of the file.
+pub fn plan_report(planned: &Planned, mission: &Mission<LINKS>, file: &Path) -> String {
     let plan = &planned.file;
     let (one, two) = (&plan.stage1, &plan.stage2);
     let mut stages = Table::new([
@@ -29,16 +35,43 @@ pub fn plan_report(planned: &Planned, tolerances: &Tolerances, file: &Path) -> S
     stage("1 translation", one.status, [one.iterations, c1], one.cost, one.time_s);
     stage("2 reorientation", two.status, [two.iterations, c2], two.cost, two.time_s);
     format!(
-        "scenario {}: {}\n{} mode, {}, {}, {}\n\n{stages}\n{}\nwritten: {}\n",
+        "scenario {}: {}\nverdict: {}\n{} mode, {}, {}, {}\n\n{stages}\n{}\n{}\nwritten: {}\n",
         plan.scenario,
         plan.status,
+        verdict(planned),
         plan.mode.name(),
         start(planned),
         plan.integrator,
         plan.qp,
-        residual_table(&plan.residuals, tolerances),
+        residual_table(&plan.residuals, &mission.tolerances),
+        clearances(planned, mission),
         file.display(),
     )
+}
+
+/// The verdict in words, and what a plan that is not flyable fails by.
+fn verdict(planned: &Planned) -> String {
+    let verdict = planned.file.verdict.unwrap_or(PlanVerdict::NotFlyable);
+    match planned.reason {
+        None => verdict.words().into(),
+        Some(residual) => {
+            format!("{}, {residual} is farthest beyond its tolerance", verdict.words())
+        }
+    }
+}
+
+/// How near bodies come to each other, with a warning where that is too near and not judged.
+fn clearances(planned: &Planned, mission: &Mission<LINKS>) -> String {
+    let plan = &planned.file;
+    let Some(clearances) = &plan.clearances else { return String::new() };
+    let mut out = clearance_table(clearances).to_string();
+    if !mission.approach.clearance.is_on(plan.integrator.core())
+        && let Some(warning) = overlap_warning(clearances)
+    {
+        out.push_str(&warning);
+        out.push('\n');
+    }
+    out
 }
 
 /// What Stage 2 started from, and why not from what was asked for.

@@ -166,7 +166,7 @@ pub(super) fn difference(estimate: &Estimate) -> String {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::formats::StageRow;
+    use crate::formats::{PlanClearances, PlanVerdict, StageRow};
 
     /// A row that nobody planned.
     pub(crate) fn row(index: usize, iterations: u64, cost: f64, time_s: f64) -> Row {
@@ -174,11 +174,14 @@ pub(super) mod tests {
         Row {
             scenario: format!("s7-{index:03}"),
             status: PlanStatus::Solved,
+            verdict: PlanVerdict::Optimal,
+            reason: String::new(),
             warm_start: "heuristic".into(),
             stage1: stage,
             stage2: stage,
             inference_s: 0.001,
             residuals: [0.0; 12],
+            clearances: PlanClearances::none(),
         }
     }
 

@@ -66,13 +66,15 @@ fn one_number_changed_is_one_plan_refused() {
 #[test]
 fn what_a_plan_says_of_itself_is_recomputed() {
     let bench = planned("euler");
-    let changes: [(&str, Value); 6] = [
+    let changes: [(&str, Value); 8] = [
         ("/stage1/cost", json!(1e-9)),
         ("/stage2/cost", json!(0.01)),
         ("/residuals/pointing", json!(5e-5)),
         ("/target/rate/3/1", json!(2e-3)),
         ("/target/attitude/59", json!([1.0, 0.0, 0.0, 0.0])),
         ("/stage2/status", json!("deadline")),
+        ("/verdict", json!("verified_not_converged")),
+        ("/clearances/bus/distance_m", json!(77.5)),
     ];
     for (path, value) in changes {
         tampered(&bench, |plan| *plan.pointer_mut(path).unwrap() = value);
@@ -81,6 +83,18 @@ fn what_a_plan_says_of_itself_is_recomputed() {
         let run = bench.run(&format!("{CHECK} --strict b.plan.json"));
         assert_eq!(run.status, 1, "{path}\n{}", run.out);
     }
+}
+
+/// A plan of an older version says neither what it is good for nor how near bodies come.
+#[test]
+fn an_older_plan_is_judged_as_well() {
+    let bench = planned("euler");
+    tampered(&bench, |plan| {
+        let fields = plan.as_object_mut().unwrap();
+        assert!(fields.remove("verdict").is_some() && fields.remove("clearances").is_some());
+    });
+    let run = bench.solves(&format!("{CHECK} --strict b.plan.json"));
+    assert!(run.out.contains("verdict: feasible\n"), "{}", run.out);
 }
 
 #[test]

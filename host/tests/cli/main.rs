@@ -8,6 +8,7 @@ mod dataset;
 mod draw;
 mod foreign;
 mod inject;
+mod mission;
 mod plan;
 mod profile;
 mod qp_export;

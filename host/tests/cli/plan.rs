@@ -15,7 +15,16 @@ fn without_arguments_it_plans_a_built_in_scenario() {
         assert!(run.out.contains(text), "{text} in\n{}", run.out);
     }
     assert!(run.out.lines().all(|line| line.len() <= 100), "{}", run.out);
-    assert_eq!(run.out.matches(" ok ").count(), 11, "{}", run.out);
+    // The eleven of the paper's problem, and clearance.
+    assert_eq!(run.out.matches(" ok ").count(), 12, "{}", run.out);
+    assert!(run.out.contains("\nverdict: optimal\n"), "{}", run.out);
+    assert!(run.out.contains("\narm to target"), "{}", run.out);
+    assert_eq!(plan["verdict"], "optimal");
+    assert_eq!(bench.json("pub-000.evidence.json")["verdict"], "optimal");
+    for pair in ["arm", "bus", "own"] {
+        let closest = plan["clearances"][pair].as_object().unwrap();
+        assert_eq!(closest.keys().collect::<Vec<_>>(), ["body", "distance_m", "time_s"]);
+    }
 }
 
 // Verifies REM-PLN-005.
@@ -98,26 +107,82 @@ fn verbose_shows_the_iterations() {
 #[test]
 fn what_is_not_solved_is_written_all_the_same() {
     let bench = Bench::new();
-    bench.write("short.mission.toml", "[horizon]\nduration_s = 60\n");
-    let run = bench.run("plan --mission short.mission.toml --integrator euler");
+    bench.write("weak.mission.toml", "[servicer]\nbus_torque_limit_n_m = 1e-6\n");
+    let run = bench.run("plan --mission weak.mission.toml --integrator euler");
     assert_eq!(run.status, 1, "{}", run.err);
     assert!(run.out.contains("TOO LARGE"), "{}", run.out);
+    let failed = "\nverdict: not flyable, dynamics2 is farthest beyond its tolerance\n";
+    assert!(run.out.contains(failed), "{}", run.out);
+    assert_eq!(bench.json("pub-000.plan.json")["verdict"], "not_flyable");
     assert_ne!(bench.json("pub-000.plan.json")["status"], "solved");
     bench.write(
         "public.scenarios.json",
         include_str!("../../../fixtures/scenarios/public.scenarios.json"),
     );
     let check = bench.run(
-        "check --scenarios public.scenarios.json --mission short.mission.toml pub-000.plan.json",
+        "check --scenarios public.scenarios.json --mission weak.mission.toml pub-000.plan.json",
     );
     assert_eq!(check.status, 1, "{}", check.err);
     assert!(check.out.contains("verdict: NOT feasible\n"), "{}", check.out);
 }
 
 #[test]
+fn what_no_plan_can_end_well_is_refused_by_name_before_planning() {
+    let bench = Bench::new();
+    let refused = |mission: &str, text: &str| {
+        bench.write("bad.mission.toml", mission);
+        let run = bench.run("plan --mission bad.mission.toml");
+        assert_eq!((run.status, run.err.as_str()), (1, ""), "{}", run.out);
+        assert!(run.out.starts_with("scenario pub-000: infeasible\n"), "{}", run.out);
+        assert!(run.out.contains(&format!("\nverdict: not flyable, {text}")), "{}", run.out);
+        assert!(run.out.ends_with("\nno plan was made\n"), "{}", run.out);
+    };
+    refused("[horizon]\nduration_s = 60\n", "joint_rate: joint 2 has to turn 50.3 deg");
+    refused("[servicer]\nforce_limit_n = 1e-4\n", "force: to be in front of the port in time");
+    refused("[approach]\nkeep_out_far_m = 20\n", "keep_out: the start is ");
+    refused("[servicer]\nboresight = [1, 0, 0]\n", "capture_view: in the capture configuration");
+    refused("[target]\nport_position_m = [9, 0, 0.2]\n", "field_of_view: at the start the port");
+    assert_eq!(bench.names("."), ["bad.mission.toml", "set.scenarios.json"]);
+    let mut set = bench.json("set.scenarios.json");
+    set["scenarios"][0]["target"]["rate"] = serde_json::json!([0.0, 0.05, 0.0]);
+    bench.write("fast.scenarios.json", &set.to_string());
+    let run = bench.run("plan --scenarios fast.scenarios.json");
+    assert_eq!(run.status, 1, "{}", run.err);
+    assert!(run.out.contains("tumble: the target turns "), "{}", run.out);
+    assert!(run.out.contains("can be followed: shorten the horizon to "), "{}", run.out);
+}
+
+/// Tolerances that anything meets: what ends at its deadline is verified, but has not converged.
+#[test]
+fn verified_but_not_converged_has_a_status_of_its_own() {
+    let bench = Bench::new();
+    bench.write("loose.mission.toml", LOOSE);
+    let loose = "--mission loose.mission.toml --deadline 1e-6 --integrator euler";
+    let run = bench.run(&format!("plan {loose}"));
+    assert_eq!(run.status, 3, "{}{}", run.out, run.err);
+    assert!(run.out.contains("\nverdict: verified but not converged\n"), "{}", run.out);
+    let plan = bench.json("pub-000.plan.json");
+    assert_eq!((&plan["status"], &plan["verdict"]), (&"deadline".into(), &VERIFIED.into()));
+    assert_eq!(bench.json("pub-000.evidence.json")["verdict"], VERIFIED);
+    let set = "campaign --scenarios set.scenarios.json --csv --out runs";
+    let run = bench.run(&format!("{set} {loose}"));
+    assert_eq!(run.status, 3, "{}{}", run.out, run.err);
+    assert!(run.out.contains("  verified but not converged       3\n"), "{}", run.out);
+    let counts = serde_json::json!({ "optimal": 0, VERIFIED: 3, "not_flyable": 0 });
+    assert_eq!(bench.json("runs/summary.json")["by_verdict"], counts);
+    assert_eq!(bench.read("runs/results.csv").matches(VERIFIED).count(), 3);
+}
+
+const VERIFIED: &str = "verified_not_converged";
+
+const LOOSE: &str = "[tolerances]\ndynamics = 1e9\ncontrol = 1e9\njoint_rad = 1e9\n\
+    joint_rate = 1e9\npointing = 1e9\npreset = 1e9\nterminal_rate = 1e9\nkeep_out_m = 1e9\n\
+    ee_position_m = 1e9\nee_angle_rad = 1e9\nclearance_m = 1e9\n";
+
+#[test]
 fn every_command_has_help_with_an_example() {
     let bench = Bench::new();
-    for command in ["", "plan", "campaign", "check", "draw", "qp-export"] {
+    for command in ["", "plan", "campaign", "check", "draw", "qp-export", "mission"] {
         let run = bench.solves(&format!("{command} --help"));
         assert!(run.out.contains("Examples:\n  remora"), "{}", run.out);
         assert!(run.out.contains(&format!("remora {command}")), "{}", run.out);

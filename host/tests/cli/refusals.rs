@@ -103,6 +103,11 @@ fn missions() {
     refuses("[servicer]\njoint_angle_limit_rad = [1, 1]", "servicer.joint_angle_limit_rad: ");
     refuses("[servicer]\nwheels = 4", "servicer.wheels: unknown field `wheels`");
     refuses("[limits]\nforce = 4", "limits: unknown field `limits`");
+    refuses(
+        "[approach]\nkeep_out_far_m = 'wide'",
+        "approach.keep_out_far_m: invalid value: string",
+    );
+    refuses("[approach]\nkeep_out_near_m = -1", "approach.keep_out_near_m: must be finite and not");
     refuses("[orbit\neccentricity = 0", "");
     refuses("[orbit]\neccentricity = 'low'", "orbit.eccentricity: invalid type: string \"low\"");
     refuses("format = 'remora-mission/2'", "format: unknown format");

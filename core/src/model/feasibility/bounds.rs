@@ -1,0 +1,121 @@
+//! What the end of an approach takes of the actuators at least.
+
+use super::{SLACK, norm};
+use crate::math::quaternion;
+use crate::model::{
+    HcwTransition, Mission, Refusal, Scenario, TargetState, initial_bus_attitude,
+    signed_distance_to_box,
+};
+use nalgebra::{Matrix3, SVector, Vector3, Vector6};
+
+impl<const NL: usize> Mission<NL> {
+    /// Terminal position and velocity of the system's centre of mass, RTN.
+    fn goal(&self, last: &TargetState) -> (Vector3<f64>, Vector3<f64>) {
+        let d = self.servicer.capture_geometry().reach;
+        let goal = quaternion::rotation_matrix(&last.attitude)
+            * (self.target.port_position + self.target.port_normal * d);
+        (goal, last.rate.cross(&goal))
+    }
+
+    /// From the terminal state one interval back: no force leads farther out than `before`.
+    pub(super) fn check_reach<const N: usize>(
+        &self,
+        target: &[TargetState; N],
+    ) -> Result<(), Refusal> {
+        if N < 2 {
+            return Ok(());
+        }
+        let box_distance = |state: &TargetState, position: &Vector3<f64>| {
+            let local = quaternion::rotation_matrix(&state.attitude).transpose() * position;
+            signed_distance_to_box(&self.target.half_extents, &local).value
+        };
+        let (n, interval) = (self.mean_motion(), self.approach.duration / (N - 1) as f64);
+        let (goal, velocity) = self.goal(&target[N - 1]);
+        let back = HcwTransition::new(n, -interval).state;
+        let coasting = back * stacked(&goal, &velocity);
+        let thrust = back * HcwTransition::new(n, interval).input / self.servicer.total_mass();
+        let thrust: Matrix3<f64> = thrust.fixed_view::<3, 3>(0, 0).into_owned();
+        let most = thrust.abs() * Vector3::repeat(self.servicer.max_force);
+        let coasting = Vector3::new(coasting[0], coasting[1], coasting[2]);
+        let before = box_distance(&target[N - 2], &coasting) + norm(&most);
+        let limit = self.approach.keep_out(N - 2, N);
+        if before < limit - self.tolerances.keep_out - SLACK {
+            let distance = box_distance(&target[N - 1], &goal);
+            return Err(Refusal::Reach { distance, before, limit });
+        }
+        Ok(())
+    }
+
+    /// The least force, each component, that reaches the terminal state of Stage 1 [N].
+    ///
+    /// Along any direction `c` of the final `[r; v]`, a force moves the end by no more than the sum
+    /// of `|c^T Phi^j Gamma|_1 f / m`. Directions that turn their sign after a part of the horizon
+    /// give the bound of thrusting one way and then braking.
+    pub(super) fn least_force<const N: usize>(
+        &self,
+        scenario: &Scenario,
+        target: &[TargetState; N],
+    ) -> f64 {
+        let duration = self.approach.duration;
+        let transition = HcwTransition::new(self.mean_motion(), duration / (N - 1) as f64);
+        let (state, input) = (transition.state.transpose(), transition.input.transpose());
+        let (position, velocity) = self.goal(&target[N - 1]);
+        let goal = stacked(&position, &velocity);
+        let start = stacked(&scenario.position, &scenario.velocity);
+        let needed = |direction: Vector6<f64>| {
+            let (mut c, mut effect) = (direction, 0.0);
+            for _ in 0..N - 1 {
+                let push = input * c;
+                effect += push.x.abs() + push.y.abs() + push.z.abs();
+                c = state * c;
+            }
+            let miss = direction.dot(&goal) - c.dot(&start);
+            miss.abs() * self.servicer.total_mass() / effect
+        };
+        let mut most = 0.0;
+        for axis in 0..3 {
+            let unit = |i: usize| Vector6::from_fn(|j, _| if i == j { 1.0 } else { 0.0 });
+            for share in [0.0, 0.25, 0.5, 0.75] {
+                most = f64::max(most, needed(unit(axis) - unit(axis + 3) * (share * duration)));
+            }
+            most = f64::max(most, needed(unit(axis + 3)));
+        }
+        most
+    }
+
+    /// The least bus torque, each component, with which the system's angular momentum can become
+    /// that of capture [N m]; negative where gravity and the thrusters' lever may do alone.
+    pub(super) fn least_bus_torque<const N: usize>(
+        &self,
+        scenario: &Scenario,
+        target: &[TargetState; N],
+    ) -> f64 {
+        let (s, n) = (&self.servicer, self.mean_motion());
+        let orbit = Vector3::new(0.0, 0.0, n);
+        // The system's least moment of inertia is not below its bus's.
+        let least = s.bus_inertia.x.min(s.bus_inertia.y).min(s.bus_inertia.z);
+        let after = least * norm(&(target[N - 1].rate + orbit));
+        let bus = quaternion::rotation_matrix(&initial_bus_attitude(&scenario.position));
+        let before = norm(&(s.system_inertia(&s.initial_joint_angle) * (bus.transpose() * orbit)));
+        // Over all angles of the arm: the bus from the centre of mass, and the largest inertia.
+        let (mut lever, mut largest) = (0.0, largest_of(&s.bus_inertia));
+        let mut out = norm(&s.arm_base);
+        for link in &s.links {
+            let at = out + norm(&link.center_of_mass);
+            lever += link.mass * at / s.total_mass();
+            largest += largest_of(&link.inertia) + link.mass * at * at;
+            out += norm(&link.tip);
+        }
+        let root = libm::sqrt(3.0);
+        let others = 1.5 * n * n * largest + root * s.max_force * lever;
+        ((after - before) / self.approach.duration - others) / root
+    }
+}
+
+fn largest_of(v: &Vector3<f64>) -> f64 {
+    v.x.max(v.y).max(v.z)
+}
+
+fn stacked(position: &Vector3<f64>, velocity: &Vector3<f64>) -> SVector<f64, 6> {
+    Vector6::new(position.x, position.y, position.z, velocity.x, velocity.y, velocity.z)
+}

@@ -1,0 +1,141 @@
+extern crate std;
+
+use self::std::string::ToString;
+use super::*;
+use crate::model::Switch;
+use nalgebra::Vector4;
+
+const RK4: Integrator = Integrator::Rk4 { substeps: 8 };
+
+/// In front of the port, at rest.
+fn scenario() -> Scenario {
+    Scenario {
+        target_attitude: quaternion::IDENTITY,
+        target_rate: Vector3::new(5e-4, -3e-4, 2e-4),
+        position: Vector3::new(0.3, -0.2, 5.2),
+        velocity: Vector3::zeros(),
+    }
+}
+
+fn refused(change: impl Fn(&mut Mission<3>, &mut Scenario)) -> Refusal {
+    let (mut mission, mut scenario) = (Mission::default(), scenario());
+    change(&mut mission, &mut scenario);
+    mission.validate().unwrap();
+    mission.check::<60>(&scenario, RK4).unwrap_err()
+}
+
+#[test]
+fn what_can_be_planned_passes() {
+    for integrator in [RK4, Integrator::Euler] {
+        Mission::default().check::<60>(&scenario(), integrator).unwrap();
+    }
+}
+
+#[test]
+fn input_that_is_none_is_refused_as_such() {
+    let nan = refused(|_, s| s.velocity.y = f64::NAN);
+    assert_eq!((nan.name(), nan.code()), ("not_finite", 1));
+    assert_eq!(nan.to_string(), "not_finite: the scenario's velocity is not finite");
+    let long = refused(|_, s| s.target_attitude *= 1.0 + 2e-6);
+    assert_eq!(long.name(), "attitude");
+    assert_eq!(refused(|_, s| s.target_attitude = Vector4::zeros()).name(), "attitude");
+    let centre = refused(|_, s| s.position = Vector3::zeros());
+    assert_eq!(centre.name(), "position");
+    let coarse = refused(|m, _| m.approach.duration = 1e5);
+    assert_eq!(coarse.name(), "node_interval");
+    let early = refused(|m, _| m.approach.preset_lead = 59);
+    assert_eq!(early.name(), "preset_lead");
+    for refusal in [nan, long, centre, coarse, early] {
+        assert!(refusal.is_invalid_input(), "{refusal}");
+    }
+    let mut close = scenario();
+    close.target_attitude *= 1.0 + 0.9e-6;
+    Mission::default().check::<60>(&close, RK4).unwrap();
+}
+
+#[test]
+fn what_is_impossible_is_named_with_its_numbers() {
+    let told = |change: &dyn Fn(&mut Mission<3>, &mut Scenario), text: &str| {
+        let refusal = refused(change);
+        assert!(!refusal.is_invalid_input(), "{refusal}");
+        assert!(refusal.to_string().contains(text), "{refusal}\nnot {text}");
+        assert_eq!(refusal.to_string().lines().count(), 1);
+    };
+    told(&|_, s| s.position = Vector3::new(0.0, 0.0, 2.0), "keep_out: the start is 1.800 m from");
+    told(&|_, s| s.position = Vector3::new(0.0, 0.0, 0.1), "keep_out: the start is -0.100 m");
+    told(
+        &|m, _| m.target.port_position.x = 4.0,
+        "field_of_view: at the start the port is 39.8 deg",
+    );
+    // Behind the line of sight, where a start that follows it turns on the spot.
+    told(&|m, _| m.target.port_position.z = 9.0, "field_of_view: at the start the port is 17");
+    told(&|m, _| m.servicer.max_joint_rate = 5e-4, "joint_rate: joint 2 has to turn 50.3 deg");
+    told(&|m, _| m.servicer.max_joint_rate = 5e-4, "lengthen the horizon to 2");
+    told(&|m, _| m.servicer.boresight = Vector3::x(), "capture_view: in the capture configuration");
+    told(&|_, s| s.target_rate.x = 0.052, "tumble: the target turns 60.");
+    told(&|_, s| s.target_rate.x = 0.052, "at most 30.0 deg can be followed: shorten the");
+    told(&|m, _| m.servicer.max_force = 1e-4, "force: to be in front of the port in time takes");
+    told(&|_, s| s.velocity.y = 10.0, "force: ");
+    told(&|m, _| m.servicer.arm_base.z = -1.1, "clearance: in the capture configuration");
+}
+
+#[test]
+fn reach_is_refused_where_the_last_interval_cannot_close_the_gap() {
+    let short = |m: &mut Mission<3>| {
+        m.approach.keep_out_near = 1.8;
+        m.servicer.max_force = 0.3;
+    };
+    let refusal = refused(|m, _| short(m));
+    assert!(matches!(refusal, Refusal::Reach { .. }), "{refusal}");
+    // With more force it can be closed.
+    let mut mission = Mission::default();
+    mission.approach.keep_out_near = 1.8;
+    mission.check::<60>(&scenario(), RK4).unwrap();
+}
+
+#[test]
+fn bus_torque_is_refused_where_nothing_else_can_turn_the_bus() {
+    let heavy = |m: &mut Mission<3>| {
+        m.servicer.bus_mass = 5000.0;
+        m.servicer.bus_inertia = Vector3::repeat(3000.0);
+        m.servicer.max_force = 1.0;
+    };
+    let refusal = refused(|m, s| {
+        heavy(m);
+        s.target_rate.z = 0.02;
+    });
+    let Refusal::BusTorque { needed, limit } = refusal else { panic!("{refusal}") };
+    assert!(needed > limit && needed < 3000.0 * 0.0213 / 1200.0);
+    let (mut mission, mut fast) = (Mission::default(), scenario());
+    heavy(&mut mission);
+    fast.target_rate.z = 0.02;
+    mission.servicer.max_bus_torque = 1.05 * needed;
+    mission.check::<60>(&fast, RK4).unwrap();
+}
+
+#[test]
+fn the_switches_decide_what_holds() {
+    let mut mission = Mission::default();
+    // 90 % of this rate is too little, all of it is not.
+    let time = mission.time_to_preset(RK4, 60);
+    mission.servicer.max_joint_rate = 1.05 * 0.877 / time;
+    assert_eq!(mission.check_vehicle::<60>(RK4).unwrap_err().name(), "joint_rate");
+    mission.approach.between_nodes = Switch::Off;
+    mission.check_vehicle::<60>(RK4).unwrap();
+    let mut mission = Mission::default();
+    mission.servicer.arm_base.z = -1.1;
+    assert_eq!(mission.check_vehicle::<60>(RK4).unwrap_err().name(), "clearance");
+    mission.check_vehicle::<60>(Integrator::Euler).unwrap();
+}
+
+/// From rest to rest without an orbit, force is that of thrusting half the way and braking.
+#[test]
+fn the_least_force_is_that_of_bang_bang() {
+    let mut mission = Mission::default();
+    mission.orbit.semi_major_axis = 1e9;
+    let start = Scenario { target_rate: Vector3::zeros(), ..scenario() };
+    let needs = mission.needs::<60>(&start, RK4).unwrap();
+    let way = start.position.z - 0.2 - mission.servicer.capture_geometry().reach;
+    let expected = 4.0 * 530.0 * way / (1200.0 * 1200.0);
+    assert!((needs.force / expected - 1.0).abs() < 0.01, "{} {expected}", needs.force);
+}

@@ -1,0 +1,247 @@
+//! Why an approach cannot be planned, as far as that is known before planning.
+
+use core::fmt;
+
+/// What cannot be planned, whatever the planner tries, with the numbers that show it.
+///
+/// Angles are in radians, all else in SI units; [`Display`](fmt::Display) writes one line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// A number of the scenario is not finite.
+    NotFinite {
+        /// The scenario's field.
+        field: &'static str,
+    },
+    /// The target's attitude is not a unit quaternion.
+    Attitude {
+        /// Its norm.
+        norm: f64,
+    },
+    /// The servicer starts at the target's centre: no direction leads there.
+    Position {
+        /// Distance from the centre [m].
+        distance: f64,
+    },
+    /// Nodes are too far apart for the orbit.
+    NodeInterval {
+        /// From node to node [s].
+        interval: f64,
+        /// The most that is accepted [s].
+        limit: f64,
+    },
+    /// The arm is to be in its capture configuration before the approach begins.
+    PresetLead {
+        /// Intervals before the end.
+        lead: usize,
+        /// The most that leave the arm an interval to move in.
+        limit: usize,
+    },
+    /// A joint is too slow for its way to the capture configuration.
+    JointRate {
+        /// The joint, from 1.
+        joint: usize,
+        /// Its way [rad].
+        travel: f64,
+        /// The fastest that plans let it turn [rad/s].
+        rate: f64,
+        /// The time it has until the preset [s].
+        time: f64,
+        /// A horizon that gives it time enough [s].
+        duration: f64,
+    },
+    /// At capture the port is out of the camera's sight.
+    CaptureView {
+        /// Between boresight and port [rad].
+        angle: f64,
+        /// Half angle of the field of view [rad].
+        limit: f64,
+    },
+    /// At capture the bus is within the target.
+    Clearance {
+        /// Distance of the bus's centre from the target's box, at most [m].
+        distance: f64,
+        /// Radius of the sphere about it that the bus fills [m].
+        limit: f64,
+    },
+    /// The servicer starts within the keep-out distance.
+    KeepOut {
+        /// From the target's box [m].
+        distance: f64,
+        /// The least that is allowed [m].
+        limit: f64,
+    },
+    /// The port is out of the camera's sight at the start, whose attitude is given.
+    FieldOfView {
+        /// Between boresight and port [rad].
+        angle: f64,
+        /// Half angle of the field of view [rad].
+        limit: f64,
+    },
+    /// The target turns too far from node to node.
+    Tumble {
+        /// Turn relative to inertial space, the largest from node to node [rad].
+        turn: f64,
+        /// The most that can be followed [rad].
+        limit: f64,
+        /// A horizon over which it turns no farther [s].
+        duration: f64,
+    },
+    /// The end effector reaches less far than the keep-out distance that holds a node before the
+    /// end, by more than the last interval can close.
+    Reach {
+        /// Distance from the target's box where capture takes place [m].
+        distance: f64,
+        /// The most it can have been one node before [m].
+        before: f64,
+        /// The least that is allowed there [m].
+        limit: f64,
+    },
+    /// The thrusters are too weak to be in front of the port in time.
+    Force {
+        /// The least force, each component [N].
+        needed: f64,
+        /// What there is [N].
+        limit: f64,
+    },
+    /// The bus cannot be turned as fast as the target in time.
+    BusTorque {
+        /// The least torque, each component [N m].
+        needed: f64,
+        /// What there is [N m].
+        limit: f64,
+    },
+}
+
+impl Refusal {
+    /// Stable code for records; 0 is none.
+    pub fn code(&self) -> u32 {
+        match self {
+            Self::NotFinite { .. } => 1,
+            Self::Attitude { .. } => 2,
+            Self::Position { .. } => 3,
+            Self::NodeInterval { .. } => 4,
+            Self::PresetLead { .. } => 5,
+            Self::JointRate { .. } => 6,
+            Self::CaptureView { .. } => 7,
+            Self::Clearance { .. } => 8,
+            Self::KeepOut { .. } => 9,
+            Self::FieldOfView { .. } => 10,
+            Self::Tumble { .. } => 11,
+            Self::Reach { .. } => 12,
+            Self::Force { .. } => 13,
+            Self::BusTorque { .. } => 14,
+        }
+    }
+
+    /// Name of the constraint, in files and tables.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::NotFinite { .. } => "not_finite",
+            Self::Attitude { .. } => "attitude",
+            Self::Position { .. } => "position",
+            Self::NodeInterval { .. } => "node_interval",
+            Self::PresetLead { .. } => "preset_lead",
+            Self::JointRate { .. } => "joint_rate",
+            Self::CaptureView { .. } => "capture_view",
+            Self::Clearance { .. } => "clearance",
+            Self::KeepOut { .. } => "keep_out",
+            Self::FieldOfView { .. } => "field_of_view",
+            Self::Tumble { .. } => "tumble",
+            Self::Reach { .. } => "reach",
+            Self::Force { .. } => "force",
+            Self::BusTorque { .. } => "bus_torque",
+        }
+    }
+
+    /// Whether the input makes no sense; otherwise it does, and cannot be done.
+    pub fn is_invalid_input(&self) -> bool {
+        matches!(
+            self,
+            Self::NotFinite { .. }
+                | Self::Attitude { .. }
+                | Self::Position { .. }
+                | Self::NodeInterval { .. }
+                | Self::PresetLead { .. }
+        )
+    }
+}
+
+/// An angle as it is shown.
+struct Degrees(f64);
+
+impl fmt::Display for Degrees {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.1} deg", self.0 * 180.0 / core::f64::consts::PI)
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.name())?;
+        match *self {
+            Self::NotFinite { field } => write!(f, "the scenario's {field} is not finite"),
+            Self::Attitude { norm } => {
+                write!(f, "the target's is not a unit quaternion: its norm is {norm}")
+            }
+            Self::Position { distance } => write!(
+                f,
+                "the start is {distance:.1e} m from the target's centre, from where nothing points at it"
+            ),
+            Self::NodeInterval { interval, limit } => write!(
+                f,
+                "from node to node it is {interval:.1} s, at most {limit:.1} s (a tenth of an orbit) can be followed"
+            ),
+            Self::PresetLead { lead, limit } => write!(
+                f,
+                "the arm is preset {lead} intervals before the end, at most {limit} leave it time to move"
+            ),
+            Self::JointRate { joint, travel, rate, time, duration } => write!(
+                f,
+                "joint {joint} has to turn {} at {rate:.2e} rad/s, for which it needs {:.0} s and has {time:.0} s: lengthen the horizon to {duration:.0} s",
+                Degrees(travel),
+                libm::ceil(travel / rate),
+            ),
+            Self::CaptureView { angle, limit } => write!(
+                f,
+                "in the capture configuration the port is {} off the boresight, at most {} can be seen",
+                Degrees(angle),
+                Degrees(limit),
+            ),
+            Self::Clearance { distance, limit } => write!(
+                f,
+                "in the capture configuration the bus's centre is {distance:.3} m from the target, less than the {limit:.3} m that the bus fills"
+            ),
+            Self::KeepOut { distance, limit } => write!(
+                f,
+                "the start is {distance:.3} m from the target's box, the least allowed is {limit:.3} m"
+            ),
+            Self::FieldOfView { angle, limit } => write!(
+                f,
+                "at the start the port is {} off the boresight, at most {} can be seen",
+                Degrees(angle),
+                Degrees(limit),
+            ),
+            Self::Tumble { turn, limit, duration } => write!(
+                f,
+                "the target turns {} a node, at most {} can be followed: shorten the horizon to {duration:.0} s",
+                Degrees(turn),
+                Degrees(limit),
+            ),
+            Self::Reach { distance, before, limit } => write!(
+                f,
+                "capture is {distance:.3} m from the target's box, from at most {before:.3} m a node before, where {limit:.3} m must be kept: lower the near keep-out distance or lengthen the arm"
+            ),
+            Self::Force { needed, limit } => write!(
+                f,
+                "to be in front of the port in time takes at least {needed:.3} N, the limit is {limit:.3} N"
+            ),
+            Self::BusTorque { needed, limit } => write!(
+                f,
+                "to turn with the target in time takes at least {needed:.2e} N m, the limit is {limit:.2e} N m"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}

@@ -1,0 +1,80 @@
+//! What `remora mission` prints.
+
+use super::{Align, Table, number};
+use crate::vehicle::{Margin, Vehicle};
+
+/// Geometry, masses, the joints' ways, margins, and whether an approach can end.
+pub fn vehicle_report(vehicle: &Vehicle) -> String {
+    let verdict = match &vehicle.refused {
+        None => "nothing forbids an approach to end".into(),
+        Some(refused) => format!("infeasible\n{}", refused.reason),
+    };
+    format!("{}\n{}\n{}\n{verdict}\n", numbers(vehicle), joints(vehicle), margins(vehicle))
+}
+
+fn numbers(vehicle: &Vehicle) -> Table {
+    let mut table = Table::new([
+        ("number", Align::Left),
+        ("value", Align::Right),
+        ("unit", Align::Left),
+        ("", Align::Left),
+    ]);
+    let mut row = |name: &str, value: String, unit: &str, note: &str| {
+        table.row([name.into(), value, unit.into(), note.into()]);
+    };
+    let metres = |x: f64| format!("{x:.4}");
+    row("reach", metres(vehicle.reach_m), "m", "centre of mass to end effector at capture");
+    row("extension", metres(vehicle.extension_m), "m", "the same, arm at its most extended");
+    row("keep-out, far", metres(vehicle.keep_out_far_m), "m", "centre of mass to target's box");
+    row("keep-out, near", metres(vehicle.keep_out_near_m), "m", "the same, later");
+    row("mass of bus", number(vehicle.bus_mass_kg), "kg", "");
+    row("mass of arm", number(vehicle.arm_mass_kg), "kg", "");
+    row("mass of system", number(vehicle.system_mass_kg), "kg", "");
+    let diagonal = |m: &[[f64; 3]; 3]| {
+        let [x, y, z] = [m[0][0], m[1][1], m[2][2]].map(number);
+        format!("{x} {y} {z}")
+    };
+    let about = "xx yy zz about the centre of mass, bus axes";
+    row("inertia at start", diagonal(&vehicle.inertia_at_start_kg_m2), "kg m^2", about);
+    row("inertia at capture", diagonal(&vehicle.inertia_at_capture_kg_m2), "kg m^2", "the same");
+    table
+}
+
+fn joints(vehicle: &Vehicle) -> Table {
+    let right = Align::Right;
+    let mut table = Table::new([
+        ("joint", Align::Left),
+        ("travel", right),
+        ("needs", right),
+        ("has until preset", right),
+    ]);
+    for (i, joint) in vehicle.joints.iter().enumerate() {
+        table.row([
+            (i + 1).to_string(),
+            format!("{:.1} deg", joint.travel_rad.to_degrees()),
+            format!("{:.0} s", joint.needed_s),
+            format!("{:.0} s", joint.available_s),
+        ]);
+    }
+    table
+}
+
+fn margins(vehicle: &Vehicle) -> Table {
+    let right = Align::Right;
+    let mut table = Table::new([
+        ("fastest scenario", Align::Left),
+        ("needs", right),
+        ("has", right),
+        ("times", right),
+        ("unit", Align::Left),
+    ]);
+    let mut row = |name: &str, margin: &Margin, unit: &str| {
+        let [needed, available, factor] =
+            [margin.needed, margin.available, margin.factor()].map(number);
+        table.row([name.into(), needed, available, factor, unit.into()]);
+    };
+    row("spin-up of the bus", &vehicle.spin_up, "N m s");
+    row("force, at least", &vehicle.force, "N");
+    row("turn of target a node", &vehicle.turn, "deg");
+    table
+}
