@@ -5,6 +5,7 @@ mod campaign;
 mod check;
 mod dataset;
 mod draw;
+mod envelope;
 mod inject;
 mod options;
 mod plan;
@@ -47,6 +48,7 @@ enum Command {
     Campaign(campaign::Args),
     Check(check::Args),
     Draw(draw::Args),
+    Envelope(envelope::Args),
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
     Dataset(dataset::Args),
@@ -118,6 +120,7 @@ impl Command {
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
+            Self::Envelope(args) => args.run(),
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),
