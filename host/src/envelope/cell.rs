@@ -5,7 +5,6 @@ use crate::draw::draw_one;
 use crate::formats::NamedScenario;
 use remora_core::model::{Mission, Tolerances};
 use remora_core::planner::{Report, Verdict};
-use remora_core::scp::Status;
 use remora_core::stages::LINKS;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -86,7 +85,8 @@ pub struct Found {
     pub optimal: usize,
     /// Plans that are verified, but have not converged.
     pub verified: usize,
-    /// Scenarios without any path within the force limit: Stage 1's convex start is infeasible.
+    /// Scenarios without any path within the force limit: Clarabel proves Stage 1's first
+    /// program, which is convex, to be infeasible.
     pub out_of_reach: usize,
     /// Median of Stage 2's iterations, over plans within reach.
     pub iterations: Option<f64>,
@@ -143,11 +143,8 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    /// Of a plan.
-    pub fn of(report: &Report, tolerances: &Tolerances) -> Self {
-        let one = &report.translation.outcome;
-        // After its first program Stage 1 always has a path: only that one can be infeasible.
-        let is_out_of_reach = one.status == Status::Infeasible && one.iterations == 1;
+    /// Of a plan, and whether its scenario is proved to have no path at all.
+    pub fn of(report: &Report, tolerances: &Tolerances, is_out_of_reach: bool) -> Self {
         let verdict = report.verdict();
         let reason = match verdict {
             Verdict::Optimal => None,

@@ -18,6 +18,7 @@ mod header;
 mod map;
 mod output;
 mod page;
+mod reach;
 mod vehicle;
 
 pub use cell::{Attempt, Cell, Found, Place, State};
@@ -176,7 +177,9 @@ impl Envelope {
         scenario: &NamedScenario,
     ) -> Attempt {
         let report = planner.plan_in_place(mission, scenario, &self.method, self.model.as_ref());
-        Attempt::of(&report, &mission.tolerances)
+        let is_out_of_reach = reach::is_without_path(&report)
+            && reach::is_proved(planner, mission, scenario, &self.method);
+        Attempt::of(&report, &mission.tolerances, is_out_of_reach)
     }
 }
 

@@ -27,8 +27,11 @@ pub struct Heat {
 const CELL: (i32, i32) = (62, 34);
 /// Left of the cells, and above them.
 const CORNER: (i32, i32) = (84, 40);
-/// Below the cells.
-const BELOW: i32 = 66;
+/// Below the cells, footer apart.
+const BELOW: i32 = 52;
+/// A line of the footer, and most characters on it.
+const LINE: i32 = 14;
+const LINE_LENGTH: usize = 105;
 /// Narrowest figure: title and footer must fit.
 const LEAST_WIDTH: i32 = 560;
 
@@ -48,7 +51,8 @@ impl Heat {
             return Err(Error::Plot { reason: "needs a cell for each row and column".into() });
         }
         let width = CORNER.0 + CELL.0 * self.x.len() as i32 + 20;
-        let height = CORNER.1 + CELL.1 * self.y.len() as i32 + BELOW;
+        let lines = wrapped(&self.footer).len() as i32;
+        let height = CORNER.1 + CELL.1 * self.y.len() as i32 + BELOW + LINE * lines;
         to_svg_of((width.max(LEAST_WIDTH) as u32, height as u32), |area| self.draw(area))
     }
 
@@ -83,9 +87,27 @@ impl Heat {
         let turned = centred(15, BLACK).transform(FontTransform::Rotate270);
         let beside = (16, (CORNER.1 + bottom) / 2);
         area.draw(&Text::new(self.y_label.clone(), beside, turned))?;
-        let small = ("sans-serif", 11).into_font().color(&BLACK.mix(0.6));
-        area.draw(&Text::new(self.footer.clone(), (12, bottom + 48), small))
+        for (i, line) in wrapped(&self.footer).into_iter().enumerate() {
+            let small = ("sans-serif", 11).into_font().color(&BLACK.mix(0.6));
+            area.draw(&Text::new(line, (12, bottom + 48 + LINE * i as i32), small))?;
+        }
+        Ok(())
     }
+}
+
+/// The words of a text on lines that are short enough, as far as words are.
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.len() + word.len() < LINE_LENGTH => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines
 }
 
 /// Colour of a share.
@@ -132,6 +154,15 @@ mod tests {
             assert!(svg.contains(colour), "{colour}");
         }
         assert_eq!(svg, heat(cells).unwrap());
+    }
+
+    #[test]
+    fn a_long_footer_has_several_lines() {
+        let text = "word ".repeat(50);
+        let lines = wrapped(text.trim());
+        assert_eq!(lines.len(), 3);
+        assert!(lines.iter().all(|line| line.len() <= LINE_LENGTH));
+        assert_eq!(lines.join(" "), text.trim());
     }
 
     #[test]
