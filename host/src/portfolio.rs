@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// A deadline that only a clock that was stopped reaches [s].
-const FAR_S: f64 = 1e300;
+pub(crate) const FAR_S: f64 = 1e300;
 
 /// Two planners with their memory.
 #[derive(Default)]
@@ -115,7 +115,7 @@ fn is_better(a: &Planned, b: &Planned) -> bool {
 }
 
 /// A wall clock that stands at infinity once somebody has won.
-struct Stoppable<'a> {
+pub(crate) struct Stoppable<'a> {
     clock: WallClock,
     is_over: &'a AtomicBool,
     /// Whether the deadline has been read off it: from infinity it would never come.
@@ -123,7 +123,8 @@ struct Stoppable<'a> {
 }
 
 impl<'a> Stoppable<'a> {
-    fn new(is_over: &'a AtomicBool) -> Self {
+    /// A clock that begins now.
+    pub(crate) fn new(is_over: &'a AtomicBool) -> Self {
         Self { clock: WallClock::start(), is_over, has_begun: Cell::new(false) }
     }
 }

@@ -1,20 +1,20 @@
 //! The journal: a header line that says what the campaign is, then one line a finished row.
 
 use super::Campaign;
-use crate::error::{Error, io_reason};
 use crate::fingerprint::{self, fingerprint};
 use crate::formats::Row;
+use crate::journal::Heading;
 use crate::method::{Integrator, Mode, Qp, WarmStart};
 use crate::planning;
 use serde::{Deserialize, Serialize};
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
 
 /// Name of the journal in the campaign's directory.
 pub const JOURNAL: &str = "journal.jsonl";
 
 const FORMAT: &str = "remora-journal/1";
+
+/// A campaign's journal.
+pub(super) type Journal = crate::journal::Journal<Row>;
 
 /// The journal's first line: all that the rows depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,8 +62,16 @@ impl Header {
             scenarios: fingerprint(&campaign.scenarios),
         }
     }
+}
 
-    /// The first difference from `begun`, as field and reason.
+impl Heading for Header {
+    const FORMAT: &'static str = FORMAT;
+    const WORK: &'static str = "campaign";
+
+    fn format(&self) -> &str {
+        &self.format
+    }
+
     fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
         let named = |now: &str, then: &str| format!("begun with {then}, not {now}");
         let changed = |what: &str| format!("begun with {what}");
@@ -98,105 +106,6 @@ impl Header {
     }
 }
 
-/// An open journal, locked against other programs.
-pub(super) struct Journal {
-    path: PathBuf,
-    file: File,
-}
-
-impl Journal {
-    /// Refuses a journal of another campaign, without changing anything. There need not be one.
-    pub(super) fn look(path: &Path, header: &Header) -> Result<(), Error> {
-        match std::fs::read(path) {
-            Ok(bytes) => read_lines(path, &bytes, header).map(drop),
-            Err(_) => Ok(()),
-        }
-    }
-
-    /// Opens or begins the journal of a campaign, and reads the rows that are finished. A last
-    /// line that was torn by a kill is cut off.
-    pub(super) fn open(path: &Path, header: &Header) -> Result<(Self, Vec<Row>), Error> {
-        let failed = |cause: std::io::Error| Error::output(path, &cause);
-        let mut options = OpenOptions::new();
-        let options = options.read(true).write(true).create(true).truncate(false);
-        let mut file = options.open(path).map_err(failed)?;
-        file.try_lock().map_err(|error| match error {
-            TryLockError::WouldBlock => {
-                Error::input(path, "", "another campaign is running in this directory")
-            }
-            TryLockError::Error(cause) => failed(cause),
-        })?;
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(failed)?;
-        let (rows, whole) = read_lines(path, &bytes, header)?;
-        file.set_len(whole as u64).map_err(failed)?;
-        file.seek(SeekFrom::End(0)).map_err(failed)?;
-        let mut journal = Self { path: path.to_path_buf(), file };
-        if whole == 0 {
-            journal.write_line(header)?;
-        }
-        Ok((journal, rows))
-    }
-
-    /// Adds a finished row. The line is in the system's hands when this returns, so that only a
-    /// failure of the machine itself can lose it.
-    pub(super) fn append(&mut self, row: &Row) -> Result<(), Error> {
-        self.write_line(row)
-    }
-
-    fn write_line(&mut self, value: &impl Serialize) -> Result<(), Error> {
-        let write = || {
-            let mut line = serde_json::to_vec(value)?;
-            line.push(b'\n');
-            (&self.file).write_all(&line)
-        };
-        write()
-            .map_err(|cause| Error::Output { file: self.path.clone(), reason: io_reason(&cause) })
-    }
-}
-
-/// The rows of a journal, and the length of its whole lines. A last line that is not a row was
-/// torn and does not count; any other is an error.
-fn read_lines(path: &Path, bytes: &[u8], header: &Header) -> Result<(Vec<Row>, usize), Error> {
-    let mut lines = bytes.split_inclusive(|byte| *byte == b'\n').enumerate().peekable();
-    let (mut rows, mut whole) = (Vec::new(), 0);
-    while let Some((i, line)) = lines.next() {
-        let torn = lines.peek().is_none();
-        if torn && line.last() != Some(&b'\n') {
-            break;
-        }
-        if i == 0 {
-            let begun = serde_json::from_slice(line).map_err(|error| wrong(path, 1, &error))?;
-            agree(path, header, &begun)?;
-        } else {
-            match serde_json::from_slice(line) {
-                Ok(row) => rows.push(row),
-                Err(_) if torn => break,
-                Err(error) => return Err(wrong(path, i + 1, &error)),
-            }
-        }
-        whole += line.len();
-    }
-    Ok((rows, whole))
-}
-
-fn wrong(path: &Path, line: usize, error: &serde_json::Error) -> Error {
-    // The position that the parser adds is that within the line.
-    Error::input(path, format!("line {line}"), error.to_string())
-}
-
-/// Refuses to go on with a campaign that was begun with something else.
-fn agree(path: &Path, header: &Header, begun: &Header) -> Result<(), Error> {
-    if begun.format != FORMAT {
-        let reason = format!("unknown format {:?}: expected {FORMAT:?}", begun.format);
-        return Err(Error::input(path, "format", reason));
-    }
-    match header.difference(begun) {
-        Some((field, reason)) => Err(Error::input(path, field, reason)),
-        None => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -204,6 +113,7 @@ mod tests {
     use crate::method::Method;
     use remora_core::model::Mission;
     use std::num::NonZeroUsize;
+    use std::path::PathBuf;
 
     fn header() -> Header {
         Header::new(&Campaign {

@@ -5,6 +5,7 @@ mod campaign;
 mod check;
 mod dataset;
 mod draw;
+mod envelope;
 mod inject;
 mod mission;
 mod options;
@@ -51,6 +52,7 @@ enum Command {
     Check(check::Args),
     Draw(draw::Args),
     Mission(mission::Args),
+    Envelope(envelope::Args),
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
     Dataset(dataset::Args),
@@ -137,6 +139,7 @@ impl Command {
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::Mission(args) => args.run(),
+            Self::Envelope(args) => args.run(),
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),

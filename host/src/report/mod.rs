@@ -3,6 +3,7 @@
 mod campaign;
 mod check;
 mod dataset;
+mod envelope;
 mod export;
 mod inject;
 pub mod page;
@@ -15,6 +16,7 @@ mod vehicle;
 pub use campaign::campaign_report;
 pub use check::check_report;
 pub use dataset::dataset_report;
+pub use envelope::envelope_report;
 pub use export::export_report;
 pub use inject::{injection_report, replay_report};
 pub use page::{Block, Page};

@@ -25,6 +25,11 @@ impl Table {
         Self { head: head.map(|(name, align)| (name.to_string(), align)).into(), rows: Vec::new() }
     }
 
+    /// An empty table with so many columns as there are.
+    pub fn with_columns(head: Vec<(String, Align)>) -> Self {
+        Self { head, rows: Vec::new() }
+    }
+
     /// The same in Markdown.
     pub fn markdown(&self) -> String {
         let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
@@ -57,6 +62,11 @@ impl Table {
     /// Adds a row; cells beyond the head are dropped.
     pub fn row<const N: usize>(&mut self, cells: [String; N]) {
         self.rows.push(cells.into());
+    }
+
+    /// The same of as many cells as there are.
+    pub fn push(&mut self, cells: Vec<String>) {
+        self.rows.push(cells);
     }
 }
 

@@ -2,11 +2,13 @@
 
 mod bars;
 mod distributions;
+mod heat;
 mod lines;
 mod points;
 
 pub use bars::Bars;
 pub use distributions::Distributions;
+pub use heat::Heat;
 pub use lines::{Lines, Series};
 pub use points::Points;
 
@@ -40,9 +42,14 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 fn to_svg(draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String, Error> {
+    to_svg_of(SIZE, draw)
+}
+
+/// The same of another size.
+fn to_svg_of(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String, Error> {
     let mut svg = String::new();
     let drawn = {
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         area.fill(&WHITE).and_then(|()| draw(&area)).and_then(|()| area.present())
     };
     drawn.map(|()| svg).map_err(|error| Error::Plot { reason: error.to_string() })

@@ -1,0 +1,78 @@
+//! The journal of a map: a line a cell whose scenarios were planned.
+
+use super::{Cell, Envelope};
+use crate::fingerprint::{self, fingerprint};
+use crate::journal::Heading;
+use crate::method::Integrator;
+use crate::planning;
+use serde::{Deserialize, Serialize};
+
+/// Name of the journal in the map's directory.
+pub(super) const JOURNAL: &str = "journal.jsonl";
+
+/// A map's journal.
+pub(super) type Journal = crate::journal::Journal<Cell>;
+
+/// The journal's first line: all that the cells depend on, but for the axes: a map may grow.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Header {
+    format: String,
+    version: String,
+    program: String,
+    integrator: Integrator,
+    count: u64,
+    seed: u64,
+    settings: String,
+    vehicles: String,
+}
+
+impl Header {
+    pub(super) fn new(envelope: &Envelope) -> Self {
+        let method = &envelope.method;
+        let vehicles: Vec<_> =
+            envelope.vehicles.iter().map(|vehicle| (&vehicle.name, vehicle.mission())).collect();
+        Self {
+            format: Self::FORMAT.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            program: fingerprint::program(),
+            integrator: method.integrator,
+            count: envelope.count,
+            seed: envelope.seed,
+            settings: fingerprint(&(planning::settings_text(method), &envelope.model)),
+            vehicles: fingerprint(&vehicles),
+        }
+    }
+}
+
+impl Heading for Header {
+    const FORMAT: &'static str = "remora-envelope-journal/1";
+    const WORK: &'static str = "map";
+
+    fn format(&self) -> &str {
+        &self.format
+    }
+
+    fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
+        let named = |now: &dyn ToString, then: &dyn ToString| {
+            format!("{}, not {}", then.to_string(), now.to_string())
+        };
+        let checks = [
+            ("version", self.version != begun.version, named(&self.version, &begun.version)),
+            ("program", self.program != begun.program, "another build of this program".into()),
+            (
+                "integrator",
+                self.integrator != begun.integrator,
+                named(&self.integrator, &begun.integrator),
+            ),
+            ("count", self.count != begun.count, named(&self.count, &begun.count)),
+            ("seed", self.seed != begun.seed, named(&self.seed, &begun.seed)),
+            ("settings", self.settings != begun.settings, "other planner settings".into()),
+            ("vehicles", self.vehicles != begun.vehicles, "other vehicles".into()),
+        ];
+        checks.into_iter().find(|(_, differs, _)| *differs).map(|(field, _, what)| {
+            let reason = format!("this map was begun with {what}; choose another --out");
+            (field, format!("{reason} to start anew"))
+        })
+    }
+}

@@ -1,0 +1,175 @@
+//! Shares over two axes, a coloured cell each.
+
+use super::{Area, Drawn, FONT, TITLE, to_svg_of};
+use crate::error::Error;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// A map of shares: columns from left to right, rows from the bottom.
+pub struct Heat {
+    /// What is seen.
+    pub title: String,
+    /// What the columns are, with their unit.
+    pub x_label: String,
+    /// The same of the rows.
+    pub y_label: String,
+    /// Names of the columns.
+    pub x: Vec<String>,
+    /// Names of the rows.
+    pub y: Vec<String>,
+    /// Share of each cell of each row, 0 to 1; none where there is no number.
+    pub shares: Vec<Vec<Option<f64>>>,
+    /// What it was made by.
+    pub footer: String,
+}
+
+/// Size of a cell [pixels].
+const CELL: (i32, i32) = (62, 34);
+/// Left of the cells, and above them.
+const CORNER: (i32, i32) = (84, 40);
+/// Below the cells, footer apart.
+const BELOW: i32 = 52;
+/// A line of the footer, and most characters on it.
+const LINE: i32 = 14;
+const LINE_LENGTH: usize = 105;
+/// Narrowest figure: title and footer must fit.
+const LEAST_WIDTH: i32 = 560;
+
+/// Colours of nothing, half and all: orange, white, blue.
+const ENDS: [(f64, f64, f64); 3] = [(213.0, 94.0, 0.0), (246.0, 240.0, 224.0), (0.0, 114.0, 178.0)];
+const NO_NUMBER: RGBColor = RGBColor(224, 224, 224);
+
+impl Heat {
+    /// The plot as the text of an SVG file.
+    ///
+    /// # Errors
+    /// Where there is no cell, or not one for each row and column.
+    pub fn svg(&self) -> Result<String, Error> {
+        let fits = self.shares.len() == self.y.len()
+            && self.shares.iter().all(|row| row.len() == self.x.len());
+        if self.x.is_empty() || self.y.is_empty() || !fits {
+            return Err(Error::Plot { reason: "needs a cell for each row and column".into() });
+        }
+        let width = CORNER.0 + CELL.0 * self.x.len() as i32 + 20;
+        let lines = wrapped(&self.footer).len() as i32;
+        let height = CORNER.1 + CELL.1 * self.y.len() as i32 + BELOW + LINE * lines;
+        to_svg_of((width.max(LEAST_WIDTH) as u32, height as u32), |area| self.draw(area))
+    }
+
+    fn draw(&self, area: &Area<'_>) -> Drawn {
+        let bottom = CORNER.1 + CELL.1 * self.y.len() as i32;
+        area.draw(&Text::new(self.title.clone(), (12, 12), TITLE))?;
+        let centred = |size: u32, colour: RGBColor| {
+            let font = ("sans-serif", size).into_font().color(&colour);
+            font.pos(Pos::new(HPos::Center, VPos::Center))
+        };
+        for (row, (name, shares)) in self.y.iter().zip(&self.shares).enumerate() {
+            let y = bottom - CELL.1 * (row as i32 + 1);
+            let right = Pos::new(HPos::Right, VPos::Center);
+            let style = FONT.into_font().color(&BLACK).pos(right);
+            area.draw(&Text::new(name.clone(), (CORNER.0 - 8, y + CELL.1 / 2), style))?;
+            for (column, share) in shares.iter().enumerate() {
+                let x = CORNER.0 + CELL.0 * column as i32;
+                let box_ = [(x + 1, y + 1), (x + CELL.0 - 1, y + CELL.1 - 1)];
+                area.draw(&Rectangle::new(box_, colour_of(*share).filled()))?;
+                let ink = if is_dark(*share) { WHITE } else { BLACK };
+                let label = share.map_or("-".into(), |share| format!("{:.0}", 100.0 * share));
+                let middle = (x + CELL.0 / 2, y + CELL.1 / 2);
+                area.draw(&Text::new(label, middle, centred(15, ink)))?;
+            }
+        }
+        for (column, name) in self.x.iter().enumerate() {
+            let x = CORNER.0 + CELL.0 * column as i32 + CELL.0 / 2;
+            area.draw(&Text::new(name.clone(), (x, bottom + 12), centred(15, BLACK)))?;
+        }
+        let middle = CORNER.0 + CELL.0 * self.x.len() as i32 / 2;
+        area.draw(&Text::new(self.x_label.clone(), (middle, bottom + 32), centred(15, BLACK)))?;
+        let turned = centred(15, BLACK).transform(FontTransform::Rotate270);
+        let beside = (16, (CORNER.1 + bottom) / 2);
+        area.draw(&Text::new(self.y_label.clone(), beside, turned))?;
+        for (i, line) in wrapped(&self.footer).into_iter().enumerate() {
+            let small = ("sans-serif", 11).into_font().color(&BLACK.mix(0.6));
+            area.draw(&Text::new(line, (12, bottom + 48 + LINE * i as i32), small))?;
+        }
+        Ok(())
+    }
+}
+
+/// The words of a text on lines that are short enough, as far as words are.
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.len() + word.len() < LINE_LENGTH => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines
+}
+
+/// Colour of a share.
+fn colour_of(share: Option<f64>) -> RGBColor {
+    let Some(share) = share.filter(|share| share.is_finite()) else { return NO_NUMBER };
+    let at = 2.0 * share.clamp(0.0, 1.0);
+    let (from, to) = if at < 1.0 { (ENDS[0], ENDS[1]) } else { (ENDS[1], ENDS[2]) };
+    let part = if at < 1.0 { at } else { at - 1.0 };
+    let mix = |a: f64, b: f64| (a + part * (b - a)).round() as u8;
+    RGBColor(mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
+}
+
+/// Whether white is easier to read on it.
+fn is_dark(share: Option<f64>) -> bool {
+    share.is_some_and(|share| !(0.15..=0.8).contains(&share))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heat(shares: Vec<Vec<Option<f64>>>) -> Result<String, Error> {
+        Heat {
+            title: "strong, 60 s & more".into(),
+            x_label: "distance [m]".into(),
+            y_label: "tumble rate [deg/s]".into(),
+            x: ["2", "5"].map(String::from).into(),
+            y: ["0", "7"].map(String::from).into(),
+            shares,
+            footer: "remora envelope; 0.1.0, abc".into(),
+        }
+        .svg()
+    }
+
+    #[test]
+    fn a_map_holds_what_it_was_given() {
+        let cells = vec![vec![None, Some(1.0)], vec![Some(0.0), Some(0.35)]];
+        let svg = heat(cells.clone()).unwrap();
+        for text in ["60 s &amp; more", "distance [m]", "deg/s", "100", "35", "remora envelope"] {
+            assert!(svg.contains(text), "{text}\n{svg}");
+        }
+        // Nothing, all, no number.
+        for colour in ["#D55E00", "#0072B2", "#E0E0E0"] {
+            assert!(svg.contains(colour), "{colour}");
+        }
+        assert_eq!(svg, heat(cells).unwrap());
+    }
+
+    #[test]
+    fn a_long_footer_has_several_lines() {
+        let text = "word ".repeat(50);
+        let lines = wrapped(text.trim());
+        assert_eq!(lines.len(), 3);
+        assert!(lines.iter().all(|line| line.len() <= LINE_LENGTH));
+        assert_eq!(lines.join(" "), text.trim());
+    }
+
+    #[test]
+    fn a_map_needs_all_its_cells() {
+        let expected = "plot: needs a cell for each row and column";
+        for cells in [vec![], vec![vec![Some(1.0)], vec![None, None]]] {
+            assert_eq!(heat(cells).unwrap_err().to_string(), expected);
+        }
+    }
+}
