@@ -63,7 +63,7 @@ pub struct VehicleRecord {
 
 impl VehicleRecord {
     fn new(vehicle: &Vehicle) -> Self {
-        let (s, a) = (&vehicle.mission().servicer, &vehicle.mission().approach);
+        let s = &vehicle.mission().servicer;
         Self {
             name: vehicle.name.clone(),
             file: vehicle.file.as_ref().map(|file| file.display().to_string()),
@@ -72,7 +72,7 @@ impl VehicleRecord {
             bus_torque_limit_n_m: s.bus_torque_limit_n_m,
             joint_torque_limit_n_m: s.joint_torque_limit_n_m,
             joint_rate_limit_rad_s: s.joint_rate_limit_rad_s,
-            keep_out_m: [a.keep_out_far_m, a.keep_out_near_m],
+            keep_out_m: vehicle.keep_out(),
         }
     }
 }

@@ -63,6 +63,12 @@ impl Vehicle {
         &self.mission
     }
 
+    /// Keep-out distances, far and near [m]; not numbers where the file says none that are any.
+    pub(super) fn keep_out(&self) -> [f64; 2] {
+        let radii = |m: Mission<LINKS>| [m.approach.keep_out_far, m.approach.keep_out_near];
+        self.mission.mission().map_or([f64::NAN; 2], radii)
+    }
+
     /// Its mission at a place of the map, or why nothing can be planned there.
     pub(super) fn at(&self, place: &Place) -> Result<Box<Mission<LINKS>>, State> {
         let mut file = self.mission.clone();

@@ -32,14 +32,14 @@ pub use residuals::{Clearances, Closest, Residuals, Verification};
 pub(crate) use target::MAX_TARGET_STEPS;
 
 use super::{ReorientationTrajectory, TranslationTrajectory};
-use crate::dynamics::{Integrator, State};
+use crate::dynamics::{Control, Integrator, State};
 use crate::math::quaternion;
 use crate::model::{Mission, Scenario, TargetState};
 use crate::time::Deadline;
 use clearance::Bodies;
 use motion::{Interval, difference};
 use nalgebra::{SVector, Vector3};
-use path::Path;
+use path::{Leg, Path};
 use posture::{Posture, initial_bus_attitude};
 use residuals::{RATE_SCALE, excess, worse, worst};
 use target::Tumbling;
@@ -76,13 +76,13 @@ pub fn verify<const N: usize, const NL: usize>(
     let mut out = Residuals::default();
     path.begin(scenario, &mut out);
     plan.begin(scenario, &mut out);
-    for k in 0..N - 1 {
+    for (leg, held) in path.legs().zip(plan.legs()) {
         if deadline.has_passed() {
             return Verification { residuals: Residuals::UNFINISHED, clearances: bodies.found };
         }
-        let turning = target.along(k, path.dt());
-        let positions = path.interval(k, &turning, &mut out);
-        plan.interval(k, &turning, &positions, &mut bodies, &mut out);
+        let turning = target.along(leg.k, path.dt());
+        let positions = path.interval(&leg, &turning, &mut out);
+        plan.interval(&leg, &held, &turning, &positions, &mut bodies, &mut out);
     }
     let last = target.state();
     path.end(&last, &mut out);
@@ -105,9 +105,9 @@ pub fn verify_translation<const N: usize, const NL: usize>(
     let mut target = Tumbling::new(mission, scenario, integrator);
     let mut out = Residuals::default();
     path.begin(scenario, &mut out);
-    for k in 0..N - 1 {
-        let turning = target.along(k, path.dt());
-        path.interval(k, &turning, &mut out);
+    for leg in path.legs() {
+        let turning = target.along(leg.k, path.dt());
+        path.interval(&leg, &turning, &mut out);
     }
     path.end(&target.state(), &mut out);
     out
@@ -130,7 +130,24 @@ struct Checked<'a, const N: usize, const NL: usize> {
     between: bool,
 }
 
-impl<const N: usize, const NL: usize> Checked<'_, N, NL> {
+/// Stage 2 over one interval: the states at its ends, the control that is held.
+struct Held<'a, const NL: usize> {
+    from: &'a State<NL>,
+    to: &'a State<NL>,
+    control: &'a Control<NL>,
+}
+
+impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
+    /// The intervals, from the first on.
+    fn legs(&self) -> impl Iterator<Item = Held<'a, NL>> {
+        let ReorientationTrajectory { states, controls } = self.trajectory;
+        states.iter().zip(states.iter().skip(1)).zip(controls).map(|((from, to), control)| Held {
+            from,
+            to,
+            control,
+        })
+    }
+
     fn begin(&self, scenario: &Scenario, out: &mut Residuals) {
         let initial = State {
             attitude: initial_bus_attitude(&scenario.position),
@@ -141,30 +158,29 @@ impl<const N: usize, const NL: usize> Checked<'_, N, NL> {
         out.dynamics2 = worse(out.dynamics2, difference(&initial, &self.trajectory.states[0]));
     }
 
-    /// Judges node `k` and what follows it up to the next.
+    /// Judges a node and what follows it up to the next.
     fn interval(
         &self,
-        k: usize,
+        leg: &Leg<'_>,
+        held: &Held<'_, NL>,
         target: &[TargetState; PARTS + 1],
         positions: &[Vector3<f64>; PARTS + 1],
         bodies: &mut Bodies<'_, NL>,
         out: &mut Residuals,
     ) {
         let (servicer, dt) = (&self.mission.servicer, self.path.dt());
-        let control = &self.trajectory.controls[k];
+        let control = held.control;
         let bus = excess(control.bus_torque.as_slice(), servicer.max_bus_torque);
         let joint = excess(control.joint_torque.as_slice(), servicer.max_joint_torque);
         out.control = worse(out.control, worse(bus, joint));
 
-        let force = &self.path.trajectory.force[k];
         let (mission, integrator) = (self.mission, self.integrator);
-        let held = Interval { mission, integrator, dt, control, force };
-        let flown = held.fly(&self.trajectory.states[k]);
-        let defect = difference(&flown.states[PARTS], &self.trajectory.states[k + 1]);
+        let flown = Interval { mission, integrator, dt, control, force: leg.force }.fly(held.from);
+        let defect = difference(&flown.states[PARTS], held.to);
         out.dynamics2 = worse(out.dynamics2, worse(defect, flown.unresolved));
 
         for part in 0..PARTS {
-            let time_s = (k as f64 + part as f64 / PARTS as f64) * dt;
+            let time_s = (leg.k as f64 + part as f64 / PARTS as f64) * dt;
             let (target, position) = (&target[part], &positions[part]);
             let at = Instant { time_s, target, position, state: &flown.states[part] };
             if part == 0 || self.between {

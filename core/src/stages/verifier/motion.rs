@@ -103,6 +103,8 @@ impl<const NL: usize> Interval<'_, NL> {
     }
 
     /// Time derivative of a state, on articulated-body accelerations.
+    // One copy of it and of its stack.
+    #[inline(never)]
     fn rates(&self, x: &State<NL>) -> State<NL> {
         let spin = Vector4::new(x.rate.x, x.rate.y, x.rate.z, 0.0);
         let (servicer, n) = (&self.mission.servicer, self.mission.mean_motion());

@@ -16,10 +16,30 @@ pub(super) struct Path<'a, const N: usize, const NL: usize> {
     pub between: bool,
 }
 
-impl<const N: usize, const NL: usize> Path<'_, N, NL> {
+/// The path over one interval: the states at its ends, the force that is held.
+pub(super) struct Leg<'a> {
+    pub k: usize,
+    pub position: (&'a Vector3<f64>, &'a Vector3<f64>),
+    pub velocity: (&'a Vector3<f64>, &'a Vector3<f64>),
+    pub force: &'a Vector3<f64>,
+}
+
+impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
     /// Length of an interval [s].
     pub fn dt(&self) -> f64 {
         self.mission.approach.duration / (N - 1) as f64
+    }
+
+    /// The intervals, from the first on.
+    pub fn legs(&self) -> impl Iterator<Item = Leg<'a>> {
+        let TranslationTrajectory { position, velocity, force } = self.trajectory;
+        let positions = position.iter().zip(position.iter().skip(1));
+        let velocities = velocity.iter().zip(velocity.iter().skip(1));
+        positions
+            .zip(velocities)
+            .zip(force)
+            .enumerate()
+            .map(|(k, ((position, velocity), force))| Leg { k, position, velocity, force })
     }
 
     pub fn begin(&self, scenario: &Scenario, out: &mut Residuals) {
@@ -28,29 +48,29 @@ impl<const N: usize, const NL: usize> Path<'_, N, NL> {
         out.dynamics1 = worse(out.dynamics1, error(position, t.velocity[0] - scenario.velocity));
     }
 
-    /// Judges node `k` and what follows it up to the next. Returns the positions at the ends of
+    /// Judges a node and what follows it up to the next. Returns the positions at the ends of
     /// the interval's parts.
     pub fn interval(
         &self,
-        k: usize,
+        leg: &Leg<'_>,
         target: &[TargetState; PARTS + 1],
         out: &mut Residuals,
     ) -> [Vector3<f64>; PARTS + 1] {
-        let (mission, t) = (self.mission, self.trajectory);
-        let (mut r, mut v) = (t.position[k], t.velocity[k]);
+        let (mission, force) = (self.mission, leg.force);
+        let (mut r, mut v) = (*leg.position.0, *leg.velocity.0);
         let mut positions = [r; PARTS + 1];
         for part in 0..PARTS {
-            (r, v) = propagate(mission, self.dt() / PARTS as f64, r, v, t.force[k]);
+            (r, v) = propagate(mission, self.dt() / PARTS as f64, r, v, force);
             positions[part + 1] = r;
         }
-        let defect = error(r - t.position[k + 1], v - t.velocity[k + 1]);
+        let defect = error(r - leg.position.1, v - leg.velocity.1);
         out.dynamics1 = worse(out.dynamics1, defect);
-        out.control = worse(out.control, excess(t.force[k].as_slice(), mission.servicer.max_force));
+        out.control = worse(out.control, excess(force.as_slice(), mission.servicer.max_force));
 
-        let at_node = mission.approach.keep_out(k, N);
+        let at_node = mission.approach.keep_out(leg.k, N);
         self.keep_out(at_node, &target[0], &positions[0], out);
         if self.between {
-            let radius = self.radius_after(k);
+            let radius = self.radius_after(leg.k);
             for part in 1..PARTS {
                 self.keep_out(radius, &target[part], &positions[part], out);
             }
@@ -103,7 +123,7 @@ fn propagate<const NL: usize>(
     h: f64,
     position: Vector3<f64>,
     velocity: Vector3<f64>,
-    force: Vector3<f64>,
+    force: &Vector3<f64>,
 ) -> (Vector3<f64>, Vector3<f64>) {
     let n = mission.mean_motion();
     let (mut r, mut v) = (position, velocity);

@@ -134,8 +134,8 @@ impl<'a> Tumbling<'a> {
         let mut at = self.motion;
         for i in 0..STAGES {
             at = self.motion;
-            for j in 0..i {
-                at += rates[j] * (STAGE[i][j] * h);
+            for (rate, weight) in rates.iter().zip(&STAGE[i]).take(i) {
+                at += rate * (weight * h);
             }
             rates[i] = self.rates(self.time + TIME[i] * h, &at);
         }
