@@ -2,14 +2,14 @@
 //!
 //! All other loops of this crate run over arrays whose size is part of their type. Each loop of
 //! the table carries a comment `Bound: NAME` in its source; a test of the crate compares the two.
-//! Stage 2 runs at most twice a plan, from the learned start and then from the heuristic: two calls,
-//! no loop. A bound is what ends a loop where nothing else does; the deadline
+//! All tries of a stage share one budget of iterations. A bound is what ends a loop where nothing else does; the deadline
 //! ([`Options::deadline_s`](crate::planner::Options)) ends the long ones long before.
 
 use crate::dynamics::STEERING_ITERATIONS;
 use crate::math::MAX_SWEEPS;
 use crate::model::MAX_TUMBLE_SUBSTEPS;
 use crate::nn::{TILE, limit};
+use crate::planner::MAX_TIGHTENINGS;
 use crate::qp::{ATTEMPTS, InteriorPointSettings, MAX_SOLVER_ITERATIONS, STARTS};
 use crate::scp::{MAX_CORRECTIONS, MAX_ITERATIONS, MAX_SEARCHES, Settings};
 use crate::stages::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
@@ -44,7 +44,16 @@ const SOLVER: InteriorPointSettings = InteriorPointSettings::DEFAULT;
 const LONGEST_ROW: usize = 4 * limit::WIDTH;
 
 /// The table, from the outermost loop inwards.
-pub const LOOPS: [LoopBound; 19] = [
+pub const LOOPS: [LoopBound; 20] = [
+    LoopBound {
+        name: "tightenings",
+        file: "planner/run.rs",
+        turn: "plan again with wider margins, from the one there is",
+        default: Some(MAX_TIGHTENINGS as u64),
+        most: Some(MAX_TIGHTENINGS as u64),
+        from: "planner::MAX_TIGHTENINGS",
+        ends: "verified, no margin would help, no iterations left, deadline",
+    },
     LoopBound {
         name: "iterations",
         file: "scp/solve.rs",

@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-/// A clock.
-pub trait Clock {
+/// A clock. It may be read by both cores at the same time.
+pub trait Clock: Sync {
     /// Seconds since some fixed instant.
     fn seconds(&self) -> f64;
 }
@@ -35,6 +35,16 @@ impl<'a> Deadline<'a> {
     /// The moment that never comes.
     pub const fn never() -> Self {
         Self { clock: &NoClock, at_s: f64::INFINITY }
+    }
+
+    /// The moment `seconds` before this one.
+    pub fn earlier_by(&self, seconds: f64) -> Self {
+        Self { at_s: self.at_s - seconds, ..*self }
+    }
+
+    /// Whether it ever comes.
+    pub fn is_finite(&self) -> bool {
+        self.at_s != f64::INFINITY
     }
 
     /// Seconds on its clock.
@@ -75,5 +85,8 @@ mod tests {
         assert!(Deadline::after(&Fixed(5.0), 0.0).has_passed());
         assert!(Deadline::after(&Fixed(5.0), -1.0).has_passed());
         assert!(Deadline::after(&Fixed(5.0), f64::NAN).has_passed());
+        assert!(Deadline::after(&Fixed(5.0), 1.0).earlier_by(1.0).has_passed());
+        assert!(!Deadline::never().earlier_by(1.0).has_passed());
+        assert!(Deadline::after(&NoClock, 1.0).is_finite() && !Deadline::never().is_finite());
     }
 }

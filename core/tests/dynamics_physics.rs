@@ -11,7 +11,9 @@ mod physics;
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};
 use physics::{Case, Point, about_center, cloud, lively, mean, on_mission, stacked};
 use proptest::prelude::*;
-use remora_core::dynamics::{Acceleration, Control, Integrator, State, SystemState, articulated};
+use remora_core::dynamics::{
+    Acceleration, Control, Integrator, State, Stepping, SystemState, articulated,
+};
 use remora_core::math::quaternion;
 use remora_core::model::hcw_acceleration;
 
@@ -303,7 +305,8 @@ fn check_step_derivatives<const NL: usize, const NX: usize, const NU: usize>(
 ) {
     let body = case.body();
     let Case { state, control, force, .. } = case;
-    let (next, by) = body.step_jacobian::<NX, NU>(integrator, dt, state, control, force);
+    let (next, by) =
+        body.step_jacobian::<NX, NU>(&Stepping::new(integrator, dt), state, control, force);
     assert_eq!(next, case.stepped(integrator, dt).state);
     // Where a neighbour lands, seen from where the case itself does.
     let landing = |moved: Case<NL, NX, NU>| {
@@ -402,7 +405,8 @@ fn finite_results<const NL: usize, const NX: usize, const NU: usize>(
     for integrator in INTEGRATORS {
         let next = body.step(integrator, 0.5, state, control, force);
         results.push((format!("{integrator:?}"), next.is_finite()));
-        let (next, _) = body.step_jacobian::<NX, NU>(integrator, 0.5, state, control, force);
+        let (next, _) =
+            body.step_jacobian::<NX, NU>(&Stepping::new(integrator, 0.5), state, control, force);
         results.push((format!("{integrator:?} with jacobian"), next.is_finite()));
     }
     let _ = (body.center_of_mass(state), body.end_effector(state));

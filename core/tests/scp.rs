@@ -3,7 +3,7 @@
 use remora_core::qp::{Qp, QpOutcome, QpSolver, QpStatus, Solution};
 use remora_core::scp::{Iterates, Outcome, Problem, Residuals, Scratch, Settings, Status, solve};
 use remora_core::time::{Clock, Deadline, NoClock};
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 type Program = Qp<2, 1, 1, 1>;
 type Point = Solution<2, 1, 1, 1>;
@@ -56,14 +56,14 @@ impl QpSolver<2, 1, 1, 1> for Always {
 
 /// A clock on which an hour passes before its reading of this number.
 struct Jumps {
-    readings: Cell<u32>,
+    readings: AtomicU32,
     at: u32,
 }
 
 impl Clock for Jumps {
     fn seconds(&self) -> f64 {
-        self.readings.set(self.readings.get() + 1);
-        if self.readings.get() > self.at { 3600.0 } else { 0.0 }
+        let before = self.readings.fetch_add(1, Ordering::Relaxed);
+        if before >= self.at { 3600.0 } else { 0.0 }
     }
 }
 
@@ -117,7 +117,7 @@ fn without_a_feasible_iterate_the_last_is_left() {
 fn a_deadline_ends_the_loop_wherever_it_strikes() {
     let mut last = 0;
     for at in 1..60 {
-        let clock = Jumps { readings: Cell::new(0), at };
+        let clock = Jumps { readings: AtomicU32::new(0), at };
         let deadline = Deadline::after(&clock, 60.0);
         let (outcome, left) = run_until(WANDERING, 6, QpStatus::Solved, &deadline);
         if outcome.status == Status::Deadline {

@@ -4,14 +4,16 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector3, Vector4};
-use remora_core::dynamics::{Acceleration, Control, Integrator, Multibody, State};
+use remora_core::dynamics::{Acceleration, Control, Integrator, Multibody, State, Stepping};
 use remora_core::model::Mission;
 use remora_core::pair::Sequential;
 use remora_core::planner::{Environment, Options, Start, Workspace, plan as make_plan};
 use remora_core::qp::Qp;
 use remora_core::scp::{Problem, Residuals};
 use remora_core::stages::size::{NR, NU, NX};
-use remora_core::stages::{LINKS, Mode, NODES, Reorientation, ReorientationTrajectory};
+use remora_core::stages::{
+    Formulation, LINKS, Mode, NODES, Reorientation, ReorientationTrajectory,
+};
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
 use serde::Deserialize;
@@ -96,7 +98,7 @@ fn dynamics(c: &mut Criterion) {
         ("linearise 59 intervals rk4:4", Integrator::Rk4 { substeps: 4 }),
     ] {
         plan(c, name, &inputs, |(x, u, f)| {
-            black_box(body.step_jacobian::<NX, NU>(integrator, dt, x, u, f));
+            black_box(body.step_jacobian::<NX, NU>(&Stepping::new(integrator, dt), x, u, f));
         });
     }
 }
@@ -131,10 +133,9 @@ fn phases(c: &mut Criterion) {
         let motion = &workspace.reorientation.trajectory;
         let step = &workspace.scratch.step;
         let mut problem = Reorientation::<Sequential, NODES, LINKS, NX, NU>::new(
-            &mission,
+            &Formulation::new(&mission, integrator),
             path,
             &workspace.target,
-            integrator,
             Mode::Optimal,
             &Sequential,
         );

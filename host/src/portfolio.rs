@@ -14,7 +14,6 @@ use remora_core::model::Mission;
 use remora_core::pair::Pair;
 use remora_core::stages::LINKS;
 use remora_core::time::Clock;
-use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -119,19 +118,19 @@ pub(crate) struct Stoppable<'a> {
     clock: WallClock,
     is_over: &'a AtomicBool,
     /// Whether the deadline has been read off it: from infinity it would never come.
-    has_begun: Cell<bool>,
+    has_begun: AtomicBool,
 }
 
 impl<'a> Stoppable<'a> {
     /// A clock that begins now.
     pub(crate) fn new(is_over: &'a AtomicBool) -> Self {
-        Self { clock: WallClock::start(), is_over, has_begun: Cell::new(false) }
+        Self { clock: WallClock::start(), is_over, has_begun: AtomicBool::new(false) }
     }
 }
 
 impl Clock for Stoppable<'_> {
     fn seconds(&self) -> f64 {
-        match self.has_begun.replace(true) && self.is_over.load(Ordering::Relaxed) {
+        match self.has_begun.swap(true, Ordering::Relaxed) && self.is_over.load(Ordering::Relaxed) {
             true => f64::INFINITY,
             false => self.clock.seconds(),
         }

@@ -18,8 +18,8 @@ use remora_host::formats::ScenarioSet;
 use remora_host::perturbation::disturb;
 use remora_host::planning::on_heap;
 use remora_host::threads::Threads;
-use std::cell::Cell;
 use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures");
 
@@ -267,12 +267,11 @@ fn two_threads_plan_the_same_bits_as_one() {
 }
 
 /// A clock that gains a second with each reading.
-struct Ticking(Cell<f64>);
+struct Ticking(AtomicU32);
 
 impl Clock for Ticking {
     fn seconds(&self) -> f64 {
-        self.0.set(self.0.get() + 1.0);
-        self.0.get()
+        f64::from(self.0.fetch_add(1, Ordering::Relaxed) + 1)
     }
 }
 
@@ -280,7 +279,7 @@ impl Clock for Ticking {
 fn plan_within(bench: &mut Bench, readings: f64) -> Report {
     let mut options = Options::new(Mode::Optimal, Integrator::Euler);
     options.deadline_s = readings;
-    let clock = Ticking(Cell::new(0.0));
+    let clock = Ticking(AtomicU32::new(0));
     bench.plan_in(36, &options, &Environment { clock: &clock, pair: &Sequential })
 }
 
@@ -372,7 +371,7 @@ fn evidence_follows_what_it_is_evidence_of() {
 fn phases_add_up_to_the_whole() {
     let mut bench = Bench::new();
     let options = Options::new(Mode::Feasible, Integrator::Euler);
-    let clock = Ticking(Cell::new(0.0));
+    let clock = Ticking(AtomicU32::new(0));
     let report = bench.plan_in(0, &options, &Environment { clock: &clock, pair: &Sequential });
     let t = report.times;
     let phases = [t.start_s, t.translation_s, t.linearise_s, t.qp_s, t.step_s, t.verify_s];

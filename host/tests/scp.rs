@@ -6,7 +6,7 @@ use remora_core::qp::{Qp, Solution, Stage};
 use remora_core::scp::{Iterates, Outcome, Problem, Residuals, Scratch, Settings, Status, solve};
 use remora_core::time::{Clock, Deadline};
 use remora_host::backend::ClarabelQp;
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 const N: usize = 21;
 const H: f64 = 0.1;
@@ -204,14 +204,14 @@ fn a_model_that_breaks_down_on_the_way_is_never_solved() {
 
 /// A clock on which an hour passes before its reading of this number.
 struct Jumps {
-    readings: Cell<u32>,
+    readings: AtomicU32,
     at: u32,
 }
 
 impl Clock for Jumps {
     fn seconds(&self) -> f64 {
-        self.readings.set(self.readings.get() + 1);
-        if self.readings.get() > self.at { 3600.0 } else { 0.0 }
+        let before = self.readings.fetch_add(1, Ordering::Relaxed);
+        if before >= self.at { 3600.0 } else { 0.0 }
     }
 }
 
@@ -221,7 +221,7 @@ fn a_deadline_leaves_what_the_outcome_says() {
     let mut residuals = Residuals::ZERO;
     let (mut ended, mut useful) = (0, 0);
     for at in 1..200 {
-        let clock = Jumps { readings: Cell::new(0), at };
+        let clock = Jumps { readings: AtomicU32::new(0), at };
         let deadline = Deadline::after(&clock, 60.0);
         let (outcome, swing) = run_until(&mut problem, &settings(), Swing::START, &deadline);
         problem.residuals(&swing, &mut residuals);

@@ -10,7 +10,7 @@ use remora_core::planner::{
 };
 use remora_core::scp::Status;
 use remora_core::stages::{LINKS, Mode, NODES, ReorientationTrajectory};
-use remora_core::time::Clock;
+use remora_core::time::{Clock, Deadline};
 use remora_core::warmstart::{ACTION, Action, Encoding, MAX_FEATURES, Policy, Scene, roll_out};
 use remora_host::formats::ScenarioSet;
 use remora_host::planning::on_heap;
@@ -61,7 +61,7 @@ impl Policy for Script {
         self.at = 0;
     }
 
-    fn act(&mut self, features: &[f32], actions: &mut [f32]) -> bool {
+    fn act(&mut self, features: &[f32], actions: &mut [f32], _: &Deadline<'_>) -> bool {
         assert_eq!(actions.len(), ACTION * self.chunk);
         for (j, action) in actions.chunks_mut(ACTION).enumerate() {
             let line = self.lines.get(self.at + j).or(self.lines.last());
@@ -233,11 +233,11 @@ fn a_start_that_fails_is_followed_by_the_heuristic() {
 }
 
 /// A clock that goes a second further each time it is looked at.
-struct Hasty(std::cell::Cell<f64>);
+struct Hasty(std::sync::atomic::AtomicU32);
 
 impl Clock for Hasty {
     fn seconds(&self) -> f64 {
-        self.0.replace(self.0.get() + 1.0)
+        f64::from(self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed))
     }
 }
 
@@ -249,7 +249,7 @@ fn without_time_nothing_is_rolled_out() {
     options.deadline_s = 0.5;
     let mut script = Script::new(Action::Rate, Vec::new());
     let mut start = Start::Learned { policy: &mut script, seed: 0 };
-    let clock = Hasty(std::cell::Cell::new(0.0));
+    let clock = Hasty(std::sync::atomic::AtomicU32::new(0));
     let environment = Environment { clock: &clock, pair: &Sequential };
     let Bench { mission, workspace, solver, .. } = &mut bench;
     let report =

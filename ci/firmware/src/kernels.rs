@@ -3,7 +3,7 @@
 use crate::Memory;
 use crate::board::Board;
 use crate::output::Line;
-use remora_core::dynamics::{Integrator, Multibody};
+use remora_core::dynamics::{Integrator, Multibody, Stepping};
 use remora_core::math::Checksum;
 use remora_core::model::{Mission, Scenario};
 use remora_core::pair::Sequential;
@@ -11,8 +11,8 @@ use remora_core::planner::Workspace;
 use remora_core::qp::{Qp, Solution};
 use remora_core::scp::Problem;
 use remora_core::stages::{
-    LINKS, Mode, NODES, Reorientation, ReorientationTrajectory, Residuals, Translation,
-    TranslationTrajectory, heuristic, size, verify,
+    Formulation, LINKS, Mode, NODES, Reorientation, ReorientationTrajectory, Residuals,
+    Translation, TranslationTrajectory, heuristic, size, verify,
 };
 use remora_core::time::Deadline;
 
@@ -47,9 +47,10 @@ pub fn run<B: Board>(
     }
     measure.check("tumble", sum);
 
+    let formulation = Formulation::new(mission, integrator);
     measure.run("path", 1, || {
         one.trajectory = TranslationTrajectory::ZERO;
-        Translation::new(mission, scenario, target).clip(&mut one.trajectory);
+        Translation::new(&formulation, scenario, target).clip(&mut one.trajectory);
     });
     measure.check("path", path(&one.trajectory));
     measure.run("heuristic", 1, || {
@@ -74,8 +75,12 @@ pub fn run<B: Board>(
     let mut sum = Checksum::new();
     measure.run("step_jacobian_with_checksum", NODES - 1, || {
         for ((state, control), force) in nodes().zip(forces) {
-            let (_, by) = body
-                .step_jacobian::<{ size::NX }, { size::NU }>(integrator, dt, state, control, force);
+            let (_, by) = body.step_jacobian::<{ size::NX }, { size::NU }>(
+                &Stepping::new(integrator, dt),
+                state,
+                control,
+                force,
+            );
             sum.numbers(&by.state);
             sum.numbers(&by.control);
         }
@@ -83,7 +88,7 @@ pub fn run<B: Board>(
     measure.check("step_jacobian", sum);
 
     let mut problem =
-        StageTwo::new(mission, &one.trajectory, target, integrator, Mode::Optimal, &Sequential);
+        StageTwo::new(&formulation, &one.trajectory, target, Mode::Optimal, &Sequential);
     measure.run("linearise", 1, || {
         problem.linearise(&two.trajectory, None, &mut scratch.qp);
     });

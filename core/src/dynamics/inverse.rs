@@ -7,7 +7,7 @@
 
 use super::arm::{Arm, ArmLink, second_moments};
 use super::multibody::BusFrame;
-use super::{Acceleration, Control, Integrator, Multibody, State};
+use super::{Acceleration, Control, Integrator, Multibody, State, Stepping};
 use crate::math::{Mat3, Scalar, Vec3, quaternion};
 use nalgebra::{Matrix3, SVector, Vector3};
 
@@ -198,16 +198,16 @@ impl<const NL: usize> Multibody<NL> {
     ///
     /// Exact for Euler, where it is inverse dynamics. For RK4 the known control is changed by as
     /// much as inverse dynamics half way change, and again from the leg found until it is near
-    /// enough. Cost: a step and two inverse dynamics a round, one or two rounds.
+    /// enough, or the deadline has passed. Cost: a step and two inverse dynamics a round, one or two rounds.
     pub fn steer(
         &self,
-        integrator: Integrator,
-        dt: f64,
+        stepping: &Stepping<'_>,
         state: &State<NL>,
         goal: (&Vector3<f64>, &SVector<f64, NL>),
         known: Leg<NL>,
         force: &Vector3<f64>,
     ) -> (Control<NL>, State<NL>) {
+        let Stepping { integrator, dt, deadline } = *stepping;
         let mean =
             |from: &State<NL>, rate: &Vector3<f64>, joint_rate: &SVector<f64, NL>| Acceleration {
                 bus: (rate - from.rate) / dt,
@@ -231,7 +231,7 @@ impl<const NL: usize> Multibody<NL> {
         // Bound: steering.
         for _ in 0..STEERING_ITERATIONS {
             let error = (goal.0 - reached.rate).amax().max((goal.1 - reached.joint_rate).amax());
-            if error <= STEERING_ERROR {
+            if error <= STEERING_ERROR || deadline.has_passed() {
                 break;
             }
             control = better(Leg { state, control: &control, reached: &reached });

@@ -27,7 +27,7 @@ pub use inverse::{Leg, STEERING_ITERATIONS};
 pub use linear::{AccelerationJacobian, ForceJacobian};
 pub use multibody::Multibody;
 pub use pose::ArmPose;
-pub use step::StepJacobian;
+pub use step::{StepJacobian, Stepping};
 pub use system::{EndEffectorPose, SystemRates, SystemState};
 
 use crate::math::{clamp, quaternion};

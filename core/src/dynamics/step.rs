@@ -2,7 +2,29 @@
 
 use super::{Acceleration, AccelerationJacobian, Control, Integrator, Multibody, State};
 use crate::math::quaternion;
+use crate::time::Deadline;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
+
+/// Substeps with derivatives after which the deadline is looked at.
+const LOOKS: usize = 64;
+
+/// How an interval is integrated, and until when that is worth the while.
+#[derive(Clone, Copy, Debug)]
+pub struct Stepping<'a> {
+    /// The method.
+    pub integrator: Integrator,
+    /// Duration of the interval [s].
+    pub dt: f64,
+    /// When work ends with what it has.
+    pub deadline: Deadline<'a>,
+}
+
+impl Stepping<'static> {
+    /// Without a deadline.
+    pub const fn new(integrator: Integrator, dt: f64) -> Self {
+        Self { integrator, dt, deadline: Deadline::never() }
+    }
+}
 
 /// Derivatives of one step. State columns and rows are `[dtheta, alpha, rate, joint_rate]`,
 /// `dtheta` a left perturbation in RTN axes at either end; control columns are
@@ -69,18 +91,19 @@ impl<const NL: usize> Multibody<NL> {
         }
     }
 
-    /// The same step with its exact derivatives.
+    /// The same step with its exact derivatives. Once the deadline has passed what comes out is of
+    /// no use.
     ///
     /// Cost: one (Euler) or `4 M` (RK4) evaluations of [`Multibody::acceleration_jacobian`], and
     /// for RK4 `8 M` products of `NX / 2 x NX` with `NX x (NX + NU)`.
     pub fn step_jacobian<const NX: usize, const NU: usize>(
         &self,
-        integrator: Integrator,
-        dt: f64,
+        stepping: &Stepping<'_>,
         state: &State<NL>,
         control: &Control<NL>,
         force: &Vector3<f64>,
     ) -> (State<NL>, StepJacobian<NX, NU>) {
+        let Stepping { integrator, dt, deadline } = *stepping;
         match integrator {
             Integrator::Euler => self.euler_jacobian(dt, state, control, force),
             Integrator::Rk4 { substeps } => {
@@ -89,7 +112,10 @@ impl<const NL: usize> Multibody<NL> {
                 let mut by_state = Sensitivity::<NL, NX>::identity(state);
                 let mut by_control = Sensitivity::<NL, NU>::ZERO;
                 // Bound: substeps.
-                for _ in 0..substeps {
+                for i in 0..substeps {
+                    if i % LOOKS == LOOKS - 1 && deadline.has_passed() {
+                        break;
+                    }
                     x = self.rk4_substep_jacobian(
                         &x,
                         control,

@@ -14,11 +14,13 @@ pub(super) type Prediction = [f32; ACTION * limit::CHUNK];
 
 /// What the flow decoder has to know besides the latent.
 #[derive(Clone, Copy)]
-pub(super) struct Draw {
+pub(super) struct Draw<'a> {
     pub seed: u64,
     pub node: usize,
     /// Euler steps, if not the file's.
     pub steps: Option<u16>,
+    /// Asked before each of them whether to give up.
+    pub should_stop: &'a dyn Fn() -> bool,
 }
 
 /// The prediction for a latent. `hidden`: two rows of scratch, `stride` apart, each of at least
@@ -28,7 +30,7 @@ pub(super) fn decode(
     head: &Head,
     size: &Dimensions,
     latent: &[f32],
-    draw: Draw,
+    draw: Draw<'_>,
     (hidden, stride): (&mut [f32], usize),
     quantised: &mut Quantised,
 ) -> Prediction {
@@ -43,14 +45,14 @@ pub(super) fn decode(
             let (first, second) = hidden.split_at_mut(stride.min(hidden.len()));
             let buffers = [first, second];
             noise(&mut prediction, size.actions, draw);
-            flow_from(kernel, flow, size, latent, draw.steps, &mut prediction, buffers, quantised);
+            flow_from(kernel, flow, size, latent, draw, &mut prediction, buffers, quantised);
         }
     }
     prediction
 }
 
 /// The numbers at which the flow of a node begins.
-fn noise(z: &mut Prediction, actions: usize, draw: Draw) {
+fn noise(z: &mut Prediction, actions: usize, draw: Draw<'_>) {
     let pairs = (ACTION * limit::CHUNK / 2) as u64;
     let from = draw.node as u64 * pairs;
     let (z, _) = z.as_chunks_mut::<2>();
@@ -67,7 +69,7 @@ fn flow_from(
     flow: &Flow,
     size: &Dimensions,
     latent: &[f32],
-    steps: Option<u16>,
+    draw: Draw<'_>,
     z: &mut Prediction,
     [first, second]: [&mut [f32]; 2],
     quantised: &mut Quantised,
@@ -77,9 +79,14 @@ fn flow_from(
     let x = Input { data: latent, stride: size.width, count: 1 };
     apply(kernel, &flow.latent, x, Output { data: base, stride: width }, quantised);
 
-    let steps = steps.unwrap_or(flow.steps).max(1);
+    let steps = draw.steps.unwrap_or(flow.steps).max(1);
     // Bound: flow_steps.
     for step in 0..steps {
+        if (draw.should_stop)() {
+            // Half a flow is no action.
+            z.fill(f32::NAN);
+            return;
+        }
         let tau = f32::from(step) / f32::from(steps);
         let layer1 = layer1.get_mut(..base.len()).unwrap_or_default();
         layer1.iter_mut().zip(&*base).for_each(|(layer, base)| *layer = *base);

@@ -84,12 +84,26 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
     /// See [`NetworkError`]. After an error other than of length begin anew: nothing is to be made
     /// of the cache.
     pub fn act(&mut self, features: &[f32], actions: &mut [f32]) -> Result<(), NetworkError> {
+        self.act_unless(features, actions, &|| false)
+    }
+
+    /// [`Network::act`] that gives up where `should_stop` says so, which it is asked before each
+    /// step of a flow decoder.
+    ///
+    /// # Errors
+    /// As [`Network::act`]; [`NetworkError::Output`] where it was stopped.
+    pub fn act_unless(
+        &mut self,
+        features: &[f32],
+        actions: &mut [f32],
+        should_stop: &dyn Fn() -> bool,
+    ) -> Result<(), NetworkError> {
         if actions.len() != self.model.dimensions().actions {
             return Err(NetworkError::Length);
         }
         let kinds = self.check(features)?;
         self.pass(features, kinds, 1)?;
-        let sound = self.predict(actions);
+        let sound = self.predict(actions, should_stop);
         self.node += 1;
         if sound { Ok(()) } else { Err(NetworkError::Output) }
     }
@@ -104,7 +118,7 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
         for kind in self.check(features)? {
             self.pass(features, kind..kind + 1, 1)?;
         }
-        let sound = self.predict(actions);
+        let sound = self.predict(actions, &|| false);
         self.node += 1;
         if sound { Ok(()) } else { Err(NetworkError::Output) }
     }
@@ -170,11 +184,11 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
     }
 
     /// Raw actions from the latent that [`Network::pass`] left; whether they are finite.
-    fn predict(&mut self, actions: &mut [f32]) -> bool {
+    fn predict(&mut self, actions: &mut [f32], should_stop: &dyn Fn() -> bool) -> bool {
         let size = self.model.dimensions();
         let Some((_, mut scratch)) = self.memory.parts(0) else { return false };
         let latent = scratch.normal.get(..size.width).unwrap_or_default();
-        let draw = Draw { seed: self.seed, node: self.node, steps: self.steps };
+        let draw = Draw { seed: self.seed, node: self.node, steps: self.steps, should_stop };
         let hidden = (&mut *scratch.hidden, 4 * scratch.width);
         let head = &self.model.head;
         let quantised = &mut scratch.quantised;

@@ -110,6 +110,23 @@ pub struct Evidence {
     pub reorientation: StageEvidence,
 }
 
+impl Evidence {
+    /// A record of inputs and settings, nothing planned yet.
+    pub(super) fn new(input: u64, settings: u64) -> Self {
+        Self {
+            version: VERSION,
+            input,
+            settings,
+            output: 0,
+            status: Status::default(),
+            is_verified: false,
+            start: StartRecord::default(),
+            translation: StageEvidence::default(),
+            reorientation: StageEvidence::default(),
+        }
+    }
+}
+
 /// Version of this crate.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 

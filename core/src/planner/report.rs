@@ -1,6 +1,7 @@
 //! What a plan reports beside its trajectories.
 
 use super::Evidence;
+use crate::model::Refusal;
 use crate::scp::{Log, Outcome, Status};
 use crate::stages::{Clearances, Residuals};
 
@@ -101,6 +102,8 @@ impl Verdict {
 pub struct Report {
     /// The worse of the stages' statuses; solved only where the verifier agrees.
     pub status: Status,
+    /// Why nothing was planned, where the scenario was refused.
+    pub refusal: Option<Refusal>,
     /// Stage 1.
     pub translation: StageReport,
     /// Stage 2.

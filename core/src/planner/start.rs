@@ -6,8 +6,9 @@ use crate::math::Checksum;
 use crate::model::Mission;
 use crate::pair::Pair;
 use crate::scp::Problem;
-use crate::stages::{LINKS, NODES, Reorientation, ReorientationTrajectory, heuristic, size};
-use crate::time::Deadline;
+use crate::stages::{
+    Formulation, LINKS, NODES, Reorientation, ReorientationTrajectory, heuristic, size,
+};
 use crate::warmstart::{self, Policy, Scene};
 use core::mem;
 
@@ -101,12 +102,12 @@ impl Start<'_> {
     #[inline(never)]
     pub(super) fn write<P: Pair>(
         &mut self,
-        mission: &Mission<LINKS>,
+        formulation: &Formulation<'_, LINKS>,
         options: &Options,
         pair: &P,
-        deadline: &Deadline,
         workspace: &mut Workspace,
     ) -> StartRecord {
+        let Formulation { mission, integrator, deadline, .. } = *formulation;
         write_heuristic(mission, workspace);
         let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
         let path = &translation.trajectory;
@@ -115,7 +116,8 @@ impl Start<'_> {
             Self::Refused => return StartRecord::Refused,
             _ if deadline.has_passed() => return StartRecord::Deadline,
             Self::Learned { policy, seed } => {
-                let scene = Scene::new(mission, path, target, options.integrator);
+                let mut scene = Scene::new(mission, path, target, integrator);
+                scene.deadline = deadline;
                 warmstart::roll_out(&scene, &mut **policy, *seed, &mut z.trial)
                     .then_some(StartRecord::Learned)
             }
@@ -124,12 +126,16 @@ impl Start<'_> {
                 is_finite(motion).then_some(StartRecord::Given)
             }
         };
-        let Some(offered) = offered else { return StartRecord::NotFinite };
+        let Some(offered) = offered else {
+            return match deadline.has_passed() {
+                true => StartRecord::Deadline,
+                false => StartRecord::NotFinite,
+            };
+        };
         let problem = Reorientation::<P, _, LINKS, { size::NX }, { size::NU }>::new(
-            mission,
+            formulation,
             path,
             target,
-            options.integrator,
             options.mode,
             pair,
         );
@@ -139,6 +145,10 @@ impl Start<'_> {
             w.residuals.cost + options.reorientation.weight * w.residuals.penalty()
         };
         let (other, heuristic) = (merit(&mut z.trial), merit(&mut z.trajectory));
+        if deadline.has_passed() {
+            heuristic::warm_start(mission, path, target, &mut z.trajectory);
+            return StartRecord::Deadline;
+        }
         if !(other <= heuristic) {
             // Clipped twice it would not be the same to the last bit.
             heuristic::warm_start(mission, path, target, &mut z.trajectory);

@@ -9,13 +9,14 @@ use crate::qp::QpStatus;
 pub enum Status {
     /// Feasible, and the cost has settled where that was asked for.
     Solved = 0,
-    /// The iteration limit was reached first.
+    /// It ended first: at the iteration limit, or because steps became too small to go on.
     IterationLimit = 1,
-    /// The convex subproblem has no feasible point.
+    /// The hard constraints of a subproblem have no feasible point, or the loop came to rest where
+    /// constraints are violated, or the verifier found one violated; or the scenario was refused.
     Infeasible = 2,
     /// Time ran out first.
     Deadline = 3,
-    /// Arithmetic or the subproblem's solver broke down.
+    /// Arithmetic broke down.
     #[default]
     NumericalFailure = 4,
 }

@@ -13,9 +13,9 @@ use core::mem;
 /// and one evaluation of the residuals, the latter two again for each correction, the last again
 /// for each trial of the line search.
 ///
-/// `deadline` is looked at before each of these but the linearisation, and by the solver; once it
-/// has passed nothing more is tried, so that the loop ends within the longest of them (with the
-/// embedded solver: one of its iterations, or a linearisation). It times the work too.
+/// `deadline` is looked at before and after each of these, and by the solver; once it has passed
+/// nothing more is tried or taken, so that the loop ends as soon as the problem and the solver give
+/// up what they are at. It times the work too.
 pub fn solve<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usize>(
     problem: &mut P,
     solver: &mut S,
@@ -96,6 +96,10 @@ where
         w.step.clear_multipliers();
         self.problem.clip(&mut z.trajectory);
         self.problem.residuals(&z.trajectory, &mut w.residuals);
+        self.outcome.violation = f64::INFINITY;
+        if self.deadline.has_passed() {
+            return Some(Status::Deadline);
+        }
         self.outcome.violation = self.problem.violation(&w.residuals);
         if !(w.residuals.cost + w.residuals.penalty()).is_finite() {
             return Some(Status::NumericalFailure);
@@ -121,6 +125,9 @@ where
             ..Default::default()
         };
         self.prepare();
+        if self.deadline.has_passed() {
+            return Some(Status::Deadline);
+        }
         let prepared = self.deadline.seconds();
         record.linearise_time_s = prepared - started;
         let solved = self.solver.solve(&self.w.qp, &mut self.w.step, self.deadline);
@@ -175,6 +182,9 @@ where
         let weight = self.weight;
         self.merit = self.w.residuals.cost + weight * self.w.residuals.penalty();
         let slack = self.attempt(record);
+        if self.deadline.has_passed() {
+            return Some(Status::Deadline);
+        }
         // Corrections mend linearised constraints, the line search a cost that is not quadratic:
         // which of them is to blame decides.
         let excess = weight * (self.w.trial_residuals.penalty() - slack);
@@ -184,7 +194,9 @@ where
             self.outcome.corrections += record.corrections as usize;
         }
         self.search(record);
-
+        if self.deadline.has_passed() {
+            return Some(Status::Deadline);
+        }
         record.cost = self.w.trial_residuals.cost;
         record.penalty = self.w.trial_residuals.penalty();
         record.violation = self.problem.violation(&self.w.trial_residuals);
@@ -252,6 +264,19 @@ where
             && record.step < 0.99 * record.radius
     }
 
+    /// A loop that can't go on from a sound trajectory has not broken down: it has come to rest
+    /// where constraints are violated, or short of the least cost.
+    fn named(&self, status: Status) -> Status {
+        let merit = self.w.residuals.cost + self.w.residuals.penalty();
+        match status {
+            Status::NumericalFailure if merit.is_finite() => match self.outcome.violation <= 1.0 {
+                true => Status::IterationLimit,
+                false => Status::Infeasible,
+            },
+            other => other,
+        }
+    }
+
     /// Decrease of the merit from the current trajectory to one with these residuals.
     pub(super) fn decrease(&self, to: &Residuals<N, NX, NR>) -> f64 {
         self.merit - to.cost - self.weight * to.penalty()
@@ -259,7 +284,7 @@ where
 
     /// Leaves the best trajectory.
     fn finish(mut self, status: Status) -> Outcome {
-        self.outcome.status = status;
+        self.outcome.status = self.named(status);
         if status == Status::Solved {
             return self.outcome;
         }

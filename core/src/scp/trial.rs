@@ -75,7 +75,7 @@ where
         self.problem.retract(&z.trajectory, &w.qp, &w.correction, &mut z.corrected);
         self.problem.residuals(&z.corrected, &mut w.searched);
         let actual = self.decrease(&self.w.searched);
-        if !(actual > record.actual) {
+        if self.deadline.has_passed() || !(actual > record.actual) {
             return false;
         }
         self.keep(actual, record);
@@ -110,6 +110,9 @@ where
                 if bend > 0.0 { slope * length * length / (2.0 * bend) } else { f64::INFINITY };
             length = clamp(vertex, 0.1 * length, 2.0 * length);
             fitted = self.try_length(length);
+            if self.deadline.has_passed() {
+                return;
+            }
             if fitted > record.actual {
                 self.keep(fitted, record);
                 record.length = length;

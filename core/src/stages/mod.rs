@@ -1,5 +1,8 @@
 //! The two stages as problems for the loop, the heuristic start, and the independent verifier.
 
+use crate::model::{Integrator, Margins, Mission};
+use crate::time::Deadline;
+
 mod clearance;
 pub mod heuristic;
 mod reorientation;
@@ -8,6 +11,7 @@ mod verifier;
 
 pub use reorientation::{Mode, Reorientation, ReorientationTrajectory};
 pub use translation::{Translation, TranslationTrajectory};
+pub(crate) use verifier::verify_first;
 pub use verifier::{Clearances, Closest, Residuals, Verification, verify, verify_translation};
 pub(crate) use verifier::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
 
@@ -17,6 +21,31 @@ fn worse(a: f64, b: f64) -> f64 {
         return f64::INFINITY;
     }
     if b <= a { a } else { b }
+}
+
+/// What is solved, and until when: the mission as plans of an integrator are held to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Formulation<'a, const NL: usize> {
+    /// The mission.
+    pub mission: &'a Mission<NL>,
+    /// Discretisation of Stage 2; it also says what [`Switch::Auto`](crate::model::Switch) means.
+    pub integrator: Integrator,
+    /// How far planning stays from the verifier's limits; the mission's at first.
+    pub margins: Margins,
+    /// When work ends with what it has.
+    pub deadline: Deadline<'a>,
+}
+
+impl<'a, const NL: usize> Formulation<'a, NL> {
+    /// The mission's own margins, no deadline.
+    pub fn new(mission: &'a Mission<NL>, integrator: Integrator) -> Self {
+        Self { mission, integrator, margins: mission.margins, deadline: Deadline::never() }
+    }
+
+    /// Duration of an interval [s].
+    pub(crate) fn interval(&self, nodes: usize) -> f64 {
+        self.mission.approach.duration / (nodes - 1) as f64
+    }
 }
 
 /// Nodes of the mission's horizon.

@@ -1,14 +1,13 @@
 //! Stage 1: the path of the system's centre of mass (section 5).
 
 use crate::math::{clamp, quaternion};
-use crate::model::{
-    HcwTransition, Integrator, Mission, Scenario, TargetState, signed_distance_to_box,
-};
+use crate::model::{HcwTransition, Mission, Scenario, TargetState, signed_distance_to_box};
 use crate::qp::{Qp, QpOutcome, QpSolver, Solution, Stage};
 use crate::scp::{Problem, Residuals};
 use crate::time::Deadline;
 use nalgebra::{Matrix3, Matrix3x6, SVector, Vector3, Vector4};
 
+use super::Formulation;
 use super::size::{NR, NU, NX};
 use super::worse;
 
@@ -86,18 +85,18 @@ pub struct Translation<'a, const N: usize, const NL: usize> {
 impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
     /// The problem of one scenario; `target` its tumble at the nodes.
     pub fn new(
-        mission: &'a Mission<NL>,
-        integrator: Integrator,
+        formulation: &Formulation<'a, NL>,
         scenario: &Scenario,
         target: &'a [TargetState; N],
     ) -> Self {
         const { assert!(NX >= STATES && NU >= CONTROLS, "Stage 1 needs more") };
+        let Formulation { mission, integrator, margins, .. } = *formulation;
         let end = &target[N - 1];
         let capture = mission.servicer.capture_geometry();
         let port = mission.target.port_position + mission.target.port_normal * capture.reach;
         let position = quaternion::rotation_matrix(&end.attitude) * port;
         let (approach, n) = (&mission.approach, mission.mean_motion());
-        let dt = approach.duration / (N - 1) as f64;
+        let dt = formulation.interval(N);
         let (typical, cost_unit) = (mission.typical(), mission.cost_units().force);
         let max_force = mission.servicer.max_force;
         // The end lies at the reach from the port, whatever the near distance.
@@ -109,7 +108,7 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         let inverse_unit = cost_unit / typical.force;
         Self {
             mission,
-            margin: approach.between_nodes.is_on(integrator).then_some(mission.margins.keep_out),
+            margin: approach.between_nodes.is_on(integrator).then_some(margins.keep_out),
             back: WITHIN.map(|share| HcwTransition::new(n, -share * dt)),
             dt,
             scale: [typical.length, typical.velocity, typical.force],

@@ -7,7 +7,7 @@
 //! with time only.
 
 use super::Scene;
-use crate::dynamics::{Control, Integrator, Leg, State};
+use crate::dynamics::{Control, Integrator, Leg, State, Stepping};
 use crate::math::{clamp, quaternion};
 use crate::nn::Action;
 use crate::stages::LINKS;
@@ -63,7 +63,8 @@ impl Scene<'_> {
                 };
                 let known = Leg { state, control: held, reached: &there };
                 let goal = (&rate, &joint_rate);
-                let (control, reached) = body.steer(integrator, self.dt, state, goal, known, force);
+                let stepping = Stepping { integrator, dt: self.dt, deadline: self.deadline };
+                let (control, reached) = body.steer(&stepping, state, goal, known, force);
                 (control, Some(reached))
             }
         };

@@ -3,6 +3,7 @@
 use super::{Action, Encoding, Policy};
 use crate::math::Checksum;
 use crate::nn::{Decoder, Network, Storage};
+use crate::time::Deadline;
 
 impl<M: Storage> Policy for Network<'_, '_, M> {
     fn encoding(&self) -> Encoding {
@@ -35,8 +36,8 @@ impl<M: Storage> Policy for Network<'_, '_, M> {
         Network::begin(self, seed);
     }
 
-    fn act(&mut self, features: &[f32], actions: &mut [f32]) -> bool {
-        Network::act(self, features, actions).is_ok()
+    fn act(&mut self, features: &[f32], actions: &mut [f32], deadline: &Deadline<'_>) -> bool {
+        Network::act_unless(self, features, actions, &|| deadline.has_passed()).is_ok()
     }
 
     fn observe(&mut self, features: &[f32]) -> bool {

@@ -4,6 +4,7 @@ use super::{ACTION, Action, Encoding, MAX_FEATURES, Scene};
 use crate::dynamics::Control;
 use crate::math::Checksum;
 use crate::stages::{LINKS, NODES, ReorientationTrajectory};
+use crate::time::Deadline;
 
 /// Most actions a policy gives at once.
 pub const MAX_CHUNK: usize = 8;
@@ -29,8 +30,8 @@ pub trait Policy {
     fn begin(&mut self, seed: u64);
 
     /// Looks at the features of the next node and writes the actions for it and those after, node
-    /// by node. False where it can't.
-    fn act(&mut self, features: &[f32], actions: &mut [f32]) -> bool;
+    /// by node. False where it can't, or once `deadline` has passed.
+    fn act(&mut self, features: &[f32], actions: &mut [f32], deadline: &Deadline<'_>) -> bool;
 
     /// Looks at the features of the next node, for which it has said before what to do. False
     /// where it can't.
@@ -39,7 +40,7 @@ pub trait Policy {
 
 /// Rolls a policy's actions out from the initial state through the dynamics of Stage 2.
 ///
-/// False where the policy gave up or a number is not finite; `out` is then of no use.
+/// False where the policy gave up, the scene's deadline passed or a number is not finite; `out` is then of no use.
 // An entry point: the stack below it has a bound of its own.
 #[inline(never)]
 pub fn roll_out<P: Policy + ?Sized>(
@@ -65,8 +66,11 @@ pub fn roll_out<P: Policy + ?Sized>(
         else {
             return false;
         };
+        if scene.deadline.has_passed() {
+            return false;
+        }
         let looked = match k % executed {
-            0 => policy.act(features, answer.as_flattened_mut()),
+            0 => policy.act(features, answer.as_flattened_mut(), &scene.deadline),
             _ => policy.observe(features),
         };
         if !looked {

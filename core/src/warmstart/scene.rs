@@ -5,6 +5,7 @@ use crate::math::quaternion;
 use crate::model::{Mission, TargetState, initial_bus_attitude};
 use crate::stages::heuristic::line_of_sight;
 use crate::stages::{LINKS, NODES, TranslationTrajectory};
+use crate::time::Deadline;
 use nalgebra::{SVector, Vector3};
 
 /// An approach as the learned start sees it: the path of Stage 1, the target's tumble, and what
@@ -18,6 +19,8 @@ pub struct Scene<'a> {
     pub target: &'a [TargetState; NODES],
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
+    /// When a roll-out is given up; never, but where this is set.
+    pub deadline: Deadline<'a>,
     /// The dynamics of bus and arm.
     pub body: Multibody<LINKS>,
     /// Duration of an interval [s].
@@ -46,6 +49,7 @@ impl<'a> Scene<'a> {
             path,
             target,
             integrator,
+            deadline: Deadline::never(),
             body: Multibody::new(mission),
             dt: mission.approach.duration / (NODES - 1) as f64,
             preset: (NODES - 1).saturating_sub(mission.approach.preset_lead).max(1),

@@ -15,7 +15,9 @@ use remora_core::planner::{
 };
 use remora_core::qp::InteriorPointSettings;
 use remora_core::scp::{Log, Problem, Status};
-use remora_core::stages::{LINKS, NODES, Reorientation, ReorientationTrajectory, size, verify};
+use remora_core::stages::{
+    Formulation, LINKS, NODES, Reorientation, ReorientationTrajectory, size, verify,
+};
 use remora_core::time::Deadline;
 use remora_core::warmstart::{Scene, roll_out};
 use std::time::Instant;
@@ -309,10 +311,9 @@ impl Machine {
         }
         let mut clipped = rolled.clone();
         let problem = Reorientation::<_, NODES, LINKS, { size::NX }, { size::NU }>::new(
-            mission,
+            &Formulation::new(mission, options.integrator),
             path,
             target,
-            options.integrator,
             options.mode,
             &Sequential,
         );

@@ -5,7 +5,7 @@ use remora_core::time::Clock;
 /// A counter of the instructions that the thread which opened it retires outside the kernel.
 pub struct Instructions {
     #[cfg(target_os = "linux")]
-    counter: std::cell::RefCell<perf_event::Counter>,
+    counter: std::sync::Mutex<perf_event::Counter>,
 }
 
 #[cfg(target_os = "linux")]
@@ -53,7 +53,12 @@ impl Clock for Instructions {
     /// Instructions, not seconds; not a number where the counter cannot be read.
     fn seconds(&self) -> f64 {
         #[cfg(target_os = "linux")]
-        return self.counter.borrow_mut().read().map_or(f64::NAN, |count| count as f64);
+        return self
+            .counter
+            .lock()
+            .ok()
+            .and_then(|mut counter| counter.read().ok())
+            .map_or(f64::NAN, |count| count as f64);
         #[cfg(not(target_os = "linux"))]
         return f64::NAN;
     }

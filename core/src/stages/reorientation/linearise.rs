@@ -36,7 +36,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     ) -> State<NL> {
         // Not taken apart: that would copy it.
         let step: (State<NL>, StepJacobian<NX, NU>) =
-            self.body.step_jacobian(self.integrator, self.dt, state, control, force);
+            self.body.step_jacobian(&self.stepping, state, control, force);
         let (next, by) = (&step.0, &step.1);
         for i in 0..NX {
             for j in 0..NX {
@@ -88,23 +88,23 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let control = Self::stacked_control(control);
         let mu = SVector::<f64, NU>::from_fn(|i, _| self.marginal_cost(i, control[i]));
         let mean = Acceleration {
-            bus: (next.rate - state.rate) / self.dt,
-            joint: (next.joint_rate - state.joint_rate) / self.dt,
+            bus: (next.rate - state.rate) / self.stepping.dt,
+            joint: (next.joint_rate - state.joint_rate) / self.stepping.dt,
         };
-        let at = match self.integrator {
+        let at = match self.stepping.integrator {
             Integrator::Euler => *state,
             Integrator::Rk4 { .. } => state.midway(next),
         };
         let mut curvature = self.body.torque_curvature(&at, force, &mean, &mu);
         self.scale(&mut curvature);
-        match self.integrator {
+        match self.stepping.integrator {
             Integrator::Euler => Self::add_curvature_at_start(&curvature, stage),
             Integrator::Rk4 { .. } => Self::add_curvature_midway(&curvature, stage),
         }
         // Attitude: rotations do not add up, dtheta+ = ... + dt/2 drate x dtheta.
         let scaled = Vector3::new(multiplier[0], multiplier[1], multiplier[2]);
         let lambda = self.axes(k + 1) * scaled / self.scale_x[0];
-        let factor = -0.5 * self.dt * self.scale_x[0] * self.scale_x[3 + NL];
+        let factor = -0.5 * self.stepping.dt * self.scale_x[0] * self.scale_x[3 + NL];
         let block = lambda.cross_matrix() * factor;
         for i in 0..3 {
             for j in 0..3 {
@@ -124,7 +124,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             }
             for i in 0..NU {
                 let value = &mut curvature.acceleration_state[(i, j)];
-                *value = *value * (self.scale_x[NX - NU + i] / self.dt) * self.scale_x[j];
+                *value = *value * (self.scale_x[NX - NU + i] / self.stepping.dt) * self.scale_x[j];
             }
         }
     }

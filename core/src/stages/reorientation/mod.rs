@@ -4,14 +4,14 @@ mod linearise;
 mod roll_out;
 mod rows;
 
-use super::TranslationTrajectory;
 use super::clearance::Bodies;
 use super::heuristic::line_of_sight;
 use super::size::NR;
 use super::worse;
-use crate::dynamics::{Control, Integrator, Multibody, State};
+use super::{Formulation, TranslationTrajectory};
+use crate::dynamics::{Control, Integrator, Multibody, State, Stepping};
 use crate::math::{clamp, quaternion};
-use crate::model::{CostUnits, Mission, TargetState, Typical, initial_bus_attitude};
+use crate::model::{CostUnits, Margins, Mission, TargetState, Typical, initial_bus_attitude};
 use crate::pair::{Pair, Sequential};
 use crate::qp::{Qp, Solution, Stage, Sweep};
 use crate::scp::{Problem, Residuals};
@@ -60,9 +60,9 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
     pair: &'a P,
     body: Multibody<NL>,
     translation: &'a TranslationTrajectory<N>,
-    integrator: Integrator,
+    margins: Margins,
+    stepping: Stepping<'a>,
     mode: Mode,
-    dt: f64,
     preset: usize,
     sight: [Vector3<f64>; N],
     terminal_rate: Vector3<f64>,
@@ -116,14 +116,14 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
 {
     /// The problem that follows from Stage 1's path; `target` the tumble at the nodes.
     pub fn new(
-        mission: &'a Mission<NL>,
+        formulation: &Formulation<'a, NL>,
         translation: &'a TranslationTrajectory<N>,
         target: &'a [TargetState; N],
-        integrator: Integrator,
         mode: Mode,
         pair: &'a P,
     ) -> Self {
         const { assert!(NX == 6 + 2 * NL && NU == 3 + NL, "sizes of state and control") };
+        let Formulation { mission, integrator, margins, deadline } = *formulation;
         let servicer = &mission.servicer;
         let last = &target[N - 1];
         let approach = -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal);
@@ -141,9 +141,9 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             pair,
             body: Multibody::new(mission),
             translation,
-            integrator,
             mode,
-            dt: mission.approach.duration / (N - 1) as f64,
+            margins,
+            stepping: Stepping { integrator, dt: formulation.interval(N), deadline },
             preset: (N - 1).saturating_sub(mission.approach.preset_lead).max(1),
             sight: core::array::from_fn(|k| {
                 line_of_sight(mission, &translation.position[k], &target[k])
@@ -154,7 +154,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             terminal_axes: Matrix3::from_columns(&[approach, across, approach.cross(&across)]),
             target,
             bodies: Bodies::new(mission),
-            clearance: switches.clearance.is_on(integrator).then_some(mission.margins.clearance),
+            clearance: switches.clearance.is_on(integrator).then_some(margins.clearance),
             is_held: integrator.is_flown(),
             has_margins,
             typical,
@@ -258,7 +258,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
 
     /// Joint angle limit of joint `i` in planning: less the margin, but for what is given.
     fn joint_limit(&self, i: usize) -> f64 {
-        let (s, margin) = (&self.mission.servicer, self.mission.margins.joint_angle);
+        let (s, margin) = (&self.mission.servicer, self.margins.joint_angle);
         let limit = s.max_joint_angle[i];
         match self.has_margins {
             true => (limit - margin)
@@ -270,7 +270,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
 
     /// Joint rate limit in planning.
     fn joint_rate_limit(&self) -> f64 {
-        let margin = if self.has_margins { self.mission.margins.joint_rate } else { 0.0 };
+        let margin = if self.has_margins { self.margins.joint_rate } else { 0.0 };
         self.mission.servicer.max_joint_rate * (1.0 - margin)
     }
 
@@ -312,12 +312,17 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         rows: &mut [SVector<f64, NR>],
     ) {
         for ((k, defect), row) in (first..N).zip(defects).zip(rows) {
+            // What is left is of no use then, and the loop ends.
+            if self.stepping.deadline.has_passed() {
+                return;
+            }
             self.row_values(k, &z.states[k], row);
             defect.fill(0.0);
             if k + 1 < N {
                 let (state, control) = (&z.states[k], &z.controls[k]);
                 let force = &self.translation.force[k];
-                let next = self.body.step(self.integrator, self.dt, state, control, force);
+                let Stepping { integrator, dt, .. } = self.stepping;
+                let next = self.body.step(integrator, dt, state, control, force);
                 *defect = self.defect(k, &next, &z.states[k + 1]);
             }
         }
@@ -369,7 +374,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
 
     /// What the linearisation of a node takes of time, where the sweep takes 1.
     fn node_work(&self) -> usize {
-        match self.integrator {
+        match self.stepping.integrator {
             Integrator::Euler => 3,
             Integrator::Rk4 { substeps } => substeps.saturating_mul(6).max(1),
         }
@@ -385,6 +390,9 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         stage: &mut Stage<NX, NU, NR>,
     ) {
         *stage = Stage::ZERO;
+        if self.stepping.deadline.has_passed() {
+            return;
+        }
         let (Some(state), Some(control)) = (z.states.get(k), z.controls.get(k)) else { return };
         self.fill_rows(k, state, stage);
         if let Some(last) = multipliers {
@@ -530,7 +538,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let (early_rows, late_rows) = out.row.split_at_mut(N / 2);
         let early = || self.residuals_from(0, z, early_defects, early_rows);
         let late = || self.residuals_from(N / 2, z, late_defects, late_rows);
-        match self.integrator {
+        match self.stepping.integrator {
             // Too little work to hand over.
             Integrator::Euler => Sequential.join(early, late),
             Integrator::Rk4 { .. } => self.pair.join(early, late),

@@ -38,7 +38,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         }
         let (k, n) = (k as f64, end as f64);
         // The sum of k (n - k) from 1 to n - 1 is n (n^2 - 1) / 6.
-        6.0 * k * (n - k) / (n * (n * n - 1.0)) / self.dt
+        6.0 * k * (n - k) / (n * (n * n - 1.0)) / self.stepping.dt
     }
 
     /// By how much `state` at node `k` has left the pose that `step` leads to.
@@ -79,6 +79,10 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let mut known = to.states[0];
         to.states[0] = from.states[0];
         for k in 0..N - 1 {
+            // What is left is of no use then, and the loop ends.
+            if self.stepping.deadline.has_passed() {
+                return gap;
+            }
             let slack = qp.slack(step, k).component_mul(&self.scale_x);
             let (rate, joint_rate) = self.planned_rates(k, from, step, offset, &to.states[k]);
             let goal = (
@@ -87,14 +91,19 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             );
             let leg = Leg { state: &known, control: &to.controls[k], reached: &to.states[k + 1] };
             let (state, force) = (&to.states[k], &self.translation.force[k]);
-            let (control, mut next) =
-                self.body.steer(self.integrator, self.dt, state, goal, leg, force);
+            let (control, mut next) = self.body.steer(&self.stepping, state, goal, leg, force);
             // A search that ran away says nothing: the control of the last trajectory stands.
             let found = next.is_finite();
             let control = if found { control } else { to.controls[k] };
             let clipped = control.within_limits(&self.mission.servicer);
             if !found {
-                next = self.body.step(self.integrator, self.dt, state, &clipped, force);
+                next = self.body.step(
+                    self.stepping.integrator,
+                    self.stepping.dt,
+                    state,
+                    &clipped,
+                    force,
+                );
             }
             self.add_slack(k, &slack, &mut next);
             self.settle(k + 1, &mut next, &mut gap);
@@ -120,12 +129,15 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let limit = self.joint_rate_limit();
         let drift = self.drift(k, from, step, state);
         let turning = match k + 2 < N {
-            true => offset.turn * self.bump(k + 1, N - 1) - drift.turn * (TRACKING / self.dt),
+            true => {
+                offset.turn * self.bump(k + 1, N - 1) - drift.turn * (TRACKING / self.stepping.dt)
+            }
             false => Vector3::zeros(),
         };
         let bending = match k + 1 < self.preset {
             true => {
-                offset.joint * self.bump(k + 1, self.preset) - drift.joint * (TRACKING / self.dt)
+                offset.joint * self.bump(k + 1, self.preset)
+                    - drift.joint * (TRACKING / self.stepping.dt)
             }
             false => SVector::zeros(),
         };

@@ -78,7 +78,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     /// the margin that planning keeps.
     pub(super) fn row_tolerances(&self, k: usize) -> SVector<f64, NR> {
         let t = &self.mission.tolerances;
-        let share = self.mission.approach.margin_share(k as f64 * self.dt, N);
+        let share = self.mission.approach.margin_share(k as f64 * self.stepping.dt, N);
         let clearance = self.clearance.unwrap_or(0.0) * share * SHARE_OF_MARGIN;
         let mut out = SVector::repeat(t.clearance.max(clearance) / CLEARANCE_SCALE);
         out[0] = t.pointing / COSINE_SCALE;
@@ -88,8 +88,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     /// Cosine of the field of view in planning at node `k`.
     fn cos_field_of_view(&self, k: usize) -> f64 {
         let approach = &self.mission.approach;
-        let margin = if self.has_margins { self.mission.margins.field_of_view } else { 0.0 };
-        let share = approach.margin_share(k as f64 * self.dt, N);
+        let margin = if self.has_margins { self.margins.field_of_view } else { 0.0 };
+        let share = approach.margin_share(k as f64 * self.stepping.dt, N);
         libm::cos(approach.field_of_view_half_angle - margin * share)
     }
 
@@ -111,8 +111,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let mut rows = [far; GROUPS];
         let (Some(margin), true) = (self.clearance, k > 0 && k + 1 < N) else { return rows };
         for share in AROUND {
-            let ahead = share * self.dt;
-            let time = k as f64 * self.dt + ahead;
+            let ahead = share * self.stepping.dt;
+            let time = k as f64 * self.stepping.dt + ahead;
             let margin = margin * self.mission.approach.margin_share(time, N);
             let moved = State {
                 attitude: quaternion::product(

@@ -68,6 +68,30 @@ pub fn verify<const N: usize, const NL: usize>(
     reorientation: &ReorientationTrajectory<N, NL>,
     deadline: &Deadline<'_>,
 ) -> Verification {
+    verify_some(mission, scenario, integrator, (translation, reorientation), usize::MAX, deadline)
+}
+
+/// The work of [`verify`] for the first interval, to see how long it takes.
+pub(crate) fn verify_first<const N: usize, const NL: usize>(
+    mission: &Mission<NL>,
+    scenario: &Scenario,
+    integrator: Integrator,
+    translation: &TranslationTrajectory<N>,
+    reorientation: &ReorientationTrajectory<N, NL>,
+) -> Verification {
+    let (plan, never) = ((translation, reorientation), Deadline::never());
+    verify_some(mission, scenario, integrator, plan, 1, &never)
+}
+
+/// Verifies as many intervals, from the first.
+fn verify_some<const N: usize, const NL: usize>(
+    mission: &Mission<NL>,
+    scenario: &Scenario,
+    integrator: Integrator,
+    (translation, reorientation): (&TranslationTrajectory<N>, &ReorientationTrajectory<N, NL>),
+    intervals: usize,
+    deadline: &Deadline<'_>,
+) -> Verification {
     let between = mission.approach.between_nodes.is_on(integrator);
     let path = Path { mission, trajectory: translation, between };
     let plan = Checked { mission, integrator, path: &path, trajectory: reorientation, between };
@@ -76,13 +100,16 @@ pub fn verify<const N: usize, const NL: usize>(
     let mut out = Residuals::default();
     path.begin(scenario, &mut out);
     plan.begin(scenario, &mut out);
-    for (leg, held) in path.legs().zip(plan.legs()) {
+    for (leg, held) in path.legs().zip(plan.legs()).take(intervals) {
         if deadline.has_passed() {
             return Verification { residuals: Residuals::UNFINISHED, clearances: bodies.found };
         }
         let turning = target.along(leg.k, path.dt());
         let positions = path.interval(&leg, &turning, &mut out);
         plan.interval(&leg, &held, &turning, &positions, &mut bodies, &mut out);
+    }
+    if deadline.has_passed() {
+        return Verification { residuals: Residuals::UNFINISHED, clearances: bodies.found };
     }
     let last = target.state();
     path.end(&last, &mut out);

@@ -122,6 +122,11 @@ impl Residuals {
         ]
     }
 
+    /// Whether every residual is a finite number.
+    pub fn is_finite(&self) -> bool {
+        self.against(&Tolerances::default()).iter().all(|(_, value, _)| value.is_finite())
+    }
+
     /// Whether every residual is within its tolerance. NaN never is.
     pub fn are_within(&self, tolerances: &Tolerances) -> bool {
         self.against(tolerances).iter().all(|(_, value, tolerance)| value <= tolerance)

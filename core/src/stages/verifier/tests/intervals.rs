@@ -11,7 +11,7 @@ use crate::math::quaternion;
 use crate::model::{self, Mission, Switch};
 use crate::stages::TranslationTrajectory;
 use crate::time::{Clock, Deadline};
-use core::cell::Cell;
+use core::sync::atomic::{AtomicU32, Ordering};
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 
@@ -144,14 +144,14 @@ fn a_motion_that_cannot_be_resolved_does_not_pass() {
 
 /// A clock that jumps beyond every deadline at a reading.
 struct Jumps {
-    readings: Cell<u32>,
+    readings: AtomicU32,
     at: u32,
 }
 
 impl Clock for Jumps {
     fn seconds(&self) -> f64 {
-        self.readings.set(self.readings.get() + 1);
-        if self.readings.get() > self.at { 3600.0 } else { 0.0 }
+        let before = self.readings.fetch_add(1, Ordering::Relaxed);
+        if before >= self.at { 3600.0 } else { 0.0 }
     }
 }
 
@@ -163,7 +163,7 @@ fn a_deadline_leaves_residuals_that_cannot_pass() {
     let (path, motion) = rolled_out::<4>(&mission, FLOWN, &start, state, Control::ZERO);
     // One reading sets the deadline, one is for each interval.
     for at in 0..6 {
-        let clock = Jumps { readings: Cell::new(0), at };
+        let clock = Jumps { readings: AtomicU32::new(0), at };
         let deadline = Deadline::after(&clock, 1.0);
         let found = verify(&mission, &start, FLOWN, &path, &motion, &deadline);
         assert_eq!(found.residuals == Residuals::UNFINISHED, (1..=3).contains(&at), "{at}");
