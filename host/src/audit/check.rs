@@ -8,9 +8,10 @@ use super::loops::Loops;
 use super::memory::{ImageMemory, Memory};
 use super::pages::{self, Book};
 use super::requirements::{self, Requirement};
-use super::run::{Watcher, inject, observed_scenarios};
+use super::run::{Watcher, envelope, inject, observed_scenarios};
 use super::section::{Numbers, Section};
 use super::summary;
+use crate::envelope::Map;
 use crate::error::Error;
 use crate::formats::json;
 use crate::inject::Injection;
@@ -82,6 +83,7 @@ pub fn check(
     check.checked.looked_at.push(format!("{} numbers against budgets", measured.len()));
     check.loops(watcher)?;
     check.injection(watcher)?;
+    check.envelope(watcher)?;
     check.checked.faults.extend(requirements::faults(root, &rows)?);
     check.checked.looked_at.push(format!("{} requirements", rows.len()));
     Ok(check.checked)
@@ -176,6 +178,16 @@ impl Check<'_> {
         let now = Loops::observe(&scenarios, &mission, self.jobs, watcher.progress())?;
         let then = self.numbers.findings::<Loops>(Section::Loops).map_err(|e| e.at(&self.file))?;
         self.checked.compare("turns of loops", &Some(now), &then);
+        Ok(())
+    }
+
+    /// The coarse map, but for its times.
+    fn envelope(&mut self, watcher: &mut dyn Watcher) -> Result<(), Error> {
+        let then: Option<Map> =
+            self.numbers.findings(Section::Envelope).map_err(|error| error.at(&self.file))?;
+        let now = envelope(self.root, self.jobs, watcher.progress())?;
+        let (now, then) = (Some(now.timeless_cells()), then.map(|then| then.timeless_cells()));
+        self.checked.compare("coarse map of where the planner works", &now, &then);
         Ok(())
     }
 

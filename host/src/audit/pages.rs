@@ -8,6 +8,7 @@ use super::memory::{Memory, Part};
 use super::requirements::{self, Requirement};
 use super::section::{Numbers, Section};
 use super::summary::{self, Bar};
+use crate::envelope::Map;
 use crate::error::FieldError;
 use crate::inject::Injection;
 use crate::method::Integrator;
@@ -36,6 +37,11 @@ fn all(numbers: &Numbers) -> Result<Vec<Page>, FieldError> {
     }
     if let Some(injection) = numbers.findings::<Injection>(Section::Injection)? {
         pages.push((Section::Injection, injection_page(&injection)));
+    }
+    if let Some(map) = numbers.findings::<Map>(Section::Envelope)? {
+        let mut page = map.body();
+        page.command(again(Section::Envelope));
+        pages.push((Section::Envelope, page));
     }
     let finished = pages.into_iter().map(|(section, mut page)| {
         if let Some(finished) = numbers.sections.get(&section) {

@@ -9,6 +9,7 @@ use super::pages::Book;
 use super::requirements;
 use super::section::{Finished, Numbers, Section};
 use super::summary::{self, Bar};
+use crate::envelope::{Envelope, Map};
 use crate::error::Error;
 use crate::formats::json;
 use crate::formats::{
@@ -158,6 +159,9 @@ impl Audit {
                 let found = inject(CASES, self.jobs, self.alarm, watcher.progress())?;
                 to_value(section, &found)
             }
+            Section::Envelope => {
+                to_value(section, &envelope(&self.root, self.jobs, watcher.progress())?)
+            }
         }
     }
 
@@ -233,6 +237,15 @@ pub(super) fn inject(
         integrator: Integrator::EULER,
     };
     injector.run(count, jobs, progress, &|case| alarm(SEED, Integrator::EULER, case))
+}
+
+/// The coarse map.
+pub(super) fn envelope(
+    root: &Path,
+    jobs: NonZeroUsize,
+    progress: &mut dyn Progress,
+) -> Result<Map, Error> {
+    Envelope::coarse(jobs)?.map(root, progress)
 }
 
 fn to_value(section: Section, findings: &impl Serialize) -> Result<Value, Error> {

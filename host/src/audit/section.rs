@@ -25,13 +25,21 @@ pub enum Section {
     Latency,
     /// Flipped bits.
     Injection,
+    /// Where the planner works.
+    Envelope,
 }
 
 impl Section {
     /// All of them, in the order in which they are measured: memory looks at the images that the
     /// instructions have been counted with.
-    pub const ALL: [Self; 5] =
-        [Self::Instructions, Self::Memory, Self::Loops, Self::Latency, Self::Injection];
+    pub const ALL: [Self; 6] = [
+        Self::Instructions,
+        Self::Memory,
+        Self::Loops,
+        Self::Latency,
+        Self::Injection,
+        Self::Envelope,
+    ];
 
     /// Name of its page and in the file of numbers.
     pub fn name(self) -> &'static str {
@@ -41,6 +49,7 @@ impl Section {
             Self::Loops => "loops",
             Self::Latency => "latency",
             Self::Injection => "injection",
+            Self::Envelope => "envelope",
         }
     }
 

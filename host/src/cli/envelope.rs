@@ -3,7 +3,7 @@
 use super::Output;
 use super::progress::Bar;
 use crate::draw::MAX_COUNT;
-use crate::envelope::{Envelope, Grid, Number, Vehicle};
+use crate::envelope::{self, Envelope, Grid, Number, Vehicle};
 use crate::error::Error;
 use crate::learned::Learned;
 use crate::method::{Integrator, Method, WarmStart};
@@ -35,7 +35,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     count: Option<u64>,
     /// Seed of their draw
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = envelope::SEED)]
     seed: u64,
     /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4 [default: rk4:4]
     #[arg(long, value_name = "NAME")]
@@ -72,13 +72,14 @@ impl Args {
             true => Vehicle::built_in()?,
             false => Vehicle::read(&self.mission)?,
         };
-        let integrator = self.integrator.map_or_else(rk4_of_four, Ok)?;
+        let integrator = self.integrator.map_or_else(envelope::integrator, Ok)?;
+        let count = if self.coarse { envelope::COARSE_COUNT } else { envelope::COUNT };
         let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let warm_start = self.warm_start;
         let envelope = Envelope {
             vehicles,
             grid,
-            count: self.count.unwrap_or(if self.coarse { 2 } else { 10 }),
+            count: self.count.unwrap_or(count),
             seed: self.seed,
             method: Method { integrator, warm_start, ..Method::default() },
             model: Learned::chosen(warm_start, None, integrator)?,
@@ -100,9 +101,4 @@ impl Args {
         grid.check().map_err(|(option, reason)| Error::argument(option, reason))?;
         Ok(grid)
     }
-}
-
-/// Half the default's substeps: a map asks whether plans exist, not for their last digit.
-fn rk4_of_four() -> Result<Integrator, Error> {
-    "rk4:4".parse().map_err(|reason: String| Error::argument("--integrator", reason))
 }

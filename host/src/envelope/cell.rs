@@ -293,7 +293,7 @@ mod tests {
         let found = cell.found.as_ref().unwrap();
         assert_eq!((found.optimal, found.verified, found.out_of_reach), (2, 1, 1));
         assert_eq!((found.iterations, found.time_s), (Some(25.0), Some(2.5)));
-        assert_eq!((found.cost, found.clearance_m), (Some(4.0), Some(0.2)));
+        assert_eq!((found.cost, found.clearance_m), (Some(4.0), Some(0.5 - 0.1 * 3.0)));
         assert_eq!(found.reasons.len(), 3);
         let back: Cell = serde_json::from_str(&serde_json::to_string(&cell).unwrap()).unwrap();
         assert_eq!(back, cell);

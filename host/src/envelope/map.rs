@@ -106,6 +106,14 @@ impl Map {
         cells.chunks(self.distances_m.len().max(1)).map(<[&Cell]>::to_vec).collect()
     }
 
+    /// The cells without their times: the same on every machine.
+    pub fn timeless_cells(&self) -> Vec<Cell> {
+        let mut cells = self.cells.clone();
+        let found = cells.iter_mut().filter_map(|cell| cell.found.as_mut());
+        found.for_each(|found| found.time_s = None);
+        cells
+    }
+
     /// Plans, and how many of them are optimal, over the cells that could be planned.
     pub fn totals(&self) -> (usize, usize) {
         let found = self.cells.iter().filter(|cell| cell.success().is_some());

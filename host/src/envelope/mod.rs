@@ -30,7 +30,7 @@ pub use vehicle::Vehicle;
 use crate::error::Error;
 use crate::formats::{self, NamedScenario, check_writable, make_directory};
 use crate::learned::Learned;
-use crate::method::Method;
+use crate::method::{Integrator, Method};
 use crate::planning::Planner;
 use crate::pool;
 use crate::progress::Progress;
@@ -43,6 +43,22 @@ use remora_core::stages::LINKS;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// Scenarios a cell where nothing else is asked for, and of the coarse map.
+pub const COUNT: u64 = 10;
+/// See [`COUNT`].
+pub const COARSE_COUNT: u64 = 2;
+/// Seed where nothing else is asked for.
+pub const SEED: u64 = 1;
+
+/// The discretisation where nothing else is asked for. Half the substeps of the default: a map
+/// asks whether plans exist, not for their last digit.
+///
+/// # Errors
+/// None.
+pub fn integrator() -> Result<Integrator, Error> {
+    "rk4:4".parse().map_err(|reason: String| Error::argument("--integrator", reason))
+}
 
 /// A map to be made: the input of `remora envelope`.
 #[derive(Clone, Debug)]
@@ -85,13 +101,29 @@ struct Begun {
 }
 
 impl Envelope {
-    /// Makes the map without any files.
+    /// The coarse map of the built-in vehicles.
+    ///
+    /// # Errors
+    /// None, as long as the built-in missions are sound.
+    pub fn coarse(jobs: NonZeroUsize) -> Result<Self, Error> {
+        Ok(Self {
+            vehicles: Vehicle::built_in()?,
+            grid: Grid::coarse(),
+            count: COARSE_COUNT,
+            seed: SEED,
+            method: Method { integrator: integrator()?, ..Method::default() },
+            model: None,
+            jobs,
+        })
+    }
+
+    /// Makes the map without any files, with a program of the checkout in `root`.
     ///
     /// # Errors
     /// Threads that cannot be started.
-    pub fn map(&self, progress: &mut dyn Progress) -> Result<Map, Error> {
+    pub fn map(&self, root: &Path, progress: &mut dyn Progress) -> Result<Map, Error> {
         let (cells, _) = self.cells(Vec::new(), progress, |_| Ok(()))?;
-        Ok(Map::new(self, Provenance::gather(Path::new(".")), cells))
+        Ok(Map::new(self, Provenance::gather(root), cells))
     }
 
     /// Plans what is not in the journal of `out` yet, then writes map and page there.

@@ -8,10 +8,17 @@ use std::collections::BTreeMap;
 impl Map {
     /// The page; links lead from `docs/NAME/` to `docs/`.
     pub fn page(&self) -> Page {
+        let mut page = self.body();
+        page.heading("Measured by").table(self.provenance.table()).command(&self.command);
+        page
+    }
+
+    /// The page without what it was measured by.
+    pub fn body(&self) -> Page {
         let mut page = Page::new("envelope", "Where the planner works");
         page.text(
             "Made by `remora envelope`; not to be edited. What a cell is and how the map is read: \
-             [envelope.md](../envelope.md). All numbers: `envelope.json`, `envelope.csv`.",
+             [docs/envelope.md](../envelope.md).",
         );
         let (plans, optimal) = self.totals();
         let count = |name: &str| self.cells.iter().filter(|c| c.state.name() == name).count();
@@ -37,7 +44,6 @@ impl Map {
         for vehicle in &self.vehicles {
             self.add_vehicle(vehicle, &mut page);
         }
-        page.heading("Measured by").table(self.provenance.table()).command(&self.command);
         page
     }
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// A vehicle with its mission.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vehicle {
-    /// Its name: that of its file, without what follows the first dot but a number.
+    /// Its name: that of its file, without `.mission.toml`.
     pub name: String,
     /// The file; none is built in.
     pub file: Option<PathBuf>,
