@@ -1,6 +1,6 @@
 //! One plan under way: the stages, the verifier, and what is done about what it finds.
 
-use super::tighten::tightened;
+use super::tighten::{gentler, tightened};
 use super::{
     Evidence, MAX_TIGHTENINGS, Options, PhaseTimes, Report, Solver, StageEvidence, StageReport,
     Start, StartRecord, Workspace, output_checksum, start, status_of,
@@ -67,16 +67,20 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
         let mut found = self.verify(&mut times);
         // Bound: tightenings.
         for _ in 0..MAX_TIGHTENINGS {
-            if !self.tighten(&found, [&one, &two]) {
-                break;
-            }
+            let Some(change) = self.change(&found, [&one, &two]) else { break };
             let left = one.left(&self.options.translation);
-            if found.residuals.keep_out > self.formulation.mission.tolerances.keep_out && left > 0 {
+            if change != Change::Margins && left > 0 {
                 one = self.translate(left).after(&one);
             }
             let left = two.left(&self.options.reorientation);
-            let again = self.reorient(&self.options.learned, left);
-            two = again.after(&two);
+            let settings = match change {
+                Change::Gentler => {
+                    start::write_heuristic(self.formulation.mission, self.workspace);
+                    &self.options.reorientation
+                }
+                _ => &self.options.learned,
+            };
+            two = self.reorient(settings, left).after(&two);
             found = self.verify(&mut times);
         }
         times.translation_s = one.report.time_s;
@@ -159,15 +163,27 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
         found
     }
 
-    /// Whether to plan again with wider margins, which are then in force.
-    fn tighten(&mut self, found: &Verification, [one, two]: [&Stage; 2]) -> bool {
-        let ended = |stage: &Stage| stage.report.outcome.status == Status::Solved;
-        let may = ended(one) && ended(two) && two.left(&self.options.reorientation) > 0;
-        if !may || self.formulation.deadline.has_passed() {
-            return false;
+    /// What to change before planning again, which is then in force; none where no change would
+    /// help.
+    fn change(&mut self, found: &Verification, [one, two]: [&Stage; 2]) -> Option<Change> {
+        let left = two.left(&self.options.reorientation);
+        let [one, two] = [one, two].map(|stage| stage.report.outcome.status);
+        if one != Status::Solved || left == 0 || self.formulation.deadline.has_passed() {
+            return None;
         }
-        let wider = tightened(&self.formulation, &found.residuals);
-        wider.map(|margins| self.formulation.margins = margins).is_some()
+        let limits = &self.formulation.mission.tolerances;
+        match two {
+            Status::Solved => {
+                self.formulation = tightened(&self.formulation, &found.residuals)?;
+                let path = found.residuals.keep_out > limits.keep_out;
+                Some(if path { Change::Path } else { Change::Margins })
+            }
+            Status::Infeasible if found.residuals.dynamics2 > limits.dynamics => {
+                self.formulation = gentler(&self.formulation, self.workspace.path());
+                Some(Change::Gentler)
+            }
+            _ => None,
+        }
     }
 
     /// Stage 1 from its own start.
@@ -258,6 +274,17 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
         times.add_iterations(log);
         Stage { report, evidence: StageEvidence::new(&report, log), times }
     }
+}
+
+/// What is changed about the problem before it is planned again.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Change {
+    /// Margins of Stage 2.
+    Margins,
+    /// Margins of both stages.
+    Path,
+    /// The force of Stage 1, that Stage 2 could not follow.
+    Gentler,
 }
 
 /// What to do after a try of Stage 2.

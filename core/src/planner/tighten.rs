@@ -1,8 +1,8 @@
-//! Wider margins where the verifier finds a limit passed between nodes.
+//! What planning changes about its problem where the verifier finds a limit passed between nodes,
+//! or Stage 2 cannot follow Stage 1.
 
 use crate::math::clamp;
-use crate::model::Margins;
-use crate::stages::{Formulation, Residuals};
+use crate::stages::{Formulation, NODES, Residuals, TranslationTrajectory};
 
 /// How much wider a margin becomes, over what the limit was passed by.
 const FACTOR: f64 = 1.5;
@@ -10,18 +10,20 @@ const FACTOR: f64 = 1.5;
 /// Widest margins, of the joint rate limit and of the field of view.
 const WIDEST: f64 = 0.8;
 
-/// Margins with which the limits that `found` says are passed would have been kept, all else being
-/// equal. `None` where nothing is passed, or something is that no margin is about.
-pub(super) fn tightened<const NL: usize>(
-    formulation: &Formulation<'_, NL>,
+/// The formulation with margins with which the limits that `found` says are passed would have been
+/// kept, all else being equal. `None` where nothing is passed, or something is that no margin is
+/// about.
+pub(super) fn tightened<'a, const NL: usize>(
+    formulation: &Formulation<'a, NL>,
     found: &Residuals,
-) -> Option<Margins> {
+) -> Option<Formulation<'a, NL>> {
     let (mission, integrator) = (formulation.mission, formulation.integrator);
     let approach = &mission.approach;
     let between = approach.between_nodes.is_on(integrator);
     let clear = approach.clearance.is_on(integrator);
     let tolerances = &mission.tolerances;
-    let mut margins = formulation.margins;
+    let mut wider = *formulation;
+    let margins = &mut wider.margins;
     let half_angle = approach.field_of_view_half_angle;
     let mut passed = false;
     for (name, value, tolerance) in found.against(tolerances) {
@@ -41,24 +43,39 @@ pub(super) fn tightened<const NL: usize>(
                 let angle = margins.field_of_view + more / libm::sin(half_angle).max(more);
                 margins.field_of_view = clamp(angle, 0.0, WIDEST * half_angle);
             }
-            "clearance" if clear => margins.clearance += more,
+            "clearance" if clear => wider.extra_clearance += more,
             _ => return None,
         }
         passed = true;
     }
-    passed.then_some(margins)
+    passed.then_some(wider)
+}
+
+/// Largest force of a path with which Stage 2 may do better, over the largest that it could not
+/// follow.
+const GENTLER: f64 = 0.75;
+
+/// The formulation with a gentler Stage 1, where torques were too weak for the moment of its force:
+/// it acts beside the centre of mass.
+pub(super) fn gentler<'a, const NL: usize>(
+    formulation: &Formulation<'a, NL>,
+    path: &TranslationTrajectory<NODES>,
+) -> Formulation<'a, NL> {
+    let largest = path.force.iter().map(|force| force.amax()).fold(0.0, f64::max);
+    Formulation { max_force: (GENTLER * largest).min(formulation.max_force), ..*formulation }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Integrator, Mission};
+    use crate::model::{Integrator, Margins, Mission};
 
     fn wider(change: fn(&mut Residuals), integrator: Integrator) -> Option<Margins> {
         let mission = Mission::default();
         let mut found = Residuals::default();
         change(&mut found);
         tightened(&Formulation::new(&mission, integrator), &found)
+            .map(|wider| Margins { clearance: 0.03 + wider.extra_clearance, ..wider.margins })
     }
 
     #[test]

@@ -32,6 +32,10 @@ pub struct Formulation<'a, const NL: usize> {
     pub integrator: Integrator,
     /// How far planning stays from the verifier's limits; the mission's at first.
     pub margins: Margins,
+    /// Distance between bodies beside the margin, in force up to the last interval [m].
+    pub extra_clearance: f64,
+    /// Largest force component in planning [N]; the limit at first.
+    pub max_force: f64,
     /// When work ends with what it has.
     pub deadline: Deadline<'a>,
 }
@@ -39,7 +43,14 @@ pub struct Formulation<'a, const NL: usize> {
 impl<'a, const NL: usize> Formulation<'a, NL> {
     /// The mission's own margins, no deadline.
     pub fn new(mission: &'a Mission<NL>, integrator: Integrator) -> Self {
-        Self { mission, integrator, margins: mission.margins, deadline: Deadline::never() }
+        Self {
+            mission,
+            integrator,
+            margins: mission.margins,
+            extra_clearance: 0.0,
+            max_force: mission.servicer.max_force,
+            deadline: Deadline::never(),
+        }
     }
 
     /// Duration of an interval [s].

@@ -90,7 +90,7 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         target: &'a [TargetState; N],
     ) -> Self {
         const { assert!(NX >= STATES && NU >= CONTROLS, "Stage 1 needs more") };
-        let Formulation { mission, integrator, margins, .. } = *formulation;
+        let Formulation { mission, integrator, margins, max_force, .. } = *formulation;
         let end = &target[N - 1];
         let capture = mission.servicer.capture_geometry();
         let port = mission.target.port_position + mission.target.port_normal * capture.reach;
@@ -98,7 +98,6 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         let (approach, n) = (&mission.approach, mission.mean_motion());
         let dt = formulation.interval(N);
         let (typical, cost_unit) = (mission.typical(), mission.cost_units().force);
-        let max_force = mission.servicer.max_force;
         // The end lies at the reach from the port, whatever the near distance.
         let at_end = approach.keep_out(N - 1, N).min(capture.reach);
         let keep_out = core::array::from_fn(|k| {

@@ -61,6 +61,7 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
     body: Multibody<NL>,
     translation: &'a TranslationTrajectory<N>,
     margins: Margins,
+    extra_clearance: f64,
     stepping: Stepping<'a>,
     mode: Mode,
     preset: usize,
@@ -123,7 +124,8 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         pair: &'a P,
     ) -> Self {
         const { assert!(NX == 6 + 2 * NL && NU == 3 + NL, "sizes of state and control") };
-        let Formulation { mission, integrator, margins, deadline } = *formulation;
+        let Formulation { mission, integrator, margins, extra_clearance, deadline, .. } =
+            *formulation;
         let servicer = &mission.servicer;
         let last = &target[N - 1];
         let approach = -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal);
@@ -143,6 +145,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             translation,
             mode,
             margins,
+            extra_clearance,
             stepping: Stepping { integrator, dt: formulation.interval(N), deadline },
             preset: (N - 1).saturating_sub(mission.approach.preset_lead).max(1),
             sight: core::array::from_fn(|k| {

@@ -2,7 +2,7 @@
 
 use super::{NR, Reorientation};
 use crate::dynamics::State;
-use crate::math::quaternion;
+use crate::math::{clamp, quaternion};
 use crate::model::hcw_acceleration;
 use crate::pair::Pair;
 use crate::qp::Stage;
@@ -104,6 +104,13 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         )
     }
 
+    /// What planning keeps between bodies at `time` [m].
+    fn clearance_at(&self, margin: f64, time: f64) -> f64 {
+        let left = (self.mission.approach.duration - time) / self.stepping.dt;
+        margin * self.mission.approach.margin_share(time, N)
+            + self.extra_clearance * clamp(left - 1.0, 0.0, 1.0)
+    }
+
     /// The nearest pair of each group about node `k`, at rates held. None at the ends of the
     /// horizon, where all is given.
     fn clearance_rows(&self, k: usize, state: &State<NL>) -> [ClearanceRow<NL>; GROUPS] {
@@ -113,7 +120,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         for share in AROUND {
             let ahead = share * self.stepping.dt;
             let time = k as f64 * self.stepping.dt + ahead;
-            let margin = margin * self.mission.approach.margin_share(time, N);
+            let margin = self.clearance_at(margin, time);
             let moved = State {
                 attitude: quaternion::product(
                     &quaternion::exp(&(state.rate * ahead)),
