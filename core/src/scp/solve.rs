@@ -41,6 +41,7 @@ where
         merit: 0.0,
         fresh: true,
         best: None,
+        failed: 0,
     };
     let mut ended = descent.start();
     // Bound: iterations.
@@ -81,6 +82,8 @@ pub(super) struct Descent<
     fresh: bool,
     /// What is known of `z.best`, where that is an iterate.
     best: Option<Feasible>,
+    /// Subproblems without a usable solution, one after the other.
+    failed: u32,
 }
 
 impl<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usize>
@@ -170,8 +173,10 @@ where
         }
         // A smaller box may be solvable; where even that fails the cause is the status.
         self.fresh = false;
+        self.failed += 1;
         self.radius *= self.settings.shrink * self.settings.shrink;
-        (self.radius < self.settings.min_radius).then(|| Status::of_failed(solved.status))
+        let gives_up = self.failed >= MAX_FAILED || self.radius < self.settings.min_radius;
+        gives_up.then(|| Status::of_failed(solved.status))
     }
 
     /// Tries the subproblem's step, improves on it and takes it where it is good enough.
@@ -179,6 +184,7 @@ where
         if self.deadline.has_passed() {
             return Some(Status::Deadline);
         }
+        self.failed = 0;
         let weight = self.weight;
         self.merit = self.w.residuals.cost + weight * self.w.residuals.penalty();
         let slack = self.attempt(record);
@@ -297,6 +303,9 @@ where
         self.outcome
     }
 }
+
+/// Subproblems that may fail one after the other, each in a smaller box.
+const MAX_FAILED: u32 = 3;
 
 /// Multipliers up to this multiple of the weight may come of a solver of finite accuracy.
 const CREDIBLE: f64 = 2.0;
