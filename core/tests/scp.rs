@@ -143,7 +143,13 @@ fn other_failures_try_smaller_regions_first() {
     let (outcome, _) = run(WANDERING, 50, QpStatus::Infeasible);
     assert_eq!(outcome.status, Status::Infeasible);
     assert!(outcome.iterations > 1);
+    // Nothing has broken down: it rests at a trajectory that violates constraints.
     let (outcome, _) = run(WANDERING, 50, QpStatus::Stalled);
+    assert_eq!((outcome.status, outcome.violation), (Status::Infeasible, 50.0));
+    // At a feasible one it has merely not converged.
+    let (outcome, _) = run(&WANDERING[1..], 50, QpStatus::Stalled);
+    assert_eq!((outcome.status, outcome.violation), (Status::IterationLimit, 0.5));
+    let (outcome, _) = run(WANDERING, 50, QpStatus::NumericalFailure);
     assert_eq!(outcome.status, Status::NumericalFailure);
 }
 

@@ -3,6 +3,9 @@
 use super::{SignedDistance, signed_distance_to_box};
 use nalgebra::Vector3;
 
+/// Distance below which a segment counts as meeting the box [m].
+const TOUCHING: f64 = 1e-12;
+
 /// The nearest (or deepest) point of a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentDistance {
@@ -30,8 +33,8 @@ pub fn segment_to_box(
     let share = nearest_share(half_extents, start, &along);
     let at = |share: f64| start + along * share;
     let SignedDistance { value, gradient } = signed_distance_to_box(half_extents, &at(share));
-    // NaN goes this way.
-    if !(value <= 0.0) {
+    // NaN goes this way. A segment that meets the box is found no nearer than rounding.
+    if !(value <= TOUCHING) {
         return SegmentDistance { value, gradient, point: at(share) };
     }
     deepest(half_extents, start, &along)

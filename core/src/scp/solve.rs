@@ -176,7 +176,12 @@ where
         self.failed += 1;
         self.radius *= self.settings.shrink * self.settings.shrink;
         let gives_up = self.failed >= MAX_FAILED || self.radius < self.settings.min_radius;
-        gives_up.then(|| Status::of_failed(solved.status))
+        gives_up.then(|| match Status::of_failed(solved.status) {
+            Status::NumericalFailure if solved.status != QpStatus::NumericalFailure => {
+                self.at_rest()
+            }
+            other => other,
+        })
     }
 
     /// Tries the subproblem's step, improves on it and takes it where it is good enough.
@@ -253,7 +258,9 @@ where
         }
         if self.radius < settings.min_radius {
             // The model can't predict even tiny steps: no progress is possible from here.
-            return Some(Status::NumericalFailure);
+            let trial = self.w.trial_residuals.cost + self.w.trial_residuals.penalty();
+            let is_sound = trial.is_finite();
+            return Some(if is_sound { self.at_rest() } else { Status::NumericalFailure });
         }
         let paid = self.weight * slack > 1e-6 * self.merit.abs().max(1e-3);
         if record.accepted && interior && paid {
@@ -270,16 +277,13 @@ where
             && record.step < 0.99 * record.radius
     }
 
-    /// A loop that can't go on from a sound trajectory has not broken down: it has come to rest
-    /// where constraints are violated, or short of the least cost.
-    fn named(&self, status: Status) -> Status {
-        let merit = self.w.residuals.cost + self.w.residuals.penalty();
-        match status {
-            Status::NumericalFailure if merit.is_finite() => match self.outcome.violation <= 1.0 {
-                true => Status::IterationLimit,
-                false => Status::Infeasible,
-            },
-            other => other,
+    /// The status of a loop that can't go on from a sound trajectory: nothing has broken down, it
+    /// has come to rest where constraints are violated, or short of the least cost.
+    fn at_rest(&self) -> Status {
+        match self.outcome.violation {
+            violation if violation <= 1.0 => Status::IterationLimit,
+            violation if violation > 1.0 => Status::Infeasible,
+            _ => Status::NumericalFailure,
         }
     }
 
@@ -290,7 +294,7 @@ where
 
     /// Leaves the best trajectory.
     fn finish(mut self, status: Status) -> Outcome {
-        self.outcome.status = self.named(status);
+        self.outcome.status = status;
         if status == Status::Solved {
             return self.outcome;
         }

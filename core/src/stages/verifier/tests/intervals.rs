@@ -161,12 +161,12 @@ fn a_deadline_leaves_residuals_that_cannot_pass() {
     let start = scenario(Vector3::new(0.0, 0.0, -4.0), Vector3::zeros());
     let state = posed([0.0; 3]);
     let (path, motion) = rolled_out::<4>(&mission, FLOWN, &start, state, Control::ZERO);
-    // One reading sets the deadline, one is for each interval.
+    // One reading sets the deadline, one is for each interval, one for the end.
     for at in 0..6 {
         let clock = Jumps { readings: AtomicU32::new(0), at };
         let deadline = Deadline::after(&clock, 1.0);
         let found = verify(&mission, &start, FLOWN, &path, &motion, &deadline);
-        assert_eq!(found.residuals == Residuals::UNFINISHED, (1..=3).contains(&at), "{at}");
+        assert_eq!(found.residuals == Residuals::UNFINISHED, (1..=4).contains(&at), "{at}");
         let looked_at = found.clearances.arm.distance < f64::INFINITY;
         assert_eq!(looked_at, at != 1, "{at}");
     }
