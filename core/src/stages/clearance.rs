@@ -1,12 +1,12 @@
 //! Distances of the servicer's bodies from the target and from each other, with exact gradients:
 //! the clearance rows of Stage 2.
 //!
-//! Bodies are boxes (target, bus) and capsules (links). The nearest pair of each of three groups
+//! Bodies are boxes (target, bus) and capsules (links). The nearest pair of each of two groups
 //! counts, so that rows, memory and time stay bounded:
 //!
 //! - the last link and the end effector against the target;
-//! - the bus and the other links against the target;
-//! - the arm beyond its first link, which is mounted there, against the bus.
+//! - all else: the bus and the other links against the target, and the arm beyond its first link,
+//!   which is mounted there, against the bus.
 //!
 //! The verifier has its own distances ([`super::verifier`]).
 
@@ -16,7 +16,7 @@ use crate::model::{Corridor, Mission, SignedDistance, segment_to_box, signed_dis
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 
 /// Groups of pairs of bodies: rows a node.
-pub(super) const GROUPS: usize = 3;
+pub(super) const GROUPS: usize = 2;
 
 /// A distance and its gradient by a turn of the whole servicer about its centre of mass (RTN) and
 /// by the joint angles.
@@ -111,7 +111,7 @@ impl<const NL: usize> Bodies<NL> {
         let mut nearest = [Clearance::FAR; GROUPS];
         let arm = body.arm_pose(&at.state.joint_angle);
         let rotation = quaternion::rotation_matrix(&at.state.attitude);
-        nearest[2] = self.own(&arm);
+        nearest[1] = self.own(&arm);
         let apart = libm::sqrt(at.position.dot(&at.position)) - self.target_radius - self.reach;
         if apart > horizon {
             return nearest;
@@ -119,7 +119,7 @@ impl<const NL: usize> Bodies<NL> {
         let target = quaternion::rotation_matrix(&at.target);
         let frame = Frame { arm: &arm, rotation, position: at.position, target };
         nearest[0] = self.end_effector(&frame);
-        nearest[1] = self.others(&frame, horizon);
+        self.others(&frame, horizon, &mut nearest[1]);
         nearest
     }
 
@@ -182,8 +182,7 @@ impl<const NL: usize> Bodies<NL> {
     }
 
     /// The other links and the bus against the target.
-    fn others(&self, frame: &Frame<NL>, horizon: f64) -> Clearance<NL> {
-        let mut nearest = Clearance::FAR;
+    fn others(&self, frame: &Frame<NL>, horizon: f64, nearest: &mut Clearance<NL>) {
         for i in 0..NL.saturating_sub(1) {
             nearest.keep_nearer(self.link(frame, i));
         }
@@ -191,9 +190,8 @@ impl<const NL: usize> Bodies<NL> {
         let half = libm::sqrt(self.bus_half.dot(&self.bus_half));
         let apart = signed_distance_to_box(&self.target_half, &bus).value - half;
         if !(apart > horizon.min(nearest.distance)) {
-            self.bus(frame, &mut nearest);
+            self.bus(frame, nearest);
         }
-        nearest
     }
 
     /// A link against the target.
@@ -329,9 +327,9 @@ mod tests {
         state.joint_angle = mission.servicer.capture_joint_angle;
         let position = Vector3::new(0.0, 0.0, 0.2 + geometry.reach);
         let at = Instant { state: &state, position, target: quaternion::IDENTITY };
-        let [effector, others, own] = bodies.clearances(&body, &at, 1.0);
+        let [effector, others] = bodies.clearances(&body, &at, 1.0);
         assert!(effector.distance.abs() < 1e-9, "{}", effector.distance);
-        assert!(others.distance > 0.2 && own.distance > 0.1);
+        assert!(others.distance > 0.1);
     }
 
     fn directional(
