@@ -1,6 +1,8 @@
 //! Training: gradients against differences, resuming, and the model file against the core.
 
 use remora_core::nn::{Model, Network as Inference, ReferenceMemory};
+use remora_host::formats::{ModelFile, Values};
+use remora_host::quantise::quantise;
 use remora_host::training::checkpoint::LossRow;
 use remora_host::training::config::{Decoder, Layout};
 use remora_host::training::model::{self, Origin};
@@ -249,6 +251,113 @@ fn a_network_learns() {
     next.training.steps = 5;
     let tuned = train(&next, &dir.path().join("next"), false, None);
     assert!(tuned.checkpoint.rows[0].validation < 1.5 * last.validation);
+    assert!(tuned.checkpoint.origin.parent.ends_with(" run"));
+}
+
+/// The model of any network, read back, is the parameters that it was written from.
+#[test]
+fn parameters_come_back_from_a_model_file() {
+    for (layout, decoder, chunk) in VARIANTS {
+        let config = config(layout, decoder, chunk);
+        let Fixture { table, statistics, parameters, .. } = fixture(&config);
+        let header = model::header(&config, &table, &Origin::default(), 1);
+        let bytes = model::model_bytes(header, &table, &statistics, &parameters).unwrap();
+        let file = ModelFile::parse(&bytes).unwrap();
+        let read = |file: &ModelFile| {
+            let mut found = Statistics { states: statistics.states.clone(), ..Default::default() };
+            let mut numbers = parameters.clone();
+            numbers[..table.inference_len()].fill(f32::NAN);
+            model::take_over(file, &config, &table, &mut found, &mut numbers).unwrap();
+            assert_eq!(found, statistics);
+            numbers
+        };
+        assert_eq!(read(&file), parameters, "{layout:?} {decoder:?}");
+        // Bytes are as near as their scales are fine, and are the same bytes again.
+        let (quantised, _) = quantise(&file).unwrap();
+        let near = read(&quantised);
+        for entry in &table.entries {
+            let [found, wanted] = [&near, &parameters].map(|all| &all[entry.range()]);
+            for (a, b) in found.chunks(entry.columns).zip(wanted.chunks(entry.columns)) {
+                let most = b.iter().fold(0f32, |most, x| most.max(x.abs()));
+                assert!(
+                    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= most / 250.0),
+                    "{}",
+                    entry.name
+                );
+            }
+        }
+        let header = file.header().clone();
+        let again = model::model_bytes(header, &table, &statistics, &near).unwrap();
+        let (again, _) = quantise(&ModelFile::parse(&again).unwrap()).unwrap();
+        for (a, b) in again.tensors().iter().zip(quantised.tensors()) {
+            if let (Values::Int8(a), Values::Int8(b)) = (&a.values, &b.values) {
+                assert_eq!(a, b);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_training_starts_from_a_model_and_remembers_it() {
+    let (mut config, source) = (config(Layout::Fused, Decoder::Linear, 1), source());
+    let dir = tempfile::tempdir().unwrap();
+    let run = |config: &Config, name: &str, dataset: &str| {
+        let run = Run {
+            config: config.clone(),
+            source: &source,
+            origin: Origin { dataset: dataset.into(), ..Origin::default() },
+            out: dir.path().join(name),
+            resume: false,
+            stop_after: None,
+            rollout: &|_| None,
+        };
+        run.train::<Cpu>(Default::default(), &mut Silent)
+    };
+    config.training.steps = 100;
+    let first = run(&config, "first", "s2:50").unwrap();
+    let written = ModelFile::read(&dir.path().join("first/model.f32.model")).unwrap();
+    let parent = dir.path().join("parent.model");
+    quantise(&written).unwrap().0.write(&parent).unwrap();
+    let bytes = std::fs::read(&parent).unwrap();
+    let checksum = u32::from_le_bytes(*bytes.last_chunk().unwrap());
+
+    config.training.steps = 5;
+    config.training.init_from = Some(parent.clone());
+    config.training.parent_learnt_from = Some("s1:9".into());
+    let next = run(&config, "next", "s3:40+s2:20").unwrap();
+    let validation = |outcome: &Outcome| outcome.checkpoint.rows.last().unwrap().validation;
+    assert!(validation(&next) < 1.5 * validation(&first));
+    let made = ModelFile::read(&dir.path().join("next/model.f32.model")).unwrap();
+    let provenance = &made.header().provenance;
+    assert_eq!(provenance.dataset.as_str(), "s3:40+s2:50+s1:9");
+    let from = format!("{} from {checksum:08x} parent.model", config.digest());
+    assert_eq!(provenance.config.as_str(), from);
+
+    // Its child, from the training's folder, inherits all of it.
+    config.training.init_from = Some(dir.path().join("next"));
+    config.training.parent_learnt_from = None;
+    let child = run(&config, "child", "s4:1").unwrap();
+    assert_eq!(child.checkpoint.origin.dataset, "s4:1+s3:40+s2:50+s1:9");
+    let reason = |config: &Config, dataset: &str| {
+        let out = format!("refused-{}", config.digest());
+        run(config, &out, dataset).unwrap_err().to_string()
+    };
+    let long = (100..110).map(|seed| format!("s{seed}:90000")).collect::<Vec<_>>().join("+");
+    assert!(reason(&config, &long).contains("more datasets than"));
+
+    config.training.init_from = Some(parent.clone());
+    config.model.layers = 1;
+    let wrong = reason(&config, "s3:40");
+    assert!(wrong.contains("layers: the model has 2, the configuration 1"), "{wrong}");
+    config.model.layers = 2;
+    std::fs::write(&parent, &bytes[..bytes.len() - 9]).unwrap();
+    let cut = reason(&config, "s3:40");
+    assert!(cut.contains("parent.model"), "{cut}");
+    std::fs::write(&parent, "neither").unwrap();
+    let neither = reason(&config, "s3:40");
+    assert!(neither.contains("is neither a checkpoint nor a model"), "{neither}");
+    config.training.init_from = Some(dir.path().join("none"));
+    assert!(reason(&config, "s3:40").contains("no such file"));
 }
 
 #[test]
@@ -265,6 +374,8 @@ fn configurations_are_refused_with_field_and_reason() {
     let (field, reason) = refused("seed = 3", "seed = 3\nsede = 4");
     assert_eq!(field, "training.sede");
     assert!(reason.contains("unknown field"), "{reason}");
+    let learnt = refused("seed = 3", "seed = 3\nparent_learnt_from = \"s1\"");
+    assert_eq!(learnt.0, "training.parent_learnt_from");
     assert_eq!(refused("layout = \"fused\"", "layout = \"fusd\"").0, "model.layout");
 }
 

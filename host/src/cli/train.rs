@@ -134,7 +134,11 @@ impl Data {
     fn origin(&self) -> Origin {
         match self {
             Self::Recorded(recorded) => recorded.origin(),
-            Self::Synthetic(_) => Origin { integrator: "none".into(), dataset: "synthetic".into() },
+            Self::Synthetic(_) => Origin {
+                integrator: "none".into(),
+                dataset: "synthetic".into(),
+                ..Origin::default()
+            },
         }
     }
 

@@ -18,6 +18,21 @@ impl Source {
         sources.iter().map(Self::to_string).collect::<Vec<_>>().join("+")
     }
 
+    /// What the texts of two models name together; of one seed the larger count. A text that names
+    /// no scenarios, such as `synthetic`, is kept as it is.
+    pub fn union(own: &str, other: &str) -> String {
+        let (Ok(mut all), Ok(others)) = (Self::parse_all(own), Self::parse_all(other)) else {
+            return if own == other { own.into() } else { format!("{own}+{other}") };
+        };
+        for source in others {
+            match all.iter_mut().find(|known| known.seed == source.seed) {
+                Some(known) => known.count = known.count.max(source.count),
+                None => all.push(source),
+            }
+        }
+        Self::join(&all)
+    }
+
     /// What [`Source::join`] wrote.
     ///
     /// # Errors
@@ -54,6 +69,10 @@ mod tests {
         let sources = [Source { seed: 1000, count: 90_000 }, Source { seed: 2000, count: 12_000 }];
         assert_eq!(Source::join(&sources), "s1000:90000+s2000:12000");
         assert_eq!(Source::parse_all("s1000:90000+s2000:12000").unwrap(), sources);
+        let union = Source::union("s2000:12000+s3000:5", "s3000:9+s1000:90000");
+        assert_eq!(union, "s2000:12000+s3000:9+s1000:90000");
+        assert_eq!(Source::union("synthetic", "synthetic"), "synthetic");
+        assert_eq!(Source::union("s1:2", "synthetic"), "s1:2+synthetic");
         for text in ["", "s1000", "1000:5", "s:5", "s1:", "s1:5+", "s-1:5", "synthetic"] {
             assert!(Source::parse_all(text).is_err(), "{text}");
         }

@@ -71,7 +71,7 @@ impl Table {
     }
 }
 
-/// The models for an integrator. One that was trained on a scenario of the evaluation is refused.
+/// The models for an integrator; those of RK4 are for any number of substeps. One that was trained on a scenario of the evaluation is refused.
 ///
 /// # Errors
 /// The model and the scenario.
@@ -80,8 +80,12 @@ pub fn fit_for_evaluation(
     integrator: Integrator,
     scenarios: &[NamedScenario],
 ) -> Result<Vec<Card>, Error> {
-    let name = integrator.to_string();
-    let models: Vec<Card> = models.into_iter().filter(|card| card.integrator == name).collect();
+    let fits = |card: &Card| {
+        let learnt = card.integrator.parse::<Integrator>();
+        learnt
+            .is_ok_and(|learnt| (learnt == Integrator::EULER) == (integrator == Integrator::EULER))
+    };
+    let models: Vec<Card> = models.into_iter().filter(fits).collect();
     for card in &models {
         let seen = |scenario: &&NamedScenario| {
             drawn(&scenario.id).is_some_and(|(seed, index)| {
@@ -127,6 +131,19 @@ mod tests {
         };
         assert_eq!(fit(euler, set(7)).unwrap().len(), 1);
         assert_eq!(fit(Integrator::RK4, set(7)).unwrap().len(), 0);
+        // One that learnt plans of other substeps is compared, and must not have seen any either.
+        let substeps: Integrator = "rk4:4".parse().unwrap();
+        let mut rk4 = card::tests::card(Decoder::Linear, 1, 2);
+        rk4.integrator = "rk4".into();
+        rk4.sources.push(crate::dataset::Source { seed: 2000, count: 5 });
+        let fit_rk4 = |seed| fit_for_evaluation(vec![rk4.clone()], substeps, &set(seed).scenarios);
+        assert_eq!(fit_rk4(7).unwrap().len(), 1);
+        // Nor may what it started from.
+        for (seed, reason) in
+            [(1000, "was trained on s1000-000"), (2000, "was trained on s2000-000")]
+        {
+            assert!(fit_rk4(seed).unwrap_err().to_string().contains(reason));
+        }
         let error = fit(euler, set(1000)).unwrap_err().to_string();
         assert!(error.contains("was trained on s1000-000"), "{error}");
         // Beyond what it was trained on, the seed is as good as another.

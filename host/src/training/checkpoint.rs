@@ -3,6 +3,7 @@
 //! `REMORACK`, a version, the length of a JSON head, the head, then parameters and the optimiser's
 //! two moments as little-endian f32, and the CRC-32 of all before it.
 
+use super::model::Origin;
 use super::optimiser::AdamW;
 use super::rollout::RolloutError;
 use super::source::Statistics;
@@ -47,6 +48,8 @@ pub struct Checkpoint {
     pub digest: String,
     /// Which network: one line a tensor.
     pub shape: String,
+    /// Where the parameters came from; empty in a checkpoint of before this was kept.
+    pub origin: Origin,
     /// Normalisation.
     pub statistics: Statistics,
     /// Training time so far [s].
@@ -66,6 +69,8 @@ pub struct Checkpoint {
 struct Head {
     digest: String,
     shape: String,
+    #[serde(default)]
+    origin: Origin,
     features: Vec<[f32; 2]>,
     actions: Vec<[f32; 2]>,
     states: Vec<[f32; 2]>,
@@ -89,6 +94,7 @@ impl Checkpoint {
         let head = Head {
             digest: self.digest.clone(),
             shape: self.shape.clone(),
+            origin: self.origin.clone(),
             features: statistics.features,
             actions: statistics.actions,
             states: statistics.states,
@@ -117,7 +123,11 @@ impl Checkpoint {
     pub fn read(file: &Path) -> Result<Self, Error> {
         let bytes =
             std::fs::read(file).map_err(|cause| Error::input(file, "", io_reason(&cause)))?;
-        Self::decode(&bytes).ok_or_else(|| Error::input(file, "", "is not a whole checkpoint"))
+        let reason = match bytes.starts_with(MAGIC) {
+            true => "is not a whole checkpoint",
+            false => "is neither a checkpoint nor a model",
+        };
+        Self::decode(&bytes).ok_or_else(|| Error::input(file, "", reason))
     }
 
     fn decode(bytes: &[u8]) -> Option<Self> {
@@ -138,6 +148,7 @@ impl Checkpoint {
         Some(Self {
             digest: head.digest,
             shape: head.shape,
+            origin: head.origin,
             statistics: Statistics {
                 features: head.features,
                 actions: head.actions,
@@ -173,6 +184,7 @@ mod tests {
         let checkpoint = Checkpoint {
             digest: "a".into(),
             shape: "b".into(),
+            origin: Origin { parent: "c".into(), ..Origin::default() },
             statistics: Statistics { features: vec![[0.1, 3.3e-7]], ..Statistics::default() },
             elapsed_s: 0.1,
             rows: vec![LossRow { train: 1.0 / 3.0, ..LossRow::default() }],

@@ -1,6 +1,7 @@
 //! The configuration of a training, `*.toml`.
 
 use super::examples::Disturbance;
+use crate::dataset::Source;
 use crate::error::{Error, FieldError};
 use crate::formats::json;
 use serde::{Deserialize, Serialize};
@@ -159,10 +160,15 @@ pub struct Training {
     /// Validation scenarios on which the model is rolled out at each validation [default: 64].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rollout_count: Option<usize>,
-    /// Directory of a training, or a checkpoint in one, whose parameters and statistics this one
-    /// starts from; the model's shape must be the same.
+    /// Directory of a training, a checkpoint in one, or a model file (`*.model`, in bytes or single
+    /// precision), whose parameters and statistics this one starts from; the network must be the
+    /// same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub init_from: Option<PathBuf>,
+    /// What the parent is known to have learnt from beside what it names itself, such as
+    /// `s1000:90000`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parent_learnt_from: Option<String>,
 }
 
 fn one() -> usize {
@@ -269,6 +275,13 @@ impl Config {
             ("data.disturbance.joint_rate_rad_s", self.data.disturbance.joint_rate_rad_s),
         ] {
             number(field, value, value >= 0.0, negative)?;
+        }
+        if let Some(text) = &t.parent_learnt_from {
+            let field = "training.parent_learnt_from";
+            Source::parse_all(text).map_err(|reason| FieldError::new(field, reason))?;
+            if t.init_from.is_none() {
+                return Err(FieldError::new(field, "is of use with init_from only"));
+            }
         }
         number("training.state_loss", t.state_loss, t.state_loss >= 0.0, negative)?;
         let minutes = t.minutes.unwrap_or(1.0);

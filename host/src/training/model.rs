@@ -1,19 +1,43 @@
-//! The model file of a training's parameters.
+//! The model file of a training's parameters, and the parameters of a model file.
 
 use super::config::{self, Config};
-use super::params::Table;
+use super::params::{Entry, Table};
 use super::source::Statistics;
+use crate::dataset::Source;
 use crate::error::FieldError;
-use crate::formats::ModelBuilder;
+use crate::formats::{ModelBuilder, ModelFile, Values};
 use remora_core::nn::{Action, Decoder, Encoding, Header, Layout, Precision, Provenance, VERSION};
+use serde::{Deserialize, Serialize};
 
-/// Where the examples came from, as the model file says it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// Where parameters came from, as the model file says it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
     /// Discretisation of the trajectories.
     pub integrator: String,
-    /// Datasets.
+    /// Datasets, those that the parent learnt from among them.
     pub dataset: String,
+    /// What the training started from, checksum or digest and name; empty where from nothing.
+    pub parent: String,
+}
+
+/// Bytes of the header's text of datasets.
+const DATASET_BYTES: usize = 64;
+
+impl Origin {
+    /// This training's, which starts from the parameters of a parent.
+    ///
+    /// # Errors
+    /// More datasets than a header has room for: cut off, they would no longer be kept from
+    /// evaluations.
+    pub fn from(&self, parent: String, learnt: &[&str]) -> Result<Self, FieldError> {
+        let known = learnt.iter().filter(|text| !text.is_empty());
+        let dataset = known.fold(self.dataset.clone(), |all, text| Source::union(&all, text));
+        if dataset.len() > DATASET_BYTES {
+            let reason = format!("{dataset}: more datasets than a model's header has room for");
+            return Err(FieldError::new("provenance.dataset", reason));
+        }
+        Ok(Self { integrator: self.integrator.clone(), dataset, parent })
+    }
 }
 
 /// As much of a text as a header's string holds.
@@ -25,6 +49,10 @@ fn short<S: for<'a> TryFrom<&'a str> + Default>(text: &str, most: usize) -> S {
 /// The header of a model.
 pub fn header(config: &Config, table: &Table, origin: &Origin, steps: u64) -> Header {
     let model = &config.model;
+    let mut digest = config.digest();
+    if !origin.parent.is_empty() {
+        digest += &format!(" from {}", origin.parent);
+    }
     Header {
         version: VERSION,
         precision: Precision::F32,
@@ -52,12 +80,48 @@ pub fn header(config: &Config, table: &Table, origin: &Origin, steps: u64) -> He
         kinds: table.kinds.iter().map(|inputs| *inputs as u16).collect(),
         provenance: Provenance {
             integrator: short(&origin.integrator, 16),
-            dataset: short(&origin.dataset, 64),
-            config: short(&config.digest(), 64),
+            dataset: short(&origin.dataset, DATASET_BYTES),
+            config: short(&digest, 64),
             revision: short(&super::output::revision().unwrap_or_default(), 48),
             seed: config.training.seed,
             steps,
         },
+    }
+}
+
+/// Where a tensor of the parameters is in a model file.
+enum Place {
+    /// Not there: of use in training only.
+    Nowhere,
+    /// Under this name.
+    AsIs(String),
+    /// Under this name, a row an input.
+    Transposed(String),
+    /// In two: the columns that change with the flow's time, a row an input, and the rest.
+    Split { rest: &'static str, first: &'static str },
+}
+
+impl Place {
+    fn of(entry: &Entry) -> Result<Self, FieldError> {
+        let (group, field) = entry.name.split_once('.').unwrap_or((&entry.name, ""));
+        Ok(match (group, field) {
+            ("state", _) => Self::Nowhere,
+            ("nodes", _) => Self::AsIs("node.embedding".into()),
+            ("norm", _) => Self::AsIs(format!("embed.norm.{field}")),
+            ("last", _) => Self::AsIs(format!("norm.{field}")),
+            ("flow1", "weight") => {
+                Self::Split { rest: "flow.latent.weight", first: "flow.action.weight" }
+            }
+            ("flow1", _) => Self::AsIs("flow.latent.bias".into()),
+            ("flow2", _) => Self::AsIs(format!("flow.hidden.{field}")),
+            ("flow3", _) => Self::AsIs(format!("flow.out.{field}")),
+            ("head", _) => Self::AsIs(entry.name.clone()),
+            _ => match (group.strip_prefix("kind"), group.strip_prefix("block")) {
+                (Some(kind), _) => Self::Transposed(format!("embed.{kind}.{field}")),
+                (_, Some(block)) => Self::AsIs(format!("block.{block}.{field}")),
+                _ => return Err(FieldError::new(&entry.name, "has no place in a model file")),
+            },
+        })
     }
 }
 
@@ -80,34 +144,18 @@ pub fn model_bytes(
     }
     for entry in &table.entries {
         let values = &parameters[entry.range()];
-        let (group, field) = entry.name.split_once('.').unwrap_or((&entry.name, ""));
-        match (group, field) {
-            ("state", _) => {}
-            ("nodes", _) => file.set_f32("node.embedding", values)?,
-            ("norm", _) => file.set_f32(&format!("embed.norm.{field}"), values)?,
-            ("last", _) => file.set_f32(&format!("norm.{field}"), values)?,
-            ("flow1", "weight") => {
-                // The first matrix in two: what changes with the flow's time, input by input, and
-                // what does not.
+        match Place::of(entry)? {
+            Place::Nowhere => {}
+            Place::AsIs(name) => file.set_f32(&name, values)?,
+            Place::Transposed(name) => file.set_f32(&name, &transposed(values, entry.columns))?,
+            Place::Split { rest, first } => {
                 let asked = table.outputs + 1;
                 let rows = values.chunks_exact(entry.columns);
                 let latent: Vec<f32> = rows.flat_map(|row| &row[asked..]).copied().collect();
-                file.set_f32("flow.latent.weight", &latent)?;
+                file.set_f32(rest, &latent)?;
                 let action = transposed(values, entry.columns);
-                file.set_f32("flow.action.weight", &action[..asked * entry.rows])?;
+                file.set_f32(first, &action[..asked * entry.rows])?;
             }
-            ("flow1", _) => file.set_f32("flow.latent.bias", values)?,
-            ("flow2", _) => file.set_f32(&format!("flow.hidden.{field}"), values)?,
-            ("flow3", _) => file.set_f32(&format!("flow.out.{field}"), values)?,
-            ("head", _) => file.set_f32(&entry.name, values)?,
-            _ => match (group.strip_prefix("kind"), group.strip_prefix("block")) {
-                (Some(kind), _) => {
-                    let name = format!("embed.{kind}.{field}");
-                    file.set_f32(&name, &transposed(values, entry.columns))?;
-                }
-                (_, Some(block)) => file.set_f32(&format!("block.{block}.{field}"), values)?,
-                _ => return Err(FieldError::new(&entry.name, "has no place in a model file")),
-            },
         }
     }
     Ok(file.finish()?.bytes())
@@ -119,4 +167,84 @@ fn transposed(values: &[f32], columns: usize) -> Vec<f32> {
         return values.to_vec();
     }
     (0..columns).flat_map(|i| values.iter().skip(i).step_by(columns)).copied().collect()
+}
+
+/// Takes over the parameters and statistics of a model file, bytes as the numbers they stand for.
+/// What a file does not hold stays as it is: the state head, and the statistics of states.
+///
+/// # Errors
+/// What of the model is not as in the configuration.
+pub fn take_over(
+    file: &ModelFile,
+    config: &Config,
+    table: &Table,
+    statistics: &mut Statistics,
+    parameters: &mut [f32],
+) -> Result<(), FieldError> {
+    same_network(file.header(), &header(config, table, &Origin::default(), 0))?;
+    for (name, pairs) in [("input", &mut statistics.features), ("action", &mut statistics.actions)]
+    {
+        let mean = numbers(file, &format!("{name}.mean"))?;
+        let deviation = numbers(file, &format!("{name}.std"))?;
+        *pairs = mean.into_iter().zip(deviation).map(|(mean, std)| [mean, std]).collect();
+    }
+    for entry in &table.entries {
+        let values = match Place::of(entry)? {
+            Place::Nowhere => continue,
+            Place::AsIs(name) => numbers(file, &name)?,
+            Place::Transposed(name) => transposed(&numbers(file, &name)?, entry.rows),
+            Place::Split { rest, first } => {
+                let action = transposed(&numbers(file, first)?, entry.rows);
+                let latent = numbers(file, rest)?;
+                let rows = action
+                    .chunks_exact(table.outputs + 1)
+                    .zip(latent.chunks_exact(entry.columns - table.outputs - 1));
+                rows.flat_map(|(first, rest)| first.iter().chain(rest)).copied().collect()
+            }
+        };
+        parameters[entry.range()].copy_from_slice(&values);
+    }
+    Ok(())
+}
+
+/// Refuses a model that is not of the network that is to be trained.
+fn same_network(found: &Header, wanted: &Header) -> Result<(), FieldError> {
+    let decoder = |header: &Header| match header.decoder {
+        Decoder::Linear => "linear",
+        Decoder::Flow { .. } => "flow",
+    };
+    for (field, found, wanted) in [
+        ("layout", format!("{:?}", found.layout), format!("{:?}", wanted.layout)),
+        ("encoding", format!("{:?}", found.encoding), format!("{:?}", wanted.encoding)),
+        ("action", format!("{:?}", found.action), format!("{:?}", wanted.action)),
+        ("decoder", decoder(found).into(), decoder(wanted).into()),
+        ("chunk", found.chunk.to_string(), wanted.chunk.to_string()),
+        ("nodes", found.nodes.to_string(), wanted.nodes.to_string()),
+        ("layers", found.layers.to_string(), wanted.layers.to_string()),
+        ("heads", found.heads.to_string(), wanted.heads.to_string()),
+        ("width", found.width.to_string(), wanted.width.to_string()),
+        ("kinds", format!("{:?}", found.kinds), format!("{:?}", wanted.kinds)),
+    ] {
+        if found != wanted {
+            let reason = format!("the model has {found}, the configuration {wanted}");
+            return Err(FieldError::new(field, reason));
+        }
+    }
+    Ok(())
+}
+
+/// The numbers of a tensor, bytes times the scales of their rows.
+fn numbers(file: &ModelFile, name: &str) -> Result<Vec<f32>, FieldError> {
+    let missing = || FieldError::new(name, "is missing");
+    let tensor = file.tensor(name).ok_or_else(missing)?;
+    match &tensor.values {
+        Values::F32(numbers) => Ok(numbers.clone()),
+        Values::Int8(bytes) => {
+            let scales = numbers(file, &name.replace("weight", "scale"))?;
+            let rows = bytes.chunks(tensor.columns).zip(scales);
+            Ok(rows
+                .flat_map(|(row, scale)| row.iter().map(move |b| scale * f32::from(*b)))
+                .collect())
+        }
+    }
 }

@@ -89,7 +89,11 @@ impl Recorded {
 
     /// Integrator and datasets, for the model file.
     pub fn origin(&self) -> Origin {
-        Origin { integrator: self.integrator.to_string(), dataset: Source::join(&self.sources) }
+        Origin {
+            integrator: self.integrator.to_string(),
+            dataset: Source::join(&self.sources),
+            ..Origin::default()
+        }
     }
 
     /// Rolls a model out on the first `count` validation scenarios.

@@ -10,9 +10,10 @@ use super::output;
 use super::params::Table;
 use super::rollout::RolloutError;
 use super::source::{Batch, Batches, ExampleSource, Split, Statistics};
-use crate::error::Error;
-use crate::formats::write_atomically;
-use std::path::PathBuf;
+use crate::error::{Error, FieldError};
+use crate::formats::{ModelFile, read_model, write_atomically};
+use remora_core::nn::MAGIC;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -35,7 +36,7 @@ pub struct Run<'a> {
     pub config: Config,
     /// What it learns from.
     pub source: &'a dyn ExampleSource,
-    /// Where that comes from.
+    /// Where that comes from; what a parent learnt from is added to it.
     pub origin: Origin,
     /// Where results go.
     pub out: PathBuf,
@@ -115,9 +116,12 @@ impl Run<'_> {
         let (digest, shape) = (self.config.digest(), shape_text(table));
         let file = self.out.join(checkpoint::FILE);
         if self.resume && file.exists() {
-            let found = Checkpoint::read(&file)?;
+            let mut found = Checkpoint::read(&file)?;
             if found.digest != digest || found.shape != shape {
                 return Err(Error::input(&file, "", "belongs to another configuration"));
+            }
+            if found.origin == Origin::default() {
+                found.origin = self.origin.clone();
             }
             return Ok(found);
         }
@@ -125,31 +129,60 @@ impl Run<'_> {
             let reason = "there is a training already: --resume, or another --out";
             return Err(Error::input(&file, "", reason));
         }
-        let (statistics, parameters) = match &self.config.training.init_from {
-            Some(path) => {
-                let file = checkpoint::locate(path);
-                let found = Checkpoint::read(&file)?;
-                if found.shape != shape {
-                    return Err(Error::input(&file, "", "is of a network of another shape"));
-                }
-                (found.statistics, found.parameters)
-            }
-            None => (
-                Statistics::of(self.source, self.config.training.seed)?,
-                table.start(self.config.training.seed),
-            ),
-        };
-        Ok(Checkpoint {
+        let new = Checkpoint {
             digest,
             shape,
-            statistics,
+            origin: self.origin.clone(),
+            statistics: Statistics::default(),
             elapsed_s: 0.0,
             rows: Vec::new(),
             sums: [0.0; 4],
-            parameters,
+            parameters: Vec::new(),
             optimiser: AdamW::new(table.len()),
-        })
+        };
+        let seed = self.config.training.seed;
+        match &self.config.training.init_from {
+            Some(path) => self.start_from(&checkpoint::locate(path), table, new),
+            None => Ok(Checkpoint {
+                statistics: Statistics::of(self.source, seed)?,
+                parameters: table.start(seed),
+                ..new
+            }),
+        }
     }
+
+    /// The state to start from, with the parameters and statistics of a checkpoint or model file.
+    fn start_from(&self, file: &Path, table: &Table, new: Checkpoint) -> Result<Checkpoint, Error> {
+        let bytes = read_model(file)?;
+        let refused = |error: FieldError| error.at(file);
+        let more = self.config.training.parent_learnt_from.as_deref().unwrap_or_default();
+        let origin =
+            |parent, learnt: &str| self.origin.from(parent, &[learnt, more]).map_err(refused);
+        if !bytes.starts_with(&MAGIC) {
+            let found = Checkpoint::read(file)?;
+            if found.shape != new.shape {
+                return Err(Error::input(file, "", "is of a network of another shape"));
+            }
+            let parent = format!("{} {}", found.digest, name(file.parent().unwrap_or(file)));
+            let origin = origin(parent, &found.origin.dataset)?;
+            let Checkpoint { statistics, parameters, .. } = found;
+            return Ok(Checkpoint { origin, statistics, parameters, ..new });
+        }
+        let model = ModelFile::parse(&bytes).map_err(refused)?;
+        let seed = self.config.training.seed;
+        let mut statistics = Statistics::of(self.source, seed)?;
+        let mut parameters = table.start(seed);
+        model::take_over(&model, &self.config, table, &mut statistics, &mut parameters)
+            .map_err(refused)?;
+        let checksum = bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last));
+        let parent = format!("{checksum:08x} {}", name(file));
+        let origin = origin(parent, &model.header().provenance.dataset)?;
+        Ok(Checkpoint { origin, statistics, parameters, ..new })
+    }
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn shape_text(table: &Table) -> String {
@@ -310,7 +343,7 @@ impl<B: Kernels> Running<'_, B> {
     /// Writes the model file; its bytes.
     fn write_model(&self) -> Result<Vec<u8>, Error> {
         let (config, state) = (&self.run.config, &self.state);
-        let header = model::header(config, self.table, &self.run.origin, state.optimiser.step);
+        let header = model::header(config, self.table, &state.origin, state.optimiser.step);
         let file = self.run.out.join(output::MODEL);
         let bytes = model::model_bytes(header, self.table, &state.statistics, &state.parameters)
             .map_err(|error| error.at(&file))?;
