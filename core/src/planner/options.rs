@@ -13,7 +13,7 @@ pub struct Options {
     pub mode: Mode,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
-    /// Time for the whole plan [s], verification not counted. Infinite by default.
+    /// Time for the whole plan, verification included [s]. Infinite by default.
     pub deadline_s: f64,
     /// The loop's settings for Stage 1.
     pub translation: Settings,

@@ -26,6 +26,7 @@ impl Default for MissionFile {
             margins: Margins::default(),
             corridor: Corridor::default(),
             scenarios: Scenarios::default(),
+            typical: None,
             servicer: Servicer::default(),
         }
     }
@@ -181,7 +182,7 @@ impl Default for Scenarios {
 }
 
 /// The core's fields whose key in the file is another.
-const KEYS: [(&str, &str); 43] = [
+const KEYS: [(&str, &str); 51] = [
     ("servicer.bus_half_extents", "servicer.bus_half_extents_m"),
     ("servicer.links.radius", "servicer.links.radius_m"),
     ("tolerances.clearance", "tolerances.clearance_m"),
@@ -197,6 +198,14 @@ const KEYS: [(&str, &str); 43] = [
     ("scenarios.rate", "scenarios.rate_rad_s"),
     ("scenarios.rate_norm", "scenarios.rate_norm_deg_s"),
     ("scenarios.velocity", "scenarios.velocity_m_s"),
+    ("typical.length", "typical.length_m"),
+    ("typical.velocity", "typical.velocity_m_s"),
+    ("typical.force", "typical.force_n"),
+    ("typical.angle", "typical.angle_rad"),
+    ("typical.rate", "typical.rate_rad_s"),
+    ("typical.joint_rate", "typical.joint_rate_rad_s"),
+    ("typical.bus_torque", "typical.bus_torque_n_m"),
+    ("typical.joint_torque", "typical.joint_torque_n_m"),
     ("orbit.gravitational_parameter", "orbit.gravitational_parameter_m3_s2"),
     ("orbit.semi_major_axis", "orbit.semi_major_axis_m"),
     ("orbit.inclination", "orbit.inclination_deg"),
@@ -283,6 +292,20 @@ mod tests {
         written.sort();
         known.sort();
         assert_eq!(written, known);
+    }
+
+    #[test]
+    fn typical_magnitudes_are_given_all_or_none() {
+        let all = "[typical]\nlength_m = 1\nvelocity_m_s = 1\nforce_n = 1\nangle_rad = 0.1\n\
+                   rate_rad_s = 1\njoint_rate_rad_s = 1\nbus_torque_n_m = 1\njoint_torque_n_m = 1";
+        let mission = MissionFile::parse(all).unwrap().mission().unwrap();
+        assert_eq!(mission.typical_magnitudes.unwrap().rate, 1.0);
+        // None is above its limit all the same.
+        assert_eq!(mission.typical().bus_torque, 5e-3);
+        assert!(MissionFile::parse("[typical]\nlength_m = 1").is_err());
+        let wrong = all.replace("force_n = 1", "force_n = -1");
+        let error = MissionFile::parse(&wrong).unwrap().mission().unwrap_err();
+        assert_eq!(error.field, "typical.force_n");
     }
 
     #[test]

@@ -44,6 +44,9 @@ pub struct MissionFile {
     pub corridor: Corridor,
     /// Where scenarios are drawn from.
     pub scenarios: Scenarios,
+    /// What steps are divided by; left out, it follows from the rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub typical: Option<Typical>,
     /// The servicer.
     pub servicer: Servicer,
 }
@@ -87,6 +90,43 @@ pub struct Corridor {
     pub mouth_radius_m: f64,
     /// Length of the last link's end that only the corridor concerns [m].
     pub end_effector_length_m: f64,
+}
+
+/// `[typical]`: all keys or none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Typical {
+    /// Position [m].
+    pub length_m: f64,
+    /// Velocity [m/s].
+    pub velocity_m_s: f64,
+    /// Force [N].
+    pub force_n: f64,
+    /// Attitude and joint angles [rad].
+    pub angle_rad: f64,
+    /// Bus rate [rad/s].
+    pub rate_rad_s: f64,
+    /// Joint rates [rad/s].
+    pub joint_rate_rad_s: f64,
+    /// Bus torque [N m].
+    pub bus_torque_n_m: f64,
+    /// Joint torques [N m].
+    pub joint_torque_n_m: f64,
+}
+
+impl Typical {
+    fn convert(&self) -> model::Typical {
+        model::Typical {
+            length: self.length_m,
+            velocity: self.velocity_m_s,
+            force: self.force_n,
+            angle: self.angle_rad,
+            rate: self.rate_rad_s,
+            joint_rate: self.joint_rate_rad_s,
+            bus_torque: self.bus_torque_n_m,
+            joint_torque: self.joint_torque_n_m,
+        }
+    }
 }
 
 /// `[scenarios]`
@@ -391,7 +431,7 @@ impl MissionFile {
                 rate_norm: s.rate_norm_deg_s.map(radians),
                 velocity: s.velocity_m_s,
             },
-            typical_magnitudes: None,
+            typical_magnitudes: self.typical.as_ref().map(Typical::convert),
         })
     }
 }
