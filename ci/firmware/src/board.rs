@@ -12,7 +12,7 @@ pub struct Stack {
 }
 
 /// A board: where text goes, and how many instructions have been retired.
-pub trait Board {
+pub trait Board: Sync {
     /// Its name in the report.
     const NAME: &'static str;
     /// Instructions between two values of [`Board::instructions`]: its resolution.
@@ -39,7 +39,7 @@ pub trait Board {
 /// count instructions.
 pub struct InstructionClock<'a, B>(pub &'a B);
 
-impl<B: Board + Sync> Clock for InstructionClock<'_, B> {
+impl<B: Board> Clock for InstructionClock<'_, B> {
     fn seconds(&self) -> f64 {
         self.0.instructions() as f64 * 1e-9
     }

@@ -85,6 +85,9 @@ impl ThisBoard {
     }
 }
 
+// SAFETY: the board has one core, and no interrupt reads the clock.
+unsafe impl Sync for ThisBoard {}
+
 impl Board for ThisBoard {
     const NAME: &'static str = "mps2-an500";
     /// An instruction is a nanosecond of the emulator's time, a tick 40 of them.

@@ -180,6 +180,9 @@ impl ThisBoard {
     }
 }
 
+// SAFETY: the board has one core, and no interrupt reads the clock.
+unsafe impl Sync for ThisBoard {}
+
 impl Board for ThisBoard {
     const NAME: &'static str = "leon3_generic";
     /// An instruction is a nanosecond of the emulator's time, a tick 25 of them.
