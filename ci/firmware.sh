@@ -19,8 +19,10 @@ set -euo pipefail
 set -m
 
 # The bars: the planner's memory with its solver's and its network's everywhere, image and stack on
-# the Cortex-M7, whose memories are small. Models are no part of the image: data of their own.
-max_image_bytes=$((384 * 1024))
+# the Cortex-M7, whose memories are small. Models are no part of the image: data of their own. The
+# image's was 384 KiB before clearances, refusals and the verifier's own truth came into it, which were
+# allowed a quarter more than the 370,912 bytes before them.
+max_image_bytes=$((452 * 1024))
 max_memory_bytes=$((1024 * 1024))
 max_stack_bytes=$((32 * 1024))
 # Longest run of an image [s].

@@ -105,7 +105,7 @@ pub struct Corridor {
 impl Default for Corridor {
     fn default() -> Self {
         Self {
-            half_angle: core::f64::consts::FRAC_PI_3,
+            half_angle: 60.0 * core::f64::consts::PI / 180.0,
             mouth_radius: 0.1,
             end_effector_length: 0.15,
         }

@@ -13,24 +13,23 @@ use super::rows::from;
 pub(super) type Prediction = [f32; ACTION * limit::CHUNK];
 
 /// What the flow decoder has to know besides the latent.
-#[derive(Clone, Copy)]
-pub(super) struct Draw<'a> {
+pub(super) struct Draw<'a, F> {
     pub seed: u64,
     pub node: usize,
     /// Euler steps, if not the file's.
     pub steps: Option<u16>,
     /// Asked before each of them whether to give up.
-    pub should_stop: &'a dyn Fn() -> bool,
+    pub should_stop: &'a F,
 }
 
 /// The prediction for a latent. `hidden`: two rows of scratch, `stride` apart, each of at least
 /// four widths.
-pub(super) fn decode(
+pub(super) fn decode<F: Fn() -> bool>(
     kernel: Kernel,
     head: &Head,
     size: &Dimensions,
     latent: &[f32],
-    draw: Draw<'_>,
+    draw: Draw<'_, F>,
     (hidden, stride): (&mut [f32], usize),
     quantised: &mut Quantised,
 ) -> Prediction {
@@ -44,7 +43,7 @@ pub(super) fn decode(
         Head::Flow(flow) => {
             let (first, second) = hidden.split_at_mut(stride.min(hidden.len()));
             let buffers = [first, second];
-            noise(&mut prediction, size.actions, draw);
+            noise(&mut prediction, size.actions, &draw);
             flow_from(kernel, flow, size, latent, draw, &mut prediction, buffers, quantised);
         }
     }
@@ -52,7 +51,7 @@ pub(super) fn decode(
 }
 
 /// The numbers at which the flow of a node begins.
-fn noise(z: &mut Prediction, actions: usize, draw: Draw<'_>) {
+fn noise<F>(z: &mut Prediction, actions: usize, draw: &Draw<'_, F>) {
     let pairs = (ACTION * limit::CHUNK / 2) as u64;
     let from = draw.node as u64 * pairs;
     let (z, _) = z.as_chunks_mut::<2>();
@@ -64,12 +63,12 @@ fn noise(z: &mut Prediction, actions: usize, draw: Draw<'_>) {
 /// Euler steps along the velocity. Cost a step: `8 width^2` flops in bytes for the hidden map, and
 /// `8 width` an action in single precision.
 #[expect(clippy::too_many_arguments)]
-fn flow_from(
+fn flow_from<F: Fn() -> bool>(
     kernel: Kernel,
     flow: &Flow,
     size: &Dimensions,
     latent: &[f32],
-    draw: Draw<'_>,
+    draw: Draw<'_, F>,
     z: &mut Prediction,
     [first, second]: [&mut [f32]; 2],
     quantised: &mut Quantised,

@@ -96,7 +96,7 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
         &mut self,
         features: &[f32],
         actions: &mut [f32],
-        should_stop: &dyn Fn() -> bool,
+        should_stop: &impl Fn() -> bool,
     ) -> Result<(), NetworkError> {
         if actions.len() != self.model.dimensions().actions {
             return Err(NetworkError::Length);
@@ -184,7 +184,7 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
     }
 
     /// Raw actions from the latent that [`Network::pass`] left; whether they are finite.
-    fn predict(&mut self, actions: &mut [f32], should_stop: &dyn Fn() -> bool) -> bool {
+    fn predict(&mut self, actions: &mut [f32], should_stop: &impl Fn() -> bool) -> bool {
         let size = self.model.dimensions();
         let Some((_, mut scratch)) = self.memory.parts(0) else { return false };
         let latent = scratch.normal.get(..size.width).unwrap_or_default();

@@ -265,7 +265,8 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
 
     /// Stage 2 from the trajectory in the workspace, in at most so many iterations.
     fn reorient(&mut self, settings: &Settings, iterations: usize) -> Stage {
-        let settings = Settings { max_iterations: iterations, ..*settings };
+        let max_iterations = iterations.min(settings.max_iterations);
+        let settings = Settings { max_iterations, ..*settings };
         let mode: Mode = self.options.mode;
         let (solver, pair, workspace) = (&mut *self.solver, self.pair, &mut *self.workspace);
         let report = reorient(&self.formulation, mode, &settings, solver, pair, workspace);

@@ -191,16 +191,32 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         trajectory: &TranslationTrajectory<N>,
     ) -> (f64, Vector3<f64>) {
         let exempt = if i == 0 { k + 1 == N } else { k == 0 || self.margin.is_none() };
+        // Nothing here can be out of range; said so, no panic is left in an image.
+        let before = k.saturating_sub(1);
+        let (Some(target), Some(last), Some([radius, radius_within])) =
+            (self.target.get(k), self.target.get(before), self.keep_out.get(k))
+        else {
+            return (-1.0, Vector3::zeros());
+        };
+        let (Some(position), Some(velocity), Some(force)) =
+            (trajectory.position.get(k), trajectory.velocity.get(k), trajectory.force.get(before))
+        else {
+            return (-1.0, Vector3::zeros());
+        };
         if exempt || !self.constrained {
             return (-1.0, Vector3::zeros());
         }
-        let (mut time, mut position) = (k as f64 * self.dt, trajectory.position[k]);
-        let (mut attitude, mut radius) = (self.target[k].attitude, self.keep_out[k][0]);
-        if let Some(share) = i.checked_sub(1).and_then(|i| WITHIN.get(i)) {
+        let (mut time, mut position, mut radius) = (k as f64 * self.dt, *position, *radius);
+        let mut attitude = target.attitude;
+        let within = i.checked_sub(1).and_then(|i| WITHIN.get(i).zip(self.back.get(i)));
+        if let Some((share, back)) = within {
             time -= share * self.dt;
-            radius = self.keep_out[k][1];
-            position = self.position_within(k, i - 1, trajectory);
-            attitude = self.attitude_within(k, *share);
+            radius = *radius_within;
+            let (by_state, by_force) = self.rows_within(back);
+            position = by_state.fixed_columns::<3>(0) * position
+                + by_state.fixed_columns::<3>(3) * velocity
+                + by_force * force;
+            attitude = self.attitude_within(target, last, *share);
         }
         let margin = self.margin.unwrap_or(0.0) * self.mission.approach.margin_share(time, N);
         let rotation = quaternion::rotation_matrix(&attitude);
@@ -209,31 +225,17 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         (radius + margin - distance.value, -(rotation * distance.gradient))
     }
 
-    /// Position at point `i` of [`WITHIN`], before node `k > 0`.
-    fn position_within(
-        &self,
-        k: usize,
-        i: usize,
-        trajectory: &TranslationTrajectory<N>,
-    ) -> Vector3<f64> {
-        let (by_state, by_force) = self.rows_within(i);
-        by_state.fixed_columns::<3>(0) * trajectory.position[k]
-            + by_state.fixed_columns::<3>(3) * trajectory.velocity[k]
-            + by_force * trajectory.force[k - 1]
-    }
-
-    /// Position at point `i` of [`WITHIN`] by the node's state and by the force before it.
-    fn rows_within(&self, i: usize) -> (Matrix3x6<f64>, Matrix3<f64>) {
-        let back = &self.back[i];
+    /// Position at the end of `back` by the node's state and by the force before it.
+    fn rows_within(&self, back: &HcwTransition) -> (Matrix3x6<f64>, Matrix3<f64>) {
         let by_force = back.input.fixed_rows::<3>(0) / self.mass;
         (back.state.fixed_rows::<3>(0).into_owned(), by_force)
     }
 
-    /// The target's attitude a share of the interval before node `k`, at the rate of the nearer
-    /// node.
-    fn attitude_within(&self, k: usize, share: f64) -> Vector4<f64> {
-        let (from, ahead) = if share <= 0.5 { (k, -share) } else { (k - 1, 1.0 - share) };
-        let TargetState { attitude, rate } = &self.target[from];
+    /// The target's attitude a share of the interval before a node, at the rate of the nearer one of
+    /// this and the `last`.
+    fn attitude_within(&self, node: &TargetState, last: &TargetState, share: f64) -> Vector4<f64> {
+        let (from, ahead) = if share <= 0.5 { (node, -share) } else { (last, 1.0 - share) };
+        let TargetState { attitude, rate } = from;
         quaternion::product(&quaternion::exp(&(rate * (ahead * self.dt))), attitude)
     }
 
@@ -248,11 +250,11 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         for i in 0..NR {
             let (offset, normal) = self.keep_out_row(k, i, trajectory);
             stage.row_offset[i] = offset;
-            let Some(within) = i.checked_sub(1) else {
+            let Some(back) = i.checked_sub(1).and_then(|i| self.back.get(i)) else {
                 stage.row_x.fixed_view_mut::<1, 3>(0, 0).copy_from(&(normal * r).transpose());
                 continue;
             };
-            let (by_state, by_force) = self.rows_within(within);
+            let (by_state, by_force) = self.rows_within(back);
             let (by_state, by_force) = (by_state.tr_mul(&normal), by_force.tr_mul(&normal));
             for j in 0..3 {
                 stage.row_x[(i, j)] = by_state[j] * r;
