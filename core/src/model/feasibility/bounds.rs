@@ -6,7 +6,7 @@ use crate::model::{
     HcwTransition, Mission, Refusal, Scenario, TargetState, initial_bus_attitude,
     signed_distance_to_box,
 };
-use nalgebra::{Matrix3, SVector, Vector3, Vector6};
+use nalgebra::{SVector, Vector3, Vector6};
 
 impl<const NL: usize> Mission<NL> {
     /// Terminal position and velocity of the system's centre of mass, RTN.
@@ -34,8 +34,8 @@ impl<const NL: usize> Mission<NL> {
         let back = HcwTransition::new(n, -interval).state;
         let coasting = back * stacked(&goal, &velocity);
         let thrust = back * HcwTransition::new(n, interval).input / self.servicer.total_mass();
-        let thrust: Matrix3<f64> = thrust.fixed_view::<3, 3>(0, 0).into_owned();
-        let most = thrust.abs() * Vector3::repeat(self.servicer.max_force);
+        let reach = |i: usize| (0..3).map(|j| thrust[(i, j)].abs()).sum::<f64>();
+        let most = Vector3::from_fn(|i, _| reach(i) * self.servicer.max_force);
         let coasting = Vector3::new(coasting[0], coasting[1], coasting[2]);
         let before = box_distance(&target[N - 2], &coasting) + norm(&most);
         let limit = self.approach.keep_out(N - 2, N);
