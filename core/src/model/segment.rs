@@ -96,7 +96,7 @@ struct Face {
 #[inline(never)]
 fn deepest(half: &Vector3<f64>, start: &Vector3<f64>, along: &Vector3<f64>) -> SegmentDistance {
     let face = |k: usize| {
-        let (i, sign) = (k / 2, if k % 2 == 0 { 1.0 } else { -1.0 });
+        let (i, sign) = (k / 2, if k.is_multiple_of(2) { 1.0 } else { -1.0 });
         let mut normal = Vector3::zeros();
         normal[i] = sign;
         Face { at: sign * start[i] - half[i], slope: sign * along[i], normal }

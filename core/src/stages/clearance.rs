@@ -201,7 +201,7 @@ impl<const NL: usize> Bodies<NL> {
             segment_to_box(&self.target_half, &frame.to_target(&start), &frame.to_target(&end));
         let distance =
             SignedDistance { value: near.value - self.radius[i], gradient: near.gradient };
-        frame.clearance(Some(i), &frame.from_target(&near.point), distance)
+        frame.clearance(Some(i), &frame.in_bus(&near.point), distance)
     }
 
     /// The bus against the target: two boxes are nearest at an edge of one of them.
@@ -211,15 +211,11 @@ impl<const NL: usize> Bodies<NL> {
                 segment_to_box(&self.target_half, &frame.to_target(&start), &frame.to_target(&end));
             if !(near.value >= nearest.distance) {
                 let distance = SignedDistance { value: near.value, gradient: near.gradient };
-                *nearest = frame.clearance(None, &frame.from_target(&near.point), distance);
+                *nearest = frame.clearance(None, &frame.in_bus(&near.point), distance);
             }
         }
         for (start, end) in edges(&self.target_half) {
-            let near = segment_to_box(
-                &self.bus_half,
-                &frame.from_target(&start),
-                &frame.from_target(&end),
-            );
+            let near = segment_to_box(&self.bus_half, &frame.in_bus(&start), &frame.in_bus(&end));
             if !(near.value >= nearest.distance) {
                 // What moves is the bus: the gradient is that of its own surface, turned round.
                 let distance = SignedDistance {
@@ -266,7 +262,7 @@ impl<const NL: usize> Frame<'_, NL> {
     }
 
     /// The inverse of [`Frame::to_target`].
-    fn from_target(&self, point: &Vector3<f64>) -> Vector3<f64> {
+    fn in_bus(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let rtn = self.target * point - self.position;
         self.rotation.tr_mul(&rtn) + self.arm.center
     }
