@@ -390,7 +390,7 @@ mod tests {
         for (name, change) in cases {
             let mut mission = Mission::default();
             change(&mut mission);
-            let refusal = refusal(&mission, &scenario, &euler).unwrap().unwrap();
+            let refusal = refusal(&mission, &scenario, &euler).unwrap().expect(name);
             assert!([name, "capture_view"].contains(&refusal.name()), "{refusal}");
             let plan = || Planner::new().plan(&mission, &scenario, &euler, None);
             let planned = on_large_stack(plan).unwrap();

@@ -14,11 +14,11 @@ use remora_core::model::Mission;
 use remora_core::pair::Pair;
 use remora_core::stages::LINKS;
 use remora_core::time::Clock;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::Instant;
 
 /// A deadline that only a clock that was stopped reaches [s].
-pub(crate) const FAR_S: f64 = 1e300;
+pub(crate) const FAR_S: f64 = 1e290;
 
 /// Two planners with their memory.
 #[derive(Default)]
@@ -113,27 +113,30 @@ fn is_better(a: &Planned, b: &Planned) -> bool {
     of_a < of_b || (of_a == of_b && a.file.stage2.cost < b.file.stage2.cost)
 }
 
-/// A wall clock that stands at infinity once somebody has won.
+/// A wall clock that runs away once somebody has won: each reading is farther from the one before
+/// than any deadline, so that one that was set before passes, and so does one that is set after,
+/// whatever else is timed first.
 pub(crate) struct Stoppable<'a> {
     clock: WallClock,
     is_over: &'a AtomicBool,
-    /// Whether the deadline has been read off it: from infinity it would never come.
-    has_begun: AtomicBool,
+    /// Readings since.
+    since: AtomicU32,
 }
 
 impl<'a> Stoppable<'a> {
     /// A clock that begins now.
     pub(crate) fn new(is_over: &'a AtomicBool) -> Self {
-        Self { clock: WallClock::start(), is_over, has_begun: AtomicBool::new(false) }
+        Self { clock: WallClock::start(), is_over, since: AtomicU32::new(0) }
     }
 }
 
 impl Clock for Stoppable<'_> {
     fn seconds(&self) -> f64 {
-        match self.has_begun.swap(true, Ordering::Relaxed) && self.is_over.load(Ordering::Relaxed) {
-            true => f64::INFINITY,
-            false => self.clock.seconds(),
+        if !self.is_over.load(Ordering::Relaxed) {
+            return self.clock.seconds();
         }
+        let before = self.since.fetch_add(1, Ordering::Relaxed);
+        2.0 * FAR_S * (1.0 + f64::from(before))
     }
 }
 
@@ -201,6 +204,8 @@ mod tests {
         is_over.store(true, Ordering::Relaxed);
         assert!(deadline.has_passed());
         let late = Stoppable::new(&is_over);
+        // Plans look at the clock before they set their deadline, too.
+        assert!(late.seconds() < late.seconds());
         assert!(CoreDeadline::after(&late, FAR_S).has_passed());
 
         let scenario = &ScenarioSet::built_in().unwrap().scenarios[0];

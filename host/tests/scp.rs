@@ -225,7 +225,9 @@ fn a_deadline_leaves_what_the_outcome_says() {
         let deadline = Deadline::after(&clock, 60.0);
         let (outcome, swing) = run_until(&mut problem, &settings(), Swing::START, &deadline);
         problem.residuals(&swing, &mut residuals);
-        assert_eq!(problem.violation(&residuals), outcome.violation, "{at}");
+        // The first look at the clock is before the start was judged: nothing is known of it then.
+        let known = problem.violation(&residuals);
+        assert_eq!(outcome.violation, if at == 1 { f64::INFINITY } else { known }, "{at}");
         match outcome.status {
             Status::Deadline => useful += i32::from(outcome.violation <= 1.0),
             status => assert_eq!(status, Status::Solved),

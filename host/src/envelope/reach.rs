@@ -4,10 +4,10 @@ use crate::formats::NamedScenario;
 use crate::method::{Deadline, Method, Qp};
 use crate::planning::{Planner, Subproblem};
 use crate::portfolio::{FAR_S, Stoppable};
-use remora_core::model::Mission;
+use remora_core::model::{Mission, Refusal};
 use remora_core::planner::Report;
 use remora_core::qp::QpStatus;
-use remora_core::stages::LINKS;
+use remora_core::stages::{LINKS, NODES};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Whether Stage 1 did not get beyond its first program. That one is convex: dynamics, force limit,
@@ -17,14 +17,19 @@ pub(super) fn is_without_path(report: &Report) -> bool {
     outcome.iterations == 1 && outcome.violation == f64::INFINITY
 }
 
-/// Whether that program is infeasible, by a certificate of Clarabel's: the embedded solver may end
-/// without one. The plan ends with the program.
+/// Whether that program is infeasible: because the planner refuses the force before it solves
+/// anything, or by a certificate of Clarabel's, for the embedded solver may end without one. The
+/// plan ends with the program.
 pub(super) fn is_proved(
     planner: &mut Planner,
     mission: &Mission<LINKS>,
     scenario: &NamedScenario,
     method: &Method,
 ) -> bool {
+    let check = mission.check::<NODES>(&scenario.scenario(), method.integrator.core());
+    if let Err(refusal) = check {
+        return matches!(refusal, Refusal::Force { .. });
+    }
     let is_over = AtomicBool::new(false);
     let mut first = None;
     let mut watch = |solve: Subproblem<'_>| {

@@ -5,7 +5,7 @@ use crate::error::{Error, FieldError};
 use crate::method::{Integrator, Mode};
 use remora_core::scp::Status;
 use remora_core::stages::{LINKS, NODES, Residuals};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 use std::path::Path;
 
@@ -120,35 +120,53 @@ pub struct PlanTarget {
     pub rate: Vec<[f64; 3]>,
 }
 
-/// Residuals of a plan, each zero or positive, in the units of the problem definition.
+/// Residuals of a plan, each zero or positive, in the units of the problem definition; infinite, and
+/// `null` in the file, where the deadline passed before the verifier had finished.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with the residuals")]
 pub struct PlanResiduals {
     /// Stage 1 dynamics, scaled.
+    #[serde(deserialize_with = "null_is_infinity")]
     pub dynamics1: f64,
     /// Keep-out [m].
+    #[serde(deserialize_with = "null_is_infinity")]
     pub keep_out: f64,
     /// Stage 2 dynamics, scaled.
+    #[serde(deserialize_with = "null_is_infinity")]
     pub dynamics2: f64,
     /// Control bounds, relative.
+    #[serde(deserialize_with = "null_is_infinity")]
     pub control: f64,
     /// Joint limits [rad].
+    #[serde(deserialize_with = "null_is_infinity")]
     pub joint: f64,
     /// Joint rates, relative.
+    #[serde(deserialize_with = "null_is_infinity")]
     pub joint_rate: f64,
     /// Pointing, in cosine.
+    #[serde(deserialize_with = "null_is_infinity")]
     pub pointing: f64,
     /// Arm preset, scaled.
+    #[serde(deserialize_with = "null_is_infinity")]
     pub preset: f64,
     /// Terminal bus rate, scaled.
+    #[serde(deserialize_with = "null_is_infinity")]
     pub terminal_rate: f64,
     /// End effector from the port [m].
+    #[serde(deserialize_with = "null_is_infinity")]
     pub ee_position: f64,
     /// Approach direction [rad].
+    #[serde(deserialize_with = "null_is_infinity")]
     pub ee_angle: f64,
     /// Overlap of bodies [m]; plans of older versions have none.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "null_is_infinity")]
     pub clearance: f64,
+}
+
+/// JSON has no infinity, which is the residual of a verifier that did not finish: it is written as
+/// null.
+fn null_is_infinity<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
 }
 
 impl PlanStatus {
@@ -328,6 +346,17 @@ mod tests {
         fields["residuals"].as_object_mut().unwrap().remove("clearance");
         let read = PlanFile::parse(&old.to_string()).unwrap();
         assert_eq!(read, PlanFile { verdict: None, clearances: None, ..plan() });
+    }
+
+    #[test]
+    fn what_was_not_verified_in_time_is_infinite_and_null_in_the_file() {
+        let unfinished = PlanFile { residuals: Residuals::UNFINISHED.into(), ..plan() };
+        let text = json::to_text(&unfinished).unwrap();
+        let mut fields: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert!(fields["residuals"]["dynamics1"].is_null());
+        assert_eq!(PlanFile::parse(&text).unwrap(), unfinished);
+        fields["residuals"].as_object_mut().unwrap().remove("dynamics1");
+        assert_eq!(PlanFile::parse(&fields.to_string()).unwrap_err().field, "residuals");
     }
 
     #[test]
