@@ -170,7 +170,7 @@ fn what_is_not_solved_is_listed_and_told_by_the_status() {
     };
     assert_eq!((cell("status"), cell("verdict")), ("infeasible", "not_flyable"));
     assert_eq!((cell("reason"), cell("clearance_arm_m")), ("joint_rate", "inf"));
-    assert_eq!(bench.names("runs/plans"), [String::new(); 0]);
+    assert_eq!(bench.names("runs/plans"), Vec::<String>::new());
     let summary = bench.json("runs/summary.json");
     assert_eq!(summary["by_reason"], serde_json::json!({ "joint_rate": 1 }));
     assert_eq!(summary["refused"], 1);
