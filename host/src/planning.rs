@@ -385,7 +385,11 @@ mod tests {
             ("joint_rate", &|m| m.servicer.max_joint_rate = 0.98 * travel / time),
             ("force", &|m| m.servicer.max_force = 0.98 * needs.force),
             ("keep_out", &|m| m.approach.keep_out_far = 9.0),
-            ("field_of_view", &|m| m.approach.field_of_view_half_angle = 1e-3),
+            // Angles that the pointing tolerance lets pass are not refused.
+            ("field_of_view", &|m| {
+                m.approach.field_of_view_half_angle = 1e-3;
+                m.tolerances.pointing = 1e-9;
+            }),
         ];
         for (name, change) in cases {
             let mut mission = Mission::default();

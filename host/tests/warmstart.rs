@@ -211,19 +211,18 @@ fn a_bad_start_gives_way_to_the_heuristic() {
 #[test]
 fn a_start_that_fails_is_followed_by_the_heuristic() {
     let mut bench = Bench::new();
-    // From a plan that is feasible and no more, one iteration is not enough.
-    let feasible = Options::new(Mode::Feasible, Integrator::Euler);
-    bench.plan_with(6, &feasible, &mut Start::Heuristic);
-    let mut script = Script::of(Action::Rate, bench.workspace.motion());
+    // From where the heuristic is after one iteration, one more is not enough. The budget is that
+    // of both tries together.
     let mut options = Options::new(Mode::Optimal, Integrator::Euler);
-    options.reorientation.max_iterations = 2;
+    options.reorientation.max_iterations = 1;
     options.learned.max_iterations = 1;
     let first = bench.plan_with(6, &options, &mut Start::Heuristic);
     assert_eq!(first.status, Status::IterationLimit);
     let heuristic = *bench.workspace.motion();
+    let mut script = Script::of(Action::Rate, bench.workspace.motion());
+    options.reorientation.max_iterations = 2;
     let mut start = Start::Learned { policy: &mut script, seed: 0 };
     let report = bench.plan_with(6, &options, &mut start);
-    for r in [&first, &report] { eprintln!("DBG {:?} {:?} {:?}", r.evidence.start, r.status, r.reorientation.outcome); }
     assert_eq!(report.evidence.start, StartRecord::Unsolved);
     assert!(*bench.workspace.motion() == heuristic);
     assert_eq!(report.reorientation.outcome.iterations, 2);

@@ -10,11 +10,12 @@ use remora_core::qp::QpStatus;
 use remora_core::stages::{LINKS, NODES};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether Stage 1 did not get beyond its first program. That one is convex: dynamics, force limit,
+/// Whether the force was refused, or Stage 1 did not get beyond its first program. That one is convex: dynamics, force limit,
 /// both ends, and nothing else.
 pub(super) fn is_without_path(report: &Report) -> bool {
     let outcome = &report.translation.outcome;
-    outcome.iterations == 1 && outcome.violation == f64::INFINITY
+    matches!(report.refusal, Some(Refusal::Force { .. }))
+        || (outcome.iterations == 1 && outcome.violation == f64::INFINITY)
 }
 
 /// Whether that program is infeasible: because the planner refuses the force before it solves
@@ -26,9 +27,10 @@ pub(super) fn is_proved(
     scenario: &NamedScenario,
     method: &Method,
 ) -> bool {
-    let check = mission.check::<NODES>(&scenario.scenario(), method.integrator.core());
-    if let Err(refusal) = check {
-        return matches!(refusal, Refusal::Force { .. });
+    // The planner refuses a force that is too small, so that there may be no program to look at.
+    let needs = mission.needs::<NODES>(&scenario.scenario(), method.integrator.core());
+    if needs.is_ok_and(|needs| needs.force > 1.01 * mission.servicer.max_force) {
+        return true;
     }
     let is_over = AtomicBool::new(false);
     let mut first = None;
