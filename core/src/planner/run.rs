@@ -179,7 +179,9 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
                 Some(if path { Change::Path } else { Change::Margins })
             }
             Status::Infeasible if found.residuals.dynamics2 > limits.dynamics => {
-                self.formulation = gentler(&self.formulation, self.workspace.path());
+                let Formulation { mission, integrator, .. } = self.formulation;
+                let needs = mission.needs::<NODES>(self.scenario, integrator).ok()?;
+                self.formulation = gentler(&self.formulation, self.workspace.path(), needs.force)?;
                 Some(Change::Gentler)
             }
             _ => None,

@@ -55,14 +55,20 @@ pub(super) fn tightened<'a, const NL: usize>(
 /// follow.
 const GENTLER: f64 = 0.75;
 
+/// Force that a gentler path keeps over the least that could reach its end.
+const SPARE: f64 = 1.2;
+
 /// The formulation with a gentler Stage 1, where torques were too weak for the moment of its force:
-/// it acts beside the centre of mass.
+/// it acts beside the centre of mass. `None` where that would leave too little force, of which
+/// `least` is needed.
 pub(super) fn gentler<'a, const NL: usize>(
     formulation: &Formulation<'a, NL>,
     path: &TranslationTrajectory<NODES>,
-) -> Formulation<'a, NL> {
+    least: f64,
+) -> Option<Formulation<'a, NL>> {
     let largest = path.force.iter().map(|force| force.amax()).fold(0.0, f64::max);
-    Formulation { max_force: (GENTLER * largest).min(formulation.max_force), ..*formulation }
+    let max_force = (GENTLER * largest).min(formulation.max_force);
+    (max_force >= SPARE * least).then_some(Formulation { max_force, ..*formulation })
 }
 
 #[cfg(test)]
@@ -92,5 +98,16 @@ mod tests {
         assert_eq!(wider(|r| (r.joint, r.dynamics2) = (0.1, 1.0), rk4), None);
         assert_eq!(wider(|r| r.joint = f64::NAN, rk4), None);
         assert!(wider(|r| r.pointing = 2.0, rk4).unwrap().field_of_view < 0.35);
+    }
+
+    #[test]
+    fn a_gentler_path_keeps_the_force_it_needs() {
+        let mission = Mission::default();
+        let formulation = Formulation::new(&mission, Integrator::Rk4 { substeps: 4 });
+        let mut path = TranslationTrajectory::<NODES>::ZERO;
+        path.force[3].y = -0.2;
+        let gentle = gentler(&formulation, &path, 0.1).unwrap();
+        assert_eq!(gentle.max_force, 0.75 * 0.2);
+        assert!(gentler(&gentle, &path, 0.13).is_none());
     }
 }

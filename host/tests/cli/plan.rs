@@ -111,8 +111,7 @@ fn what_is_not_solved_is_written_all_the_same() {
     let run = bench.run("plan --mission weak.mission.toml --integrator euler");
     assert_eq!(run.status, 1, "{}", run.err);
     assert!(run.out.contains("TOO LARGE"), "{}", run.out);
-    // Stage 1 is planned again with less force where Stage 2 cannot follow, here to no avail.
-    let failed = "\nverdict: not flyable, dynamics1 is farthest beyond its tolerance\n";
+    let failed = "\nverdict: not flyable, dynamics2 is farthest beyond its tolerance\n";
     assert!(run.out.contains(failed), "{}", run.out);
     assert_eq!(bench.json("pub-000.plan.json")["verdict"], "not_flyable");
     assert_ne!(bench.json("pub-000.plan.json")["status"], "solved");
