@@ -344,9 +344,8 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         convex: &SVector<f64, NU>,
         qp: &mut Qp<N, NX, NU, NR>,
     ) {
-        let linearise = |k, stage: &mut Stage<NX, NU, NR>| {
-            self.linearise_at(k, z, Some(multipliers), stage);
-        };
+        let linearise =
+            |k, stage: &mut Stage<NX, NU, NR>| self.linearise_at(k, z, Some(multipliers), stage);
         let Some((last, stages)) = qp.stages.split_last_mut() else { return };
         linearise(N - 1, last);
         let mut sweep = Sweep::new(last, convex);
@@ -365,9 +364,14 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
                 let (done, work) = sweep.over(filled, ready, budget, |k, i| self.is_pinned(k, i));
                 let help = budget.saturating_sub(work) / self.node_work();
                 let helped = before.iter_mut().enumerate().rev().take(help);
-                (done, helped.map(|(k, stage)| linearise(k, stage)).count())
+                (
+                    done,
+                    helped.map(|(k, stage)| linearise(k, stage)).take_while(|done| *done).count(),
+                )
             };
-            let fill = || (from..).zip(batch).for_each(|(k, stage)| linearise(k, stage));
+            let fill = || {
+                (from..).zip(batch).all(|(k, stage)| linearise(k, stage));
+            };
             let ((done, helped), ()) = self.pair.join(sweep_and_help, fill);
             filled = from.saturating_sub(helped);
             swept = swept.saturating_sub(done);
@@ -384,25 +388,27 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
     }
 
     /// Fills `stage`, that of node `k`, with everything but curvature that is handed from node to
-    /// node.
+    /// node. False once the deadline has passed: what is there is of no use then.
     fn linearise_at(
         &self,
         k: usize,
         z: &ReorientationTrajectory<N, NL>,
         multipliers: Option<&Solution<N, NX, NU, NR>>,
         stage: &mut Stage<NX, NU, NR>,
-    ) {
+    ) -> bool {
         *stage = Stage::ZERO;
         if self.stepping.deadline.has_passed() {
-            return;
+            return false;
         }
-        let (Some(state), Some(control)) = (z.states.get(k), z.controls.get(k)) else { return };
+        let (Some(state), Some(control)) = (z.states.get(k), z.controls.get(k)) else {
+            return true;
+        };
         self.fill_rows(k, state, stage);
         if let Some(last) = multipliers {
             self.add_pointing_curvature(k, state, last.row_multiplier[k][0], stage);
             self.stiffen(k, state, last, stage);
         }
-        let Some(at) = z.states.get(k + 1) else { return };
+        let Some(at) = z.states.get(k + 1) else { return true };
         let held = (control, &self.translation.force[k]);
         let next = self.linearise_interval(k, state, held, at, stage);
         if let Some(last) = multipliers {
@@ -415,6 +421,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
                 stage.gradient_u[i] = self.marginal_cost(i, control[i]) * self.scale_u[i];
             }
         }
+        true
     }
 }
 
@@ -469,7 +476,9 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let (early, late) = qp.stages.split_at_mut(N / 2);
         let half = |first: usize, stages: &mut [Stage<NX, NU, NR>]| {
             for (k, stage) in (first..N).zip(stages) {
-                self.linearise_at(k, z, None, stage);
+                if !self.linearise_at(k, z, None, stage) {
+                    return;
+                }
                 stage.hessian_uu = SMatrix::from_diagonal(&convex);
                 for i in 3..3 + NL {
                     stage.hessian_xx[(i, i)] = PROXIMITY;
