@@ -17,8 +17,9 @@ pub struct StageReport {
 }
 
 impl StageReport {
-    /// This report of a second try, with the iterations of the first added.
+    /// This report of a second try, with the iterations and the time of the first added.
     pub(super) fn after(mut self, first: &Self) -> Self {
+        self.time_s += first.time_s;
         self.outcome.iterations += first.outcome.iterations;
         self.outcome.corrections += first.outcome.corrections;
         self
