@@ -129,20 +129,6 @@ impl Target {
         }
     }
 
-    /// How far the target turns from node to node at most, relative to inertial space [rad]:
-    /// [`Target::fastest`] over `dt` seconds. A grid on which this is not well below pi does not
-    /// see the tumble.
-    pub fn turn_per_node(
-        &self,
-        integrator: Integrator,
-        n: f64,
-        attitude: &Vector4<f64>,
-        rate: &Vector3<f64>,
-        dt: f64,
-    ) -> f64 {
-        self.fastest(integrator, n, attitude, rate) * dt
-    }
-
     /// RK4 substeps a node that keep the attitude error over `nodes` intervals of `dt` below
     /// [`ATTITUDE_ERROR`], at a rate of up to `fastest`.
     ///
@@ -309,7 +295,6 @@ mod tests {
             let mut nodes = [TargetState::ZERO; 200];
             target.tumble(FREE, n, &start, &rate, dt, &mut nodes);
             let fastest = target.fastest(FREE, n, &start, &rate);
-            assert_eq!(target.turn_per_node(FREE, n, &start, &rate, dt), fastest * dt);
             let mut first = None;
             for node in &nodes {
                 let inertial = node.rate + Vector3::new(0.0, 0.0, n);

@@ -1,6 +1,6 @@
 //! One plan under way: the stages, the verifier, and what is done about what it finds.
 
-use super::tighten::{gentler, tightened};
+use super::tighten::{gentler, held, tightened};
 use super::{
     Evidence, MAX_TIGHTENINGS, Options, PhaseTimes, Report, Solver, StageEvidence, StageReport,
     Start, StartRecord, Workspace, output_checksum, start, status_of,
@@ -16,6 +16,9 @@ use crate::time::Deadline;
 
 /// Time kept back for the verifier, over what its first interval took for each of them.
 const RESERVE: f64 = 1.5;
+
+/// Most trials of a Stage 1 with less force.
+const MAX_HELD: usize = 3;
 
 /// Share of the iterations that a start other than the heuristic may take before it is judged.
 const TRIAL_SHARE: f64 = 0.6;
@@ -61,16 +64,27 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
     pub fn plan(&mut self, start: &mut Start<'_>, record: Evidence) -> Report {
         let mut times = PhaseTimes::default();
         self.tumble(&mut times);
-        let mut one = self.translate(self.options.translation.max_iterations);
+        let mut one = self.translate_held();
         self.keep_time_back();
         let (mut two, begun) = self.reorient_from(start);
         let mut found = self.verify(&mut times);
         // Bound: tightenings.
         for _ in 0..MAX_TIGHTENINGS {
+            let before = self.formulation;
             let Some(change) = self.change(&found, [&one, &two]) else { break };
-            let left = one.left(&self.options.translation);
-            if change != Change::Margins && left > 0 {
+            if change != Change::Margins {
+                let was = one.report.outcome.iterations;
+                let left = one.left(&self.options.translation).saturating_sub(was);
+                if left == 0 {
+                    break;
+                }
                 one = self.translate(left).after(&one);
+                if one.report.outcome.status != Status::Solved {
+                    // The path that Stage 2 knows, once more.
+                    self.formulation = before;
+                    one = self.translate(was).after(&one);
+                    break;
+                }
             }
             let left = two.left(&self.options.reorientation);
             let settings = match change {
@@ -186,6 +200,38 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
             }
             _ => None,
         }
+    }
+
+    /// Stage 1, and again with less force where its moment is more than the wheels have: as little
+    /// as leads to the port clear of the target.
+    fn translate_held(&mut self) -> Stage {
+        let free = self.formulation;
+        let mut stage = self.translate(self.options.translation.max_iterations);
+        let again = stage.report.outcome.iterations;
+        let path = self.workspace.path();
+        if stage.report.outcome.status != Status::Solved {
+            return stage;
+        }
+        let Ok(needs) = free.mission.needs::<NODES>(self.scenario, free.integrator) else {
+            return stage;
+        };
+        let Some([mut max_force, largest]) = held(&free, path, needs.force) else { return stage };
+        // Bound: trials of less force.
+        for _ in 0..MAX_HELD {
+            let left = stage.left(&self.options.translation).saturating_sub(again);
+            if left == 0 {
+                break;
+            }
+            self.formulation = Formulation { max_force, ..free };
+            stage = self.translate(left).after(&stage);
+            if stage.report.outcome.status == Status::Solved {
+                return stage;
+            }
+            // Half way to what was enough.
+            max_force = libm::sqrt(max_force * largest);
+        }
+        self.formulation = free;
+        self.translate(again).after(&stage)
     }
 
     /// Stage 1 from its own start.

@@ -2,7 +2,7 @@
 //! the clearance rows of Stage 2.
 //!
 //! Bodies are boxes (target, bus) and capsules (links). The nearest pair of each of two groups
-//! counts, so that rows, memory and time stay bounded:
+//! counts, and the nearest of what is left, so that rows, memory and time stay bounded:
 //!
 //! - the last link and the end effector against the target;
 //! - all else: the bus and the other links against the target, and the arm beyond its first link,
@@ -15,8 +15,11 @@ use crate::math::quaternion;
 use crate::model::{Corridor, Mission, SignedDistance, segment_to_box, signed_distance_to_box};
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 
-/// Groups of pairs of bodies: rows a node.
+/// Groups of pairs of bodies.
 pub(super) const GROUPS: usize = 2;
+
+/// Rows a node: the nearest pair of each group, and the nearest of what is left.
+pub(super) const ROWS: usize = GROUPS + 1;
 
 /// A distance and its gradient by a turn of the whole servicer about its centre of mass (RTN) and
 /// by the joint angles.
@@ -58,7 +61,7 @@ pub(super) struct Bodies<const NL: usize> {
     target_half: Vector3<f64>,
     bus_half: Vector3<f64>,
     radius: [f64; NL],
-    /// Share of the last link that counts as a capsule.
+    /// Share of the last link that counts as a capsule before the target.
     last_share: f64,
     port: Vector3<f64>,
     normal: Vector3<f64>,
@@ -123,12 +126,11 @@ impl<const NL: usize> Bodies<NL> {
         nearest
     }
 
-    /// The arm against its own bus: a matter of the joint angles alone.
+    /// The arm, end effector included, against its own bus: a matter of the joint angles alone.
     fn own(&self, arm: &ArmPose<NL>) -> Clearance<NL> {
         let mut nearest = Clearance::FAR;
         for i in 1..NL {
-            let (start, end) = self.capsule(arm, i);
-            let near = segment_to_box(&self.bus_half, &start, &end);
+            let near = segment_to_box(&self.bus_half, &arm.joint[i], &arm.tip(i));
             if !(near.value - self.radius[i] >= nearest.distance) {
                 nearest = Clearance {
                     distance: near.value - self.radius[i],
@@ -140,7 +142,7 @@ impl<const NL: usize> Bodies<NL> {
         nearest
     }
 
-    /// Ends of a link's capsule, bus axes.
+    /// Ends of a link's capsule before the target, bus axes.
     fn capsule(&self, arm: &ArmPose<NL>, i: usize) -> (Vector3<f64>, Vector3<f64>) {
         let share = if i + 1 == NL { self.last_share } else { 1.0 };
         (arm.joint[i], arm.joint[i] + (arm.tip(i) - arm.joint[i]) * share)

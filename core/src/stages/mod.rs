@@ -77,9 +77,9 @@ pub mod size {
     pub const NX: usize = 6 + 2 * LINKS;
     /// Controls.
     pub const NU: usize = 3 + LINKS;
-    /// Soft rows: pointing and two groups of clearances; in Stage 1 keep-out at the node and at two
-    /// points of the interval before it.
-    pub const NR: usize = 1 + super::clearance::GROUPS;
+    /// Soft rows: pointing and clearances; in Stage 1 keep-out at the node and at three points of
+    /// the interval before it.
+    pub const NR: usize = 1 + super::clearance::ROWS;
 }
 
 #[cfg(test)]

@@ -35,7 +35,7 @@ impl<const N: usize> TranslationTrajectory<N> {
 const TYPICAL_COST: f64 = 0.064;
 
 /// Where within the interval before a node keep-out holds too: shares of it, back from the node.
-const WITHIN: [f64; NR - 1] = [1.0 / 3.0, 2.0 / 3.0];
+const WITHIN: [f64; NR - 1] = [0.25, 0.5, 0.75];
 
 /// Share of each tolerance that the loop leaves to the verifier.
 const MARGIN: f64 = 0.5;

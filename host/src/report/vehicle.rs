@@ -37,7 +37,23 @@ fn numbers(vehicle: &Vehicle) -> Table {
     let about = "xx yy zz about the centre of mass, bus axes";
     row("inertia at start", diagonal(&vehicle.inertia_at_start_kg_m2), "kg m^2", about);
     row("inertia at capture", diagonal(&vehicle.inertia_at_capture_kg_m2), "kg m^2", "the same");
+    let typical = &vehicle.typical;
+    let divides = "typical: what steps are divided by";
+    row("velocity", number(typical.velocity_m_s), "m/s", divides);
+    row("force", number(typical.force_n), "N", "typical");
+    row(
+        "rates of bus and joints",
+        two(typical.rate_rad_s, typical.joint_rate_rad_s),
+        "rad/s",
+        "typical",
+    );
+    let torques = two(typical.bus_torque_n_m, typical.joint_torque_n_m);
+    row("torques of bus and joints", torques, "N m", "typical");
     table
+}
+
+fn two(first: f64, second: f64) -> String {
+    format!("{} {}", number(first), number(second))
 }
 
 fn joints(vehicle: &Vehicle) -> Table {

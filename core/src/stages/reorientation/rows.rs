@@ -6,7 +6,7 @@ use crate::math::{clamp, quaternion};
 use crate::model::hcw_acceleration;
 use crate::pair::Pair;
 use crate::qp::Stage;
-use crate::stages::clearance::{Clearance, GROUPS, Instant};
+use crate::stages::clearance::{Clearance, Instant, ROWS};
 use nalgebra::{Matrix3, SVector, Vector3};
 
 /// What the pointing row is divided by, in cosine.
@@ -33,6 +33,13 @@ struct ClearanceRow<const NL: usize> {
     /// Time from the node at which it is so [s].
     ahead: f64,
     nearest: Clearance<NL>,
+}
+
+impl<const NL: usize> ClearanceRow<NL> {
+    /// Whether this row counts rather than the other; one that is not a number does.
+    fn is_nearer(&self, other: &Self) -> bool {
+        !(self.value <= other.value)
+    }
 }
 
 impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
@@ -111,11 +118,12 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             + self.extra_clearance * clamp(left - 1.0, 0.0, 1.0)
     }
 
-    /// The nearest pair of each group about node `k`, at rates held. None at the ends of the
-    /// horizon, where all is given.
-    fn clearance_rows(&self, k: usize, state: &State<NL>) -> [ClearanceRow<NL>; GROUPS] {
+    /// The nearest pair of each group about node `k`, at rates held, and the nearest of what is
+    /// left: the same group's at another instant, mostly. Without it a step away from the one runs
+    /// into the other. None at the ends of the horizon, where all is given.
+    fn clearance_rows(&self, k: usize, state: &State<NL>) -> [ClearanceRow<NL>; ROWS] {
         let far = ClearanceRow { value: -NEAR, ahead: 0.0, nearest: Clearance::FAR };
-        let mut rows = [far; GROUPS];
+        let mut rows = [far; ROWS];
         let (Some(margin), true) = (self.clearance, k > 0 && k + 1 < N) else { return rows };
         for share in AROUND {
             let ahead = share * self.stepping.dt;
@@ -131,11 +139,14 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             };
             let at = self.instant(k, ahead, &moved);
             let found = self.bodies.clearances(&self.body, &at, margin + NEAR);
-            for (row, nearest) in rows.iter_mut().zip(found) {
-                let value = margin - nearest.distance;
-                // Written so that what is not a number is kept.
-                if !(value <= row.value) {
-                    *row = ClearanceRow { value, ahead, nearest };
+            let [first, others, next] = &mut rows;
+            for (row, nearest) in [first, others].into_iter().zip(found) {
+                let mut left = ClearanceRow { value: margin - nearest.distance, ahead, nearest };
+                if left.is_nearer(row) {
+                    core::mem::swap(&mut left, row);
+                }
+                if left.is_nearer(next) {
+                    *next = left;
                 }
             }
         }

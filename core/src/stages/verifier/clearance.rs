@@ -10,8 +10,9 @@ use nalgebra::Vector3;
 
 /// The bodies, and how near they were so far.
 ///
-/// Target and bus are boxes. Links are capsules, the last one without the end effector's length at
-/// its end: the end effector is a point with the corridor to the port as its way.
+/// Target and bus are boxes. Links are capsules, the last one before the target without the end
+/// effector's length at its end: there the end effector is a point with the corridor to the port as
+/// its way.
 pub(super) struct Bodies<'a, const NL: usize> {
     pub mission: &'a Mission<NL>,
     pub found: Clearances,
@@ -39,9 +40,9 @@ impl<const NL: usize> Bodies<'_, NL> {
             body += 1;
             let is_last = body as usize == NL;
             let gripper = if is_last { self.mission.corridor.end_effector_length } else { 0.0 };
-            let end = shortened(joint, &end, gripper);
+            let short = shortened(joint, &end, gripper);
             let cutoff = self.found.arm.distance + link.radius;
-            let (a, b) = (placed(joint), placed(&end));
+            let (a, b) = (placed(joint), placed(&short));
             let distance = segment_to_box(&target.half_extents, &a, &b, cutoff) - link.radius;
             self.found.arm = self.found.arm.or(closest(distance, body));
             // The first link is mounted on the bus.
