@@ -9,7 +9,7 @@ use crate::dynamics::STEERING_ITERATIONS;
 use crate::math::MAX_SWEEPS;
 use crate::model::MAX_TUMBLE_SUBSTEPS;
 use crate::nn::{TILE, limit};
-use crate::planner::MAX_TIGHTENINGS;
+use crate::planner::{MAX_HELD, MAX_TIGHTENINGS};
 use crate::qp::{ATTEMPTS, InteriorPointSettings, MAX_SOLVER_ITERATIONS, STARTS};
 use crate::scp::{MAX_CORRECTIONS, MAX_ITERATIONS, MAX_SEARCHES, Settings};
 use crate::stages::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
@@ -44,7 +44,16 @@ const SOLVER: InteriorPointSettings = InteriorPointSettings::DEFAULT;
 const LONGEST_ROW: usize = 4 * limit::WIDTH;
 
 /// The table, from the outermost loop inwards.
-pub const LOOPS: [LoopBound; 20] = [
+pub const LOOPS: [LoopBound; 21] = [
+    LoopBound {
+        name: "trials of less force",
+        file: "planner/run.rs",
+        turn: "Stage 1 with less force, which the wheels can hold",
+        default: Some(MAX_HELD as u64),
+        most: Some(MAX_HELD as u64),
+        from: "planner::MAX_HELD",
+        ends: "solved, no iterations left",
+    },
     LoopBound {
         name: "tightenings",
         file: "planner/run.rs",

@@ -125,7 +125,7 @@ fn misses(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &Workspace) 
     [worst, (tip - port).norm() / mission.tolerances.end_effector_position]
 }
 
-// Verifies REM-VER-004.
+// Verifies REM-PLN-011.
 #[test]
 fn plans_called_verified_hold_under_finer_integration() {
     let count = std::env::var("REMORA_FINE").map_or(2, |text| text.parse().unwrap());

@@ -239,6 +239,7 @@ mod tests {
         [[2.5, 3.0, 2.0], [1.0, 1.0, 1.0], [1.0, 3.0, 3.5], [3.0, 0.3, 3.0], [2.0, 1.0, 2.9]];
 
     /// The error of a quarter of the substeps, against what the formula says of so many.
+    // Verifies REM-PLN-015.
     #[test]
     fn substeps_keep_the_attitude_error() {
         let (n, mut draw) = (Orbit::default().mean_motion(), drawn());

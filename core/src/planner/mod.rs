@@ -38,6 +38,10 @@ use run::Run;
 pub trait Solver: QpSolver<NODES, { size::NX }, { size::NU }, { size::NR }> {}
 impl<S: QpSolver<NODES, { size::NX }, { size::NU }, { size::NR }>> Solver for S {}
 
+/// Most trials of a Stage 1 with less force than its optimum, where the wheels cannot hold the moment
+/// of that.
+pub const MAX_HELD: usize = 3;
+
 /// Most times that margins are widened where the verifier finds a limit passed between nodes.
 pub const MAX_TIGHTENINGS: usize = 3;
 

@@ -2,8 +2,8 @@
 
 use super::tighten::{gentler, held, tightened};
 use super::{
-    Evidence, MAX_TIGHTENINGS, Options, PhaseTimes, Report, Solver, StageEvidence, StageReport,
-    Start, StartRecord, Workspace, output_checksum, start, status_of,
+    Evidence, MAX_HELD, MAX_TIGHTENINGS, Options, PhaseTimes, Report, Solver, StageEvidence,
+    StageReport, Start, StartRecord, Workspace, output_checksum, start, status_of,
 };
 use crate::model::Scenario;
 use crate::pair::Pair;
@@ -16,9 +16,6 @@ use crate::time::Deadline;
 
 /// Time kept back for the verifier, over what its first interval took for each of them.
 const RESERVE: f64 = 1.5;
-
-/// Most trials of a Stage 1 with less force.
-const MAX_HELD: usize = 3;
 
 /// Share of the iterations that a start other than the heuristic may take before it is judged.
 const TRIAL_SHARE: f64 = 0.6;

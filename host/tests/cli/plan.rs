@@ -126,6 +126,7 @@ fn what_is_not_solved_is_written_all_the_same() {
     assert!(check.out.contains("verdict: NOT feasible\n"), "{}", check.out);
 }
 
+// Verifies REM-PLN-014.
 #[test]
 fn what_no_plan_can_end_well_is_refused_by_name_before_planning() {
     let bench = Bench::new();

@@ -65,7 +65,7 @@ fn every_subproblem_is_written_with_its_solution() {
         let file = QpFile::read(&bench.path(&format!("programs/{name}"))).unwrap();
         assert_eq!(file.name(), name);
         assert_eq!((file.scenario.as_str(), file.qp.as_str()), ("s1-001", "embedded"));
-        holds::<60, 12, 6, 3>(&file);
+        holds::<60, 12, 6, 4>(&file);
     }
 }
 

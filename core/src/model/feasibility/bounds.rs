@@ -17,7 +17,9 @@ impl<const NL: usize> Mission<NL> {
         (goal, last.rate.cross(&goal))
     }
 
-    /// From the terminal state one interval back: no force leads farther out than `before`.
+    /// From the terminal state one interval back: no force leads farther out than `before`. Nor does
+    /// one that Stage 2 could follow, whose moment would turn the bus away, if it takes the centre of
+    /// mass farther than it typically goes.
     pub(super) fn check_reach<const N: usize>(
         &self,
         target: &[TargetState; N],
@@ -37,7 +39,8 @@ impl<const NL: usize> Mission<NL> {
         let reach = |i: usize| (0..3).map(|j| thrust[(i, j)].abs()).sum::<f64>();
         let most = Vector3::from_fn(|i, _| reach(i) * self.servicer.max_force);
         let coasting = Vector3::new(coasting[0], coasting[1], coasting[2]);
-        let before = box_distance(&target[N - 2], &coasting) + norm(&most);
+        let most = norm(&most).min(self.typical().velocity * interval);
+        let before = box_distance(&target[N - 2], &coasting) + most;
         let limit = self.approach.keep_out(N - 2, N);
         if before < limit - self.tolerances.keep_out - SLACK {
             let distance = box_distance(&target[N - 1], &goal);

@@ -53,6 +53,7 @@ fn input_that_is_none_is_refused_as_such() {
     Mission::default().check::<60>(&close, RK4).unwrap();
 }
 
+// Verifies REM-PLN-014.
 #[test]
 fn what_is_impossible_is_named_with_its_numbers() {
     let told = |change: &dyn Fn(&mut Mission<3>, &mut Scenario), text: &str| {
@@ -81,16 +82,17 @@ fn what_is_impossible_is_named_with_its_numbers() {
 
 #[test]
 fn reach_is_refused_where_the_last_interval_cannot_close_the_gap() {
-    let short = |m: &mut Mission<3>| {
-        m.approach.keep_out_near = 1.8;
-        m.servicer.max_force = 0.3;
+    let near = |keep_out: f64, force: f64| {
+        let mut mission = Mission::default();
+        mission.approach.keep_out_near = keep_out;
+        mission.servicer.max_force = force;
+        mission.check::<60>(&scenario(), RK4)
     };
-    let refusal = refused(|m, _| short(m));
-    assert!(matches!(refusal, Refusal::Reach { .. }), "{refusal}");
-    // With more force it can be closed.
-    let mut mission = Mission::default();
-    mission.approach.keep_out_near = 1.8;
-    mission.check::<60>(&scenario(), RK4).unwrap();
+    // Reach is 1.46 m.
+    near(1.55, 2.5).unwrap();
+    for refused in [near(1.55, 0.1), near(1.75, 2.5)] {
+        assert!(matches!(refused, Err(Refusal::Reach { .. })), "{refused:?}");
+    }
 }
 
 #[test]

@@ -72,6 +72,7 @@ fn they_are_told_where_they_are_not_judged() {
 }
 
 /// Between the nodes the bus flies through the target.
+// Verifies REM-PLN-013.
 #[test]
 fn bodies_are_looked_at_between_the_nodes() {
     let mut mission = Mission::default();
@@ -82,6 +83,7 @@ fn bodies_are_looked_at_between_the_nodes() {
     assert!(bus.distance < -0.1 && bus.time_s == 8.0, "{bus:?}");
 }
 
+// Verifies REM-PLN-013.
 #[test]
 fn the_end_effector_comes_to_the_port_by_the_corridor_only() {
     let mut mission = Mission::default();

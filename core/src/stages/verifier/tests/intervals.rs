@@ -27,6 +27,7 @@ fn mission(seconds: f64, between_nodes: Switch) -> Mission<3> {
 const SWITCHES: [Switch; 2] = [Switch::Off, Switch::On];
 
 /// Through the target from one node to the next.
+// Verifies REM-PLN-012.
 #[test]
 fn keep_out_holds_between_the_nodes() {
     let start = scenario(Vector3::new(-4.0, 0.0, 0.0), Vector3::new(0.4, 0.0, 0.0));
@@ -75,6 +76,7 @@ fn bounce(mission: &Mission<3>, state: &State<3>, dt: f64) -> Control<3> {
 }
 
 /// Beyond the stop and back within one interval, by 20 s of at most 4e-3 rad/s.
+// Verifies REM-PLN-012.
 #[test]
 fn joint_stops_hold_between_the_nodes() {
     let start = scenario(Vector3::new(0.0, 0.0, 9.0), Vector3::zeros());
@@ -92,6 +94,7 @@ fn joint_stops_hold_between_the_nodes() {
 }
 
 /// Once round in an interval, back where it looked at the port; the arm swings as it turns.
+// Verifies REM-PLN-012.
 #[test]
 fn joint_rates_and_pointing_hold_between_the_nodes() {
     let start = scenario(Vector3::new(0.0, 0.0, -9.0), Vector3::zeros());

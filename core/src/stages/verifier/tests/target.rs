@@ -37,6 +37,7 @@ fn verified(mission: &Mission<3>, s: &Scenario, i: Integrator, dt: f64) -> Vec<T
     nodes
 }
 
+// Verifies REM-PLN-015.
 #[test]
 fn planner_and_verifier_see_the_same_tumble() {
     let mission = Mission::default();
