@@ -7,6 +7,7 @@
 //! pinned is infinitely stiff: there `x+ = 0` and `P~ = 1 / D`, and its row of `P` stands at zero.
 
 use super::kernels::{NotPositiveDefinite, factor};
+use super::node::Free;
 use crate::math::matrix::{axpy, multiply_vector_add, transpose};
 use core::array::from_fn;
 
@@ -23,8 +24,8 @@ pub(super) struct Joint<const NX: usize> {
     backward: [[f64; NX]; NX],
     /// `D`.
     compliance: [f64; NX],
-    /// One where the node after may move.
-    free: [f64; NX],
+    /// Where the node after may move.
+    free: Free<NX>,
     /// Gradient of the cost-to-go of the node after, zero where that is pinned.
     pub slope: [f64; NX],
 }
@@ -39,7 +40,7 @@ impl<const NX: usize> Joint<NX> {
             forward: matrix,
             backward: matrix,
             compliance: vector,
-            free: vector,
+            free: Free::filled(value),
             slope: vector,
         }
     }
@@ -52,7 +53,7 @@ impl<const NX: usize> Joint<NX> {
         forward: [[0.0; NX]; NX],
         backward: [[0.0; NX]; NX],
         compliance: [0.0; NX],
-        free: [0.0; NX],
+        free: Free::NONE,
         slope: [0.0; NX],
     };
 
@@ -67,7 +68,7 @@ impl<const NX: usize> Joint<NX> {
         &mut self,
         p: &[[f64; NX]; NX],
         compliance: [f64; NX],
-        free: [f64; NX],
+        free: Free<NX>,
         out: &mut [[f64; NX]; NX],
     ) -> Result<(), NotPositiveDefinite> {
         self.stiffness = *p;
@@ -94,6 +95,7 @@ impl<const NX: usize> Joint<NX> {
             self.backward[i] = unit.map(|u| u * sum[i][i]);
         }
         transpose(&mut self.forward, &inverse);
+        let free = free.factors();
         for j in 0..NX {
             let mut column = [0.0; NX];
             column[j] = (1.0 - free[j]) * rigid[j];
@@ -122,11 +124,12 @@ impl<const NX: usize> Joint<NX> {
         let (mut half, mut x) = ([0.0; NX], [0.0; NX]);
         multiply_vector_add(&mut half, &self.forward, &push);
         multiply_vector_add(&mut x, &self.backward, &half);
-        let x: [f64; NX] = from_fn(|i| x[i] * self.free[i]);
+        let free = self.free.factors();
+        let x: [f64; NX] = from_fn(|i| x[i] * free[i]);
         let mut force = self.slope;
         multiply_vector_add(&mut force, &self.stiffness, &x);
         for i in 0..NX {
-            if self.compliance[i] > SOFT || self.free[i] == 0.0 {
+            if self.compliance[i] > SOFT || free[i] == 0.0 {
                 force[i] = (y[i] - x[i]) / self.compliance[i];
             }
         }

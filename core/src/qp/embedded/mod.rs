@@ -148,12 +148,12 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
             // A pin's multiplier is what balances the gradient.
             let bounds = node.x.multipliers();
             for i in 0..NX {
-                let pinned = node.free_x[i] == 0.0;
+                let pinned = node.free_x.is_pinned(i);
                 solution.bound_multiplier_x[k][i] = if pinned { -gradient.x[i] } else { bounds[i] };
             }
             let bounds = node.u.multipliers();
             for i in 0..NU {
-                let pinned = node.free_u[i] == 0.0;
+                let pinned = node.free_u.is_pinned(i);
                 solution.bound_multiplier_u[k][i] = if pinned { -gradient.u[i] } else { bounds[i] };
             }
         }

@@ -55,6 +55,37 @@ impl<const NX: usize, const NU: usize, const NR: usize> Entries<NX, NU, NR> {
     }
 }
 
+/// Which of some variables may move: a byte each, of which there are many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Free<const D: usize>([u8; D]);
+
+impl<const D: usize> Free<D> {
+    pub const NONE: Self = Self([0; D]);
+    pub const ALL: Self = Self([1; D]);
+
+    /// One where a variable may move, zero where it is pinned.
+    #[inline(always)]
+    pub fn factors(&self) -> [f64; D] {
+        self.0.map(f64::from)
+    }
+
+    pub fn is_pinned(&self, i: usize) -> bool {
+        self.0.get(i) == Some(&0)
+    }
+
+    fn set(&mut self, i: usize, free: bool) {
+        if let Some(entry) = self.0.get_mut(i) {
+            *entry = u8::from(free);
+        }
+    }
+
+    /// Storage that holds anything.
+    #[cfg(test)]
+    pub fn filled(value: f64) -> Self {
+        Self([value as u8; D])
+    }
+}
+
 /// Variables of one node. The last node has neither controls nor dynamics: theirs stay free at
 /// zero, and take part in nothing.
 #[derive(Clone, Copy, Debug)]
@@ -65,10 +96,9 @@ pub(super) struct Node<const NX: usize, const NU: usize, const NR: usize> {
     pub dynamics: Boxed<NX>,
     /// Multipliers of the rows, in `[0, row_weight]`.
     pub row: Boxed<NR>,
-    /// One where a variable may move, zero where it is pinned.
-    pub free_x: [f64; NX],
-    pub free_u: [f64; NU],
-    pub free_row: [f64; NR],
+    pub free_x: Free<NX>,
+    pub free_u: Free<NU>,
+    pub free_row: Free<NR>,
 }
 
 #[cfg(test)]
@@ -80,9 +110,9 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
             u: Boxed::filled(value),
             dynamics: Boxed::filled(value),
             row: Boxed::filled(value),
-            free_x: [value; NX],
-            free_u: [value; NU],
-            free_row: [value; NR],
+            free_x: Free::filled(value),
+            free_u: Free::filled(value),
+            free_row: Free::filled(value),
         }
     }
 }
@@ -129,9 +159,9 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
         u: Boxed::FREE,
         dynamics: Boxed::FREE,
         row: Boxed::FREE,
-        free_x: [0.0; NX],
-        free_u: [0.0; NU],
-        free_row: [0.0; NR],
+        free_x: Free::NONE,
+        free_u: Free::NONE,
+        free_row: Free::NONE,
     };
 
     /// Starts inside the boxes of node `k`, with the multipliers of `from` where they mean
@@ -151,13 +181,15 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
         };
         for i in 0..NX {
             let bounds = (stage.lower_x[i], stage.upper_x[i]);
-            self.free_x[i] = place(&mut self.x, i, bounds, known(bound_x[i]), start.product)?;
+            let free = place(&mut self.x, i, bounds, known(bound_x[i]), start.product)?;
+            self.free_x.set(i, free);
         }
         for i in 0..NR {
             // What the row has to spare is the multiplier of the bound at zero.
             let bounds = (0.0, qp.row_weight);
-            self.free_row[i] = if qp.row_weight > NARROW { 1.0 } else { 0.0 };
-            match qp.row_weight > NARROW {
+            let free = qp.row_weight > NARROW;
+            self.free_row.set(i, free);
+            match free {
                 true => {
                     self.row.place(i, bounds, known(row[i]), stage.row_offset[i], start.product);
                 }
@@ -168,12 +200,13 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
             (from.bound_multiplier_u.get(k), from.defect_multiplier.get(k), k + 1 < N)
         else {
             // Nothing moves them, but a flipped bit would stay here for all programs to come.
-            (self.u, self.dynamics, self.free_u) = (Boxed::FREE, Boxed::FREE, [0.0; NU]);
+            (self.u, self.dynamics, self.free_u) = (Boxed::FREE, Boxed::FREE, Free::NONE);
             return Ok(());
         };
         for i in 0..NU {
             let bounds = (stage.lower_u[i], stage.upper_u[i]);
-            self.free_u[i] = place(&mut self.u, i, bounds, known(bound_u[i]), start.product)?;
+            let free = place(&mut self.u, i, bounds, known(bound_u[i]), start.product)?;
+            self.free_u.set(i, free);
         }
         for i in 0..NX {
             let bounds = (-qp.defect_weight, qp.defect_weight);
@@ -207,11 +240,13 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
     pub fn residual(&self, gradient: &Entries<NX, NU, NR>) -> Entries<NX, NU, NR> {
         let (x, u) = (self.x.multipliers(), self.u.multipliers());
         let (dynamics, row) = (self.dynamics.multipliers(), self.row.multipliers());
+        let (free_x, free_u) = (self.free_x.factors(), self.free_u.factors());
+        let free_row = self.free_row.factors();
         Entries {
-            x: from_fn(|i| (gradient.x[i] + x[i]) * self.free_x[i]),
-            u: from_fn(|i| (gradient.u[i] + u[i]) * self.free_u[i]),
+            x: from_fn(|i| (gradient.x[i] + x[i]) * free_x[i]),
+            u: from_fn(|i| (gradient.u[i] + u[i]) * free_u[i]),
             dynamics: from_fn(|i| gradient.dynamics[i] - dynamics[i]),
-            row: from_fn(|i| (gradient.row[i] - row[i]) * self.free_row[i]),
+            row: from_fn(|i| (gradient.row[i] - row[i]) * free_row[i]),
         }
     }
 
@@ -293,14 +328,14 @@ impl<const NX: usize, const NU: usize, const NR: usize> Node<NX, NU, NR> {
     }
 }
 
-/// Puts variable `i` inside its bounds, or pins it; tells whether it is free (one) or not (zero).
+/// Puts variable `i` inside its bounds, or pins it; tells whether it is free.
 fn place<const D: usize>(
     boxed: &mut Boxed<D>,
     i: usize,
     bounds: (f64, f64),
     multiplier: f64,
     product: f64,
-) -> Result<f64, Unfit> {
+) -> Result<bool, Unfit> {
     let (lower, upper) = bounds;
     if lower.is_nan() || upper.is_nan() {
         return Err(Unfit::Nonsense);
@@ -310,8 +345,8 @@ fn place<const D: usize>(
     }
     if upper - lower <= NARROW {
         boxed.pin(i, 0.5 * (lower + upper));
-        return Ok(0.0);
+        return Ok(false);
     }
     boxed.place(i, bounds, 0.0, multiplier, product);
-    Ok(1.0)
+    Ok(true)
 }

@@ -5,7 +5,7 @@
 
 use super::joint::Joint;
 use super::kernels::{NotPositiveDefinite, add_transposed_product, factor, solve, sub_product};
-use super::node::{Entries, Node};
+use super::node::{Entries, Free, Node};
 use crate::math::matrix::{
     axpy, mirror_lower, multiply, multiply_add, multiply_vector_add, transpose,
 };
@@ -112,7 +112,7 @@ pub(super) fn factorise<const N: usize, const NX: usize, const NU: usize, const 
         let mut block = state_block(stage, node);
         if k + 1 < N {
             let stiffness = node.dynamics.stiffness();
-            let after = nodes.get(k + 1).map_or([1.0; NX], |next| next.free_x);
+            let after = nodes.get(k + 1).map_or(Free::ALL, |next| next.free_x);
             let compliance = from_fn(|i| stiffness[i] + regular);
             let mut cost_to_go = [[0.0; NX]; NX];
             let softened = interval.joint.soften(&p, compliance, after, &mut cost_to_go);
@@ -121,10 +121,10 @@ pub(super) fn factorise<const N: usize, const NX: usize, const NU: usize, const 
             result = result.and(eliminated);
         }
         mirror_lower(&mut block);
-        mask(&mut block, &node.free_x);
+        mask(&mut block, &node.free_x.factors());
         p = block;
     }
-    for (i, free) in nodes.first().map_or([1.0; NX], |n| n.free_x).iter().enumerate() {
+    for (i, free) in nodes.first().map_or([1.0; NX], |n| n.free_x.factors()).iter().enumerate() {
         p[i][i] += 1.0 - free;
     }
     *initial = p;
@@ -151,11 +151,12 @@ fn eliminate<const NX: usize, const NU: usize, const NR: usize>(
     let mut control = stage.hessian_uu.data.0;
     multiply_add(&mut control, &interval.b_transposed, &pb);
     let stiffness = node.u.stiffness();
-    mask(&mut control, &node.free_u);
+    let free = node.free_u.factors();
+    mask(&mut control, &free);
     for i in 0..NU {
-        control[i][i] += stiffness[i] + (1.0 - node.free_u[i]);
+        control[i][i] += stiffness[i] + (1.0 - free[i]);
         for entry in &mut cross[i] {
-            *entry *= node.free_u[i];
+            *entry *= free[i];
         }
     }
     let factored = factor(&mut control);
@@ -227,13 +228,14 @@ fn backward<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
             let mut u = b.u;
             multiply_vector_add(&mut x, &interval.a_transposed, &force);
             multiply_vector_add(&mut u, &interval.b_transposed, &force);
-            for (u, free) in u.iter_mut().zip(&node.free_u) {
+            for (u, free) in u.iter_mut().zip(node.free_u.factors()) {
                 *u *= free;
             }
             sub_product(&interval.gain, &u, &mut x);
             interval.feedforward = u;
         }
-        slope = from_fn(|i| x[i] * node.free_x[i]);
+        let free = node.free_x.factors();
+        slope = from_fn(|i| x[i] * free[i]);
         *out = b;
     }
     slope
