@@ -175,6 +175,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     }
 
     /// Adds curvature to what stands at a limit and is held there by a multiplier.
+    // Its frame is not below the dynamics' derivatives, where the stack is deepest.
+    #[inline(never)]
     pub(super) fn stiffen(
         &self,
         k: usize,

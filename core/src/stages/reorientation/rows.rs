@@ -54,6 +54,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     }
 
     /// Fills the rows of node `k`; those with nothing near stay inactive.
+    // Its frame is not below the dynamics' derivatives, where the stack is deepest.
+    #[inline(never)]
     pub(super) fn fill_rows(&self, k: usize, state: &State<NL>, stage: &mut Stage<NX, NU, NR>) {
         let angle = self.typical.angle;
         let (offset, gradient) = self.pointing_row(k, state);
@@ -169,6 +171,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     }
 
     /// Adds the curvature of the pointing row.
+    // Likewise.
+    #[inline(never)]
     pub(super) fn add_pointing_curvature(
         &self,
         k: usize,

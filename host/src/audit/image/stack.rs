@@ -21,9 +21,9 @@ pub struct EntryPoint {
 pub const ENTRY_POINTS: [EntryPoint; 10] = [
     EntryPoint { name: "image", paths: &["remora_main"] },
     EntryPoint { name: "plan", paths: &["remora_core::planner::plan"] },
-    EntryPoint { name: "stage 1", paths: &["remora_core::planner::plan_translation"] },
+    EntryPoint { name: "stage 1", paths: &["remora_core::planner::run::Run::translate"] },
     EntryPoint { name: "start of stage 2", paths: &["remora_core::planner::start::Start::write"] },
-    EntryPoint { name: "stage 2", paths: &["remora_core::planner::reorient"] },
+    EntryPoint { name: "stage 2", paths: &["remora_core::planner::run::reorient"] },
     EntryPoint { name: "verification", paths: &["remora_core::stages::verifier::verify"] },
     EntryPoint { name: "roll-out", paths: &["remora_core::warmstart::rolling::roll_out"] },
     EntryPoint { name: "opening a model", paths: &["remora_core::nn::model::Model::open"] },
