@@ -9,8 +9,8 @@ type Program = Qp<2, 1, 1, 1>;
 type Point = Solution<2, 1, 1, 1>;
 
 /// Iterates by number: cost and violation of each. A step leads from one to the next, and every
-/// program promises a decrease of one.
-struct Script(&'static [(f64, f64)]);
+/// program promises the same decrease.
+struct Script(&'static [(f64, f64)], f64);
 
 impl Problem<2, 1, 1, 1> for Script {
     type Trajectory = usize;
@@ -18,7 +18,7 @@ impl Problem<2, 1, 1, 1> for Script {
     fn clip(&self, _: &mut usize) {}
 
     fn linearise(&mut self, _: &usize, _: Option<&Point>, qp: &mut Program) {
-        qp.constant = -1.0;
+        qp.constant = -self.1;
     }
 
     fn bound(&self, _: &usize, _: f64, _: &mut Program) {}
@@ -79,7 +79,7 @@ fn run_until(
 ) -> (Outcome, usize) {
     let (mut scratch, mut iterates) = (Scratch::new(), Iterates::new(0));
     let settings = Settings { max_iterations: most, ..Settings::default() };
-    let (mut problem, mut solver) = (Script(script), Always(solver));
+    let (mut problem, mut solver) = (Script(script, 1.0), Always(solver));
     let outcome =
         solve(&mut problem, &mut solver, &settings, deadline, &mut scratch, &mut iterates);
     (outcome, iterates.trajectory)
@@ -103,6 +103,27 @@ fn the_best_feasible_iterate_is_left() {
     // The start counts too.
     let (outcome, at) = run(&WANDERING[1..3], 1, QpStatus::Solved);
     assert_eq!((at, outcome.is_earlier, outcome.violation), (0, true, 0.5));
+}
+
+/// At an optimum the program promises nothing, or as little less as its solver errs.
+#[test]
+fn a_program_that_promises_nothing_ends_the_loop_where_it_is() {
+    let end = |script, promise| {
+        let (mut scratch, mut iterates) = (Scratch::new(), Iterates::new(0));
+        let settings =
+            Settings { max_iterations: 3, max_radius: 9.0, radius: 9.0, ..Settings::DEFAULT };
+        let (mut problem, mut solver) = (Script(script, promise), Always(QpStatus::Solved));
+        let deadline = Deadline::never();
+        let z = &mut iterates;
+        let outcome = solve(&mut problem, &mut solver, &settings, &deadline, &mut scratch, z);
+        (outcome.status, outcome.iterations, iterates.trajectory)
+    };
+    const WORSE: &[(f64, f64)] = &[(9.0, 0.5), (9.001, 0.5)];
+    assert_eq!(end(WORSE, -1e-6), (Status::Solved, 1, 0));
+    assert_eq!(end(WORSE, 1e-6), (Status::Solved, 1, 0));
+    // What is promised and not kept is no optimum, and an infeasible one is no plan.
+    assert_eq!(end(WORSE, 1.0), (Status::IterationLimit, 3, 0));
+    assert_eq!(end(&[(9.0, 2.0), (9.001, 2.0)], -1e-6), (Status::IterationLimit, 3, 0));
 }
 
 #[test]

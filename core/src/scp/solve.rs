@@ -216,8 +216,10 @@ where
         if record.accepted {
             self.accept(record);
         }
+        // A step that was not taken tells as much: the program at its optimum promises nothing, or a
+        // little less than nothing, as a solver of finite accuracy does.
         let done = self.settings.stop_when_feasible || self.has_settled(record);
-        if record.accepted && self.outcome.violation <= 1.0 && done {
+        if self.outcome.violation <= 1.0 && done {
             return Some(Status::Solved);
         }
         self.adapt(record, slack)
