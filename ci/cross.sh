@@ -53,7 +53,7 @@ RUST
 # build TARGET
 build() {
     prepare_toolchain "$1" &&
-        cargo_for "$1" build --locked --release -p remora-core &&
+        cargo_for "$1" build --locked --release -p remora-qp -p remora-nn -p remora-core &&
         cargo_for "$1" check --release --manifest-path "$out/probe/Cargo.toml"
 }
 

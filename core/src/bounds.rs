@@ -3,23 +3,23 @@
 //! All other loops of this crate run over arrays whose size is part of their type. Each loop of
 //! the table carries a comment `Bound: NAME` in its source; a test of the crate compares the two.
 //! All tries of a stage share one budget of iterations. A bound is what ends a loop where nothing else does; the deadline
-//! ([`Options::deadline_s`](crate::planner::Options)) ends the long ones long before.
+//! ([`Options::deadline_s`](crate::planner::PlanSettings)) ends the long ones long before.
 
 use crate::dynamics::STEERING_ITERATIONS;
-use crate::math::MAX_SWEEPS;
 use crate::model::MAX_TUMBLE_SUBSTEPS;
-use crate::nn::{TILE, limit};
 use crate::planner::{MAX_HELD, MAX_TIGHTENINGS};
-use crate::qp::{ATTEMPTS, InteriorPointSettings, MAX_SOLVER_ITERATIONS, STARTS};
 use crate::scp::{MAX_CORRECTIONS, MAX_ITERATIONS, MAX_SEARCHES, Settings};
 use crate::stages::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
+use remora_nn::{TILE, limit};
+use remora_qp::dense::MAX_SWEEPS;
+use remora_qp::{ATTEMPTS, InteriorPointSettings, MAX_SOLVER_ITERATIONS, STARTS};
 
 /// A loop whose length depends on data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LoopBound {
     /// Its name: the one in the comment beside the loop.
     pub name: &'static str,
-    /// The file it stands in, below `core/src`.
+    /// The file it stands in, below `core`.
     pub file: &'static str,
     /// What is counted: one turn, in which unit of work.
     pub turn: &'static str,
@@ -47,7 +47,7 @@ const LONGEST_ROW: usize = 4 * limit::WIDTH;
 pub const LOOPS: [LoopBound; 21] = [
     LoopBound {
         name: "trials of less force",
-        file: "planner/run.rs",
+        file: "src/planner/run.rs",
         turn: "Stage 1 with less force, which the wheels can hold",
         default: Some(MAX_HELD as u64),
         most: Some(MAX_HELD as u64),
@@ -56,7 +56,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "tightenings",
-        file: "planner/run.rs",
+        file: "src/planner/run.rs",
         turn: "plan again with wider margins, from the one there is",
         default: Some(MAX_TIGHTENINGS as u64),
         most: Some(MAX_TIGHTENINGS as u64),
@@ -65,7 +65,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "iterations",
-        file: "scp/solve.rs",
+        file: "src/scp/solve.rs",
         turn: "iteration of a stage",
         default: Some(LOOP.max_iterations as u64),
         most: Some(MAX_ITERATIONS as u64),
@@ -74,7 +74,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "corrections",
-        file: "scp/trial.rs",
+        file: "src/scp/trial.rs",
         turn: "second-order correction an iteration, a subproblem each",
         default: Some(LOOP.max_corrections as u64),
         most: Some(MAX_CORRECTIONS as u64),
@@ -83,7 +83,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "searches",
-        file: "scp/trial.rs",
+        file: "src/scp/trial.rs",
         turn: "trial of the line search an iteration",
         default: Some(MAX_SEARCHES as u64),
         most: Some(MAX_SEARCHES as u64),
@@ -92,7 +92,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "starts",
-        file: "qp/embedded/mod.rs",
+        file: "qp/src/embedded/mod.rs",
         turn: "start of the solver a subproblem, the iterations of all counted together",
         default: Some(STARTS as u64),
         most: Some(STARTS as u64),
@@ -101,7 +101,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "solver_iterations",
-        file: "qp/embedded/iteration.rs",
+        file: "qp/src/embedded/iteration.rs",
         turn: "interior-point iteration a subproblem, restarts counted",
         default: Some(SOLVER.max_iterations as u64),
         most: Some(MAX_SOLVER_ITERATIONS as u64),
@@ -110,7 +110,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "factorisations",
-        file: "qp/embedded/iteration.rs",
+        file: "qp/src/embedded/iteration.rs",
         turn: "factorisation of the Newton system an interior-point iteration",
         default: Some(ATTEMPTS as u64),
         most: Some(ATTEMPTS as u64),
@@ -119,16 +119,16 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "sweeps",
-        file: "math/eigen.rs",
+        file: "qp/src/dense/eigen.rs",
         turn: "sweep of Jacobi rotations where curvature is projected, at most once a node",
         default: Some(MAX_SWEEPS as u64),
         most: Some(MAX_SWEEPS as u64),
-        from: "math::MAX_SWEEPS",
+        from: "qp::dense::MAX_SWEEPS",
         ends: "diagonal, or not finite",
     },
     LoopBound {
         name: "steering",
-        file: "dynamics/inverse.rs",
+        file: "src/dynamics/inverse.rs",
         turn: "step of the dynamics an interval of a roll-out with RK4",
         default: Some(STEERING_ITERATIONS as u64),
         most: Some(STEERING_ITERATIONS as u64),
@@ -137,7 +137,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "substeps",
-        file: "dynamics/step.rs",
+        file: "src/dynamics/step.rs",
         turn: "RK4 substep an interval",
         default: None,
         most: None,
@@ -146,7 +146,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "tumble_substeps",
-        file: "model/target.rs",
+        file: "src/model/target.rs",
         turn: "RK4 substep of the target's motion a node",
         default: Some(MAX_TUMBLE_SUBSTEPS as u64),
         most: Some(MAX_TUMBLE_SUBSTEPS as u64),
@@ -155,7 +155,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "target_steps",
-        file: "stages/verifier/target.rs",
+        file: "src/stages/verifier/target.rs",
         turn: "step of the target's motion a tenth of an interval, in the verifier",
         default: Some(MAX_TARGET_STEPS as u64),
         most: Some(MAX_TARGET_STEPS as u64),
@@ -164,7 +164,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "doublings",
-        file: "stages/verifier/motion.rs",
+        file: "src/stages/verifier/motion.rs",
         turn: "integration of an interval by RK4, in the verifier, each of twice the substeps",
         default: Some(MAX_DOUBLINGS as u64),
         most: Some(MAX_DOUBLINGS as u64),
@@ -173,7 +173,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "verified_substeps",
-        file: "stages/verifier/motion.rs",
+        file: "src/stages/verifier/motion.rs",
         turn: "RK4 substep a tenth of an interval, in the verifier",
         default: Some(MAX_PART_SUBSTEPS as u64),
         most: Some(MAX_PART_SUBSTEPS as u64),
@@ -182,7 +182,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "halvings",
-        file: "stages/verifier/distance.rs",
+        file: "src/stages/verifier/distance.rs",
         turn: "point of a segment whose distance to a box is looked at",
         default: Some(MAX_HALVINGS as u64),
         most: Some(MAX_HALVINGS as u64),
@@ -191,7 +191,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "layers",
-        file: "nn/network.rs",
+        file: "nn/src/network.rs",
         turn: "block of the network a node; heads, width and tokens within it likewise",
         default: Some(limit::LAYERS as u64),
         most: Some(limit::LAYERS as u64),
@@ -200,7 +200,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "columns",
-        file: "nn/kernels/x86.rs",
+        file: "nn/src/kernels/x86.rs",
         turn: "group of a row's columns in a matrix kernel; the processors' own take 16 or 32 a turn",
         default: Some(LONGEST_ROW as u64),
         most: Some(LONGEST_ROW as u64),
@@ -209,7 +209,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "tile",
-        file: "nn/kernels/x86.rs",
+        file: "nn/src/kernels/x86.rs",
         turn: "row of a tile of a matrix product",
         default: Some(TILE as u64),
         most: Some(TILE as u64),
@@ -218,7 +218,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "flow_steps",
-        file: "nn/decoder.rs",
+        file: "nn/src/decoder.rs",
         turn: "step of the flow decoder a prediction",
         default: Some(limit::STEPS as u64),
         most: Some(u16::MAX as u64),
@@ -227,7 +227,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "checked_bytes",
-        file: "nn/crc.rs",
+        file: "nn/src/crc.rs",
         turn: "byte of a model file",
         default: None,
         most: None,
@@ -242,7 +242,7 @@ mod tests {
     use super::*;
     use std::{collections::BTreeMap, fs, path::Path, string::String, vec::Vec};
 
-    /// Lines of the crate's source by file, without the modules of tests.
+    /// Lines of the source of this crate and of those below it by file, without the modules of tests.
     fn source() -> BTreeMap<String, Vec<String>> {
         fn gather(folder: &Path, root: &Path, files: &mut BTreeMap<String, Vec<String>>) {
             for entry in fs::read_dir(folder).unwrap() {
@@ -250,16 +250,21 @@ mod tests {
                 let name = path.strip_prefix(root).unwrap().to_string_lossy().replace('\\', "/");
                 if path.is_dir() {
                     gather(&path, root, files);
-                } else if !name.contains("tests") && name.ends_with(".rs") && name != "bounds.rs" {
+                } else if !name.contains("tests")
+                    && name.ends_with(".rs")
+                    && name != "src/bounds.rs"
+                {
                     let text = fs::read_to_string(&path).unwrap();
                     let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
                     files.insert(name, code.lines().map(String::from).collect());
                 }
             }
         }
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         let mut files = BTreeMap::new();
-        gather(&root, &root, &mut files);
+        for folder in ["qp/src", "nn/src", "src"] {
+            gather(&root.join(folder), root, &mut files);
+        }
         files
     }
 
@@ -278,7 +283,7 @@ mod tests {
                     continue;
                 }
                 let bound = i.checked_sub(1).and_then(|before| marks(&lines[before]));
-                assert!(bound.is_some(), "core/src/{file}:{}: no `// Bound: NAME.` above", i + 1);
+                assert!(bound.is_some(), "core/{file}:{}: no `// Bound: NAME.` above", i + 1);
             }
         }
     }
@@ -290,13 +295,13 @@ mod tests {
         for (file, lines) in &files {
             for name in lines.iter().filter_map(|line| marks(line)) {
                 let known = name == "constant" || LOOPS.iter().any(|row| row.name == name);
-                assert!(known, "core/src/{file}: Bound: {name} is not in the table");
+                assert!(known, "core/{file}: Bound: {name} is not in the table");
             }
         }
         for row in &LOOPS {
-            let lines = files.get(row.file).unwrap_or_else(|| panic!("no core/src/{}", row.file));
+            let lines = files.get(row.file).unwrap_or_else(|| panic!("no core/{}", row.file));
             let there = lines.iter().any(|line| marks(line) == Some(row.name));
-            assert!(there, "core/src/{}: no Bound: {}", row.file, row.name);
+            assert!(there, "core/{}: no Bound: {}", row.file, row.name);
             assert!(row.default <= row.most || row.most.is_none(), "{}", row.name);
         }
     }

@@ -11,11 +11,11 @@ mod physics;
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};
 use physics::{Case, Point, about_center, cloud, lively, mean, on_mission, stacked};
 use proptest::prelude::*;
-use remora_core::dynamics::{
+use remora_core::advanced::dynamics::{
     Acceleration, Control, Integrator, State, Stepping, SystemState, articulated,
 };
-use remora_core::math::quaternion;
-use remora_core::model::hcw_acceleration;
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::hcw_acceleration;
 
 /// Failing cases are printed whole; no seeds are kept in files.
 fn config() -> ProptestConfig {

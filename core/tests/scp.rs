@@ -1,8 +1,10 @@
 //! The loop against a script: which iterate it leaves, whatever makes it end.
 
-use remora_core::qp::{Qp, QpOutcome, QpSolver, QpStatus, Solution};
-use remora_core::scp::{Iterates, Outcome, Problem, Residuals, Scratch, Settings, Status, solve};
-use remora_core::time::{Clock, Deadline, NoClock};
+use remora_core::advanced::qp::{Qp, QpOutcome, QpSolver, QpStatus, Solution, Validate};
+use remora_core::advanced::scp::{
+    Iterates, Outcome, Problem, Residuals, Scratch, Settings, Status, solve,
+};
+use remora_core::advanced::time::{Clock, Deadline, NoClock};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 type Program = Qp<2, 1, 1, 1>;
@@ -78,7 +80,7 @@ fn run_until(
     deadline: &Deadline,
 ) -> (Outcome, usize) {
     let (mut scratch, mut iterates) = (Scratch::new(), Iterates::new(0));
-    let settings = Settings { max_iterations: most, ..Settings::default() };
+    let settings = Settings { max_iterations: most, ..Settings::default() }.validated().unwrap();
     let (mut problem, mut solver) = (Script(script, 1.0), Always(solver));
     let outcome =
         solve(&mut problem, &mut solver, &settings, deadline, &mut scratch, &mut iterates);
@@ -112,6 +114,7 @@ fn a_program_that_promises_nothing_ends_the_loop_where_it_is() {
         let (mut scratch, mut iterates) = (Scratch::new(), Iterates::new(0));
         let settings =
             Settings { max_iterations: 3, max_radius: 9.0, radius: 9.0, ..Settings::DEFAULT };
+        let settings = settings.validated().unwrap();
         let (mut problem, mut solver) = (Script(script, promise), Always(QpStatus::Solved));
         let deadline = Deadline::never();
         let z = &mut iterates;

@@ -1,6 +1,9 @@
-//! The program `remora`.
+//! The program `remora`: parses, calls the libraries, prints.
 
 #![forbid(unsafe_code)]
+
+mod commands;
+mod report;
 
 use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
 use std::alloc::System;
@@ -12,5 +15,5 @@ use std::process::ExitCode;
 static COUNTED: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 fn main() -> ExitCode {
-    ExitCode::from(remora_host::cli::run(std::env::args_os()))
+    ExitCode::from(commands::run(std::env::args_os()))
 }

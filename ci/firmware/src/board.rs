@@ -1,6 +1,6 @@
 //! What a board has to offer.
 
-use remora_core::time::Clock;
+use remora_core::advanced::time::Clock;
 
 /// The stack of an image, as it was last painted: by the start-up code, or since.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,18 +3,18 @@
 use crate::Memory;
 use crate::board::Board;
 use crate::output::Line;
-use remora_core::dynamics::{Integrator, Multibody, Stepping};
-use remora_core::math::Checksum;
-use remora_core::model::{Mission, Scenario};
-use remora_core::pair::Sequential;
-use remora_core::planner::Workspace;
-use remora_core::qp::{Qp, Solution};
-use remora_core::scp::Problem;
-use remora_core::stages::{
+use remora_core::advanced::dynamics::{Integrator, Multibody, Stepping};
+use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::pair::Sequential;
+use remora_core::advanced::planner::Workspace;
+use remora_core::advanced::qp::Checksum;
+use remora_core::advanced::qp::{Qp, Solution};
+use remora_core::advanced::scp::Problem;
+use remora_core::advanced::stages::{
     Formulation, LINKS, Mode, NODES, Reorientation, ReorientationTrajectory, Residuals,
     Translation, TranslationTrajectory, heuristic, size, verify,
 };
-use remora_core::time::Deadline;
+use remora_core::advanced::time::Deadline;
 
 type StageTwo<'a> = Reorientation<'a, Sequential, NODES, LINKS, { size::NX }, { size::NU }>;
 

@@ -4,11 +4,12 @@
 use crate::board::Board;
 use crate::output::Line;
 use core::hint::black_box;
-use remora_core::math::Checksum;
-use remora_core::nn::{
-    self, ACTION, Action, Decoder, Encoding, Header, Kernel, Layout, Model, Network, Precision,
-    Provenance, VERSION, specimen,
+use remora_core::advanced::nn::{
+    self, ACTION, Decoder, Header, Kernel, Layout, Model, Network, Precision, Provenance, VERSION,
+    specimen,
 };
+use remora_core::advanced::qp::Checksum;
+use remora_core::advanced::warmstart::{Action, Encoding};
 
 const NODES: usize = 4;
 const WIDTH: usize = 40;
@@ -42,8 +43,8 @@ fn header() -> Header {
         version: VERSION,
         precision: Precision::Int8,
         layout: Layout::Separate,
-        encoding: Encoding::Paper,
-        action: Action::Torque,
+        inputs: Encoding::Paper.tag(),
+        outputs: Action::Torque.tag(),
         decoder: Decoder::Flow { steps: 2 },
         chunk: 1,
         nodes: NODES as u16,

@@ -116,3 +116,11 @@ impl<'a, B: Board> Line<'a, B> {
         self.decimal(i32::unsigned_abs(exponent).into());
     }
 }
+
+/// Prints the mark that an entry point left on the stack since it was painted.
+pub fn print_stack<B: Board>(board: &B, entry: &str) {
+    if let Some(stack) = board.stack() {
+        let line = Line::new(board, "stack").text("entry", entry);
+        line.number("used", stack.used as u64).number("size", stack.size as u64).end();
+    }
+}

@@ -1,25 +1,24 @@
 //! Whole plans.
 
 use crate::board::{Board, InstructionClock, instructions_of};
-use crate::output::Line;
-use crate::run::print_stack;
+use crate::output::{Line, print_stack};
 use core::hint::black_box;
-use remora_core::dynamics::Integrator;
-use remora_core::math::Checksum;
-use remora_core::model::{Mission, Scenario};
-use remora_core::pair::Sequential;
-use remora_core::planner::{
-    self, EmbeddedSolver, Environment, Options, PhaseTimes, Report, StageEvidence, StageReport,
-    Start, Workspace,
+use remora_core::advanced::dynamics::Integrator;
+use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::pair::Sequential;
+use remora_core::advanced::planner::{
+    self, EmbeddedSolver, Environment, InitialGuess, PhaseTimes, PlanSettings, Report,
+    StageEvidence, StageReport, Workspace,
 };
-use remora_core::stages::{self, LINKS, Mode};
-use remora_core::time::Deadline;
+use remora_core::advanced::qp::Checksum;
+use remora_core::advanced::stages::{self, LINKS, Mode};
+use remora_core::advanced::time::Deadline;
 
 /// What plans are made with.
 pub struct Plans<'a, B> {
     board: &'a B,
     mission: &'a Mission<LINKS>,
-    options: Options,
+    options: PlanSettings,
     solver: &'a mut EmbeddedSolver,
     workspace: &'a mut Workspace,
 }
@@ -33,13 +32,13 @@ impl<'a, B: Board> Plans<'a, B> {
         solver: &'a mut EmbeddedSolver,
         workspace: &'a mut Workspace,
     ) -> Self {
-        let options = Options::new(Mode::Optimal, integrator);
+        let options = PlanSettings::new(Mode::Optimal, integrator);
         Self { board, mission, options, solver, workspace }
     }
 
     /// Plans a scenario and prints result, residuals, the instructions of each phase and the stack;
     /// then verifies the plan once more, for the verifier's own.
-    pub fn run(&mut self, id: &str, scenario: &Scenario, start: &mut Start<'_>) {
+    pub fn run(&mut self, id: &str, scenario: &Scenario, start: &InitialGuess<'_>) {
         let Self { board, mission, options, .. } = self;
         let board = *board;
         board.paint_stack();

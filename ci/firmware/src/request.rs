@@ -1,6 +1,6 @@
 //! What an image is asked to do: one word, which whoever starts it may leave in its memory.
 
-use remora_core::dynamics::Integrator;
+use remora_core::advanced::dynamics::Integrator;
 
 /// What Stage 2 is to start from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,18 +1,19 @@
 //! The whole run of an image.
 
 use crate::board::Board;
-use crate::output::Line;
+use crate::output::{Line, print_stack};
 use crate::plans::Plans;
 use crate::{Request, StartKind, scenarios};
 use core::hint::black_box;
-use remora_core::dynamics::Integrator;
-use remora_core::model::Mission;
-use remora_core::nn::{self, Model, Network};
-use remora_core::planner::{EmbeddedSolver, Start, Workspace};
-use remora_core::stages::LINKS;
+use remora_core::advanced::dynamics::Integrator;
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::nn::{Model, Network};
+use remora_core::advanced::planner::{EmbeddedSolver, InitialGuess, Workspace};
+use remora_core::advanced::stages::LINKS;
+use remora_core::advanced::warmstart::NetworkPolicy;
 
 /// What the network of a learned start works in, of the size that the default models need.
-pub type NetworkMemory = nn::Memory<3, 96, 60>;
+pub use remora_core::advanced::planner::memory::NetworkMemory;
 
 /// All the memory a planner needs, to be placed in static memory.
 pub struct Memory {
@@ -96,16 +97,17 @@ fn plan_all<B: Board>(
 ) {
     let Memory { workspace, solver, network, .. } = memory;
     let model = open(board, request.start, file);
-    let mut policy = model.as_ref().and_then(|model| Network::new(model, network).ok());
-    let mut start = match (&mut policy, request.start) {
-        (_, StartKind::Heuristic) => Start::Heuristic,
-        (Some(policy), _) => Start::Learned { policy, seed: 0 },
-        (None, _) => Start::Refused,
+    let network = model.as_ref().and_then(|model| Network::new(model, network).ok());
+    let policy = network.and_then(|network| NetworkPolicy::new(network).ok());
+    let start = match (&policy, request.start) {
+        (_, StartKind::Heuristic) => InitialGuess::Heuristic,
+        (Some(policy), _) => InitialGuess::Learned { policy, seed: 0 },
+        (None, _) => InitialGuess::Refused,
     };
     let mut plans = Plans::new(board, mission, request.integrator, solver, workspace);
     for (index, (id, scenario)) in scenarios::all().enumerate() {
         if request.wants(index) {
-            plans.run(id, &scenario, &mut start);
+            plans.run(id, &scenario, &start);
         }
     }
 }
@@ -123,14 +125,6 @@ fn open<'a, B: Board>(board: &B, start: StartKind, file: &'a [u8]) -> Option<Mod
     line.number("calls", 1).number("instructions", instructions).end();
     print_stack(board, "open_model");
     model
-}
-
-/// Prints the mark that an entry point left on the stack since it was painted.
-pub fn print_stack<B: Board>(board: &B, entry: &str) {
-    if let Some(stack) = board.stack() {
-        let line = Line::new(board, "stack").text("entry", entry);
-        line.number("used", stack.used as u64).number("size", stack.size as u64).end();
-    }
 }
 
 /// Prints what the counter says about a loop of known length.

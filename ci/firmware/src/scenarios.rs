@@ -1,7 +1,7 @@
 //! The audit's scenarios of `fixtures/`, as constants.
 
-use remora_core::math::quaternion;
-use remora_core::model::Scenario;
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::Scenario;
 
 include!(concat!(env!("OUT_DIR"), "/scenarios.rs"));
 

@@ -7,9 +7,10 @@
 //! rotating-frame and gravity-gradient moments as external moments).
 
 use super::{Acceleration, Control, State};
-use crate::math::{cholesky_in_place, cholesky_solve_in_place, quaternion};
+use crate::math::quaternion;
 use crate::model::{Servicer, hcw_acceleration};
 use nalgebra::{Matrix3, Matrix6, SVector, Vector3, Vector6};
+use remora_qp::dense::{cholesky_in_place, cholesky_solve_in_place};
 
 /// A spatial vector: angular part, then linear part about the bus centre of mass.
 fn spatial(angular: Vector3<f64>, linear: Vector3<f64>) -> Vector6<f64> {

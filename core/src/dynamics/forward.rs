@@ -4,8 +4,9 @@ use super::arm::Arm;
 use super::inverse::Motion;
 use super::multibody::BusFrame;
 use super::{Acceleration, Control, Multibody, State};
-use crate::math::{Vec3, cholesky_in_place, cholesky_solve_in_place};
+use crate::math::Vec3;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use remora_qp::dense::{cholesky_in_place, cholesky_solve_in_place};
 
 /// Generalised inertia of bus attitude and joints about the centre of mass, by blocks, bus axes.
 ///

@@ -30,9 +30,10 @@ pub use pose::ArmPose;
 pub use step::{StepJacobian, Stepping};
 pub use system::{EndEffectorPose, SystemRates, SystemState};
 
-use crate::math::{clamp, quaternion};
+use crate::math::quaternion;
 use crate::model::Servicer;
 use nalgebra::{SVector, Vector3, Vector4};
+use remora_qp::dense::clamp;
 
 /// State of Stage 2: attitude and arm, with their rates.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,8 @@
 
 use super::{Acceleration, AccelerationJacobian, Control, Integrator, Multibody, State};
 use crate::math::quaternion;
-use crate::time::Deadline;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
+use remora_qp::time::Deadline;
 
 /// Substeps with derivatives after which the deadline is looked at.
 const LOOKS: usize = 64;

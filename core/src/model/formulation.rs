@@ -14,6 +14,15 @@ pub enum Integrator {
 }
 
 impl Integrator {
+    /// RK4 with [`Integrator::DEFAULT_SUBSTEPS`].
+    pub const RK4: Self = Self::Rk4 { substeps: Self::DEFAULT_SUBSTEPS };
+    /// Substeps a node of plain `rk4`.
+    pub const DEFAULT_SUBSTEPS: usize = 8;
+    /// Fewest substeps a node of a plan: with fewer, plans miss the port when they are flown.
+    pub const MIN_SUBSTEPS: usize = 4;
+    /// Most substeps a node of a plan.
+    pub const MAX_SUBSTEPS: usize = 1000;
+
     /// Whether its plans are made to be flown: RK4's are, Euler's follow the paper.
     pub fn is_flown(self) -> bool {
         matches!(self, Self::Rk4 { .. })

@@ -1,9 +1,10 @@
 //! Everything that is the same for every approach of a mission.
 
 use super::{Orbit, Servicer, Switch, Target, Typical};
-use crate::math::clamp;
 use core::fmt;
 use nalgebra::Vector3;
+use remora_qp::Validate;
+use remora_qp::dense::clamp;
 
 /// The approach itself: how long, how far off, how well seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +43,11 @@ impl Default for Approach {
 }
 
 impl Approach {
+    /// The node of `nodes` from which the arm has its capture configuration: never the first.
+    pub fn preset_node(&self, nodes: usize) -> usize {
+        nodes.saturating_sub(1).saturating_sub(self.preset_lead).max(1)
+    }
+
     /// Keep-out distance [m] at node `k` (from 0) of `nodes`.
     pub fn keep_out(&self, k: usize, nodes: usize) -> f64 {
         // In node counts, so that a node exactly at the switch is not lost to rounding of times.
@@ -298,6 +304,14 @@ impl Check {
             field,
             "no body has such moments: each must be at most the sum of the other two",
         )
+    }
+}
+
+impl<const NL: usize> Validate for Mission<NL> {
+    type Error = InvalidField;
+
+    fn validate(&self) -> Result<(), InvalidField> {
+        Mission::validate(self)
     }
 }
 

@@ -3,16 +3,16 @@
 //! Everything in it follows from inputs and settings: the same plan has the same record, whatever
 //! the machine. Times are not in it.
 
-use super::{Options, StageReport, StartRecord};
+use super::{GuessRecord, PlanSettings, StageReport};
 use crate::dynamics::Integrator;
-use crate::math::Checksum;
 use crate::model::{
     Approach, Corridor, Link, Margins, Mission, Orbit, Scenario, Servicer, Target, Tolerances,
     Typical, Weights,
 };
-use crate::qp::{QpOutcome, QpStatus};
 use crate::scp::{Log, Settings, Status};
 use crate::stages::{LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory};
+use remora_qp::Checksum;
+use remora_qp::{QpOutcome, QpStatus};
 
 /// What was left in the place of the iterate at which a stage's loop ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -103,7 +103,7 @@ pub struct Evidence {
     /// Whether the verifier found every residual within its tolerance.
     pub is_verified: bool,
     /// What Stage 2 started from.
-    pub start: StartRecord,
+    pub start: GuessRecord,
     /// Stage 1.
     pub translation: StageEvidence,
     /// Stage 2.
@@ -120,7 +120,7 @@ impl Evidence {
             output: 0,
             status: Status::default(),
             is_verified: false,
-            start: StartRecord::default(),
+            start: GuessRecord::default(),
             translation: StageEvidence::default(),
             reorientation: StageEvidence::default(),
         }
@@ -192,8 +192,9 @@ pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u
 }
 
 /// Adds all that a plan is made with but the solvers.
-pub(super) fn add_options(sum: &mut Checksum, options: &Options) {
-    let Options { mode, integrator, deadline_s, translation, reorientation, learned } = options;
+pub(super) fn add_options(sum: &mut Checksum, options: &PlanSettings) {
+    let PlanSettings { mode, integrator, deadline_s, translation, reorientation, learned } =
+        options;
     sum.integer(NODES as u64);
     sum.integer(match mode {
         Mode::Optimal => 0,

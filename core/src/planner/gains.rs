@@ -3,7 +3,7 @@
 use super::Solver;
 use crate::model::Mission;
 use crate::pair::Sequential;
-use crate::stages::{LINKS, NODES, Reorientation, size};
+use crate::stages::{LINKS, MissionReorientation, NODES, size};
 use nalgebra::SMatrix;
 
 /// Control [N m] by state: rows `[bus torque (bus axes); joint torques]`, columns
@@ -25,7 +25,6 @@ pub fn feedback_gain<S: Solver>(mission: &Mission<LINKS>, solver: &S, k: usize) 
         return None;
     }
     let scaled = solver.gain(k)?;
-    let (x, u) =
-        Reorientation::<Sequential, NODES, LINKS, { size::NX }, { size::NU }>::scales(mission);
+    let (x, u) = MissionReorientation::<Sequential>::scales(mission);
     Some(SMatrix::from_fn(|i, j| scaled[(i, j)] * u[i] / x[j]))
 }

@@ -2,14 +2,14 @@
 
 use super::{EmbeddedSolver, Workspace};
 use crate::model::TargetState;
-use crate::nn;
-use crate::qp::{Qp, Solution};
 use crate::scp::{Iterates, Residuals};
 use crate::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory,
     size::{NR, NU, NX},
 };
 use nalgebra::SVector;
+use remora_nn as nn;
+use remora_qp::{Qp, Solution};
 
 /// Memory for the learned models that come with the planner: three blocks, width 96, a token a node.
 pub type NetworkMemory = nn::Memory<3, 96, NODES>;

@@ -5,11 +5,12 @@
 
 mod evidence;
 mod gains;
+mod guess;
 pub mod memory;
 mod options;
 mod report;
 mod run;
-mod start;
+mod session;
 #[cfg(test)]
 mod tests;
 mod tighten;
@@ -17,21 +18,22 @@ mod workspace;
 
 pub use evidence::{Evidence, Fallback, StageEvidence, VERSION, output_checksum};
 pub use gains::{Gain, feedback_gain};
-pub use options::{Environment, Options};
+pub use guess::{GuessRecord, InitialGuess};
+pub use options::{Environment, Options, OptionsBuilder, PlanSettings};
 pub use report::{PhaseTimes, Report, StageReport, Verdict};
-pub use start::{Start, StartRecord};
+pub(crate) use session::Session;
 pub use workspace::{EmbeddedSolver, Workspace};
 
-use crate::math::Checksum;
 use crate::model::{Mission, Refusal, Scenario};
 use crate::pair::Pair;
-use crate::qp::QpSolver;
 use crate::scp::Status;
 use crate::stages::{
     Clearances, Formulation, LINKS, NODES, ReorientationTrajectory, Residuals,
     TranslationTrajectory, Verification, size,
 };
-use crate::time::Deadline;
+use remora_qp::Checksum;
+use remora_qp::QpSolver;
+use remora_qp::time::Deadline;
 use run::Run;
 
 /// Solver of the subproblems of both stages. The planner resets it at the start of each.
@@ -47,7 +49,7 @@ pub const MAX_TIGHTENINGS: usize = 3;
 
 /// Plans one approach; the trajectories are left in `workspace`.
 ///
-/// `mission` and the settings must be valid. A scenario that no plan can end well is refused
+/// A scenario that no plan can end well is refused
 /// before anything is planned ([`Report::refusal`]). A stage that fails leaves its best iterate;
 /// Stage 2 runs whatever became of Stage 1, so that there is always something to look at. Where
 /// the verifier finds a limit passed between nodes, planning keeps further from it and goes on from
@@ -59,8 +61,8 @@ pub const MAX_TIGHTENINGS: usize = 3;
 pub fn plan<S: Solver, P: Pair>(
     mission: &Mission<LINKS>,
     scenario: &Scenario,
-    options: &Options,
-    start: &mut Start<'_>,
+    options: &PlanSettings,
+    start: &InitialGuess<'_>,
     solver: &mut S,
     environment: &Environment<P>,
     workspace: &mut Workspace,
@@ -125,7 +127,7 @@ fn status_of(
 /// Stage 2 from the trajectory in the workspace, along the path in the workspace.
 pub fn plan_reorientation<S: Solver, P: Pair>(
     mission: &Mission<LINKS>,
-    options: &Options,
+    options: &PlanSettings,
     solver: &mut S,
     environment: &Environment<P>,
     workspace: &mut Workspace,

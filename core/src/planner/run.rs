@@ -2,17 +2,18 @@
 
 use super::tighten::{gentler, held, tightened};
 use super::{
-    Evidence, MAX_HELD, MAX_TIGHTENINGS, Options, PhaseTimes, Report, Solver, StageEvidence,
-    StageReport, Start, StartRecord, Workspace, output_checksum, start, status_of,
+    Evidence, GuessRecord, InitialGuess, MAX_HELD, MAX_TIGHTENINGS, PhaseTimes, PlanSettings,
+    Report, Solver, StageEvidence, StageReport, Workspace, guess, output_checksum, status_of,
 };
 use crate::model::Scenario;
 use crate::pair::Pair;
 use crate::scp::{self, Outcome, Settings, Status};
 use crate::stages::{
-    Formulation, LINKS, Mode, NODES, Reorientation, Translation, Verification, size, verify,
+    Formulation, LINKS, MissionReorientation, Mode, NODES, Translation, Verification, verify,
     verify_first,
 };
-use crate::time::Deadline;
+use remora_qp::Valid;
+use remora_qp::time::Deadline;
 
 /// Time kept back for the verifier, over what its first interval took for each of them.
 const RESERVE: f64 = 1.5;
@@ -27,7 +28,7 @@ pub(super) struct Run<'a, 'w, S, P> {
     /// That of the whole plan.
     pub deadline: Deadline<'a>,
     pub scenario: &'a Scenario,
-    pub options: &'a Options,
+    pub options: &'a PlanSettings,
     pub solver: &'w mut S,
     pub pair: &'a P,
     pub workspace: &'w mut Workspace,
@@ -35,7 +36,7 @@ pub(super) struct Run<'a, 'w, S, P> {
 
 /// What became of a stage.
 pub(super) struct Stage {
-    report: StageReport,
+    pub report: StageReport,
     evidence: StageEvidence,
     /// Times of its start and its iterations.
     times: PhaseTimes,
@@ -58,9 +59,11 @@ impl Stage {
 
 impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
     /// All of it.
-    pub fn plan(&mut self, start: &mut Start<'_>, record: Evidence) -> Report {
+    pub fn plan(&mut self, start: &InitialGuess<'_>, record: Evidence) -> Report {
         let mut times = PhaseTimes::default();
-        self.tumble(&mut times);
+        let from = self.deadline.seconds();
+        self.propagate_target();
+        times.start_s = self.deadline.seconds() - from;
         let mut one = self.translate_held();
         self.keep_time_back();
         let (mut two, begun) = self.reorient_from(start);
@@ -86,7 +89,7 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
             let left = two.left(&self.options.reorientation);
             let settings = match change {
                 Change::Gentler => {
-                    start::write_heuristic(self.formulation.mission, self.workspace);
+                    guess::write_heuristic(self.formulation.mission, self.workspace);
                     &self.options.reorientation
                 }
                 _ => &self.options.learned,
@@ -102,7 +105,7 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
     fn report(
         &self,
         [one, two]: [Stage; 2],
-        start: StartRecord,
+        start: GuessRecord,
         found: Verification,
         times: PhaseTimes,
         record: Evidence,
@@ -136,8 +139,8 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
     }
 
     /// The target's motion at the nodes.
-    fn tumble(&mut self, times: &mut PhaseTimes) {
-        let (from, mission) = (self.deadline.seconds(), self.formulation.mission);
+    pub fn propagate_target(&mut self) {
+        let mission = self.formulation.mission;
         mission.target.tumble(
             self.formulation.integrator,
             mission.mean_motion(),
@@ -146,7 +149,6 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
             self.formulation.interval(NODES),
             &mut self.workspace.target,
         );
-        times.start_s = self.deadline.seconds() - from;
     }
 
     /// Sees how long the verifier takes, at the heuristic start, and ends planning by so much
@@ -157,7 +159,7 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
             return;
         }
         let Formulation { mission, integrator, .. } = self.formulation;
-        start::write_heuristic(mission, self.workspace);
+        guess::write_heuristic(mission, self.workspace);
         let from = self.deadline.seconds();
         let (path, motion) = (self.workspace.path(), self.workspace.motion());
         let _ = verify_first(mission, self.scenario, integrator, path, motion);
@@ -201,7 +203,7 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
 
     /// Stage 1, and again with less force where its moment is more than the wheels have: as little
     /// as leads to the port clear of the target.
-    fn translate_held(&mut self) -> Stage {
+    pub fn translate_held(&mut self) -> Stage {
         let free = self.formulation;
         let mut stage = self.translate(self.options.translation.max_iterations);
         let again = stage.report.outcome.iterations;
@@ -245,7 +247,7 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
             problem.warm_start(solver, &deadline, &mut w.qp, &mut w.step, &mut z.trajectory);
         // The start is a subproblem too.
         let max_iterations = iterations.saturating_sub(1).max(1);
-        let settings = Settings { max_iterations, ..self.options.translation };
+        let settings = Settings::with_max_iterations(&self.options.translation, max_iterations);
         let mut outcome = if start.status.is_usable() {
             scp::solve(&mut problem, solver, &settings, &deadline, w, z)
         } else {
@@ -266,12 +268,12 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
 
     /// Stage 2 along the path in the workspace: its start, its loop, and the loop again from the
     /// heuristic where a learned start, or one handed in, led nowhere.
-    fn reorient_from(&mut self, start: &mut Start<'_>) -> (Stage, StartRecord) {
+    pub fn reorient_from(&mut self, start: &InitialGuess<'_>) -> (Stage, GuessRecord) {
         let (clock, options) = (self.deadline, self.options);
         let from = clock.seconds();
         let mut begun = start.write(&self.formulation, options, self.pair, self.workspace);
         let mut times = PhaseTimes { start_s: clock.seconds() - from, ..Default::default() };
-        if !matches!(start, Start::Heuristic) {
+        if !matches!(start, InitialGuess::Heuristic) {
             times.inference_s = times.start_s;
         }
         let budget = options.reorientation.max_iterations;
@@ -283,8 +285,8 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
                 Next::Stay => first,
                 Next::GoOn => self.reorient(&options.learned, left).after(&first),
                 Next::Heuristic => {
-                    begun = StartRecord::Unsolved;
-                    start::write_heuristic(self.formulation.mission, self.workspace);
+                    begun = GuessRecord::Unsolved;
+                    guess::write_heuristic(self.formulation.mission, self.workspace);
                     self.reorient(&options.reorientation, left).after(&first)
                 }
             }
@@ -309,9 +311,9 @@ impl<S: Solver, P: Pair> Run<'_, '_, S, P> {
     }
 
     /// Stage 2 from the trajectory in the workspace, in at most so many iterations.
-    fn reorient(&mut self, settings: &Settings, iterations: usize) -> Stage {
+    fn reorient(&mut self, settings: &Valid<Settings>, iterations: usize) -> Stage {
         let max_iterations = iterations.min(settings.max_iterations);
-        let settings = Settings { max_iterations, ..*settings };
+        let settings = Settings::with_max_iterations(settings, max_iterations);
         let mode: Mode = self.options.mode;
         let (solver, pair, workspace) = (&mut *self.solver, self.pair, &mut *self.workspace);
         let report = reorient(&self.formulation, mode, &settings, solver, pair, workspace);
@@ -348,7 +350,7 @@ enum Next {
 pub(super) fn reorient<S: Solver, P: Pair>(
     formulation: &Formulation<'_, LINKS>,
     mode: Mode,
-    settings: &Settings,
+    settings: &Valid<Settings>,
     solver: &mut S,
     pair: &P,
     workspace: &mut Workspace,
@@ -357,13 +359,7 @@ pub(super) fn reorient<S: Solver, P: Pair>(
     let started = deadline.seconds();
     let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
     let path = &translation.trajectory;
-    let mut problem = Reorientation::<P, NODES, LINKS, { size::NX }, { size::NU }>::new(
-        formulation,
-        path,
-        target,
-        mode,
-        pair,
-    );
+    let mut problem = MissionReorientation::<P>::new(formulation, path, target, mode, pair);
     solver.reset();
     let outcome = scp::solve(&mut problem, solver, settings, &deadline, w, z);
     let cost = problem.cost(&z.trajectory.controls);

@@ -48,9 +48,9 @@ fn a_plan_does_not_depend_on_what_memory_held_before() {
     };
     let mission = Mission::default();
     for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
-        let options = Options::new(Mode::Optimal, integrator);
+        let options = PlanSettings::new(Mode::Optimal, integrator);
         let planned = |workspace: &mut Workspace, solver: &mut EmbeddedSolver| {
-            let start = &mut Start::Heuristic;
+            let start = &InitialGuess::Heuristic;
             plan(&mission, &scenario, &options, start, solver, &Environment::BARE, workspace)
         };
         let first = planned(&mut workspace, &mut solver);

@@ -1,9 +1,9 @@
 //! What planning changes about its problem where the verifier finds a limit passed between nodes,
 //! or Stage 2 cannot follow Stage 1.
 
-use crate::math::clamp;
 use crate::model::Integrator;
 use crate::stages::{Formulation, NODES, Residuals, TranslationTrajectory};
+use remora_qp::dense::clamp;
 
 /// How much wider a margin becomes, over what the limit was passed by.
 const FACTOR: f64 = 1.5;

@@ -1,12 +1,12 @@
 //! The planner's memory.
 
 use crate::model::TargetState;
-use crate::qp::EmbeddedQp;
 use crate::scp::{Iterates, Log, Scratch};
 use crate::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory,
     size::{NR, NU, NX},
 };
+use remora_qp::EmbeddedQp;
 
 /// The embedded solver at the size of the planner's subproblems.
 pub type EmbeddedSolver = EmbeddedQp<NODES, NX, NU, NR>;

@@ -1,8 +1,9 @@
 //! The loop's memory, in two parts: what every solve may overwrite, and what is left of each.
 
 use super::{Log, Residuals};
-use crate::qp::{Qp, Solution, zeros};
 use nalgebra::SVector;
+use remora_qp::dense::zeros;
+use remora_qp::{Qp, Solution};
 
 /// What the loop works with, for one size of problem; the caller keeps it. It carries nothing from
 /// one solve to the next, so that solves one after the other can share it.

@@ -16,6 +16,6 @@ pub use memory::{Iterates, Scratch};
 pub use outcome::{Outcome, Status};
 pub use problem::{Problem, Residuals};
 pub use record::{IterationRecord, Log, MAX_ITERATIONS};
-pub use settings::{InvalidSetting, MAX_CORRECTIONS, Settings};
+pub use settings::{MAX_CORRECTIONS, Settings};
 pub use solve::solve;
 pub use trial::MAX_SEARCHES;

@@ -1,6 +1,6 @@
 //! How a solve ended.
 
-use crate::qp::QpStatus;
+use remora_qp::QpStatus;
 
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, PartialOrd, Ord)]

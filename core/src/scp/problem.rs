@@ -1,7 +1,7 @@
 //! What the loop asks of a problem.
 
-use crate::qp::{Qp, Solution};
 use nalgebra::{SMatrix, SVector};
+use remora_qp::{Qp, Solution};
 
 /// Cost and constraint residuals of a trajectory, in the problem's scaled units.
 #[derive(Clone, Debug)]

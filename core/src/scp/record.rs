@@ -1,6 +1,6 @@
 //! The per-iteration log.
 
-use crate::qp::{QpOutcome, QpStatus};
+use remora_qp::{QpOutcome, QpStatus};
 
 /// Most iterations the loop can be asked for: the size of its log.
 pub const MAX_ITERATIONS: usize = 64;

@@ -1,7 +1,7 @@
 //! Settings of the loop.
 
 use super::MAX_ITERATIONS;
-use core::fmt;
+use remora_qp::{InvalidSetting, Valid, Validate};
 
 /// Most corrections an iteration that can be asked for.
 pub const MAX_CORRECTIONS: u32 = 8;
@@ -77,29 +77,18 @@ impl Default for Settings {
     }
 }
 
-/// A setting out of its range.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct InvalidSetting {
-    /// Name of the setting.
-    pub setting: &'static str,
-    /// The range it must lie in.
-    pub range: &'static str,
-}
-
-impl fmt::Display for InvalidSetting {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} must be {}", self.setting, self.range)
+impl Settings {
+    /// The same with another limit of iterations, within its range.
+    pub fn with_max_iterations(settings: &Valid<Self>, iterations: usize) -> Valid<Self> {
+        let max_iterations = iterations.clamp(1, MAX_ITERATIONS);
+        Valid::of_constant(Self { max_iterations, ..**settings })
     }
 }
 
-impl core::error::Error for InvalidSetting {}
+impl Validate for Settings {
+    type Error = InvalidSetting;
 
-impl Settings {
-    /// Refuses settings with which the loop could not work.
-    ///
-    /// # Errors
-    /// The first setting out of its range.
-    pub fn validate(&self) -> Result<(), InvalidSetting> {
+    fn validate(&self) -> Result<(), InvalidSetting> {
         let finite = |x: f64| x > 0.0 && x < f64::INFINITY;
         let checks = [
             (

@@ -1,13 +1,13 @@
 //! The loop: one convex program after the other, in a trust region.
 
 use super::{Iterates, IterationRecord, Outcome, Problem, Residuals, Scratch, Settings, Status};
-use crate::qp::{QpOutcome, QpSolver, QpStatus};
-use crate::time::Deadline;
 use core::mem;
+use remora_qp::time::Deadline;
+use remora_qp::{QpOutcome, QpSolver, QpStatus, Valid};
 
 /// Solves `problem` from the trajectory in `iterates`, and leaves the result there.
 ///
-/// `settings` must be valid. Where the status is solved the trajectory left is the last accepted
+/// Where the status is solved the trajectory left is the last accepted
 /// iterate; otherwise the feasible one of least cost, and the last accepted one where none was
 /// feasible. Cost: an iteration is one linearisation (none after a rejected step), one subproblem
 /// and one evaluation of the residuals, the latter two again for each correction, the last again
@@ -19,7 +19,7 @@ use core::mem;
 pub fn solve<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usize>(
     problem: &mut P,
     solver: &mut S,
-    settings: &Settings,
+    settings: &Valid<Settings>,
     deadline: &Deadline,
     scratch: &mut Scratch<N, NX, NU, NR>,
     iterates: &mut Iterates<P::Trajectory>,

@@ -2,9 +2,9 @@
 
 use super::solve::Descent;
 use super::{IterationRecord, Problem};
-use crate::math::clamp;
-use crate::qp::{Qp, QpSolver, Solution};
 use core::mem;
+use remora_qp::dense::clamp;
+use remora_qp::{Qp, QpSolver, Solution};
 
 impl<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usize>
     Descent<'_, P, S, N, NX, NU, NR>

@@ -18,7 +18,7 @@ pub fn warm_start<const N: usize, const NL: usize>(
     out: &mut ReorientationTrajectory<N, NL>,
 ) {
     let servicer = &mission.servicer;
-    let preset = (N - 1).saturating_sub(mission.approach.preset_lead).max(1);
+    let preset = mission.approach.preset_node(N);
     let dt = mission.approach.duration / (N - 1) as f64;
     let mut attitude = initial_bus_attitude(&translation.position[0]);
     for k in 0..N {

@@ -1,7 +1,7 @@
 //! The two stages as problems for the loop, the heuristic start, and the independent verifier.
 
 use crate::model::{Integrator, Margins, Mission};
-use crate::time::Deadline;
+use remora_qp::time::Deadline;
 
 mod clearance;
 pub mod heuristic;
@@ -15,12 +15,9 @@ pub(crate) use verifier::verify_first;
 pub use verifier::{Clearances, Closest, Residuals, Verification, verify, verify_translation};
 pub(crate) use verifier::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
 
-/// The larger of two violations; what is not a number is infinitely violated.
+/// The larger of two violations; unlike `f64::max` it keeps what is not a number.
 fn worse(a: f64, b: f64) -> f64 {
-    if b.is_nan() {
-        return f64::INFINITY;
-    }
-    if b <= a { a } else { b }
+    if a.is_nan() || b <= a { a } else { b }
 }
 
 /// What is solved, and until when: the mission as plans of an integrator are held to it.
@@ -64,6 +61,10 @@ pub const NODES: usize = 60;
 /// Links of the mission's arm.
 pub const LINKS: usize = 3;
 
+/// Stage 2 at the size of the mission's horizon and arm.
+pub type MissionReorientation<'a, P> =
+    Reorientation<'a, P, NODES, LINKS, { size::NX }, { size::NU }>;
+
 /// States, controls and soft rows a node of the subproblems, for both stages.
 ///
 /// They are Stage 2's for the mission's arm: attitude and joints with their rates; torques;
@@ -87,10 +88,10 @@ mod tests {
     use super::worse;
 
     #[test]
-    fn what_is_not_a_number_is_the_worst() {
+    fn what_is_not_a_number_stays_so() {
         assert_eq!(worse(1.0, 2.0), 2.0);
         assert_eq!(worse(0.0, -1.0), 0.0);
-        assert_eq!(worse(1.0, f64::NAN), f64::INFINITY);
+        assert!(worse(1.0, f64::NAN).is_nan() && worse(f64::NAN, 1.0).is_nan());
         assert_eq!(worse(f64::INFINITY, 1.0), f64::INFINITY);
     }
 }

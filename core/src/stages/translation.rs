@@ -1,11 +1,12 @@
 //! Stage 1: the path of the system's centre of mass (section 5).
 
-use crate::math::{clamp, quaternion};
+use crate::math::quaternion;
 use crate::model::{HcwTransition, Mission, Scenario, TargetState, signed_distance_to_box};
-use crate::qp::{Qp, QpOutcome, QpSolver, Solution, Stage};
 use crate::scp::{Problem, Residuals};
-use crate::time::Deadline;
 use nalgebra::{Matrix3, Matrix3x6, SVector, Vector3, Vector4};
+use remora_qp::dense::clamp;
+use remora_qp::time::Deadline;
+use remora_qp::{Qp, QpOutcome, QpSolver, Solution, Stage};
 
 use super::Formulation;
 use super::size::{NR, NU, NX};

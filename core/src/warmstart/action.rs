@@ -8,15 +8,41 @@
 
 use super::Scene;
 use crate::dynamics::{Control, Integrator, Leg, State, Stepping};
-use crate::math::{clamp, quaternion};
-use crate::nn::Action;
+use crate::math::quaternion;
 use crate::stages::LINKS;
 use nalgebra::{SVector, Vector3};
+use remora_qp::dense::clamp;
 
 /// Numbers of an action: three for the bus, one a joint.
 pub const ACTION: usize = 3 + LINKS;
 
+/// What the numbers of an action are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Action {
+    /// Torques of bus and joints.
+    Torque = 0,
+    /// Rates of bus and joints at the next node.
+    Rate = 1,
+}
+
 impl Action {
+    /// Its number in a model file.
+    pub const fn tag(self) -> u8 {
+        self as u8
+    }
+
+    /// The one of this number.
+    pub const fn of_tag(tag: u8) -> Option<Self> {
+        match tag {
+            0 => Some(Self::Torque),
+            1 => Some(Self::Rate),
+            _ => None,
+        }
+    }
+
     /// The action that leads from `state` under `control` to `next`.
     pub fn of(
         self,

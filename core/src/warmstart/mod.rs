@@ -14,8 +14,8 @@ mod rolling;
 mod scene;
 mod tokens;
 
-pub use crate::nn::{Action, Encoding};
-pub use action::ACTION;
+pub use action::{ACTION, Action};
+pub use network::{NetworkPolicy, Unfit};
 pub use rolling::{MAX_CHUNK, Policy, roll_out};
 pub use scene::Scene;
-pub use tokens::MAX_FEATURES;
+pub use tokens::{Encoding, MAX_FEATURES};

@@ -1,46 +1,122 @@
 //! The transformer as a policy.
 
-use super::{Action, Encoding, Policy};
-use crate::math::Checksum;
-use crate::nn::{Decoder, Network, Storage};
-use crate::time::Deadline;
+use super::{ACTION, Action, Encoding, MAX_CHUNK, Policy};
+use core::cell::RefCell;
+use core::fmt;
+use remora_nn::{Decoder, Model, Network, Storage};
+use remora_qp::Checksum;
+use remora_qp::time::Deadline;
 
-impl<M: Storage> Policy for Network<'_, '_, M> {
+// A chunk that a file may ask for has room.
+const _: () = assert!(remora_nn::limit::CHUNK <= MAX_CHUNK);
+
+/// Why a network cannot say where Stage 2 starts, though it is a sound network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+#[repr(u32)]
+pub enum Unfit {
+    /// Its inputs are none of [`Encoding`].
+    Encoding = 201,
+    /// Its outputs are none of [`Action`].
+    Action = 202,
+    /// Its actions have not three numbers for the bus and one a joint.
+    ActionSize = 203,
+    /// It takes another number of features than its encoding has.
+    Features = 204,
+}
+
+impl Unfit {
+    /// Stable number of the reason; none of the network's own.
+    pub const fn code(self) -> u32 {
+        self as u32
+    }
+
+    /// The reason in words.
+    pub const fn reason(self) -> &'static str {
+        match self {
+            Self::Encoding => "its inputs are of an unknown encoding",
+            Self::Action => "its actions are of an unknown kind",
+            Self::ActionSize => "its actions have not three numbers for the bus and one a joint",
+            Self::Features => "it takes another number of features than its encoding has",
+        }
+    }
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.reason())
+    }
+}
+
+impl core::error::Error for Unfit {}
+
+/// A network that is fit to say where Stage 2 starts.
+pub struct NetworkPolicy<'m, 'a, M> {
+    network: RefCell<Network<'m, 'a, M>>,
+    model: &'m Model<'a>,
+    flow_steps: u16,
+    encoding: Encoding,
+    action: Action,
+}
+
+impl<'m, 'a, M: Storage> NetworkPolicy<'m, 'a, M> {
+    /// Takes a network into service.
+    ///
+    /// # Errors
+    /// [`Unfit`], where inputs or outputs are not what a policy has.
+    pub fn new(network: Network<'m, 'a, M>) -> Result<Self, Unfit> {
+        let (model, flow_steps) = (network.model(), network.flow_steps());
+        let (header, size) = (model.header(), model.dimensions());
+        let encoding = Encoding::of_tag(header.inputs).ok_or(Unfit::Encoding)?;
+        let action = Action::of_tag(header.outputs).ok_or(Unfit::Action)?;
+        match () {
+            () if size.action != ACTION => Err(Unfit::ActionSize),
+            () if size.features != encoding.features() => Err(Unfit::Features),
+            () => Ok(Self { network: RefCell::new(network), model, flow_steps, encoding, action }),
+        }
+    }
+}
+
+impl<M: Storage> Policy for NetworkPolicy<'_, '_, M> {
     fn encoding(&self) -> Encoding {
-        self.model().header().encoding
+        self.encoding
     }
 
     fn action(&self) -> Action {
-        self.model().header().action
+        self.action
     }
 
     fn chunk(&self) -> usize {
-        self.model().header().chunk.into()
+        self.model.header().chunk.into()
     }
 
     /// A linear decoder's first action alone: it is the best it knows. All that a flow draws: the
     /// next draw may be another motion.
     fn executed(&self) -> usize {
-        match self.model().header().decoder {
+        match self.model.header().decoder {
             Decoder::Linear => 1,
             Decoder::Flow { .. } => self.chunk(),
         }
     }
 
     fn identify(&self, checksum: &mut Checksum) {
-        checksum.integer(self.model().checksum().into());
-        checksum.integer(self.flow_steps().into());
+        checksum.integer(self.model.checksum().into());
+        checksum.integer(self.flow_steps.into());
     }
 
-    fn begin(&mut self, seed: u64) {
-        Network::begin(self, seed);
+    fn begin(&self, seed: u64) {
+        if let Ok(mut network) = self.network.try_borrow_mut() {
+            network.begin(seed);
+        }
     }
 
-    fn act(&mut self, features: &[f32], actions: &mut [f32], deadline: &Deadline<'_>) -> bool {
-        Network::act_unless(self, features, actions, &|| deadline.has_passed()).is_ok()
+    fn act(&self, features: &[f32], actions: &mut [f32], deadline: &Deadline<'_>) -> bool {
+        let Ok(mut network) = self.network.try_borrow_mut() else { return false };
+        network.act_unless(features, actions, &|| deadline.has_passed()).is_ok()
     }
 
-    fn observe(&mut self, features: &[f32]) -> bool {
-        Network::observe(self, features).is_ok()
+    fn observe(&self, features: &[f32]) -> bool {
+        let Ok(mut network) = self.network.try_borrow_mut() else { return false };
+        network.observe(features).is_ok()
     }
 }

@@ -2,14 +2,15 @@
 
 use super::{ACTION, Action, Encoding, MAX_FEATURES, Scene};
 use crate::dynamics::Control;
-use crate::math::Checksum;
 use crate::stages::{LINKS, NODES, ReorientationTrajectory};
-use crate::time::Deadline;
+use remora_qp::Checksum;
+use remora_qp::time::Deadline;
 
 /// Most actions a policy gives at once.
 pub const MAX_CHUNK: usize = 8;
 
-/// Who says what to do at a node. It may remember what it has seen since [`Policy::begin`].
+/// Who says what to do at a node. It may remember what it has seen since [`Policy::begin`], in cells of
+/// its own.
 pub trait Policy {
     /// What its features are.
     fn encoding(&self) -> Encoding;
@@ -27,15 +28,15 @@ pub trait Policy {
     fn identify(&self, checksum: &mut Checksum);
 
     /// Forgets everything; `seed` is for those that draw.
-    fn begin(&mut self, seed: u64);
+    fn begin(&self, seed: u64);
 
     /// Looks at the features of the next node and writes the actions for it and those after, node
     /// by node. False where it can't, or once `deadline` has passed.
-    fn act(&mut self, features: &[f32], actions: &mut [f32], deadline: &Deadline<'_>) -> bool;
+    fn act(&self, features: &[f32], actions: &mut [f32], deadline: &Deadline<'_>) -> bool;
 
     /// Looks at the features of the next node, for which it has said before what to do. False
     /// where it can't.
-    fn observe(&mut self, features: &[f32]) -> bool;
+    fn observe(&self, features: &[f32]) -> bool;
 }
 
 /// Rolls a policy's actions out from the initial state through the dynamics of Stage 2.
@@ -45,7 +46,7 @@ pub trait Policy {
 #[inline(never)]
 pub fn roll_out<P: Policy + ?Sized>(
     scene: &Scene<'_>,
-    policy: &mut P,
+    policy: &P,
     seed: u64,
     out: &mut ReorientationTrajectory<NODES, LINKS>,
 ) -> bool {

@@ -5,8 +5,8 @@ use crate::math::quaternion;
 use crate::model::{Mission, TargetState, initial_bus_attitude};
 use crate::stages::heuristic::line_of_sight;
 use crate::stages::{LINKS, NODES, TranslationTrajectory};
-use crate::time::Deadline;
 use nalgebra::{SVector, Vector3};
+use remora_qp::time::Deadline;
 
 /// An approach as the learned start sees it: the path of Stage 1, the target's tumble, and what
 /// follows from them.
@@ -52,7 +52,7 @@ impl<'a> Scene<'a> {
             deadline: Deadline::never(),
             body: Multibody::new(mission),
             dt: mission.approach.duration / (NODES - 1) as f64,
-            preset: (NODES - 1).saturating_sub(mission.approach.preset_lead).max(1),
+            preset: mission.approach.preset_node(NODES),
             sight: core::array::from_fn(|k| line_of_sight(mission, &path.position[k], &target[k])),
             approach: -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal),
             arm: mission.servicer.capture_geometry().direction,

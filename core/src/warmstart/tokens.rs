@@ -15,11 +15,36 @@ use super::{ACTION, Scene};
 use crate::dynamics::State;
 use crate::math::quaternion;
 use crate::model::initial_bus_attitude;
-use crate::nn::Encoding;
 use crate::stages::{LINKS, NODES};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
+/// Which numbers a node's features are, and in which frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Encoding {
+    /// The paper's, in RTN.
+    Paper = 0,
+    /// In bus axes, with what lies ahead.
+    Body = 1,
+}
+
 impl Encoding {
+    /// Its number in a model file.
+    pub const fn tag(self) -> u8 {
+        self as u8
+    }
+
+    /// The one of this number.
+    pub const fn of_tag(tag: u8) -> Option<Self> {
+        match tag {
+            0 => Some(Self::Paper),
+            1 => Some(Self::Body),
+            _ => None,
+        }
+    }
+
     /// Sizes of the five groups: previous action, time, target, centre of mass, state.
     pub const fn groups(self) -> [usize; 5] {
         match self {

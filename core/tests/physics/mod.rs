@@ -2,9 +2,11 @@
 
 use nalgebra::{Quaternion, SVector, Unit, UnitQuaternion, Vector3, Vector4};
 use proptest::prelude::*;
-use remora_core::dynamics::{Acceleration, Control, Integrator, Multibody, State};
-use remora_core::math::quaternion;
-use remora_core::model::{Corridor, Link, Margins, Mission, Orbit, ScenarioRanges, Servicer};
+use remora_core::advanced::dynamics::{Acceleration, Control, Integrator, Multibody, State};
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::{
+    Corridor, Link, Margins, Mission, Orbit, ScenarioRanges, Servicer,
+};
 
 /// A servicer in an orbit, in some state, under some load. `NX` and `NU` are the sizes of state and
 /// control that go with `NL` links.

@@ -1,7 +1,7 @@
 //! What `remora campaign` prints.
 
 use super::{Align, Table, number, time};
-use crate::campaign::{Results, Statistics, Summary};
+use remora_host::campaign::{Results, Statistics, Summary};
 use std::fmt::Write;
 
 /// Success rate, statistics, ids that were not solved, files.

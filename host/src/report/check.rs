@@ -1,8 +1,8 @@
 //! What `remora check` prints.
 
 use super::{clearance_table, residual_table};
-use crate::checking::Verdict;
-use remora_core::model::Tolerances;
+use remora_core::advanced::model::Tolerances;
+use remora_host::checking::Verdict;
 use std::fmt::Write;
 
 /// A table and a verdict for each plan, and a count where there are several.

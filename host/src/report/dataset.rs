@@ -1,7 +1,7 @@
 //! What `remora dataset` prints.
 
 use super::time;
-use crate::dataset::{Made, Trajectory};
+use remora_learn::dataset::{Made, Trajectory};
 use std::path::Path;
 
 /// Counts, time, directory.

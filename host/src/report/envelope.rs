@@ -1,7 +1,7 @@
 //! What `remora envelope` prints.
 
 use super::{Align, Table};
-use crate::envelope::{Made, Map};
+use remora_host::envelope::{Made, Map};
 use std::fmt::Write;
 
 /// Head, a line a vehicle and horizon, files.

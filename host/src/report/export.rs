@@ -1,7 +1,7 @@
 //! What `remora qp-export` prints.
 
 use super::{Align, Table};
-use crate::export::Exported;
+use remora_host::export::Exported;
 use std::path::Path;
 
 /// What was written, and how well its solver did.

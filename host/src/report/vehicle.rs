@@ -1,7 +1,7 @@
 //! What `remora mission` prints.
 
 use super::{Align, Table, number};
-use crate::vehicle::{Margin, Vehicle};
+use remora_host::vehicle::{Margin, Vehicle};
 
 /// Geometry, masses, the joints' ways, margins, and whether an approach can end.
 pub fn vehicle_report(vehicle: &Vehicle) -> String {

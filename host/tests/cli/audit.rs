@@ -5,7 +5,7 @@ use super::bench::Bench;
 /// A checkout around a test and its folder of requirements.
 fn checkout() -> Bench {
     let bench = Bench::new();
-    for folder in ["ci", "docs", "core/src", "core/tests", "host/src", "host/tests"] {
+    for folder in ["ci", "docs", "core", "host/tests"] {
         std::fs::create_dir_all(bench.path(folder)).unwrap();
     }
     std::fs::create_dir_all(bench.path("fixtures/scenarios")).unwrap();

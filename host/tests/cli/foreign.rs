@@ -1,7 +1,7 @@
 //! Plans that another program made: the independent reference solutions of `fixtures/oracle`.
 
 use super::bench::Bench;
-use remora_core::model::{Integrator, Mission, TargetState};
+use remora_core::advanced::model::{Integrator, Mission, TargetState};
 use remora_host::formats::ScenarioSet;
 use serde_json::{Value, json};
 

@@ -1,7 +1,7 @@
 //! The mission files of `fixtures/missions`.
 
 use super::bench::Bench;
-use nalgebra::SVector;
+use remora_core::nalgebra::SVector;
 use remora_host::formats::{ScenarioSet, read_mission};
 use std::path::{Path, PathBuf};
 

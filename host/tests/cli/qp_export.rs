@@ -1,8 +1,8 @@
 //! `remora qp-export`, and `--qp` of the commands that plan.
 
 use super::bench::{Bench, timeless};
-use remora_core::qp::QpSolver;
-use remora_core::time::Deadline;
+use remora_core::advanced::qp::QpSolver;
+use remora_core::advanced::time::Deadline;
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::QpFile;
 use remora_host::kkt::{Kkt, objective};

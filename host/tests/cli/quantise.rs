@@ -1,10 +1,11 @@
 //! `remora quantise`
 
 use super::bench::Bench;
-use remora_core::nn::{
-    Action, Decoder, Encoding, Header, Layout, Memory, Model, Network, Precision, Provenance,
-    ReferenceMemory, VERSION, specimen,
+use remora_core::advanced::nn::{
+    Decoder, Header, Layout, Memory, Model, Network, Precision, Provenance, ReferenceMemory,
+    VERSION, specimen,
 };
+use remora_core::advanced::warmstart::{Action, Encoding};
 use remora_host::formats::{ModelBuilder, ModelFile, Values};
 use std::fs;
 
@@ -13,8 +14,8 @@ fn header() -> Header {
         version: VERSION,
         precision: Precision::F32,
         layout: Layout::Fused,
-        encoding: Encoding::Body,
-        action: Action::Rate,
+        inputs: Encoding::Body.tag(),
+        outputs: Action::Rate.tag(),
         decoder: Decoder::Flow { steps: 2 },
         chunk: 1,
         nodes: 8,

@@ -1,9 +1,10 @@
 //! `remora reproduce`, with models whose weights are random: they are no good, but are there.
 
 use super::bench::Bench;
-use remora_core::nn::{
-    Action, Decoder, Encoding, Header, Layout, Precision, Provenance, VERSION, specimen,
+use remora_core::advanced::nn::{
+    Decoder, Header, Layout, Precision, Provenance, VERSION, specimen,
 };
+use remora_core::advanced::warmstart::{Action, Encoding};
 use std::fs;
 
 /// Writes a model that was trained on the first scenarios of seed 1000.
@@ -12,8 +13,8 @@ fn write_model(bench: &Bench, name: &str, decoder: Decoder, chunk: u16, size: u6
         version: VERSION,
         precision: Precision::Int8,
         layout: Layout::Fused,
-        encoding: Encoding::Body,
-        action: Action::Rate,
+        inputs: Encoding::Body.tag(),
+        outputs: Action::Rate.tag(),
         decoder,
         chunk,
         nodes: 60,

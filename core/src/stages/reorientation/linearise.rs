@@ -4,8 +4,8 @@ use super::{NR, Reorientation};
 use crate::dynamics::{Acceleration, Control, Integrator, State, StepJacobian, TorqueCurvature};
 use crate::math::quaternion;
 use crate::pair::Pair;
-use crate::qp::{Solution, Stage};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use remora_qp::{Solution, Stage};
 
 /// Curvature given to a component held at a limit, for each unit of its multiplier, and at most.
 /// It plays the part of the barrier of an interior-point method: enough to keep the program convex

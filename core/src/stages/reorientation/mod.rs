@@ -10,12 +10,13 @@ use super::size::NR;
 use super::worse;
 use super::{Formulation, TranslationTrajectory};
 use crate::dynamics::{Control, Integrator, Multibody, State, Stepping};
-use crate::math::{clamp, quaternion};
+use crate::math::quaternion;
 use crate::model::{CostUnits, Margins, Mission, TargetState, Typical, initial_bus_attitude};
 use crate::pair::{Pair, Sequential};
-use crate::qp::{Qp, Solution, Stage, Sweep};
 use crate::scp::{Problem, Residuals};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
+use remora_qp::dense::clamp;
+use remora_qp::{Qp, Solution, Stage, Sweep};
 use roll_out::RateOffset;
 
 /// Attitude and arm over the horizon, torques over the intervals.
@@ -147,7 +148,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             margins,
             extra_clearance,
             stepping: Stepping { integrator, dt: formulation.interval(N), deadline },
-            preset: (N - 1).saturating_sub(mission.approach.preset_lead).max(1),
+            preset: mission.approach.preset_node(N),
             sight: core::array::from_fn(|k| {
                 line_of_sight(mission, &translation.position[k], &target[k])
             }),

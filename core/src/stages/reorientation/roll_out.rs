@@ -2,10 +2,11 @@
 
 use super::{NR, Reorientation, ReorientationTrajectory};
 use crate::dynamics::{Control, Leg, State};
-use crate::math::{clamp, quaternion};
+use crate::math::quaternion;
 use crate::pair::Pair;
-use crate::qp::{Qp, Solution};
 use nalgebra::{SVector, Vector3};
+use remora_qp::dense::clamp;
+use remora_qp::{Qp, Solution};
 
 /// Share of a drift from the planned pose that the next rate makes up for. One would be deadbeat
 /// for Euler and ring for RK4, whose zero-order hold has a zero on the unit circle.

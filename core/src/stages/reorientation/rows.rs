@@ -2,12 +2,13 @@
 
 use super::{NR, Reorientation};
 use crate::dynamics::State;
-use crate::math::{clamp, quaternion};
+use crate::math::quaternion;
 use crate::model::hcw_acceleration;
 use crate::pair::Pair;
-use crate::qp::Stage;
 use crate::stages::clearance::{Clearance, Instant, ROWS};
 use nalgebra::{Matrix3, SVector, Vector3};
+use remora_qp::Stage;
+use remora_qp::dense::clamp;
 
 /// What the pointing row is divided by, in cosine.
 const COSINE_SCALE: f64 = 0.1;

@@ -3,9 +3,10 @@
 use super::Instant;
 use super::distance::{Placed, box_to_box, point_to_box, segment_to_box};
 use super::posture::Posture;
-use super::residuals::{Clearances, Closest, worse};
+use super::residuals::{Clearances, Closest};
 use crate::math::quaternion;
 use crate::model::Mission;
+use crate::stages::worse;
 use nalgebra::Vector3;
 
 /// The bodies, and how near they were so far.

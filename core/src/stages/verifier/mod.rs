@@ -31,17 +31,18 @@ pub(crate) use motion::{MAX_DOUBLINGS, MAX_PART_SUBSTEPS};
 pub use residuals::{Clearances, Closest, Residuals, Verification};
 pub(crate) use target::MAX_TARGET_STEPS;
 
+use super::worse;
 use super::{ReorientationTrajectory, TranslationTrajectory};
 use crate::dynamics::{Control, Integrator, State};
 use crate::math::quaternion;
 use crate::model::{Mission, Scenario, TargetState};
-use crate::time::Deadline;
 use clearance::Bodies;
 use motion::{Interval, difference};
 use nalgebra::{SVector, Vector3};
 use path::{Leg, Path};
 use posture::{Posture, initial_bus_attitude};
-use residuals::{RATE_SCALE, excess, worse, worst};
+use remora_qp::time::Deadline;
+use residuals::{RATE_SCALE, excess, worst};
 use target::Tumbling;
 
 /// Parts of an interval: limits are looked at where they meet.
@@ -263,7 +264,7 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
     /// from there on.
     fn held(&self) -> f64 {
         let capture = &self.mission.servicer.capture_joint_angle;
-        let preset = (N - 1).saturating_sub(self.mission.approach.preset_lead);
+        let preset = self.mission.approach.preset_node(N);
         let (angles_until, rates_from) =
             if self.integrator.is_flown() { (N - 1, N - 1) } else { (preset, preset) };
         let mut worst_held = 0.0;

@@ -1,10 +1,11 @@
 //! Stage 2 under verification: attitude and arm.
 
 use super::PARTS;
-use super::residuals::{RATE_SCALE, worse, worst};
+use super::residuals::{RATE_SCALE, worst};
 use crate::dynamics::{Control, Integrator, State, articulated};
 use crate::math::quaternion;
 use crate::model::Mission;
+use crate::stages::worse;
 use nalgebra::{Vector3, Vector4};
 
 /// Substeps of the coarsest integration of an interval by RK4.

@@ -3,10 +3,11 @@
 use super::PARTS;
 use super::distance::point_to_box;
 use super::posture::Posture;
-use super::residuals::{RATE_SCALE, Residuals, excess, worse, worst};
+use super::residuals::{RATE_SCALE, Residuals, excess, worst};
 use crate::math::quaternion;
 use crate::model::{Mission, Scenario, TargetState, hcw_acceleration};
 use crate::stages::TranslationTrajectory;
+use crate::stages::worse;
 use nalgebra::Vector3;
 
 /// A path, and whether limits hold between its nodes.

@@ -1,6 +1,7 @@
 //! What the verifier finds: residuals, clearances, and how the worst of them is kept.
 
 use crate::model::Tolerances;
+use crate::stages::worse;
 
 /// Residuals of a plan, each zero or positive, in the units of section 7.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -135,11 +136,6 @@ impl Residuals {
 
 /// Scales of section 7: rates over 1e-2 rad/s, velocities over 1e-2 m/s.
 pub(super) const RATE_SCALE: f64 = 1e-2;
-
-/// The larger of two residuals; unlike `f64::max` it keeps a NaN.
-pub(super) fn worse(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b <= a { a } else { b }
-}
 
 /// Largest magnitude; NaN where a component is not a number.
 pub(super) fn worst(values: &[f64]) -> f64 {

@@ -10,10 +10,10 @@ use crate::dynamics::{Control, Integrator, State, articulated};
 use crate::math::quaternion;
 use crate::model::{self, Mission, Switch};
 use crate::stages::TranslationTrajectory;
-use crate::time::{Clock, Deadline};
 use core::sync::atomic::{AtomicU32, Ordering};
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
+use remora_qp::time::{Clock, Deadline};
 
 /// A mission of `seconds`, with limits between the nodes or without.
 fn mission(seconds: f64, between_nodes: Switch) -> Mission<3> {

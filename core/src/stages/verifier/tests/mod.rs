@@ -11,8 +11,8 @@ use crate::dynamics::{Control, Integrator, Multibody, State};
 use crate::math::quaternion;
 use crate::model::{HcwTransition, Mission, Scenario};
 use crate::stages::{ReorientationTrajectory, TranslationTrajectory};
-use crate::time::Deadline;
 use nalgebra::{SVector, Vector3};
+use remora_qp::time::Deadline;
 
 const FREE: Integrator = Integrator::Euler;
 const FLOWN: Integrator = Integrator::Rk4 { substeps: 8 };

@@ -6,10 +6,10 @@ use super::super::verify;
 use super::{FLOWN, FREE, Plan, posed, residual, rolled_out, scenario, verified};
 use crate::dynamics::Control;
 use crate::model::{Mission, Scenario};
-use crate::planner::{EmbeddedSolver, Environment, Options, Start, Workspace, plan};
+use crate::planner::{EmbeddedSolver, Environment, InitialGuess, PlanSettings, Workspace, plan};
 use crate::stages::{Mode, NODES};
-use crate::time::Deadline;
 use nalgebra::{Vector3, Vector4};
+use remora_qp::time::Deadline;
 use std::{boxed::Box, vec, vec::Vec};
 
 /// A feasible plan of the paper's problem, and its scenario.
@@ -21,9 +21,9 @@ fn planned() -> (Scenario, Plan<NODES>) {
         velocity: Vector3::new(1e-3, 2e-3, -1e-3),
     };
     let (mut workspace, mut solver) = (Box::new(Workspace::new()), Box::new(EmbeddedSolver::new()));
-    let options = Options::new(Mode::Feasible, FREE);
+    let options = PlanSettings::new(Mode::Feasible, FREE);
     let (mission, environment) = (Mission::default(), Environment::BARE);
-    let begin = &mut Start::Heuristic;
+    let begin = &InitialGuess::Heuristic;
     let report =
         plan(&mission, &start, &options, begin, &mut *solver, &environment, &mut workspace);
     assert!(report.residuals.are_within(&mission.tolerances), "{:?}", report.residuals);

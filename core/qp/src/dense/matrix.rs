@@ -1,0 +1,164 @@
+//! Products of small dense matrices stored by columns, `[[f64; ROWS]; COLUMNS]`: what nalgebra's
+//! fixed-size matrices hold in `data.0`.
+//!
+//! Every kernel runs down whole columns (`column += column * number`), so that vector registers
+//! take several rows at once while each entry is still the same sum in the same order: the same
+//! bits on every target, vectors or not. A dot product down a column would have to be reassociated
+//! to be vectorised; that is why `a^T b` is written as [`transpose`] and [`multiply_add`].
+
+/// `y += x * factor`, one column. Cost: `2 R` flops.
+#[inline(always)]
+pub fn axpy<const R: usize>(y: &mut [f64; R], x: &[f64; R], factor: f64) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += *x * factor;
+    }
+}
+
+/// `out += a b`. Cost: `2 R K C` flops.
+#[inline]
+pub fn multiply_add<const R: usize, const K: usize, const C: usize>(
+    out: &mut [[f64; R]; C],
+    a: &[[f64; R]; K],
+    b: &[[f64; K]; C],
+) {
+    for (out, b) in out.iter_mut().zip(b) {
+        // A copy, so that the sums stay in registers.
+        let mut sum = *out;
+        for (a, factor) in a.iter().zip(b) {
+            axpy(&mut sum, a, *factor);
+        }
+        *out = sum;
+    }
+}
+
+/// `out = a b`. Cost: `2 R K C` flops.
+#[inline]
+pub fn multiply<const R: usize, const K: usize, const C: usize>(
+    out: &mut [[f64; R]; C],
+    a: &[[f64; R]; K],
+    b: &[[f64; K]; C],
+) {
+    *out = [[0.0; R]; C];
+    multiply_add(out, a, b);
+}
+
+/// `out += a a^T`: a symmetric update whose halves get the same bits.
+/// Cost: `2 R R K` flops.
+#[inline]
+pub fn add_square<const R: usize, const K: usize>(out: &mut [[f64; R]; R], a: &[[f64; R]; K]) {
+    for (j, out) in out.iter_mut().enumerate() {
+        let mut sum = *out;
+        for a in a {
+            axpy(&mut sum, a, a[j]);
+        }
+        *out = sum;
+    }
+}
+
+/// `out = a^T`. Cost: `R C` loads and stores.
+#[inline]
+pub fn transpose<const R: usize, const C: usize>(out: &mut [[f64; C]; R], a: &[[f64; R]; C]) {
+    for (i, row) in out.iter_mut().enumerate() {
+        for (out, column) in row.iter_mut().zip(a) {
+            *out = column[i];
+        }
+    }
+}
+
+/// `out += a x` for one vector. Cost: `2 R K` flops.
+#[inline]
+pub fn multiply_vector_add<const R: usize, const K: usize>(
+    out: &mut [f64; R],
+    a: &[[f64; R]; K],
+    x: &[f64; K],
+) {
+    let mut sum = *out;
+    for (a, factor) in a.iter().zip(x) {
+        axpy(&mut sum, a, *factor);
+    }
+    *out = sum;
+}
+
+/// Copies the lower triangle of `a` over the upper one. Cost: `D^2 / 2` loads and stores.
+#[inline]
+pub fn mirror_lower<const D: usize>(a: &mut [[f64; D]; D]) {
+    for j in 1..D {
+        for i in 0..j {
+            a[j][i] = a[i][j];
+        }
+    }
+}
+
+/// Solves `X L^T = B` in place: the columns of `b` become `B L^-T`, where the lower triangle of
+/// `factor` is `L` and `inverse` holds the inverses of its diagonal. With `B = S^T` that is
+/// `(L^-1 S)^T`, all rows side by side. Cost: `R K^2` flops, no division.
+#[inline]
+pub fn solve_lower_transposed<const R: usize, const K: usize>(
+    b: &mut [[f64; R]; K],
+    factor: &[[f64; K]; K],
+    inverse: &[f64; K],
+) {
+    for j in 0..K {
+        let mut column = b[j];
+        for k in 0..j {
+            axpy(&mut column, &b[k], -factor[k][j]);
+        }
+        b[j] = column.map(|x| x * inverse[j]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dense::cholesky_in_place;
+    use nalgebra::SMatrix;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn kernels_are_the_products_they_say(
+            entries in proptest::array::uniform32(-1.0..1.0f64),
+        ) {
+            let from = |skip: usize| entries.into_iter().cycle().skip(skip);
+            let a = SMatrix::<f64, 5, 3>::from_iterator(from(0));
+            let b = SMatrix::<f64, 3, 4>::from_iterator(from(7));
+            let start = SMatrix::<f64, 5, 4>::from_iterator(from(13));
+            let mut out = start;
+            multiply_add(&mut out.data.0, &a.data.0, &b.data.0);
+            prop_assert!((out - start - a * b).norm() < 1e-14);
+            multiply(&mut out.data.0, &a.data.0, &b.data.0);
+            prop_assert!((out - a * b).norm() < 1e-14);
+
+            let mut transposed = SMatrix::<f64, 3, 5>::zeros();
+            transpose(&mut transposed.data.0, &a.data.0);
+            prop_assert_eq!(transposed, a.transpose());
+
+            let mut square = SMatrix::<f64, 5, 5>::identity();
+            add_square(&mut square.data.0, &a.data.0);
+            prop_assert!((square - (SMatrix::identity() + a * a.transpose())).norm() < 1e-14);
+            let mut mirrored = square;
+            mirror_lower(&mut mirrored.data.0);
+            prop_assert_eq!(mirrored, square);
+
+            let x = b.column(1).into_owned();
+            let mut y = a.column(2).into_owned();
+            multiply_vector_add(&mut y.data.0[0], &a.data.0, &x.data.0[0]);
+            prop_assert!((y - a.column(2) - a * x).norm() < 1e-14);
+        }
+
+        #[test]
+        fn solves_by_the_transposed_factor(
+            entries in proptest::array::uniform32(-1.0..1.0f64),
+        ) {
+            let m = SMatrix::<f64, 4, 4>::from_iterator(entries);
+            let b = SMatrix::<f64, 3, 4>::from_iterator(entries.into_iter().skip(16));
+            let mut factor = m * m.transpose() + SMatrix::identity() * 0.1;
+            cholesky_in_place(&mut factor).unwrap();
+            let inverse = factor.diagonal().map(|pivot| 1.0 / pivot);
+            let mut x = b;
+            solve_lower_transposed(&mut x.data.0, &factor.data.0, &inverse.data.0[0]);
+            let error = x * factor.lower_triangle().transpose() - b;
+            prop_assert!(error.norm() < 1e-11);
+        }
+    }
+}

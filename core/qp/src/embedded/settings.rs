@@ -1,0 +1,117 @@
+//! Settings of the interior-point method.
+
+use crate::{Checksum, InvalidSetting, Validate};
+
+/// Most iterations of a subproblem that can be asked for.
+pub const MAX_SOLVER_ITERATIONS: u32 = 1000;
+
+/// Settings of the interior-point method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InteriorPointSettings {
+    /// Most iterations, restarts counted. Default 100; at most [`MAX_SOLVER_ITERATIONS`].
+    pub max_iterations: u32,
+    /// Largest KKT residual of a solved program: the Lagrangian's gradient, and the violation of
+    /// dynamics and rows. In the program's own (scaled) units, times the largest state or control
+    /// where that is from one to ten. Default 5e-10; positive.
+    pub tolerance: f64,
+    /// Largest product of a bound's distance and its multiplier in a solved program, measured
+    /// likewise. What is held by hardly any multiplier is off by its square root, hence the small
+    /// default, 1e-13; positive.
+    pub complementarity: f64,
+    /// Largest of both for a program solved to a reduced accuracy. Default 1e-6; at least the
+    /// other two.
+    pub reduced: f64,
+    /// Whether to start from the multipliers of the last subproblem. Default true.
+    pub warm_start: bool,
+    /// Exactly this many iterations, whatever the residuals, for those who need constant time:
+    /// 20 are enough for nearly every program of the planner. Default none; at most
+    /// [`MAX_SOLVER_ITERATIONS`].
+    pub fixed_iterations: Option<u32>,
+}
+
+impl InteriorPointSettings {
+    /// All bits zero: storage for settings.
+    pub(super) const BLANK: Self = Self {
+        max_iterations: 0,
+        tolerance: 0.0,
+        complementarity: 0.0,
+        reduced: 0.0,
+        warm_start: false,
+        fixed_iterations: None,
+    };
+
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        max_iterations: 100,
+        tolerance: 5e-10,
+        complementarity: 1e-13,
+        reduced: 1e-6,
+        warm_start: true,
+        fixed_iterations: None,
+    };
+
+    /// Adds all settings to a checksum.
+    pub(super) fn identify(&self, checksum: &mut Checksum) {
+        checksum.integer(u64::from(self.max_iterations));
+        checksum.numbers(&[self.tolerance, self.complementarity, self.reduced]);
+        checksum.integer(u64::from(self.warm_start));
+        // No count of iterations is as large as the first of these.
+        checksum.integer(self.fixed_iterations.map_or(u64::MAX, u64::from));
+    }
+}
+
+impl Validate for InteriorPointSettings {
+    type Error = InvalidSetting;
+
+    fn validate(&self) -> Result<(), InvalidSetting> {
+        let positive = |v: f64| v > 0.0 && v < f64::INFINITY;
+        let few = |count: u32| count <= MAX_SOLVER_ITERATIONS;
+        let checks = [
+            (few(self.max_iterations), "max_iterations", "at most MAX_SOLVER_ITERATIONS"),
+            (
+                self.fixed_iterations.is_none_or(few),
+                "fixed_iterations",
+                "at most MAX_SOLVER_ITERATIONS",
+            ),
+            (positive(self.tolerance), "tolerance", "positive"),
+            (positive(self.complementarity), "complementarity", "positive"),
+            (
+                positive(self.reduced)
+                    && self.reduced >= self.tolerance
+                    && self.reduced >= self.complementarity,
+                "reduced",
+                "at least tolerance and complementarity",
+            ),
+        ];
+        match checks.into_iter().find(|(sound, _, _)| !sound) {
+            Some((_, setting, range)) => Err(InvalidSetting { setting, range }),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Default for InteriorPointSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nonsense_is_named() {
+        let default = InteriorPointSettings::DEFAULT;
+        let named = |of: InteriorPointSettings| of.validate().unwrap_err().setting;
+        assert_eq!(default.validate(), Ok(()));
+        assert_eq!(named(InteriorPointSettings { tolerance: 0.0, ..default }), "tolerance");
+        let nan = InteriorPointSettings { complementarity: f64::NAN, ..default };
+        assert_eq!(named(nan), "complementarity");
+        let long = InteriorPointSettings { max_iterations: 1001, ..default };
+        assert_eq!(named(long), "max_iterations");
+        let fixed = InteriorPointSettings { fixed_iterations: Some(1001), ..default };
+        assert_eq!(named(fixed), "fixed_iterations");
+        assert_eq!(named(InteriorPointSettings { reduced: 1e-12, ..default }), "reduced");
+    }
+}

@@ -1,0 +1,170 @@
+//! What was measured under emulation, as tables.
+
+use super::{Emulation, Run, Target};
+use remora_host::report::{Align, Table, number};
+
+impl Emulation {
+    /// Headings and tables: the images, the runs, the stack, instructions by phase for each
+    /// integrator and start, the parts of a plan.
+    pub fn tables(&self) -> Vec<(String, Table)> {
+        let mut tables = vec![
+            ("Images".to_string(), self.images()),
+            ("Runs under emulation".to_string(), self.runs()),
+            ("Stack, high-water mark [bytes]".to_string(), self.stacks()),
+        ];
+        let mut kinds = Vec::new();
+        for run in self.targets.iter().flat_map(|target| &target.runs) {
+            if !kinds.contains(&(run.integrator, run.start)) {
+                kinds.push((run.integrator, run.start));
+            }
+        }
+        for (integrator, start) in kinds {
+            let runs = self.targets.iter().filter_map(|t| Some((t, t.run(integrator, start)?)));
+            let (integrator, start) = (integrator.label(), start.label());
+            tables.push((
+                format!("Instructions [10^6]: {integrator}, start from the {start}"),
+                phases(runs),
+            ));
+        }
+        if self.targets.iter().any(|target| !target.parts.is_empty()) {
+            tables.push(("Parts of a plan, one by one".to_string(), self.parts()));
+        }
+        tables
+    }
+
+    fn images(&self) -> Table {
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("compiler", Align::Left),
+            ("image", Align::Right),
+            ("models", Align::Right),
+            ("workspace", Align::Right),
+            ("solver", Align::Right),
+            ("network", Align::Right),
+            ("static", Align::Right),
+            ("panics", Align::Left),
+        ]);
+        for t in &self.targets {
+            let bytes = [t.image_bytes, t.model_bytes, t.workspace_bytes, t.solver_bytes];
+            let [image, models, workspace, solver] = bytes.map(|bytes| bytes.to_string());
+            table.row([
+                t.cpu.clone(),
+                t.toolchain.clone(),
+                image,
+                models,
+                workspace,
+                solver,
+                t.network_bytes.to_string(),
+                t.static_bytes.to_string(),
+                if t.panic_free { "none" } else { "REACHABLE" }.into(),
+            ]);
+        }
+        table
+    }
+
+    fn runs(&self) -> Table {
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("integrator", Align::Left),
+            ("start", Align::Left),
+            ("solved", Align::Right),
+            ("fell back", Align::Right),
+            ("bits of the host", Align::Left),
+            ("second run", Align::Left),
+            ("counter off by", Align::Right),
+        ]);
+        for (target, run) in self.each() {
+            let counter = run.counter;
+            let error = counter.counted.cast_signed() - counter.expected.cast_signed();
+            table.row([
+                target.cpu.clone(),
+                run.integrator.label().into(),
+                run.start.label().into(),
+                format!("{} of {}", run.solved, run.scenarios),
+                run.fell_back.to_string(),
+                if run.same_bits_as_host { "yes" } else { "NO" }.into(),
+                match run.repeatable {
+                    Some(true) => "the same",
+                    Some(false) => "DIFFERS",
+                    None => "-",
+                }
+                .into(),
+                format!("{error} of {}", counter.expected),
+            ]);
+        }
+        table
+    }
+
+    fn stacks(&self) -> Table {
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("integrator", Align::Left),
+            ("start", Align::Left),
+            ("entry point", Align::Left),
+            ("used", Align::Right),
+        ]);
+        for (target, run) in self.each() {
+            for (entry, used) in &run.stack_bytes {
+                table.row([
+                    target.cpu.clone(),
+                    run.integrator.label().into(),
+                    run.start.label().into(),
+                    entry.clone(),
+                    used.to_string(),
+                ]);
+            }
+        }
+        table
+    }
+
+    fn parts(&self) -> Table {
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("part", Align::Left),
+            ("calls", Align::Right),
+            ("instructions", Align::Right),
+        ]);
+        for target in &self.targets {
+            for part in &target.parts {
+                table.row([
+                    target.cpu.clone(),
+                    part.name.clone(),
+                    part.calls.to_string(),
+                    part.instructions.to_string(),
+                ]);
+            }
+        }
+        table
+    }
+
+    fn each(&self) -> impl Iterator<Item = (&Target, &Run)> {
+        self.targets.iter().flat_map(|target| target.runs.iter().map(move |run| (target, run)))
+    }
+}
+
+/// Millions of instructions by phase, a row a target and phase.
+fn phases<'a>(runs: impl Iterator<Item = (&'a Target, &'a Run)>) -> Table {
+    let mut table = Table::new([
+        ("", Align::Left),
+        ("phase", Align::Left),
+        ("min", Align::Right),
+        ("median", Align::Right),
+        ("observed maximum, emulated", Align::Right),
+        ("on", Align::Left),
+    ]);
+    let millions = |instructions: u64| number(instructions as f64 * 1e-6);
+    for (target, run) in runs {
+        // A phase that never was is none: the learned start where nobody asked for it.
+        for observed in run.phases.iter().filter(|observed| observed.max_instructions > 0) {
+            table.row([
+                target.cpu.clone(),
+                observed.phase.label().into(),
+                millions(observed.min_instructions),
+                millions(observed.median_instructions),
+                millions(observed.max_instructions),
+                observed.max_scenario.clone(),
+            ]);
+        }
+    }
+    table
+}

@@ -1,0 +1,379 @@
+//! One planner with everything that can be struck.
+
+use super::case::{Case, Fault};
+use super::class::{Claim, Judge, Plan};
+use super::reference::{Ended, Reference};
+use super::strike::{Met, Program, ProgramStrike, StruckSolver, flip_start};
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::nn::{Model, Network, Strike, Upset};
+use remora_core::advanced::pair::Sequential;
+use remora_core::advanced::planner::memory::NetworkMemory;
+use remora_core::advanced::planner::{
+    self, EmbeddedSolver, Environment, GuessRecord, InitialGuess, PlanSettings, Report, Workspace,
+};
+use remora_core::advanced::qp::InteriorPointSettings;
+use remora_core::advanced::scp::{Log, Problem};
+use remora_core::advanced::stages::{
+    Formulation, LINKS, MissionReorientation, NODES, ReorientationTrajectory,
+};
+use remora_core::advanced::warmstart::{NetworkPolicy, Scene, roll_out};
+use remora_host::error::Error;
+use remora_host::formats::NamedScenario;
+use remora_host::memory::on_heap;
+use remora_host::planning::SEED;
+use std::time::Instant;
+
+/// Memory of the network as it flies.
+type Flight = NetworkMemory;
+/// Its width and tokens.
+pub(super) const MEMORY: (usize, usize) = (96, NODES);
+
+/// What all plans have in common.
+pub(super) struct Setup<'a> {
+    pub mission: &'a Mission<LINKS>,
+    pub scenarios: &'a [NamedScenario],
+    pub options: PlanSettings,
+    /// The model file, and the model in it.
+    pub file: &'static [u8],
+    pub model: &'a Model<'static>,
+}
+
+/// A planner's memory.
+struct Machine {
+    workspace: Box<Workspace>,
+    solver: Box<EmbeddedSolver>,
+    network: Box<Flight>,
+    /// Where a program is struck.
+    copy: Box<Program>,
+}
+
+/// A planner with a model file of its own.
+pub(super) struct Worker {
+    machine: Machine,
+    file: Vec<u8>,
+}
+
+/// What became of a case.
+pub(super) struct Ran {
+    pub ended: Ended,
+    /// How it ends without the fault.
+    pub baseline: Ended,
+    /// Whether a check refused what was struck.
+    pub is_refused: bool,
+}
+
+impl Worker {
+    pub fn new(setup: &Setup<'_>) -> Self {
+        let machine = Machine {
+            workspace: on_heap(Workspace::new),
+            solver: on_heap(EmbeddedSolver::new),
+            network: on_heap(Flight::new),
+            copy: on_heap(|| Program::ZERO),
+        };
+        Self { machine, file: setup.file.to_vec() }
+    }
+
+    /// The loops' logs of the last plan.
+    pub fn logs(&self) -> (&Log, &Log) {
+        self.machine.workspace.logs()
+    }
+
+    /// Plans a case. The planner is then as good as new.
+    pub fn run(&mut self, setup: &Setup<'_>, case: &Case, reference: &Reference) -> Ran {
+        let (machine, index) = (&mut self.machine, case.scenario);
+        let (ended, baseline, met) = match case.fault {
+            Fault::File { checked, byte, bit, .. } => {
+                let ended = self.run_file(setup, index, reference, (checked, byte, bit));
+                (ended, reference.learned, None)
+            }
+            Fault::Memory { strike, .. } => {
+                let flown = machine.learned(setup, index, setup.model, Some(strike), None);
+                (flown.ended, reference.learned, None)
+            }
+            Fault::Start { accepted, field, node, element, bit } => {
+                let start = if accepted { &reference.clipped } else { &reference.rolled };
+                let mut start = **start;
+                flip_start(&mut start, (field, node, element, bit));
+                let (guess, baseline) = match accepted {
+                    true => (InitialGuess::Unchecked(&start), reference.accepted),
+                    false => (InitialGuess::User(&start), reference.given),
+                };
+                (machine.fly(setup, index, &guess, None).ended, baseline, None)
+            }
+            Fault::Program { solution, call, field, node, element, bit } => {
+                let strike = ProgramStrike { solution, call, field, node, element, bit };
+                let flown = machine.learned(setup, index, setup.model, None, Some(strike));
+                (flown.ended, reference.learned, flown.met)
+            }
+        };
+        let start = ended.start != baseline.start && refuses(ended.start);
+        let rejected = met.is_some_and(|met| !met.usable || self.rejected(&met, &ended));
+        let is_refused = start || (rejected && !ended.is_same(&baseline));
+        Ran { ended, baseline, is_refused }
+    }
+
+    /// Plans scenario `index` with the model and without a fault.
+    pub fn sound(&mut self, setup: &Setup<'_>, index: usize) -> Ended {
+        self.machine.learned(setup, index, setup.model, None, None).ended
+    }
+
+    /// With a flipped bit in the model file; its checksum made right again where that had been
+    /// `checked` before the bit flipped.
+    fn run_file(
+        &mut self,
+        setup: &Setup<'_>,
+        index: usize,
+        reference: &Reference,
+        (checked, byte, bit): (bool, usize, u32),
+    ) -> Ended {
+        let Self { machine, file } = self;
+        file.copy_from_slice(setup.file);
+        if let Some(byte) = file.get_mut(byte) {
+            *byte ^= 1 << (bit % 8);
+        }
+        if let (true, Some((covered, stored))) = (checked, file.split_last_chunk_mut::<4>()) {
+            *stored = crc32fast::hash(covered).to_le_bytes();
+        }
+        match Model::open(file) {
+            Ok(model) => machine.learned(setup, index, &model, None, None).ended,
+            // Of a refused file nothing is used: the plan is the same whatever was struck.
+            Err(_) => reference.refused,
+        }
+    }
+
+    /// Whether the loop did not take the step of the program that was struck.
+    fn rejected(&self, met: &Met, ended: &Ended) -> bool {
+        let (one, two) = self.logs();
+        let record = match (met.stage, met.solve) {
+            // The first program of Stage 1 is its start, before the loop.
+            (1, Some(solve)) => solve.checked_sub(1).and_then(|at| one.get(at)),
+            // After a second try the log is that of the second.
+            (2, Some(solve)) if ended.start != GuessRecord::Unsolved => two.get(solve),
+            _ => None,
+        };
+        record.is_some_and(|record| !record.accepted)
+    }
+
+    /// All plans of a scenario without a fault.
+    ///
+    /// # Errors
+    /// Where one of them is not solved.
+    pub fn reference(&mut self, setup: &Setup<'_>, index: usize) -> Result<Reference, Error> {
+        let machine = &mut self.machine;
+        let mut time_s: f64 = 0.0;
+        let mut begun = Instant::now();
+        let mut lap = || {
+            time_s = time_s.max(begun.elapsed().as_secs_f64());
+            begun = Instant::now();
+        };
+        let flown = machine.learned(setup, index, setup.model, None, None);
+        lap();
+        let (rolled, clipped) = machine.roll_out(setup);
+        let mut reference = Reference {
+            learned: flown.ended,
+            given: flown.ended,
+            accepted: flown.ended,
+            refused: flown.ended,
+            programs: flown.programs,
+            rolled,
+            clipped,
+            time_s: 0.0,
+        };
+        reference.given =
+            machine.fly(setup, index, &InitialGuess::User(&reference.rolled), None).ended;
+        lap();
+        reference.accepted =
+            machine.fly(setup, index, &InitialGuess::Unchecked(&reference.clipped), None).ended;
+        lap();
+        // Last: a case whose file is refused leaves these logs.
+        reference.refused = machine.fly(setup, index, &InitialGuess::Refused, None).ended;
+        lap();
+        reference.time_s = time_s;
+        match reference.is_solved() {
+            true => Ok(reference),
+            false => {
+                let id = &setup.scenarios[index].id;
+                let reason = format!("scenario {id} is not solved without a fault");
+                Err(Error::argument("--scenarios", reason))
+            }
+        }
+    }
+}
+
+/// Whether the heuristic was used because a check refused what was to be used.
+fn refuses(start: GuessRecord) -> bool {
+    matches!(start, GuessRecord::Refused | GuessRecord::NotFinite | GuessRecord::Worse)
+}
+
+/// A plan that was made.
+struct Flown {
+    ended: Ended,
+    /// What became of a program that was struck.
+    met: Option<Met>,
+    /// Programs that were solved.
+    programs: u32,
+}
+
+impl Machine {
+    /// Plans from a model's roll-out.
+    fn learned(
+        &mut self,
+        setup: &Setup<'_>,
+        index: usize,
+        model: &Model<'_>,
+        memory: Option<Strike>,
+        program: Option<ProgramStrike>,
+    ) -> Flown {
+        let Self { workspace, solver, network, copy } = self;
+        let mut upset = Upset::new(&mut **network, memory);
+        let network = Network::new(model, &mut upset).ok();
+        let policy = network.and_then(|network| NetworkPolicy::new(network).ok());
+        let start = match &policy {
+            Some(policy) => InitialGuess::Learned { policy, seed: SEED },
+            None => InitialGuess::Refused,
+        };
+        let solver = StruckSolver::new(solver, copy, program);
+        fly(setup, index, &start, solver, workspace)
+    }
+
+    /// Plans from any start.
+    fn fly(
+        &mut self,
+        setup: &Setup<'_>,
+        index: usize,
+        start: &InitialGuess<'_>,
+        program: Option<ProgramStrike>,
+    ) -> Flown {
+        let Self { workspace, solver, copy, .. } = self;
+        fly(setup, index, start, StruckSolver::new(solver, copy, program), workspace)
+    }
+
+    /// The roll-out along the path in the workspace, as it comes and as the loop takes it.
+    fn roll_out(
+        &mut self,
+        setup: &Setup<'_>,
+    ) -> (Box<ReorientationTrajectory<NODES, LINKS>>, Box<ReorientationTrajectory<NODES, LINKS>>)
+    {
+        let Self { workspace, network, .. } = self;
+        let Workspace { target, translation, .. } = &**workspace;
+        let (mission, options) = (setup.mission, &setup.options);
+        let path = &translation.trajectory;
+        let mut rolled = Box::new(ReorientationTrajectory::ZERO);
+        let scene = Scene::new(mission, path, target, options.integrator);
+        let network = Network::new(setup.model, &mut **network).ok();
+        if let Some(policy) = network.and_then(|network| NetworkPolicy::new(network).ok()) {
+            roll_out(&scene, &policy, SEED, &mut rolled);
+        }
+        let mut clipped = rolled.clone();
+        let problem = MissionReorientation::new(
+            &Formulation::new(mission, options.integrator),
+            path,
+            target,
+            options.mode,
+            &Sequential,
+        );
+        problem.clip(&mut clipped);
+        (rolled, clipped)
+    }
+}
+
+/// Plans, and has the plan judged.
+fn fly(
+    setup: &Setup<'_>,
+    index: usize,
+    start: &InitialGuess<'_>,
+    mut solver: StruckSolver<'_>,
+    workspace: &mut Workspace,
+) -> Flown {
+    let (mission, scenario) = (setup.mission, &setup.scenarios[index].scenario());
+    let environment = Environment::BARE;
+    let report = planner::plan(
+        mission,
+        scenario,
+        &setup.options,
+        start,
+        &mut solver,
+        &environment,
+        workspace,
+    );
+    let (one, two, evidence) = (&report.translation, &report.reorientation, &report.evidence);
+    let claim = Claim {
+        status: report.status,
+        is_verified: report.is_verified(),
+        residuals: report.residuals,
+        output: evidence.output,
+    };
+    let judge = Judge { mission, scenario, integrator: setup.options.integrator };
+    let plan = Plan { path: workspace.path(), motion: workspace.motion() };
+    let ended = Ended {
+        status: report.status,
+        is_verified: report.is_verified(),
+        start: evidence.start,
+        iterations: [one.outcome.iterations, two.outcome.iterations],
+        costs: [one.cost, two.cost],
+        output: evidence.output,
+        is_wrong: judge.is_wrong(&claim, plan) || evidence.status != report.status,
+        is_bounded: is_bounded(&setup.options, &report, solver.calls),
+    };
+    Flown { ended, met: solver.met, programs: solver.calls }
+}
+
+/// Whether a plan took no more work than its settings allow: Stage 1 its start besides, Stage 2 a
+/// second try, each iteration some corrections.
+fn is_bounded(options: &PlanSettings, report: &Report, programs: u32) -> bool {
+    let PlanSettings { translation, reorientation, learned, .. } = options;
+    let (one, two) = (&report.evidence.translation, &report.evidence.reorientation);
+    let most = [
+        1 + translation.max_iterations as u32,
+        (learned.max_iterations + reorientation.max_iterations) as u32,
+    ];
+    let each = InteriorPointSettings::default().max_iterations;
+    one.iterations <= most[0]
+        && two.iterations <= most[1]
+        && programs <= one.iterations + one.corrections + two.iterations + two.corrections
+        && one.corrections <= translation.max_corrections * most[0]
+        && two.corrections <= learned.max_corrections.max(reorientation.max_corrections) * most[1]
+        && u64::from(one.qp_iterations + two.qp_iterations) <= u64::from(each) * u64::from(programs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::case::{Drawn, Layout, Site};
+    use super::*;
+    use remora_core::advanced::stages::Mode;
+    use remora_host::formats::ScenarioSet;
+    use remora_host::learned::Learned;
+    use remora_host::method::Integrator;
+
+    /// The memory's uses are counted as the cases count them: no strike misses.
+    #[test]
+    fn every_strike_of_the_networks_memory_hits() {
+        let (mission, integrator) = (Mission::default(), Integrator::EULER);
+        let learned = Learned::built_in(integrator);
+        let model = learned.model().unwrap();
+        let file = Learned::built_in_file(integrator);
+        let scenarios = &ScenarioSet::built_in().unwrap().scenarios[..1];
+        let options = PlanSettings::new(Mode::Feasible, integrator.core());
+        let setup = Setup { mission: &mission, scenarios, options, file, model };
+        let layout = Layout::new(model, file.len(), MEMORY).unwrap();
+        let Machine { mut workspace, mut solver, mut network, .. } = Worker::new(&setup).machine;
+        let mut strike = |number| {
+            let case = Drawn::new(3, number, 1).case(10, &layout);
+            let Fault::Memory { strike, .. } = case.fault else { return };
+            let mut upset = Upset::new(&mut *network, Some(strike));
+            let policy = NetworkPolicy::new(Network::new(model, &mut upset).unwrap()).unwrap();
+            planner::plan(
+                &mission,
+                &scenarios[0].scenario(),
+                &options,
+                &InitialGuess::Learned { policy: &policy, seed: SEED },
+                &mut *solver,
+                &Environment::BARE,
+                &mut workspace,
+            );
+            assert!(upset.is_struck(), "{case:?}");
+        };
+        let sites = [Site::Activations, Site::KvCache];
+        (0..400).filter(|number| sites.contains(&Site::of(*number))).for_each(&mut strike);
+    }
+}

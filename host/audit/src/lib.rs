@@ -1,0 +1,36 @@
+//! The audit: evidence of memory, time, robustness and requirements for a review board.
+//!
+//! [`Audit::run`] measures one [`Section`] after the other and keeps what each found, typed, in one
+//! file of numbers; all pages are made of that file, so that one part can be measured again without
+//! the others. [`check`] makes again what does not depend on the machine and compares.
+//!
+//! [`profile`] measures times phase by phase on pinned cores, [`inject`] flips bits in what the planner
+//! works on; both have commands of their own.
+//!
+//! ```text
+//! OUT/audit.json            all numbers, each part with what it was measured by
+//! OUT/README.md, PAGE.md    pages, with their plots beside them
+//! OUT/audit.html            the same in one document that loads nothing
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod budgets;
+mod check;
+pub mod emulation;
+pub mod firmware;
+pub mod image;
+pub mod inject;
+pub mod loops;
+pub mod memory;
+mod pages;
+pub mod profile;
+pub mod report;
+pub mod requirements;
+mod run;
+pub mod section;
+mod summary;
+
+pub use check::{Checked, check};
+pub use run::{Audit, Audited, Watcher};
+pub use section::Section;
+pub use summary::{Bar, bar_table as summary_table};

@@ -1,0 +1,182 @@
+//! The measurements.
+
+use super::counter::Instructions;
+use super::machine::{Watch, switches};
+use super::order::{Case, Configuration, Job, Rounds, order};
+use super::pin::pin_pair;
+use super::results::{Profile, Run};
+use super::sample::{RaceSample, Sample, WARM_UP_PLANS};
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::pair::Pair;
+use remora_core::advanced::stages::LINKS;
+use remora_core::advanced::time::Clock;
+use remora_host::error::Error;
+use remora_host::formats::{NamedScenario, PlanStatus};
+use remora_host::learned::Learned;
+use remora_host::memory::on_large_stack;
+use remora_host::method::WarmStart;
+use remora_host::planning::{Planned, Planner, WallClock};
+use remora_host::portfolio::{Portfolio, Race};
+use remora_host::progress::Progress;
+use remora_host::threads::Threads;
+use std::time::Instant;
+
+/// A profile to be made: the input of `remora profile`.
+#[derive(Clone, Debug)]
+pub struct Profiler {
+    /// The scenarios; at least one.
+    pub scenarios: Vec<NamedScenario>,
+    /// The mission; valid.
+    pub mission: Mission<LINKS>,
+    /// What is profiled.
+    pub configurations: Vec<Configuration>,
+    /// How often every scenario is planned.
+    pub rounds: Rounds,
+    /// The two cores; the first two that the program may use where none are named.
+    pub cores: Option<[usize; 2]>,
+}
+
+impl Profiler {
+    /// Makes the profile, on a thread of its own.
+    ///
+    /// # Errors
+    /// Cores that the program may not use; a thread that cannot be started.
+    pub fn run(&self, progress: &mut (dyn Progress + Send)) -> Result<Profile, Error> {
+        on_large_stack(|| self.run_here(progress))?
+    }
+
+    fn run_here(&self, progress: &mut dyn Progress) -> Result<Profile, Error> {
+        let started = Instant::now();
+        let pinning = pin_pair(self.cores)?;
+        let counter = Instructions::open();
+        let mut bench = Bench::new(self, counter.as_ref().ok());
+        bench.warm_up();
+        let watch = Watch::begin();
+        let (configurations, scenarios) = (&self.configurations, self.scenarios.len());
+        let jobs = order(configurations, scenarios, self.rounds, counter.is_ok());
+        progress.begin(jobs.len(), 0);
+        let (mut samples, mut races) = (Vec::new(), Vec::new());
+        for job in &jobs {
+            let is_solved = match job.case {
+                Case::Portfolio => {
+                    let race = bench.race(*job);
+                    races.push(race);
+                    races.last().is_some_and(|race| race.is_won)
+                }
+                _ => {
+                    samples.push(bench.measure(*job));
+                    samples.last().is_some_and(|sample| sample.is_solved)
+                }
+            };
+            progress.done(is_solved);
+        }
+        progress.end();
+        Ok(Profile::of(Run {
+            configurations,
+            scenarios,
+            rounds: self.rounds,
+            pinning,
+            machine: watch.end(),
+            no_counter: counter.err(),
+            samples,
+            races,
+            wall_s: started.elapsed().as_secs_f64(),
+        }))
+    }
+}
+
+/// The planners at work.
+struct Bench<'a> {
+    profiler: &'a Profiler,
+    /// The model of each configuration; none for the heuristic.
+    models: Vec<Option<Learned>>,
+    counter: Option<&'a Instructions>,
+    alone: Planner,
+    shared: Planner,
+    /// The other core's.
+    second: Planner,
+    portfolio: Portfolio,
+}
+
+impl<'a> Bench<'a> {
+    fn new(profiler: &'a Profiler, counter: Option<&'a Instructions>) -> Self {
+        let model = |configuration: &Configuration| {
+            (configuration.warm_start == WarmStart::Model)
+                .then(|| Learned::built_in(configuration.integrator))
+        };
+        Self {
+            profiler,
+            models: profiler.configurations.iter().map(model).collect(),
+            counter,
+            alone: Planner::new(),
+            shared: Planner::new().with_threads(Threads::Two),
+            second: Planner::new(),
+            portfolio: Portfolio::new(),
+        }
+    }
+
+    /// Everything once or twice, so that memory is there, threads run and caches are warm.
+    fn warm_up(&mut self) {
+        let scenarios = self.profiler.scenarios.len().min(WARM_UP_PLANS);
+        let is_counted = self.counter.is_some();
+        let jobs = order(&self.profiler.configurations, scenarios, Rounds::of(1), is_counted);
+        for job in jobs {
+            match job.case {
+                Case::Portfolio => drop(self.race(job)),
+                _ => drop(self.measure(job)),
+            }
+        }
+    }
+
+    fn measure(&mut self, job: Job) -> Sample {
+        let Self { profiler, models, counter, alone, shared, second, .. } = self;
+        let scenario = &profiler.scenarios[job.scenario];
+        let method = profiler.configurations[job.configuration].method();
+        let model = models[job.configuration].as_ref();
+        let plan = |planner: &mut Planner, clock: &dyn Clock| {
+            planner.plan_by(clock, &profiler.mission, scenario, &method, model, &mut |_| ())
+        };
+        let timed = |planner: &mut Planner| plan(planner, &WallClock::start());
+        let (before, started) = (switches(), Instant::now());
+        let planned = match (job.case, counter) {
+            (Case::TwoCores, _) => timed(shared),
+            (Case::TwoPlans, _) => Threads::Two.join(|| timed(alone), || timed(second)).0,
+            (Case::Counted, Some(counter)) => plan(alone, *counter),
+            _ => timed(alone),
+        };
+        let wall_s = started.elapsed().as_secs_f64();
+        Sample::new(job, wall_s, switches().saturating_sub(before), &planned)
+    }
+
+    fn race(&mut self, job: Job) -> RaceSample {
+        let Self { profiler, models, portfolio, .. } = self;
+        let scenario = &profiler.scenarios[job.scenario];
+        let configuration = &profiler.configurations[job.configuration];
+        // Races are of configurations from a model.
+        let model = models[job.configuration]
+            .get_or_insert_with(|| Learned::built_in(configuration.integrator));
+        let race = portfolio.plan(&profiler.mission, scenario, &configuration.method(), model);
+        let (time_s, stop_s) = (race.time_s(), race.stop_s());
+        let Race { winner, is_won, .. } = race;
+        RaceSample { job, time_s, stop_s, winner, is_won }
+    }
+}
+
+impl Sample {
+    fn new(job: Job, wall_s: f64, switches: u64, planned: &Planned) -> Self {
+        let log = &planned.logs[1];
+        // After a rejected step the linearisation is the last one still.
+        let is_fresh = |i: usize| i == 0 || log[i - 1].accepted;
+        let fresh = log.iter().enumerate().filter(|(i, _)| is_fresh(*i));
+        Self {
+            job,
+            wall_s,
+            times: planned.times,
+            linearise_s: fresh.map(|(_, record)| record.linearise_time_s).collect(),
+            qp_s: log.iter().map(|record| record.qp_time_s).collect(),
+            iterations: planned.file.stage2.iterations,
+            is_solved: planned.file.status == PlanStatus::Solved,
+            switches,
+        }
+    }
+}

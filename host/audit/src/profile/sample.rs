@@ -1,0 +1,36 @@
+//! What was measured of one plan.
+
+use super::order::Job;
+use remora_core::advanced::planner::PhaseTimes;
+use remora_host::method::WarmStart;
+
+/// Scenarios that every configuration plans in every case before anything is measured.
+pub const WARM_UP_PLANS: usize = 2;
+
+/// One plan as it was measured.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    pub job: Job,
+    /// Time until plans were there, those of the other core included [s].
+    pub wall_s: f64,
+    /// Phase times [s]; of the case that counts, instructions.
+    pub times: PhaseTimes,
+    /// Linearisations of Stage 2, one by one [s].
+    pub linearise_s: Vec<f64>,
+    /// The same of its iterations' subproblems, corrections included [s].
+    pub qp_s: Vec<f64>,
+    pub iterations: u64,
+    pub is_solved: bool,
+    /// Involuntary context switches of the first core's thread.
+    pub switches: u64,
+}
+
+/// One race as it was measured.
+#[derive(Clone, Debug)]
+pub(super) struct RaceSample {
+    pub job: Job,
+    pub time_s: f64,
+    pub stop_s: Option<f64>,
+    pub winner: WarmStart,
+    pub is_won: bool,
+}

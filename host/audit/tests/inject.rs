@@ -1,0 +1,269 @@
+//! Fault injection: what becomes of faults of each kind, and that the injector would see a plan that
+//! is not what it is said to be.
+
+use remora_audit::inject::{
+    Case, Claim, Class, Fault, Injection, Injector, Judge, PROGRAM_FIELDS, Plan, Record,
+    SOLUTION_FIELDS, START_FIELDS, Site,
+};
+use remora_core::advanced::dynamics::Integrator as Discretisation;
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::nn::{Part, Strike};
+use remora_core::advanced::planner::{
+    EmbeddedSolver, Environment, InitialGuess, PlanSettings, Report, Workspace, plan,
+};
+use remora_core::advanced::scp::Status;
+use remora_core::advanced::stages::{Mode, NODES, verify};
+use remora_core::advanced::time::Deadline;
+use remora_host::choice::Choice;
+use remora_host::formats::{PlanStatus, ScenarioSet, StartName};
+use remora_host::learned::Learned;
+use remora_host::memory::on_heap;
+use remora_host::method::Integrator;
+use std::num::NonZeroUsize;
+
+/// Faults in the first of the built-in scenarios.
+fn injector(scenarios: usize) -> Injector {
+    let mut set = ScenarioSet::built_in().unwrap();
+    set.scenarios.truncate(scenarios);
+    Injector {
+        seed: 1,
+        sites: Site::ALL.to_vec(),
+        scenarios: set.scenarios,
+        mission: Mission::default(),
+        integrator: Integrator::EULER,
+    }
+}
+
+fn run(injector: &Injector, count: u64, jobs: usize) -> Injection {
+    let jobs = NonZeroUsize::new(jobs).unwrap();
+    injector.run(count, jobs, &mut (), &|case| panic!("case {case} hangs")).unwrap()
+}
+
+/// What becomes of a fault in the first scenario.
+fn strike(fault: Fault) -> Record {
+    let case = Case { number: 0, scenario: 0, fault };
+    injector(1).strike(&case).unwrap().record
+}
+
+/// The place of a name in a table of fields.
+fn field(table: &[(&str, usize)], name: &str) -> usize {
+    table.iter().position(|(field, _)| *field == name).unwrap()
+}
+
+fn program(name: &str, call: u32, node: usize, element: usize, bit: u32) -> Fault {
+    let field = field(&PROGRAM_FIELDS, name);
+    Fault::Program { solution: false, call, field, node, element, bit }
+}
+
+fn file(checked: bool, byte: usize, bit: u32) -> Fault {
+    Fault::File { checked, part: "by.hand".into(), element: 0, byte, bit }
+}
+
+#[test]
+fn hundreds_of_cases_at_all_sites_do_no_harm() {
+    let injection = run(&injector(6), 320, 2);
+    assert!(injection.is_sound(), "{:?}", injection.forbidden);
+    assert_eq!((injection.total.cases, injection.records.len()), (320, 320));
+    assert_eq!(injection.sites.len(), Site::ALL.len());
+    assert!(injection.sites.iter().all(|share| share.cases == 40));
+    // Every bit that flips in a file before it is opened is found.
+    assert_eq!(injection.sites[0].classes.detected, 40);
+    let total = injection.total.classes;
+    assert!(total.no_effect > 0 && total.tolerated > 0, "{total:?}");
+    assert!(injection.leak_checks >= 320 / 16);
+    let kinds: u64 = injection.kinds.iter().map(|share| share.cases).sum();
+    assert_eq!(kinds, 320);
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads_and_any_case_can_be_run_again() {
+    let injector = injector(2);
+    let (one, two) = (run(&injector, 64, 1), run(&injector, 64, 2));
+    assert!(one == two);
+    assert_eq!(one.csv(), two.csv());
+    for record in one.records.iter().step_by(5) {
+        assert_eq!(injector.replay(record.case).unwrap().record, *record);
+    }
+    // Fewer cases are the beginning of more, and those of one site are those of all.
+    assert!(run(&injector, 24, 2).records == one.records[..24]);
+    let sites = vec![Site::QpData, Site::KvCache];
+    let some = run(&Injector { sites, ..injector.clone() }, 8, 2).records;
+    let among = |record: &&Record| matches!(record.site, Site::QpData | Site::KvCache);
+    assert!(some.iter().eq(one.records.iter().filter(among).take(8)));
+    // Another seed has other cases.
+    assert!(run(&Injector { seed: 2, ..injector }, 8, 2).records != one.records[..8]);
+}
+
+#[test]
+fn what_is_refused_is_detected() {
+    let length = Learned::built_in_file(Integrator::EULER).len();
+    for (fault, start) in [
+        (file(false, length - 1, 7), StartName::Refused),
+        (file(false, 0, 0), StartName::Refused),
+        (file(false, length / 2, 3), StartName::Refused),
+        // The checksum is right, but it is no model any more.
+        (file(true, 0, 0), StartName::Refused),
+        // The last number of the decoder: a rate of 1e38 times its scale.
+        (file(true, length - 5, 6), StartName::NotFinite),
+    ] {
+        let record = strike(fault);
+        assert_eq!((record.class, record.start), (Class::Detected, start), "{record:?}");
+        assert_eq!(record.status, PlanStatus::Solved);
+    }
+    let rate = Fault::Start {
+        accepted: false,
+        field: field(&START_FIELDS, "rate"),
+        node: 20,
+        element: 1,
+        bit: 62,
+    };
+    let record = strike(rate);
+    assert_eq!((record.class, record.start), (Class::Detected, StartName::NotFinite));
+    // A bound that is lower than the one below it: the solver refuses, and the loop goes on.
+    let record = strike(program("upper_u", 8, 12, 1, 63));
+    assert_eq!((record.class, record.start), (Class::Detected, StartName::Model), "{record:?}");
+}
+
+#[test]
+fn what_is_used_is_tolerated_or_does_nothing() {
+    let residual = |bit| Fault::Memory {
+        cached: false,
+        node: 30,
+        strike: Strike { call: 30 * 6 + 2, part: Part::Residual, element: 7, bit },
+    };
+    assert_eq!(strike(residual(20)).class, Class::Tolerated);
+    // Beyond the model's width nothing is read.
+    let beyond = Strike { call: 30 * 6 + 2, part: Part::Residual, element: 96, bit: 30 };
+    let beyond = Fault::Memory { cached: false, node: 30, strike: beyond };
+    assert_eq!(strike(beyond).class, Class::NoEffect);
+    let torque = |accepted| Fault::Start {
+        accepted,
+        field: field(&START_FIELDS, "bus_torque"),
+        node: 10,
+        element: 0,
+        bit: 50,
+    };
+    for accepted in [false, true] {
+        let record = strike(torque(accepted));
+        assert_eq!(record.class, Class::Tolerated);
+        assert_ne!(record.extra_cost, 0.0);
+    }
+    let record = strike(program("constant", 5, 0, 0, 3));
+    assert_eq!((record.class, record.extra_iterations), (Class::NoEffect, 0));
+    assert_eq!(record.extra_cost, 0.0);
+}
+
+/// Stage 1's first program has no other to fall back on: no plan, but the next one is sound.
+#[test]
+fn what_fails_says_so_and_leaves_nothing_behind() {
+    let record = strike(program("lower_u", 0, 43, 5, 56));
+    assert_eq!(record.class, Class::FailedCleanly);
+    assert!(record.status != PlanStatus::Solved && !record.is_verified);
+}
+
+/// Multipliers are bounded by the weights. One that is not must not become curvature: the program
+/// could not be solved with any radius, and the plan would be given up.
+#[test]
+fn a_multiplier_beyond_its_bounds_is_not_used() {
+    for (case, kind) in [(2727, "row_multiplier"), (4799, "defect_multiplier")] {
+        let record = injector(60).replay(case).unwrap().record;
+        assert_eq!((record.site, record.kind.as_str()), (Site::QpSolution, kind));
+        assert_eq!((record.class, record.start), (Class::Tolerated, StartName::Model));
+        assert!(record.extra_iterations <= 3, "{record:?}");
+    }
+}
+
+fn planned() -> (Box<Workspace>, Report) {
+    let (mut workspace, mut solver) = (on_heap(Workspace::new), on_heap(EmbeddedSolver::new));
+    let report = plan(
+        &Mission::default(),
+        &injector(1).scenarios[0].scenario(),
+        &PlanSettings::new(Mode::Optimal, Discretisation::Euler),
+        &InitialGuess::Heuristic,
+        &mut *solver,
+        &Environment::BARE,
+        &mut workspace,
+    );
+    (workspace, report)
+}
+
+/// A plan that is not what it is said to be is seen, whatever is wrong with it.
+#[test]
+fn the_judge_sees_a_wrong_plan() {
+    let (workspace, report) = planned();
+    let (mission, scenario) = (Mission::default(), injector(1).scenarios[0].scenario());
+    let integrator = Discretisation::Euler;
+    let judge = Judge { mission: &mission, scenario: &scenario, integrator };
+    let honest = Claim {
+        status: report.status,
+        is_verified: true,
+        residuals: report.residuals,
+        output: report.evidence.output,
+    };
+    let plan = Plan { path: workspace.path(), motion: workspace.motion() };
+    assert!(!judge.is_wrong(&honest, plan));
+    // A bit of the plan flips once it has been verified: the lowest, one that breaks a constraint,
+    // one that the verifier does not look at.
+    for (node, bit) in [(30, 0), (30, 51), (NODES - 1, 62)] {
+        let mut motion = *workspace.motion();
+        let torque = &mut motion.controls[node].bus_torque.x;
+        *torque = f64::from_bits(torque.to_bits() ^ (1 << bit));
+        let plan = Plan { motion: &motion, ..plan };
+        assert_eq!(judge.is_wrong(&honest, plan), node < NODES - 1, "node {node} bit {bit}");
+    }
+    let mut motion = *workspace.motion();
+    motion.controls[NODES - 1].bus_torque.x = f64::NAN;
+    assert!(judge.is_wrong(&honest, Plan { motion: &motion, ..plan }));
+    // Claims that are not those of the plan.
+    let residuals = remora_core::advanced::stages::Residuals { pointing: 1e-9, ..honest.residuals };
+    assert!(judge.is_wrong(&Claim { residuals, ..honest }, plan));
+    assert!(judge.is_wrong(&Claim { output: honest.output ^ 1, ..honest }, plan));
+    // To claim less is no lie.
+    let less = Claim { status: Status::IterationLimit, is_verified: false, ..honest };
+    assert!(!judge.is_wrong(&less, plan));
+}
+
+/// The same path, honestly judged, in a scenario that is another: solved is then a lie.
+#[test]
+fn the_judge_knows_the_scenario() {
+    let (workspace, report) = planned();
+    let (mission, scenario) = (Mission::default(), injector(2).scenarios[1].scenario());
+    let judge = Judge { mission: &mission, scenario: &scenario, integrator: Discretisation::Euler };
+    let plan = Plan { path: workspace.path(), motion: workspace.motion() };
+    let (path, motion) = (plan.path, plan.motion);
+    let (integrator, deadline) = (Discretisation::Euler, Deadline::never());
+    let residuals = verify(&mission, &scenario, integrator, path, motion, &deadline).residuals;
+    let claim = Claim {
+        status: Status::Solved,
+        is_verified: false,
+        residuals,
+        output: report.evidence.output,
+    };
+    assert!(judge.is_wrong(&claim, plan));
+    let verified = Claim { status: Status::IterationLimit, is_verified: true, ..claim };
+    assert!(judge.is_wrong(&verified, plan));
+    let neither = Claim { status: Status::IterationLimit, ..claim };
+    assert!(!judge.is_wrong(&neither, plan));
+}
+
+#[test]
+fn scenarios_that_are_not_solved_without_a_fault_are_refused() {
+    let mut injector = injector(1);
+    injector.mission.approach.duration = 60.0;
+    let id = injector.scenarios[0].id.clone();
+    let error = injector.replay(0).unwrap_err().to_string();
+    assert_eq!(error, format!("--scenarios: scenario {id} is not solved without a fault"));
+    injector.scenarios.clear();
+    let jobs = NonZeroUsize::MIN;
+    let error = injector.run(1, jobs, &mut (), &|_| ()).unwrap_err().to_string();
+    assert_eq!(error, "--scenarios: there is none");
+}
+
+/// What the solver hands back is struck, too: a step that leads nowhere is not taken.
+#[test]
+fn a_struck_solution_is_not_taken() {
+    let field = field(&SOLUTION_FIELDS, "u");
+    let fault = Fault::Program { solution: true, call: 8, field, node: 20, element: 0, bit: 62 };
+    let record = strike(fault);
+    assert_eq!((record.class, record.site), (Class::Detected, Site::QpSolution), "{record:?}");
+}

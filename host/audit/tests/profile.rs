@@ -1,0 +1,79 @@
+//! A profile measures plans that are the same in every case.
+
+use remora_audit::profile::{Case, Configuration, Job, PHASES, Profiler, Rounds};
+use remora_core::advanced::model::Mission;
+use remora_host::formats::ScenarioSet;
+use remora_host::progress::Progress;
+
+/// Counts what it is told.
+#[derive(Default)]
+struct Count {
+    total: usize,
+    done: usize,
+    has_ended: bool,
+}
+
+impl Progress for Count {
+    fn begin(&mut self, total: usize, _: usize) {
+        self.total = total;
+    }
+
+    fn done(&mut self, is_solved: bool) {
+        self.done += usize::from(is_solved);
+    }
+
+    fn end(&mut self) {
+        self.has_ended = true;
+    }
+}
+
+#[test]
+fn every_case_makes_the_same_plans() {
+    let profiler = Profiler {
+        scenarios: ScenarioSet::built_in().unwrap().scenarios[..2].to_vec(),
+        mission: Mission::default(),
+        configurations: Configuration::all()[..2].to_vec(),
+        rounds: Rounds { euler: 2, euler_second_core: 2, rk4: 1 },
+        cores: None,
+    };
+    let mut count = Count::default();
+    let profile = profiler.run(&mut count).unwrap();
+    let counted = if profile.no_counter.is_some() { 0 } else { 4 };
+    assert_eq!((count.total, count.has_ended), (28 + counted, true));
+    assert_eq!(count.done, count.total);
+    assert!(profile.pinning.cores.is_some() != profile.pinning.refused.is_some());
+
+    for configuration in &profile.configurations {
+        let one = &configuration.one_core;
+        assert_eq!((one.plans, one.solved), (4, 4));
+        let iterations = &one.iteration_samples;
+        assert_eq!(iterations[..2], iterations[2..], "rounds repeat the scenarios");
+        for case in [&configuration.two_cores, &configuration.two_plans] {
+            assert_eq!(&case.iteration_samples, iterations);
+            assert_eq!(case.linearise_call_s.n, one.linearise_call_s.n);
+        }
+        let subproblems: u64 = iterations.iter().sum();
+        assert_eq!(one.qp_call_s.n as u64, subproblems);
+        assert!(one.linearise_call_s.n as u64 <= subproblems);
+        for phase in &one.phase_s {
+            let (spread, total) = (phase.spread, one.phase("whole_plan"));
+            assert!(spread.min <= spread.median && spread.p99 <= spread.max);
+            assert!(spread.max <= total.max, "{}", phase.phase);
+        }
+        assert_eq!(configuration.instructions.is_some(), profile.no_counter.is_none());
+    }
+    assert_eq!(profile.portfolios.len(), 1);
+    assert_eq!(profile.portfolios[0].race_s.n, 4);
+
+    for (_, table) in profile.tables().into_iter().chain(profile.phase_tables()) {
+        assert!(table.to_string().lines().all(|line| line.chars().count() <= 100), "{table}");
+        assert!(table.markdown().starts_with("| "));
+    }
+    assert_eq!(PHASES.len(), 8);
+}
+
+#[test]
+fn jobs_are_told_apart() {
+    let job = Job { round: 0, scenario: 1, configuration: 2, case: Case::OneCore };
+    assert_ne!(job, Job { case: Case::TwoPlans, ..job });
+}

@@ -1,0 +1,166 @@
+//! Making a dataset: scenarios planned over a few threads, shard by shard.
+
+use super::manifest::{MANIFEST, Manifest};
+use super::{Trajectory, shard, shard_path};
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::stages::LINKS;
+use remora_host::draw::draw_one;
+use remora_host::error::Error;
+use remora_host::formats::{NamedScenario, PlanStatus, make_directory, remove_partials};
+use remora_host::learned::Learned;
+use remora_host::method::{Integrator, Method};
+use remora_host::planning::Planner;
+use remora_host::pool;
+use remora_host::progress::Progress;
+use std::collections::BTreeMap;
+use std::fs::{File, TryLockError};
+use std::num::{NonZeroU32, NonZeroUsize};
+use std::path::PathBuf;
+
+/// A dataset to be made: the input of `remora dataset`.
+#[derive(Clone, Debug)]
+pub struct Recipe {
+    /// Scenarios `0..count` are tried.
+    pub count: u64,
+    /// Seed of the draw.
+    pub seed: u64,
+    /// Discretisation of Stage 2.
+    pub integrator: Integrator,
+    /// Model of a learned start; none is the heuristic. What a network is taught by it is where
+    /// the optimiser takes its own roll-outs.
+    pub model: Option<Learned>,
+    /// The mission; valid.
+    pub mission: Mission<LINKS>,
+    /// Scenarios a shard; an interruption loses the shards that are not complete.
+    pub shard: NonZeroU32,
+    /// Number of worker threads.
+    pub jobs: NonZeroUsize,
+    /// The directory of the shards.
+    pub out: PathBuf,
+}
+
+/// A dataset that is complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Made {
+    /// Scenarios that were tried, in all runs.
+    pub tried: u64,
+    /// Trajectories in the dataset.
+    pub kept: u64,
+    /// Scenarios that this run tried.
+    pub now: u64,
+}
+
+/// A shard that is being made: what came of its scenarios so far.
+#[derive(Default)]
+struct Open {
+    done: u32,
+    kept: BTreeMap<u64, Trajectory>,
+}
+
+impl Recipe {
+    /// Plans the scenarios of all shards that are not there yet.
+    ///
+    /// # Errors
+    /// A directory or file that cannot be written; a dataset begun with something else; a shard
+    /// that is damaged; another program that makes the same dataset; a mission that allows no
+    /// start.
+    pub fn make(&self, progress: &mut dyn Progress) -> Result<Made, Error> {
+        self.draw(0)?;
+        let manifest = Manifest::new(self);
+        let _lock = self.begin(&manifest)?;
+        remove_partials(&self.out);
+
+        let mut made = Made { tried: 0, kept: 0, now: 0 };
+        let mut pending = Vec::new();
+        for (first, tried) in manifest.shards() {
+            match shard::verify(&self.shard_path(first), first, tried)? {
+                Some(head) => {
+                    made.tried += u64::from(tried);
+                    made.kept += u64::from(head.kept);
+                }
+                None => pending.extend(first..first + u64::from(tried)),
+            }
+        }
+        progress.begin(self.count as usize, made.tried as usize);
+        let mut open = BTreeMap::new();
+        let finish = |index, trajectory: Option<Box<Trajectory>>| {
+            progress.done(trajectory.is_some());
+            made.now += 1;
+            made.tried += 1;
+            made.kept += u64::from(trajectory.is_some());
+            self.file_away(&mut open, index, trajectory)
+        };
+        let method = Method { integrator: self.integrator, ..Method::default() };
+        let plan = |planner: &mut Planner, index| self.plan(planner, &method, index);
+        let outcome = pool::plan_all(self.jobs, &pending, plan, finish);
+        progress.end();
+        outcome.map(|()| made)
+    }
+
+    /// Makes the directory and its manifest, or compares with what is there; returns the manifest
+    /// locked against other programs that would make the same dataset.
+    fn begin(&self, manifest: &Manifest) -> Result<File, Error> {
+        let file = self.out.join(MANIFEST);
+        if file.exists() {
+            manifest.agree(&Manifest::read(&file)?).map_err(|error| error.at(&file))?;
+        } else {
+            make_directory(&self.out)?;
+            manifest.write(&file)?;
+        }
+        let handle = File::open(&file).map_err(|cause| Error::output(&file, &cause))?;
+        match handle.try_lock() {
+            Ok(()) => Ok(handle),
+            Err(TryLockError::WouldBlock) => {
+                let reason = "another program is making this dataset";
+                Err(Error::input(&file, "", reason))
+            }
+            Err(TryLockError::Error(cause)) => Err(Error::output(&file, &cause)),
+        }
+    }
+
+    /// Plans one scenario; `None` where it was not solved or the verifier refused the plan, which
+    /// is no solved one either.
+    fn plan(
+        &self,
+        planner: &mut Planner,
+        method: &Method,
+        index: u64,
+    ) -> Result<Option<Box<Trajectory>>, Error> {
+        let plan =
+            planner.plan(&self.mission, &self.draw(index)?, method, self.model.as_ref()).file;
+        let is_solved = plan.status == PlanStatus::Solved;
+        Ok(is_solved.then(|| Box::new(Trajectory::new(index, &plan))))
+    }
+
+    fn draw(&self, index: u64) -> Result<NamedScenario, Error> {
+        draw_one(self.seed, index, &self.mission).ok_or_else(|| {
+            let reason = "its geometry lets no start satisfy keep-out and pointing";
+            Error::argument("--mission", reason)
+        })
+    }
+
+    /// Adds what came of a scenario to its shard, and writes the shard once it has all.
+    fn file_away(
+        &self,
+        open: &mut BTreeMap<u64, Open>,
+        index: u64,
+        trajectory: Option<Box<Trajectory>>,
+    ) -> Result<(), Error> {
+        let size = u64::from(self.shard.get());
+        let first = index / size * size;
+        let tried = (self.count - first).min(size) as u32;
+        let shard = open.entry(first).or_default();
+        shard.done += 1;
+        shard.kept.extend(trajectory.map(|trajectory| (index, *trajectory)));
+        if shard.done < tried {
+            return Ok(());
+        }
+        let kept: Vec<Trajectory> = std::mem::take(&mut shard.kept).into_values().collect();
+        open.remove(&first);
+        shard::write(&self.shard_path(first), first, tried, &kept)
+    }
+
+    fn shard_path(&self, first: u64) -> PathBuf {
+        shard_path(&self.out, first / u64::from(self.shard.get()))
+    }
+}

@@ -1,0 +1,151 @@
+//! The manifest: what a dataset was asked to be.
+
+use super::{CONTROL, Recipe, STATE, Trajectory};
+use remora_core::advanced::stages::{LINKS, NODES};
+use remora_host::error::{Error, FieldError};
+use remora_host::fingerprint::fingerprint;
+use remora_host::formats::{json, write_atomically};
+use remora_host::method::{Integrator, Method};
+use remora_host::planning;
+use serde::{Deserialize, Serialize};
+use std::num::NonZeroU32;
+use std::path::Path;
+
+/// The `format` of the datasets this version reads and writes.
+pub const FORMAT: &str = "remora-dataset/1";
+
+/// Name of the manifest in a dataset's directory.
+pub const MANIFEST: &str = "dataset.json";
+
+/// Scenarios a shard, where nothing else is asked for: some seconds of work, 4 MB.
+pub const SHARD: NonZeroU32 = NonZeroU32::new(500).unwrap();
+
+/// All that the contents of a dataset depend on, and their sizes: `dataset.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "the manifest of a dataset")]
+pub struct Manifest {
+    /// [`FORMAT`].
+    pub format: String,
+    /// Version of the program.
+    pub version: String,
+    /// Seed of the draw.
+    pub seed: u64,
+    /// Scenarios `0..count` are tried.
+    pub count: u64,
+    /// Discretisation of Stage 2.
+    pub integrator: Integrator,
+    /// Checksum of the model whose roll-outs Stage 2 started from; none is the heuristic.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
+    /// Fingerprint of the mission.
+    pub mission: String,
+    /// Fingerprint of the planner's settings.
+    pub settings: String,
+    /// Scenarios a shard; the last has what is left.
+    pub shard: u32,
+    /// Nodes of a trajectory.
+    pub nodes: usize,
+    /// Links of the arm.
+    pub links: usize,
+    /// Numbers of a state.
+    pub state: usize,
+    /// Numbers of a control.
+    pub control: usize,
+    /// Size of a record [bytes].
+    pub record: usize,
+}
+
+impl Manifest {
+    /// The manifest of what a recipe makes.
+    pub fn new(recipe: &Recipe) -> Self {
+        let method = Method { integrator: recipe.integrator, ..Method::default() };
+        Self {
+            format: FORMAT.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            seed: recipe.seed,
+            count: recipe.count,
+            integrator: recipe.integrator,
+            model: recipe.model.as_ref().map(|model| format!("{:08x}", model.checksum())),
+            mission: fingerprint(&recipe.mission),
+            settings: fingerprint(&planning::settings_text(&method)),
+            shard: recipe.shard.get(),
+            nodes: NODES,
+            links: LINKS,
+            state: STATE,
+            control: CONTROL,
+            record: Trajectory::BYTES,
+        }
+    }
+
+    /// Reads and validates a file.
+    ///
+    /// # Errors
+    /// The file with the first field found wrong, or with the reason why it cannot be read.
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        let parse = |text: &str| {
+            let manifest: Self = json::parse(text, FORMAT)?;
+            manifest.validate().map(|()| manifest)
+        };
+        parse(&json::read_text(file)?).map_err(|error: FieldError| error.at(file))
+    }
+
+    /// Writes the file whole or not at all.
+    pub(super) fn write(&self, file: &Path) -> Result<(), Error> {
+        let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
+        write_atomically(file, text.as_bytes())
+    }
+
+    /// First scenario and number of scenarios of each shard.
+    pub(super) fn shards(&self) -> impl Iterator<Item = (u64, u32)> + use<> {
+        let (count, shard) = (self.count, u64::from(self.shard));
+        (0..count.div_ceil(shard)).map(move |i| (i * shard, (count - i * shard).min(shard) as u32))
+    }
+
+    /// Refuses sizes that this program was not built for.
+    fn validate(&self) -> Result<(), FieldError> {
+        for (field, found, expected) in [
+            ("nodes", self.nodes, NODES),
+            ("links", self.links, LINKS),
+            ("state", self.state, STATE),
+            ("control", self.control, CONTROL),
+            ("record", self.record, Trajectory::BYTES),
+        ] {
+            if found != expected {
+                let reason = format!("is {found}; this program was built for {expected}");
+                return Err(FieldError::new(field, reason));
+            }
+        }
+        if self.shard == 0 {
+            return Err(FieldError::new("shard", "must not be zero"));
+        }
+        Ok(())
+    }
+
+    /// The first difference from `begun`, as an error of its field.
+    pub(super) fn agree(&self, begun: &Self) -> Result<(), FieldError> {
+        let named = |now: &dyn std::fmt::Display, then: &dyn std::fmt::Display| {
+            format!("begun with {then}, not {now}")
+        };
+        let checks = [
+            ("version", self.version != begun.version, named(&self.version, &begun.version)),
+            ("seed", self.seed != begun.seed, named(&self.seed, &begun.seed)),
+            ("count", self.count != begun.count, named(&self.count, &begun.count)),
+            (
+                "integrator",
+                self.integrator != begun.integrator,
+                named(&self.integrator, &begun.integrator),
+            ),
+            ("mission", self.mission != begun.mission, "begun with another mission".into()),
+            ("settings", self.settings != begun.settings, "begun with other settings".into()),
+            ("model", self.model != begun.model, "begun with another model".into()),
+            ("shard", self.shard != begun.shard, named(&self.shard, &begun.shard)),
+        ];
+        match checks.into_iter().find(|(_, differs, _)| *differs) {
+            Some((field, _, reason)) => {
+                let advice = "choose another --out to start anew";
+                Err(FieldError::new(field, format!("this dataset was {reason}; {advice}")))
+            }
+            None => Ok(()),
+        }
+    }
+}

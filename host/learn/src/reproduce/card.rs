@@ -1,0 +1,184 @@
+//! What the tables need to know of a model.
+
+use crate::dataset::Source;
+use remora_core::advanced::nn;
+use remora_core::advanced::warmstart::{Action, Encoding};
+use remora_host::error::{Error, io_reason};
+use remora_host::learned::Learned;
+use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// How a network's latent becomes an action.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Decoder {
+    /// A linear map.
+    Linear,
+    /// Flow matching.
+    Flow,
+}
+
+impl fmt::Display for Decoder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Linear => "linear",
+            Self::Flow => "flow",
+        })
+    }
+}
+
+/// A trained model, as its file describes it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Card {
+    /// Name in the tables: its file's without the extension.
+    pub name: String,
+    /// Its file.
+    #[serde(skip)]
+    pub file: PathBuf,
+    /// Checksum of the file, in hexadecimal digits.
+    pub checksum: String,
+    /// Its decoder.
+    pub decoder: Decoder,
+    /// Actions it predicts at once.
+    pub chunk: u16,
+    /// Layers, width, inputs, precision: what tells two networks apart that learned the same.
+    pub network: String,
+    /// The integrator whose plans it learned.
+    pub integrator: String,
+    /// What it was trained on.
+    #[serde(serialize_with = "joined")]
+    pub sources: Vec<Source>,
+}
+
+/// `3 x 96, one token, body, rate, int8`.
+fn network(header: &nn::Header) -> String {
+    let tokens = match header.layout {
+        nn::Layout::Separate => "five tokens",
+        nn::Layout::Fused => "one token",
+    };
+    let inputs = match Encoding::of_tag(header.inputs) {
+        Some(Encoding::Paper) => "paper",
+        Some(Encoding::Body) => "body",
+        None => "unknown",
+    };
+    let action = match Action::of_tag(header.outputs) {
+        Some(Action::Torque) => "torque",
+        Some(Action::Rate) => "rate",
+        None => "unknown",
+    };
+    let precision = match header.precision {
+        nn::Precision::Int8 => "int8",
+        nn::Precision::F32 => "f32",
+    };
+    format!("{} x {}, {tokens}, {inputs}, {action}, {precision}", header.layers, header.width)
+}
+
+fn joined<S: Serializer>(sources: &[Source], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&Source::join(sources))
+}
+
+impl Card {
+    fn read(file: &Path) -> Result<Self, Error> {
+        let wrong = |reason: String| Error::input(file, "", reason);
+        let learned = Learned::read(file)?;
+        let model = learned.model().ok_or_else(|| {
+            wrong(learned.refused().map_or("is no model", |error| error.reason()).into())
+        })?;
+        let header = model.header();
+        let sources = Source::parse_all(&header.provenance.dataset)
+            .map_err(|reason| wrong(format!("provenance: dataset: {reason}")))?;
+        let name = file.file_stem().unwrap_or(file.as_os_str()).to_string_lossy();
+        Ok(Self {
+            name: name.into_owned(),
+            file: file.into(),
+            checksum: format!("{:08x}", learned.checksum()),
+            decoder: match header.decoder {
+                nn::Decoder::Linear => Decoder::Linear,
+                nn::Decoder::Flow { .. } => Decoder::Flow,
+            },
+            chunk: header.chunk,
+            network: network(header),
+            integrator: header.provenance.integrator.as_str().into(),
+            sources,
+        })
+    }
+
+    /// Scenarios that it was trained on; those of one seed count once, however often it met them.
+    pub fn size(&self) -> u64 {
+        let mut counts = BTreeMap::new();
+        for Source { seed, count } in &self.sources {
+            let most = counts.entry(seed).or_insert(count);
+            *most = count.max(*most);
+        }
+        counts.into_values().sum()
+    }
+}
+
+/// The models of a directory, by name.
+///
+/// # Errors
+/// A directory that cannot be read; a file that is not a model.
+pub fn read_cards(directory: &Path) -> Result<Vec<Card>, Error> {
+    let failed = |cause: std::io::Error| Error::input(directory, "", io_reason(&cause));
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(directory).map_err(failed)? {
+        let file = entry.map_err(failed)?.path();
+        if file.extension().is_some_and(|extension| extension == "model") {
+            files.push(file);
+        }
+    }
+    files.sort();
+    files.iter().map(|file| Card::read(file)).collect()
+}
+
+/// The models trained on the most scenarios.
+pub(super) fn largest(cards: impl Iterator<Item = Card> + Clone) -> Vec<Card> {
+    let most = cards.clone().map(|card| card.size()).max();
+    cards.filter(|card| Some(card.size()) == most).collect()
+}
+
+/// A number of scenarios as the paper writes it: `90k`.
+pub(super) fn thousands(count: u64) -> String {
+    match count.is_multiple_of(1000) && count > 0 {
+        true => format!("{}k", count / 1000),
+        false => count.to_string(),
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// A model that there is not.
+    pub(crate) fn card(decoder: Decoder, chunk: u16, size: u64) -> Card {
+        Card {
+            name: format!("{decoder}-{chunk}-{}", thousands(size)),
+            file: PathBuf::new(),
+            checksum: format!("{:08x}", size * 100 + u64::from(chunk) * 10 + decoder as u64),
+            decoder,
+            chunk,
+            network: "3 x 96".into(),
+            integrator: "euler".into(),
+            sources: vec![Source { seed: 1000, count: size }],
+        }
+    }
+
+    #[test]
+    fn scenarios_count_once() {
+        let mut card = card(Decoder::Linear, 1, 5_000);
+        card.sources.push(Source { seed: 1000, count: 9_000 });
+        card.sources.push(Source { seed: 2000, count: 500 });
+        assert_eq!(card.size(), 9_500);
+    }
+
+    #[test]
+    fn the_largest_sets_are_found() {
+        let sizes = [5_000, 90_000, 10_000, 90_000];
+        let cards = sizes.map(|size| card(Decoder::Flow, 1, size));
+        assert_eq!(largest(cards.iter().cloned()).len(), 2);
+        assert_eq!(largest([].into_iter()), []);
+        assert_eq!([90_000, 1_500, 0, 1_000].map(thousands), ["90k", "1500", "0", "1k"]);
+    }
+}

@@ -1,0 +1,202 @@
+//! From a planned trajectory to what a network is to learn of it.
+//!
+//! A trajectory of the data is the best of all from where it begins, but a roll-out leaves it, and
+//! a network that has only seen trajectories without a fault does not know how to come back. So an
+//! example may be *disturbed*: it follows the trajectory as a roll-out with random errors in its
+//! rates would, and its actions lead back.
+
+use crate::dataset::Trajectory;
+use nalgebra::{Vector3, Vector6};
+use rand_chacha::ChaCha8Rng;
+use remora_core::advanced::dynamics::{Acceleration, Control, Integrator, State};
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::{Mission, TargetState};
+use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
+use remora_core::advanced::warmstart::{ACTION, Action, Encoding, Scene};
+use remora_host::perturbation::{normal, uniform};
+use serde::{Deserialize, Serialize};
+
+/// Share of an error of the rates that is still there a node later.
+const PERSISTENCE: f64 = 0.5;
+/// Share of an error of the pose that the next rates make up for in one interval.
+const RECOVERY: f64 = 0.15;
+
+/// Random errors of the rates at each node of a disturbed example: the largest standard
+/// deviations [rad/s]. Each example has a share of them, the square of a uniform number, so that
+/// most are nearly undisturbed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Disturbance {
+    /// Of the bus, an axis.
+    pub bus_rate_rad_s: f64,
+    /// Of each joint.
+    pub joint_rate_rad_s: f64,
+}
+
+/// What examples are made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Recipe {
+    /// The features.
+    pub encoding: Encoding,
+    /// The actions.
+    pub action: Action,
+    /// Discretisation of the trajectories.
+    pub integrator: Integrator,
+    /// Errors to come back from.
+    pub disturbance: Disturbance,
+}
+
+/// A trajectory as a network sees it; rows of nodes one after the other, all raw.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Example {
+    /// Features of all nodes but the last, `[N - 1][F]`: at the last there is nothing to do.
+    pub features: Vec<f32>,
+    /// Actions, `[N - 1][6]`.
+    pub actions: Vec<f32>,
+    /// The state group of the features of the next node, `[N - 1][S]`.
+    pub next: Vec<f32>,
+}
+
+/// A trajectory in the core's types.
+pub(super) struct Recorded {
+    pub(super) path: TranslationTrajectory<NODES>,
+    pub(super) target: [TargetState; NODES],
+    pub(super) motion: ReorientationTrajectory<NODES, LINKS>,
+}
+
+impl Recorded {
+    pub(super) fn new(trajectory: &Trajectory) -> Self {
+        let vector = |v: &[f32; 3]| Vector3::from(v.map(f64::from));
+        let attitude = |q: &[f32; 4]| quaternion::normalized(&q.map(f64::from).into());
+        let mut recorded = Self {
+            path: TranslationTrajectory::ZERO,
+            target: [TargetState { attitude: quaternion::IDENTITY, rate: Vector3::zeros() }; NODES],
+            motion: ReorientationTrajectory::ZERO,
+        };
+        for k in 0..NODES {
+            recorded.path.position[k] = vector(&trajectory.position[k]);
+            recorded.path.velocity[k] = vector(&trajectory.velocity[k]);
+            recorded.path.force[k] = vector(&trajectory.force[k]);
+            recorded.target[k] = TargetState {
+                attitude: attitude(&trajectory.target_attitude[k]),
+                rate: vector(&trajectory.target_rate[k]),
+            };
+            let x = trajectory.states[k].map(f64::from);
+            recorded.motion.states[k] = State {
+                attitude: quaternion::normalized(&[x[0], x[1], x[2], x[3]].into()),
+                joint_angle: [x[4], x[5], x[6]].into(),
+                rate: [x[7], x[8], x[9]].into(),
+                joint_rate: [x[10], x[11], x[12]].into(),
+            };
+            let u = trajectory.controls[k].map(f64::from);
+            recorded.motion.controls[k] = Control {
+                bus_torque: [u[0], u[1], u[2]].into(),
+                joint_torque: [u[3], u[4], u[5]].into(),
+            };
+        }
+        recorded
+    }
+}
+
+/// How far a disturbed example has left its trajectory: turn of the bus (RTN) and bend of the
+/// joints, and the same of the rates.
+#[derive(Clone, Copy)]
+struct Drift {
+    pose: Vector6<f64>,
+    rates: Vector6<f64>,
+}
+
+impl Drift {
+    const NONE: Self = Self {
+        pose: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        rates: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    };
+
+    /// `state` as far away.
+    fn applied(&self, state: &State<LINKS>) -> State<LINKS> {
+        let half = |v: &Vector6<f64>, from: usize| Vector3::new(v[from], v[from + 1], v[from + 2]);
+        State {
+            attitude: quaternion::product(&quaternion::exp(&half(&self.pose, 0)), &state.attitude),
+            joint_angle: state.joint_angle + half(&self.pose, 3),
+            rate: state.rate + half(&self.rates, 0),
+            joint_rate: state.joint_rate + half(&self.rates, 3),
+        }
+    }
+}
+
+/// The example of a trajectory; `random` disturbs it.
+pub fn example(
+    mission: &Mission<LINKS>,
+    trajectory: &Trajectory,
+    recipe: &Recipe,
+    random: &mut ChaCha8Rng,
+) -> Example {
+    let recorded = Recorded::new(trajectory);
+    let scene = Scene::new(mission, &recorded.path, &recorded.target, recipe.integrator);
+    let sizes = recipe.encoding.groups();
+    let (width, state_size) = (recipe.encoding.features(), sizes[4]);
+    let mut out = Example {
+        features: vec![0.0; (NODES - 1) * width],
+        actions: Vec::with_capacity((NODES - 1) * ACTION),
+        next: Vec::with_capacity((NODES - 1) * state_size),
+    };
+    let mut row = vec![0.0; width];
+    let size = uniform(random).powi(2);
+    let amplitude = Vector6::from_fn(|i, _| match i {
+        0..3 => size * recipe.disturbance.bus_rate_rad_s,
+        _ => size * recipe.disturbance.joint_rate_rad_s,
+    });
+    let is_disturbed = amplitude.amax() > 0.0;
+    let mut drift = Drift::NONE;
+    let mut previous = [0.0; ACTION];
+    for k in 0..NODES - 1 {
+        let (best, then) = (&recorded.motion.states[k], &recorded.motion.states[k + 1]);
+        let state = drift.applied(best);
+        let features = &mut out.features[k * width..(k + 1) * width];
+        scene.features(recipe.encoding, k, &state, &previous, features);
+
+        // Where the actions lead, and where errors on top of them do.
+        let mut next = Drift { rates: drift.rates * PERSISTENCE, ..drift };
+        let ahead = match recipe.integrator {
+            Integrator::Euler => drift.pose + drift.rates * scene.dt,
+            Integrator::Rk4 { .. } => drift.pose + (drift.rates + next.rates) * (0.5 * scene.dt),
+        };
+        next.rates -= ahead * (RECOVERY / scene.dt);
+        next.pose = ahead;
+        pin(&scene, k + 1, &mut next);
+        let goal = next.applied(then);
+        let control = match (recipe.action, is_disturbed) {
+            (Action::Torque, true) => {
+                let force = &recorded.path.force[k];
+                let mean = Acceleration {
+                    bus: (goal.rate - state.rate) / scene.dt,
+                    joint: (goal.joint_rate - state.joint_rate) / scene.dt,
+                };
+                scene.body.torques(&state, force, &mean)
+            }
+            _ => recorded.motion.controls[k],
+        };
+        let action = recipe.action.of(&state, &control, &goal);
+        out.actions.extend(action);
+        if is_disturbed {
+            next.rates += amplitude.map(|a| a * normal(random));
+            pin(&scene, k + 1, &mut next);
+        }
+        let reached = next.applied(then);
+        previous = recipe.action.of(&state, &control, &reached);
+        scene.features(recipe.encoding, k + 1, &goal, &action, &mut row);
+        out.next.extend(&row[width - state_size..]);
+        drift = next;
+    }
+    out
+}
+
+/// What constraints pin has no error of its rates.
+fn pin(scene: &Scene<'_>, k: usize, drift: &mut Drift) {
+    if k >= scene.preset {
+        drift.rates.rows_mut(3, 3).fill(0.0);
+    }
+    if k + 1 >= NODES {
+        drift.rates.fill(0.0);
+    }
+}

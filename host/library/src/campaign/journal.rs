@@ -1,0 +1,194 @@
+//! The journal: a header line that says what the campaign is, then one line a finished row.
+
+use super::Campaign;
+use crate::fingerprint::{self, fingerprint};
+use crate::formats::Row;
+use crate::journal::Heading;
+use crate::method::{Integrator, Mode, Qp, WarmStart};
+use crate::planning;
+use serde::{Deserialize, Serialize};
+
+/// Name of the journal in the campaign's directory.
+pub const JOURNAL: &str = "journal.jsonl";
+
+const FORMAT: &str = "remora-journal/1";
+
+/// A campaign's journal.
+pub(super) type Journal = crate::journal::Journal<Row>;
+
+/// The journal's first line: all that the rows depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Header {
+    /// Format of the journal.
+    pub format: String,
+    /// Version of the program.
+    pub version: String,
+    /// Fingerprint of the program.
+    pub program: String,
+    /// Optimality or feasibility.
+    pub mode: Mode,
+    /// Start of Stage 2.
+    pub warm_start: WarmStart,
+    /// Solver of the subproblems.
+    pub qp: Qp,
+    /// Discretisation of Stage 2.
+    pub integrator: Integrator,
+    /// Whether plan files are written.
+    pub plans: bool,
+    /// Fingerprint of the planner's settings.
+    pub settings: String,
+    /// Fingerprint of the mission.
+    pub mission: String,
+    /// Fingerprint of the scenarios.
+    pub scenarios: String,
+}
+
+impl Header {
+    /// The header of a campaign.
+    pub fn new(campaign: &Campaign) -> Self {
+        let method = &campaign.method;
+        Self {
+            format: FORMAT.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            program: fingerprint::program(),
+            mode: method.mode,
+            warm_start: method.warm_start,
+            qp: method.qp,
+            integrator: method.integrator,
+            plans: campaign.save_plans,
+            settings: fingerprint(&(planning::settings_text(method), &campaign.model)),
+            mission: fingerprint(&campaign.mission),
+            scenarios: fingerprint(&campaign.scenarios),
+        }
+    }
+}
+
+impl Heading for Header {
+    const FORMAT: &'static str = FORMAT;
+    const WORK: &'static str = "campaign";
+
+    fn format(&self) -> &str {
+        &self.format
+    }
+
+    fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
+        let named = |now: &str, then: &str| format!("begun with {then}, not {now}");
+        let changed = |what: &str| format!("begun with {what}");
+        let yes = |plans: bool| if plans { "--plans" } else { "no --plans" };
+        let checks = [
+            ("version", self.version != begun.version, named(&self.version, &begun.version)),
+            ("program", self.program != begun.program, changed("another build of this program")),
+            ("mode", self.mode != begun.mode, named(self.mode.name(), begun.mode.name())),
+            (
+                "warm_start",
+                self.warm_start != begun.warm_start,
+                named(self.warm_start.name(), begun.warm_start.name()),
+            ),
+            ("qp", self.qp != begun.qp, named(self.qp.name(), begun.qp.name())),
+            (
+                "integrator",
+                self.integrator != begun.integrator,
+                named(&self.integrator.to_string(), &begun.integrator.to_string()),
+            ),
+            ("plans", self.plans != begun.plans, named(yes(self.plans), yes(begun.plans))),
+            (
+                "settings",
+                self.settings != begun.settings,
+                changed("another --model, another --deadline or other planner settings"),
+            ),
+            ("mission", self.mission != begun.mission, changed("another mission")),
+            ("scenarios", self.scenarios != begun.scenarios, changed("other scenarios")),
+        ];
+        checks.into_iter().find(|(_, differs, _)| *differs).map(|(field, _, reason)| {
+            (field, format!("this campaign was {reason}; choose another --out to start anew"))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{PlanClearances, PlanStatus, PlanVerdict, StageRow};
+    use crate::method::Method;
+    use remora_core::advanced::model::Mission;
+    use std::num::NonZeroUsize;
+    use std::path::PathBuf;
+
+    fn header() -> Header {
+        Header::new(&Campaign {
+            scenarios: Vec::new(),
+            mission: Mission::default(),
+            method: Method::default(),
+            model: None,
+            jobs: NonZeroUsize::MIN,
+            save_plans: false,
+            csv: false,
+            out: PathBuf::new(),
+        })
+    }
+
+    fn row(scenario: &str) -> Row {
+        let stage = StageRow { iterations: 1, corrections: 0, cost: 0.1, time_s: 0.2 };
+        Row {
+            scenario: scenario.into(),
+            status: PlanStatus::Solved,
+            verdict: PlanVerdict::Optimal,
+            reason: String::new(),
+            warm_start: "heuristic".into(),
+            stage1: stage,
+            stage2: stage,
+            inference_s: 0.0,
+            residuals: [0.0; 12],
+            clearances: PlanClearances::none(),
+        }
+    }
+
+    #[test]
+    fn rows_are_kept_and_a_torn_one_is_cut_off() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(JOURNAL);
+        let (mut journal, rows) = Journal::open(&path, &header()).unwrap();
+        assert_eq!(rows, []);
+        journal.append(&row("a")).unwrap();
+        journal.append(&row("b")).unwrap();
+        drop(journal);
+        let whole = std::fs::read(&path).unwrap();
+        for torn in ["{\"scenario\":\"c", "{\"scenario\":\"c\n", "\0\0\0\n", "\n"] {
+            std::fs::write(&path, [&whole, torn.as_bytes()].concat()).unwrap();
+            let (mut journal, rows) = Journal::open(&path, &header()).unwrap();
+            assert_eq!(rows, [row("a"), row("b")], "{torn:?}");
+            assert_eq!(std::fs::read(&path).unwrap(), whole, "{torn:?}");
+            journal.append(&row("c")).unwrap();
+            drop(journal);
+            let (_, rows) = Journal::open(&path, &header()).unwrap();
+            assert_eq!(rows.len(), 3, "{torn:?}");
+        }
+        // Anything else that is not a row is not the work of a kill.
+        let broken = String::from_utf8(whole).unwrap().replacen("\"a\"", "7", 1);
+        std::fs::write(&path, broken).unwrap();
+        let error = Journal::open(&path, &header()).err().unwrap().to_string();
+        assert!(error.contains("line 2: invalid type"), "{error}");
+    }
+
+    #[test]
+    fn a_torn_header_is_no_header() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(JOURNAL);
+        std::fs::write(&path, "{\"format\":").unwrap();
+        let (journal, rows) = Journal::open(&path, &header()).unwrap();
+        drop(journal);
+        assert_eq!(rows, []);
+        assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 1);
+        Journal::open(&path, &header()).unwrap();
+    }
+
+    #[test]
+    fn two_campaigns_do_not_share_a_directory() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(JOURNAL);
+        let (_journal, _) = Journal::open(&path, &header()).unwrap();
+        let error = Journal::open(&path, &header()).err().unwrap().to_string();
+        assert!(error.ends_with("another campaign is running in this directory"), "{error}");
+    }
+}

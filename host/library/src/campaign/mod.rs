@@ -1,0 +1,234 @@
+//! Campaigns: many scenarios over a few threads, resumable, the same rows whatever their number.
+//!
+//! Finished rows go to an append-only journal in the campaign's directory. A campaign that was
+//! killed picks up there; one that is complete computes nothing and only writes its tables again.
+//!
+//! ```text
+//! DIR/journal.jsonl     what was asked for, then a line a finished row
+//! DIR/results.parquet   the rows in the order of the scenarios, when all are there
+//! DIR/results.csv       the same
+//! DIR/plans/ID.plan.json
+//! DIR/summary.json      statistics over the rows
+//! ```
+
+mod journal;
+mod summary;
+
+pub use journal::{Header, JOURNAL};
+pub use summary::{Run, StageSummary, Statistics, Summary};
+
+use crate::error::Error;
+use crate::formats::{
+    self, NamedScenario, PlanStatus, Row, check_writable, json, make_directory, write_atomically,
+};
+use crate::learned::Learned;
+use crate::method::Method;
+use crate::planning::{self, Planner};
+use crate::pool;
+use crate::progress::Progress;
+use journal::Journal;
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::stages::LINKS;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// A campaign to be run: the input of `remora campaign`.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    /// The scenarios; ids are unique.
+    pub scenarios: Vec<NamedScenario>,
+    /// The mission; valid.
+    pub mission: Mission<LINKS>,
+    /// How to plan.
+    pub method: Method,
+    /// Model of a learned start; none is the heuristic.
+    pub model: Option<Learned>,
+    /// Number of worker threads.
+    pub jobs: NonZeroUsize,
+    /// Whether to write a plan file a scenario.
+    pub save_plans: bool,
+    /// Whether to write the table as CSV too.
+    pub csv: bool,
+    /// The directory of the results.
+    pub out: PathBuf,
+}
+
+/// Results of a campaign that ran through.
+#[derive(Clone, Debug)]
+pub struct Results {
+    /// One row a scenario, in their order.
+    pub rows: Vec<Row>,
+    /// Statistics over them.
+    pub summary: Summary,
+    /// The files written at the end.
+    pub files: Vec<PathBuf>,
+}
+
+/// Runs campaigns together, scenario by scenario: the same scenario of all of them, then the next.
+/// What they measure is so measured under the same load. Directories must differ.
+///
+/// # Errors
+/// As [`Campaign::run`].
+pub fn run_together(
+    campaigns: &[Campaign],
+    jobs: NonZeroUsize,
+    progress: &mut dyn Progress,
+) -> Result<Vec<Results>, Error> {
+    let started = Instant::now();
+    campaigns.iter().try_for_each(Campaign::prepare)?;
+    let mut begun = campaigns.iter().map(Begun::new).collect::<Result<Vec<_>, _>>()?;
+
+    let mut pending: Vec<(usize, usize)> = Vec::new();
+    for (which, campaign) in begun.iter().enumerate() {
+        let missing = (0..campaign.rows.len()).filter(|i| campaign.rows[*i].is_none());
+        pending.extend(missing.map(|i| (which, i)));
+    }
+    pending.sort_by_key(|(which, scenario)| (*scenario, *which));
+    let total = begun.iter().map(|campaign| campaign.rows.len()).sum();
+    progress.begin(total, total - pending.len());
+    let plan = |planner: &mut Planner, (which, scenario): (usize, usize)| {
+        campaigns[which].plan(planner, scenario)
+    };
+    let finish = |(which, scenario): (usize, usize), row: Row| {
+        progress.done(row.status == PlanStatus::Solved);
+        begun[which].finish(scenario, row)
+    };
+    let outcome = pool::plan_all(jobs, &pending, plan, finish);
+    progress.end();
+    outcome?;
+    begun.into_iter().map(|campaign| campaign.end(started)).collect()
+}
+
+/// A campaign that is running.
+struct Begun<'a> {
+    campaign: &'a Campaign,
+    journal: Journal,
+    rows: Vec<Option<Row>>,
+    resumed: usize,
+}
+
+impl<'a> Begun<'a> {
+    fn new(campaign: &'a Campaign) -> Result<Self, Error> {
+        let (journal, finished) = Journal::open(&campaign.journal(), &Header::new(campaign))?;
+        campaign.clean();
+        let rows = campaign.matched(finished);
+        let resumed = rows.iter().flatten().count();
+        Ok(Self { campaign, journal, rows, resumed })
+    }
+
+    fn finish(&mut self, scenario: usize, row: Row) -> Result<(), Error> {
+        self.journal.append(&row)?;
+        self.rows[scenario] = Some(row);
+        Ok(())
+    }
+
+    /// Writes tables and summary.
+    fn end(self, started: Instant) -> Result<Results, Error> {
+        let rows: Vec<Row> = self.rows.into_iter().flatten().collect();
+        let wall_s = started.elapsed().as_secs_f64();
+        let run = Run { planned: rows.len() - self.resumed, resumed: self.resumed, wall_s };
+        let summary = Summary::of(&rows, &self.campaign.method, run);
+        let files = self.campaign.write(&rows, &summary)?;
+        Ok(Results { rows, summary, files })
+    }
+}
+
+impl Campaign {
+    /// Plans what is not in the journal yet, then writes tables and summary.
+    ///
+    /// # Errors
+    /// A directory or file that cannot be written (found out before planning); a journal of other
+    /// options, mission or scenarios; a campaign that runs in the same directory already.
+    pub fn run(&self, progress: &mut dyn Progress) -> Result<Results, Error> {
+        let mut results = run_together(std::slice::from_ref(self), self.jobs, progress)?;
+        results.pop().ok_or_else(|| Error::Thread { reason: "a campaign came to nothing".into() })
+    }
+
+    /// Plans one scenario, and writes its plan file where one is wanted. One that is refused has
+    /// a row and no plan.
+    fn plan(&self, planner: &mut Planner, index: usize) -> Result<Row, Error> {
+        let scenario = &self.scenarios[index];
+        if let Some(refusal) = planning::refusal(&self.mission, scenario, &self.method)? {
+            return Ok(Row::refused(&scenario.id, &refusal));
+        }
+        let planned = planner.plan(&self.mission, scenario, &self.method, self.model.as_ref());
+        if self.save_plans {
+            planned.file.write(&self.plan_path(&scenario.id))?;
+        }
+        Ok(planned.row())
+    }
+
+    /// Where the plan of a scenario goes.
+    pub fn plan_path(&self, id: &str) -> PathBuf {
+        self.plans_directory().join(format!("{id}.plan.json"))
+    }
+
+    fn plans_directory(&self) -> PathBuf {
+        self.out.join("plans")
+    }
+
+    fn journal(&self) -> PathBuf {
+        self.out.join(JOURNAL)
+    }
+
+    /// Refuses a journal of another campaign; makes the directories and makes sure that the
+    /// results can be written.
+    fn prepare(&self) -> Result<(), Error> {
+        Journal::look(&self.journal(), &Header::new(self))?;
+        make_directory(&self.out)?;
+        if self.save_plans {
+            make_directory(&self.plans_directory())?;
+            check_writable(&self.plan_path("a"))?;
+        }
+        self.result_files().iter().try_for_each(|file| check_writable(file))
+    }
+
+    fn result_files(&self) -> Vec<PathBuf> {
+        let csv = self.csv.then_some("results.csv");
+        ["results.parquet", "summary.json"]
+            .into_iter()
+            .chain(csv)
+            .map(|name| self.out.join(name))
+            .collect()
+    }
+
+    /// Removes half-written files of a run that was killed.
+    fn clean(&self) {
+        formats::remove_partials(&self.out);
+        if self.save_plans {
+            formats::remove_partials(&self.plans_directory());
+        }
+    }
+
+    /// The journal's rows by scenario; a row whose plan file is missing does not count, where there
+    /// was a plan.
+    fn matched(&self, mut finished: Vec<Row>) -> Vec<Option<Row>> {
+        let mut by_id: std::collections::HashMap<String, Row> =
+            finished.drain(..).map(|row| (row.scenario.clone(), row)).collect();
+        let there = |id: &str| !self.save_plans || self.plan_path(id).is_file();
+        self.scenarios
+            .iter()
+            .map(|scenario| {
+                by_id.remove(&scenario.id).filter(|row| row.is_refused() || there(&row.scenario))
+            })
+            .collect()
+    }
+
+    fn write(&self, rows: &[Row], summary: &Summary) -> Result<Vec<PathBuf>, Error> {
+        let files = self.result_files();
+        let failed = |file: &Path, reason: String| Error::Output { file: file.into(), reason };
+        for file in &files {
+            let bytes = match file.extension().and_then(|extension| extension.to_str()) {
+                Some("parquet") => formats::parquet_bytes(rows, &self.method)
+                    .map_err(|error| failed(file, error.to_string()))?,
+                Some("csv") => formats::csv(rows, &self.method).into_bytes(),
+                _ => json::to_text(summary)
+                    .map_err(|error| failed(file, error.to_string()))?
+                    .into_bytes(),
+            };
+            write_atomically(file, &bytes)?;
+        }
+        Ok(files)
+    }
+}

@@ -1,0 +1,243 @@
+//! Statistics over the rows of a campaign.
+
+use crate::formats::{PlanStatus, PlanVerdict, Row, StageRow};
+use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
+use crate::statistics::percentile;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Mean and spread of a number over the rows. All zero where there is no row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Statistics {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation of the sample (divided by one less than its size).
+    pub std: f64,
+    /// Median.
+    pub median: f64,
+    /// 99th percentile, linear between neighbours.
+    pub p99: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+impl Statistics {
+    /// Statistics of some numbers.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut values: Vec<f64> = values.into_iter().collect();
+        if values.is_empty() {
+            return Self::default();
+        }
+        values.sort_by(f64::total_cmp);
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+        let std = if values.len() > 1 { (squares / (n - 1.0)).sqrt() } else { 0.0 };
+        Self {
+            mean,
+            std,
+            median: percentile(&values, 0.5),
+            p99: percentile(&values, 0.99),
+            max: values[values.len() - 1],
+        }
+    }
+}
+
+/// Statistics of one stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct StageSummary {
+    /// Iterations, over all rows that were planned.
+    pub iterations: Statistics,
+    /// Second-order corrections, over them.
+    pub corrections: Statistics,
+    /// Time of the whole stage, over them [s].
+    pub time_s: Statistics,
+    /// Cost, over the solved rows.
+    pub cost: Statistics,
+}
+
+impl StageSummary {
+    fn of<'a>(rows: impl Iterator<Item = (&'a Row, &'a StageRow)> + Clone) -> Self {
+        let all = || rows.clone().map(|(_, stage)| stage);
+        let solved = || rows.clone().filter(|(row, _)| row.status == PlanStatus::Solved);
+        Self {
+            iterations: Statistics::of(all().map(|stage| stage.iterations as f64)),
+            corrections: Statistics::of(all().map(|stage| stage.corrections as f64)),
+            time_s: Statistics::of(all().map(|stage| stage.time_s)),
+            cost: Statistics::of(solved().map(|(_, stage)| stage.cost)),
+        }
+    }
+}
+
+/// What one run did for a campaign.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Run {
+    /// Rows it planned.
+    pub planned: usize,
+    /// Rows that it took from the journal of earlier runs.
+    pub resumed: usize,
+    /// How long it took [s].
+    pub wall_s: f64,
+}
+
+/// Statistics of a campaign.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Format of the file.
+    pub format: &'static str,
+    /// Optimality or feasibility.
+    pub mode: Mode,
+    /// Start of Stage 2.
+    pub warm_start: WarmStart,
+    /// Solver of the subproblems.
+    pub qp: Qp,
+    /// Discretisation of Stage 2.
+    pub integrator: Integrator,
+    /// Number of scenarios.
+    pub scenarios: usize,
+    /// Number of them that were solved.
+    pub solved: usize,
+    /// `solved / scenarios`.
+    pub success_rate: f64,
+    /// Counts by status, those that occur, best first.
+    pub by_status: BTreeMap<PlanStatus, usize>,
+    /// Counts by verdict, all three, best first.
+    pub by_verdict: BTreeMap<PlanVerdict, usize>,
+    /// Counts by what makes plans not flyable: constraints and residuals, by name.
+    pub by_reason: BTreeMap<String, usize>,
+    /// Scenarios that were refused before planning.
+    pub refused: usize,
+    /// Stage 1.
+    pub stage1: StageSummary,
+    /// Stage 2.
+    pub stage2: StageSummary,
+    /// Time in a learned warm start, over all rows that were planned [s].
+    pub inference_s: Statistics,
+    /// Scenarios for which a model was asked and the heuristic used.
+    pub fallbacks: usize,
+    /// Ids that were not solved.
+    pub unsolved: Vec<String>,
+    /// The run that wrote this.
+    pub run: Run,
+}
+
+impl Summary {
+    /// The summary of a campaign's rows.
+    pub fn of(rows: &[Row], method: &Method, run: Run) -> Self {
+        let count = |status| rows.iter().filter(|row| row.status == status).count();
+        let solved = count(PlanStatus::Solved);
+        let by_status = PlanStatus::ALL
+            .into_iter()
+            .map(|status| (status, count(status)))
+            .filter(|(_, count)| *count > 0)
+            .collect();
+        let judged = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
+        let by_verdict = PlanVerdict::ALL.map(|verdict| (verdict, judged(verdict))).into();
+        let mut by_reason = BTreeMap::new();
+        for row in rows.iter().filter(|row| !row.reason.is_empty()) {
+            *by_reason.entry(row.reason.clone()).or_insert(0) += 1;
+        }
+        let planned = || rows.iter().filter(|row| !row.is_refused());
+        let unsolved = rows.iter().filter(|row| row.status != PlanStatus::Solved);
+        Self {
+            format: "remora-summary/1",
+            mode: method.mode,
+            warm_start: method.warm_start,
+            qp: method.qp,
+            integrator: method.integrator,
+            scenarios: rows.len(),
+            solved,
+            success_rate: solved as f64 / rows.len().max(1) as f64,
+            by_status,
+            by_verdict,
+            by_reason,
+            refused: rows.len() - planned().count(),
+            stage1: StageSummary::of(planned().map(|row| (row, &row.stage1))),
+            stage2: StageSummary::of(planned().map(|row| (row, &row.stage2))),
+            inference_s: Statistics::of(planned().map(|row| row.inference_s)),
+            fallbacks: rows.iter().filter(|row| row.warm_start == "fallback").count(),
+            unsolved: unsolved.map(|row| row.scenario.clone()).collect(),
+            run,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::PlanClearances;
+    use remora_core::advanced::model::Refusal;
+
+    #[test]
+    fn statistics_by_hand() {
+        let s = Statistics::of([4.0, 1.0, 2.0, 9.0]);
+        assert_eq!(s.mean, 4.0);
+        // Deviations 0, -3, -2, 5: 38 / 3.
+        assert!((s.std - (38.0f64 / 3.0).sqrt()).abs() < 1e-15);
+        assert_eq!(s.median, 3.0);
+        // 0.99 * 3 = 2.97: between 4 and 9.
+        assert!((s.p99 - 8.85).abs() < 1e-12);
+        assert_eq!(s.max, 9.0);
+        let one = Statistics::of([7.0]);
+        assert_eq!((one.mean, one.std, one.median, one.p99, one.max), (7.0, 0.0, 7.0, 7.0, 7.0));
+        assert_eq!(Statistics::of([]), Statistics::default());
+        let hundred = Statistics::of((0..=100).map(f64::from));
+        assert_eq!((hundred.median, hundred.p99), (50.0, 99.0));
+    }
+
+    fn row(id: &str, status: PlanStatus, iterations: u64, cost: f64) -> Row {
+        let stage = StageRow { iterations, corrections: 2, cost, time_s: 0.5 };
+        Row {
+            scenario: id.into(),
+            status,
+            verdict: PlanVerdict::of(status == PlanStatus::Solved, status),
+            reason: String::new(),
+            warm_start: "heuristic".into(),
+            stage1: stage,
+            stage2: stage,
+            inference_s: 0.0,
+            residuals: [0.0; 12],
+            clearances: PlanClearances::none(),
+        }
+    }
+
+    #[test]
+    fn costs_are_those_of_the_solved_and_iterations_those_of_all() {
+        let rows = [
+            row("a", PlanStatus::Solved, 4, 1.0),
+            row("b", PlanStatus::IterationLimit, 50, 100.0),
+            row("c", PlanStatus::Solved, 6, 3.0),
+            row("d", PlanStatus::Infeasible, 0, 0.0),
+        ];
+        let summary = Summary::of(&rows, &Method::default(), Run::default());
+        assert_eq!((summary.scenarios, summary.solved, summary.success_rate), (4, 2, 0.5));
+        assert_eq!(summary.unsolved, ["b", "d"]);
+        let counts: Vec<_> = summary.by_status.iter().map(|(s, n)| (s.name(), *n)).collect();
+        assert_eq!(counts, [("solved", 2), ("iteration_limit", 1), ("infeasible", 1)]);
+        assert_eq!(summary.stage2.cost.mean, 2.0);
+        assert_eq!(summary.stage2.iterations.mean, 15.0);
+        assert_eq!(summary.stage1.corrections.mean, 2.0);
+        assert_eq!(summary.stage1.time_s.median, 0.5);
+    }
+
+    #[test]
+    fn outcomes_are_three_and_reasons_are_counted() {
+        let verified = Row {
+            verdict: PlanVerdict::VerifiedNotConverged,
+            ..row("b", PlanStatus::IterationLimit, 50, 9.0)
+        };
+        let failed = Row { reason: "dynamics2".into(), ..row("c", PlanStatus::Deadline, 7, 9.0) };
+        let refusal = Refusal::Force { needed: 3.0, limit: 2.5 };
+        let rows =
+            [row("a", PlanStatus::Solved, 4, 1.0), verified, failed, Row::refused("d", &refusal)];
+        let summary = Summary::of(&rows, &Method::default(), Run::default());
+        let counts: Vec<_> = summary.by_verdict.iter().map(|(v, n)| (v.name(), *n)).collect();
+        let expected = [("optimal", 1), ("verified_not_converged", 1), ("not_flyable", 2)];
+        assert_eq!(counts, expected);
+        let reasons: Vec<_> = summary.by_reason.iter().map(|(r, n)| (r.as_str(), *n)).collect();
+        assert_eq!(reasons, [("dynamics2", 1), ("force", 1)]);
+        assert_eq!((summary.refused, summary.solved, summary.scenarios), (1, 1, 4));
+        // What was not planned took no iterations.
+        assert_eq!(summary.stage2.iterations.mean, (4.0 + 50.0 + 7.0) / 3.0);
+    }
+}

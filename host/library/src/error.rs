@@ -1,0 +1,128 @@
+//! What can go wrong on the bench: each error is one line that names the file, the field and the
+//! reason.
+
+use std::path::{Path, PathBuf};
+
+/// An input, an output or an argument that cannot be used.
+///
+/// Displayed as `FILE: FIELD: REASON`, without the field where the whole file is meant.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file that cannot be read or understood, or that contradicts another.
+    #[error("{}: {}{reason}", file.display(), prefix(field))]
+    Input {
+        /// The file.
+        file: PathBuf,
+        /// Path of the field inside it, such as `scenarios[3].target.attitude`; may be empty.
+        field: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A file that cannot be written.
+    #[error("{}: {reason}", file.display())]
+    Output {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A command line argument, or a combination of them.
+    #[error("{argument}: {reason}")]
+    Argument {
+        /// The argument, such as `--id`.
+        argument: &'static str,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A scenario that is no input to plan from.
+    #[error("scenario {id}: {reason}")]
+    Scenario {
+        /// Its id.
+        id: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A plot that cannot be drawn.
+    #[error("plot: {reason}")]
+    Plot {
+        /// What is wrong.
+        reason: String,
+    },
+    /// A thread that could not be started or did not end well.
+    #[error("worker thread: {reason}")]
+    Thread {
+        /// What happened.
+        reason: String,
+    },
+}
+
+fn prefix(field: &str) -> String {
+    if field.is_empty() { String::new() } else { format!("{field}: ") }
+}
+
+impl Error {
+    /// A field of an input file that cannot be used.
+    pub fn input(file: &Path, field: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Input { file: file.to_path_buf(), field: field.into(), reason: reason.into() }
+    }
+
+    /// A file that cannot be written.
+    pub fn output(file: &Path, cause: &std::io::Error) -> Self {
+        Self::Output { file: file.to_path_buf(), reason: io_reason(cause) }
+    }
+
+    /// An argument that cannot be used.
+    pub fn argument(argument: &'static str, reason: impl Into<String>) -> Self {
+        Self::Argument { argument, reason: reason.into() }
+    }
+}
+
+/// The reason of an I/O error without the operating system's error number.
+pub fn io_reason(cause: &std::io::Error) -> String {
+    use std::io::ErrorKind;
+    match cause.kind() {
+        ErrorKind::NotFound => "no such file or directory".into(),
+        ErrorKind::PermissionDenied => "permission denied".into(),
+        ErrorKind::IsADirectory => "is a directory".into(),
+        ErrorKind::NotADirectory => "a part of the path is not a directory".into(),
+        ErrorKind::InvalidData => "is not valid UTF-8".into(),
+        _ => cause.to_string(),
+    }
+}
+
+/// An error of the contents of a file that has not been given its name yet: field and reason.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FieldError {
+    /// Path of the field; may be empty.
+    pub field: String,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+impl FieldError {
+    /// An error of one field.
+    pub fn new(field: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self { field: field.into(), reason: reason.into() }
+    }
+
+    /// The same error, in `file`.
+    pub fn at(self, file: &Path) -> Error {
+        Error::Input { file: file.to_path_buf(), field: self.field, reason: self.reason }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_file_field_reason() {
+        let error = Error::input(Path::new("a.json"), "scenarios[3].id", "used twice");
+        assert_eq!(error.to_string(), "a.json: scenarios[3].id: used twice");
+        let error = Error::input(Path::new("a.json"), "", "no such file or directory");
+        assert_eq!(error.to_string(), "a.json: no such file or directory");
+        let error = Error::argument("--id", "needs --scenarios FILE");
+        assert_eq!(error.to_string(), "--id: needs --scenarios FILE");
+    }
+}

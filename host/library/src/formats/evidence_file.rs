@@ -1,0 +1,364 @@
+//! Evidence beside a plan: `*.evidence.json`.
+
+use super::{PlanStatus, PlanVerdict, json};
+use crate::error::{Error, FieldError};
+use remora_core::advanced::planner::{Evidence, Fallback, Gain, GuessRecord, StageEvidence};
+use remora_core::advanced::stages::{NODES, size};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// The `format` of the evidence this version reads and writes.
+pub const FORMAT: &str = "remora-evidence/2";
+
+/// A feedback gain, its rows in order.
+pub type GainRows = [[f64; size::NX]; size::NU];
+
+/// What a plan was made from, by what, and what came out; with the gains to track it. It holds no
+/// times: the same plan has the same file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a record of evidence")]
+pub struct EvidenceFile {
+    /// [`FORMAT`].
+    pub format: String,
+    /// Id of the scenario.
+    pub scenario: String,
+    /// Version of the core that planned.
+    pub core_version: String,
+    /// Version of the program around it.
+    pub host_version: String,
+    /// Solver of the subproblems.
+    pub qp: String,
+    /// Checksum of mission and scenario: 16 hexadecimal digits.
+    pub input: String,
+    /// Checksum of options and solvers' settings.
+    pub settings: String,
+    /// Checksum of the plan's trajectories.
+    pub output: String,
+    /// Status of the plan.
+    pub status: PlanStatus,
+    /// Whether the verifier found every residual within its tolerance.
+    pub is_verified: bool,
+    /// What the plan is good for; records of older versions do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<PlanVerdict>,
+    /// What Stage 2 started from.
+    pub start: StartName,
+    /// Model that was to be used; none where the heuristic was asked for.
+    pub model: Option<ModelRecord>,
+    /// Stage 1.
+    pub stage1: StageRecord,
+    /// Stage 2.
+    pub stage2: StageRecord,
+    /// Feedback gain of each interval; none from a solver that has none.
+    pub gains: Option<Vec<GainRows>>,
+}
+
+/// Record of one stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an object with the record of a stage")]
+pub struct StageRecord {
+    /// How it ended.
+    pub status: PlanStatus,
+    /// Iterations.
+    pub iterations: u32,
+    /// Second-order corrections.
+    pub corrections: u32,
+    /// Iterations of the subproblems' solver.
+    pub qp_iterations: u32,
+    /// Programs that ended other than solved to full accuracy.
+    pub qp_unsolved: u32,
+    /// What stands in the place of the last iterate.
+    pub fallback: FallbackName,
+}
+
+/// A model, and why it was refused if it was.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an object with the record of a model")]
+pub struct ModelRecord {
+    /// File name, or the name of a built-in model.
+    pub name: String,
+    /// CRC-32 of the file's bytes but its own: 8 hexadecimal digits.
+    pub checksum: String,
+    /// Why it cannot be used.
+    pub refused: Option<String>,
+}
+
+/// Names of [`GuessRecord`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StartName {
+    /// The heuristic, as asked.
+    Heuristic,
+    /// The learned roll-out.
+    Model,
+    /// A trajectory handed in.
+    Given,
+    /// The heuristic: the model was refused.
+    Refused,
+    /// The heuristic: the roll-out was not finite.
+    NotFinite,
+    /// The heuristic: the roll-out was worse.
+    Worse,
+    /// The heuristic: from the roll-out Stage 2 was not solved.
+    Unsolved,
+    /// The heuristic: no time was left.
+    Deadline,
+    /// One that this version has no name for.
+    Other,
+}
+
+impl From<GuessRecord> for StartName {
+    fn from(record: GuessRecord) -> Self {
+        match record {
+            GuessRecord::Heuristic => Self::Heuristic,
+            GuessRecord::Learned => Self::Model,
+            GuessRecord::User => Self::Given,
+            GuessRecord::Refused => Self::Refused,
+            GuessRecord::NotFinite => Self::NotFinite,
+            GuessRecord::Worse => Self::Worse,
+            GuessRecord::Unsolved => Self::Unsolved,
+            GuessRecord::Deadline => Self::Deadline,
+            _ => Self::Other,
+        }
+    }
+}
+
+impl StartName {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Heuristic => "heuristic",
+            Self::Model => "model",
+            Self::Given => "given",
+            Self::Refused => "refused",
+            Self::NotFinite => "not_finite",
+            Self::Worse => "worse",
+            Self::Unsolved => "unsolved",
+            Self::Deadline => "deadline",
+            Self::Other => "other",
+        }
+    }
+
+    /// The start as plan files and tables name it: what was used, and whether it was asked for.
+    pub fn in_tables(self) -> &'static str {
+        match self {
+            Self::Heuristic => "heuristic",
+            Self::Model => "model",
+            Self::Given => "given",
+            _ => "fallback",
+        }
+    }
+
+    /// Why the heuristic was used though a model was asked for.
+    pub fn why(self) -> Option<&'static str> {
+        match self {
+            Self::Heuristic | Self::Model | Self::Given => None,
+            Self::Refused => Some("the model was refused"),
+            Self::NotFinite => Some("the roll-out is not finite"),
+            Self::Worse => Some("the roll-out is worse than the heuristic"),
+            Self::Unsolved => Some("from the roll-out Stage 2 was not solved"),
+            Self::Deadline => Some("no time was left for a roll-out"),
+            Self::Other => Some("of a reason unknown to this version"),
+        }
+    }
+}
+
+/// Names of [`Fallback`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FallbackName {
+    /// Nothing.
+    None,
+    /// The best feasible iterate.
+    EarlierIterate,
+    /// The stage's start.
+    Start,
+    /// One that this version has no name for.
+    Other,
+}
+
+impl EvidenceFile {
+    /// The file of a plan's evidence.
+    pub fn new(
+        scenario: &str,
+        qp: &str,
+        model: Option<ModelRecord>,
+        evidence: &Evidence,
+        gains: Option<Vec<Gain>>,
+    ) -> Self {
+        let checksum = |value: u64| format!("{value:016x}");
+        Self {
+            format: FORMAT.into(),
+            scenario: scenario.into(),
+            core_version: evidence.version.into(),
+            host_version: env!("CARGO_PKG_VERSION").into(),
+            qp: qp.into(),
+            input: checksum(evidence.input),
+            settings: checksum(evidence.settings),
+            output: checksum(evidence.output),
+            status: evidence.status.into(),
+            is_verified: evidence.is_verified,
+            verdict: Some(PlanVerdict::of(evidence.is_verified, evidence.status.into())),
+            start: evidence.start.into(),
+            model,
+            stage1: evidence.translation.into(),
+            stage2: evidence.reorientation.into(),
+            gains: gains.map(|gains| gains.iter().map(rows).collect()),
+        }
+    }
+
+    /// Reads and validates a file.
+    ///
+    /// # Errors
+    /// The file, the field and the reason why it is refused.
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        let text = json::read_text(file)?;
+        Self::parse(&text).map_err(|error| Error::input(file, error.field, error.reason))
+    }
+
+    /// Parses and validates a file's text.
+    ///
+    /// # Errors
+    /// The first field that is refused.
+    pub fn parse(text: &str) -> Result<Self, FieldError> {
+        let record: Self = json::parse(text, FORMAT)?;
+        record.validate()?;
+        Ok(record)
+    }
+
+    fn validate(&self) -> Result<(), FieldError> {
+        super::check_id(&self.scenario, || "scenario".into())?;
+        let model = self.model.as_ref().map(|model| ("model.checksum", &model.checksum, 8));
+        let sums = [
+            ("input", &self.input, 16),
+            ("settings", &self.settings, 16),
+            ("output", &self.output, 16),
+        ];
+        for (field, sum, digits) in sums.into_iter().chain(model) {
+            let digit = |c: char| matches!(c, '0'..='9' | 'a'..='f');
+            if sum.len() != digits || !sum.chars().all(digit) {
+                return Err(FieldError::new(
+                    field,
+                    format!("expected {digits} hexadecimal digits"),
+                ));
+            }
+        }
+        match &self.gains {
+            Some(gains) if gains.len() != NODES - 1 => {
+                let reason = format!("has {} entries; expected {}", gains.len(), NODES - 1);
+                Err(FieldError::new("gains", reason))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes the file, whole or not at all.
+    ///
+    /// # Errors
+    /// The file with the reason why it cannot be written.
+    pub fn write(&self, file: &Path) -> Result<(), Error> {
+        let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
+        super::write_atomically(file, text.as_bytes())
+    }
+}
+
+/// Where the evidence of a plan file stands: `a.evidence.json` beside `a.plan.json`.
+pub fn evidence_path(plan: &Path) -> PathBuf {
+    let name = plan.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.strip_suffix(".plan.json").or(name.strip_suffix(".json")).unwrap_or(&name);
+    plan.with_file_name(format!("{stem}.evidence.json"))
+}
+
+fn rows(gain: &Gain) -> GainRows {
+    std::array::from_fn(|i| std::array::from_fn(|j| gain[(i, j)]))
+}
+
+impl From<StageEvidence> for StageRecord {
+    fn from(stage: StageEvidence) -> Self {
+        Self {
+            status: stage.status.into(),
+            iterations: stage.iterations,
+            corrections: stage.corrections,
+            qp_iterations: stage.qp_iterations,
+            qp_unsolved: stage.qp_unsolved,
+            fallback: match stage.fallback {
+                Fallback::None => FallbackName::None,
+                Fallback::EarlierIterate => FallbackName::EarlierIterate,
+                Fallback::Start => FallbackName::Start,
+                _ => FallbackName::Other,
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use remora_core::advanced::scp::Status;
+
+    fn record(gains: Option<Vec<Gain>>) -> EvidenceFile {
+        let evidence = Evidence {
+            version: "1.2.3",
+            input: 1,
+            settings: u64::MAX,
+            output: 0xfeed,
+            status: Status::Deadline,
+            is_verified: true,
+            start: GuessRecord::Worse,
+            translation: Default::default(),
+            reorientation: StageEvidence {
+                fallback: Fallback::EarlierIterate,
+                ..Default::default()
+            },
+        };
+        let model = ModelRecord {
+            name: "b.model".into(),
+            checksum: "01234567".into(),
+            refused: gains.is_none().then(|| "is too old".into()),
+        };
+        EvidenceFile::new("a", "embedded", Some(model), &evidence, gains)
+    }
+
+    #[test]
+    fn evidence_survives_a_round_trip() {
+        for gains in [None, Some(vec![Gain::from_fn(|i, j| (i * j) as f64 / 3.0); NODES - 1])] {
+            let record = record(gains);
+            let text = json::to_text(&record).unwrap();
+            assert_eq!(EvidenceFile::parse(&text).unwrap(), record);
+            assert!(text.contains("\"output\": \"000000000000feed\""), "{text}");
+            assert!(text.contains("\"fallback\": \"earlier_iterate\""), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_record_of_an_older_version_is_read() {
+        let mut old = serde_json::to_value(record(None)).unwrap();
+        let verdict = old.as_object_mut().unwrap().remove("verdict");
+        assert_eq!(verdict, Some("verified_not_converged".into()));
+        let read = EvidenceFile::parse(&old.to_string()).unwrap();
+        assert_eq!(read, EvidenceFile { verdict: None, ..record(None) });
+    }
+
+    #[test]
+    fn each_kind_of_nonsense_is_named() {
+        let field = |change: fn(&mut EvidenceFile)| {
+            let mut record = record(None);
+            change(&mut record);
+            EvidenceFile::parse(&json::to_text(&record).unwrap()).unwrap_err().field
+        };
+        assert_eq!(field(|r| r.format = "remora-evidence/3".into()), "format");
+        assert_eq!(field(|r| r.output = "12".into()), "output");
+        assert_eq!(field(|r| r.input = "000000000000FEED".into()), "input");
+        assert_eq!(field(|r| r.gains = Some(Vec::new())), "gains");
+        let short = |r: &mut EvidenceFile| r.model.iter_mut().for_each(|m| m.checksum.truncate(7));
+        assert_eq!(field(short), "model.checksum");
+    }
+
+    #[test]
+    fn evidence_stands_beside_its_plan() {
+        let beside = |plan: &str| evidence_path(Path::new(plan)).display().to_string();
+        assert_eq!(beside("a/b.plan.json"), "a/b.evidence.json");
+        assert_eq!(beside("b.json"), "b.evidence.json");
+        assert_eq!(beside("b"), "b.evidence.json");
+    }
+}

@@ -1,0 +1,507 @@
+//! Missions: `*.mission.toml`, all numbers with their units in the keys.
+//!
+//! Sections and keys that a file leaves out keep the problem definition's values, so that a file
+//! may change a single number. `fixtures/missions/default.mission.toml` spells all of them out.
+
+use super::json;
+use super::mission_keys::key_of;
+use super::radius::Radius;
+use crate::error::{Error, FieldError};
+use nalgebra::{SVector, Vector3};
+use remora_core::advanced::model::{self, Mission};
+use remora_core::advanced::stages::{LINKS, NODES};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// The `format` of the missions this version reads. A file may leave it out.
+pub const FORMAT: &str = "remora-mission/1";
+
+/// Longest time from node to node, over the orbit's mean motion [rad].
+const MAX_NODE_INTERVAL: f64 = 2.0 * PI / 10.0;
+
+/// A mission, as in its file. [`MissionFile::default`] is the problem definition.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MissionFile {
+    /// [`FORMAT`].
+    pub format: String,
+    /// The horizon.
+    pub horizon: Horizon,
+    /// The target's orbit.
+    pub orbit: Orbit,
+    /// The target.
+    pub target: Target,
+    /// The approach.
+    pub approach: Approach,
+    /// Cost weights.
+    pub weights: Weights,
+    /// What counts as solved.
+    pub tolerances: Tolerances,
+    /// How far planning stays from its limits.
+    pub margins: Margins,
+    /// The end effector's way to the port.
+    pub corridor: Corridor,
+    /// Where scenarios are drawn from.
+    pub scenarios: Scenarios,
+    /// What steps are divided by; left out, it follows from the rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub typical: Option<Typical>,
+    /// The servicer.
+    pub servicer: Servicer,
+}
+
+/// Whether a part of the problem that the paper does not have is in force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Switch {
+    /// With RK4, not with Euler.
+    Auto,
+    /// In force.
+    On,
+    /// Not in force.
+    #[serde(alias = "off")]
+    None,
+}
+
+/// `[margins]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Margins {
+    /// From the joint stops [rad].
+    pub joint_angle_rad: f64,
+    /// Share of the joint rate limit left unused.
+    pub joint_rate: f64,
+    /// From the keep-out distances [m].
+    pub keep_out_m: f64,
+    /// From the edge of the field of view [deg].
+    pub field_of_view_deg: f64,
+    /// Between bodies [m].
+    pub clearance_m: f64,
+}
+
+/// `[corridor]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Corridor {
+    /// Half angle of the cone about the port's normal [deg].
+    pub half_angle_deg: f64,
+    /// Radius of the cone at the port [m].
+    pub mouth_radius_m: f64,
+    /// Length of the last link's end that only the corridor concerns [m].
+    pub end_effector_length_m: f64,
+}
+
+/// `[typical]`: all keys or none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Typical {
+    /// Position [m].
+    pub length_m: f64,
+    /// Velocity [m/s].
+    pub velocity_m_s: f64,
+    /// Force [N].
+    pub force_n: f64,
+    /// Attitude and joint angles [rad].
+    pub angle_rad: f64,
+    /// Bus rate [rad/s].
+    pub rate_rad_s: f64,
+    /// Joint rates [rad/s].
+    pub joint_rate_rad_s: f64,
+    /// Bus torque [N m].
+    pub bus_torque_n_m: f64,
+    /// Joint torques [N m].
+    pub joint_torque_n_m: f64,
+}
+
+impl Typical {
+    fn convert(&self) -> model::Typical {
+        model::Typical {
+            length: self.length_m,
+            velocity: self.velocity_m_s,
+            force: self.force_n,
+            angle: self.angle_rad,
+            rate: self.rate_rad_s,
+            joint_rate: self.joint_rate_rad_s,
+            bus_torque: self.bus_torque_n_m,
+            joint_torque: self.joint_torque_n_m,
+        }
+    }
+}
+
+/// `[scenarios]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scenarios {
+    /// Distance in front of the port about which starts are drawn [m].
+    pub standoff_m: f64,
+    /// Half widths of the offset from there, RTN axes [m].
+    pub offset_m: [f64; 3],
+    /// Half width of each component of the target's rate [rad/s].
+    pub rate_rad_s: f64,
+    /// Norm of the target's rate, its direction then uniform [deg/s]; left out, the components are
+    /// drawn one by one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_norm_deg_s: Option<f64>,
+    /// Half width of each component of the servicer's velocity [m/s].
+    pub velocity_m_s: f64,
+}
+
+/// `[horizon]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Horizon {
+    /// Number of nodes; must be the compiled [`NODES`].
+    pub nodes: usize,
+    /// Time from the first node to the last [s].
+    pub duration_s: f64,
+}
+
+/// `[orbit]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Orbit {
+    /// Earth's gravitational parameter [m^3/s^2].
+    pub gravitational_parameter_m3_s2: f64,
+    /// Semi-major axis [m].
+    pub semi_major_axis_m: f64,
+    /// Eccentricity.
+    pub eccentricity: f64,
+    /// Inclination [deg].
+    pub inclination_deg: f64,
+}
+
+/// `[target]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Target {
+    /// Half edge lengths of its box [m].
+    pub half_extents_m: [f64; 3],
+    /// Principal moments of inertia [kg m^2].
+    pub inertia_kg_m2: [f64; 3],
+    /// Mass [kg].
+    pub mass_kg: f64,
+    /// Docking port, target body axes [m].
+    pub port_position_m: [f64; 3],
+    /// Outward unit normal of the port.
+    pub port_normal: [f64; 3],
+    /// Whether the gravity gradient turns it.
+    pub gravity_gradient: Switch,
+}
+
+/// `[servicer]` and `[[servicer.links]]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Servicer {
+    /// Bus mass [kg].
+    pub bus_mass_kg: f64,
+    /// Bus principal moments of inertia [kg m^2].
+    pub bus_inertia_kg_m2: [f64; 3],
+    /// Half edge lengths of the box that holds the bus [m].
+    pub bus_half_extents_m: [f64; 3],
+    /// Unit boresight, bus axes.
+    pub boresight: [f64; 3],
+    /// First joint from the bus centre of mass, bus axes [m].
+    pub arm_base_m: [f64; 3],
+    /// Joint angle limits, plus and minus [rad].
+    pub joint_angle_limit_rad: [f64; LINKS],
+    /// Joint rate limit [rad/s].
+    pub joint_rate_limit_rad_s: f64,
+    /// Joint angles at the start [rad].
+    pub initial_joint_angle_rad: [f64; LINKS],
+    /// Joint angles at capture [rad].
+    pub capture_joint_angle_rad: [f64; LINKS],
+    /// Force limit, each RTN component [N].
+    pub force_limit_n: f64,
+    /// Bus torque limit, each body component [N m].
+    pub bus_torque_limit_n_m: f64,
+    /// Joint torque limit [N m].
+    pub joint_torque_limit_n_m: f64,
+    /// The links, from the bus outwards; all [`LINKS`] of them where any is given.
+    pub links: Vec<Link>,
+}
+
+/// One of `[[servicer.links]]`; no key but the radius may be left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Link {
+    /// From this joint to the next one or the end effector, link axes [m].
+    pub tip_m: [f64; 3],
+    /// Centre of mass from the joint, link axes [m].
+    pub center_of_mass_m: [f64; 3],
+    /// Mass [kg].
+    pub mass_kg: f64,
+    /// Principal moments of inertia about the centre of mass [kg m^2].
+    pub inertia_kg_m2: [f64; 3],
+    /// Unit joint axis, link axes.
+    pub axis: [f64; 3],
+    /// Radius of the capsule that holds the link [m].
+    #[serde(default = "Link::default_radius")]
+    pub radius_m: f64,
+}
+
+/// `[approach]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Approach {
+    /// Keep-out distance while far [m].
+    pub keep_out_far_m: Radius,
+    /// Keep-out distance afterwards [m].
+    pub keep_out_near_m: Radius,
+    /// Fraction of the duration up to which (inclusive) the far distance holds.
+    pub keep_out_far_until: f64,
+    /// Half angle of the field of view [deg].
+    pub field_of_view_half_angle_deg: f64,
+    /// Intervals before the end at which the arm is in its capture configuration.
+    pub preset_lead_intervals: usize,
+    /// Whether bus and arm must stay clear of the target, and the arm of its own bus.
+    pub clearance: Switch,
+    /// Whether limits hold between the nodes too.
+    pub between_nodes: Switch,
+}
+
+/// `[weights]`, on controls divided by their limits
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Weights {
+    /// `W1`: force.
+    pub force: f64,
+    /// `W2`: change of force from node to node.
+    pub force_change: f64,
+    /// `W3`, first block: bus torque.
+    pub bus_torque: f64,
+    /// `W3`, second block: joint torque.
+    pub joint_torque: f64,
+}
+
+/// `[tolerances]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Tolerances {
+    /// Dynamics defects, scaled.
+    pub dynamics: f64,
+    /// Control bounds, relative.
+    pub control: f64,
+    /// Joint limits [rad].
+    pub joint_rad: f64,
+    /// Joint rate limit, relative.
+    pub joint_rate: f64,
+    /// Pointing, in cosine.
+    pub pointing: f64,
+    /// Arm preset, scaled.
+    pub preset: f64,
+    /// Terminal bus rate, scaled.
+    pub terminal_rate: f64,
+    /// Keep-out distance [m].
+    pub keep_out_m: f64,
+    /// End effector at the port [m].
+    pub ee_position_m: f64,
+    /// Approach direction [rad].
+    pub ee_angle_rad: f64,
+    /// Overlap of bodies [m].
+    pub clearance_m: f64,
+}
+
+/// The mission of a file, or the built-in one without a file.
+///
+/// # Errors
+/// The file with the first field found wrong and the reason.
+pub fn read_mission(file: Option<&Path>) -> Result<Mission<LINKS>, Error> {
+    let Some(file) = file else { return Ok(Mission::default()) };
+    let parsed = MissionFile::parse(&json::read_text(file)?);
+    parsed.and_then(|mission| mission.mission()).map_err(|error| error.at(file))
+}
+
+impl MissionFile {
+    /// Parses a file; its values are not judged yet.
+    ///
+    /// # Errors
+    /// A syntax error with its line, an unknown format or key, a value of the wrong type.
+    pub fn parse(text: &str) -> Result<Self, FieldError> {
+        let line = |error: &toml::de::Error| {
+            let start = error.span().map_or(0, |span| span.start.min(text.len()));
+            1 + text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count()
+        };
+        let reason = |error: &toml::de::Error| {
+            format!("{} at line {}", error.message().replace('\n', " "), line(error))
+        };
+        let table: toml::Table =
+            toml::from_str(text).map_err(|error| FieldError::new("", reason(&error)))?;
+        if let Some(format) = table.get("format").and_then(toml::Value::as_str) {
+            json::check_format(Some(format), FORMAT)?;
+        }
+        let reader =
+            toml::Deserializer::parse(text).map_err(|error| FieldError::new("", reason(&error)))?;
+        serde_path_to_error::deserialize(reader).map_err(|error| {
+            let path = error.path().to_string();
+            let path = if path == "." { String::new() } else { path };
+            FieldError::new(path, reason(error.inner()))
+        })
+    }
+
+    /// The mission, validated.
+    ///
+    /// # Errors
+    /// The first field, by its key in the file, whose value makes no sense.
+    pub fn mission(&self) -> Result<Mission<LINKS>, FieldError> {
+        if self.horizon.nodes != NODES {
+            let reason = format!("this program is built for {NODES} nodes");
+            return Err(FieldError::new("horizon.nodes", reason));
+        }
+        if self.approach.preset_lead_intervals > NODES - 2 {
+            let reason = format!("must be at most {}", NODES - 2);
+            return Err(FieldError::new("approach.preset_lead_intervals", reason));
+        }
+        let mut mission = self.convert()?;
+        mission
+            .validate()
+            .map_err(|error| FieldError::new(key_of(error.field, &mission), error.reason))?;
+        // The radii follow from a servicer that has been found sound.
+        let a = &self.approach;
+        mission.approach.keep_out_far = a.keep_out_far_m.far(&mission.servicer);
+        mission.approach.keep_out_near = a.keep_out_near_m.near(&mission.servicer);
+        mission
+            .validate()
+            .map_err(|error| FieldError::new(key_of(error.field, &mission), error.reason))?;
+        let step = mission.mean_motion() * self.horizon.duration_s / (NODES - 1) as f64;
+        if step > MAX_NODE_INTERVAL {
+            let reason = "too long: from node to node it is more than a tenth of an orbit";
+            return Err(FieldError::new("horizon.duration_s", reason));
+        }
+        Ok(mission)
+    }
+
+    fn convert(&self) -> Result<Mission<LINKS>, FieldError> {
+        let (o, a, w, t) = (&self.orbit, &self.approach, &self.weights, &self.tolerances);
+        let (m, c, s) = (&self.margins, &self.corridor, &self.scenarios);
+        Ok(Mission {
+            orbit: model::Orbit {
+                gravitational_parameter: o.gravitational_parameter_m3_s2,
+                semi_major_axis: o.semi_major_axis_m,
+                eccentricity: o.eccentricity,
+                inclination: radians(o.inclination_deg),
+            },
+            target: self.target.convert(),
+            servicer: self.servicer.convert()?,
+            approach: model::Approach {
+                duration: self.horizon.duration_s,
+                keep_out_far: 0.0,
+                keep_out_near: 0.0,
+                keep_out_far_until: a.keep_out_far_until,
+                field_of_view_half_angle: radians(a.field_of_view_half_angle_deg),
+                preset_lead: a.preset_lead_intervals,
+                clearance: a.clearance.into(),
+                between_nodes: a.between_nodes.into(),
+            },
+            weights: model::Weights {
+                force: w.force,
+                force_change: w.force_change,
+                bus_torque: w.bus_torque,
+                joint_torque: w.joint_torque,
+            },
+            tolerances: model::Tolerances {
+                dynamics: t.dynamics,
+                control: t.control,
+                joint: t.joint_rad,
+                joint_rate: t.joint_rate,
+                pointing: t.pointing,
+                preset: t.preset,
+                terminal_rate: t.terminal_rate,
+                keep_out: t.keep_out_m,
+                end_effector_position: t.ee_position_m,
+                end_effector_angle: t.ee_angle_rad,
+                clearance: t.clearance_m,
+            },
+            margins: model::Margins {
+                joint_angle: m.joint_angle_rad,
+                joint_rate: m.joint_rate,
+                keep_out: m.keep_out_m,
+                field_of_view: radians(m.field_of_view_deg),
+                clearance: m.clearance_m,
+            },
+            corridor: model::Corridor {
+                half_angle: radians(c.half_angle_deg),
+                mouth_radius: c.mouth_radius_m,
+                end_effector_length: c.end_effector_length_m,
+            },
+            scenarios: model::ScenarioRanges {
+                standoff: s.standoff_m,
+                offset: Vector3::from(s.offset_m),
+                rate: s.rate_rad_s,
+                rate_norm: s.rate_norm_deg_s.map(radians),
+                velocity: s.velocity_m_s,
+            },
+            typical_magnitudes: self.typical.as_ref().map(Typical::convert),
+        })
+    }
+}
+
+impl From<Switch> for model::Switch {
+    fn from(switch: Switch) -> Self {
+        match switch {
+            Switch::Auto => Self::Auto,
+            Switch::On => Self::On,
+            Switch::None => Self::Off,
+        }
+    }
+}
+
+impl Target {
+    fn convert(&self) -> model::Target {
+        model::Target {
+            half_extents: Vector3::from(self.half_extents_m),
+            inertia: Vector3::from(self.inertia_kg_m2),
+            mass: self.mass_kg,
+            port_position: Vector3::from(self.port_position_m),
+            port_normal: Vector3::from(self.port_normal),
+            gravity_gradient: self.gravity_gradient.into(),
+        }
+    }
+}
+
+impl Servicer {
+    fn convert(&self) -> Result<model::Servicer<LINKS>, FieldError> {
+        let links: Vec<model::Link> = self.links.iter().map(Link::convert).collect();
+        let links: [model::Link; LINKS] = links.try_into().map_err(|links: Vec<_>| {
+            let reason =
+                format!("has {} entries; this program is built for {LINKS} links", links.len());
+            FieldError::new("servicer.links", reason)
+        })?;
+        Ok(model::Servicer {
+            bus_mass: self.bus_mass_kg,
+            bus_inertia: Vector3::from(self.bus_inertia_kg_m2),
+            bus_half_extents: Vector3::from(self.bus_half_extents_m),
+            boresight: Vector3::from(self.boresight),
+            arm_base: Vector3::from(self.arm_base_m),
+            links,
+            max_joint_angle: SVector::from(self.joint_angle_limit_rad),
+            max_joint_rate: self.joint_rate_limit_rad_s,
+            initial_joint_angle: SVector::from(self.initial_joint_angle_rad),
+            capture_joint_angle: SVector::from(self.capture_joint_angle_rad),
+            max_force: self.force_limit_n,
+            max_bus_torque: self.bus_torque_limit_n_m,
+            max_joint_torque: self.joint_torque_limit_n_m,
+        })
+    }
+}
+
+impl Link {
+    fn default_radius() -> f64 {
+        0.05
+    }
+
+    fn convert(&self) -> model::Link {
+        model::Link {
+            tip: Vector3::from(self.tip_m),
+            center_of_mass: Vector3::from(self.center_of_mass_m),
+            mass: self.mass_kg,
+            inertia: Vector3::from(self.inertia_kg_m2),
+            axis: Vector3::from(self.axis),
+            radius: self.radius_m,
+        }
+    }
+}
+
+fn radians(degrees: f64) -> f64 {
+    degrees * PI / 180.0
+}

@@ -1,0 +1,107 @@
+//! The files the program reads and writes, one module a format, and how files are written.
+//!
+//! A reader refuses what it does not understand with the file, the field and the reason: an
+//! unknown `format`, an unknown field, a number that is not one, a quaternion that is not of unit
+//! length. A writer writes beside the file and renames, so that no file is ever half written.
+
+mod evidence_file;
+pub mod json;
+mod mission_defaults;
+mod mission_file;
+mod mission_keys;
+mod model_file;
+mod output;
+mod plan_convert;
+mod plan_file;
+mod qp_convert;
+mod qp_file;
+mod radius;
+mod results;
+mod scenario_set;
+mod verdict;
+
+pub use evidence_file::{
+    EvidenceFile, FORMAT as EVIDENCE_FORMAT, FallbackName, GainRows, ModelRecord, StageRecord,
+    StartName, evidence_path,
+};
+pub use mission_file::{
+    Approach as MissionApproach, FORMAT as MISSION_FORMAT, Horizon as MissionHorizon,
+    Link as MissionLink, MissionFile, Orbit as MissionOrbit, Servicer as MissionServicer,
+    Target as MissionTarget, Tolerances as MissionTolerances, Weights as MissionWeights,
+    read_mission,
+};
+pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout, read_model};
+pub use output::{check_writable, make_directory, remove_partials, write_atomically};
+pub use plan_convert::StageEnd;
+pub use plan_file::{
+    FORMAT as PLAN_FORMAT, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanStatus, PlanTarget,
+};
+pub use qp_convert::QpPlace;
+pub use qp_file::{
+    Bounds as QpBounds, FORMAT as QP_FORMAT, QpAnswer, QpFile, QpInterval, QpNode, QpPoint, QpSize,
+    QpStatusName, Rows as QpRows,
+};
+pub use radius::Radius;
+pub use results::{COLUMNS, Row, StageRow, csv, parquet_bytes};
+pub use scenario_set::{
+    FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet, ServicerStart, TargetStart,
+};
+pub use verdict::{PlanClearances, PlanClosest, PlanVerdict, worst_residual};
+
+/// How far a quaternion's norm may be from one in a file.
+pub const QUATERNION_TOLERANCE: f64 = 1e-6;
+
+use crate::error::FieldError;
+
+/// Refuses a quaternion that is not of unit length.
+fn check_quaternion(q: &[f64; 4], field: impl FnOnce() -> String) -> Result<(), FieldError> {
+    let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // NaN fails the comparison too.
+    if (norm - 1.0).abs() <= QUATERNION_TOLERANCE {
+        return Ok(());
+    }
+    Err(FieldError::new(field(), format!("not a unit quaternion: its norm is {norm}")))
+}
+
+/// Refuses an id that could not be part of a file name everywhere.
+fn check_id(id: &str, field: impl FnOnce() -> String) -> Result<(), FieldError> {
+    let safe = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let starts = id.starts_with(|c: char| c.is_ascii_alphanumeric());
+    if starts && id.len() <= 64 && id.chars().all(safe) {
+        return Ok(());
+    }
+    let reason = "an id is 1 to 64 letters, digits, '-', '_' or '.', the first a letter or digit";
+    Err(FieldError::new(field(), format!("{id:?}: {reason}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn damaged(text: &str, at: prop::sample::Index, with: char) -> String {
+        let at = at.index(text.len());
+        text.char_indices().map(|(i, c)| if i == at { with } else { c }).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        /// Whatever a file holds, its reader answers: never a panic, never a value unchecked.
+        // Verifies REM-IO-001.
+        #[test]
+        fn readers_survive_damage(at: prop::sample::Index, with: char) {
+            let set = ScenarioSet::built_in().unwrap();
+            let set = json::to_text(&ScenarioSet::new(set.scenarios[..2].to_vec())).unwrap();
+            if let Ok(set) = ScenarioSet::parse(&damaged(&set, at, with)) {
+                prop_assert!(set.scenarios.iter().all(|s| s.scenario().position.amax() <= 1e6));
+            }
+            let mission = include_str!("../../../../fixtures/missions/default.mission.toml");
+            let mission = damaged(mission, at, with);
+            if let Ok(mission) = MissionFile::parse(&mission).and_then(|file| file.mission()) {
+                prop_assert!(mission.validate().is_ok());
+            }
+            let _ = EvidenceFile::parse(&damaged("{\"format\": \"remora-evidence/2\"}", at, with));
+            let _ = PlanFile::parse(&damaged("{\"format\": \"remora-plan/1\"}", at, with));
+        }
+    }
+}

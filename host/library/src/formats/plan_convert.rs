@@ -1,0 +1,144 @@
+//! Between the rows of plan files and the core's trajectories.
+
+use super::plan_file::{PlanResiduals, PlanStage1, PlanStage2, PlanStatus, PlanTarget};
+use nalgebra::{Vector3, Vector4};
+use remora_core::advanced::dynamics::{Control, State};
+use remora_core::advanced::model::TargetState;
+use remora_core::advanced::stages::{
+    LINKS, NODES, ReorientationTrajectory, Residuals, TranslationTrajectory,
+};
+
+impl From<Residuals> for PlanResiduals {
+    fn from(r: Residuals) -> Self {
+        Self {
+            dynamics1: r.dynamics1,
+            keep_out: r.keep_out,
+            dynamics2: r.dynamics2,
+            control: r.control,
+            joint: r.joint,
+            joint_rate: r.joint_rate,
+            pointing: r.pointing,
+            preset: r.preset,
+            terminal_rate: r.terminal_rate,
+            ee_position: r.ee_position,
+            ee_angle: r.ee_angle,
+            clearance: r.clearance,
+        }
+    }
+}
+
+impl From<PlanResiduals> for Residuals {
+    fn from(r: PlanResiduals) -> Self {
+        Self {
+            dynamics1: r.dynamics1,
+            keep_out: r.keep_out,
+            dynamics2: r.dynamics2,
+            control: r.control,
+            joint: r.joint,
+            joint_rate: r.joint_rate,
+            pointing: r.pointing,
+            preset: r.preset,
+            terminal_rate: r.terminal_rate,
+            ee_position: r.ee_position,
+            ee_angle: r.ee_angle,
+            clearance: r.clearance,
+        }
+    }
+}
+
+fn rows<T, const M: usize>(items: &[T], row: impl Fn(&T) -> [f64; M]) -> Vec<[f64; M]> {
+    items.iter().map(row).collect()
+}
+
+/// How a stage ended, for either stage's section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StageEnd {
+    /// The status.
+    pub status: PlanStatus,
+    /// Iterations.
+    pub iterations: u64,
+    /// Cost.
+    pub cost: f64,
+    /// Time of the whole stage [s].
+    pub time_s: f64,
+}
+
+impl PlanStage1 {
+    /// The section of a trajectory.
+    pub fn new(end: StageEnd, t: &TranslationTrajectory<NODES>) -> Self {
+        let StageEnd { status, iterations, cost, time_s } = end;
+        Self {
+            status,
+            iterations,
+            cost,
+            time_s,
+            position: rows(&t.position, |v| (*v).into()),
+            velocity: rows(&t.velocity, |v| (*v).into()),
+            force: rows(&t.force[..NODES - 1], |v| (*v).into()),
+        }
+    }
+
+    /// The trajectory of the file's rows, whose number has been checked.
+    pub fn trajectory(&self) -> TranslationTrajectory<NODES> {
+        let mut t = TranslationTrajectory::ZERO;
+        fill(&mut t.position, &self.position, |at, row| *at = Vector3::from(*row));
+        fill(&mut t.velocity, &self.velocity, |at, row| *at = Vector3::from(*row));
+        fill(&mut t.force, &self.force, |at, row| *at = Vector3::from(*row));
+        t
+    }
+}
+
+impl PlanStage2 {
+    /// The section of a trajectory.
+    pub fn new(end: StageEnd, inference_s: f64, t: &ReorientationTrajectory<NODES, LINKS>) -> Self {
+        let StageEnd { status, iterations, cost, time_s } = end;
+        let controls = &t.controls[..NODES - 1];
+        Self {
+            status,
+            iterations,
+            cost,
+            time_s,
+            inference_s,
+            attitude: rows(&t.states, |x| x.attitude.into()),
+            joint_angle: rows(&t.states, |x| x.joint_angle.into()),
+            rate: rows(&t.states, |x| x.rate.into()),
+            joint_rate: rows(&t.states, |x| x.joint_rate.into()),
+            bus_torque: rows(controls, |u| u.bus_torque.into()),
+            joint_torque: rows(controls, |u| u.joint_torque.into()),
+        }
+    }
+
+    /// The trajectory of the file's rows, whose number has been checked.
+    pub fn trajectory(&self) -> ReorientationTrajectory<NODES, LINKS> {
+        let mut t = ReorientationTrajectory::ZERO;
+        let states: &mut [State<LINKS>] = &mut t.states;
+        fill(states, &self.attitude, |x, row| x.attitude = Vector4::from(*row));
+        fill(states, &self.joint_angle, |x, row| x.joint_angle = (*row).into());
+        fill(states, &self.rate, |x, row| x.rate = Vector3::from(*row));
+        fill(states, &self.joint_rate, |x, row| x.joint_rate = (*row).into());
+        let controls: &mut [Control<LINKS>] = &mut t.controls;
+        fill(controls, &self.bus_torque, |u, row| u.bus_torque = Vector3::from(*row));
+        fill(controls, &self.joint_torque, |u, row| u.joint_torque = (*row).into());
+        t
+    }
+}
+
+fn fill<T, R>(items: &mut [T], rows: &[R], set: impl Fn(&mut T, &R)) {
+    items.iter_mut().zip(rows).for_each(|(item, row)| set(item, row));
+}
+
+impl PlanTarget {
+    /// The nodes of the file's rows, whose number has been checked.
+    pub fn nodes(&self) -> [TargetState; NODES] {
+        let mut nodes = [TargetState::ZERO; NODES];
+        fill(&mut nodes, &self.attitude, |x, row| x.attitude = Vector4::from(*row));
+        fill(&mut nodes, &self.rate, |x, row| x.rate = Vector3::from(*row));
+        nodes
+    }
+}
+
+impl From<&[TargetState; NODES]> for PlanTarget {
+    fn from(nodes: &[TargetState; NODES]) -> Self {
+        Self { attitude: rows(nodes, |x| x.attitude.into()), rate: rows(nodes, |x| x.rate.into()) }
+    }
+}

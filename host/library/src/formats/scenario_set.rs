@@ -1,0 +1,212 @@
+//! Scenario sets: `*.scenarios.json`.
+
+use super::{check_id, check_quaternion, json, write_atomically};
+use crate::error::{Error, FieldError};
+use nalgebra::{Vector3, Vector4};
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::Scenario;
+use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
+use std::path::Path;
+
+/// The `format` of the scenario sets this version reads and writes.
+pub const FORMAT: &str = "remora-scenarios/1";
+
+/// Farthest start that is still an approach [m]; the relative motion model ends long before.
+const MAX_POSITION: f64 = 1e6;
+/// Fastest start [m/s].
+const MAX_VELOCITY: f64 = 1e4;
+/// Fastest tumble [rad/s]; the nodes are too coarse for it long before.
+const MAX_RATE: f64 = 1.0;
+
+/// A set of scenarios, as in its file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a scenario set")]
+pub struct ScenarioSet {
+    /// [`FORMAT`].
+    pub format: String,
+    /// The scenarios; ids are unique.
+    pub scenarios: Vec<NamedScenario>,
+}
+
+/// One scenario of a set.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a scenario")]
+pub struct NamedScenario {
+    /// Unique within the set, and fit to be part of a file name.
+    pub id: String,
+    /// The target's tumble.
+    pub target: TargetStart,
+    /// Where the servicer starts.
+    pub servicer: ServicerStart,
+}
+
+/// The target at t = 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an object with attitude and rate")]
+pub struct TargetStart {
+    /// Attitude, body to RTN, `[x, y, z, w]`.
+    pub attitude: [f64; 4],
+    /// Angular velocity relative to RTN, in target body axes [rad/s].
+    pub rate: [f64; 3],
+}
+
+/// The servicer's system centre of mass at t = 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an object with position and velocity")]
+pub struct ServicerStart {
+    /// Position in RTN [m].
+    pub position: [f64; 3],
+    /// Velocity relative to RTN, in RTN [m/s].
+    pub velocity: [f64; 3],
+}
+
+impl NamedScenario {
+    /// The scenario as the planner takes it, its quaternion normalised.
+    pub fn scenario(&self) -> Scenario {
+        Scenario {
+            target_attitude: quaternion::normalized(&Vector4::from(self.target.attitude)),
+            target_rate: Vector3::from(self.target.rate),
+            position: Vector3::from(self.servicer.position),
+            velocity: Vector3::from(self.servicer.velocity),
+        }
+    }
+
+    fn validate(&self, at: &str) -> Result<(), FieldError> {
+        check_id(&self.id, || format!("{at}.id"))?;
+        check_quaternion(&self.target.attitude, || format!("{at}.target.attitude"))?;
+        let within = |v: &[f64; 3], most: f64, field: &str, unit: &str| {
+            if v.iter().all(|x| x.abs() <= most) {
+                return Ok(());
+            }
+            let reason = format!("each component must be within {most} {unit}");
+            Err(FieldError::new(format!("{at}.{field}"), reason))
+        };
+        within(&self.target.rate, MAX_RATE, "target.rate", "rad/s")?;
+        within(&self.servicer.position, MAX_POSITION, "servicer.position", "m")?;
+        within(&self.servicer.velocity, MAX_VELOCITY, "servicer.velocity", "m/s")?;
+        if Vector3::from(self.servicer.position).amax() < 1e-3 {
+            let reason = "is at the target's centre, from where nothing points at it";
+            return Err(FieldError::new(format!("{at}.servicer.position"), reason));
+        }
+        Ok(())
+    }
+}
+
+impl ScenarioSet {
+    /// A set of the current format.
+    pub fn new(scenarios: Vec<NamedScenario>) -> Self {
+        Self { format: FORMAT.into(), scenarios }
+    }
+
+    /// Parses and validates a set.
+    ///
+    /// # Errors
+    /// The first field found wrong: unknown format or field, numbers that are not, quaternions
+    /// not of unit length, ids used twice or unfit for a file name, no scenario at all.
+    pub fn parse(text: &str) -> Result<Self, FieldError> {
+        let set: Self = json::parse(text, FORMAT)?;
+        set.validate()?;
+        Ok(set)
+    }
+
+    /// Reads and validates a file.
+    ///
+    /// # Errors
+    /// As [`ScenarioSet::parse`], with the file.
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        Self::parse(&json::read_text(file)?).map_err(|error| error.at(file))
+    }
+
+    /// The set that is compiled into the program: `fixtures/scenarios/public.scenarios.json`.
+    ///
+    /// # Errors
+    /// None, as long as the tests pass.
+    pub fn built_in() -> Result<Self, Error> {
+        let text = include_str!("../../../../fixtures/scenarios/public.scenarios.json");
+        Self::parse(text).map_err(|error| error.at(Path::new("built-in scenarios")))
+    }
+
+    /// Writes the file whole or not at all.
+    ///
+    /// # Errors
+    /// The file with the reason why it cannot be written.
+    pub fn write(&self, file: &Path) -> Result<(), Error> {
+        let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
+        write_atomically(file, text.as_bytes())
+    }
+
+    /// The scenario called `id`.
+    pub fn get(&self, id: &str) -> Option<&NamedScenario> {
+        self.scenarios.iter().find(|scenario| scenario.id == id)
+    }
+
+    fn validate(&self) -> Result<(), FieldError> {
+        if self.scenarios.is_empty() {
+            return Err(FieldError::new("scenarios", "holds no scenario"));
+        }
+        let mut ids = HashSet::new();
+        for (i, scenario) in self.scenarios.iter().enumerate() {
+            scenario.validate(&format!("scenarios[{i}]"))?;
+            if !ids.insert(scenario.id.as_str()) {
+                let reason = format!("{:?} is used twice", scenario.id);
+                return Err(FieldError::new(format!("scenarios[{i}].id"), reason));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(change: fn(&mut NamedScenario)) -> String {
+        let mut scenario = NamedScenario {
+            id: "a".into(),
+            target: TargetStart { attitude: [0.0, 0.0, 0.0, 1.0], rate: [0.0; 3] },
+            servicer: ServicerStart { position: [0.0, 0.0, 5.0], velocity: [0.0; 3] },
+        };
+        change(&mut scenario);
+        json::to_text(&ScenarioSet::new(vec![scenario])).unwrap()
+    }
+
+    #[test]
+    fn the_built_in_set_is_sound_and_survives_a_round_trip() {
+        let set = ScenarioSet::built_in().unwrap();
+        assert_eq!(set.scenarios.len(), 60);
+        let again = ScenarioSet::parse(&json::to_text(&set).unwrap()).unwrap();
+        assert_eq!(set, again);
+    }
+
+    #[test]
+    fn each_kind_of_nonsense_is_named() {
+        let field = |change| ScenarioSet::parse(&text(change)).unwrap_err().field;
+        assert!(ScenarioSet::parse(&text(|_| ())).is_ok());
+        assert_eq!(field(|s| s.id = "../a".into()), "scenarios[0].id");
+        assert_eq!(field(|s| s.id = String::new()), "scenarios[0].id");
+        assert_eq!(field(|s| s.id = ".hidden".into()), "scenarios[0].id");
+        assert_eq!(field(|s| s.target.attitude[0] = 0.1), "scenarios[0].target.attitude");
+        assert_eq!(field(|s| s.target.rate[1] = f64::NAN), "scenarios[0].target.rate[1]");
+        assert_eq!(field(|s| s.target.rate[1] = 7.0), "scenarios[0].target.rate");
+        assert_eq!(field(|s| s.servicer.position = [0.0; 3]), "scenarios[0].servicer.position");
+        assert_eq!(field(|s| s.servicer.velocity[0] = 1e9), "scenarios[0].servicer.velocity");
+    }
+
+    #[test]
+    fn unknown_fields_and_missing_numbers_are_named() {
+        let parse = |text: &str| ScenarioSet::parse(text).unwrap_err();
+        let good = text(|_| ());
+        let error = parse(&good.replace("\"rate\"", "\"Rate\""));
+        assert_eq!(error.field, "scenarios[0].target.Rate");
+        assert!(error.reason.contains("unknown field `Rate`"), "{}", error.reason);
+        let error = parse(&good.replace("[0.0,0.0,0.0,1.0]", "[0.0,0.0,1.0]"));
+        assert_eq!(error.field, "scenarios[0].target.attitude");
+        let servicer = good.find("\"servicer\"").unwrap();
+        let rows = format!("{}\"servicer\": [[0,0,5],[0,0,0]]}}]}}", &good[..servicer]);
+        assert_eq!(parse(&rows).field, "scenarios[0].servicer");
+        assert_eq!(parse(&good.replace(FORMAT, "remora-scenarios/2")).field, "format");
+        let empty = json::to_text(&ScenarioSet::new(Vec::new())).unwrap();
+        assert_eq!(parse(&empty).field, "scenarios");
+    }
+}

@@ -1,0 +1,174 @@
+//! Learned models as the planner takes them: from a file, or built in.
+
+use crate::error::{Error, io_reason};
+use crate::formats::ModelRecord;
+use crate::memory::on_heap;
+use crate::method::{Integrator, WarmStart};
+use remora_core::advanced::dynamics;
+use remora_core::advanced::nn::{
+    Memory, Model, ModelError, Network, NetworkError, Precision, ReferenceMemory, Storage,
+};
+use remora_core::advanced::warmstart::{NetworkPolicy, Policy};
+use std::path::Path;
+
+/// Memory for the largest model the bench runs, the paper's with five tokens a node; made when
+/// first asked for.
+#[derive(Default)]
+pub struct Memories {
+    quantised: Option<Box<Memory<6, 384, 300>>>,
+    single: Option<Box<ReferenceMemory<6, 384, 300>>>,
+}
+
+/// A model with its name, or why it cannot be used.
+///
+/// A file that is there but not a model is no error here: a plan is then made from the heuristic
+/// and says why. What has been loaded stays in memory until the program ends, as a model in
+/// flight does.
+#[derive(Clone)]
+pub struct Learned {
+    name: String,
+    checksum: u32,
+    model: Result<Model<'static>, ModelError>,
+    flow_steps: Option<u16>,
+}
+
+impl std::fmt::Debug for Learned {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { checksum, flow_steps, .. } = self;
+        write!(f, "Learned({checksum:08x}, {flow_steps:?}, {:?})", self.refused())
+    }
+}
+
+/// Models built in: what the default run uses.
+const EULER: &[u8] = include_bytes!("../../../fixtures/models/euler.model");
+const RK4: &[u8] = include_bytes!("../../../fixtures/models/rk4.model");
+
+impl Learned {
+    /// The model in a file.
+    ///
+    /// # Errors
+    /// Where the file cannot be read.
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        let bytes = std::fs::read(file).map_err(|e| Error::input(file, "", io_reason(&e)))?;
+        let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+        Ok(Self::new(&name, bytes.leak()))
+    }
+
+    /// The model in a file, for work that makes no sense without one.
+    ///
+    /// # Errors
+    /// Where the file cannot be read or used.
+    pub fn usable(file: &Path) -> Result<Self, Error> {
+        let learned = Self::read(file)?;
+        match learned.refused() {
+            Some(error) => Err(Error::input(file, "", error.reason())),
+            None => Ok(learned),
+        }
+    }
+
+    /// The built-in model of an integrator; every number of substeps has the same.
+    pub fn built_in(integrator: Integrator) -> Self {
+        let name = match integrator.core() {
+            dynamics::Integrator::Euler => "euler.model (built in)",
+            dynamics::Integrator::Rk4 { .. } => "rk4.model (built in)",
+        };
+        Self::new(name, Self::built_in_file(integrator))
+    }
+
+    /// The bytes of that model's file.
+    pub fn built_in_file(integrator: Integrator) -> &'static [u8] {
+        match integrator.core() {
+            dynamics::Integrator::Euler => EULER,
+            dynamics::Integrator::Rk4 { .. } => RK4,
+        }
+    }
+
+    /// The model that a choice of warm start asks for: that in `file`, or the built-in one.
+    ///
+    /// # Errors
+    /// Where the file cannot be read.
+    pub fn chosen(
+        warm_start: WarmStart,
+        file: Option<&Path>,
+        integrator: Integrator,
+    ) -> Result<Option<Self>, Error> {
+        match (warm_start, file) {
+            (WarmStart::Heuristic, None) => Ok(None),
+            (WarmStart::Heuristic, Some(_)) => {
+                Err(Error::argument("--model", "has no use with --warm-start heuristic"))
+            }
+            (_, Some(file)) => Self::read(file).map(Some),
+            (_, None) => Ok(Some(Self::built_in(integrator))),
+        }
+    }
+
+    /// A model of these bytes.
+    pub fn new(name: &str, bytes: &'static [u8]) -> Self {
+        let checksum = bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last));
+        Self { name: name.into(), checksum, model: Model::open(bytes), flow_steps: None }
+    }
+
+    /// The same with so many steps of its flow instead of those in the file.
+    pub fn with_flow_steps(self, steps: u16) -> Self {
+        Self { flow_steps: Some(steps), ..self }
+    }
+
+    /// The model, where it can be used.
+    pub fn model(&self) -> Option<&Model<'static>> {
+        self.model.as_ref().ok()
+    }
+
+    /// Hands `work` the model at work in `memories`, or nothing where it was refused or does not
+    /// fit.
+    pub fn at_work<T>(
+        &self,
+        memories: &mut Memories,
+        work: impl FnOnce(Option<&mut dyn Policy>) -> T,
+    ) -> T {
+        fn ready<'m, M: Storage>(
+            network: Result<Network<'m, 'static, M>, NetworkError>,
+            steps: Option<u16>,
+        ) -> Option<NetworkPolicy<'m, 'static, M>> {
+            let mut network = network.ok()?;
+            network.set_flow_steps(steps);
+            NetworkPolicy::new(network).ok()
+        }
+        let Ok(model) = &self.model else { return work(None) };
+        match model.header().precision {
+            Precision::Int8 => {
+                let memory = memories.quantised.get_or_insert_with(|| on_heap(Memory::new));
+                let mut network = ready(Network::new(model, &mut **memory), self.flow_steps);
+                work(network.as_mut().map(|policy| policy as &mut dyn Policy))
+            }
+            Precision::F32 => {
+                let memory = memories.single.get_or_insert_with(|| on_heap(Memory::new));
+                let mut network = ready(Network::new(model, &mut **memory), self.flow_steps);
+                work(network.as_mut().map(|policy| policy as &mut dyn Policy))
+            }
+        }
+    }
+
+    /// Why it cannot be used.
+    pub fn refused(&self) -> Option<ModelError> {
+        self.model.as_ref().err().copied()
+    }
+
+    /// Steps of the flow, where they are not the file's.
+    pub fn flow_steps(&self) -> Option<u16> {
+        self.flow_steps
+    }
+
+    /// The file's last four bytes: its CRC-32.
+    pub fn checksum(&self) -> u32 {
+        self.checksum
+    }
+
+    /// What evidence says of it.
+    pub fn record(&self) -> ModelRecord {
+        ModelRecord {
+            name: self.name.clone(),
+            checksum: format!("{:08x}", self.checksum),
+            refused: self.refused().map(|error| error.reason().into()),
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! The operator's library around `remora-core`: what runs on a desktop, not in flight.
+//!
+//! Data goes down this list, imports go up it:
+//!
+//! - [`error`]: one line an error: file, field, reason;
+//! - [`statistics`]: estimates with their confidence intervals;
+//! - [`choice`]: choices by their names;
+//! - [`report`]: tables, pages and plots: how numbers are shown;
+//! - [`method`]: how a plan is made, by the names that files and command line use;
+//! - [`backend`]: Clarabel behind the core's solver trait, and solvers that are watched;
+//! - [`kkt`]: optimality of a subproblem's solution, whoever solved it;
+//! - [`formats`]: scenario sets, missions, plans, tables of results; how they are read, validated
+//!   and written whole or not at all;
+//! - [`vehicle`]: what follows from a mission's numbers, and whether it can end;
+//! - [`draw`]: random scenarios, the same for a seed everywhere;
+//! - [`memory`]: heaps and stacks for what is too large for a usual stack;
+//! - [`threads`]: a second thread for one plan;
+//! - [`learned`]: learned models, from files or built in;
+//! - [`planning`]: from a scenario to a plan file;
+//! - [`export`]: the subproblems of a plan as files for other solvers;
+//! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
+//! - [`checking`]: plan files against the core's independent verifier;
+//! - [`allocations`]: how often the program asks for memory;
+//! - [`fingerprint`], [`provenance`]: what a report was made by, of what and on what;
+//! - [`progress`]: who watches long work;
+//! - [`journal`], [`pool`]: work that resumes, on several threads;
+//! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
+//! - [`portfolio`]: two starts at once, the first plan wins;
+//! - [`envelope`]: where the planner works: maps over tumble rate, distance and horizon.
+#![forbid(unsafe_code)]
+
+pub mod allocations;
+pub mod backend;
+pub mod campaign;
+pub mod checking;
+pub mod choice;
+pub mod draw;
+pub mod envelope;
+pub mod error;
+pub mod export;
+pub mod fingerprint;
+pub mod formats;
+pub mod journal;
+pub mod kkt;
+pub mod learned;
+pub mod memory;
+pub mod method;
+pub mod perturbation;
+pub mod planning;
+pub mod pool;
+pub mod portfolio;
+pub mod progress;
+pub mod provenance;
+pub mod report;
+pub mod statistics;
+pub mod threads;
+pub mod vehicle;

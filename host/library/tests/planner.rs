@@ -1,0 +1,453 @@
+//! The planner against the reference optima, and its promises: verified plans, small stacks, the
+//! same bits whatever was planned before.
+
+use nalgebra::{SVector, Vector3};
+use remora_core::advanced::dynamics::{Integrator, Multibody};
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::pair::{Pair, Sequential};
+use remora_core::advanced::planner::{
+    EmbeddedSolver, Environment, Fallback, InitialGuess, PlanSettings, Report, Workspace,
+    feedback_gain, output_checksum, plan, plan_reorientation,
+};
+use remora_core::advanced::qp::Validate;
+use remora_core::advanced::scp::{Settings, Status};
+use remora_core::advanced::stages::{LINKS, Mode, NODES, Residuals, verify};
+use remora_core::advanced::time::{Clock, Deadline};
+use remora_host::backend::ClarabelQp;
+use remora_host::formats::ScenarioSet;
+use remora_host::memory::on_heap;
+use remora_host::perturbation::disturb;
+use remora_host::threads::Threads;
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+const FIXTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures");
+
+/// Reference optima of Stage 1 and Stage 2 (Euler) in scenario order.
+fn references() -> Vec<(f64, f64)> {
+    let text = std::fs::read_to_string(format!("{FIXTURES}/oracle/reference_public.json"));
+    let json: serde_json::Value = serde_json::from_str(&text.unwrap()).unwrap();
+    let cost = |case: &serde_json::Value, key: &str| case[key]["cost"].as_f64().unwrap();
+    let cases = json["scenarios"].as_array().unwrap().iter();
+    cases.map(|case| (cost(case, "stage1"), cost(case, "rate_limited"))).collect()
+}
+
+fn public() -> ScenarioSet {
+    ScenarioSet::read(Path::new(&format!("{FIXTURES}/scenarios/public.scenarios.json"))).unwrap()
+}
+
+struct Bench {
+    mission: Mission<LINKS>,
+    set: ScenarioSet,
+    workspace: Box<Workspace>,
+    solver: ClarabelQp,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            mission: Mission::default(),
+            set: public(),
+            workspace: Box::new(Workspace::new()),
+            solver: ClarabelQp::default(),
+        }
+    }
+
+    fn plan(&mut self, scenario: usize, options: &PlanSettings) -> Report {
+        self.plan_in(scenario, options, &Environment::BARE)
+    }
+
+    fn plan_in<P: Pair>(
+        &mut self,
+        scenario: usize,
+        options: &PlanSettings,
+        environment: &Environment<P>,
+    ) -> Report {
+        let scenario = self.set.scenarios[scenario].scenario();
+        let solver = &mut self.solver;
+        plan(
+            &self.mission,
+            &scenario,
+            options,
+            &InitialGuess::Heuristic,
+            solver,
+            environment,
+            &mut self.workspace,
+        )
+    }
+}
+
+// Verifies REM-PLN-001.
+#[test]
+fn stage_1_finds_the_unique_optimum_of_every_public_scenario() {
+    let mut bench = Bench::new();
+    // Feasibility mode: Stage 2 is not the subject here.
+    let options = PlanSettings::new(Mode::Feasible, Integrator::Euler);
+    for (k, (reference, _)) in references().into_iter().enumerate() {
+        let report = bench.plan(k, &options);
+        assert_eq!(report.status, Status::Solved, "scenario {k}");
+        let error = (report.translation.cost / reference - 1.0).abs();
+        assert!(error < 1e-4, "scenario {k}: {error:e}");
+    }
+}
+
+// Verifies REM-PLN-002.
+#[test]
+fn stage_2_is_near_the_reference_in_the_mean() {
+    let mut bench = Bench::new();
+    let options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
+    let (mut ours, mut theirs) = (0.0, 0.0);
+    for (k, (_, reference)) in references().into_iter().enumerate().step_by(5) {
+        let report = bench.plan(k, &options);
+        assert_eq!(report.status, Status::Solved, "scenario {k}");
+        assert!(report.residuals.are_within(&bench.mission.tolerances));
+        ours += report.reorientation.cost;
+        theirs += reference;
+    }
+    assert!(ours <= 1.05 * theirs, "{ours} against {theirs}");
+}
+
+// Verifies REM-PLN-003.
+#[test]
+fn rk4_plans_satisfy_rk4_dynamics_and_not_eulers() {
+    let mut bench = Bench::new();
+    let integrator = Integrator::Rk4 { substeps: 8 };
+    let report = bench.plan(0, &PlanSettings::new(Mode::Optimal, integrator));
+    assert_eq!(report.status, Status::Solved);
+    let scenario = bench.set.scenarios[0].scenario();
+    let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
+    let (euler, deadline) = (Integrator::Euler, Deadline::never());
+    let by_euler = verify(&bench.mission, &scenario, euler, path, motion, &deadline).residuals;
+    assert!(by_euler.dynamics2 > 1e-3);
+}
+
+#[test]
+fn a_disturbed_plan_is_a_better_start_than_the_heuristic() {
+    let mut bench = Bench::new();
+    let options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
+    let (mut heuristic, mut disturbed) = (0, 0);
+    for k in [0, 7, 21, 33, 48] {
+        heuristic += bench.plan(k, &options).reorientation.outcome.iterations;
+        let Workspace { translation, reorientation, .. } = &mut *bench.workspace;
+        let (path, motion) = (&translation.trajectory, &mut reorientation.trajectory);
+        disturb(&bench.mission, options.integrator, path, motion, 0.05, k as u64);
+        let solver = &mut bench.solver;
+        let again = plan_reorientation(
+            &bench.mission,
+            &options,
+            solver,
+            &Environment::BARE,
+            &mut bench.workspace,
+        );
+        assert_eq!(again.outcome.status, Status::Solved, "scenario {k}");
+        disturbed += again.outcome.iterations;
+    }
+    assert!(disturbed < heuristic, "{disturbed} against {heuristic}");
+}
+
+// Verifies REM-MEM-002.
+#[test]
+fn all_memory_together_fits_a_mebibyte() {
+    let (planner, solver) = (Workspace::BYTES, EmbeddedSolver::BYTES);
+    println!("planner {planner}, solver {solver}, together {} bytes", planner + solver);
+    assert!(planner + solver <= 1 << 20, "{planner} and {solver} bytes");
+    assert_eq!((planner, solver), (size_of::<Workspace>(), size_of::<EmbeddedSolver>()));
+}
+
+// Verifies REM-MEM-003.
+#[test]
+fn planning_fits_a_stack_of_256_kib() {
+    let mission = Mission::<LINKS>::default();
+    let scenario = public().scenarios[3].scenario();
+    let mut workspace = Box::new(Workspace::new());
+    let workspace = &mut *workspace;
+    let status = std::thread::scope(|scope| {
+        let planning = move || {
+            let options = PlanSettings::new(Mode::Optimal, Integrator::Rk4 { substeps: 4 });
+            let mut solver = ClarabelQp::default();
+            plan(
+                &mission,
+                &scenario,
+                &options,
+                &InitialGuess::Heuristic,
+                &mut solver,
+                &Environment::BARE,
+                workspace,
+            )
+            .status
+        };
+        let thread = std::thread::Builder::new().stack_size(256 << 10);
+        thread.spawn_scoped(scope, planning).unwrap().join().unwrap()
+    });
+    assert_eq!(status, Status::Solved);
+}
+
+// Verifies REM-PLN-005.
+#[test]
+fn a_plan_does_not_depend_on_the_one_before() {
+    let options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
+    let mut fresh = Bench::new();
+    fresh.plan(4, &options);
+    let mut used = Bench::new();
+    used.plan(9, &PlanSettings::new(Mode::Feasible, Integrator::Euler));
+    used.plan(4, &options);
+    assert_eq!(fresh.workspace.path(), used.workspace.path());
+    assert_eq!(fresh.workspace.motion(), used.workspace.motion());
+}
+
+/// Stage 1 works in the memory that Stage 2 of the plan before left, and with its solver: what can
+/// be told of that plan there must not be.
+// Verifies REM-PLN-005.
+#[test]
+fn with_the_embedded_solver_neither() {
+    let (mission, set) = (Mission::<LINKS>::default(), public());
+    let fresh = || (on_heap(Workspace::new), on_heap(EmbeddedSolver::new));
+    let mut used = fresh();
+    for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
+        let options = PlanSettings::new(Mode::Optimal, integrator);
+        for k in [9, 4, 31] {
+            let scenario = set.scenarios[k].scenario();
+            let [again, first] = [&mut used, &mut fresh()].map(|(workspace, solver)| {
+                plan(
+                    &mission,
+                    &scenario,
+                    &options,
+                    &InitialGuess::Heuristic,
+                    &mut **solver,
+                    &Environment::BARE,
+                    workspace,
+                )
+            });
+            assert_eq!(again, first, "scenario {k}");
+            assert_eq!(first.status, Status::Solved);
+        }
+    }
+}
+
+// Verifies REM-SCP-001.
+#[test]
+fn a_start_that_is_not_a_number_is_not_a_success() {
+    let mut bench = Bench::new();
+    let options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
+    bench.plan(0, &options);
+    bench.workspace.reorientation.trajectory.states[20].rate.x = f64::NAN;
+    let solver = &mut bench.solver;
+    let report = plan_reorientation(
+        &bench.mission,
+        &options,
+        solver,
+        &Environment::BARE,
+        &mut bench.workspace,
+    );
+    assert_eq!(report.outcome.status, Status::NumericalFailure);
+}
+
+// Verifies REM-SCP-004.
+#[test]
+fn the_iteration_limit_is_said_to_be_one() {
+    let mut bench = Bench::new();
+    let mut options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
+    options.reorientation = Settings::with_max_iterations(&options.reorientation, 2);
+    let report = bench.plan(0, &options);
+    assert_eq!(report.status, Status::IterationLimit);
+    assert_eq!(report.reorientation.outcome.iterations, 2);
+}
+
+// Verifies REM-PLN-006.
+#[test]
+fn two_threads_plan_the_same_bits_as_one() {
+    let mut bench = Bench::new();
+    let two = Environment { pair: &Threads::Two, clock: Environment::BARE.clock };
+    for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
+        let options = PlanSettings::new(Mode::Optimal, integrator);
+        let alone = bench.plan(11, &options);
+        assert_eq!(alone.status, Status::Solved);
+        assert_eq!(bench.plan_in(11, &options, &two), alone);
+    }
+}
+
+/// A clock that gains a second with each reading.
+struct Ticking(AtomicU32);
+
+impl Clock for Ticking {
+    fn seconds(&self) -> f64 {
+        f64::from(self.0.fetch_add(1, Ordering::Relaxed) + 1)
+    }
+}
+
+/// Plans with so many readings of the clock to go.
+fn plan_within(bench: &mut Bench, readings: f64) -> Report {
+    let mut options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
+    options.deadline_s = readings;
+    let clock = Ticking(AtomicU32::new(0));
+    bench.plan_in(36, &options, &Environment { clock: &clock, pair: &Sequential })
+}
+
+// Verifies REM-PLN-008.
+#[test]
+fn a_plan_cut_short_is_told_from_one_to_fly() {
+    let mut bench = Bench::new();
+    let scenario = bench.set.scenarios[36].scenario();
+    let (mut useful, mut earlier, mut last_cost) = (0, 0, f64::INFINITY);
+    // The clock is read at every node of a linearisation, a retraction and the residuals.
+    for readings in (1..9000).step_by(67) {
+        let report = plan_within(&mut bench, f64::from(readings));
+        let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
+        let (euler, deadline) = (Integrator::Euler, Deadline::never());
+        let residuals = verify(&bench.mission, &scenario, euler, path, motion, &deadline).residuals;
+        // The verifier is within the deadline: where that is too near for it, nothing is claimed.
+        if report.residuals == Residuals::UNFINISHED {
+            assert_eq!((report.status, report.is_verified()), (Status::Deadline, false));
+            assert_eq!(useful, 0, "{readings}");
+            continue;
+        }
+        assert_eq!(residuals, report.residuals);
+        assert_eq!(report.is_verified(), residuals.are_within(&bench.mission.tolerances));
+        assert!(motion.states.iter().all(|x| x.is_finite()));
+        if report.status == Status::Solved {
+            assert!(report.is_verified());
+            continue;
+        }
+        assert_eq!(report.status, Status::Deadline, "{readings}");
+        earlier += i32::from(report.evidence.reorientation.fallback == Fallback::EarlierIterate);
+        if report.is_verified() {
+            useful += 1;
+            // More time never makes it worse.
+            assert!(report.reorientation.cost <= last_cost, "{readings}");
+            last_cost = report.reorientation.cost;
+        } else {
+            assert_eq!(useful, 0, "{readings}");
+        }
+    }
+    assert!(useful > 0 && earlier > 0, "{useful}, {earlier}");
+}
+
+// Verifies REM-PLN-008.
+#[test]
+fn no_time_at_all_leaves_the_starts() {
+    let mut bench = Bench::new();
+    let report = plan_within(&mut bench, 0.0);
+    assert_eq!(report.status, Status::Deadline);
+    assert_eq!(report.translation.outcome.status, Status::Deadline);
+    assert_eq!(report.reorientation.outcome.status, Status::Deadline);
+    assert_eq!(report.reorientation.outcome.iterations, 0);
+    let evidence = &report.evidence;
+    assert_eq!(evidence.translation.fallback, Fallback::Start);
+    assert_eq!(evidence.reorientation.fallback, Fallback::Start);
+    assert!(!report.is_verified());
+    assert!(bench.workspace.motion().states.iter().all(|x| x.is_finite()));
+}
+
+// Verifies REM-PLN-009.
+#[test]
+fn evidence_follows_what_it_is_evidence_of() {
+    let mut bench = Bench::new();
+    let options = PlanSettings::new(Mode::Feasible, Integrator::Euler);
+    let first = bench.plan(2, &options).evidence;
+    assert_eq!(first.output, output_checksum(bench.workspace.path(), bench.workspace.motion()));
+    assert!(first.is_verified && first.translation.qp_iterations > 0);
+    assert_eq!(first.reorientation.qp_unsolved, 0);
+    assert_eq!(bench.plan(2, &options).evidence, first);
+
+    // Another scenario, another mission, other settings.
+    let other = bench.plan(3, &options).evidence;
+    assert!(other.input != first.input && other.output != first.output);
+    assert_eq!(other.settings, first.settings);
+    bench.mission.servicer.links[2].inertia.y *= 1.0 + f64::EPSILON;
+    assert_ne!(bench.plan(2, &options).evidence.input, first.input);
+    let changed = |change: fn(&mut PlanSettings)| {
+        let mut options = options;
+        change(&mut options);
+        options
+    };
+    bench.mission = Mission::default();
+    for options in [
+        changed(|o| o.deadline_s = 1e9),
+        changed(|o| o.translation = Settings { grow: 2.5, ..*o.translation }.validated().unwrap()),
+        changed(|o| {
+            let one = Settings { max_corrections: 1, ..*o.reorientation };
+            o.reorientation = one.validated().unwrap();
+        }),
+        PlanSettings::new(Mode::Optimal, Integrator::Euler),
+        PlanSettings::new(Mode::Feasible, Integrator::Rk4 { substeps: 4 }),
+    ] {
+        let other = bench.plan(2, &options).evidence;
+        assert_ne!(other.settings, first.settings, "{options:?}");
+        assert_eq!(other.input, first.input);
+    }
+}
+
+#[test]
+fn phases_add_up_to_the_whole() {
+    let mut bench = Bench::new();
+    let options = PlanSettings::new(Mode::Feasible, Integrator::Euler);
+    let clock = Ticking(AtomicU32::new(0));
+    let report = bench.plan_in(0, &options, &Environment { clock: &clock, pair: &Sequential });
+    let t = report.times;
+    let phases = [t.start_s, t.translation_s, t.linearise_s, t.qp_s, t.step_s, t.verify_s];
+    assert!(phases.iter().all(|phase| *phase > 0.0), "{t:?}");
+    assert!(phases.iter().sum::<f64>() <= t.total_s);
+    assert_eq!(bench.plan(0, &options).times, Default::default());
+}
+
+/// Flies the plan from a start turned by `turn`, with the gains or without; returns by how much
+/// that has grown at the end, where the arm has to point (the roll about it is free).
+fn growth(bench: &Bench, solver: &EmbeddedSolver, turn: f64, is_tracking: bool) -> f64 {
+    let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
+    let (body, servicer) = (Multibody::new(&bench.mission), &bench.mission.servicer);
+    let dt = bench.mission.approach.duration / (NODES - 1) as f64;
+    let mut x = motion.states[0];
+    let axis = Vector3::new(0.6, -0.48, 0.64);
+    x.attitude = quaternion::product(&quaternion::exp(&(axis * turn)), &x.attitude);
+    for k in 0..NODES - 1 {
+        let (planned, mut u) = (&motion.states[k], motion.controls[k]);
+        if is_tracking {
+            let gain = feedback_gain(&bench.mission, solver, k).unwrap();
+            let mut error = SVector::<f64, 12>::zeros();
+            error
+                .fixed_rows_mut::<3>(0)
+                .copy_from(&quaternion::difference(&x.attitude, &planned.attitude));
+            error.fixed_rows_mut::<3>(3).copy_from(&(x.joint_angle - planned.joint_angle));
+            error.fixed_rows_mut::<3>(6).copy_from(&(x.rate - planned.rate));
+            error.fixed_rows_mut::<3>(9).copy_from(&(x.joint_rate - planned.joint_rate));
+            let more = gain * error;
+            let (bus, joint) = (servicer.max_bus_torque, servicer.max_joint_torque);
+            u.bus_torque = (u.bus_torque + more.fixed_rows::<3>(0)).map(|t| t.clamp(-bus, bus));
+            u.joint_torque =
+                (u.joint_torque + more.fixed_rows::<3>(3)).map(|t| t.clamp(-joint, joint));
+        }
+        x = body.step(Integrator::Euler, dt, &x, &u, &path.force[k]);
+    }
+    let arm = servicer.capture_geometry().direction;
+    let pointing = |q| quaternion::rotation_matrix(q) * arm;
+    (pointing(&x.attitude) - pointing(&motion.states[NODES - 1].attitude)).norm() / turn
+}
+
+// Verifies REM-PLN-010.
+#[test]
+fn the_gains_bring_a_disturbed_start_back_to_the_plan() {
+    let mut bench = Bench::new();
+    let mut solver = on_heap(EmbeddedSolver::new);
+    let options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
+    for k in [0, 7, 21] {
+        let scenario = bench.set.scenarios[k].scenario();
+        let report = plan(
+            &bench.mission,
+            &scenario,
+            &options,
+            &InitialGuess::Heuristic,
+            &mut *solver,
+            &Environment::BARE,
+            &mut bench.workspace,
+        );
+        assert_eq!(report.status, Status::Solved);
+        let flown = |is_tracking| growth(&bench, &solver, 1e-4, is_tracking);
+        let (tracked, open) = (flown(true), flown(false));
+        println!("{k}: {tracked} {open}");
+        assert!(tracked < 0.05 && open > 0.5, "scenario {k}: {tracked} against {open}");
+    }
+    assert!(feedback_gain(&bench.mission, &*solver, NODES - 1).is_none());
+    bench.plan(0, &options);
+    assert!(feedback_gain(&bench.mission, &bench.solver, 0).is_none());
+}

@@ -1,0 +1,148 @@
+//! Clarabel's answers against the optimality conditions, and convexification against the program
+//! it must not change.
+
+use super::programs::cases;
+use nalgebra::{SMatrix, SVector};
+use proptest::prelude::*;
+use remora_core::advanced::qp::{Qp, QpSolver, QpStatus, Solution};
+use remora_core::advanced::time::Deadline;
+use remora_host::backend::ClarabelQp;
+use remora_host::kkt::Kkt;
+
+const N: usize = 6;
+const NX: usize = 3;
+const NU: usize = 2;
+type Program = Qp<N, NX, NU, 1>;
+type Point = Solution<N, NX, NU, 1>;
+
+/// A program from a stream of numbers in [-1, 1]: feasible, convex, the first state pinned.
+fn program(numbers: &[f64], soft: bool) -> Program {
+    let mut stream = numbers.iter().copied().cycle();
+    let mut next = move || stream.next().unwrap();
+    let mut qp = Program::ZERO;
+    qp.defect_weight = if soft { 5.0 } else { f64::INFINITY };
+    qp.row_weight = 4.0;
+    for (k, stage) in qp.stages.iter_mut().enumerate() {
+        let root = SMatrix::<f64, 5, 5>::from_fn(|_, _| next());
+        let hessian = root * root.transpose() + SMatrix::identity() * 0.1;
+        stage.hessian_xx = hessian.fixed_view::<NX, NX>(0, 0).into_owned();
+        stage.hessian_ux = hessian.fixed_view::<NU, NX>(NX, 0).into_owned();
+        stage.hessian_uu = hessian.fixed_view::<NU, NU>(NX, NX).into_owned();
+        stage.gradient_x = SVector::from_fn(|_, _| next());
+        stage.gradient_u = SVector::from_fn(|_, _| next());
+        stage.a = SMatrix::from_fn(|_, _| next()) * 0.6;
+        stage.b = SMatrix::from_fn(|_, _| next());
+        stage.c = SVector::from_fn(|_, _| next()) * 0.3;
+        stage.lower_x = SVector::repeat(if k == 0 { 0.2 } else { -3.0 });
+        stage.upper_x = SVector::repeat(if k == 0 { 0.2 } else { 3.0 });
+        stage.lower_u = SVector::repeat(-0.7);
+        stage.upper_u = SVector::repeat(0.7);
+        stage.row_x = SMatrix::from_fn(|_, _| next());
+        stage.row_offset[0] = 0.2 * next();
+    }
+    qp
+}
+
+fn numbers() -> impl Strategy<Value = Vec<f64>> {
+    proptest::collection::vec(-1.0..1.0f64, 293)
+}
+
+proptest! {
+    #![proptest_config(cases(40))]
+
+    #[test]
+    fn clarabel_satisfies_the_optimality_conditions(numbers in numbers(), soft: bool) {
+        let qp = program(&numbers, soft);
+        let mut point = Point::ZERO;
+        let outcome = ClarabelQp::default().solve(&qp, &mut point, &Deadline::never());
+        if outcome.status == QpStatus::Solved {
+            prop_assert!(Kkt::of(&qp, &point).worst() < 1e-7, "{:?}", Kkt::of(&qp, &point));
+        } else {
+            // Hard dynamics within boxes need not have a feasible point; slack always does.
+            prop_assert!(!soft && outcome.status == QpStatus::Infeasible, "{:?}", outcome.status);
+        }
+    }
+
+    #[test]
+    fn an_update_in_place_equals_a_fresh_solver(first in numbers(), second in numbers()) {
+        let (mut used, mut fresh) = (ClarabelQp::default(), ClarabelQp::default());
+        let (mut a, mut b) = (Point::ZERO, Point::ZERO);
+        used.solve(&program(&first, true), &mut a, &Deadline::never());
+        used.solve(&program(&second, true), &mut a, &Deadline::never());
+        fresh.solve(&program(&second, true), &mut b, &Deadline::never());
+        prop_assert_eq!(a.x, b.x);
+        prop_assert_eq!(a.u, b.u);
+        prop_assert_eq!(a.defect_multiplier, b.defect_multiplier);
+    }
+
+    /// Curvature of any sign, handed back until every block is convex: where none had to be
+    /// dropped, the objective is the same on every step along the dynamics.
+    #[test]
+    fn convexification_keeps_the_objective_along_the_dynamics(
+        numbers in numbers(),
+        size in 0.0..0.4f64,
+    ) {
+        let mut qp = program(&numbers, true);
+        let convex = SVector::<f64, NU>::repeat(1.0);
+        for (k, stage) in qp.stages.iter_mut().enumerate() {
+            let m = SMatrix::<f64, NX, NX>::from_fn(|i, j| numbers[7 * k + 3 * i + j]);
+            stage.hessian_xx = (m + m.transpose()) * size;
+            stage.hessian_ux = SMatrix::from_fn(|i, j| numbers[50 + 6 * k + 3 * i + j]) * size;
+            stage.hessian_uu.fill(0.0);
+        }
+        let before = qp.clone();
+        let dropped = qp.convexify(&convex, |_, _| false);
+
+        let mut point = Point::ZERO;
+        for k in 0..N - 1 {
+            point.u[k] = SVector::from_fn(|i, _| numbers[100 + 2 * k + i]);
+            let stage = &before.stages[k];
+            point.x[k + 1] = stage.a * point.x[k] + stage.b * point.u[k] + stage.c;
+        }
+        let effort: f64 = point.u.iter().map(|u| 0.5 * u.norm_squared()).sum();
+        let (old, new) = (before.cost(&point) + effort, qp.cost(&point));
+        if dropped == 0 {
+            prop_assert!((old - new).abs() < 1e-6 * (1.0 + old.abs()), "{old} {new}");
+        } else {
+            // Only negative curvature is ever dropped.
+            prop_assert!(new > old - 1e-6 * (1.0 + old.abs()), "{old} {new}");
+        }
+        for stage in &qp.stages[..N - 1] {
+            let mut block = SMatrix::<f64, 5, 5>::zeros();
+            block.fixed_view_mut::<NX, NX>(0, 0).copy_from(&stage.hessian_xx);
+            block.fixed_view_mut::<NU, NX>(NX, 0).copy_from(&stage.hessian_ux);
+            block.fixed_view_mut::<NX, NU>(0, NX).copy_from(&stage.hessian_ux.transpose());
+            block.fixed_view_mut::<NU, NU>(NX, NX).copy_from(&stage.hessian_uu);
+            let least = block.symmetric_eigenvalues().min();
+            prop_assert!(least > -1e-9 * (1.0 + block.amax()), "{least}");
+        }
+    }
+}
+
+#[test]
+fn statuses_tell_why_there_is_no_solution() {
+    let numbers: Vec<f64> = (0..293).map(|i| ((i * 37 % 101) as f64) / 50.5 - 1.0).collect();
+    let solve = |change: fn(&mut Program)| {
+        let mut qp = program(&numbers, false);
+        change(&mut qp);
+        let mut point = Point::ZERO;
+        ClarabelQp::default().solve(&qp, &mut point, &Deadline::never()).status
+    };
+    assert_eq!(solve(|_| ()), QpStatus::Solved);
+    // The next state cannot be reached whatever the control.
+    assert_eq!(solve(|qp| qp.stages[0].c.fill(100.0)), QpStatus::Infeasible);
+    assert_eq!(
+        solve(|qp| {
+            for stage in &mut qp.stages {
+                stage.hessian_uu.fill(0.0);
+                stage.hessian_ux.fill(0.0);
+                stage.hessian_xx.fill(0.0);
+                stage.b.fill(0.0);
+                stage.lower_u.fill(f64::NEG_INFINITY);
+            }
+        }),
+        QpStatus::Unbounded
+    );
+    assert!(!solve(|qp| qp.stages[2].gradient_u[0] = f64::NAN).is_usable());
+    assert!(!solve(|qp| qp.stages[2].a[(0, 0)] = f64::NAN).is_usable());
+}

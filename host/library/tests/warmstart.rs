@@ -1,0 +1,389 @@
+//! The learned start: its features, its actions and what the planner makes of it.
+
+use nalgebra::Vector3;
+use remora_core::advanced::dynamics::Integrator;
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::pair::Sequential;
+use remora_core::advanced::planner::{
+    EmbeddedSolver, Environment, GuessRecord, InitialGuess, PlanSettings, Report, Workspace, plan,
+};
+use remora_core::advanced::qp::{Checksum, Valid};
+use remora_core::advanced::scp::{Settings, Status};
+use remora_core::advanced::stages::{LINKS, Mode, NODES, ReorientationTrajectory};
+use remora_core::advanced::time::{Clock, Deadline};
+use remora_core::advanced::warmstart::{
+    ACTION, Action, Encoding, MAX_FEATURES, Policy, Scene, roll_out,
+};
+use remora_host::formats::ScenarioSet;
+use remora_host::memory::on_heap;
+use std::cell::Cell;
+
+/// Gives actions that were written down, whatever it sees.
+struct Script {
+    action: Action,
+    lines: Vec<[f32; ACTION]>,
+    at: Cell<usize>,
+    chunk: usize,
+    executed: usize,
+}
+
+impl Script {
+    fn new(action: Action, lines: Vec<[f32; ACTION]>) -> Self {
+        Self { action, lines, at: Cell::new(0), chunk: 1, executed: 1 }
+    }
+
+    fn of(action: Action, motion: &ReorientationTrajectory<NODES, LINKS>) -> Self {
+        let line =
+            |k: usize| action.of(&motion.states[k], &motion.controls[k], &motion.states[k + 1]);
+        Self::new(action, (0..NODES - 1).map(line).collect())
+    }
+}
+
+impl Policy for Script {
+    fn encoding(&self) -> Encoding {
+        Encoding::Body
+    }
+
+    fn action(&self) -> Action {
+        self.action
+    }
+
+    fn chunk(&self) -> usize {
+        self.chunk
+    }
+
+    fn executed(&self) -> usize {
+        self.executed
+    }
+
+    fn identify(&self, checksum: &mut Checksum) {
+        checksum.integer(7);
+    }
+
+    fn begin(&self, _: u64) {
+        self.at.set(0);
+    }
+
+    fn act(&self, features: &[f32], actions: &mut [f32], _: &Deadline<'_>) -> bool {
+        assert_eq!(actions.len(), ACTION * self.chunk);
+        for (j, action) in actions.chunks_mut(ACTION).enumerate() {
+            let line = self.lines.get(self.at.get() + j).or(self.lines.last());
+            action.copy_from_slice(line.expect("a script has lines"));
+        }
+        self.observe(features)
+    }
+
+    fn observe(&self, features: &[f32]) -> bool {
+        assert_eq!(features.len(), Encoding::Body.features());
+        self.at.set(self.at.get() + 1);
+        true
+    }
+}
+
+/// Settings with another limit of iterations.
+fn limited(settings: &Valid<Settings>, iterations: usize) -> Valid<Settings> {
+    Settings::with_max_iterations(settings, iterations)
+}
+
+struct Bench {
+    mission: Mission<LINKS>,
+    set: ScenarioSet,
+    workspace: Box<Workspace>,
+    solver: Box<EmbeddedSolver>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            mission: Mission::default(),
+            set: ScenarioSet::built_in().unwrap(),
+            workspace: on_heap(Workspace::new),
+            solver: on_heap(EmbeddedSolver::new),
+        }
+    }
+
+    fn plan(
+        &mut self,
+        scenario: usize,
+        integrator: Integrator,
+        start: &InitialGuess<'_>,
+    ) -> Report {
+        self.plan_with(scenario, &PlanSettings::new(Mode::Optimal, integrator), start)
+    }
+
+    fn plan_with(
+        &mut self,
+        scenario: usize,
+        options: &PlanSettings,
+        start: &InitialGuess<'_>,
+    ) -> Report {
+        let scenario = self.set.scenarios[scenario].scenario();
+        let Self { mission, workspace, solver, .. } = self;
+        plan(mission, &scenario, options, start, &mut **solver, &Environment::BARE, workspace)
+    }
+
+    fn roll_out(
+        &self,
+        integrator: Integrator,
+        script: &Script,
+    ) -> ReorientationTrajectory<NODES, LINKS> {
+        let mut out = ReorientationTrajectory::ZERO;
+        assert!(roll_out(&self.scene(integrator), script, 0, &mut out));
+        out
+    }
+
+    fn scene(&self, integrator: Integrator) -> Scene<'_> {
+        let Workspace { target, translation, .. } = &*self.workspace;
+        Scene::new(&self.mission, &translation.trajectory, target, integrator)
+    }
+}
+
+const RK4: Integrator = Integrator::Rk4 { substeps: 4 };
+
+/// Largest distance of poses and rates, in radians and radians a node.
+fn distance(
+    a: &ReorientationTrajectory<NODES, LINKS>,
+    b: &ReorientationTrajectory<NODES, LINKS>,
+) -> f64 {
+    let of = |k: usize| {
+        let (a, b) = (&a.states[k], &b.states[k]);
+        let turn: Vector3<f64> = quaternion::difference(&a.attitude, &b.attitude);
+        let rates = (a.rate - b.rate).amax().max((a.joint_rate - b.joint_rate).amax());
+        turn.amax().max((a.joint_angle - b.joint_angle).amax()).max(20.0 * rates)
+    };
+    (0..NODES).map(of).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_actions_of_a_plan_roll_out_to_the_plan() {
+    let mut bench = Bench::new();
+    for (integrator, tolerance) in [(Integrator::Euler, 1e-4), (RK4, 1e-3)] {
+        bench.plan(0, integrator, &InitialGuess::Heuristic);
+        let planned = *bench.workspace.motion();
+        for action in [Action::Torque, Action::Rate] {
+            let rolled = bench.roll_out(integrator, &Script::of(action, &planned));
+            let distance = distance(&planned, &rolled);
+            assert!(distance < tolerance, "{integrator:?} {action:?}: {distance:e}");
+            let miss = bench.scene(integrator).miss(&rolled.states[NODES - 1]);
+            assert!(miss < 2.0 * tolerance, "{integrator:?} {action:?}: {miss} m");
+        }
+    }
+}
+
+#[test]
+fn a_chunk_is_carried_out_before_the_next_is_asked_for() {
+    let mut bench = Bench::new();
+    bench.plan(0, Integrator::Euler, &InitialGuess::Heuristic);
+    let planned = *bench.workspace.motion();
+    let one = bench.roll_out(Integrator::Euler, &Script::of(Action::Rate, &planned));
+    let mut script = Script { chunk: 5, ..Script::of(Action::Rate, &planned) };
+    for executed in [1, 5] {
+        script.executed = executed;
+        assert!(bench.roll_out(Integrator::Euler, &script) == one);
+    }
+}
+
+#[test]
+fn a_plan_is_a_good_start_for_itself() {
+    let mut bench = Bench::new();
+    for integrator in [Integrator::Euler, RK4] {
+        let first = bench.plan(3, integrator, &InitialGuess::Heuristic);
+        let script = Script::of(Action::Rate, bench.workspace.motion());
+        let start = InitialGuess::Learned { policy: &script, seed: 0 };
+        let again = bench.plan(3, integrator, &start);
+        assert_eq!((again.status, again.evidence.start), (Status::Solved, GuessRecord::Learned));
+        let [first, again] = [first, again].map(|report| report.reorientation);
+        assert!(again.outcome.iterations <= 3, "{} iterations", again.outcome.iterations);
+        assert!(again.cost <= first.cost * 1.001, "{} and {}", again.cost, first.cost);
+    }
+}
+
+/// Whatever a model answers, there is a plan: the heuristic's.
+// Verifies REM-LRN-003.
+#[test]
+fn a_bad_start_gives_way_to_the_heuristic() {
+    let mut bench = Bench::new();
+    let first = bench.plan(5, Integrator::Euler, &InitialGuess::Heuristic);
+    let planned = *bench.workspace.motion();
+    let bad: [(Script, GuessRecord); 3] = [
+        (Script::new(Action::Rate, vec![[f32::NAN; ACTION]]), GuessRecord::NotFinite),
+        (Script::new(Action::Torque, vec![[f32::INFINITY; ACTION]]), GuessRecord::NotFinite),
+        (Script::new(Action::Torque, vec![[2e-5; ACTION]]), GuessRecord::Worse),
+    ];
+    for (script, record) in bad {
+        let start = InitialGuess::Learned { policy: &script, seed: 0 };
+        let report = bench.plan(5, Integrator::Euler, &start);
+        assert_eq!(report.evidence.start, record);
+        assert!(report.evidence.start.is_fallback());
+        assert!(*bench.workspace.motion() == planned, "{record:?}");
+        assert_eq!(report.evidence.output, first.evidence.output);
+        assert_ne!(report.evidence.settings, first.evidence.settings);
+    }
+    let report = bench.plan(5, Integrator::Euler, &InitialGuess::Refused);
+    assert_eq!(report.evidence.start, GuessRecord::Refused);
+    assert_eq!(report.evidence.output, first.evidence.output);
+}
+
+/// A start from which Stage 2 ends unsolved costs iterations, not the plan.
+// Verifies REM-LRN-003.
+#[test]
+fn a_start_that_fails_is_followed_by_the_heuristic() {
+    let mut bench = Bench::new();
+    // From where the heuristic is after one iteration, one more is not enough. The budget is that
+    // of both tries together.
+    let mut options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
+    options.reorientation = limited(&options.reorientation, 1);
+    options.learned = limited(&options.learned, 1);
+    let first = bench.plan_with(6, &options, &InitialGuess::Heuristic);
+    assert_eq!(first.status, Status::IterationLimit);
+    let heuristic = *bench.workspace.motion();
+    let script = Script::of(Action::Rate, bench.workspace.motion());
+    options.reorientation = limited(&options.reorientation, 2);
+    let start = InitialGuess::Learned { policy: &script, seed: 0 };
+    let report = bench.plan_with(6, &options, &start);
+    assert_eq!(report.evidence.start, GuessRecord::Unsolved);
+    assert!(*bench.workspace.motion() == heuristic);
+    assert_eq!(report.reorientation.outcome.iterations, 2);
+    assert_eq!(report.evidence.reorientation.iterations, 2);
+    assert!(
+        report.evidence.reorientation.qp_iterations > first.evidence.reorientation.qp_iterations
+    );
+}
+
+/// A clock that goes a second further each time it is looked at.
+struct Hasty(std::sync::atomic::AtomicU32);
+
+impl Clock for Hasty {
+    fn seconds(&self) -> f64 {
+        f64::from(self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed))
+    }
+}
+
+#[test]
+fn without_time_nothing_is_rolled_out() {
+    let mut bench = Bench::new();
+    let scenario = bench.set.scenarios[0].scenario();
+    let mut options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
+    options.deadline_s = 0.5;
+    let script = Script::new(Action::Rate, Vec::new());
+    let start = InitialGuess::Learned { policy: &script, seed: 0 };
+    let clock = Hasty(std::sync::atomic::AtomicU32::new(0));
+    let environment = Environment { clock: &clock, pair: &Sequential };
+    let Bench { mission, workspace, solver, .. } = &mut bench;
+    let report = plan(mission, &scenario, &options, &start, &mut **solver, &environment, workspace);
+    assert_eq!(report.evidence.start, GuessRecord::Deadline);
+    assert_eq!(report.status, Status::Deadline);
+    assert!(report.times.inference_s > 0.0);
+}
+
+/// Turning the whole scene turns nothing in bus axes but the orbit's own directions.
+#[test]
+fn bus_axes_do_not_see_where_the_approach_points() {
+    let mut bench = Bench::new();
+    bench.plan(1, Integrator::Euler, &InitialGuess::Heuristic);
+    let Workspace { target, translation, .. } = &*bench.workspace;
+    let path = &translation.trajectory;
+    let turn = quaternion::exp(&Vector3::new(0.3, -1.1, 0.7));
+    let rotation = quaternion::rotation_matrix(&turn);
+    let mut turned_path = *path;
+    let mut turned_target = *target;
+    for k in 0..NODES {
+        for vectors in
+            [&mut turned_path.position, &mut turned_path.velocity, &mut turned_path.force]
+        {
+            vectors[k] = rotation * vectors[k];
+        }
+        turned_target[k].attitude = quaternion::product(&turn, &target[k].attitude);
+        turned_target[k].rate = rotation * target[k].rate;
+    }
+    let scene = Scene::new(&bench.mission, path, target, Integrator::Euler);
+    let turned = Scene::new(&bench.mission, &turned_path, &turned_target, Integrator::Euler);
+    for k in [0, 7, 30, 57, 58, 59] {
+        let state = bench.workspace.motion().states[k];
+        let mut turned_state = state;
+        turned_state.attitude = quaternion::product(&turn, &state.attitude);
+        turned_state.rate = rotation * state.rate;
+        let previous = [0.1; ACTION];
+        let [mut a, mut b] = [[0.0f32; MAX_FEATURES]; 2];
+        scene.features(Encoding::Body, k, &state, &previous, &mut a);
+        turned.features(Encoding::Body, k, &turned_state, &previous, &mut b);
+        let [_, _, ahead, ..] = Encoding::Body.groups();
+        let orbit = ACTION + 1 + ahead..ACTION + 1 + ahead + 6;
+        for i in (0..MAX_FEATURES).filter(|i| !orbit.contains(i)) {
+            assert!((a[i] - b[i]).abs() <= 1e-6 * a[i].abs().max(1.0), "node {k}, feature {i}");
+        }
+        assert!(a.iter().all(|value| value.is_finite()));
+    }
+}
+
+#[test]
+fn the_paper_sees_attitudes_of_one_sign() {
+    let mut bench = Bench::new();
+    bench.plan(2, Integrator::Euler, &InitialGuess::Heuristic);
+    let Workspace { target, translation, .. } = &*bench.workspace;
+    let scene = Scene::new(&bench.mission, &translation.trajectory, target, Integrator::Euler);
+    let state = bench.workspace.motion().states[20];
+    let opposite = remora_core::advanced::dynamics::State { attitude: -state.attitude, ..state };
+    let [mut a, mut b] = [[0.0f32; MAX_FEATURES]; 2];
+    scene.features(Encoding::Paper, 20, &state, &[0.0; ACTION], &mut a);
+    scene.features(Encoding::Paper, 20, &opposite, &[0.0; ACTION], &mut b);
+    assert_eq!(a, b);
+    assert!(a[Encoding::Paper.features()..].iter().all(|value| *value == 0.0));
+}
+
+/// What is handed in is treated as a model's roll-out is, to the last bit.
+#[test]
+fn a_given_start_is_as_good_as_a_learned_one() {
+    let mut bench = Bench::new();
+    bench.plan(3, Integrator::Euler, &InitialGuess::Heuristic);
+    let script = Script::of(Action::Rate, bench.workspace.motion());
+    let rolled = bench.roll_out(Integrator::Euler, &script);
+    let start = InitialGuess::Learned { policy: &script, seed: 0 };
+    let learned = bench.plan(3, Integrator::Euler, &start);
+    let given = bench.plan(3, Integrator::Euler, &InitialGuess::User(&rolled));
+    assert_eq!((given.status, given.evidence.start), (Status::Solved, GuessRecord::User));
+    assert!(!given.evidence.start.is_fallback());
+    assert_eq!(given.evidence.output, learned.evidence.output);
+    assert_eq!(given.reorientation.outcome, learned.reorientation.outcome);
+    // Every bit of it stands in the evidence.
+    let mut other = rolled;
+    other.controls[NODES - 1].bus_torque.x = 1e-300;
+    let again = bench.plan(3, Integrator::Euler, &InitialGuess::User(&other));
+    assert_eq!(again.evidence.output, given.evidence.output);
+    assert_ne!(again.evidence.settings, given.evidence.settings);
+    assert_ne!(given.evidence.settings, learned.evidence.settings);
+}
+
+/// Whatever is handed in, there is a plan: the heuristic's.
+#[test]
+fn a_bad_given_start_gives_way_to_the_heuristic() {
+    let mut bench = Bench::new();
+    let first = bench.plan(5, Integrator::Euler, &InitialGuess::Heuristic);
+    let planned = *bench.workspace.motion();
+    let changed = |change: &dyn Fn(&mut ReorientationTrajectory<NODES, LINKS>)| {
+        let mut motion = planned;
+        change(&mut motion);
+        motion
+    };
+    let bad = [
+        (changed(&|z| z.states[7].rate.x = f64::NAN), GuessRecord::NotFinite),
+        (changed(&|z| z.controls[59].joint_torque[2] = f64::INFINITY), GuessRecord::NotFinite),
+        (changed(&|z| z.states[20].attitude.fill(0.0)), GuessRecord::NotFinite),
+        (changed(&|z| z.states[20].attitude *= 1e-200), GuessRecord::NotFinite),
+        (changed(&|z| z.states[20].rate.z = -1e300), GuessRecord::NotFinite),
+        (changed(&|z| z.states[20].rate.y = 1e3), GuessRecord::Worse),
+        (changed(&|z| z.states[30].attitude.x *= -1.0), GuessRecord::Worse),
+        (ReorientationTrajectory::ZERO, GuessRecord::Worse),
+    ];
+    for (motion, record) in bad {
+        let report = bench.plan(5, Integrator::Euler, &InitialGuess::User(&motion));
+        assert_eq!(report.evidence.start, record);
+        assert!(report.evidence.start.is_fallback());
+        assert_eq!(report.evidence.output, first.evidence.output);
+    }
+    // What lies beyond a limit is moved to it first, and may do.
+    let fast = changed(&|z| z.states[20].joint_rate[0] = 1e300);
+    let report = bench.plan(5, Integrator::Euler, &InitialGuess::User(&fast));
+    assert_eq!((report.status, report.evidence.start), (Status::Solved, GuessRecord::User));
+}

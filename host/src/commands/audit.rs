@@ -1,0 +1,159 @@
+//! `remora audit`
+
+use super::options::choice;
+use super::progress::Bar;
+use super::{Exit, Output};
+use indicatif::{ProgressBar, ProgressStyle};
+use remora_audit::{Audit, Section, Watcher, check, summary_table};
+use remora_host::choice::Choice;
+use remora_host::error::Error;
+use remora_host::progress::Progress;
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write as _, stderr};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Measure what a review asks for, and write it as pages: memory, latency, instructions, faults.
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// Measure this part only; the others stay what they are (may be repeated)
+    #[arg(long, value_name = "PART", value_parser = choice::<Section>())]
+    only: Vec<Section>,
+    /// Measure nothing: are budgets kept and pages what today's code would make?
+    #[arg(long, conflicts_with = "only")]
+    check: bool,
+    /// Folder of the pages [default: docs/audit in the checkout]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// The checkout [default: the one around the working folder]
+    #[arg(long, value_name = "DIR")]
+    root: Option<PathBuf>,
+    /// Worker threads where no times are measured [default: all cores]
+    #[arg(long, value_name = "J")]
+    jobs: Option<NonZeroUsize>,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  remora audit                      all parts, about a quarter of an hour on two cores
+  remora audit --only latency       one part again; leave the machine alone meanwhile
+  remora audit --check              what CI does
+
+Builds and emulates firmware images (ci/firmware.sh), which installs what it needs as root. An
+audit that was interrupted goes on where it stopped.
+
+Exit status: 0 done and no hard bar or budget broken, 1 something is broken or stale, 2 bad input.";
+
+impl Args {
+    pub(super) fn run(self) -> Result<Output, Error> {
+        let root = match self.root {
+            Some(root) => root,
+            None => checkout()?,
+        };
+        if !root.join("ci/firmware.sh").is_file() {
+            return Err(Error::input(&root, "", "is no checkout: there is no ci/firmware.sh"));
+        }
+        let out = self.out.unwrap_or_else(|| root.join("docs/audit"));
+        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        let jobs = self.jobs.unwrap_or_else(cores);
+        let mut screen = Screen::default();
+        if self.check {
+            let checked = check(&root, &out, jobs, super::inject::hung, &mut screen)?;
+            screen.clear();
+            let text = checked.looked_at.iter().map(|line| format!("looked at: {line}\n"));
+            let text = text.collect::<String>() + &faults(&checked.faults);
+            return Ok(Output::new(text, checked.faults.is_empty()));
+        }
+        let sections = if self.only.is_empty() { Section::ALL.to_vec() } else { self.only };
+        let audit = Audit { root, out, sections, jobs, alarm: super::inject::hung };
+        let audited = audit.run(&mut screen)?;
+        screen.clear();
+        let mut text = format!("{}\n", summary_table(&audited.bars));
+        for file in &audited.files {
+            let _ = writeln!(text, "written: {}", file.display());
+        }
+        let exit = if audited.faults.is_empty() { Exit::Success } else { Exit::Unsolved };
+        Ok(Output { text: text + &faults(&audited.faults), exit })
+    }
+}
+
+fn faults(faults: &[String]) -> String {
+    match faults.len() {
+        0 => "no hard bar and no budget is broken\n".into(),
+        _ => faults.iter().map(|fault| format!("BROKEN: {fault}\n")).collect(),
+    }
+}
+
+/// The checkout around the working folder.
+fn checkout() -> Result<PathBuf, Error> {
+    let here = std::env::current_dir()
+        .map_err(|cause| Error::argument("--root", format!("no working folder: {cause}")))?;
+    let is_checkout = |folder: &&std::path::Path| folder.join("ci/firmware.sh").is_file();
+    let found = here.ancestors().find(is_checkout).map(std::path::Path::to_path_buf);
+    found.ok_or_else(|| {
+        Error::argument("--root", "the working folder is in no checkout of the sources; name one")
+    })
+}
+
+/// Progress on standard error: the part, then what it does.
+#[derive(Default)]
+struct Screen {
+    bar: Bar,
+    spinner: Option<ProgressBar>,
+}
+
+impl Screen {
+    fn clear(&mut self) {
+        if let Some(spinner) = self.spinner.take() {
+            spinner.finish_and_clear();
+        }
+    }
+}
+
+impl Progress for Screen {
+    fn begin(&mut self, total: usize, done: usize) {
+        self.clear();
+        self.bar.begin(total, done);
+    }
+
+    fn done(&mut self, is_solved: bool) {
+        self.bar.done(is_solved);
+    }
+
+    fn end(&mut self) {
+        self.bar.end();
+    }
+}
+
+impl Watcher for Screen {
+    fn section(&mut self, section: Section, number: usize, of: usize) {
+        self.clear();
+        let _ = writeln!(stderr(), "{number}/{of}  {}", section.name());
+    }
+
+    fn resumed(&mut self, section: Section) {
+        let _ = writeln!(stderr(), "resuming: {} is there already", section.name());
+    }
+
+    fn line(&mut self, text: &str) {
+        if !stderr().is_terminal() {
+            let _ = writeln!(stderr(), "  {text}");
+            return;
+        }
+        let spinner = self.spinner.get_or_insert_with(|| {
+            let spinner = ProgressBar::new_spinner();
+            if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}  {wide_msg}") {
+                spinner.set_style(style);
+            }
+            spinner.enable_steady_tick(Duration::from_millis(200));
+            spinner
+        });
+        spinner.set_message(text.to_string());
+    }
+
+    fn progress(&mut self) -> &mut (dyn Progress + Send) {
+        self
+    }
+}

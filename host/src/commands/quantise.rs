@@ -1,0 +1,68 @@
+//! `remora quantise`
+
+use super::Output;
+use remora_host::error::Error;
+use remora_host::formats::{ModelFile, check_writable};
+use remora_host::report::{Align, Table};
+use remora_learn::quantise::{Quantised, quantise};
+use std::path::PathBuf;
+
+/// Round a trained model to eight bits, as the network that flies needs it.
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// Model in single precision (*.model), as training writes it
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// Quantised model to write
+    #[arg(value_name = "OUT")]
+    out: PathBuf,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  remora quantise small.f32.model small.model
+
+Prints every tensor with its bytes before and after, the largest error of a weight relative to the
+largest of its row, and the relative root mean square of all its errors.";
+
+impl Args {
+    pub(super) fn run(self) -> Result<Output, Error> {
+        let model = ModelFile::read(&self.input)?;
+        check_writable(&self.out)?;
+        let (quantised, tensors) = quantise(&model).map_err(|e| e.at(&self.input))?;
+        quantised.write(&self.out)?;
+        let text = format!("{}\nwritten: {}\n", table(&tensors), self.out.display());
+        Ok(Output::new(text, true))
+    }
+}
+
+fn table(tensors: &[Quantised]) -> String {
+    let mut table = Table::new([
+        ("tensor", Align::Left),
+        ("rows", Align::Right),
+        ("columns", Align::Right),
+        ("bytes", Align::Right),
+        ("quantised", Align::Right),
+        ("largest error", Align::Right),
+        ("rms error", Align::Right),
+    ]);
+    let percent = |error: Option<f64>| error.map_or("-".into(), |e| format!("{:.3} %", 100.0 * e));
+    let mut total = [0, 0];
+    for tensor in tensors {
+        total = [total[0] + tensor.bytes[0], total[1] + tensor.bytes[1]];
+        table.row([
+            tensor.name.clone(),
+            tensor.rows.to_string(),
+            tensor.columns.to_string(),
+            tensor.bytes[0].to_string(),
+            tensor.bytes[1].to_string(),
+            percent(tensor.largest_error),
+            percent(tensor.rms_error),
+        ]);
+    }
+    let none = || String::new();
+    let [before, after] = total.map(|bytes: usize| bytes.to_string());
+    table.row(["all".into(), none(), none(), before, after, none(), none()]);
+    table.to_string()
+}

@@ -1,0 +1,212 @@
+//! `remora train`
+
+use super::Output;
+use indicatif::{ProgressBar, ProgressStyle};
+use remora_host::error::Error;
+use remora_learn::training::checkpoint::LossRow;
+use remora_learn::training::model::Origin;
+use remora_learn::training::network::Losses;
+use remora_learn::training::recorded::Recorded;
+use remora_learn::training::rollout::RolloutError;
+use remora_learn::training::shape::Shape;
+use remora_learn::training::source::{ExampleSource, Synthetic};
+use remora_learn::training::{Config, Cpu, Observer, Outcome, Run, output};
+use std::io::{IsTerminal, Write, stderr};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Train a network for the learned warm start.
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// Configuration (*.toml)
+    #[arg(long, value_name = "FILE")]
+    config: PathBuf,
+    /// Directory of the results [default: runs/NAME of the configuration]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Go on where the checkpoint in DIR stopped, if there is one
+    #[arg(long)]
+    resume: bool,
+    /// Threads of the matrix products; two trainings on one thread each use two cores better than
+    /// one training on both
+    #[arg(long, value_name = "N", default_value = "1")]
+    threads: NonZeroUsize,
+    /// Where to compute; cuda in programs built with the feature of that name
+    #[arg(long, value_name = "DEVICE", default_value = "cpu")]
+    device: Device,
+    /// Stop after so many steps, with a checkpoint
+    #[arg(long, value_name = "STEPS")]
+    stop_after: Option<u64>,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  remora train --config fixtures/models/small.toml --out runs/small
+  remora train --config fixtures/models/small.toml --out runs/small --resume
+
+DIR gets config.toml, loss.csv, loss.svg, checkpoint.bin, model.f32.model and summary.json. The same
+configuration makes the same bits on the same machine, interrupted or not, unless it sets
+training.minutes.
+
+Exit status: 0 done, 1 stopped before the end of the schedule, 2 bad input.";
+
+impl Args {
+    pub(super) fn run(self) -> Result<Output, Error> {
+        let config = Config::read(&self.config)?;
+        // An error means that there is a pool already, as in tests.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(self.threads.get()).build_global();
+        let name = self.config.file_stem().unwrap_or_default();
+        let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
+        let data = Data::read(&config)?;
+        let count = config.training.rollout_count.unwrap_or(ROLLOUT_COUNT);
+        let run = Run {
+            config,
+            source: data.source(),
+            origin: data.origin(),
+            out,
+            resume: self.resume,
+            stop_after: self.stop_after,
+            rollout: &|model| data.roll_out(model, count),
+        };
+        let outcome = self.device.train(&run, &mut Progress::default())?;
+        output::summary(&run.out, &run.config, &outcome)?;
+        let last = outcome.checkpoint.rows.last().cloned().unwrap_or_default();
+        let text = format!(
+            "{} steps, {:.0} s, validation loss {:.5}\nwritten: {}\n",
+            outcome.checkpoint.optimiser.step,
+            outcome.checkpoint.elapsed_s,
+            last.validation,
+            run.out.display(),
+        );
+        Ok(Output::new(text, outcome.complete))
+    }
+}
+
+/// Where to compute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Device {
+    Cpu,
+    #[cfg(feature = "cuda")]
+    Cuda,
+}
+
+impl Device {
+    fn train(self, run: &Run<'_>, observer: &mut dyn Observer) -> Result<Outcome, Error> {
+        match self {
+            Self::Cpu => run.train::<Cpu>(Default::default(), observer),
+            #[cfg(feature = "cuda")]
+            Self::Cuda => run.train::<remora_learn::training::Gpu>(Default::default(), observer),
+        }
+    }
+}
+
+/// Scenarios of a roll-out, unless the configuration says how many.
+const ROLLOUT_COUNT: usize = 64;
+
+/// Datasets, or random trajectories to measure speed with.
+enum Data {
+    Recorded(Box<Recorded>),
+    Synthetic(Synthetic),
+}
+
+impl Data {
+    fn read(config: &Config) -> Result<Self, Error> {
+        if config.data.path.as_os_str() != "synthetic" {
+            return Recorded::read(config).map(|recorded| Self::Recorded(Box::new(recorded)));
+        }
+        let groups = config.model.encoding.groups();
+        let shape = Shape { nodes: 60, groups: groups.to_vec(), states: groups[4] };
+        Ok(Self::Synthetic(Synthetic::new(shape, config.data.count.unwrap_or(5000) as usize)))
+    }
+
+    fn source(&self) -> &dyn ExampleSource {
+        match self {
+            Self::Recorded(recorded) => &**recorded,
+            Self::Synthetic(synthetic) => synthetic,
+        }
+    }
+
+    fn origin(&self) -> Origin {
+        match self {
+            Self::Recorded(recorded) => recorded.origin(),
+            Self::Synthetic(_) => Origin {
+                integrator: "none".into(),
+                dataset: "synthetic".into(),
+                ..Origin::default()
+            },
+        }
+    }
+
+    fn roll_out(&self, model: &[u8], count: usize) -> Option<RolloutError> {
+        match self {
+            Self::Recorded(recorded) => recorded.roll_out(model, count),
+            Self::Synthetic(_) => None,
+        }
+    }
+}
+
+const TEMPLATE: &str = "{bar:30} {pos}/{len}  {msg}  {per_sec}  {eta} left";
+
+/// A bar on a terminal, a line each half minute elsewhere.
+#[derive(Default)]
+struct Progress {
+    bar: Option<ProgressBar>,
+    started: Option<(Instant, u64, f64)>,
+    told: Option<Instant>,
+    steps: u64,
+    loss: f64,
+    validation: String,
+}
+
+impl Observer for Progress {
+    fn begin(&mut self, step: u64, steps: u64, parameters: usize) {
+        let _ = writeln!(stderr(), "{parameters} parameters, step {step} of {steps}");
+        self.steps = steps;
+        if stderr().is_terminal() {
+            let bar = ProgressBar::new(steps).with_position(step);
+            if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
+                bar.set_style(style);
+            }
+            bar.reset_eta();
+            self.bar = Some(bar);
+        }
+    }
+
+    fn step(&mut self, step: u64, losses: Losses, progress: f64) {
+        let (started, first, before) =
+            *self.started.get_or_insert((Instant::now(), step, progress));
+        let keep = if self.loss == 0.0 { 0.0 } else { 0.98 };
+        self.loss = keep * self.loss + (1.0 - keep) * losses.action;
+        let message = format!("loss {:.5}  {}", self.loss, self.validation);
+        match &self.bar {
+            Some(bar) => {
+                bar.set_position(step);
+                bar.set_message(message);
+            }
+            None if self.told.is_none_or(|told| told.elapsed().as_secs() >= 30) => {
+                self.told = Some(Instant::now());
+                let elapsed = started.elapsed().as_secs_f64();
+                let rate = (step - first) as f64 / elapsed.max(1e-9);
+                let left = elapsed * (1.0 - progress) / (progress - before).max(1e-9);
+                let steps = self.steps;
+                let _ = writeln!(
+                    stderr(),
+                    "{step}/{steps}  {message}  {rate:.2} steps/s  {:.1} min left",
+                    left / 60.0
+                );
+            }
+            None => {}
+        }
+    }
+
+    fn validated(&mut self, row: &LossRow) {
+        self.validation = format!("validation {:.5}", row.validation);
+        if let Some(error) = row.rollout {
+            self.validation += &format!("  roll-out {:.4} m", error.mean_m);
+        }
+        self.validation += &format!("  {:.0} nodes/s", row.nodes_per_s);
+        self.told = None;
+    }
+}
