@@ -23,6 +23,11 @@
 
 pub use nalgebra;
 
+/// The example of the project's README compiles and runs.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct ProjectReadme;
+
 mod bounds;
 mod dynamics;
 mod math;
