@@ -17,6 +17,7 @@
 //! - [`threads`]: a second thread for one plan;
 //! - [`learned`]: learned models, from files or built in;
 //! - [`planning`]: from a scenario to a plan file;
+//! - [`picture`]: a plan as a picture;
 //! - [`export`]: the subproblems of a plan as files for other solvers;
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
 //! - [`checking`]: plan files against the core's independent verifier;
@@ -46,6 +47,7 @@ pub mod learned;
 pub mod memory;
 pub mod method;
 pub mod perturbation;
+pub mod picture;
 pub mod planning;
 pub mod pool;
 pub mod portfolio;

@@ -4,12 +4,13 @@ use super::Output;
 use super::options::{MethodArgs, MissionArgs, ScenarioArgs, choice};
 use crate::report;
 use remora_host::error::Error;
-use remora_host::formats::PlanVerdict;
+use remora_host::formats::{PlanVerdict, check_writable, make_directory, write_atomically};
 use remora_host::method::Deadline;
+use remora_host::picture;
 use remora_host::planning::PlanJob;
 use remora_host::report::iteration_log;
 use remora_host::threads::Threads;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Plan one approach and write the plan.
 #[derive(Debug, clap::Args)]
@@ -29,13 +30,19 @@ pub(super) struct Args {
     #[arg(long, value_parser = choice::<Threads>(), value_name = "N", default_value = "1")]
     #[arg(allow_negative_numbers = true)]
     threads: Threads,
-    /// Plan file to write [default: ID.plan.json]
+    /// Plan file to write [default: runs/ID.plan.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Draw the plan too: path, bus and arm, and all that has limits over time
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
     /// Show the iterations of both stages
     #[arg(short, long)]
     verbose: bool,
 }
+
+/// Where plans are written unless told otherwise.
+const FOLDER: &str = "runs";
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -46,6 +53,7 @@ Examples:
   remora plan --warm-start heuristic
   remora plan --integrator euler --model mine.model
   remora plan --deadline 0.5 --threads 2
+  remora plan --plot plan.svg
 
 What no plan can end well is refused before planning, with the constraint's name; then no file is
 written. Clearances are smallest distances of bodies, negative where they overlap.
@@ -57,15 +65,27 @@ impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let scenario = self.scenario.scenario()?;
         let mission = self.mission.mission()?;
-        let default = || PathBuf::from(format!("{}.plan.json", scenario.id));
-        let out = self.out.clone().unwrap_or_else(default);
+        let out = match &self.out {
+            Some(out) => out.clone(),
+            None => Path::new(FOLDER).join(format!("{}.plan.json", scenario.id)),
+        };
         let method = self.method.method_until(self.deadline);
         let model = self.method.model()?;
         let job = PlanJob { scenario, mission, method, model, threads: self.threads, out };
         if let Some(refusal) = job.refusal()? {
             return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
         }
+        if self.out.is_none() {
+            make_directory(Path::new(FOLDER))?;
+        }
+        if let Some(plot) = &self.plot {
+            check_writable(plot)?;
+        }
         let planned = job.run()?;
+        if let Some(plot) = &self.plot {
+            let svg = picture::svg(&planned.file, &job.mission)?;
+            write_atomically(plot, svg.as_bytes())?;
+        }
 
         let mut text = String::new();
         if self.verbose {
@@ -74,6 +94,9 @@ impl Args {
             text.push_str(&report::evidence(&planned));
         }
         text.push_str(&report::plan_report(&planned, &job.mission, &job.out));
+        if let Some(plot) = &self.plot {
+            text += &format!("written: {}\n", plot.display());
+        }
         Ok(Output::judged(text, planned.file.verdict.unwrap_or(PlanVerdict::NotFlyable)))
     }
 }

@@ -61,7 +61,7 @@ fn a_campaigns_plan_is_a_plan() {
     let bench = Bench::new();
     bench.solves(&format!("{CAMPAIGN} --plans --jobs 1 --out runs"));
     bench.solves("plan --scenarios set.scenarios.json --id s1-002 --integrator euler");
-    let plan = bench.json("s1-002.plan.json");
+    let plan = bench.json("runs/s1-002.plan.json");
     assert_eq!(timeless(plan), timeless(bench.json("runs/plans/s1-002.plan.json")));
     bench.solves("check --strict --scenarios set.scenarios.json runs/plans/s1-000.plan.json");
 }

@@ -6,12 +6,14 @@ use super::bench::{Bench, timeless};
 fn without_arguments_it_plans_a_built_in_scenario() {
     let bench = Bench::new();
     let run = bench.solves("");
-    let plan = bench.json("pub-000.plan.json");
+    let plan = bench.json("runs/pub-000.plan.json");
     assert_eq!(plan["format"], "remora-plan/1");
     assert_eq!((&plan["status"], &plan["mode"]), (&"solved".into(), &"optimal".into()));
     assert_eq!((&plan["integrator"], &plan["qp"]), (&"rk4".into(), &"embedded".into()));
     assert_eq!(plan["warm_start"], "model");
-    for text in ["scenario pub-000: solved", "reorientation", "ee_angle", "written: pub-000.plan"] {
+    for text in
+        ["scenario pub-000: solved", "reorientation", "ee_angle", "written: runs/pub-000.plan"]
+    {
         assert!(run.out.contains(text), "{text} in\n{}", run.out);
     }
     assert!(run.out.lines().all(|line| line.len() <= 100), "{}", run.out);
@@ -20,7 +22,7 @@ fn without_arguments_it_plans_a_built_in_scenario() {
     assert!(run.out.contains("\nverdict: optimal\n"), "{}", run.out);
     assert!(run.out.contains("\narm to target"), "{}", run.out);
     assert_eq!(plan["verdict"], "optimal");
-    assert_eq!(bench.json("pub-000.evidence.json")["verdict"], "optimal");
+    assert_eq!(bench.json("runs/pub-000.evidence.json")["verdict"], "optimal");
     for pair in ["arm", "bus", "own"] {
         let closest = plan["clearances"][pair].as_object().unwrap();
         assert_eq!(closest.keys().collect::<Vec<_>>(), ["body", "distance_m", "time_s"]);
@@ -81,8 +83,8 @@ fn out_of_time_it_writes_what_it_has() {
         let run = bench.run(&format!("plan {set} --deadline 1e-6 --qp {qp}"));
         assert_eq!(run.status, 1, "{}", run.err);
         assert!(run.out.contains("scenario s1-000: deadline\n"), "{}", run.out);
-        assert_eq!(bench.json("s1-000.plan.json")["status"], "deadline");
-        let check = bench.run(&format!("check {set} s1-000.plan.json"));
+        assert_eq!(bench.json("runs/s1-000.plan.json")["status"], "deadline");
+        let check = bench.run(&format!("check {set} runs/s1-000.plan.json"));
         assert_eq!(check.status, 1, "{}", check.err);
         assert!(check.out.contains("verdict: NOT feasible\n"), "{}", check.out);
     }
@@ -101,7 +103,7 @@ fn verbose_shows_the_iterations() {
     ] {
         assert!(run.out.contains(text), "{text} in\n{}", run.out);
     }
-    assert_eq!(bench.json("pub-000.plan.json")["mode"], "feasible");
+    assert_eq!(bench.json("runs/pub-000.plan.json")["mode"], "feasible");
 }
 
 #[test]
@@ -113,14 +115,14 @@ fn what_is_not_solved_is_written_all_the_same() {
     assert!(run.out.contains("TOO LARGE"), "{}", run.out);
     let failed = "\nverdict: not flyable, dynamics2 is farthest beyond its tolerance\n";
     assert!(run.out.contains(failed), "{}", run.out);
-    assert_eq!(bench.json("pub-000.plan.json")["verdict"], "not_flyable");
-    assert_ne!(bench.json("pub-000.plan.json")["status"], "solved");
+    assert_eq!(bench.json("runs/pub-000.plan.json")["verdict"], "not_flyable");
+    assert_ne!(bench.json("runs/pub-000.plan.json")["status"], "solved");
     bench.write(
         "public.scenarios.json",
         include_str!("../../../fixtures/scenarios/public.scenarios.json"),
     );
     let check = bench.run(
-        "check --scenarios public.scenarios.json --mission weak.mission.toml pub-000.plan.json",
+        "check --scenarios public.scenarios.json --mission weak.mission.toml runs/pub-000.plan.json",
     );
     assert_eq!(check.status, 1, "{}", check.err);
     assert!(check.out.contains("verdict: NOT feasible\n"), "{}", check.out);
@@ -163,9 +165,9 @@ fn verified_but_not_converged_has_a_status_of_its_own() {
     let run = bench.run(&format!("plan {loose}"));
     assert_eq!(run.status, 3, "{}{}", run.out, run.err);
     assert!(run.out.contains("\nverdict: verified but not converged\n"), "{}", run.out);
-    let plan = bench.json("pub-000.plan.json");
+    let plan = bench.json("runs/pub-000.plan.json");
     assert_eq!((&plan["status"], &plan["verdict"]), (&"iteration_limit".into(), &VERIFIED.into()));
-    assert_eq!(bench.json("pub-000.evidence.json")["verdict"], VERIFIED);
+    assert_eq!(bench.json("runs/pub-000.evidence.json")["verdict"], VERIFIED);
     let set = "campaign --scenarios set.scenarios.json --csv --out runs";
     let run = bench.run(&format!("{set} {loose}"));
     assert_eq!(run.status, 3, "{}{}", run.out, run.err);
@@ -190,4 +192,14 @@ fn every_command_has_help_with_an_example() {
         assert!(run.out.contains(&format!("remora {command}")), "{}", run.out);
     }
     assert!(bench.solves("--version").out.starts_with("remora "));
+}
+
+#[test]
+fn a_plan_is_drawn_where_that_is_asked_for() {
+    let bench = Bench::new();
+    let plan = "plan --mode feasible --integrator euler --out a.plan.json --plot";
+    let run = bench.solves(&format!("{plan} a.svg"));
+    assert!(run.out.ends_with("written: a.svg\n"), "{}", run.out);
+    assert!(bench.read("a.svg").starts_with("<svg"));
+    bench.refuses(&format!("{plan} none/a.svg"), "none/a.svg: no such file or directory");
 }

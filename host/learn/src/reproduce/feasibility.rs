@@ -27,14 +27,7 @@ const MODES: [Mode; 2] = [Mode::Optimal, Mode::Feasible];
 /// Compares both modes from the heuristic and from the models with a flow decoder and H = 1 that
 /// were trained on most, the paper's choice; where there is none, from those with any decoder.
 pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Findings, Error> {
-    let single = || models.iter().filter(|card| card.chunk == 1).cloned();
-    let mut models = card::largest(single().filter(|card| card.decoder == Decoder::Flow));
-    if models.is_empty() {
-        models = card::largest(single());
-    }
-    if models.is_empty() {
-        return Err(super::no_model("H = 1"));
-    }
+    let models = chosen(models)?;
     let starts = || [None].into_iter().chain(models.iter().map(Some));
     let asked: Vec<(Mode, Option<&Card>)> =
         MODES.into_iter().flat_map(|mode| starts().map(move |model| (mode, model))).collect();
@@ -86,6 +79,17 @@ pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Fin
         plots: vec![("feasibility-cost", plot.svg()?)],
         numbers: super::to_value(&lines)?,
     })
+}
+
+/// The models of the table: of one action a node, with a flow decoder where there are such.
+fn chosen(models: &[Card]) -> Result<Vec<Card>, Error> {
+    let single = || models.iter().filter(|card| card.chunk == 1).cloned();
+    let flow = card::largest(single().filter(|card| card.decoder == Decoder::Flow));
+    let models = if flow.is_empty() { card::largest(single()) } else { flow };
+    match models.is_empty() {
+        true => Err(super::no_model("H = 1")),
+        false => Ok(models),
+    }
 }
 
 fn name((mode, model): &(Mode, Option<&Card>)) -> String {

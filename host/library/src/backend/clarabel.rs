@@ -310,87 +310,143 @@ impl Columns {
     }
 }
 
+/// Clarabel's matrices and vectors in the making: where each entry comes from.
+struct Assembly<'a, const N: usize, const NX: usize, const NU: usize, const NR: usize> {
+    qp: &'a Qp<N, NX, NU, NR>,
+    pattern: Pattern,
+    bounds: Vec<Bounds>,
+    soft: bool,
+    p: Columns,
+    q: Vec<Source>,
+    a: Columns,
+    b: Vec<Source>,
+}
+
+impl<'a, const N: usize, const NX: usize, const NU: usize, const NR: usize>
+    Assembly<'a, N, NX, NU, NR>
+{
+    /// States and controls of a node.
+    const NZ: usize = NX + NU;
+    /// The first slack: behind states and controls, of which the last node has none.
+    const SLACK: usize = N * NX + (N - 1) * NU;
+
+    fn new(qp: &'a Qp<N, NX, NU, NR>) -> Self {
+        let soft = qp.defect_weight.is_finite();
+        let mut assembly = Self {
+            qp,
+            pattern: Pattern::of(qp),
+            bounds: all_bounds(qp).collect(),
+            soft,
+            p: Columns(Vec::new()),
+            q: Vec::new(),
+            a: Columns(Vec::new()),
+            b: Vec::new(),
+        };
+        let variables = assembly.row_slack() + N * NR;
+        assembly.p.0.resize(variables, Vec::new());
+        assembly.a.0.resize(variables, Vec::new());
+        assembly
+    }
+
+    /// The first slack of the soft rows: behind those of soft dynamics, two for each.
+    fn row_slack(&self) -> usize {
+        Self::SLACK + if self.soft { 2 * (N - 1) * NX } else { 0 }
+    }
+
+    fn variables(&self) -> usize {
+        self.a.0.len()
+    }
+
+    fn objective(&mut self) {
+        for k in 0..N {
+            let width = if k + 1 == N { NX } else { Self::NZ };
+            for j in 0..width {
+                self.q.push(Source::Gradient(k, j));
+                for i in 0..=j {
+                    if self.pattern.hessian[i * Self::NZ + j] {
+                        let entry = (k * Self::NZ + i, Source::Hessian(k, i, j));
+                        self.p.0[k * Self::NZ + j].push(entry);
+                    }
+                }
+            }
+        }
+        self.q.resize(self.row_slack(), Source::Constant(self.qp.defect_weight));
+        self.q.resize(self.variables(), Source::Constant(self.qp.row_weight));
+    }
+
+    /// The dynamics, then the pinned variables; returns how many there are.
+    fn equalities(&mut self) -> usize {
+        for k in 0..N - 1 {
+            for i in 0..NX {
+                let row = self.b.len();
+                for j in 0..Self::NZ {
+                    if self.pattern.dynamics[i * Self::NZ + j] {
+                        self.a.0[k * Self::NZ + j].push((row, Source::Dynamics(k, i, j)));
+                    }
+                }
+                self.a.0[(k + 1) * Self::NZ + i].push((row, Source::Constant(1.0)));
+                if self.soft {
+                    let at = Self::SLACK + 2 * (k * NX + i);
+                    self.a.0[at].push((row, Source::Constant(-1.0)));
+                    self.a.0[at + 1].push((row, Source::Constant(1.0)));
+                }
+                self.b.push(Source::Offset(k, i));
+            }
+        }
+        for v in 0..self.bounds.len() {
+            if self.bounds[v].pinned {
+                self.row(v, 1.0, Source::Upper(v / Self::NZ, v % Self::NZ));
+            }
+        }
+        self.b.len()
+    }
+
+    /// Boxes, soft rows, slacks.
+    fn inequalities(&mut self) {
+        for v in 0..self.bounds.len() {
+            let Bounds { upper, lower, .. } = self.bounds[v];
+            if upper {
+                self.row(v, 1.0, Source::Upper(v / Self::NZ, v % Self::NZ));
+            }
+            if lower {
+                self.row(v, -1.0, Source::Lower(v / Self::NZ, v % Self::NZ));
+            }
+        }
+        let row_slack = self.row_slack();
+        for k in 0..N {
+            for i in 0..NR {
+                for j in 0..NX {
+                    if self.pattern.rows[i * NX + j] {
+                        let entry = (self.b.len(), Source::Row(k, i, j));
+                        self.a.0[k * Self::NZ + j].push(entry);
+                    }
+                }
+                self.row(row_slack + k * NR + i, -1.0, Source::RowOffset(k, i));
+            }
+        }
+        for v in Self::SLACK..self.variables() {
+            self.row(v, -1.0, Source::Constant(0.0));
+        }
+    }
+
+    /// Ends a row with an entry of one variable, and its right-hand side.
+    fn row(&mut self, variable: usize, factor: f64, right: Source) {
+        self.a.0[variable].push((self.b.len(), Source::Constant(factor)));
+        self.b.push(right);
+    }
+}
+
 impl Built {
     fn new<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
         qp: &Qp<N, NX, NU, NR>,
         tolerance: f64,
     ) -> Option<Self> {
-        let nz = NX + NU;
-        let soft = qp.defect_weight.is_finite();
-        let pattern = Pattern::of(qp);
-        let bounds: Vec<Bounds> = all_bounds(qp).collect();
-        let slack = N * NX + (N - 1) * NU;
-        let row_slack = slack + if soft { 2 * (N - 1) * NX } else { 0 };
-        let variables = row_slack + N * NR;
-
-        let mut p = Columns(vec![Vec::new(); variables]);
-        let mut a = Columns(vec![Vec::new(); variables]);
-        let (mut q, mut b) = (Vec::new(), Vec::new());
-        for k in 0..N {
-            let width = if k + 1 == N { NX } else { nz };
-            for j in 0..width {
-                q.push(Source::Gradient(k, j));
-                for i in 0..=j {
-                    if pattern.hessian[i * nz + j] {
-                        p.0[k * nz + j].push((k * nz + i, Source::Hessian(k, i, j)));
-                    }
-                }
-            }
-        }
-        q.resize(row_slack, Source::Constant(qp.defect_weight));
-        q.resize(variables, Source::Constant(qp.row_weight));
-
-        // Equalities: the dynamics, then the pinned variables.
-        for k in 0..N - 1 {
-            for i in 0..NX {
-                let row = b.len();
-                for j in 0..nz {
-                    if pattern.dynamics[i * nz + j] {
-                        a.0[k * nz + j].push((row, Source::Dynamics(k, i, j)));
-                    }
-                }
-                a.0[(k + 1) * nz + i].push((row, Source::Constant(1.0)));
-                if soft {
-                    let at = slack + 2 * (k * NX + i);
-                    a.0[at].push((row, Source::Constant(-1.0)));
-                    a.0[at + 1].push((row, Source::Constant(1.0)));
-                }
-                b.push(Source::Offset(k, i));
-            }
-        }
-        for (v, _) in bounds.iter().enumerate().filter(|(_, bounds)| bounds.pinned) {
-            a.0[v].push((b.len(), Source::Constant(1.0)));
-            b.push(Source::Upper(v / nz, v % nz));
-        }
-        let equalities = b.len();
-
-        // Inequalities: boxes, soft rows, slacks.
-        for (v, bounds) in bounds.iter().enumerate() {
-            if bounds.upper {
-                a.0[v].push((b.len(), Source::Constant(1.0)));
-                b.push(Source::Upper(v / nz, v % nz));
-            }
-            if bounds.lower {
-                a.0[v].push((b.len(), Source::Constant(-1.0)));
-                b.push(Source::Lower(v / nz, v % nz));
-            }
-        }
-        for k in 0..N {
-            for i in 0..NR {
-                for j in 0..NX {
-                    if pattern.rows[i * NX + j] {
-                        a.0[k * nz + j].push((b.len(), Source::Row(k, i, j)));
-                    }
-                }
-                a.0[row_slack + k * NR + i].push((b.len(), Source::Constant(-1.0)));
-                b.push(Source::RowOffset(k, i));
-            }
-        }
-        for v in slack..variables {
-            a.0[v].push((b.len(), Source::Constant(-1.0)));
-            b.push(Source::Constant(0.0));
-        }
-
+        let mut assembly = Assembly::new(qp);
+        assembly.objective();
+        let equalities = assembly.equalities();
+        assembly.inequalities();
+        let variables = assembly.variables();
+        let Assembly { pattern, bounds, soft, p, q, a, b, .. } = assembly;
         let cones = [
             SupportedConeT::ZeroConeT(equalities),
             SupportedConeT::NonnegativeConeT(b.len() - equalities),

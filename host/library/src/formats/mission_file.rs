@@ -372,67 +372,108 @@ impl MissionFile {
     }
 
     fn convert(&self) -> Result<Mission<LINKS>, FieldError> {
-        let (o, a, w, t) = (&self.orbit, &self.approach, &self.weights, &self.tolerances);
-        let (m, c, s) = (&self.margins, &self.corridor, &self.scenarios);
         Ok(Mission {
-            orbit: model::Orbit {
-                gravitational_parameter: o.gravitational_parameter_m3_s2,
-                semi_major_axis: o.semi_major_axis_m,
-                eccentricity: o.eccentricity,
-                inclination: radians(o.inclination_deg),
-            },
+            orbit: self.orbit.convert(),
             target: self.target.convert(),
             servicer: self.servicer.convert()?,
-            approach: model::Approach {
-                duration: self.horizon.duration_s,
-                keep_out_far: 0.0,
-                keep_out_near: 0.0,
-                keep_out_far_until: a.keep_out_far_until,
-                field_of_view_half_angle: radians(a.field_of_view_half_angle_deg),
-                preset_lead: a.preset_lead_intervals,
-                clearance: a.clearance.into(),
-                between_nodes: a.between_nodes.into(),
-            },
-            weights: model::Weights {
-                force: w.force,
-                force_change: w.force_change,
-                bus_torque: w.bus_torque,
-                joint_torque: w.joint_torque,
-            },
-            tolerances: model::Tolerances {
-                dynamics: t.dynamics,
-                control: t.control,
-                joint: t.joint_rad,
-                joint_rate: t.joint_rate,
-                pointing: t.pointing,
-                preset: t.preset,
-                terminal_rate: t.terminal_rate,
-                keep_out: t.keep_out_m,
-                end_effector_position: t.ee_position_m,
-                end_effector_angle: t.ee_angle_rad,
-                clearance: t.clearance_m,
-            },
-            margins: model::Margins {
-                joint_angle: m.joint_angle_rad,
-                joint_rate: m.joint_rate,
-                keep_out: m.keep_out_m,
-                field_of_view: radians(m.field_of_view_deg),
-                clearance: m.clearance_m,
-            },
-            corridor: model::Corridor {
-                half_angle: radians(c.half_angle_deg),
-                mouth_radius: c.mouth_radius_m,
-                end_effector_length: c.end_effector_length_m,
-            },
-            scenarios: model::ScenarioRanges {
-                standoff: s.standoff_m,
-                offset: Vector3::from(s.offset_m),
-                rate: s.rate_rad_s,
-                rate_norm: s.rate_norm_deg_s.map(radians),
-                velocity: s.velocity_m_s,
-            },
+            approach: self.approach.convert(self.horizon.duration_s),
+            weights: self.weights.convert(),
+            tolerances: self.tolerances.convert(),
+            margins: self.margins.convert(),
+            corridor: self.corridor.convert(),
+            scenarios: self.scenarios.convert(),
             typical_magnitudes: self.typical.as_ref().map(Typical::convert),
         })
+    }
+}
+
+impl Orbit {
+    fn convert(&self) -> model::Orbit {
+        model::Orbit {
+            gravitational_parameter: self.gravitational_parameter_m3_s2,
+            semi_major_axis: self.semi_major_axis_m,
+            eccentricity: self.eccentricity,
+            inclination: radians(self.inclination_deg),
+        }
+    }
+}
+
+impl Approach {
+    /// The approach without its keep-out distances, which follow from the servicer.
+    fn convert(&self, duration: f64) -> model::Approach {
+        model::Approach {
+            duration,
+            keep_out_far: 0.0,
+            keep_out_near: 0.0,
+            keep_out_far_until: self.keep_out_far_until,
+            field_of_view_half_angle: radians(self.field_of_view_half_angle_deg),
+            preset_lead: self.preset_lead_intervals,
+            clearance: self.clearance.into(),
+            between_nodes: self.between_nodes.into(),
+        }
+    }
+}
+
+impl Weights {
+    fn convert(&self) -> model::Weights {
+        model::Weights {
+            force: self.force,
+            force_change: self.force_change,
+            bus_torque: self.bus_torque,
+            joint_torque: self.joint_torque,
+        }
+    }
+}
+
+impl Tolerances {
+    fn convert(&self) -> model::Tolerances {
+        model::Tolerances {
+            dynamics: self.dynamics,
+            control: self.control,
+            joint: self.joint_rad,
+            joint_rate: self.joint_rate,
+            pointing: self.pointing,
+            preset: self.preset,
+            terminal_rate: self.terminal_rate,
+            keep_out: self.keep_out_m,
+            end_effector_position: self.ee_position_m,
+            end_effector_angle: self.ee_angle_rad,
+            clearance: self.clearance_m,
+        }
+    }
+}
+
+impl Margins {
+    fn convert(&self) -> model::Margins {
+        model::Margins {
+            joint_angle: self.joint_angle_rad,
+            joint_rate: self.joint_rate,
+            keep_out: self.keep_out_m,
+            field_of_view: radians(self.field_of_view_deg),
+            clearance: self.clearance_m,
+        }
+    }
+}
+
+impl Corridor {
+    fn convert(&self) -> model::Corridor {
+        model::Corridor {
+            half_angle: radians(self.half_angle_deg),
+            mouth_radius: self.mouth_radius_m,
+            end_effector_length: self.end_effector_length_m,
+        }
+    }
+}
+
+impl Scenarios {
+    fn convert(&self) -> model::ScenarioRanges {
+        model::ScenarioRanges {
+            standoff: self.standoff_m,
+            offset: Vector3::from(self.offset_m),
+            rate: self.rate_rad_s,
+            rate_norm: self.rate_norm_deg_s.map(radians),
+            velocity: self.velocity_m_s,
+        }
     }
 }
 

@@ -4,12 +4,14 @@ mod bars;
 mod distributions;
 mod heat;
 mod lines;
+mod panels;
 mod points;
 
 pub use bars::Bars;
 pub use distributions::Distributions;
 pub use heat::Heat;
 pub use lines::{Lines, Series};
+pub use panels::{Outline, Panel, Sheet};
 pub use points::Points;
 
 use crate::error::Error;

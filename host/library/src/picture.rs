@@ -1,0 +1,257 @@
+//! A plan as a picture: the manoeuvre in the plane of approach, and all that has limits over time.
+
+use crate::error::Error;
+use crate::formats::PlanFile;
+use crate::report::plot::{Outline, Panel, Sheet};
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3, Vector4};
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::{Mission, signed_distance_to_box};
+use remora_core::advanced::stages::{LINKS, NODES};
+
+/// Nodes at which bus and arm are drawn.
+const SHOWN: [usize; 6] = [0, 20, 35, 47, 54, NODES - 1];
+
+/// Milliradians of a radian, and newton metres in thousandths.
+const MILLI: f64 = 1e3;
+
+/// The picture of a plan as the text of an SVG file.
+///
+/// # Errors
+/// Where it cannot be drawn.
+pub fn svg(plan: &PlanFile, mission: &Mission<LINKS>) -> Result<String, Error> {
+    let view = View { plan, mission };
+    Sheet {
+        title: format!("{}: {} ({})", plan.scenario, verdict(plan), plan.integrator),
+        axes: ("towards the start [m]".into(), "across, in the plane of the port [m]".into()),
+        outlines: view.outlines(),
+        panels: view.panels(),
+    }
+    .svg()
+}
+
+fn verdict(plan: &PlanFile) -> String {
+    plan.verdict.map_or("a plan", |verdict| verdict.words()).to_string()
+}
+
+/// A plan with what it was made for.
+struct View<'a> {
+    plan: &'a PlanFile,
+    mission: &'a Mission<LINKS>,
+}
+
+impl View<'_> {
+    fn time(&self, node: usize) -> f64 {
+        self.mission.approach.duration * node as f64 / (NODES - 1) as f64
+    }
+
+    fn over_nodes(&self, name: &str, value: impl Fn(usize) -> f64) -> (String, Vec<(f64, f64)>) {
+        (name.into(), (0..NODES).map(|k| (self.time(k), value(k))).collect())
+    }
+
+    /// A control, which is held over each interval.
+    fn held(&self, name: &str, value: impl Fn(usize) -> f64) -> (String, Vec<(f64, f64)>) {
+        let ends = |k: usize| [(self.time(k), value(k)), (self.time(k + 1), value(k))];
+        (name.into(), (0..NODES - 1).flat_map(ends).collect())
+    }
+
+    fn panels(&self) -> Vec<Panel> {
+        let (one, two, s) = (&self.plan.stage1, &self.plan.stage2, &self.mission.servicer);
+        let both = |limit: f64| vec![-limit, limit];
+        let axes = ["x", "y", "z"];
+        let joints = ["joint 1", "joint 2", "joint 3"];
+        let preset = Some(self.time(self.mission.approach.preset_node(NODES)));
+        let panel = |title: &str, limits: Vec<f64>, lines: Vec<_>, moment| Panel {
+            title: title.into(),
+            lines,
+            limits,
+            moment,
+        };
+        let held = |names: [&str; 3], value: &dyn Fn(usize, usize) -> f64| {
+            (0..3).map(|i| self.held(names[i], |k| value(k, i))).collect::<Vec<_>>()
+        };
+        let nodes = |names: [&str; 3], value: &dyn Fn(usize, usize) -> f64| {
+            (0..3).map(|i| self.over_nodes(names[i], |k| value(k, i))).collect::<Vec<_>>()
+        };
+        let stops = s.max_joint_angle.iter().flat_map(|stop| both(stop.to_degrees())).collect();
+        let view = self.mission.approach.field_of_view_half_angle.to_degrees();
+        vec![
+            panel("force [N], RTN", both(s.max_force), held(axes, &|k, i| one.force[k][i]), None),
+            panel(
+                "distance to the target's box [m]",
+                vec![],
+                vec![
+                    self.over_nodes("centre of mass", |k| self.distance(k)),
+                    self.over_nodes("keep-out", |k| self.mission.approach.keep_out(k, NODES)),
+                ],
+                None,
+            ),
+            panel(
+                "bus torque [mN m], bus axes",
+                both(MILLI * s.max_bus_torque),
+                held(axes, &|k, i| MILLI * two.bus_torque[k][i]),
+                None,
+            ),
+            panel(
+                "joint torque [mN m]",
+                both(MILLI * s.max_joint_torque),
+                held(joints, &|k, i| MILLI * two.joint_torque[k][i]),
+                preset,
+            ),
+            panel(
+                "joint angle [deg]",
+                stops,
+                nodes(joints, &|k, i| two.joint_angle[k][i].to_degrees()),
+                preset,
+            ),
+            panel(
+                "joint rate [mrad/s]",
+                both(MILLI * s.max_joint_rate),
+                nodes(joints, &|k, i| MILLI * two.joint_rate[k][i]),
+                preset,
+            ),
+            panel(
+                "bus rate [mrad/s], RTN",
+                vec![],
+                nodes(axes, &|k, i| MILLI * two.rate[k][i]),
+                None,
+            ),
+            panel(
+                "port off the boresight [deg]",
+                vec![view],
+                vec![self.over_nodes("angle", |k| self.off_boresight(k))],
+                None,
+            ),
+        ]
+    }
+
+    fn target(&self, node: usize) -> Matrix3<f64> {
+        quaternion::rotation_matrix(&Vector4::from(self.plan.target.attitude[node]))
+    }
+
+    fn bus(&self, node: usize) -> Matrix3<f64> {
+        quaternion::rotation_matrix(&Vector4::from(self.plan.stage2.attitude[node]))
+    }
+
+    fn position(&self, node: usize) -> Vector3<f64> {
+        Vector3::from(self.plan.stage1.position[node])
+    }
+
+    /// Centre of mass to the target's box [m].
+    fn distance(&self, node: usize) -> f64 {
+        let local = self.target(node).transpose() * self.position(node);
+        signed_distance_to_box(&self.mission.target.half_extents, &local).value
+    }
+
+    /// Angle between the boresight and the line of sight to the port [deg].
+    fn off_boresight(&self, node: usize) -> f64 {
+        let port = self.target(node) * self.mission.target.port_position;
+        let sight = (port - self.position(node)).normalize();
+        let boresight = self.bus(node) * self.mission.servicer.boresight;
+        sight.dot(&boresight).clamp(-1.0, 1.0).acos().to_degrees()
+    }
+
+    /// The plane of the picture: through start and target, as the port looks at the end.
+    fn plane(&self) -> [Vector3<f64>; 2] {
+        let start = self.position(0).normalize();
+        let port = self.target(NODES - 1) * self.mission.target.port_normal;
+        let across = port - start * start.dot(&port);
+        let across = match across.norm() > 1e-3 {
+            true => across.normalize(),
+            false => quaternion::any_normal(&start),
+        };
+        [start, across]
+    }
+
+    fn outlines(&self) -> Vec<Outline> {
+        let [x, y] = self.plane();
+        let flat = |point: &Vector3<f64>| (x.dot(point), y.dot(point));
+        let line = |points: &[Vector3<f64>], colour, width| Outline {
+            points: points.iter().map(flat).collect(),
+            colour,
+            width,
+        };
+        let path: Vec<_> = (0..NODES).map(|k| self.position(k)).collect();
+        let mut outlines = vec![line(&path, Some(5), 2)];
+        for edge in self.target_edges() {
+            outlines.push(line(&edge, None, 1));
+        }
+        for node in SHOWN {
+            let (bus, arm) = self.servicer(node);
+            bus.iter().for_each(|edge| outlines.push(line(edge, Some(0), 1)));
+            outlines.push(line(&arm, Some(2), 3));
+        }
+        // Last, so that nothing hides it: the port and where it looks.
+        let (port, normal) = (self.mission.target.port_position, self.mission.target.port_normal);
+        let last = self.target(NODES - 1);
+        outlines.push(line(&[last * port, last * (port + 0.4 * normal)], Some(1), 2));
+        outlines
+    }
+
+    /// The edges of the target's box at capture.
+    fn target_edges(&self) -> Vec<[Vector3<f64>; 2]> {
+        let turn = self.target(NODES - 1);
+        edges(&self.mission.target.half_extents, |corner| turn * corner)
+    }
+
+    /// Edges of the bus, and the arm from its base to the end effector.
+    fn servicer(&self, node: usize) -> (Vec<[Vector3<f64>; 2]>, Vec<Vector3<f64>>) {
+        let servicer = &self.mission.servicer;
+        let angles = self.plan.stage2.joint_angle[node].into();
+        let center = servicer.center_of_mass_and_end_effector(&angles).0;
+        let (turn, position) = (self.bus(node), self.position(node));
+        let place = |point: Vector3<f64>| position + turn * (point - center);
+        let bus = edges(&servicer.bus_half_extents, place);
+        let (mut at, mut pose) = (servicer.arm_base, Rotation3::identity());
+        let mut arm = vec![place(at)];
+        for (link, angle) in servicer.links.iter().zip(angles.iter()) {
+            pose *= Rotation3::from_axis_angle(&Unit::new_normalize(link.axis), *angle);
+            at += pose * link.tip;
+            arm.push(place(at));
+        }
+        (bus, arm)
+    }
+}
+
+/// The twelve edges of a box, its corners placed.
+fn edges(
+    half: &Vector3<f64>,
+    place: impl Fn(Vector3<f64>) -> Vector3<f64>,
+) -> Vec<[Vector3<f64>; 2]> {
+    let corner = |bits: usize| {
+        let sign = |i: usize| if bits >> i & 1 == 1 { 1.0 } else { -1.0 };
+        place(Vector3::from_fn(|i, _| sign(i) * half[i]))
+    };
+    let pairs = (0..8).flat_map(|from: usize| (0..3).map(move |i| (from, from | 1 << i)));
+    pairs.filter(|(from, to)| from != to).map(|(from, to)| [corner(from), corner(to)]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::ScenarioSet;
+    use crate::memory::on_large_stack;
+    use crate::method::{Integrator, Method, Mode};
+    use crate::planning::Planner;
+
+    #[test]
+    fn a_plan_is_drawn_with_all_that_has_limits() {
+        let mission = Mission::default();
+        let scenario = ScenarioSet::built_in().unwrap().scenarios[0].clone();
+        let method =
+            Method { mode: Mode::Feasible, integrator: Integrator::EULER, ..Method::default() };
+        let plan = || Planner::new().plan(&mission, &scenario, &method, None).file;
+        let plan = on_large_stack(plan).unwrap();
+        let drawn = svg(&plan, &mission).unwrap();
+        for text in ["<title>pub-000", "bus torque", "joint rate", "off the boresight", "keep-out"]
+        {
+            assert!(drawn.contains(text), "{text}");
+        }
+        assert_eq!(drawn, svg(&plan, &mission).unwrap());
+        // The arm's end is where the planner has it: at the port.
+        let view = View { plan: &plan, mission: &mission };
+        let tip = *view.servicer(NODES - 1).1.last().unwrap();
+        let port = view.target(NODES - 1) * mission.target.port_position;
+        assert!((tip - port).norm() < 1e-3, "{tip} {port}");
+        assert_eq!(view.target_edges().len(), 12);
+    }
+}
