@@ -1,6 +1,6 @@
 //! The model file of a training's parameters, and the parameters of a model file.
 
-use super::config::{self, Config};
+use super::config::{self, Action, Config, Encoding};
 use super::params::{Entry, Table};
 use super::source::Statistics;
 use crate::dataset::Source;
@@ -207,10 +207,14 @@ fn same_network(found: &Header, wanted: &Header) -> Result<(), FieldError> {
         Decoder::Linear => "linear",
         Decoder::Flow { .. } => "flow",
     };
+    let name = |of: Option<String>| of.unwrap_or_else(|| "unknown".into());
+    let encoding =
+        |header: &Header| name(Encoding::of_tag(header.inputs).map(|of| format!("{of:?}")));
+    let action = |header: &Header| name(Action::of_tag(header.outputs).map(|of| format!("{of:?}")));
     for (field, found, wanted) in [
         ("layout", format!("{:?}", found.layout), format!("{:?}", wanted.layout)),
-        ("encoding", format!("{:?}", found.encoding), format!("{:?}", wanted.encoding)),
-        ("action", format!("{:?}", found.action), format!("{:?}", wanted.action)),
+        ("encoding", encoding(found), encoding(wanted)),
+        ("action", action(found), action(wanted)),
         ("decoder", decoder(found).into(), decoder(wanted).into()),
         ("chunk", found.chunk.to_string(), wanted.chunk.to_string()),
         ("nodes", found.nodes.to_string(), wanted.nodes.to_string()),

@@ -1,6 +1,6 @@
 //! Examples from datasets.
 
-use super::config::{self, Config};
+use super::config::Config;
 use super::examples::{self, Disturbance, Recipe};
 use super::model::Origin;
 use super::random::Random;
