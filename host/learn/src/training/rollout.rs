@@ -37,14 +37,14 @@ pub fn measure(
     let model = Model::open(model).ok()?;
     let mut memory = on_heap(Memory::new);
     let network = Network::new(&model, &mut *memory).ok()?;
-    let mut policy = NetworkPolicy::new(network).ok()?;
+    let policy = NetworkPolicy::new(network).ok()?;
     let mut errors = Vec::new();
     let mut torque = 0.0;
     let mut out = on_heap(|| ReorientationTrajectory::ZERO);
     for trajectory in trajectories {
         let recorded = examples::Recorded::new(trajectory);
         let scene = Scene::new(mission, &recorded.path, &recorded.target, integrator);
-        if roll_out(&scene, &mut policy, trajectory.scenario, &mut out) {
+        if roll_out(&scene, &policy, trajectory.scenario, &mut out) {
             errors.push(scene.miss(&out.states[NODES - 1]));
             torque += distance(&out, &recorded.motion);
         }
