@@ -7,10 +7,10 @@ use remora_learn::training::checkpoint::LossRow;
 use remora_learn::training::config::{Decoder, Layout};
 use remora_learn::training::model::{self, Origin};
 use remora_learn::training::network::{Losses, Network};
-use remora_learn::training::params::{ACTION, Table};
+use remora_learn::training::output::Outcome;
+use remora_learn::training::params::Table;
 use remora_learn::training::random::Random;
-use remora_learn::training::run::Outcome;
-use remora_learn::training::shape::Shape;
+use remora_learn::training::shape::{ACTION, Shape};
 use remora_learn::training::source::{
     Batch, Batches, Example, ExampleSource, Split, Statistics, Synthetic,
 };
