@@ -18,7 +18,7 @@ fn either_solver_plans_and_the_embedded_one_is_the_default() {
         [("", "embedded"), ("--qp embedded", "embedded"), ("--qp clarabel", "clarabel")]
     {
         let run = bench.solves(&format!("{PLAN} {option}"));
-        let plan = bench.json("s1-001.plan.json");
+        let plan = bench.json("runs/s1-001.plan.json");
         assert_eq!(plan["qp"], name);
         assert!(run.out.contains(&format!("euler, {name}\n")), "{}", run.out);
     }
@@ -54,7 +54,7 @@ fn every_subproblem_is_written_with_its_solution() {
     assert!(run.out.contains("written: programs\n"), "{}", run.out);
     assert!(run.out.lines().all(|line| line.len() <= 100), "{}", run.out);
     bench.solves(PLAN);
-    let plan = bench.json("s1-001.plan.json");
+    let plan = bench.json("runs/s1-001.plan.json");
     let names = bench.names("programs");
     for (stage, iterations) in ["stage1", "stage2"].map(|s| (s, plan[s]["iterations"].as_u64())) {
         let own = |name: &&String| name.starts_with(stage) && !name.contains("correction");
