@@ -12,7 +12,7 @@ use crate::scp::{MAX_CORRECTIONS, MAX_ITERATIONS, MAX_SEARCHES, Settings};
 use crate::stages::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
 use remora_nn::{TILE, limit};
 use remora_qp::dense::MAX_SWEEPS;
-use remora_qp::{ATTEMPTS, InteriorPointSettings, MAX_SOLVER_ITERATIONS, STARTS};
+use remora_qp::{InteriorPointSettings, MAX_FACTORISATIONS, MAX_SOLVER_ITERATIONS, MAX_STARTS};
 
 /// A loop whose length depends on data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,9 +94,9 @@ pub const LOOPS: [LoopBound; 21] = [
         name: "starts",
         file: "qp/src/embedded/mod.rs",
         turn: "start of the solver a subproblem, the iterations of all counted together",
-        default: Some(STARTS as u64),
-        most: Some(STARTS as u64),
-        from: "qp::STARTS",
+        default: Some(MAX_STARTS as u64),
+        most: Some(MAX_STARTS as u64),
+        from: "qp::MAX_STARTS",
         ends: "solved, no iterations left, deadline",
     },
     LoopBound {
@@ -112,9 +112,9 @@ pub const LOOPS: [LoopBound; 21] = [
         name: "factorisations",
         file: "qp/src/embedded/iteration.rs",
         turn: "factorisation of the Newton system an interior-point iteration",
-        default: Some(ATTEMPTS as u64),
-        most: Some(ATTEMPTS as u64),
-        from: "qp::ATTEMPTS",
+        default: Some(MAX_FACTORISATIONS as u64),
+        most: Some(MAX_FACTORISATIONS as u64),
+        from: "qp::MAX_FACTORISATIONS",
         ends: "positive definite",
     },
     LoopBound {

@@ -133,8 +133,8 @@ impl<B: Board> Measure<'_, B> {
 }
 
 /// Some multipliers, the same everywhere, so that there is curvature to compute.
-fn set_multipliers<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    solution: &mut Solution<N, NX, NU, NR>,
+fn set_multipliers<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    solution: &mut Solution<N, NX, NU, NG>,
 ) {
     solution.clear_multipliers();
     let mut value = 0.0;
@@ -172,8 +172,8 @@ pub fn motion<const N: usize, const NL: usize>(
     sum
 }
 
-fn program<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
+fn program<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
 ) -> Checksum {
     let mut sum = Checksum::new();
     for stage in &qp.stages {
@@ -185,8 +185,8 @@ fn program<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
         sum.numbers(&stage.a);
         sum.numbers(&stage.b);
         sum.numbers(&stage.c);
-        sum.numbers(&stage.row_x);
-        sum.numbers(&stage.row_offset);
+        sum.numbers(&stage.path_jacobian);
+        sum.numbers(&stage.path_offset);
     }
     sum
 }

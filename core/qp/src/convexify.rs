@@ -1,47 +1,45 @@
-//! Convexification that leaves the program's answer alone.
+//! Hessian convexification that leaves the solution of the QP unchanged.
 //!
-//! The Hessian of a Lagrangian is positive definite on the null space of the active constraints,
-//! not node by node. Clipping each node's block makes a convex program, but a stiffer one. Here
-//! curvature is moved instead: on the dynamics, `1/2 x+^T P x+` equals the same quadratic in
-//! `[x; u]` of the node before, so the indefinite part of a node's block can be handed back node by
-//! node (after Verschueren et al., "A Sparsity Preserving Convexification Procedure for Indefinite
-//! Quadratic Programs Arising in Direct Optimal Control", 2017). What is handed back is the
-//! cost-to-go of the Riccati recursion; what stays is `(u + K x)^T R (u + K x)`, convex wherever
-//! `R` is. A pinned component is zero, so any multiple of its square may be added first: that is
-//! how terminal constraints make `R` definite.
+//! After Verschueren et al., "A Sparsity Preserving Convexification Procedure for Indefinite
+//! Quadratic Programs Arising in Direct Optimal Control", 2017. The Hessian of a Lagrangian is
+//! positive definite on the null space of the active constraints, not stage by stage. Projecting
+//! each stage's block makes the QP convex, but changes it. On the dynamics, `1/2 x+^T P x+` equals a
+//! quadratic in `[x; u]` of the stage before, so that the cost-to-go `P` of the Riccati recursion
+//! can be moved there; what remains is `(u + K x)^T R (u + K x)`, convex wherever `R` is. A fixed
+//! component is zero, so that any multiple of its square may be added first: terminal constraints
+//! make `R` definite that way.
 
-use super::{Qp, Stage};
+use super::{Qp, QpStage};
 use crate::dense::{cholesky_in_place, matrix, project_positive, zeros};
 use nalgebra::{SMatrix, SVector};
 
-/// What is added to the square of each pinned component.
-const PIN_CURVATURE: f64 = 100.0;
+/// Curvature given to each fixed component.
+const FIXED_CURVATURE: f64 = 100.0;
 
-/// Added to each state's diagonal, so that blocks stay positive semidefinite under rounding.
+/// Curvature added to each state: blocks stay positive semidefinite under rounding.
 const FLOOR: f64 = 1e-9;
 
-/// A control block counts as positive definite if it stays so after losing this share of its
-/// convex part.
+/// Share of its convex part that a control block may lose and must stay positive definite.
 const MARGIN: f64 = 0.1;
 
-/// What a projection takes of time, where a node of the sweep without one takes 1.
+/// Time of a projection onto the positive semidefinite cone, where a convex stage takes 1.
 const PROJECTION_WORK: usize = 9;
 
-/// One node's blocks after the cost-to-go of the next node has been handed back to it.
-struct Handed<const NX: usize, const NU: usize> {
+/// Blocks of one stage with the cost-to-go of the next stage added.
+struct Condensed<const NX: usize, const NU: usize> {
     q: SMatrix<f64, NX, NX>,
-    /// The cross block, transposed: columns of the control.
+    /// The cross block `S^T`: columns of the control.
     s: SMatrix<f64, NX, NU>,
     r: SMatrix<f64, NU, NU>,
-    /// `s L^-T`, `r = L L^T`: its square `s r^-1 s^T` is what the controls account for.
-    kept: SMatrix<f64, NX, NU>,
+    /// `s L^-T` with `r = L L^T`: its square is the Schur complement term `s r^-1 s^T`.
+    schur: SMatrix<f64, NX, NU>,
 }
 
-impl<const NX: usize, const NU: usize> Handed<NX, NU> {
-    /// Hands `p`, the cost-to-go after `stage`, back to it. `None` where the control block is not
+impl<const NX: usize, const NU: usize> Condensed<NX, NU> {
+    /// Adds `p`, the cost-to-go after `stage`, to its blocks. `None` where the control block is not
     /// positive definite.
-    fn new<const NR: usize>(
-        stage: &Stage<NX, NU, NR>,
+    fn new<const NG: usize>(
+        stage: &QpStage<NX, NU, NG>,
         p: &SMatrix<f64, NX, NX>,
         convex: &SVector<f64, NU>,
     ) -> Option<Self> {
@@ -64,151 +62,155 @@ impl<const NX: usize, const NU: usize> Handed<NX, NU> {
         matrix::multiply_add(&mut q.data.0, &at.data.0, &pa.data.0);
         let mut s = stage.hessian_ux.transpose();
         matrix::multiply_add(&mut s.data.0, &at.data.0, &pb.data.0);
-        let mut kept = s;
-        matrix::solve_lower_transposed(&mut kept.data.0, &factor.data.0, &inverse.data.0[0]);
-        Some(Self { q, s, r, kept })
+        let mut schur = s;
+        matrix::solve_lower_transposed(&mut schur.data.0, &factor.data.0, &inverse.data.0[0]);
+        Some(Self { q, s, r, schur })
     }
 
-    /// Leaves what the controls account for at the node, and the rest, the cost-to-go before it,
-    /// in `p`.
-    fn split<const NR: usize>(&self, stage: &mut Stage<NX, NU, NR>, p: &mut SMatrix<f64, NX, NX>) {
-        let kept = &mut stage.hessian_xx;
-        *kept = zeros();
-        matrix::add_square(&mut kept.data.0, &self.kept.data.0);
+    /// Leaves the Schur complement term at the stage and the rest, its cost-to-go, in `p`.
+    fn split<const NG: usize>(
+        &self,
+        stage: &mut QpStage<NX, NU, NG>,
+        p: &mut SMatrix<f64, NX, NX>,
+    ) {
+        let schur = &mut stage.hessian_xx;
+        *schur = zeros();
+        matrix::add_square(&mut schur.data.0, &self.schur.data.0);
         p.copy_from(&self.q);
-        *p -= &*kept;
+        *p -= &*schur;
         matrix::mirror_lower(&mut p.data.0);
         for i in 0..NX {
-            kept[(i, i)] += FLOOR;
+            schur[(i, i)] += FLOOR;
         }
         matrix::transpose(&mut stage.hessian_ux.data.0, &self.s.data.0);
         stage.hessian_uu = self.r;
     }
 }
 
-/// Pinned components carry no curvature of their own, and as much as is asked for.
-fn pin<const NX: usize>(p: &mut SMatrix<f64, NX, NX>, is_pinned: impl Fn(usize) -> bool) {
+/// Replaces the curvature of fixed components by [`FIXED_CURVATURE`].
+fn fix<const NX: usize>(p: &mut SMatrix<f64, NX, NX>, is_fixed: impl Fn(usize) -> bool) {
     for i in 0..NX {
-        if !is_pinned(i) {
+        if !is_fixed(i) {
             continue;
         }
         for j in 0..NX {
             p[(i, j)] = 0.0;
             p[(j, i)] = 0.0;
         }
-        p[(i, i)] = PIN_CURVATURE;
+        p[(i, i)] = FIXED_CURVATURE;
     }
 }
 
-/// A sweep under way, from the last node back: it needs the nodes from some node on, and none before
-/// it, so that those may still be in the making.
-pub struct Sweep<'a, const NX: usize, const NU: usize> {
-    /// The cost-to-go before the nodes swept. It lies where the last node's dynamics would.
+/// A convexification under way, from the last stage back. It reads only the stages that it has
+/// reached, so that earlier stages may still be filled meanwhile.
+pub struct Convexification<'a, const NX: usize, const NU: usize> {
+    /// Cost-to-go of the stages convexified. It lies in the last stage's unused dynamics.
     p: &'a mut SMatrix<f64, NX, NX>,
     convex: &'a SVector<f64, NU>,
     constant: f64,
-    dropped: usize,
-    /// Whether a node was met that cannot be made convex.
-    is_stuck: bool,
+    /// Number of stages whose cost-to-go was projected.
+    projected: usize,
+    /// Whether a stage could not be made convex.
+    has_failed: bool,
 }
 
-impl<'a, const NX: usize, const NU: usize> Sweep<'a, NX, NU> {
-    /// Begins at the last node; `diag(convex)` is the convex part of every control's curvature.
-    pub fn new<const NR: usize>(
-        last: &'a mut Stage<NX, NU, NR>,
+impl<'a, const NX: usize, const NU: usize> Convexification<'a, NX, NU> {
+    /// Begins at the last stage; `diag(convex)` is the convex part of every stage's control Hessian.
+    pub fn new<const NG: usize>(
+        last: &'a mut QpStage<NX, NU, NG>,
         convex: &'a SVector<f64, NU>,
     ) -> Self {
         last.a.copy_from(&last.hessian_xx);
-        // In place: a matrix in between would be on the stack all through the sweep.
+        // In place: a temporary would stay on the stack during the whole convexification.
         last.hessian_xx.fill(0.0);
         last.hessian_xx.fill_diagonal(FLOOR);
-        Self { p: &mut last.a, convex, constant: 0.0, dropped: 0, is_stuck: false }
+        Self { p: &mut last.a, convex, constant: 0.0, projected: 0, has_failed: false }
     }
 
-    /// Goes on over `stages`, the nodes from `first` up to those swept before, from the last back,
-    /// until its work comes to `budget`. `is_pinned(k, i)` tells which components of which states
-    /// are pinned to zero steps. Returns how many nodes it swept, and its work: 1 a node, and
-    /// more for each that was indefinite.
-    // Its memory is not on the stack while the program is filled.
+    /// Convexifies `stages`, those from `first` up to the ones done before, from the last back, until
+    /// its work reaches `budget`. `is_fixed(k, i)` says whether component `i` of the state at stage
+    /// `k` is fixed at zero. Returns the number of stages done and the work: 1 a stage, more for each
+    /// projection.
+    // Not inlined: its frame is released while the QP is filled.
     #[inline(never)]
-    pub fn over<const NR: usize>(
+    pub fn advance<const NG: usize>(
         &mut self,
         first: usize,
-        stages: &mut [Stage<NX, NU, NR>],
+        stages: &mut [QpStage<NX, NU, NG>],
         budget: usize,
-        is_pinned: impl Fn(usize, usize) -> bool,
+        is_fixed: impl Fn(usize, usize) -> bool,
     ) -> (usize, usize) {
-        let (mut swept, mut work) = (0, 0);
+        let (mut done, mut work) = (0, 0);
         for (j, stage) in stages.iter_mut().enumerate().rev() {
             if work >= budget {
                 break;
             }
-            let before = self.dropped;
-            if !self.is_stuck {
-                pin(self.p, |i| is_pinned(first + j + 1, i));
-                self.hand_back(stage);
+            let before = self.projected;
+            if !self.has_failed {
+                fix(self.p, |i| is_fixed(first + j + 1, i));
+                self.convexify_stage(stage);
             }
-            swept += 1;
-            work += 1 + (self.dropped - before) * PROJECTION_WORK;
+            done += 1;
+            work += 1 + (self.projected - before) * PROJECTION_WORK;
         }
-        (swept, work)
+        (done, work)
     }
 
-    /// Hands the cost-to-go back to the node before it.
-    fn hand_back<const NR: usize>(&mut self, stage: &mut Stage<NX, NU, NR>) {
-        let mut tried = Handed::new(stage, self.p, self.convex);
+    /// Moves the cost-to-go to `stage`, the one before it.
+    fn convexify_stage<const NG: usize>(&mut self, stage: &mut QpStage<NX, NU, NG>) {
+        let mut tried = Condensed::new(stage, self.p, self.convex);
         if tried.is_none() {
-            self.dropped += 1;
+            self.projected += 1;
             project_positive(self.p);
-            tried = Handed::new(stage, self.p, self.convex);
+            tried = Condensed::new(stage, self.p, self.convex);
         }
         if tried.is_none() {
-            // Not the curvature handed over, but the node's own: do without.
+            // The stage's own curvature is indefinite: without it.
             stage.hessian_uu.fill(0.0);
             stage.hessian_ux.fill(0.0);
-            tried = Handed::new(stage, self.p, self.convex);
+            tried = Condensed::new(stage, self.p, self.convex);
         }
-        // What is not finite stays indefinite; the solver will refuse it.
-        let Some(handed) = tried else {
-            self.is_stuck = true;
+        // A block that is not finite stays indefinite; the solver refuses it.
+        let Some(condensed) = tried else {
+            self.has_failed = true;
             return;
         };
-        // The same quadratic of x+ = A x + B u + c, its linear and constant parts included.
+        // The quadratic of x+ = A x + B u + c has linear and constant parts too.
         let p: &SMatrix<f64, NX, NX> = self.p;
         let pc = p * stage.c;
         stage.gradient_x += stage.a.tr_mul(&pc);
         stage.gradient_u += stage.b.tr_mul(&pc);
         self.constant += 0.5 * stage.c.dot(&pc);
-        handed.split(stage, self.p);
+        condensed.split(stage, self.p);
     }
 
-    /// Ends after the first node; returns the constant that the objective gains, and at how many
-    /// nodes curvature was dropped: `None` where a node could not be made convex.
-    pub fn end(self) -> (f64, Option<usize>) {
+    /// Ends after the first stage. Returns the constant that the objective gains, and the number of
+    /// stages whose curvature was projected: `None` where one could not be made convex.
+    pub fn finish(self) -> (f64, Option<usize>) {
         self.p.fill(0.0);
-        (self.constant, (!self.is_stuck).then_some(self.dropped))
+        (self.constant, (!self.has_failed).then_some(self.projected))
     }
 }
 
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX, NU, NR> {
-    /// Makes every node's Hessian positive semidefinite.
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX, NU, NG> {
+    /// Makes every stage's Hessian positive semidefinite.
     ///
     /// On entry the Hessian blocks hold curvature of any sign *without* the convex part, which is
-    /// `diag(convex)` on every control. `is_pinned(k, i)` tells which components of which states
-    /// are pinned to zero steps. Where a control block comes out indefinite, the negative part of
-    /// the curvature handed to that node is dropped; returns at how many nodes: zero near a strict
-    /// minimum, and then the objective is unchanged on steps that satisfy the dynamics.
-    /// Cost: one Riccati sweep, about `N (6 NX^3 + 6 NX^2 NU)` flops.
+    /// `diag(convex)` on every control. `is_fixed(k, i)` says whether component `i` of the state at
+    /// stage `k` is fixed at zero. Where a control block comes out indefinite, the cost-to-go is
+    /// projected onto the positive semidefinite cone. Returns the number of such stages: zero near a
+    /// strict minimum, and then the objective is unchanged on steps that satisfy the dynamics.
+    /// Cost: one Riccati recursion, about `N (6 NX^3 + 6 NX^2 NU)` flops.
     pub fn convexify(
         &mut self,
         convex: &SVector<f64, NU>,
-        is_pinned: impl Fn(usize, usize) -> bool,
+        is_fixed: impl Fn(usize, usize) -> bool,
     ) -> usize {
         let Some((last, stages)) = self.stages.split_last_mut() else { return 0 };
-        let mut sweep = Sweep::new(last, convex);
-        sweep.over(0, stages, usize::MAX, is_pinned);
-        let (constant, dropped) = sweep.end();
+        let mut convexification = Convexification::new(last, convex);
+        convexification.advance(0, stages, usize::MAX, is_fixed);
+        let (constant, projected) = convexification.finish();
         self.constant += constant;
-        dropped.unwrap_or(N)
+        projected.unwrap_or(N)
     }
 }

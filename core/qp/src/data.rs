@@ -1,44 +1,45 @@
-//! Data and solution of the stage-structured quadratic program.
+//! Data and solution of the stage-structured QP.
 
 use crate::dense::zeros;
 use nalgebra::{ArrayStorage, SMatrix, SVector};
 
-/// One node of the program: its share of the cost, its bounds and rows, and the dynamics to the
-/// next node. At the last node everything about `u` and the dynamics is ignored.
+/// One stage of the QP: its cost, bounds and path constraints, and the dynamics to the next stage. At
+/// the last stage everything about `u` and the dynamics is ignored.
 #[derive(Clone, Copy, Debug)]
-pub struct Stage<const NX: usize, const NU: usize, const NR: usize> {
-    /// Hessian block of the state, symmetric.
+pub struct QpStage<const NX: usize, const NU: usize, const NG: usize> {
+    /// Hessian block of the state `Q`, symmetric.
     pub hessian_xx: SMatrix<f64, NX, NX>,
-    /// Cross block of the Hessian, rows of the control.
+    /// Cross block of the Hessian `S`, rows of the control.
     pub hessian_ux: SMatrix<f64, NU, NX>,
-    /// Hessian block of the control, symmetric.
+    /// Hessian block of the control `R`, symmetric.
     pub hessian_uu: SMatrix<f64, NU, NU>,
-    /// Linear cost of the state.
+    /// Linear cost of the state `q`.
     pub gradient_x: SVector<f64, NX>,
-    /// Linear cost of the control.
+    /// Linear cost of the control `r`.
     pub gradient_u: SVector<f64, NU>,
-    /// `A`: next state by state.
+    /// `A`: derivative of the next state by the state.
     pub a: SMatrix<f64, NX, NX>,
-    /// `B`: next state by control.
+    /// `B`: derivative of the next state by the control.
     pub b: SMatrix<f64, NX, NU>,
-    /// `c`: next state at zero.
+    /// `c`: next state at `x = 0`, `u = 0`.
     pub c: SVector<f64, NX>,
-    /// Least state.
+    /// Lower bounds of the state; `-inf` where there is none.
     pub lower_x: SVector<f64, NX>,
-    /// Largest state.
+    /// Upper bounds of the state; `inf` where there is none.
     pub upper_x: SVector<f64, NX>,
-    /// Least control.
+    /// Lower bounds of the control; `-inf` where there is none.
     pub lower_u: SVector<f64, NU>,
-    /// Largest control.
+    /// Upper bounds of the control; `inf` where there is none.
     pub upper_u: SVector<f64, NU>,
-    /// `C`: soft rows. A row of zeros with a negative offset is never active.
-    pub row_x: SMatrix<f64, NR, NX>,
-    /// `d`: offsets of the soft rows.
-    pub row_offset: SVector<f64, NR>,
+    /// `C`: derivatives of the soft path constraints by the state. A row of zeros with a negative
+    /// offset is never active.
+    pub path_jacobian: SMatrix<f64, NG, NX>,
+    /// `d`: values of the soft path constraints at `x = 0`.
+    pub path_offset: SVector<f64, NG>,
 }
 
-impl<const NX: usize, const NU: usize, const NR: usize> Stage<NX, NU, NR> {
-    /// All zero, rows inactive.
+impl<const NX: usize, const NU: usize, const NG: usize> QpStage<NX, NU, NG> {
+    /// All zero, path constraints inactive.
     pub const ZERO: Self = Self {
         hessian_xx: zeros(),
         hessian_ux: zeros(),
@@ -52,37 +53,37 @@ impl<const NX: usize, const NU: usize, const NR: usize> Stage<NX, NU, NR> {
         upper_x: zeros(),
         lower_u: zeros(),
         upper_u: zeros(),
-        row_x: zeros(),
-        row_offset: SVector::from_array_storage(ArrayStorage([[-1.0; NR]; 1])),
+        path_jacobian: zeros(),
+        path_offset: SVector::from_array_storage(ArrayStorage([[-1.0; NG]; 1])),
     };
 }
 
-/// A program of `N` nodes with `NX` states, `NU` controls and `NR` soft rows a node.
+/// A QP of `N` stages with `NX` states, `NU` controls and `NG` soft path constraints each.
 ///
-/// Memory: `8 N (2 NX^2 + 2 NX NU + NU^2 + 4 NX + 3 NU + NR (NX + 1))` bytes.
+/// Memory: `8 N (2 NX^2 + 2 NX NU + NU^2 + 4 NX + 3 NU + NG (NX + 1))` bytes.
 #[derive(Clone, Debug)]
-pub struct Qp<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
-    /// The nodes in order.
-    pub stages: [Stage<NX, NU, NR>; N],
+pub struct Qp<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
+    /// The stages in order.
+    pub stages: [QpStage<NX, NU, NG>; N],
     /// Constant part of the objective.
     pub constant: f64,
-    /// Weight of the L1 norm of the dynamics' slack; infinite where they are hard.
-    pub defect_weight: f64,
-    /// Weight of the soft rows' violation.
-    pub row_weight: f64,
+    /// L1 penalty parameter of the dynamics' slack; infinite where the dynamics are hard.
+    pub defect_penalty: f64,
+    /// L1 penalty parameter of the path constraints' violation; finite.
+    pub path_penalty: f64,
 }
 
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX, NU, NR> {
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX, NU, NG> {
     /// Storage, to be filled: all bits zero.
     pub const ZERO: Self = Self {
-        stages: [Stage { row_offset: zeros(), ..Stage::ZERO }; N],
+        stages: [QpStage { path_offset: zeros(), ..QpStage::ZERO }; N],
         constant: 0.0,
-        defect_weight: 0.0,
-        row_weight: 0.0,
+        defect_penalty: 0.0,
+        path_penalty: 0.0,
     };
 
     /// Smooth part of the objective at `point`.
-    pub fn cost(&self, point: &Solution<N, NX, NU, NR>) -> f64 {
+    pub fn cost(&self, point: &Solution<N, NX, NU, NG>) -> f64 {
         let mut sum = self.constant;
         for (k, stage) in self.stages.iter().enumerate() {
             let x = &point.x[k];
@@ -98,29 +99,32 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX
     }
 
     /// Derivative of the smooth part at the origin along `point`.
-    pub fn slope(&self, point: &Solution<N, NX, NU, NR>) -> f64 {
-        let term = |(k, stage): (usize, &Stage<NX, NU, NR>)| {
+    pub fn slope(&self, point: &Solution<N, NX, NU, NG>) -> f64 {
+        let term = |(k, stage): (usize, &QpStage<NX, NU, NG>)| {
             stage.gradient_x.dot(&point.x[k]) + stage.gradient_u.dot(&point.u[k])
         };
         self.stages.iter().enumerate().map(term).sum()
     }
 
     /// L1 norm of the dynamics' slack at `point`.
-    pub fn defect_norm(&self, point: &Solution<N, NX, NU, NR>) -> f64 {
+    pub fn defect_norm(&self, point: &Solution<N, NX, NU, NG>) -> f64 {
         (0..N - 1).map(|k| self.slack(point, k).abs().sum()).sum()
     }
 
-    /// Sum of the soft rows' violations at `point`.
-    pub fn row_violation(&self, point: &Solution<N, NX, NU, NR>) -> f64 {
-        let violation = |(k, stage): (usize, &Stage<NX, NU, NR>)| {
-            (stage.row_x * point.x[k] + stage.row_offset).iter().map(|v| v.max(0.0)).sum::<f64>()
+    /// L1 norm of the path constraints' violation at `point`.
+    pub fn path_violation(&self, point: &Solution<N, NX, NU, NG>) -> f64 {
+        let violation = |(k, stage): (usize, &QpStage<NX, NU, NG>)| {
+            (stage.path_jacobian * point.x[k] + stage.path_offset)
+                .iter()
+                .map(|v| v.max(0.0))
+                .sum::<f64>()
         };
         self.stages.iter().enumerate().map(violation).sum()
     }
 
-    /// Slack of the dynamics from node `k` to the next: `x_{k+1} - A x_k - B u_k - c`; zero
+    /// Slack of the dynamics from stage `k` to the next: `x_{k+1} - A x_k - B u_k - c`; zero
     /// beyond the horizon.
-    pub fn slack(&self, point: &Solution<N, NX, NU, NR>, k: usize) -> SVector<f64, NX> {
+    pub fn slack(&self, point: &Solution<N, NX, NU, NG>, k: usize) -> SVector<f64, NX> {
         let (Some(stage), Some(x), Some(u), Some(next)) =
             (self.stages.get(k), point.x.get(k), point.u.get(k), point.x.get(k + 1))
         else {
@@ -130,25 +134,25 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX
     }
 }
 
-/// A point of the program with its multipliers.
+/// A primal-dual point of the QP.
 #[derive(Clone, Debug)]
-pub struct Solution<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
+pub struct Solution<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
     /// States.
     pub x: [SVector<f64, NX>; N],
     /// Controls; the last is zero.
     pub u: [SVector<f64, NU>; N],
     /// Multipliers of the dynamics `A x + B u + c + xi - x+ = 0`; the last is zero.
     pub defect_multiplier: [SVector<f64, NX>; N],
-    /// Multipliers of the states' bounds: positive at an upper, negative at a lower one, either
-    /// where pinned.
+    /// Multipliers of the states' bounds: positive at an upper, negative at a lower one, either for a
+    /// fixed variable.
     pub bound_multiplier_x: [SVector<f64, NX>; N],
     /// Multipliers of the controls' bounds; the last is zero.
     pub bound_multiplier_u: [SVector<f64, NU>; N],
-    /// Multipliers of the soft rows, from zero to `row_weight`.
-    pub row_multiplier: [SVector<f64, NR>; N],
+    /// Multipliers of the path constraints, from zero to `path_penalty`.
+    pub path_multiplier: [SVector<f64, NG>; N],
 }
 
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution<N, NX, NU, NR> {
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Solution<N, NX, NU, NG> {
     /// The origin with zero multipliers.
     pub const ZERO: Self = Self {
         x: [zeros(); N],
@@ -156,26 +160,26 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution
         defect_multiplier: [zeros(); N],
         bound_multiplier_x: [zeros(); N],
         bound_multiplier_u: [zeros(); N],
-        row_multiplier: [zeros(); N],
+        path_multiplier: [zeros(); N],
     };
 
-    /// Sets all multipliers to zero: nothing is known of them.
+    /// Sets all multipliers to zero.
     pub fn clear_multipliers(&mut self) {
         self.defect_multiplier = [zeros(); N];
         self.bound_multiplier_x = [zeros(); N];
         self.bound_multiplier_u = [zeros(); N];
-        self.row_multiplier = [zeros(); N];
+        self.path_multiplier = [zeros(); N];
     }
 
-    /// Whether the multipliers of dynamics and rows are no larger than `most`: those of a solution
-    /// never exceed the weights. NaN is larger than anything.
+    /// Whether the multipliers of dynamics and path constraints are at most `most`; those of a
+    /// solution never exceed the penalty parameters. NaN counts as larger.
     pub fn multipliers_are_within(&self, most: f64) -> bool {
         let within = |values: &[f64]| values.iter().all(|v| v.abs() <= most);
         self.defect_multiplier.iter().all(|v| within(v.as_slice()))
-            && self.row_multiplier.iter().all(|v| within(v.as_slice()))
+            && self.path_multiplier.iter().all(|v| within(v.as_slice()))
     }
 
-    /// Whether every number in it is finite.
+    /// Whether every number of the point is finite.
     pub fn is_finite(&self) -> bool {
         let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
         self.x.iter().all(|v| finite(v.as_slice()))
@@ -183,13 +187,13 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution
             && self.defect_multiplier.iter().all(|v| finite(v.as_slice()))
             && self.bound_multiplier_x.iter().all(|v| finite(v.as_slice()))
             && self.bound_multiplier_u.iter().all(|v| finite(v.as_slice()))
-            && self.row_multiplier.iter().all(|v| finite(v.as_slice()))
+            && self.path_multiplier.iter().all(|v| finite(v.as_slice()))
     }
 }
 
 #[cfg(any(test, feature = "testing"))]
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX, NU, NR> {
-    /// Overwrites all of it.
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX, NU, NG> {
+    /// Overwrites every number with `value`.
     pub fn fill(&mut self, value: f64) {
         for stage in &mut self.stages {
             stage.hessian_xx.fill(value);
@@ -197,7 +201,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX
             stage.hessian_uu.fill(value);
             stage.a.fill(value);
             stage.b.fill(value);
-            stage.row_x.fill(value);
+            stage.path_jacobian.fill(value);
             for vector in
                 [&mut stage.gradient_x, &mut stage.c, &mut stage.lower_x, &mut stage.upper_x]
             {
@@ -206,15 +210,15 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Qp<N, NX
             for vector in [&mut stage.gradient_u, &mut stage.lower_u, &mut stage.upper_u] {
                 vector.fill(value);
             }
-            stage.row_offset.fill(value);
+            stage.path_offset.fill(value);
         }
-        (self.constant, self.defect_weight, self.row_weight) = (value, value, value);
+        (self.constant, self.defect_penalty, self.path_penalty) = (value, value, value);
     }
 }
 
 #[cfg(any(test, feature = "testing"))]
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution<N, NX, NU, NR> {
-    /// Overwrites all of it.
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Solution<N, NX, NU, NG> {
+    /// Overwrites every number with `value`.
     pub fn fill(&mut self, value: f64) {
         for states in [&mut self.x, &mut self.defect_multiplier, &mut self.bound_multiplier_x] {
             states.iter_mut().for_each(|vector| vector.fill(value));
@@ -222,7 +226,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Solution
         for controls in [&mut self.u, &mut self.bound_multiplier_u] {
             controls.iter_mut().for_each(|vector| vector.fill(value));
         }
-        self.row_multiplier.iter_mut().for_each(|vector| vector.fill(value));
+        self.path_multiplier.iter_mut().for_each(|vector| vector.fill(value));
     }
 }
 
@@ -234,7 +238,7 @@ mod tests {
     fn multipliers_beyond_their_bounds_are_seen() {
         let sound = Solution::<3, 2, 1, 1> {
             defect_multiplier: [SVector::from([-4.0, 4.0]); 3],
-            row_multiplier: [SVector::from([4.0]); 3],
+            path_multiplier: [SVector::from([4.0]); 3],
             // Steps and bounds' multipliers have no such bounds.
             x: [SVector::from([1e9, 0.0]); 3],
             bound_multiplier_x: [SVector::from([f64::NAN, 1e9]); 3],
@@ -247,7 +251,7 @@ mod tests {
             damaged.defect_multiplier[2][1] = value;
             assert!(!damaged.multipliers_are_within(4.0), "{value}");
             let mut damaged = sound.clone();
-            damaged.row_multiplier[0][0] = value;
+            damaged.path_multiplier[0][0] = value;
             assert!(!damaged.multipliers_are_within(4.0), "{value}");
         }
     }

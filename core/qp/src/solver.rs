@@ -1,30 +1,30 @@
-//! What the SCP loop asks of a solver of the convex subproblem.
+//! The trait of a solver of stage-structured QPs.
 
 use super::{Qp, Solution};
 use crate::Checksum;
 use crate::time::Deadline;
 use nalgebra::SMatrix;
 
-/// How a solve ended.
+/// Status of a QP solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[non_exhaustive]
 #[repr(u32)]
 pub enum QpStatus {
     /// Optimal to the requested accuracy.
     Solved = 0,
-    /// Optimal to a reduced accuracy.
+    /// Optimal to reduced accuracy.
     ReducedAccuracy = 1,
-    /// The iteration cap was reached first.
+    /// The iteration limit was reached first.
     IterationLimit = 2,
     /// The time limit was reached first.
     TimeLimit = 3,
     /// No point satisfies the constraints.
     Infeasible = 4,
-    /// The same, to a reduced accuracy.
+    /// Infeasible to reduced accuracy.
     AlmostInfeasible = 5,
     /// The objective has no lower bound.
     Unbounded = 6,
-    /// The same, to a reduced accuracy.
+    /// Unbounded to reduced accuracy.
     AlmostUnbounded = 7,
     /// Steps became too short to make progress.
     Stalled = 8,
@@ -36,7 +36,7 @@ pub enum QpStatus {
 }
 
 impl QpStatus {
-    /// Stable code for records.
+    /// Code for records; it never changes its meaning.
     pub fn code(self) -> u32 {
         self as u32
     }
@@ -50,53 +50,50 @@ impl QpStatus {
 /// What a solve reports besides the solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct QpOutcome {
-    /// How it ended.
+    /// Its status.
     pub status: QpStatus,
     /// Interior-point iterations it took.
     pub iterations: u32,
 }
 
-/// A solver of the stage-structured program.
+/// A solver of stage-structured QPs.
 ///
-/// The loop cannot tell which one it has. A solver may keep state between calls (factorisations,
-/// workspaces) but its answers must not depend on earlier plans: [`QpSolver::reset`] marks the
-/// start of each.
-pub trait QpSolver<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
-    /// Forgets everything that could make this plan depend on the one before.
+/// A solver may keep state between calls (factorisations, warm starts), but its solutions must not
+/// depend on anything before the last [`QpSolver::reset`].
+pub trait QpSolver<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
+    /// Discards all state that later solutions could depend on.
     fn reset(&mut self);
 
-    /// Solves `qp` into `solution`, which holds the multipliers of the last subproblem on entry: a
-    /// solver may start from them. Ends with [`QpStatus::TimeLimit`] once `deadline` has passed.
-    /// Where the outcome's status is not usable the solution is
-    /// whatever stood last, and need not be finite.
+    /// Solves `qp` into `solution`, which on entry holds the multipliers of the last QP for a warm
+    /// start. Ends with [`QpStatus::TimeLimit`] once `deadline` has passed. Where the status is not
+    /// usable, `solution` is the last iterate and need not be finite.
     fn solve(
         &mut self,
-        qp: &Qp<N, NX, NU, NR>,
-        solution: &mut Solution<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
+        solution: &mut Solution<N, NX, NU, NG>,
         deadline: &Deadline,
     ) -> QpOutcome;
 
-    /// Solves `qp` again after only `c`, the row offsets and the gradients have changed since
-    /// [`QpSolver::solve`]: a second-order correction. A solver that can reuse work does.
+    /// Solves `qp` again for a second-order correction: only `c`, the path offsets and the gradients
+    /// have changed since [`QpSolver::solve`], so that a solver can reuse its work.
     fn solve_again(
         &mut self,
-        qp: &Qp<N, NX, NU, NR>,
-        solution: &mut Solution<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
+        solution: &mut Solution<N, NX, NU, NG>,
         deadline: &Deadline,
     ) -> QpOutcome {
         self.solve(qp, solution, deadline)
     }
 
-    /// Feedback gain at node `k < N - 1` of the last solve, by the program's own (scaled) steps:
-    /// near the optimum `u = u_k + K (x - x_k)`. `None` where the solver has none, where its last
+    /// Riccati feedback gain `K` at stage `k < N - 1` of the last solve, in the QP's own (scaled)
+    /// variables: near the optimum `u = u_k + K (x - x_k)`. `None` where the solver has none, where its last
     /// solve was not usable, and after [`QpSolver::reset`].
     fn gain(&self, k: usize) -> Option<SMatrix<f64, NU, NX>> {
         let _ = k;
         None
     }
 
-    /// Adds to `checksum` what tells this solver and its settings from others. Nothing by
-    /// default.
+    /// Adds the solver's name and settings to `checksum`; the default adds nothing.
     fn identify(&self, checksum: &mut Checksum) {
         let _ = checksum;
     }

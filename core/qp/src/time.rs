@@ -1,14 +1,14 @@
-//! Time, as a trait of the caller's: for phase timings and deadlines. It never changes a number.
+//! The caller's clock, for phase timings and deadlines. It never changes a result.
 
 use core::fmt;
 
-/// A clock. It may be read by both cores at the same time.
+/// A monotonic clock. Both cores may read it at the same time.
 pub trait Clock: Sync {
-    /// Seconds since some fixed instant.
+    /// Time since some fixed instant [s].
     fn seconds(&self) -> f64;
 }
 
-/// A clock that stands still, for targets without one: its deadlines never pass.
+/// A clock that stands still, for targets without one. Its deadlines never pass.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoClock;
 
@@ -18,8 +18,8 @@ impl Clock for NoClock {
     }
 }
 
-/// A moment at which work ends with what it has, by a clock that also times the work. Costs one
-/// reading of the clock each time it is looked at, none where the moment never comes.
+/// A moment by which work ends, with the clock that measures it. Each check reads the clock once; a
+/// deadline that never comes reads nothing.
 #[derive(Clone, Copy)]
 pub struct Deadline<'a> {
     clock: &'a dyn Clock,
@@ -27,34 +27,34 @@ pub struct Deadline<'a> {
 }
 
 impl<'a> Deadline<'a> {
-    /// The moment `seconds` from now: at once where that is not a number, never where infinite.
+    /// The moment `seconds` from now: at once where NaN, never where infinite.
     pub fn after(clock: &'a dyn Clock, seconds: f64) -> Self {
         Self { clock, at_s: clock.seconds() + seconds }
     }
 
-    /// The moment that never comes.
+    /// The deadline that never comes.
     pub const fn never() -> Self {
         Self { clock: &NoClock, at_s: f64::INFINITY }
     }
 
-    /// The moment `seconds` before this one.
+    /// The deadline `seconds` before this one.
     pub fn earlier_by(&self, seconds: f64) -> Self {
         Self { at_s: self.at_s - seconds, ..*self }
     }
 
-    /// Whether it ever comes.
+    /// Whether the deadline ever comes.
     pub fn is_finite(&self) -> bool {
         self.at_s != f64::INFINITY
     }
 
-    /// Seconds on its clock.
+    /// Time on its clock [s].
     pub fn seconds(&self) -> f64 {
         self.clock.seconds()
     }
 
-    /// Whether the moment has come.
-    // A function of its own: calls through the clock's pointer then stand in this module alone, and
-    // a bound on the stack knows what they may reach.
+    /// Whether the deadline has passed.
+    // Not inlined: all calls through the clock's pointer stay in this module, where the stack bound
+    // resolves them.
     #[inline(never)]
     pub fn has_passed(&self) -> bool {
         // Written so that NaN counts as passed.

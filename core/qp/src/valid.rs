@@ -1,20 +1,20 @@
-//! Values that have been looked at: what must be valid is a type.
+//! Validated values: a type says that a value was checked.
 
 use core::fmt;
 use core::ops::Deref;
 
-/// What can be in or out of its range.
+/// A type whose values can be out of range.
 pub trait Validate: Sized {
-    /// What is wrong with it.
+    /// Names what is wrong with a value.
     type Error;
 
-    /// Refuses what is out of its range.
+    /// Checks every field against its range.
     ///
     /// # Errors
-    /// The first thing found wrong.
+    /// The first field that is out of range.
     fn validate(&self) -> Result<(), Self::Error>;
 
-    /// The value as one that has been looked at.
+    /// The value as a [`Valid`] one, where it is.
     ///
     /// # Errors
     /// As [`Validate::validate`].
@@ -23,8 +23,8 @@ pub trait Validate: Sized {
     }
 }
 
-/// A value that [`Validate::validated`] has found in its range. It can be read, not changed: take a
-/// copy out, change that and have it validated again.
+/// A value that passed [`Validate::validated`]. It is read-only: to change it, copy it out and validate
+/// the copy.
 ///
 /// ```
 /// use remora_qp::{InteriorPointSettings, Validate};
@@ -44,7 +44,7 @@ impl<T> Valid<T> {
         self.0
     }
 
-    /// A constant that a test validates.
+    /// Wraps a constant; a test validates it.
     #[doc(hidden)]
     pub const fn of_constant(value: T) -> Self {
         Self(value)
@@ -59,7 +59,7 @@ impl<T> Deref for Valid<T> {
     }
 }
 
-/// A setting out of its range.
+/// A setting that is out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InvalidSetting {
     /// Name of the setting.

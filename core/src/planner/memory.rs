@@ -5,7 +5,7 @@ use crate::model::TargetState;
 use crate::scp::{Iterates, Residuals};
 use crate::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory,
-    size::{NR, NU, NX},
+    size::{NG, NU, NX},
 };
 use nalgebra::SVector;
 use remora_nn as nn;
@@ -40,10 +40,10 @@ pub const fn parts() -> [Part; 9] {
     let stage_1 = size_of::<Iterates<TranslationTrajectory<NODES>>>();
     let stage_2 = size_of::<Iterates<ReorientationTrajectory<NODES, LINKS>>>();
     let subproblem =
-        size_of::<Qp<NODES, NX, NU, NR>>() + 2 * size_of::<Solution<NODES, NX, NU, NR>>();
-    let loop_scratch = 3 * size_of::<Residuals<NODES, NX, NR>>()
+        size_of::<Qp<NODES, NX, NU, NG>>() + 2 * size_of::<Solution<NODES, NX, NU, NG>>();
+    let loop_scratch = 3 * size_of::<Residuals<NODES, NX, NG>>()
         + size_of::<[SVector<f64, NX>; NODES]>()
-        + size_of::<[SVector<f64, NR>; NODES]>();
+        + size_of::<[SVector<f64, NG>; NODES]>();
     let named = world + stage_1 + stage_2 + subproblem + loop_scratch;
     let (cache, network) = (NetworkMemory::CACHE_BYTES, NetworkMemory::BYTES);
     [

@@ -37,8 +37,8 @@ use remora_qp::time::Deadline;
 use run::Run;
 
 /// Solver of the subproblems of both stages. The planner resets it at the start of each.
-pub trait Solver: QpSolver<NODES, { size::NX }, { size::NU }, { size::NR }> {}
-impl<S: QpSolver<NODES, { size::NX }, { size::NU }, { size::NR }>> Solver for S {}
+pub trait Solver: QpSolver<NODES, { size::NX }, { size::NU }, { size::NG }> {}
+impl<S: QpSolver<NODES, { size::NX }, { size::NU }, { size::NG }>> Solver for S {}
 
 /// Most trials of a Stage 1 with less force than its optimum, where the wheels cannot hold the moment
 /// of that.

@@ -4,12 +4,12 @@ use crate::model::TargetState;
 use crate::scp::{Iterates, Log, Scratch};
 use crate::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory,
-    size::{NR, NU, NX},
+    size::{NG, NU, NX},
 };
 use remora_qp::EmbeddedQp;
 
 /// The embedded solver at the size of the planner's subproblems.
-pub type EmbeddedSolver = EmbeddedQp<NODES, NX, NU, NR>;
+pub type EmbeddedSolver = EmbeddedQp<NODES, NX, NU, NG>;
 
 /// All the memory a plan needs beside its solver's. The caller owns it; [`Workspace::BYTES`] is its
 /// size.
@@ -17,7 +17,7 @@ pub struct Workspace {
     /// The target's tumble at the nodes.
     pub target: [TargetState; NODES],
     /// What the stages work with, one after the other: after a plan Stage 2's.
-    pub scratch: Scratch<NODES, NX, NU, NR>,
+    pub scratch: Scratch<NODES, NX, NU, NG>,
     /// Stage 1: path and log.
     pub translation: Iterates<TranslationTrajectory<NODES>>,
     /// Stage 2: attitude, arm and log.

@@ -8,21 +8,21 @@ use remora_qp::{Qp, Solution};
 /// What the loop works with, for one size of problem; the caller keeps it. It carries nothing from
 /// one solve to the next, so that solves one after the other can share it.
 #[derive(Clone, Debug)]
-pub struct Scratch<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
+pub struct Scratch<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
     /// The subproblem.
-    pub qp: Qp<N, NX, NU, NR>,
+    pub qp: Qp<N, NX, NU, NG>,
     /// Its solution: the step last computed.
-    pub step: Solution<N, NX, NU, NR>,
-    pub(super) correction: Solution<N, NX, NU, NR>,
-    pub(crate) residuals: Residuals<N, NX, NR>,
-    pub(super) trial_residuals: Residuals<N, NX, NR>,
-    pub(super) searched: Residuals<N, NX, NR>,
+    pub step: Solution<N, NX, NU, NG>,
+    pub(super) correction: Solution<N, NX, NU, NG>,
+    pub(crate) residuals: Residuals<N, NX, NG>,
+    pub(super) trial_residuals: Residuals<N, NX, NG>,
+    pub(super) searched: Residuals<N, NX, NG>,
     /// The subproblem's `c` and row offsets before corrections.
     pub(super) c: [SVector<f64, NX>; N],
-    pub(super) row_offset: [SVector<f64, NR>; N],
+    pub(super) path_offset: [SVector<f64, NG>; N],
 }
 
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Scratch<N, NX, NU, NR> {
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Scratch<N, NX, NU, NG> {
     /// Storage, all bits zero.
     pub const fn new() -> Self {
         Self {
@@ -33,13 +33,13 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Scratch<
             trial_residuals: Residuals::ZERO,
             searched: Residuals::ZERO,
             c: [zeros(); N],
-            row_offset: [zeros(); N],
+            path_offset: [zeros(); N],
         }
     }
 }
 
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Default
-    for Scratch<N, NX, NU, NR>
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Default
+    for Scratch<N, NX, NU, NG>
 {
     fn default() -> Self {
         Self::new()
@@ -47,7 +47,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Default
 }
 
 #[cfg(test)]
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Scratch<N, NX, NU, NR> {
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Scratch<N, NX, NU, NG> {
     /// Overwrites all of it.
     pub(crate) fn fill(&mut self, value: f64) {
         self.qp.fill(value);
@@ -61,7 +61,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Scratch<
             residuals.ignored_row.fill(value);
         }
         self.c.iter_mut().for_each(|vector| vector.fill(value));
-        self.row_offset.iter_mut().for_each(|vector| vector.fill(value));
+        self.path_offset.iter_mut().for_each(|vector| vector.fill(value));
     }
 }
 

@@ -5,27 +5,27 @@ use remora_qp::{Qp, Solution};
 
 /// Cost and constraint residuals of a trajectory, in the problem's scaled units.
 #[derive(Clone, Debug)]
-pub struct Residuals<const N: usize, const NX: usize, const NR: usize> {
+pub struct Residuals<const N: usize, const NX: usize, const NG: usize> {
     /// Objective the loop minimises.
     pub cost: f64,
     /// `F(x_k, u_k) - x_{k+1}`, scaled; the last is zero.
     pub defect: [SVector<f64, NX>; N],
     /// Soft rows `h(x_k) <= 0`, scaled.
-    pub row: [SVector<f64, NR>; N],
+    pub row: [SVector<f64, NG>; N],
     /// Defects up to these do not count in the merit: a fraction of their tolerances.
     pub ignored_defect: SVector<f64, NX>,
     /// The same for the rows.
-    pub ignored_row: SVector<f64, NR>,
+    pub ignored_row: SVector<f64, NG>,
 }
 
-impl<const N: usize, const NX: usize, const NR: usize> Residuals<N, NX, NR> {
+impl<const N: usize, const NX: usize, const NG: usize> Residuals<N, NX, NG> {
     /// Storage, to be filled.
     pub const ZERO: Self = Self {
         cost: 0.0,
         defect: [SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NX]; 1])); N],
-        row: [SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NR]; 1])); N],
+        row: [SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NG]; 1])); N],
         ignored_defect: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NX]; 1])),
-        ignored_row: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NR]; 1])),
+        ignored_row: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NG]; 1])),
     };
 
     /// L1 norm of what defects and rows exceed the ignored by. NaN where any of them is.
@@ -39,7 +39,7 @@ impl<const N: usize, const NX: usize, const NR: usize> Residuals<N, NX, NR> {
             for i in 0..NX {
                 sum += beyond(self.defect[k][i].abs(), self.ignored_defect[i]);
             }
-            for i in 0..NR {
+            for i in 0..NG {
                 sum += beyond(self.row[k][i], self.ignored_row[i]);
             }
         }
@@ -52,7 +52,7 @@ impl<const N: usize, const NX: usize, const NR: usize> Residuals<N, NX, NR> {
 /// The subproblem's variables are scaled steps from the current trajectory. The problem chooses
 /// them: a step may live on a manifold (attitude) and [`Problem::retract`] may follow the
 /// constraints' curvature, as long as it agrees with the linearisation to first order.
-pub trait Problem<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
+pub trait Problem<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
     /// States and controls over the horizon.
     type Trajectory;
 
@@ -66,30 +66,30 @@ pub trait Problem<const N: usize, const NX: usize, const NU: usize, const NR: us
     fn linearise(
         &mut self,
         trajectory: &Self::Trajectory,
-        multipliers: Option<&Solution<N, NX, NU, NR>>,
-        qp: &mut Qp<N, NX, NU, NR>,
+        multipliers: Option<&Solution<N, NX, NU, NG>>,
+        qp: &mut Qp<N, NX, NU, NG>,
     );
 
     /// Sets the bounds of `qp`: limits and trust region of `radius` merged.
-    fn bound(&self, trajectory: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NR>);
+    fn bound(&self, trajectory: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NG>);
 
     /// The trajectory that `step` leads to.
     fn retract(
         &self,
         from: &Self::Trajectory,
-        qp: &Qp<N, NX, NU, NR>,
-        step: &Solution<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
+        step: &Solution<N, NX, NU, NG>,
         to: &mut Self::Trajectory,
     );
 
     /// Cost and residuals of a trajectory by the non-linear model. Sets every field of `out`, which
     /// may hold those of another problem.
-    fn residuals(&self, trajectory: &Self::Trajectory, out: &mut Residuals<N, NX, NR>);
+    fn residuals(&self, trajectory: &Self::Trajectory, out: &mut Residuals<N, NX, NG>);
 
     /// Largest violation over its tolerance: feasible where it is at most one.
-    fn violation(&self, residuals: &Residuals<N, NX, NR>) -> f64;
+    fn violation(&self, residuals: &Residuals<N, NX, NG>) -> f64;
 
     /// Length of a step in units of the trust region, so that a step on its border has one
     /// radius.
-    fn step_length(&self, step: &Solution<N, NX, NU, NR>) -> f64;
+    fn step_length(&self, step: &Solution<N, NX, NU, NG>) -> f64;
 }

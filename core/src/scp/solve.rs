@@ -16,17 +16,17 @@ use remora_qp::{QpOutcome, QpSolver, QpStatus, Valid};
 /// `deadline` is looked at before and after each of these, and by the solver; once it has passed
 /// nothing more is tried or taken, so that the loop ends as soon as the problem and the solver give
 /// up what they are at. It times the work too.
-pub fn solve<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+pub fn solve<P, S, const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     problem: &mut P,
     solver: &mut S,
     settings: &Valid<Settings>,
     deadline: &Deadline,
-    scratch: &mut Scratch<N, NX, NU, NR>,
+    scratch: &mut Scratch<N, NX, NU, NG>,
     iterates: &mut Iterates<P::Trajectory>,
 ) -> Outcome
 where
-    P: Problem<N, NX, NU, NR>,
-    S: QpSolver<N, NX, NU, NR>,
+    P: Problem<N, NX, NU, NG>,
+    S: QpSolver<N, NX, NU, NG>,
 {
     let mut descent = Descent {
         problem,
@@ -60,18 +60,18 @@ struct Feasible {
 /// A solve under way.
 pub(super) struct Descent<
     'a,
-    P: Problem<N, NX, NU, NR>,
+    P: Problem<N, NX, NU, NG>,
     S,
     const N: usize,
     const NX: usize,
     const NU: usize,
-    const NR: usize,
+    const NG: usize,
 > {
     pub(super) problem: &'a mut P,
     pub(super) solver: &'a mut S,
     pub(super) settings: &'a Settings,
     pub(super) deadline: &'a Deadline<'a>,
-    pub(super) w: &'a mut Scratch<N, NX, NU, NR>,
+    pub(super) w: &'a mut Scratch<N, NX, NU, NG>,
     pub(super) z: &'a mut Iterates<P::Trajectory>,
     outcome: Outcome,
     radius: f64,
@@ -86,11 +86,11 @@ pub(super) struct Descent<
     failed: u32,
 }
 
-impl<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usize>
-    Descent<'_, P, S, N, NX, NU, NR>
+impl<P, S, const N: usize, const NX: usize, const NU: usize, const NG: usize>
+    Descent<'_, P, S, N, NX, NU, NG>
 where
-    P: Problem<N, NX, NU, NR>,
-    S: QpSolver<N, NX, NU, NR>,
+    P: Problem<N, NX, NU, NG>,
+    S: QpSolver<N, NX, NU, NG>,
 {
     /// Looks at the start; the status where there is nothing to do.
     fn start(&mut self) -> Option<Status> {
@@ -159,10 +159,10 @@ where
             let multipliers = sound.then_some(&w.step);
             self.problem.linearise(at, multipliers, &mut w.qp);
         }
-        if w.qp.defect_weight.is_finite() {
-            w.qp.defect_weight = weight;
+        if w.qp.defect_penalty.is_finite() {
+            w.qp.defect_penalty = weight;
         }
-        w.qp.row_weight = weight;
+        w.qp.path_penalty = weight;
         self.problem.bound(at, self.radius, &mut w.qp);
     }
 
@@ -290,7 +290,7 @@ where
     }
 
     /// Decrease of the merit from the current trajectory to one with these residuals.
-    pub(super) fn decrease(&self, to: &Residuals<N, NX, NR>) -> f64 {
+    pub(super) fn decrease(&self, to: &Residuals<N, NX, NG>) -> f64 {
         self.merit - to.cost - self.weight * to.penalty()
     }
 

@@ -6,11 +6,11 @@ use core::mem;
 use remora_qp::dense::clamp;
 use remora_qp::{Qp, QpSolver, Solution};
 
-impl<P, S, const N: usize, const NX: usize, const NU: usize, const NR: usize>
-    Descent<'_, P, S, N, NX, NU, NR>
+impl<P, S, const N: usize, const NX: usize, const NU: usize, const NG: usize>
+    Descent<'_, P, S, N, NX, NU, NG>
 where
-    P: Problem<N, NX, NU, NR>,
-    S: QpSolver<N, NX, NU, NR>,
+    P: Problem<N, NX, NU, NG>,
+    S: QpSolver<N, NX, NU, NG>,
 {
     /// The whole step as the first trial; returns what it leaves of the linearised penalty.
     pub(super) fn attempt(&mut self, record: &mut IterationRecord) -> f64 {
@@ -33,7 +33,7 @@ where
         let w = &mut *self.w;
         for k in 0..N {
             w.c[k] = w.qp.stages[k].c;
-            w.row_offset[k] = w.qp.stages[k].row_offset;
+            w.path_offset[k] = w.qp.stages[k].path_offset;
         }
         // Bound: corrections.
         while record.corrections < self.settings.max_corrections
@@ -47,7 +47,7 @@ where
         let w = &mut *self.w;
         for k in 0..N {
             w.qp.stages[k].c = w.c[k];
-            w.qp.stages[k].row_offset = w.row_offset[k];
+            w.qp.stages[k].path_offset = w.path_offset[k];
         }
     }
 
@@ -61,8 +61,8 @@ where
                 w.qp.stages[k].c += w.trial_residuals.defect[k] - linear;
             }
             let stage = &mut w.qp.stages[k];
-            let linear = stage.row_x * step.x[k] + stage.row_offset;
-            stage.row_offset += w.trial_residuals.row[k] - linear;
+            let linear = stage.path_jacobian * step.x[k] + stage.path_offset;
+            stage.path_offset += w.trial_residuals.row[k] - linear;
         }
         let before = self.deadline.seconds();
         let solved = self.solver.solve_again(&w.qp, &mut w.correction, self.deadline);
@@ -156,12 +156,12 @@ const WELL_PREDICTED: (f64, f64) = (0.8, 1.2);
 pub const MAX_SEARCHES: usize = 3;
 
 /// What the linearised constraints leave violated at `step`, with the subproblem's slacks.
-fn linear_penalty<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
-    step: &Solution<N, NX, NU, NR>,
+fn linear_penalty<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
+    step: &Solution<N, NX, NU, NG>,
 ) -> f64 {
-    let defects = if qp.defect_weight.is_finite() { qp.defect_norm(step) } else { 0.0 };
-    qp.row_violation(step) + defects
+    let defects = if qp.defect_penalty.is_finite() { qp.defect_norm(step) } else { 0.0 };
+    qp.path_violation(step) + defects
 }
 
 /// Actual over predicted decrease; NaN and steps that lead nowhere count as bad, decreases lost in

@@ -80,7 +80,7 @@ pub mod size {
     pub const NU: usize = 3 + LINKS;
     /// Soft rows: pointing and clearances; in Stage 1 keep-out at the node and at three points of
     /// the interval before it.
-    pub const NR: usize = 1 + super::clearance::ROWS;
+    pub const NG: usize = 1 + super::clearance::ROWS;
 }
 
 #[cfg(test)]

@@ -6,10 +6,10 @@ use crate::scp::{Problem, Residuals};
 use nalgebra::{Matrix3, Matrix3x6, SVector, Vector3, Vector4};
 use remora_qp::dense::clamp;
 use remora_qp::time::Deadline;
-use remora_qp::{Qp, QpOutcome, QpSolver, Solution, Stage};
+use remora_qp::{Qp, QpOutcome, QpSolver, QpStage, Solution};
 
 use super::Formulation;
-use super::size::{NR, NU, NX};
+use super::size::{NG, NU, NX};
 use super::worse;
 
 /// Path of the centre of mass: position and velocity at the nodes, force over the intervals.
@@ -36,7 +36,7 @@ impl<const N: usize> TranslationTrajectory<N> {
 const TYPICAL_COST: f64 = 0.064;
 
 /// Where within the interval before a node keep-out holds too: shares of it, back from the node.
-const WITHIN: [f64; NR - 1] = [0.25, 0.5, 0.75];
+const WITHIN: [f64; NG - 1] = [0.25, 0.5, 0.75];
 
 /// Share of each tolerance that the loop leaves to the verifier.
 const MARGIN: f64 = 0.5;
@@ -63,7 +63,7 @@ pub struct Translation<'a, const N: usize, const NL: usize> {
     /// What planning adds to it, and whether it holds between nodes.
     margin: Option<f64>,
     /// Back from a node to the points [`WITHIN`] the interval before it.
-    back: [HcwTransition; NR - 1],
+    back: [HcwTransition; NG - 1],
     dt: f64,
     /// What positions, velocities and forces are divided by in the subproblem [m, m/s, N].
     scale: [f64; 3],
@@ -131,12 +131,12 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
     }
 
     /// Writes the start of the loop: the optimum without keep-out, one convex program.
-    pub fn warm_start<S: QpSolver<N, NX, NU, NR>>(
+    pub fn warm_start<S: QpSolver<N, NX, NU, NG>>(
         &mut self,
         solver: &mut S,
         deadline: &Deadline,
-        qp: &mut Qp<N, NX, NU, NR>,
-        step: &mut Solution<N, NX, NU, NR>,
+        qp: &mut Qp<N, NX, NU, NG>,
+        step: &mut Solution<N, NX, NU, NG>,
         trajectory: &mut TranslationTrajectory<N>,
     ) -> QpOutcome {
         trajectory.force = [Vector3::zeros(); N];
@@ -144,7 +144,7 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         self.constrained = false;
         self.linearise(trajectory, None, qp);
         self.bound(trajectory, f64::INFINITY, qp);
-        qp.row_weight = 1.0;
+        qp.path_penalty = 1.0;
         // Memory may be that of an earlier plan, of which no solver may see anything.
         step.clear_multipliers();
         let outcome = solver.solve(qp, step, deadline);
@@ -245,22 +245,25 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         &self,
         k: usize,
         trajectory: &TranslationTrajectory<N>,
-        stage: &mut Stage<NX, NU, NR>,
+        stage: &mut QpStage<NX, NU, NG>,
     ) {
         let [r, v, f] = self.scale;
-        for i in 0..NR {
+        for i in 0..NG {
             let (offset, normal) = self.keep_out_row(k, i, trajectory);
-            stage.row_offset[i] = offset;
+            stage.path_offset[i] = offset;
             let Some(back) = i.checked_sub(1).and_then(|i| self.back.get(i)) else {
-                stage.row_x.fixed_view_mut::<1, 3>(0, 0).copy_from(&(normal * r).transpose());
+                stage
+                    .path_jacobian
+                    .fixed_view_mut::<1, 3>(0, 0)
+                    .copy_from(&(normal * r).transpose());
                 continue;
             };
             let (by_state, by_force) = self.rows_within(back);
             let (by_state, by_force) = (by_state.tr_mul(&normal), by_force.tr_mul(&normal));
             for j in 0..3 {
-                stage.row_x[(i, j)] = by_state[j] * r;
-                stage.row_x[(i, 3 + j)] = by_state[3 + j] * v;
-                stage.row_x[(i, 6 + j)] = by_force[j] * f;
+                stage.path_jacobian[(i, j)] = by_state[j] * r;
+                stage.path_jacobian[(i, 3 + j)] = by_state[3 + j] * v;
+                stage.path_jacobian[(i, 6 + j)] = by_force[j] * f;
             }
         }
     }
@@ -273,7 +276,7 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
     }
 }
 
-impl<const N: usize, const NL: usize> Problem<N, NX, NU, NR> for Translation<'_, N, NL> {
+impl<const N: usize, const NL: usize> Problem<N, NX, NU, NG> for Translation<'_, N, NL> {
     type Trajectory = TranslationTrajectory<N>;
 
     fn clip(&self, trajectory: &mut Self::Trajectory) {
@@ -286,10 +289,10 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NR> for Translation<'_,
     fn linearise(
         &mut self,
         trajectory: &Self::Trajectory,
-        _multipliers: Option<&Solution<N, NX, NU, NR>>,
-        qp: &mut Qp<N, NX, NU, NR>,
+        _multipliers: Option<&Solution<N, NX, NU, NG>>,
+        qp: &mut Qp<N, NX, NU, NG>,
     ) {
-        qp.defect_weight = f64::INFINITY;
+        qp.defect_penalty = f64::INFINITY;
         qp.constant = 0.0;
         let [r, v, f] = self.scale;
         let unit = f / self.cost_unit;
@@ -297,7 +300,7 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NR> for Translation<'_,
         let change = 2.0 * self.cost_scale * self.change_weight * unit * unit;
         for k in 0..N {
             let stage = &mut qp.stages[k];
-            *stage = Stage::ZERO;
+            *stage = QpStage::ZERO;
             self.keep_out_rows(k, trajectory, stage);
             if k + 1 == N {
                 continue;
@@ -335,7 +338,7 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NR> for Translation<'_,
         }
     }
 
-    fn bound(&self, trajectory: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NR>) {
+    fn bound(&self, trajectory: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NG>) {
         let (r, v) = self.end_error(trajectory);
         let [r_scale, _, f_scale] = self.scale;
         for (k, stage) in qp.stages.iter_mut().enumerate() {
@@ -366,8 +369,8 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NR> for Translation<'_,
     fn retract(
         &self,
         from: &Self::Trajectory,
-        _qp: &Qp<N, NX, NU, NR>,
-        step: &Solution<N, NX, NU, NR>,
+        _qp: &Qp<N, NX, NU, NG>,
+        step: &Solution<N, NX, NU, NG>,
         to: &mut Self::Trajectory,
     ) {
         for k in 0..N - 1 {
@@ -378,7 +381,7 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NR> for Translation<'_,
         self.roll_out(to);
     }
 
-    fn residuals(&self, trajectory: &Self::Trajectory, out: &mut Residuals<N, NX, NR>) {
+    fn residuals(&self, trajectory: &Self::Trajectory, out: &mut Residuals<N, NX, NG>) {
         out.cost = self.cost_scale * self.cost(&trajectory.force);
         out.ignored_defect.fill(0.0);
         out.ignored_row.fill(0.0);
@@ -394,7 +397,7 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NR> for Translation<'_,
         }
     }
 
-    fn violation(&self, residuals: &Residuals<N, NX, NR>) -> f64 {
+    fn violation(&self, residuals: &Residuals<N, NX, NG>) -> f64 {
         let keep_out = residuals
             .row
             .iter()
@@ -403,7 +406,7 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NR> for Translation<'_,
         worse(keep_out / self.keep_out_tolerance, end / self.end_tolerance) / MARGIN
     }
 
-    fn step_length(&self, step: &Solution<N, NX, NU, NR>) -> f64 {
+    fn step_length(&self, step: &Solution<N, NX, NU, NG>) -> f64 {
         step.x[1..N - 1].iter().map(|x| x.fixed_rows::<3>(0).amax()).fold(0.0, f64::max)
             * self.scale[0]
     }

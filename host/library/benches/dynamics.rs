@@ -14,7 +14,7 @@ use remora_core::advanced::planner::{
 };
 use remora_core::advanced::qp::Qp;
 use remora_core::advanced::scp::{Problem, Residuals, Settings};
-use remora_core::advanced::stages::size::{NR, NU, NX};
+use remora_core::advanced::stages::size::{NG, NU, NX};
 use remora_core::advanced::stages::{
     Formulation, LINKS, Mode, NODES, Reorientation, ReorientationTrajectory,
 };
@@ -144,7 +144,7 @@ fn phases(c: &mut Criterion) {
             Mode::Optimal,
             &Sequential,
         );
-        let mut qp = Box::new(Qp::<NODES, NX, NU, NR>::ZERO);
+        let mut qp = Box::new(Qp::<NODES, NX, NU, NG>::ZERO);
         c.bench_function(&format!("linearise {name}"), |b| {
             b.iter(|| problem.linearise(motion, None, &mut qp));
         });
@@ -164,7 +164,7 @@ fn phases(c: &mut Criterion) {
 }
 
 /// The sweep that makes the program convex, on one that already is: the same arithmetic.
-fn convexify(c: &mut Criterion, name: &str, qp: &Qp<NODES, NX, NU, NR>) {
+fn convexify(c: &mut Criterion, name: &str, qp: &Qp<NODES, NX, NU, NG>) {
     let mut copy = Box::new(qp.clone());
     let convex = SVector::repeat(1.0);
     c.bench_function(&format!("convexify {name}, with a copy"), |b| {

@@ -23,18 +23,18 @@ use std::time::{Duration, Instant};
 const EVERY: usize = 10;
 
 /// The programs of one stage, with those of the first and the last iteration of each plan apart.
-struct Programs<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
-    all: Vec<Qp<N, NX, NU, NR>>,
+struct Programs<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
+    all: Vec<Qp<N, NX, NU, NG>>,
     early: Vec<usize>,
     late: Vec<usize>,
 }
 
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Programs<N, NX, NU, NR> {
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Programs<N, NX, NU, NG> {
     fn new() -> Self {
         Self { all: Vec::new(), early: Vec::new(), late: Vec::new() }
     }
 
-    fn add(&mut self, solve: &Solve<'_, N, NX, NU, NR>) {
+    fn add(&mut self, solve: &Solve<'_, N, NX, NU, NG>) {
         self.all.push(solve.qp.clone());
     }
 
@@ -45,7 +45,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Programs
     }
 }
 
-type OfOneStage = Programs<NODES, { size::NX }, { size::NU }, { size::NR }>;
+type OfOneStage = Programs<NODES, { size::NX }, { size::NU }, { size::NG }>;
 
 /// Plans and keeps what was solved in stages 1 and 2.
 fn programs() -> (OfOneStage, OfOneStage) {
@@ -109,19 +109,19 @@ fn peak() -> f64 {
 }
 
 /// A solver that has never solved anything.
-fn fresh<const N: usize, const NX: usize, const NU: usize, const NR: usize>()
--> Box<EmbeddedQp<N, NX, NU, NR>> {
+fn fresh<const N: usize, const NX: usize, const NU: usize, const NG: usize>()
+-> Box<EmbeddedQp<N, NX, NU, NG>> {
     on_heap(EmbeddedQp::new)
 }
 
 /// Solves from nothing; returns the iterations.
-fn cold<S, const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+fn cold<S, const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     solver: &mut S,
-    qp: &Qp<N, NX, NU, NR>,
-    point: &mut Solution<N, NX, NU, NR>,
+    qp: &Qp<N, NX, NU, NG>,
+    point: &mut Solution<N, NX, NU, NG>,
 ) -> u32
 where
-    S: QpSolver<N, NX, NU, NR>,
+    S: QpSolver<N, NX, NU, NG>,
 {
     point.clear_multipliers();
     solver.solve(black_box(qp), point, &Deadline::never()).iterations
@@ -143,20 +143,20 @@ fn timed(runs: usize, mut run: impl FnMut()) -> f64 {
 }
 
 /// The table's line of one stage.
-fn summary<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+fn summary<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     name: &str,
-    programs: &[Qp<N, NX, NU, NR>],
+    programs: &[Qp<N, NX, NU, NG>],
     peak: f64,
 ) {
     let mut point = Box::new(Solution::ZERO);
     let mut ours = fresh();
     let (mut embedded, mut first, mut in_place) = (Vec::new(), Vec::new(), Vec::new());
     let (mut iterations, mut rates) = (Vec::new(), Vec::new());
-    let flops = flops_per_iteration(N, NX, NU, NR);
+    let flops = flops_per_iteration(N, NX, NU, NG);
     for qp in programs {
         let mut count = 0;
         let time = timed(9, || {
-            QpSolver::<N, NX, NU, NR>::reset(&mut *ours);
+            QpSolver::<N, NX, NU, NG>::reset(&mut *ours);
             count = cold(&mut *ours, qp, &mut point);
         });
         embedded.push(time);
@@ -195,10 +195,10 @@ fn summary<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
 }
 
 /// Criterion's measurements over programs one after the other.
-fn compare<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+fn compare<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     c: &mut Criterion,
     name: &str,
-    programs: Vec<&Qp<N, NX, NU, NR>>,
+    programs: Vec<&Qp<N, NX, NU, NG>>,
 ) {
     let mut group = c.benchmark_group(name);
     group.sample_size(20).warm_up_time(Duration::from_millis(300));
@@ -208,7 +208,7 @@ fn compare<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
     let mut next = programs.iter().cycle();
     group.bench_function("embedded", |b| {
         b.iter(|| {
-            QpSolver::<N, NX, NU, NR>::reset(&mut *ours);
+            QpSolver::<N, NX, NU, NG>::reset(&mut *ours);
             next.next().map(|qp| cold(&mut *ours, qp, &mut point))
         });
     });

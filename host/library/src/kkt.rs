@@ -6,7 +6,7 @@
 //!
 //! - the gradient of the Lagrangian over every `x` and `u` is zero;
 //! - boxes hold, and hard dynamics do;
-//! - `|l| <= defect_weight`, `0 <= r <= row_weight`, and `m` pushes only from bounds that exist;
+//! - `|l| <= defect_penalty`, `0 <= r <= path_penalty`, and `m` pushes only from bounds that exist;
 //! - a slack of the dynamics pays its full weight with the right sign, a violated row pays the
 //!   full weight and a satisfied one nothing, a bound that is not reached does not push.
 
@@ -31,9 +31,9 @@ pub struct Kkt {
 
 impl Kkt {
     /// The conditions of `qp` at `point`. Cost: a few products with the program's matrices.
-    pub fn of<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-        qp: &Qp<N, NX, NU, NR>,
-        point: &Solution<N, NX, NU, NR>,
+    pub fn of<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+        qp: &Qp<N, NX, NU, NG>,
+        point: &Solution<N, NX, NU, NG>,
     ) -> Self {
         let mut kkt = Self::default();
         for k in 0..N {
@@ -67,16 +67,16 @@ impl Kkt {
     }
 
     /// A node's state: its gradient, its box and its rows.
-    fn node<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    fn node<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         &mut self,
-        qp: &Qp<N, NX, NU, NR>,
-        point: &Solution<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
+        point: &Solution<N, NX, NU, NG>,
         k: usize,
     ) {
         let (stage, x, m) = (&qp.stages[k], &point.x[k], &point.bound_multiplier_x[k]);
         let mut gradient = stage.hessian_xx * x
             + stage.gradient_x
-            + stage.row_x.tr_mul(&point.row_multiplier[k])
+            + stage.path_jacobian.tr_mul(&point.path_multiplier[k])
             + m;
         if k > 0 {
             gradient -= point.defect_multiplier[k - 1];
@@ -89,23 +89,23 @@ impl Kkt {
         for i in 0..NX {
             self.bound(x[i], m[i], stage.lower_x[i], stage.upper_x[i]);
         }
-        let rows = stage.row_x * x + stage.row_offset;
-        for i in 0..NR {
-            let (row, r) = (rows[i], point.row_multiplier[k][i]);
+        let rows = stage.path_jacobian * x + stage.path_offset;
+        for i in 0..NG {
+            let (row, r) = (rows[i], point.path_multiplier[k][i]);
             note(&mut self.dual, (-r).max(0.0));
-            note(&mut self.dual, (r - qp.row_weight).max(0.0));
+            note(&mut self.dual, (r - qp.path_penalty).max(0.0));
             self.pair((-row).max(0.0), r);
-            self.pair(row.max(0.0), qp.row_weight - r);
+            self.pair(row.max(0.0), qp.path_penalty - r);
             // `f64::max` drops a NaN.
             note(&mut self.primal, 0.0 * (row + r));
         }
     }
 
     /// An interval's control and dynamics.
-    fn interval<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    fn interval<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         &mut self,
-        qp: &Qp<N, NX, NU, NR>,
-        point: &Solution<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
+        point: &Solution<N, NX, NU, NG>,
         k: usize,
     ) {
         let (stage, u, m) = (&qp.stages[k], &point.u[k], &point.bound_multiplier_u[k]);
@@ -121,11 +121,11 @@ impl Kkt {
         let slack = qp.slack(point, k);
         for i in 0..NX {
             let (xi, l) = (slack[i], point.defect_multiplier[k][i]);
-            if qp.defect_weight.is_finite() {
-                note(&mut self.dual, (l.abs() - qp.defect_weight).max(0.0));
+            if qp.defect_penalty.is_finite() {
+                note(&mut self.dual, (l.abs() - qp.defect_penalty).max(0.0));
                 // The slack enters the Lagrangian as `weight |xi| + l xi`.
-                self.pair(xi.max(0.0), qp.defect_weight + l);
-                self.pair((-xi).max(0.0), qp.defect_weight - l);
+                self.pair(xi.max(0.0), qp.defect_penalty + l);
+                self.pair((-xi).max(0.0), qp.defect_penalty - l);
                 note(&mut self.primal, 0.0 * (xi + l));
             } else {
                 note(&mut self.primal, xi);
@@ -166,19 +166,19 @@ fn note(worst: &mut f64, value: f64) {
 }
 
 /// The whole objective at `point`: the smooth part and the weighted penalties.
-pub fn objective<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
-    point: &Solution<N, NX, NU, NR>,
+pub fn objective<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
+    point: &Solution<N, NX, NU, NG>,
 ) -> f64 {
-    let soft = qp.defect_weight.is_finite();
-    let defects = if soft { qp.defect_weight * qp.defect_norm(point) } else { 0.0 };
-    qp.cost(point) + defects + qp.row_weight * qp.row_violation(point)
+    let soft = qp.defect_penalty.is_finite();
+    let defects = if soft { qp.defect_penalty * qp.defect_norm(point) } else { 0.0 };
+    qp.cost(point) + defects + qp.path_penalty * qp.path_violation(point)
 }
 
 /// Largest difference of a state or control between two points, over the scaled unit one.
-pub fn distance<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    a: &Solution<N, NX, NU, NR>,
-    b: &Solution<N, NX, NU, NR>,
+pub fn distance<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    a: &Solution<N, NX, NU, NG>,
+    b: &Solution<N, NX, NU, NG>,
 ) -> f64 {
     let mut worst = 0.0;
     for k in 0..N {
@@ -199,8 +199,8 @@ mod tests {
     /// `min u^2 / 2 + x1^2 / 2 - 3 x1`, `x1 = x0 + u`, `x0 = 0` pinned, `u <= 1`: `u = x1 = 1`.
     fn example() -> (Program, Point) {
         let mut qp = Program::ZERO;
-        qp.defect_weight = f64::INFINITY;
-        qp.stages.iter_mut().for_each(|stage| stage.row_offset.fill(-1.0));
+        qp.defect_penalty = f64::INFINITY;
+        qp.stages.iter_mut().for_each(|stage| stage.path_offset.fill(-1.0));
         let [first, last] = &mut qp.stages;
         first.hessian_uu.fill(1.0);
         first.a.fill(1.0);
@@ -211,7 +211,7 @@ mod tests {
         last.gradient_x.fill(-3.0);
         last.lower_x.fill(-9.0);
         last.upper_x.fill(f64::INFINITY);
-        qp.row_weight = 5.0;
+        qp.path_penalty = 5.0;
         let mut point = Point::ZERO;
         point.x[1].fill(1.0);
         point.u[0].fill(1.0);
@@ -235,9 +235,9 @@ mod tests {
         assert_eq!(flawed(|p| p.x[0].fill(0.25)).primal, 0.25);
         assert_eq!(flawed(|p| p.u[0].fill(1.125)).primal, 0.125);
         assert_eq!(flawed(|p| p.bound_multiplier_u[0].fill(-0.5)).dual, 0.5);
-        assert_eq!(flawed(|p| p.row_multiplier[1].fill(6.0)).dual, 1.0);
-        assert_eq!(flawed(|p| p.row_multiplier[1].fill(-2.0)).dual, 2.0);
-        let pushing = flawed(|p| p.row_multiplier[1].fill(0.5));
+        assert_eq!(flawed(|p| p.path_multiplier[1].fill(6.0)).dual, 1.0);
+        assert_eq!(flawed(|p| p.path_multiplier[1].fill(-2.0)).dual, 2.0);
+        let pushing = flawed(|p| p.path_multiplier[1].fill(0.5));
         assert_eq!((pushing.complementarity, pushing.activity), (0.5, 0.5));
         let short = flawed(|p| p.u[0].fill(0.75));
         assert_eq!((short.complementarity, short.activity), (0.25, 0.25));
@@ -250,7 +250,7 @@ mod tests {
             points[2].defect_multiplier[k] = nan;
             points[3].bound_multiplier_x[k] = nan;
             points[4].bound_multiplier_u[k] = nan;
-            points[5].row_multiplier[k] = nan;
+            points[5].path_multiplier[k] = nan;
             for point in points {
                 assert_eq!(Kkt::of(&qp, &point).worst(), f64::INFINITY, "{point:?}");
             }
@@ -261,7 +261,7 @@ mod tests {
     fn slack_pays_its_weight_with_the_right_sign() {
         let (mut qp, mut point) = example();
         // The dynamics would ask for a multiplier of 2: at a weight of 1.5 slack is cheaper.
-        qp.defect_weight = 1.5;
+        qp.defect_penalty = 1.5;
         point.defect_multiplier[0].fill(-1.5);
         point.x[1].fill(1.5);
         point.u[0].fill(1.0);
@@ -280,11 +280,11 @@ mod tests {
     fn violated_rows_pay_their_weight() {
         let (mut qp, mut point) = example();
         // x1 <= 0.5, worth no more than 5.
-        qp.stages[1].row_x.fill(1.0);
-        qp.stages[1].row_offset.fill(-0.5);
+        qp.stages[1].path_jacobian.fill(1.0);
+        qp.stages[1].path_offset.fill(-0.5);
         assert_eq!(Kkt::of(&qp, &point).complementarity, 2.5);
-        qp.row_weight = 0.5;
-        point.row_multiplier[1].fill(0.5);
+        qp.path_penalty = 0.5;
+        point.path_multiplier[1].fill(0.5);
         point.defect_multiplier[0].fill(-1.5);
         point.bound_multiplier_u[0].fill(0.5);
         point.bound_multiplier_x[0].fill(1.5);

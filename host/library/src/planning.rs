@@ -66,7 +66,7 @@ impl Planned {
 }
 
 /// One subproblem of a plan with its solver's answer.
-pub type Subproblem<'a> = Solve<'a, NODES, { size::NX }, { size::NU }, { size::NR }>;
+pub type Subproblem<'a> = Solve<'a, NODES, { size::NX }, { size::NU }, { size::NG }>;
 
 /// A planner with its memory, for one plan after the other. About 1 MiB on the heap with the
 /// embedded solver, and a few more once Clarabel has planned.

@@ -2,7 +2,7 @@
 //! from rest to rest with the least control.
 
 use nalgebra::{Matrix2, SMatrix, Vector2};
-use remora_core::advanced::qp::{Qp, Solution, Stage, Validate};
+use remora_core::advanced::qp::{Qp, QpStage, Solution, Validate};
 use remora_core::advanced::scp::{
     Iterates, Outcome, Problem, Residuals, Scratch, Settings, Status, solve,
 };
@@ -52,9 +52,9 @@ impl Problem<N, 2, 1, 1> for Pendulum {
     }
 
     fn linearise(&mut self, z: &Swing, _: Option<&Solution<N, 2, 1, 1>>, qp: &mut Qp<N, 2, 1, 1>) {
-        qp.defect_weight = 1.0;
+        qp.defect_penalty = 1.0;
         for k in 0..N {
-            qp.stages[k] = Stage::ZERO;
+            qp.stages[k] = QpStage::ZERO;
             if k + 1 < N {
                 let stage = &mut qp.stages[k];
                 stage.a = Matrix2::new(1.0, H, -H * (self.restoring)(z.x[k][0]).1, 1.0);

@@ -70,8 +70,8 @@ fn every_subproblem_is_written_with_its_solution() {
 }
 
 /// The solution is optimal for the program as read back, and another solver finds its objective.
-fn holds<const N: usize, const NX: usize, const NU: usize, const NR: usize>(file: &QpFile) {
-    let (qp, point) = (file.program::<N, NX, NU, NR>().unwrap(), file.point().unwrap());
+fn holds<const N: usize, const NX: usize, const NU: usize, const NG: usize>(file: &QpFile) {
+    let (qp, point) = (file.program::<N, NX, NU, NG>().unwrap(), file.point().unwrap());
     let kkt = Kkt::of(&qp, &point);
     assert!(kkt.worst() <= 1e-8, "{}: {kkt:?}", file.name());
     assert_eq!(objective(&qp, &point), file.solution.point.as_ref().unwrap().objective);

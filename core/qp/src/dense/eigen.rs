@@ -1,4 +1,4 @@
-//! Eigenvalues of small symmetric matrices.
+//! Projection of small symmetric matrices onto the positive semidefinite cone.
 
 use nalgebra::SMatrix;
 
@@ -8,8 +8,7 @@ pub const MAX_SWEEPS: usize = 12;
 /// Squared cosine of the angle between two columns that count as orthogonal.
 const ORTHOGONAL: f64 = 1e-28;
 
-/// Replaces symmetric `a` by the nearest positive semidefinite matrix: negative eigenvalues
-/// become zero.
+/// Projects symmetric `a` onto the positive semidefinite cone: negative eigenvalues become zero.
 ///
 /// Hestenes' one-sided Jacobi method on `a + 2 |a| I`, which is well conditioned: rotations from
 /// the right make its columns orthogonal, so that they end as eigenvectors, as long as their
@@ -17,7 +16,7 @@ const ORTHOGONAL: f64 = 1e-28;
 /// by side in memory, and no rotation of a round waits for another. The order is fixed: the same
 /// bits everywhere. Cost: about `5 D^3` flops a sweep, some six sweeps. What is not finite is left
 /// as it is.
-// Seldom needed: its memory is on the stack only then.
+// Not inlined: it is seldom called and needs a large frame.
 #[inline(never)]
 pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
     let shift = 2.0 * libm::sqrt(a.iter().map(|x| x * x).sum());
@@ -51,16 +50,16 @@ pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
     *a = (*a + a.transpose()) * 0.5;
 }
 
-/// Rounds of a tournament in which each of `count` meets each other once.
+/// Number of rounds of a round-robin tournament of `count` columns.
 const fn rounds(count: usize) -> usize {
-    // Of an odd number one rests each round.
+    // With an odd number one column rests each round.
     if count.is_multiple_of(2) { count.saturating_sub(1) } else { count }
 }
 
-/// Pair `i` of a round; none where one of them rests.
+/// Columns of pair `i` in a round; `None` where one of them rests.
 #[inline(always)]
 fn pair<const D: usize>(round: usize, i: usize) -> Option<(usize, usize)> {
-    // The last of an even number stays, all others move on round by round.
+    // The last column of an even number stays; the others rotate (circle method).
     let circle = rounds(D).max(1);
     let p = (round + i) % circle;
     let q = match i {
@@ -71,15 +70,15 @@ fn pair<const D: usize>(round: usize, i: usize) -> Option<(usize, usize)> {
     (p < D && q < D).then_some((p, q))
 }
 
-/// Makes the pairs of a round orthogonal; whether any was not. Takes along the columns' `squares`.
+/// Orthogonalises the pairs of a round and updates the columns' `squares`; returns whether any pair
+/// was rotated.
 #[inline(always)]
 fn rotate_round<const D: usize>(
     columns: &mut [[f64; D]; D],
     squares: &mut [f64; D],
     round: usize,
 ) -> bool {
-    // Inner products of all pairs, then all angles, then all rotations: work of one kind at a time
-    // is what a processor does side by side.
+    // All inner products, then all angles, then all rotations: each loop vectorises.
     let (mut difference, mut product) = ([0.0; D], [0.0; D]);
     let mut any = false;
     for i in 0..D.div_ceil(2) {

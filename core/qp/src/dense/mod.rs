@@ -19,9 +19,9 @@ pub const fn zeros<const R: usize, const C: usize>() -> SMatrix<f64, R, C> {
     SMatrix::from_array_storage(ArrayStorage([[0.0; R]; C]))
 }
 
-/// `value` brought into `[least, most]`; what is not a number stays so.
+/// `value` projected onto `[least, most]`; NaN stays NaN.
 ///
-/// `f64::clamp` panics where the limits contradict each other; this returns one of them.
+/// `f64::clamp` panics where the limits contradict; this returns one of them.
 #[inline]
 pub fn clamp(value: f64, least: f64, most: f64) -> f64 {
     if value < least {

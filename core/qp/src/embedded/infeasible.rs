@@ -1,33 +1,33 @@
-//! The proof that hard dynamics have no point within the boxes.
+//! Certificate that hard dynamics have no solution within the bounds.
 
-use super::boxed::larger;
-use super::node::Node;
+use super::bounded::larger;
 use super::riccati::Interval;
+use super::variables::StageVariables;
 use crate::Qp;
 use crate::dense::matrix::multiply_vector_add;
 use core::array::from_fn;
 
-/// Entries of a certificate's gradient up to this are taken for rounding.
-const NOTHING: f64 = 1e-9;
+/// Entries of the certificate's gradient up to this count as rounding.
+const ROUNDING: f64 = 1e-9;
 
-/// Whether the multipliers of the dynamics, which diverge where these have no point, prove just
-/// that: `y^T (A x + B u + c - x+)`, summed over all nodes, is positive for *every* point in the
-/// boxes (Farkas). False where nothing is proved. Cost: `N (2 NX^2 + 2 NX NU)` flops.
-pub(super) fn is_proved<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
-    nodes: &[Node<NX, NU, NR>; N],
+/// Whether the multipliers `y` of the dynamics, which diverge where the QP is infeasible, prove it:
+/// `y^T (A x + B u + c - x+)`, summed over all stages, is positive for *every* point within the
+/// bounds (Farkas' lemma). False where nothing is proved. Cost: `N (2 NX^2 + 2 NX NU)` flops.
+pub(super) fn is_proved<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
+    variables: &[StageVariables<NX, NU, NG>; N],
     intervals: &[Interval<NX, NU>; N],
 ) -> bool {
-    let size = nodes
+    let size = variables
         .iter()
-        .flat_map(|node| node.dynamics.value)
+        .flat_map(|vars| vars.dynamics.value)
         .fold(0.0, |size, v| larger(size, v.abs()));
-    if qp.defect_weight < f64::INFINITY || !(size > 1.0) {
+    if qp.defect_penalty < f64::INFINITY || !(size > 1.0) {
         return false;
     }
     let (mut least, mut scale) = (0.0, 0.0);
     let mut add = |coefficient: f64, lower: f64, upper: f64| {
-        if !(coefficient.abs() <= NOTHING && lower.max(-upper) == f64::NEG_INFINITY) {
+        if !(coefficient.abs() <= ROUNDING && lower.max(-upper) == f64::NEG_INFINITY) {
             let bound = if coefficient > 0.0 { lower } else { upper };
             let term = if coefficient == 0.0 { 0.0 } else { coefficient * bound };
             least += term;
@@ -35,9 +35,10 @@ pub(super) fn is_proved<const N: usize, const NX: usize, const NU: usize, const 
         }
     };
     let mut before = [0.0; NX];
-    for (k, ((stage, node), interval)) in qp.stages.iter().zip(nodes).zip(intervals).enumerate() {
+    for (k, ((stage, vars), interval)) in qp.stages.iter().zip(variables).zip(intervals).enumerate()
+    {
         let y: [f64; NX] = match k + 1 < N {
-            true => from_fn(|i| node.dynamics.value[i] / size),
+            true => from_fn(|i| vars.dynamics.value[i] / size),
             false => [0.0; NX],
         };
         let mut x: [f64; NX] = from_fn(|i| -before[i]);
@@ -58,5 +59,5 @@ pub(super) fn is_proved<const N: usize, const NX: usize, const NU: usize, const 
         before = y;
     }
     // Rounding of the sum counts against the proof.
-    least > NOTHING * scale.max(1.0)
+    least > ROUNDING * scale.max(1.0)
 }

@@ -1,40 +1,60 @@
-//! The iteration: predictor, corrector, step.
+//! The interior-point iteration: predictor, corrector, step length.
 
-use super::boxed::Aim;
-use super::node::{Entries, Node};
+use super::bounded::Centering;
 use super::optimality::{Optimality, differentiate};
+use super::variables::{StageVariables, StageVector};
 use super::{EmbeddedQp, infeasible, riccati};
 use crate::dense::clamp;
 use crate::time::Deadline;
 use crate::{Qp, QpOutcome, QpStatus};
 
-/// Share of the way to the nearest bound that a step may go.
-const FRACTION: f64 = 0.995;
+/// Fraction of the way to the nearest bound that a step may go.
+const FRACTION_TO_BOUNDARY: f64 = 0.995;
 
-/// A step shorter than this is blocked: by a few pairs that are much nearer their bounds than the
-/// rest. One that brings all to the same product is tried instead.
-const SHORT: f64 = 0.3;
+/// Step length below which a pure centering direction is tried instead: a few pairs much nearer
+/// their bounds than the rest block the step.
+const SHORT_STEP: f64 = 0.3;
 
-/// Products up to this are enough once residuals grow again: where rounding shows, smaller ones
-/// make it worse.
-const ENOUGH: f64 = 1e-11;
+/// Complementarity that suffices once residuals grow again: below it rounding dominates.
+const ROUNDING_COMPLEMENTARITY: f64 = 1e-11;
 
-/// Steps shorter than this lead nowhere.
-const SHORTEST: f64 = 1e-10;
+/// Step length below which the method stalls.
+const MIN_STEP: f64 = 1e-10;
 
-/// Compliance added to the dynamics (a proximal term on their multipliers): keeps the costs-to-go
-/// below its inverse and so the rounding of multipliers below the tolerance. The next residual
-/// sees what it leaves undone.
-const COMPLIANCE: f64 = 1e-8;
+/// Dual (proximal) regularisation of the dynamics' multipliers. It bounds the cost-to-go by its
+/// inverse and so the multipliers' rounding below the tolerance; the next residual contains its
+/// error.
+const DUAL_REGULARISATION: f64 = 1e-8;
 
-/// Factorisations tried, each with a hundred times the compliance of the one before.
-pub const ATTEMPTS: usize = 3;
+/// Most factorisations an iteration, each with a hundred times the dual regularisation of the one
+/// before.
+pub const MAX_FACTORISATIONS: usize = 3;
 
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> EmbeddedQp<N, NX, NU, NR> {
-    /// Iterates to the end.
+/// Which direction of Mehrotra's method is computed.
+#[derive(Clone, Copy, Debug)]
+enum StepDirection {
+    /// The predictor: no centering.
+    Affine,
+    /// The step: centering, with or without the second-order corrector.
+    Combined(Centering),
+}
+
+impl StepDirection {
+    /// Right-hand side of the complementarity equations.
+    #[inline(always)]
+    fn centering(self) -> Centering {
+        match self {
+            Self::Affine => Centering::AFFINE,
+            Self::Combined(centering) => centering,
+        }
+    }
+}
+
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> EmbeddedQp<N, NX, NU, NG> {
+    /// Iterates from the current iterate until a stopping criterion holds, at most `most` times.
     pub(super) fn run(
         &mut self,
-        qp: &Qp<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
         most: u32,
         deadline: &Deadline,
     ) -> QpOutcome {
@@ -43,11 +63,11 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
         let (mut iterations, mut before) = (0, f64::INFINITY);
         // Bound: solver_iterations.
         loop {
-            differentiate(qp, &self.nodes, &self.intervals, &mut self.gradient);
-            let at = Optimality::of(&self.nodes, &self.gradient, self.pairs);
+            differentiate(qp, &self.variables, &self.intervals, &mut self.gradient);
+            let at = Optimality::of(&self.variables, &self.gradient, self.pairs);
             let grows = at.residual > before && at.residual > 0.3 * settings.tolerance;
             let solved = at.is_within(settings.tolerance, settings.complementarity)
-                || (grows && at.is_within(settings.tolerance, ENOUGH));
+                || (grows && at.is_within(settings.tolerance, ROUNDING_COMPLEMENTARITY));
             let free = settings.fixed_iterations.is_none();
             let stop = if !at.is_finite() {
                 Some(QpStatus::NumericalFailure)
@@ -55,115 +75,122 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> Embedded
                 Some(QpStatus::Solved)
             } else if iterations >= limit {
                 Some(QpStatus::IterationLimit)
-            } else if free && grows && at.product <= settings.complementarity {
-                // Only rounding is left to be reduced.
+            } else if free && grows && at.complementarity <= settings.complementarity {
+                // Only rounding is left in the residual.
                 Some(QpStatus::Stalled)
             } else if deadline.has_passed() {
                 Some(QpStatus::TimeLimit)
             } else {
                 iterations += 1;
-                self.iterate(qp, at.mean, at.residual).err()
+                self.iterate(qp, at.mu, at.residual).err()
             };
             before = at.residual;
             if let Some(status) = stop {
-                return QpOutcome { status: self.judge(qp, status, at), iterations };
+                return QpOutcome { status: self.classify(qp, status, at), iterations };
             }
         }
     }
 
-    /// What an iteration that can't go on is worth. `at` is that of the iterate.
-    fn judge(&self, qp: &Qp<N, NX, NU, NR>, status: QpStatus, at: Optimality) -> QpStatus {
+    /// Maps the stop reason to the final status; `at` belongs to the last iterate.
+    fn classify(&self, qp: &Qp<N, NX, NU, NG>, status: QpStatus, at: Optimality) -> QpStatus {
         match status {
             QpStatus::Solved | QpStatus::TimeLimit => status,
             _ if at.is_within(self.settings().reduced, self.settings().reduced) => {
                 QpStatus::ReducedAccuracy
             }
-            _ if infeasible::is_proved(qp, &self.nodes, &self.intervals) => QpStatus::Infeasible,
+            _ if infeasible::is_proved(qp, &self.variables, &self.intervals) => {
+                QpStatus::Infeasible
+            }
             _ => status,
         }
     }
 
-    /// One iteration.
+    /// One iteration from an iterate with mean complementarity `mu` and KKT residual `residual`.
     ///
     /// # Errors
-    /// The reason where the iterate could not be moved; it is then left as it was.
-    fn iterate(
-        &mut self,
-        qp: &Qp<N, NX, NU, NR>,
-        mean: f64,
-        residual: f64,
-    ) -> Result<(), QpStatus> {
+    /// Why no step was taken; the iterate is then unchanged.
+    fn iterate(&mut self, qp: &Qp<N, NX, NU, NG>, mu: f64, residual: f64) -> Result<(), QpStatus> {
         self.factorise(qp)?;
-        self.direct(qp, Aim::AFFINE);
-        let length = self.longest(Aim::AFFINE).min(1.0);
-        let mut sum = Entries::<NX, NU, NR>::ZERO;
-        for (node, affine) in self.nodes.iter().zip(&self.affine) {
-            node.add_products(affine, Aim::AFFINE, affine, length, &mut sum);
+        self.compute_direction(qp, StepDirection::Affine);
+        let length = self.longest_step(StepDirection::Affine).min(1.0);
+        let mut sum = StageVector::<NX, NU, NG>::ZERO;
+        for (vars, affine) in self.variables.iter().zip(&self.affine) {
+            vars.add_complementarity_after(affine, Centering::AFFINE, affine, length, &mut sum);
         }
-        // Mehrotra's rule; no lower than needed, where only rounding would be gained.
-        let reached = clamp(sum.sum() / self.pairs / mean, 0.0, 1.0);
+        // Mehrotra's rule sigma = (mu_aff / mu)^3, bounded below where only rounding would be gained.
+        let ratio = clamp(sum.sum() / self.pairs / mu, 0.0, 1.0);
         let least = 0.1 * self.settings().complementarity;
-        let product = (reached * reached * reached * mean).max(least);
-        let mut aim = Aim { product, second_order: 1.0 };
-        self.direct(qp, aim);
-        let mut length = (FRACTION * self.longest(aim)).min(1.0);
-        if length < SHORT {
-            let central = Aim { product: mean.max(0.1 * residual), second_order: 0.0 };
-            self.direct(qp, central);
-            let other = (FRACTION * self.longest(central)).min(1.0);
+        let sigma_mu = (ratio * ratio * ratio * mu).max(least);
+        let mut centering = Centering { sigma_mu, corrector: 1.0 };
+        self.compute_direction(qp, StepDirection::Combined(centering));
+        let mut length = self.step_length(centering);
+        if length < SHORT_STEP {
+            let central = Centering { sigma_mu: mu.max(0.1 * residual), corrector: 0.0 };
+            self.compute_direction(qp, StepDirection::Combined(central));
+            let other = self.step_length(central);
             if other > length {
-                (aim, length) = (central, other);
+                (centering, length) = (central, other);
             } else {
-                self.direct(qp, aim);
+                self.compute_direction(qp, StepDirection::Combined(centering));
             }
         }
         // Written so that NaN fails.
-        if !(length > SHORTEST) {
+        if !(length > MIN_STEP) {
             return Err(QpStatus::Stalled);
         }
-        for ((node, affine), step) in self.nodes.iter_mut().zip(&self.affine).zip(&self.step) {
-            node.advance(step, aim, affine, length);
+        for ((vars, affine), step) in self.variables.iter_mut().zip(&self.affine).zip(&self.step) {
+            vars.advance(step, centering, affine, length);
         }
         Ok(())
     }
 
-    fn factorise(&mut self, qp: &Qp<N, NX, NU, NR>) -> Result<(), QpStatus> {
-        let mut compliance = COMPLIANCE;
+    /// Factors the Newton system, with more dual regularisation where that fails.
+    fn factorise(&mut self, qp: &Qp<N, NX, NU, NG>) -> Result<(), QpStatus> {
+        let mut regularisation = DUAL_REGULARISATION;
         // Bound: factorisations.
-        for _ in 0..ATTEMPTS {
-            let Self { nodes, intervals, initial, .. } = self;
-            if riccati::factorise(&qp.stages, nodes, compliance, intervals, initial).is_ok() {
+        for _ in 0..MAX_FACTORISATIONS {
+            let Self { variables, intervals, initial, .. } = self;
+            if riccati::factorise(&qp.stages, variables, regularisation, intervals, initial).is_ok()
+            {
                 return Ok(());
             }
-            compliance *= 100.0;
+            regularisation *= 100.0;
         }
         Err(QpStatus::NumericalFailure)
     }
 
-    /// Writes the direction of `aim`: into `affine` where it is that, else into `step`.
-    fn direct(&mut self, qp: &Qp<N, NX, NU, NR>, aim: Aim) {
-        let Self { nodes, intervals, initial, gradient, affine, step, .. } = self;
-        let condensed = |k: usize, node: &Node<NX, NU, NR>, affine: &_| {
-            let mut b = gradient.get(k).copied().unwrap_or(Entries::ZERO);
-            b.add_push(&node.push(aim, affine));
+    /// Solves the factored system for a direction: the predictor into `affine`, others into `step`.
+    fn compute_direction(&mut self, qp: &Qp<N, NX, NU, NG>, direction: StepDirection) {
+        let centering = direction.centering();
+        let Self { variables, intervals, initial, gradient, affine, step, .. } = self;
+        let condensed = |k: usize, vars: &StageVariables<NX, NU, NG>, affine: &_| {
+            let mut b = gradient.get(k).copied().unwrap_or(StageVector::ZERO);
+            b.add_barrier_gradient(&vars.barrier_gradient(centering, affine));
             b
         };
-        if aim.product == 0.0 {
-            let right = |k: usize, node: &_| condensed(k, node, &Entries::ZERO);
-            riccati::direction(&qp.stages, nodes, intervals, initial, right, affine);
+        if matches!(direction, StepDirection::Affine) {
+            let rhs = |k: usize, vars: &_| condensed(k, vars, &StageVector::ZERO);
+            riccati::direction(&qp.stages, variables, intervals, initial, rhs, affine);
         } else {
-            let right =
-                |k: usize, node: &_| condensed(k, node, affine.get(k).unwrap_or(&Entries::ZERO));
-            riccati::direction(&qp.stages, nodes, intervals, initial, right, step);
+            let rhs = |k: usize, vars: &_| {
+                condensed(k, vars, affine.get(k).unwrap_or(&StageVector::ZERO))
+            };
+            riccati::direction(&qp.stages, variables, intervals, initial, rhs, step);
         }
     }
 
-    /// Longest step of `aim` that keeps all pairs positive; may exceed one.
-    fn longest(&self, aim: Aim) -> f64 {
-        let mut worst = Entries::<NX, NU, NR>::ZERO;
-        for ((node, affine), step) in self.nodes.iter().zip(&self.affine).zip(&self.step) {
-            let step = if aim.product == 0.0 { affine } else { step };
-            node.limit_step(step, aim, affine, &mut worst);
+    /// Length of the step by the fraction-to-boundary rule, at most one.
+    fn step_length(&self, centering: Centering) -> f64 {
+        (FRACTION_TO_BOUNDARY * self.longest_step(StepDirection::Combined(centering))).min(1.0)
+    }
+
+    /// Longest step along `direction` that keeps all pairs positive; may exceed one.
+    fn longest_step(&self, direction: StepDirection) -> f64 {
+        let centering = direction.centering();
+        let mut worst = StageVector::<NX, NU, NG>::ZERO;
+        for ((vars, affine), step) in self.variables.iter().zip(&self.affine).zip(&self.step) {
+            let step = if matches!(direction, StepDirection::Affine) { affine } else { step };
+            vars.limit_step(step, centering, affine, &mut worst);
         }
         1.0 / worst.largest().max(f64::MIN_POSITIVE)
     }

@@ -1,7 +1,7 @@
-//! Dense kernels that only the solver needs, beside those of [`crate::dense::matrix`]; the same
-//! columns, the same order of operations with and without vector registers.
+//! Dense kernels of the solver alone, beside those of [`crate::dense::matrix`]: column-major, with the
+//! same order of operations with and without vector registers.
 
-/// `y += M^T x`, for the few places where no transpose is kept. Cost: `2 R C` flops.
+/// `y += M^T x` where no transpose is stored. Cost: `2 R C` flops.
 #[inline(always)]
 pub(super) fn add_transposed_product<const R: usize, const C: usize>(
     m: &[[f64; R]; C],

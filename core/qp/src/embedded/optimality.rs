@@ -1,87 +1,89 @@
-//! How far from optimal an iterate is.
+//! KKT residuals of an iterate.
 
 use super::kernels::add_transposed_product;
-use super::node::{Entries, Node};
 use super::riccati::Interval;
+use super::variables::{StageVariables, StageVector};
 use crate::dense::clamp;
 use crate::dense::matrix::multiply_vector_add;
-use crate::{Qp, Stage};
+use crate::{Qp, QpStage};
 
-/// States and controls beyond this are no excuse for larger residuals: programs come scaled.
-const LARGE: f64 = 10.0;
+/// Largest factor on the tolerances for large states and controls: QPs come scaled.
+const MAX_SCALE: f64 = 10.0;
 
-/// What is known of an iterate's optimality.
+/// KKT residuals of an iterate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Optimality {
-    /// Largest entry of the Lagrangian's gradient by states and controls, bounds' multipliers
-    /// included, and largest violation of dynamics and rows.
+    /// Largest entry of the Lagrangian's gradient, bounds' multipliers included, and of the violation
+    /// of dynamics and path constraints.
     pub residual: f64,
-    /// Mean product of the complementary pairs.
-    pub mean: f64,
-    /// Largest product of a pair.
-    pub product: f64,
-    /// Largest state or control, from one to ten: what residuals are measured by, for rounding
+    /// Mean complementarity `s z`.
+    pub mu: f64,
+    /// Largest complementarity `s z`.
+    pub complementarity: f64,
+    /// Largest state or control, from one to ten: tolerances are multiplied by it because rounding
     /// grows with it.
     pub scale: f64,
 }
 
 impl Optimality {
-    /// Of the iterate `nodes`, at which the Lagrangian has `gradient`. NaN where anything is not
-    /// finite. Cost: about `N (12 NX + 6 NU)` flops.
-    pub fn of<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-        nodes: &[Node<NX, NU, NR>; N],
-        gradient: &[Entries<NX, NU, NR>; N],
+    /// Those of the iterate `variables`, at which the Lagrangian has `gradient`. NaN where any number
+    /// is not finite. Cost: about `N (12 NX + 6 NU)` flops.
+    pub fn of<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+        variables: &[StageVariables<NX, NU, NG>; N],
+        gradient: &[StageVector<NX, NU, NG>; N],
         pairs: f64,
     ) -> Self {
-        let (mut worst, mut sum) = (Entries::<NX, NU, NR>::ZERO, Entries::<NX, NU, NR>::ZERO);
-        let (mut most, mut poison) = (Entries::<NX, NU, NR>::ZERO, 0.0);
-        let mut size = Entries::<NX, NU, NR>::ZERO;
-        for (node, gradient) in nodes.iter().zip(gradient) {
-            let residual = node.residual(gradient);
+        let (mut worst, mut sum) =
+            (StageVector::<NX, NU, NG>::ZERO, StageVector::<NX, NU, NG>::ZERO);
+        let (mut most, mut poison) = (StageVector::<NX, NU, NG>::ZERO, 0.0);
+        let mut size = StageVector::<NX, NU, NG>::ZERO;
+        for (vars, gradient) in variables.iter().zip(gradient) {
+            let residual = vars.residual(gradient);
             // The comparisons below would drop a NaN.
             poison += residual.sum() * 0.0;
             worst.raise_to(&residual);
-            node.products(&mut sum, &mut most);
-            size.raise_to(&node.point());
+            vars.add_complementarity(&mut sum, &mut most);
+            size.raise_to(&vars.point());
         }
         let sum = sum.sum();
         Self {
             residual: worst.largest() + poison,
-            mean: sum / pairs,
-            product: most.largest() + sum * 0.0,
-            scale: clamp(size.largest(), 1.0, LARGE),
+            mu: sum / pairs,
+            complementarity: most.largest() + sum * 0.0,
+            scale: clamp(size.largest(), 1.0, MAX_SCALE),
         }
     }
 
-    /// Whether residual and products are small enough.
-    pub fn is_within(&self, residual: f64, product: f64) -> bool {
-        self.residual <= residual * self.scale && self.product <= product * self.scale
+    /// Whether residual and complementarity are within these tolerances, scaled.
+    pub fn is_within(&self, residual: f64, complementarity: f64) -> bool {
+        self.residual <= residual * self.scale
+            && self.complementarity <= complementarity * self.scale
     }
 
     /// Whether all of it is finite.
     pub fn is_finite(&self) -> bool {
-        ((self.residual + self.product) * 0.0 + self.scale).is_finite()
+        ((self.residual + self.complementarity) * 0.0 + self.scale).is_finite()
     }
 }
 
 /// Gradient of the Lagrangian at the iterate, without the bounds' multipliers.
 ///
 /// Cost: about `N (6 NX^2 + 8 NX NU + 2 NU^2)` flops.
-pub(super) fn differentiate<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
-    nodes: &[Node<NX, NU, NR>; N],
+pub(super) fn differentiate<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
+    variables: &[StageVariables<NX, NU, NG>; N],
     intervals: &[Interval<NX, NU>; N],
-    out: &mut [Entries<NX, NU, NR>; N],
+    out: &mut [StageVector<NX, NU, NG>; N],
 ) {
     let mut before = [0.0; NX];
-    let each = qp.stages.iter().zip(nodes).zip(intervals).zip(out).enumerate();
-    for (k, (((stage, node), interval), out)) in each {
-        *out = own_gradient(stage, node, k + 1 == N);
+    let each = qp.stages.iter().zip(variables).zip(intervals).zip(out).enumerate();
+    for (k, (((stage, vars), interval), out)) in each {
+        *out = own_gradient(stage, vars, k + 1 == N);
         for i in 0..NX {
             out.x[i] -= before[i];
         }
-        if let Some(next) = nodes.get(k + 1) {
-            let lambda = &node.dynamics.value;
+        if let Some(next) = variables.get(k + 1) {
+            let lambda = &vars.dynamics.value;
             multiply_vector_add(&mut out.x, &interval.a_transposed, lambda);
             multiply_vector_add(&mut out.u, &interval.b_transposed, lambda);
             for i in 0..NX {
@@ -92,21 +94,21 @@ pub(super) fn differentiate<const N: usize, const NX: usize, const NU: usize, co
     }
 }
 
-/// One node's share: its cost and rows, and its side of the dynamics.
-fn own_gradient<const NX: usize, const NU: usize, const NR: usize>(
-    stage: &Stage<NX, NU, NR>,
-    node: &Node<NX, NU, NR>,
+/// One stage's share of the gradient: its cost, path constraints and side of the dynamics.
+fn own_gradient<const NX: usize, const NU: usize, const NG: usize>(
+    stage: &QpStage<NX, NU, NG>,
+    vars: &StageVariables<NX, NU, NG>,
     last: bool,
-) -> Entries<NX, NU, NR> {
-    let mut out = Entries::ZERO;
-    let x = &node.x.value;
+) -> StageVector<NX, NU, NG> {
+    let mut out = StageVector::ZERO;
+    let x = &vars.x.value;
     out.x = stage.gradient_x.data.0[0];
     multiply_vector_add(&mut out.x, &stage.hessian_xx.data.0, x);
-    add_transposed_product(&stage.row_x.data.0, &node.row.value, &mut out.x);
-    out.row = stage.row_offset.data.0[0];
-    multiply_vector_add(&mut out.row, &stage.row_x.data.0, x);
+    add_transposed_product(&stage.path_jacobian.data.0, &vars.path.value, &mut out.x);
+    out.path = stage.path_offset.data.0[0];
+    multiply_vector_add(&mut out.path, &stage.path_jacobian.data.0, x);
     if !last {
-        let u = &node.u.value;
+        let u = &vars.u.value;
         add_transposed_product(&stage.hessian_ux.data.0, u, &mut out.x);
         out.u = stage.gradient_u.data.0[0];
         multiply_vector_add(&mut out.u, &stage.hessian_uu.data.0, u);

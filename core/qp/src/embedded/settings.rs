@@ -2,7 +2,7 @@
 
 use crate::{Checksum, InvalidSetting, Validate};
 
-/// Most iterations of a subproblem that can be asked for.
+/// Largest value of [`InteriorPointSettings::max_iterations`].
 pub const MAX_SOLVER_ITERATIONS: u32 = 1000;
 
 /// Settings of the interior-point method.
@@ -10,21 +10,20 @@ pub const MAX_SOLVER_ITERATIONS: u32 = 1000;
 pub struct InteriorPointSettings {
     /// Most iterations, restarts counted. Default 100; at most [`MAX_SOLVER_ITERATIONS`].
     pub max_iterations: u32,
-    /// Largest KKT residual of a solved program: the Lagrangian's gradient, and the violation of
-    /// dynamics and rows. In the program's own (scaled) units, times the largest state or control
-    /// where that is from one to ten. Default 5e-10; positive.
+    /// Largest KKT residual of a solved QP: gradient of the Lagrangian, violation of dynamics and path
+    /// constraints. In the QP's own (scaled) units, times the largest state or control where that is
+    /// from one to ten. Default 5e-10; positive.
     pub tolerance: f64,
-    /// Largest product of a bound's distance and its multiplier in a solved program, measured
-    /// likewise. What is held by hardly any multiplier is off by its square root, hence the small
-    /// default, 1e-13; positive.
+    /// Largest complementarity `s z` of a solved QP, in the same units. A weakly active variable is
+    /// off by its square root, hence the small default, 1e-13; positive.
     pub complementarity: f64,
-    /// Largest of both for a program solved to a reduced accuracy. Default 1e-6; at least the
+    /// Largest of both for a QP solved to reduced accuracy. Default 1e-6; at least the
     /// other two.
     pub reduced: f64,
-    /// Whether to start from the multipliers of the last subproblem. Default true.
+    /// Whether a QP starts from the multipliers of the last one. Default true.
     pub warm_start: bool,
-    /// Exactly this many iterations, whatever the residuals, for those who need constant time:
-    /// 20 are enough for nearly every program of the planner. Default none; at most
+    /// Fixed number of iterations whatever the residuals, for constant time: 20 suffice for nearly
+    /// every QP of the planner. Default none; at most
     /// [`MAX_SOLVER_ITERATIONS`].
     pub fixed_iterations: Option<u32>,
 }

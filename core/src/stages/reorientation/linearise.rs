@@ -1,11 +1,11 @@
 //! Linearisation and curvature of Stage 2.
 
-use super::{NR, Reorientation};
+use super::{NG, Reorientation};
 use crate::dynamics::{Acceleration, Control, Integrator, State, StepJacobian, TorqueCurvature};
 use crate::math::quaternion;
 use crate::pair::Pair;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
-use remora_qp::{Solution, Stage};
+use remora_qp::{QpStage, Solution};
 
 /// Curvature given to a component held at a limit, for each unit of its multiplier, and at most.
 /// It plays the part of the barrier of an interior-point method: enough to keep the program convex
@@ -32,7 +32,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         state: &State<NL>,
         (control, force): (&Control<NL>, &Vector3<f64>),
         at: &State<NL>,
-        stage: &mut Stage<NX, NU, NR>,
+        stage: &mut QpStage<NX, NU, NG>,
     ) -> State<NL> {
         // Not taken apart: that would copy it.
         let step: (State<NL>, StepJacobian<NX, NU>) =
@@ -57,7 +57,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         k: usize,
         next: &State<NL>,
         at: &State<NL>,
-        stage: &mut Stage<NX, NU, NR>,
+        stage: &mut QpStage<NX, NU, NG>,
     ) {
         let error = quaternion::product(&next.attitude, &quaternion::conjugate(&at.attitude));
         let error = if error.w < 0.0 { -error } else { error };
@@ -83,7 +83,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         (state, next): (&State<NL>, &State<NL>),
         (control, force): (&Control<NL>, &Vector3<f64>),
         multiplier: &SVector<f64, NX>,
-        stage: &mut Stage<NX, NU, NR>,
+        stage: &mut QpStage<NX, NU, NG>,
     ) {
         let control = Self::stacked_control(control);
         let mu = SVector::<f64, NU>::from_fn(|i, _| self.marginal_cost(i, control[i]));
@@ -143,7 +143,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     }
 
     /// The mean acceleration, by step and control: the rates' change.
-    fn rate_change(stage: &Stage<NX, NU, NR>) -> (SMatrix<f64, NU, NX>, SMatrix<f64, NU, NU>) {
+    fn rate_change(stage: &QpStage<NX, NU, NG>) -> (SMatrix<f64, NU, NX>, SMatrix<f64, NU, NU>) {
         let mut by_state = stage.a.fixed_rows::<NU>(NX - NU).into_owned();
         for i in 0..NU {
             by_state[(i, NX - NU + i)] -= 1.0;
@@ -154,7 +154,10 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     /// Adds the torques' curvature, taken at the interval's start.
     // Each apart from the other: of the stack's deepest use much is theirs.
     #[inline(never)]
-    fn add_curvature_at_start(curvature: &TorqueCurvature<NX, NU>, stage: &mut Stage<NX, NU, NR>) {
+    fn add_curvature_at_start(
+        curvature: &TorqueCurvature<NX, NU>,
+        stage: &mut QpStage<NX, NU, NG>,
+    ) {
         let TorqueCurvature { state_state: s, acceleration_state: c } = curvature;
         let (ax, au) = Self::rate_change(stage);
         Self::add_with_cross(&mut stage.hessian_xx, s, &ax.tr_mul(c));
@@ -163,7 +166,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
 
     /// Adds the torques' curvature, taken half way through the interval.
     #[inline(never)]
-    fn add_curvature_midway(curvature: &TorqueCurvature<NX, NU>, stage: &mut Stage<NX, NU, NR>) {
+    fn add_curvature_midway(curvature: &TorqueCurvature<NX, NU>, stage: &mut QpStage<NX, NU, NG>) {
         let TorqueCurvature { state_state: s, acceleration_state: c } = curvature;
         let (ax, au) = Self::rate_change(stage);
         let px = (SMatrix::identity() + stage.a) * 0.5;
@@ -181,8 +184,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         &self,
         k: usize,
         state: &State<NL>,
-        last: &Solution<N, NX, NU, NR>,
-        stage: &mut Stage<NX, NU, NR>,
+        last: &Solution<N, NX, NU, NG>,
+        stage: &mut QpStage<NX, NU, NG>,
     ) {
         let held = |multiplier: f64| (HOLD * multiplier.abs()).min(MAX_HOLD);
         let bounds = &last.bound_multiplier_x[k];
@@ -196,11 +199,11 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
                 stage.hessian_xx[(6 + NL + i, 6 + NL + i)] += held(bounds[6 + NL + i]);
             }
         }
-        for row in 0..NR {
-            if stage.row_offset[row] > ROW_ACTIVE {
-                let g = stage.row_x.row(row).transpose();
+        for row in 0..NG {
+            if stage.path_offset[row] > ROW_ACTIVE {
+                let g = stage.path_jacobian.row(row).transpose();
                 let gg = g * g.transpose();
-                stage.hessian_xx += gg * (held(last.row_multiplier[k][row]) / gg.trace());
+                stage.hessian_xx += gg * (held(last.path_multiplier[k][row]) / gg.trace());
             }
         }
     }

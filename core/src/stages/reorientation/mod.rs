@@ -6,7 +6,7 @@ mod rows;
 
 use super::clearance::Bodies;
 use super::heuristic::line_of_sight;
-use super::size::NR;
+use super::size::NG;
 use super::worse;
 use super::{Formulation, TranslationTrajectory};
 use crate::dynamics::{Control, Integrator, Multibody, State, Stepping};
@@ -16,7 +16,7 @@ use crate::pair::{Pair, Sequential};
 use crate::scp::{Problem, Residuals};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
 use remora_qp::dense::clamp;
-use remora_qp::{Qp, Solution, Stage, Sweep};
+use remora_qp::{Convexification, Qp, QpStage, Solution};
 use roll_out::RateOffset;
 
 /// Attitude and arm over the horizon, torques over the intervals.
@@ -313,7 +313,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         first: usize,
         z: &ReorientationTrajectory<N, NL>,
         defects: &mut [SVector<f64, NX>],
-        rows: &mut [SVector<f64, NR>],
+        rows: &mut [SVector<f64, NG>],
     ) {
         for ((k, defect), row) in (first..N).zip(defects).zip(rows) {
             // What is left is of no use then, and the loop ends.
@@ -341,15 +341,15 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
     fn linearise_convex(
         &self,
         z: &ReorientationTrajectory<N, NL>,
-        multipliers: &Solution<N, NX, NU, NR>,
+        multipliers: &Solution<N, NX, NU, NG>,
         convex: &SVector<f64, NU>,
-        qp: &mut Qp<N, NX, NU, NR>,
+        qp: &mut Qp<N, NX, NU, NG>,
     ) {
         let linearise =
-            |k, stage: &mut Stage<NX, NU, NR>| self.linearise_at(k, z, Some(multipliers), stage);
+            |k, stage: &mut QpStage<NX, NU, NG>| self.linearise_at(k, z, Some(multipliers), stage);
         let Some((last, stages)) = qp.stages.split_last_mut() else { return };
         linearise(N - 1, last);
-        let mut sweep = Sweep::new(last, convex);
+        let mut convexification = Convexification::new(last, convex);
         // Nodes from `filled` on are linearised, those from `swept` on convex too.
         let (mut filled, mut swept) = (stages.len(), stages.len());
         // Bound: constant, nodes in pieces.
@@ -362,7 +362,8 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
                 nodes => nodes * self.node_work(),
             };
             let sweep_and_help = || {
-                let (done, work) = sweep.over(filled, ready, budget, |k, i| self.is_pinned(k, i));
+                let (done, work) =
+                    convexification.advance(filled, ready, budget, |k, i| self.is_pinned(k, i));
                 let help = budget.saturating_sub(work) / self.node_work();
                 let helped = before.iter_mut().enumerate().rev().take(help);
                 (
@@ -377,7 +378,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             filled = from.saturating_sub(helped);
             swept = swept.saturating_sub(done);
         }
-        qp.constant += sweep.end().0;
+        qp.constant += convexification.finish().0;
     }
 
     /// What the linearisation of a node takes of time, where the sweep takes 1.
@@ -394,10 +395,10 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         &self,
         k: usize,
         z: &ReorientationTrajectory<N, NL>,
-        multipliers: Option<&Solution<N, NX, NU, NR>>,
-        stage: &mut Stage<NX, NU, NR>,
+        multipliers: Option<&Solution<N, NX, NU, NG>>,
+        stage: &mut QpStage<NX, NU, NG>,
     ) -> bool {
-        *stage = Stage::ZERO;
+        *stage = QpStage::ZERO;
         if self.stepping.deadline.has_passed() {
             return false;
         }
@@ -406,7 +407,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         };
         self.fill_rows(k, state, stage);
         if let Some(last) = multipliers {
-            self.add_pointing_curvature(k, state, last.row_multiplier[k][0], stage);
+            self.add_pointing_curvature(k, state, last.path_multiplier[k][0], stage);
             self.stiffen(k, state, last, stage);
         }
         let Some(at) = z.states.get(k + 1) else { return true };
@@ -427,7 +428,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
 }
 
 impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
-    Problem<N, NX, NU, NR> for Reorientation<'_, P, N, NL, NX, NU>
+    Problem<N, NX, NU, NG> for Reorientation<'_, P, N, NL, NX, NU>
 {
     type Trajectory = ReorientationTrajectory<N, NL>;
 
@@ -459,10 +460,10 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     fn linearise(
         &mut self,
         z: &Self::Trajectory,
-        multipliers: Option<&Solution<N, NX, NU, NR>>,
-        qp: &mut Qp<N, NX, NU, NR>,
+        multipliers: Option<&Solution<N, NX, NU, NG>>,
+        qp: &mut Qp<N, NX, NU, NG>,
     ) {
-        qp.defect_weight = 1.0;
+        qp.defect_penalty = 1.0;
         qp.constant = 0.0;
         let own = SVector::<f64, NU>::from_fn(|i, _| {
             let unit = self.scale_u[i] / self.cost_unit(i);
@@ -475,7 +476,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             return self.linearise_convex(z, multipliers, &convex, qp);
         }
         let (early, late) = qp.stages.split_at_mut(N / 2);
-        let half = |first: usize, stages: &mut [Stage<NX, NU, NR>]| {
+        let half = |first: usize, stages: &mut [QpStage<NX, NU, NG>]| {
             for (k, stage) in (first..N).zip(stages) {
                 if !self.linearise_at(k, z, None, stage) {
                     return;
@@ -489,7 +490,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         self.pair.join(|| half(0, early), || half(N / 2, late));
     }
 
-    fn bound(&self, z: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NR>) {
+    fn bound(&self, z: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NG>) {
         for (k, stage) in qp.stages.iter_mut().enumerate() {
             let state = &z.states[k];
             for i in 0..NX {
@@ -526,8 +527,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     fn retract(
         &self,
         from: &Self::Trajectory,
-        qp: &Qp<N, NX, NU, NR>,
-        step: &Solution<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
+        step: &Solution<N, NX, NU, NG>,
         to: &mut Self::Trajectory,
     ) {
         // Each roll-out starts from the controls of the last.
@@ -540,7 +541,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         }
     }
 
-    fn residuals(&self, z: &Self::Trajectory, out: &mut Residuals<N, NX, NR>) {
+    fn residuals(&self, z: &Self::Trajectory, out: &mut Residuals<N, NX, NG>) {
         out.cost = match self.mode {
             Mode::Optimal => self.cost_scale * self.cost(&z.controls),
             Mode::Feasible => 0.0,
@@ -558,7 +559,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         };
     }
 
-    fn violation(&self, residuals: &Residuals<N, NX, NR>) -> f64 {
+    fn violation(&self, residuals: &Residuals<N, NX, NG>) -> f64 {
         let mut worst = 0.0;
         for (k, (row, defect)) in residuals.row.iter().zip(&residuals.defect).enumerate() {
             let row = row.component_div(&self.row_tolerances(k));
@@ -569,7 +570,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         worst / MARGIN
     }
 
-    fn step_length(&self, step: &Solution<N, NX, NU, NR>) -> f64 {
+    fn step_length(&self, step: &Solution<N, NX, NU, NG>) -> f64 {
         let angles =
             |x: &SVector<f64, NX>| x.iter().take(3 + NL).fold(0.0f64, |m, v| m.max(v.abs()));
         step.x.iter().map(angles).fold(0.0, f64::max) * self.typical.angle

@@ -1,6 +1,6 @@
 //! The step of Stage 2: along the dynamics.
 
-use super::{NR, Reorientation, ReorientationTrajectory};
+use super::{NG, Reorientation, ReorientationTrajectory};
 use crate::dynamics::{Control, Leg, State};
 use crate::math::quaternion;
 use crate::pair::Pair;
@@ -47,7 +47,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         &self,
         k: usize,
         from: &ReorientationTrajectory<N, NL>,
-        step: &Solution<N, NX, NU, NR>,
+        step: &Solution<N, NX, NU, NG>,
         state: &State<NL>,
     ) -> RateOffset<NL> {
         let d = step.x[k].component_mul(&self.scale_x);
@@ -71,8 +71,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     pub(super) fn roll_out(
         &self,
         from: &ReorientationTrajectory<N, NL>,
-        qp: &Qp<N, NX, NU, NR>,
-        step: &Solution<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
+        step: &Solution<N, NX, NU, NG>,
         offset: &RateOffset<NL>,
         to: &mut ReorientationTrajectory<N, NL>,
     ) -> RateOffset<NL> {
@@ -121,7 +121,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         &self,
         k: usize,
         from: &ReorientationTrajectory<N, NL>,
-        step: &Solution<N, NX, NU, NR>,
+        step: &Solution<N, NX, NU, NG>,
         offset: &RateOffset<NL>,
         state: &State<NL>,
     ) -> (Vector3<f64>, SVector<f64, NL>) {

@@ -1,13 +1,13 @@
 //! Soft rows of Stage 2: pointing, and clearances about the node.
 
-use super::{NR, Reorientation};
+use super::{NG, Reorientation};
 use crate::dynamics::State;
 use crate::math::quaternion;
 use crate::model::hcw_acceleration;
 use crate::pair::Pair;
 use crate::stages::clearance::{Clearance, Instant, ROWS};
 use nalgebra::{Matrix3, SVector, Vector3};
-use remora_qp::Stage;
+use remora_qp::QpStage;
 use remora_qp::dense::clamp;
 
 /// What the pointing row is divided by, in cosine.
@@ -47,7 +47,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
 {
     /// Values of the rows of node `k`, scaled.
-    pub(super) fn row_values(&self, k: usize, state: &State<NL>, out: &mut SVector<f64, NR>) {
+    pub(super) fn row_values(&self, k: usize, state: &State<NL>, out: &mut SVector<f64, NG>) {
         out[0] = self.pointing_row(k, state).0;
         for (g, row) in self.clearance_rows(k, state).iter().enumerate() {
             out[1 + g] = row.value / CLEARANCE_SCALE;
@@ -57,36 +57,36 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     /// Fills the rows of node `k`; those with nothing near stay inactive.
     // Its frame is not below the dynamics' derivatives, where the stack is deepest.
     #[inline(never)]
-    pub(super) fn fill_rows(&self, k: usize, state: &State<NL>, stage: &mut Stage<NX, NU, NR>) {
+    pub(super) fn fill_rows(&self, k: usize, state: &State<NL>, stage: &mut QpStage<NX, NU, NG>) {
         let angle = self.typical.angle;
         let (offset, gradient) = self.pointing_row(k, state);
         let gradient = self.axes(k).tr_mul(&gradient) * angle;
-        stage.row_offset[0] = offset;
+        stage.path_offset[0] = offset;
         for i in 0..3 {
-            stage.row_x[(0, i)] = gradient[i];
+            stage.path_jacobian[(0, i)] = gradient[i];
         }
         let (rate, joint_rate) = (self.typical.rate, self.typical.joint_rate);
         for (g, row) in self.clearance_rows(k, state).iter().enumerate() {
             if row.value <= -NEAR {
                 continue;
             }
-            stage.row_offset[1 + g] = row.value / CLEARANCE_SCALE;
+            stage.path_offset[1 + g] = row.value / CLEARANCE_SCALE;
             for i in 0..3 {
                 let by = -row.nearest.by_turn[i] / CLEARANCE_SCALE;
-                stage.row_x[(1 + g, i)] = by * angle;
-                stage.row_x[(1 + g, 3 + NL + i)] = by * row.ahead * rate;
+                stage.path_jacobian[(1 + g, i)] = by * angle;
+                stage.path_jacobian[(1 + g, 3 + NL + i)] = by * row.ahead * rate;
             }
             for i in 0..NL {
                 let by = -row.nearest.by_joint[i] / CLEARANCE_SCALE;
-                stage.row_x[(1 + g, 3 + i)] = by * angle;
-                stage.row_x[(1 + g, 6 + NL + i)] = by * row.ahead * joint_rate;
+                stage.path_jacobian[(1 + g, 3 + i)] = by * angle;
+                stage.path_jacobian[(1 + g, 6 + NL + i)] = by * row.ahead * joint_rate;
             }
         }
     }
 
     /// Scaled values up to which the rows of node `k` count as met: their tolerance, or a share of
     /// the margin that planning keeps.
-    pub(super) fn row_tolerances(&self, k: usize) -> SVector<f64, NR> {
+    pub(super) fn row_tolerances(&self, k: usize) -> SVector<f64, NG> {
         let t = &self.mission.tolerances;
         let share = self.mission.approach.margin_share(k as f64 * self.stepping.dt, N);
         let clearance = self.clearance.unwrap_or(0.0) * share * SHARE_OF_MARGIN;
@@ -179,7 +179,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         k: usize,
         state: &State<NL>,
         multiplier: f64,
-        stage: &mut Stage<NX, NU, NR>,
+        stage: &mut QpStage<NX, NU, NG>,
     ) {
         let boresight =
             quaternion::rotation_matrix(&state.attitude) * self.mission.servicer.boresight;

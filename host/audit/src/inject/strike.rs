@@ -9,11 +9,11 @@ use remora_core::advanced::time::Deadline;
 
 const NX: usize = size::NX;
 const NU: usize = size::NU;
-const NR: usize = size::NR;
+const NG: usize = size::NG;
 
 /// A subproblem of the planner.
-pub(super) type Program = Qp<NODES, NX, NU, NR>;
-type Answer = Solution<NODES, NX, NU, NR>;
+pub(super) type Program = Qp<NODES, NX, NU, NG>;
+type Answer = Solution<NODES, NX, NU, NG>;
 
 /// What a subproblem has at each node, with how many numbers; then what it has once.
 pub const PROGRAM_FIELDS: [(&str, usize); 17] = [
@@ -29,8 +29,8 @@ pub const PROGRAM_FIELDS: [(&str, usize); 17] = [
     ("upper_x", NX),
     ("lower_u", NU),
     ("upper_u", NU),
-    ("row_x", NR * NX),
-    ("row_offset", NR),
+    ("row_x", NG * NX),
+    ("row_offset", NG),
     ("constant", 1),
     ("defect_weight", 1),
     ("row_weight", 1),
@@ -43,7 +43,7 @@ pub const SOLUTION_FIELDS: [(&str, usize); 6] = [
     ("defect_multiplier", NX),
     ("bound_multiplier_x", NX),
     ("bound_multiplier_u", NU),
-    ("row_multiplier", NR),
+    ("row_multiplier", NG),
 ];
 
 /// What a start of Stage 2 has at each node.
@@ -71,11 +71,11 @@ fn of_program(qp: &mut Program, field: usize, node: usize) -> Option<&mut [f64]>
         9 => stage.upper_x.as_mut_slice(),
         10 => stage.lower_u.as_mut_slice(),
         11 => stage.upper_u.as_mut_slice(),
-        12 => stage.row_x.as_mut_slice(),
-        13 => stage.row_offset.as_mut_slice(),
+        12 => stage.path_jacobian.as_mut_slice(),
+        13 => stage.path_offset.as_mut_slice(),
         14 => std::slice::from_mut(&mut qp.constant),
-        15 => std::slice::from_mut(&mut qp.defect_weight),
-        16 => std::slice::from_mut(&mut qp.row_weight),
+        15 => std::slice::from_mut(&mut qp.defect_penalty),
+        16 => std::slice::from_mut(&mut qp.path_penalty),
         _ => return None,
     })
 }
@@ -87,7 +87,7 @@ fn of_solution(solution: &mut Answer, field: usize, node: usize) -> Option<&mut 
         2 => solution.defect_multiplier.get_mut(node)?.as_mut_slice(),
         3 => solution.bound_multiplier_x.get_mut(node)?.as_mut_slice(),
         4 => solution.bound_multiplier_u.get_mut(node)?.as_mut_slice(),
-        5 => solution.row_multiplier.get_mut(node)?.as_mut_slice(),
+        5 => solution.path_multiplier.get_mut(node)?.as_mut_slice(),
         _ => return None,
     })
 }
@@ -189,7 +189,7 @@ impl<'a> StruckSolver<'a> {
     }
 }
 
-impl QpSolver<NODES, NX, NU, NR> for StruckSolver<'_> {
+impl QpSolver<NODES, NX, NU, NG> for StruckSolver<'_> {
     fn reset(&mut self) {
         (self.stage, self.solves) = (self.stage + 1, 0);
         self.solver.reset();

@@ -8,7 +8,7 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus, SupportedConeT,
 };
-use remora_core::advanced::qp::{Qp, QpOutcome, QpSolver, QpStatus, Solution, Stage};
+use remora_core::advanced::qp::{Qp, QpOutcome, QpSolver, QpStage, QpStatus, Solution};
 use remora_core::advanced::time::Deadline;
 
 /// Clarabel behind the core's solver trait: single-threaded, presolve off, tolerances 1e-9.
@@ -33,7 +33,7 @@ impl Default for ClarabelQp {
     }
 }
 
-impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver<N, NX, NU, NR>
+impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver<N, NX, NU, NG>
     for ClarabelQp
 {
     fn reset(&mut self) {
@@ -42,8 +42,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NR: usize> QpSolver
 
     fn solve(
         &mut self,
-        qp: &Qp<N, NX, NU, NR>,
-        solution: &mut Solution<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
+        solution: &mut Solution<N, NX, NU, NG>,
         deadline: &Deadline,
     ) -> QpOutcome {
         if deadline.has_passed() {
@@ -140,21 +140,21 @@ fn bounds_of(lower: f64, upper: f64) -> Bounds {
 
 /// Whether all that counts is a number, or an infinity that means something. The solver would take
 /// other infinities for bounds that do not exist, and never looks at half of each Hessian.
-fn is_sound<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
+fn is_sound<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
 ) -> bool {
     let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
     let bounds = |lower: &[f64], upper: &[f64]| {
         lower.iter().all(|v| *v < f64::INFINITY) && upper.iter().all(|v| *v > f64::NEG_INFINITY)
     };
-    let node = |s: &Stage<NX, NU, NR>| {
+    let node = |s: &QpStage<NX, NU, NG>| {
         finite(s.hessian_xx.as_slice())
             && finite(s.gradient_x.as_slice())
             && bounds(s.lower_x.as_slice(), s.upper_x.as_slice())
-            && finite(s.row_x.as_slice())
-            && finite(s.row_offset.as_slice())
+            && finite(s.path_jacobian.as_slice())
+            && finite(s.path_offset.as_slice())
     };
-    let interval = |s: &Stage<NX, NU, NR>| {
+    let interval = |s: &QpStage<NX, NU, NG>| {
         finite(s.hessian_ux.as_slice())
             && finite(s.hessian_uu.as_slice())
             && finite(s.gradient_u.as_slice())
@@ -163,8 +163,8 @@ fn is_sound<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
             && finite(s.c.as_slice())
             && bounds(s.lower_u.as_slice(), s.upper_u.as_slice())
     };
-    qp.defect_weight > 0.0
-        && finite(&[qp.constant, qp.row_weight])
+    qp.defect_penalty > 0.0
+        && finite(&[qp.constant, qp.path_penalty])
         && qp.stages.iter().all(node)
         && qp.stages[..N - 1].iter().all(interval)
 }
@@ -185,7 +185,7 @@ trait Entries {
     fn bounds(&self, i: usize) -> (f64, f64);
 }
 
-impl<const NX: usize, const NU: usize, const NR: usize> Entries for Stage<NX, NU, NR> {
+impl<const NX: usize, const NU: usize, const NG: usize> Entries for QpStage<NX, NU, NG> {
     fn hessian(&self, i: usize, j: usize) -> f64 {
         match (i < NX, j < NX) {
             (true, true) => self.hessian_xx[(i, j)],
@@ -213,14 +213,14 @@ impl<const NX: usize, const NU: usize, const NR: usize> Entries for Stage<NX, NU
 }
 
 impl Pattern {
-    fn of<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-        qp: &Qp<N, NX, NU, NR>,
+    fn of<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+        qp: &Qp<N, NX, NU, NG>,
     ) -> Self {
         let nz = NX + NU;
         let mut pattern = Self {
             hessian: vec![false; nz * nz],
             dynamics: vec![false; NX * nz],
-            rows: vec![false; NR * NX],
+            rows: vec![false; NG * NX],
         };
         for (k, stage) in qp.stages.iter().enumerate() {
             let last = k + 1 == N;
@@ -234,8 +234,8 @@ impl Pattern {
                 }
             }
             for j in 0..NX {
-                for i in 0..NR {
-                    pattern.rows[i * NX + j] |= stage.row_x[(i, j)] != 0.0;
+                for i in 0..NG {
+                    pattern.rows[i * NX + j] |= stage.path_jacobian[(i, j)] != 0.0;
                 }
             }
         }
@@ -268,8 +268,8 @@ struct Built {
 }
 
 /// All bounds of a program in variable order.
-fn all_bounds<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
+fn all_bounds<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
 ) -> impl Iterator<Item = Bounds> + '_ {
     qp.stages.iter().enumerate().flat_map(|(k, stage)| {
         let width = if k + 1 == N { NX } else { NX + NU };
@@ -281,11 +281,11 @@ fn all_bounds<const N: usize, const NX: usize, const NU: usize, const NR: usize>
 }
 
 impl Layout {
-    fn fits<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    fn fits<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         &self,
-        qp: &Qp<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
     ) -> bool {
-        self.soft == qp.defect_weight.is_finite()
+        self.soft == qp.defect_penalty.is_finite()
             && all_bounds(qp).eq(self.bounds.iter().copied())
             && self.pattern.covers(&Pattern::of(qp))
     }
@@ -311,8 +311,8 @@ impl Columns {
 }
 
 /// Clarabel's matrices and vectors in the making: where each entry comes from.
-struct Assembly<'a, const N: usize, const NX: usize, const NU: usize, const NR: usize> {
-    qp: &'a Qp<N, NX, NU, NR>,
+struct Assembly<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize> {
+    qp: &'a Qp<N, NX, NU, NG>,
     pattern: Pattern,
     bounds: Vec<Bounds>,
     soft: bool,
@@ -322,16 +322,16 @@ struct Assembly<'a, const N: usize, const NX: usize, const NU: usize, const NR: 
     b: Vec<Source>,
 }
 
-impl<'a, const N: usize, const NX: usize, const NU: usize, const NR: usize>
-    Assembly<'a, N, NX, NU, NR>
+impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
+    Assembly<'a, N, NX, NU, NG>
 {
     /// States and controls of a node.
     const NZ: usize = NX + NU;
     /// The first slack: behind states and controls, of which the last node has none.
     const SLACK: usize = N * NX + (N - 1) * NU;
 
-    fn new(qp: &'a Qp<N, NX, NU, NR>) -> Self {
-        let soft = qp.defect_weight.is_finite();
+    fn new(qp: &'a Qp<N, NX, NU, NG>) -> Self {
+        let soft = qp.defect_penalty.is_finite();
         let mut assembly = Self {
             qp,
             pattern: Pattern::of(qp),
@@ -342,7 +342,7 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NR: usize>
             a: Columns(Vec::new()),
             b: Vec::new(),
         };
-        let variables = assembly.row_slack() + N * NR;
+        let variables = assembly.row_slack() + N * NG;
         assembly.p.0.resize(variables, Vec::new());
         assembly.a.0.resize(variables, Vec::new());
         assembly
@@ -370,8 +370,8 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NR: usize>
                 }
             }
         }
-        self.q.resize(self.row_slack(), Source::Constant(self.qp.defect_weight));
-        self.q.resize(self.variables(), Source::Constant(self.qp.row_weight));
+        self.q.resize(self.row_slack(), Source::Constant(self.qp.defect_penalty));
+        self.q.resize(self.variables(), Source::Constant(self.qp.path_penalty));
     }
 
     /// The dynamics, then the pinned variables; returns how many there are.
@@ -414,14 +414,14 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NR: usize>
         }
         let row_slack = self.row_slack();
         for k in 0..N {
-            for i in 0..NR {
+            for i in 0..NG {
                 for j in 0..NX {
                     if self.pattern.rows[i * NX + j] {
                         let entry = (self.b.len(), Source::Row(k, i, j));
                         self.a.0[k * Self::NZ + j].push(entry);
                     }
                 }
-                self.row(row_slack + k * NR + i, -1.0, Source::RowOffset(k, i));
+                self.row(row_slack + k * NG + i, -1.0, Source::RowOffset(k, i));
             }
         }
         for v in Self::SLACK..self.variables() {
@@ -437,8 +437,8 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NR: usize>
 }
 
 impl Built {
-    fn new<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-        qp: &Qp<N, NX, NU, NR>,
+    fn new<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+        qp: &Qp<N, NX, NU, NG>,
         tolerance: f64,
     ) -> Option<Self> {
         let mut assembly = Assembly::new(qp);
@@ -464,9 +464,9 @@ impl Built {
         Some(Self { layout, solver, values: Vec::new() })
     }
 
-    fn update<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    fn update<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         &mut self,
-        qp: &Qp<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
     ) -> Result<(), clarabel::solver::DataUpdateError> {
         let Self { layout, solver, values } = self;
         fill(&layout.p, qp, values);
@@ -479,9 +479,9 @@ impl Built {
         solver.update_b(values)
     }
 
-    fn read<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    fn read<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         &self,
-        out: &mut Solution<N, NX, NU, NR>,
+        out: &mut Solution<N, NX, NU, NG>,
     ) {
         let nz = NX + NU;
         let solution = &self.solver.solution;
@@ -504,7 +504,7 @@ impl Built {
                 Source::Upper(k, i) => (k, i, *z),
                 Source::Lower(k, i) => (k, i, -*z),
                 Source::RowOffset(k, i) => {
-                    out.row_multiplier[k][i] = *z;
+                    out.path_multiplier[k][i] = *z;
                     continue;
                 }
                 _ => continue,
@@ -518,9 +518,9 @@ impl Built {
     }
 }
 
-fn fill<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+fn fill<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     sources: &[Source],
-    qp: &Qp<N, NX, NU, NR>,
+    qp: &Qp<N, NX, NU, NG>,
     values: &mut Vec<f64>,
 ) {
     values.clear();
@@ -528,9 +528,9 @@ fn fill<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
         Source::Constant(value) => value,
         Source::Hessian(k, i, j) => qp.stages[k].hessian(i, j),
         Source::Dynamics(k, i, j) => -qp.stages[k].dynamics(i, j),
-        Source::Row(k, i, j) => qp.stages[k].row_x[(i, j)],
+        Source::Row(k, i, j) => qp.stages[k].path_jacobian[(i, j)],
         Source::Offset(k, i) => qp.stages[k].c[i],
-        Source::RowOffset(k, i) => -qp.stages[k].row_offset[i],
+        Source::RowOffset(k, i) => -qp.stages[k].path_offset[i],
         Source::Upper(k, i) => qp.stages[k].bounds(i).1,
         Source::Lower(k, i) => -qp.stages[k].bounds(i).0,
         Source::Gradient(k, i) => qp.stages[k].gradient(i),

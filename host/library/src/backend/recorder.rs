@@ -7,11 +7,11 @@ use remora_core::advanced::time::Deadline;
 
 /// One call of a solver: what it was asked and what it answered.
 #[derive(Clone, Copy, Debug)]
-pub struct Solve<'a, const N: usize, const NX: usize, const NU: usize, const NR: usize> {
+pub struct Solve<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize> {
     /// The program.
-    pub qp: &'a Qp<N, NX, NU, NR>,
+    pub qp: &'a Qp<N, NX, NU, NG>,
     /// Where the solver left off; a solution where the status is usable.
-    pub solution: &'a Solution<N, NX, NU, NR>,
+    pub solution: &'a Solution<N, NX, NU, NG>,
     /// How it ended.
     pub outcome: QpOutcome,
     /// Whether it was a second-order correction.
@@ -35,11 +35,11 @@ impl<'a, S, F> Recorder<'a, S, F> {
     }
 }
 
-impl<S, F, const N: usize, const NX: usize, const NU: usize, const NR: usize>
-    QpSolver<N, NX, NU, NR> for Recorder<'_, S, F>
+impl<S, F, const N: usize, const NX: usize, const NU: usize, const NG: usize>
+    QpSolver<N, NX, NU, NG> for Recorder<'_, S, F>
 where
-    S: QpSolver<N, NX, NU, NR>,
-    F: FnMut(Solve<'_, N, NX, NU, NR>),
+    S: QpSolver<N, NX, NU, NG>,
+    F: FnMut(Solve<'_, N, NX, NU, NG>),
 {
     fn reset(&mut self) {
         self.stage += 1;
@@ -48,8 +48,8 @@ where
 
     fn solve(
         &mut self,
-        qp: &Qp<N, NX, NU, NR>,
-        solution: &mut Solution<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
+        solution: &mut Solution<N, NX, NU, NG>,
         deadline: &Deadline,
     ) -> QpOutcome {
         let outcome = self.solver.solve(qp, solution, deadline);
@@ -60,8 +60,8 @@ where
 
     fn solve_again(
         &mut self,
-        qp: &Qp<N, NX, NU, NR>,
-        solution: &mut Solution<N, NX, NU, NR>,
+        qp: &Qp<N, NX, NU, NG>,
+        solution: &mut Solution<N, NX, NU, NG>,
         deadline: &Deadline,
     ) -> QpOutcome {
         let outcome = self.solver.solve_again(qp, solution, deadline);

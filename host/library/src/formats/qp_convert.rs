@@ -28,10 +28,10 @@ impl QpFile {
     ///
     /// # Errors
     /// A number that is not finite, which the file could not hold.
-    pub fn new<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    pub fn new<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         place: &QpPlace<'_>,
         method: &Method,
-        solve: &Solve<'_, N, NX, NU, NR>,
+        solve: &Solve<'_, N, NX, NU, NG>,
     ) -> Result<Self, FieldError> {
         let Solve { qp, solution, outcome, .. } = *solve;
         let is_usable = outcome.status.is_usable();
@@ -44,10 +44,10 @@ impl QpFile {
             stage: place.stage,
             iteration: place.iteration,
             correction: place.correction,
-            size: QpSize { nodes: N, states: NX, controls: NU, rows: NR },
+            size: QpSize { nodes: N, states: NX, controls: NU, rows: NG },
             constant: qp.constant,
-            defect_weight: (qp.defect_weight != f64::INFINITY).then_some(qp.defect_weight),
-            row_weight: qp.row_weight,
+            defect_weight: (qp.defect_penalty != f64::INFINITY).then_some(qp.defect_penalty),
+            row_weight: qp.path_penalty,
             nodes: (0..N).map(|k| node(qp, k)).collect(),
             intervals: (0..N - 1).map(|k| interval(qp, k)).collect(),
             solution: QpAnswer {
@@ -64,21 +64,21 @@ impl QpFile {
     ///
     /// # Errors
     /// `size`, where it has others.
-    pub fn program<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    pub fn program<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         &self,
-    ) -> Result<Box<Qp<N, NX, NU, NR>>, FieldError> {
-        self.check_size(QpSize { nodes: N, states: NX, controls: NU, rows: NR })?;
-        let mut qp = Box::new(Qp::<N, NX, NU, NR>::ZERO);
+    ) -> Result<Box<Qp<N, NX, NU, NG>>, FieldError> {
+        self.check_size(QpSize { nodes: N, states: NX, controls: NU, rows: NG })?;
+        let mut qp = Box::new(Qp::<N, NX, NU, NG>::ZERO);
         qp.constant = self.constant;
-        qp.defect_weight = self.defect_weight.unwrap_or(f64::INFINITY);
-        qp.row_weight = self.row_weight;
+        qp.defect_penalty = self.defect_weight.unwrap_or(f64::INFINITY);
+        qp.path_penalty = self.row_weight;
         for (stage, node) in qp.stages.iter_mut().zip(&self.nodes) {
             stage.hessian_xx = from_rows(&node.hessian_xx);
             stage.gradient_x.copy_from_slice(&node.gradient_x);
             stage.lower_x = from_bounds(&node.lower_x, f64::NEG_INFINITY);
             stage.upper_x = from_bounds(&node.upper_x, f64::INFINITY);
-            stage.row_x = from_rows(&node.row_x);
-            stage.row_offset.copy_from_slice(&node.row_offset);
+            stage.path_jacobian = from_rows(&node.row_x);
+            stage.path_offset.copy_from_slice(&node.row_offset);
         }
         for (stage, interval) in qp.stages.iter_mut().zip(&self.intervals) {
             stage.hessian_ux = from_rows(&interval.hessian_ux);
@@ -97,19 +97,19 @@ impl QpFile {
     ///
     /// # Errors
     /// `size`, where it has others; `solution.point`, where there is none.
-    pub fn point<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+    pub fn point<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         &self,
-    ) -> Result<Box<Solution<N, NX, NU, NR>>, FieldError> {
-        self.check_size(QpSize { nodes: N, states: NX, controls: NU, rows: NR })?;
+    ) -> Result<Box<Solution<N, NX, NU, NG>>, FieldError> {
+        self.check_size(QpSize { nodes: N, states: NX, controls: NU, rows: NG })?;
         let none = || FieldError::new("solution.point", "is null: there is no solution");
         let point = self.solution.point.as_ref().ok_or_else(none)?;
-        let mut out = Box::new(Solution::<N, NX, NU, NR>::ZERO);
+        let mut out = Box::new(Solution::<N, NX, NU, NG>::ZERO);
         fill(&mut out.x, &point.x);
         fill(&mut out.u, &point.u);
         fill(&mut out.defect_multiplier, &point.defect_multiplier);
         fill(&mut out.bound_multiplier_x, &point.bound_multiplier_x);
         fill(&mut out.bound_multiplier_u, &point.bound_multiplier_u);
-        fill(&mut out.row_multiplier, &point.row_multiplier);
+        fill(&mut out.path_multiplier, &point.row_multiplier);
         Ok(out)
     }
 
@@ -121,8 +121,8 @@ impl QpFile {
     }
 }
 
-fn node<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
+fn node<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
     k: usize,
 ) -> QpNode {
     let stage = &qp.stages[k];
@@ -131,13 +131,13 @@ fn node<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
         gradient_x: stage.gradient_x.as_slice().into(),
         lower_x: bounds(&stage.lower_x, f64::NEG_INFINITY),
         upper_x: bounds(&stage.upper_x, f64::INFINITY),
-        row_x: rows(&stage.row_x),
-        row_offset: stage.row_offset.as_slice().into(),
+        row_x: rows(&stage.path_jacobian),
+        row_offset: stage.path_offset.as_slice().into(),
     }
 }
 
-fn interval<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
+fn interval<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
     k: usize,
 ) -> QpInterval {
     let stage = &qp.stages[k];
@@ -153,9 +153,9 @@ fn interval<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
     }
 }
 
-fn point<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
-    solution: &Solution<N, NX, NU, NR>,
+fn point<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
+    solution: &Solution<N, NX, NU, NG>,
 ) -> QpPoint {
     QpPoint {
         objective: kkt::objective(qp, solution),
@@ -164,7 +164,7 @@ fn point<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
         defect_multiplier: vectors(&solution.defect_multiplier[..N - 1]),
         bound_multiplier_x: vectors(&solution.bound_multiplier_x),
         bound_multiplier_u: vectors(&solution.bound_multiplier_u[..N - 1]),
-        row_multiplier: vectors(&solution.row_multiplier),
+        row_multiplier: vectors(&solution.path_multiplier),
     }
 }
 
@@ -232,16 +232,16 @@ mod tests {
             count
         };
         qp.constant = next();
-        qp.defect_weight = f64::INFINITY;
-        qp.row_weight = next();
+        qp.defect_penalty = f64::INFINITY;
+        qp.path_penalty = next();
         for (k, stage) in qp.stages.iter_mut().enumerate() {
             stage.hessian_xx = SMatrix::from_fn(|_, _| next());
             stage.hessian_xx.fill_upper_triangle_with_lower_triangle();
             stage.gradient_x = SVector::from_fn(|_, _| next());
             stage.lower_x = SVector::from([f64::NEG_INFINITY, -next()]);
             stage.upper_x = SVector::from([next(), f64::INFINITY]);
-            stage.row_x = SMatrix::from_fn(|_, _| next());
-            stage.row_offset[0] = next();
+            stage.path_jacobian = SMatrix::from_fn(|_, _| next());
+            stage.path_offset[0] = next();
             if k < 2 {
                 stage.hessian_ux = SMatrix::from_fn(|_, _| next());
                 stage.hessian_uu[0] = next();
@@ -260,7 +260,7 @@ mod tests {
         let mut solution = Solution::<3, 2, 1, 1>::ZERO;
         for k in 0..3 {
             solution.x[k].fill(0.3 + k as f64);
-            solution.row_multiplier[k].fill(0.7 + k as f64);
+            solution.path_multiplier[k].fill(0.7 + k as f64);
         }
         let outcome = QpOutcome { status, iterations: 9 };
         let solve = Solve { qp, solution: &solution, outcome, is_correction: false, stage: 2 };
@@ -271,14 +271,14 @@ mod tests {
     fn a_program_comes_back_bit_for_bit() {
         for weight in [f64::INFINITY, 10.0] {
             let mut qp = program();
-            qp.defect_weight = weight;
+            qp.defect_penalty = weight;
             let text = json::to_text(&file(&qp, QpStatus::Solved).unwrap()).unwrap();
             let back = QpFile::parse(&text).unwrap();
             assert_eq!(back.name(), "stage2-007.qp.json");
             let again = back.program::<3, 2, 1, 1>().unwrap();
             assert_eq!(format!("{qp:?}"), format!("{again:?}"));
             let point = back.point::<3, 2, 1, 1>().unwrap();
-            assert_eq!((point.x[2][1], point.row_multiplier[1][0]), (2.3, 1.7));
+            assert_eq!((point.x[2][1], point.path_multiplier[1][0]), (2.3, 1.7));
             assert_eq!(back.program::<4, 2, 1, 1>().unwrap_err().field, "size");
             assert_eq!(back.point::<3, 2, 1, 2>().unwrap_err().field, "size");
         }
@@ -302,8 +302,8 @@ mod tests {
         assert_eq!(field(|qp| qp.stages[1].a[(1, 0)] = f64::NAN), "intervals[1].a[1][0]");
         assert_eq!(field(|qp| qp.stages[2].lower_x[0] = f64::INFINITY), "nodes[2].lower_x[0]");
         assert_eq!(field(|qp| qp.stages[2].upper_x[1] = f64::NAN), "nodes[2].upper_x[1]");
-        assert_eq!(field(|qp| qp.defect_weight = f64::NAN), "defect_weight");
-        assert_eq!(field(|qp| qp.row_weight = f64::INFINITY), "row_weight");
+        assert_eq!(field(|qp| qp.defect_penalty = f64::NAN), "defect_weight");
+        assert_eq!(field(|qp| qp.path_penalty = f64::INFINITY), "row_weight");
         assert_eq!(field(|qp| qp.constant = f64::NAN), "constant");
     }
 

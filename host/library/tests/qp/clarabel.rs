@@ -20,8 +20,8 @@ fn program(numbers: &[f64], soft: bool) -> Program {
     let mut stream = numbers.iter().copied().cycle();
     let mut next = move || stream.next().unwrap();
     let mut qp = Program::ZERO;
-    qp.defect_weight = if soft { 5.0 } else { f64::INFINITY };
-    qp.row_weight = 4.0;
+    qp.defect_penalty = if soft { 5.0 } else { f64::INFINITY };
+    qp.path_penalty = 4.0;
     for (k, stage) in qp.stages.iter_mut().enumerate() {
         let root = SMatrix::<f64, 5, 5>::from_fn(|_, _| next());
         let hessian = root * root.transpose() + SMatrix::identity() * 0.1;
@@ -37,8 +37,8 @@ fn program(numbers: &[f64], soft: bool) -> Program {
         stage.upper_x = SVector::repeat(if k == 0 { 0.2 } else { 3.0 });
         stage.lower_u = SVector::repeat(-0.7);
         stage.upper_u = SVector::repeat(0.7);
-        stage.row_x = SMatrix::from_fn(|_, _| next());
-        stage.row_offset[0] = 0.2 * next();
+        stage.path_jacobian = SMatrix::from_fn(|_, _| next());
+        stage.path_offset[0] = 0.2 * next();
     }
     qp
 }

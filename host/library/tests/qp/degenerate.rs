@@ -3,7 +3,7 @@
 
 use super::programs::{Answer, Recipe, cold, embedded, random};
 use nalgebra::{SMatrix, SVector};
-use remora_core::advanced::qp::{Qp, QpSolver, QpStatus, Stage};
+use remora_core::advanced::qp::{Qp, QpSolver, QpStage, QpStatus};
 use remora_host::backend::ClarabelQp;
 use remora_host::kkt::{Kkt, objective};
 
@@ -11,7 +11,7 @@ const N: usize = 6;
 const NX: usize = 3;
 const NU: usize = 2;
 type Program = Qp<N, NX, NU, 1>;
-type Node = Stage<NX, NU, 1>;
+type Node = QpStage<NX, NU, 1>;
 /// A name, how the dynamics are, what is changed.
 type Case = (&'static str, Recipe, fn(&mut Program));
 
@@ -77,30 +77,30 @@ const SOLVABLE: &[Case] = &[
             stage.gradient_u *= 1e3;
         });
     }),
-    ("every row violated", SOFT, |qp| each(qp, |stage| stage.row_offset.fill(10.0))),
-    ("every row violated, hard", HARD, |qp| each(qp, |stage| stage.row_offset.fill(10.0))),
+    ("every row violated", SOFT, |qp| each(qp, |stage| stage.path_offset.fill(10.0))),
+    ("every row violated, hard", HARD, |qp| each(qp, |stage| stage.path_offset.fill(10.0))),
     ("every row at its limit", HARD, |qp| {
-        each(qp, |stage| stage.row_offset.fill(0.0));
-        qp.row_weight = 1e4;
+        each(qp, |stage| stage.path_offset.fill(0.0));
+        qp.path_penalty = 1e4;
     }),
     ("violated rows of zeros", SOFT, |qp| {
         each(qp, |stage| {
-            stage.row_x.fill(0.0);
-            stage.row_offset.fill(1.0);
+            stage.path_jacobian.fill(0.0);
+            stage.path_offset.fill(1.0);
         });
     }),
     ("rows of zeros at their limit", SOFT, |qp| {
         each(qp, |stage| {
-            stage.row_x.fill(0.0);
-            stage.row_offset.fill(0.0);
+            stage.path_jacobian.fill(0.0);
+            stage.path_offset.fill(0.0);
         });
     }),
-    ("rows without weight", SOFT, |qp| qp.row_weight = 0.0),
+    ("rows without weight", SOFT, |qp| qp.path_penalty = 0.0),
     ("a row that repeats a bound", SOFT, |qp| {
         each(qp, |stage| {
-            stage.row_x.fill(0.0);
-            stage.row_x[(0, 1)] = 1.0;
-            stage.row_offset[0] =
+            stage.path_jacobian.fill(0.0);
+            stage.path_jacobian[(0, 1)] = 1.0;
+            stage.path_offset[0] =
                 if stage.upper_x[1].is_finite() { -stage.upper_x[1] } else { -1.0 };
             stage.gradient_x[1] = -50.0;
         });
@@ -118,7 +118,7 @@ const SOLVABLE: &[Case] = &[
             stage.upper_x.fill(1.0);
             stage.lower_u.fill(-1.0);
             stage.upper_u.fill(1.0);
-            stage.row_offset.fill(-1.0);
+            stage.path_offset.fill(-1.0);
         });
     }),
     ("no bounds at all", SOFT, |qp| each(qp, unbounded)),
@@ -133,9 +133,9 @@ const SOLVABLE: &[Case] = &[
             stage.c.fill(0.0);
         });
     }),
-    ("slack almost free", SOFT, |qp| qp.defect_weight = 1e-6),
-    ("slack very dear", Recipe { soft: false, ..SOFT }, |qp| qp.defect_weight = 1e6),
-    ("rows very dear", HARD, |qp| qp.row_weight = 1e6),
+    ("slack almost free", SOFT, |qp| qp.defect_penalty = 1e-6),
+    ("slack very dear", Recipe { soft: false, ..SOFT }, |qp| qp.defect_penalty = 1e6),
+    ("rows very dear", HARD, |qp| qp.path_penalty = 1e6),
     ("small numbers", SOFT, |qp| {
         each(qp, |stage| {
             stage.hessian_xx *= 1e-4;
@@ -248,7 +248,7 @@ fn flaws<S: QpSolver<N, NX, NU, 1>>(solver: &mut S, tolerance: f64) -> Vec<Strin
         // A gap is judged beside the objective: some of these have one of 1e4. A gradient is judged
         // beside the weights it balances: one has 1e6.
         kkt.complementarity /= 1.0 + objective(&qp, &point).abs();
-        kkt.stationarity /= qp.row_weight.max(1.0);
+        kkt.stationarity /= qp.path_penalty.max(1.0);
         // Two of them are singular to rounding where they are solved: reduced accuracy is what a
         // solver should then report, and the residuals must be as small as the others'.
         if !outcome.status.is_usable() || !(kkt.worst() <= tolerance) {

@@ -28,12 +28,12 @@ struct Pair {
 }
 
 /// Solves what was recorded with Clarabel, from nothing.
-fn pair<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+fn pair<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     name: String,
-    (sharp, reference): &mut (Box<EmbeddedQp<N, NX, NU, NR>>, ClarabelQp),
-    solve: &Solve<'_, N, NX, NU, NR>,
+    (sharp, reference): &mut (Box<EmbeddedQp<N, NX, NU, NG>>, ClarabelQp),
+    solve: &Solve<'_, N, NX, NU, NG>,
 ) -> Pair {
-    let qp: &Qp<N, NX, NU, NR> = solve.qp;
+    let qp: &Qp<N, NX, NU, NG> = solve.qp;
     let (sharp, theirs) = (cold(&mut **sharp, qp), cold(reference, qp));
     let (a, b) = (objective(qp, solve.solution), objective(qp, &theirs.point));
     Pair {

@@ -90,14 +90,14 @@ impl Numbers {
 
 /// A program with a feasible point strictly inside its boxes: the first state is pinned, the last
 /// as far as one control reaches, the rest has bounds around a roll-out.
-pub fn random<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+pub fn random<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     recipe: &Recipe,
-) -> Box<Qp<N, NX, NU, NR>> {
+) -> Box<Qp<N, NX, NU, NG>> {
     let mut numbers = Numbers(ChaCha8Rng::seed_from_u64(recipe.seed));
-    let mut qp = Box::new(Qp::<N, NX, NU, NR>::ZERO);
+    let mut qp = Box::new(Qp::<N, NX, NU, NG>::ZERO);
     qp.constant = numbers.next();
-    qp.defect_weight = if recipe.soft { 2.0 + 8.0 * numbers.unit() } else { f64::INFINITY };
-    qp.row_weight = 10.0 * numbers.unit();
+    qp.defect_penalty = if recipe.soft { 2.0 + 8.0 * numbers.unit() } else { f64::INFINITY };
+    qp.path_penalty = 10.0 * numbers.unit();
     let mut x: SVector<f64, NX> = numbers.matrix(0.5);
     for k in 0..N {
         let stage = &mut qp.stages[k];
@@ -112,9 +112,9 @@ pub fn random<const N: usize, const NX: usize, const NU: usize, const NR: usize>
                 (stage.lower_x[i], stage.upper_x[i]) = (x[i], x[i]);
             }
         }
-        stage.row_x = numbers.matrix(1.0);
-        let margin: SVector<f64, NR> = numbers.matrix(0.5 * recipe.width);
-        stage.row_offset = margin - stage.row_x * x;
+        stage.path_jacobian = numbers.matrix(1.0);
+        let margin: SVector<f64, NG> = numbers.matrix(0.5 * recipe.width);
+        stage.path_offset = margin - stage.path_jacobian * x;
         if k + 1 < N {
             let u: SVector<f64, NU> = numbers.matrix(0.5);
             stage.gradient_u = numbers.matrix(recipe.slope);
@@ -133,10 +133,10 @@ pub fn random<const N: usize, const NX: usize, const NU: usize, const NR: usize>
 }
 
 /// A Hessian of rank one and the recipe's curvature.
-fn hessian<const NX: usize, const NU: usize, const NR: usize>(
+fn hessian<const NX: usize, const NU: usize, const NG: usize>(
     numbers: &mut Numbers,
     recipe: &Recipe,
-    stage: &mut remora_core::advanced::qp::Stage<NX, NU, NR>,
+    stage: &mut remora_core::advanced::qp::QpStage<NX, NU, NG>,
 ) {
     let (x, u): (SVector<f64, NX>, SVector<f64, NU>) = (numbers.matrix(1.5), numbers.matrix(1.5));
     stage.hessian_xx = x * x.transpose() + SMatrix::identity() * recipe.curvature;
@@ -146,14 +146,14 @@ fn hessian<const NX: usize, const NU: usize, const NR: usize>(
 
 /// The embedded solver on the heap.
 #[inline(never)]
-pub fn embedded<const N: usize, const NX: usize, const NU: usize, const NR: usize>()
--> Box<EmbeddedQp<N, NX, NU, NR>> {
+pub fn embedded<const N: usize, const NX: usize, const NU: usize, const NG: usize>()
+-> Box<EmbeddedQp<N, NX, NU, NG>> {
     Box::new(EmbeddedQp::new())
 }
 
 /// The same, which goes on as long as numbers allow.
-pub fn sharp<const N: usize, const NX: usize, const NU: usize, const NR: usize>()
--> Box<EmbeddedQp<N, NX, NU, NR>> {
+pub fn sharp<const N: usize, const NX: usize, const NU: usize, const NG: usize>()
+-> Box<EmbeddedQp<N, NX, NU, NG>> {
     let mut solver = embedded();
     solver.configure(
         InteriorPointSettings { complementarity: 1e-17, ..solver.settings() }.validated().unwrap(),
@@ -163,18 +163,18 @@ pub fn sharp<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
 
 /// An answer.
 #[derive(Clone, Debug)]
-pub struct Answer<const N: usize, const NX: usize, const NU: usize, const NR: usize> {
-    pub point: Box<Solution<N, NX, NU, NR>>,
+pub struct Answer<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
+    pub point: Box<Solution<N, NX, NU, NG>>,
     pub outcome: QpOutcome,
 }
 
 /// Solves from nothing.
-pub fn cold<S, const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+pub fn cold<S, const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     solver: &mut S,
-    qp: &Qp<N, NX, NU, NR>,
-) -> Answer<N, NX, NU, NR>
+    qp: &Qp<N, NX, NU, NG>,
+) -> Answer<N, NX, NU, NG>
 where
-    S: QpSolver<N, NX, NU, NR>,
+    S: QpSolver<N, NX, NU, NG>,
 {
     let mut point = Box::new(Solution::ZERO);
     solver.reset();
@@ -183,13 +183,13 @@ where
 }
 
 /// Solves from what an earlier answer knows.
-pub fn warm<S, const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+pub fn warm<S, const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     solver: &mut S,
-    qp: &Qp<N, NX, NU, NR>,
-    from: &Answer<N, NX, NU, NR>,
-) -> Answer<N, NX, NU, NR>
+    qp: &Qp<N, NX, NU, NG>,
+    from: &Answer<N, NX, NU, NG>,
+) -> Answer<N, NX, NU, NG>
 where
-    S: QpSolver<N, NX, NU, NR>,
+    S: QpSolver<N, NX, NU, NG>,
 {
     let mut point = from.point.clone();
     let outcome = solver.solve(qp, &mut point, &Deadline::never());
@@ -197,8 +197,8 @@ where
 }
 
 /// All bits of a point.
-pub fn bits<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    point: &Solution<N, NX, NU, NR>,
+pub fn bits<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    point: &Solution<N, NX, NU, NG>,
 ) -> Vec<u64> {
     let mut bits = Vec::new();
     let mut add = |values: &[f64]| bits.extend(values.iter().map(|v| v.to_bits()));
@@ -208,7 +208,7 @@ pub fn bits<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
         add(point.defect_multiplier[k].as_slice());
         add(point.bound_multiplier_x[k].as_slice());
         add(point.bound_multiplier_u[k].as_slice());
-        add(point.row_multiplier[k].as_slice());
+        add(point.path_multiplier[k].as_slice());
     }
     bits
 }

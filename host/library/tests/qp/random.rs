@@ -8,10 +8,10 @@ use remora_host::backend::ClarabelQp;
 use remora_host::kkt::{Kkt, distance, objective};
 
 /// Clarabel at the accuracy it is used with.
-fn clarabel_is_optimal<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+fn clarabel_is_optimal<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     recipe: &Recipe,
 ) -> Result<(), TestCaseError> {
-    let qp = random::<N, NX, NU, NR>(recipe);
+    let qp = random::<N, NX, NU, NG>(recipe);
     let answer = cold(&mut ClarabelQp::default(), &qp);
     let kkt = Kkt::of(&qp, &answer.point);
     prop_assert_eq!(answer.outcome.status, QpStatus::Solved, "{:?}", kkt);
@@ -26,10 +26,10 @@ fn clarabel_is_optimal<const N: usize, const NX: usize, const NU: usize, const N
 /// a constraint of which neither its distance nor its multiplier is far from zero, a point moves
 /// with the *square root* of the complementarity that is left. `activity` measures that, so it is
 /// what the difference is allowed beside 1e-6.
-fn embedded_is_optimal<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
+fn embedded_is_optimal<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     recipe: &Recipe,
 ) -> Result<(), TestCaseError> {
-    let qp = random::<N, NX, NU, NR>(recipe);
+    let qp = random::<N, NX, NU, NG>(recipe);
     let ours = cold(&mut *embedded(), &qp);
     let kkt = Kkt::of(&qp, &ours.point);
     // Sixty nodes of random, unstable dynamics: about one in a hundred ends at reduced accuracy. It
@@ -47,13 +47,13 @@ fn embedded_is_optimal<const N: usize, const NX: usize, const NU: usize, const N
     agree(&qp, (&ours.point, &kkt), (&theirs.point, &reference))
 }
 
-type Judged<'a, const N: usize, const NX: usize, const NU: usize, const NR: usize> =
-    (&'a remora_core::advanced::qp::Solution<N, NX, NU, NR>, &'a Kkt);
+type Judged<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize> =
+    (&'a remora_core::advanced::qp::Solution<N, NX, NU, NG>, &'a Kkt);
 
-fn agree<const N: usize, const NX: usize, const NU: usize, const NR: usize>(
-    qp: &Qp<N, NX, NU, NR>,
-    ours: Judged<'_, N, NX, NU, NR>,
-    theirs: Judged<'_, N, NX, NU, NR>,
+fn agree<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    qp: &Qp<N, NX, NU, NG>,
+    ours: Judged<'_, N, NX, NU, NG>,
+    theirs: Judged<'_, N, NX, NU, NG>,
 ) -> Result<(), TestCaseError> {
     let (a, b) = (objective(qp, ours.0), objective(qp, theirs.0));
     prop_assert!((a - b).abs() <= 1e-8 * (1.0 + b.abs()), "{} {}", a, b);

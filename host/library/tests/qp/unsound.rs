@@ -8,8 +8,8 @@ use remora_host::kkt::Kkt;
 const N: usize = 5;
 const NX: usize = 3;
 const NU: usize = 2;
-const NR: usize = 2;
-type Program = Qp<N, NX, NU, NR>;
+const NG: usize = 2;
+type Program = Qp<N, NX, NU, NG>;
 /// A field: its name, how many numbers it has at a node, and one of them.
 type Field = (&'static str, usize, fn(&mut Program, usize, usize) -> &mut f64);
 
@@ -18,8 +18,8 @@ const AT_NODES: &[Field] = &[
     ("gradient_x", NX, |qp, k, i| &mut qp.stages[k].gradient_x[i]),
     ("lower_x", NX, |qp, k, i| &mut qp.stages[k].lower_x[i]),
     ("upper_x", NX, |qp, k, i| &mut qp.stages[k].upper_x[i]),
-    ("row_x", NR * NX, |qp, k, i| &mut qp.stages[k].row_x[i]),
-    ("row_offset", NR, |qp, k, i| &mut qp.stages[k].row_offset[i]),
+    ("path_jacobian", NG * NX, |qp, k, i| &mut qp.stages[k].path_jacobian[i]),
+    ("path_offset", NG, |qp, k, i| &mut qp.stages[k].path_offset[i]),
 ];
 
 const AT_INTERVALS: &[Field] = &[
@@ -35,8 +35,8 @@ const AT_INTERVALS: &[Field] = &[
 
 const OF_THE_WHOLE: &[Field] = &[
     ("constant", 1, |qp, _, _| &mut qp.constant),
-    ("defect_weight", 1, |qp, _, _| &mut qp.defect_weight),
-    ("row_weight", 1, |qp, _, _| &mut qp.row_weight),
+    ("defect_penalty", 1, |qp, _, _| &mut qp.defect_penalty),
+    ("path_penalty", 1, |qp, _, _| &mut qp.path_penalty),
 ];
 
 /// Every number of every field at the first, a middle and the last node that has it.
@@ -54,17 +54,17 @@ fn every_number() -> impl Iterator<Item = (&'static Field, usize, usize)> {
 fn is_allowed(field: &str, value: f64) -> bool {
     match field {
         "lower_x" | "lower_u" => value == f64::NEG_INFINITY,
-        "upper_x" | "upper_u" | "defect_weight" => value == f64::INFINITY,
+        "upper_x" | "upper_u" | "defect_penalty" => value == f64::INFINITY,
         _ => false,
     }
 }
 
 /// NaN and infinity in every number in turn: those that are taken for a success, and those that
 /// mean something and are answered wrongly.
-fn mistaken<S: QpSolver<N, NX, NU, NR>>(solver: &mut S) -> Vec<String> {
+fn mistaken<S: QpSolver<N, NX, NU, NG>>(solver: &mut S) -> Vec<String> {
     let mut mistaken = Vec::new();
     for recipe in [Recipe { seed: 5, ..Recipe::PLAIN }, Recipe { seed: 5, ..Recipe::HARD }] {
-        let good = random::<N, NX, NU, NR>(&recipe);
+        let good = random::<N, NX, NU, NG>(&recipe);
         assert_eq!(cold(solver, &good).outcome.status, QpStatus::Solved);
         for ((name, _, field), k, i) in every_number() {
             for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -87,7 +87,7 @@ fn mistaken<S: QpSolver<N, NX, NU, NR>>(solver: &mut S) -> Vec<String> {
 // Verifies REM-QP-002.
 #[test]
 fn what_is_not_a_number_is_not_solved() {
-    let mistaken = mistaken(&mut *embedded::<N, NX, NU, NR>());
+    let mistaken = mistaken(&mut *embedded::<N, NX, NU, NG>());
     assert!(mistaken.is_empty(), "{}", mistaken.join("\n"));
 }
 
@@ -98,8 +98,8 @@ fn clarabel_solves_no_such_program_either() {
 }
 
 /// At the last node nothing about controls and dynamics counts.
-fn the_last_interval_is_ignored<S: QpSolver<N, NX, NU, NR>>(solver: &mut S) {
-    let good = random::<N, NX, NU, NR>(&Recipe::PLAIN);
+fn the_last_interval_is_ignored<S: QpSolver<N, NX, NU, NG>>(solver: &mut S) {
+    let good = random::<N, NX, NU, NG>(&Recipe::PLAIN);
     let mut other = good.clone();
     for (_, count, field) in AT_INTERVALS {
         (0..*count).for_each(|i| *field(&mut other, N - 1, i) = f64::NAN);
@@ -117,7 +117,7 @@ fn the_last_nodes_control_is_ignored() {
 
 #[test]
 fn a_solver_recovers_from_a_program_that_is_none() {
-    let good = random::<N, NX, NU, NR>(&Recipe::PLAIN);
+    let good = random::<N, NX, NU, NG>(&Recipe::PLAIN);
     let mut solver = embedded();
     let expected = cold(&mut *solver, &good);
     let mut bad = good.clone();
@@ -134,7 +134,7 @@ fn a_solver_recovers_from_a_program_that_is_none() {
 
 #[test]
 fn multipliers_that_are_no_numbers_do_no_harm() {
-    let good = random::<N, NX, NU, NR>(&Recipe::PLAIN);
+    let good = random::<N, NX, NU, NG>(&Recipe::PLAIN);
     let mut solver = embedded();
     let expected = cold(&mut *solver, &good);
     for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {
@@ -147,7 +147,7 @@ fn multipliers_that_are_no_numbers_do_no_harm() {
                 2 => point.defect_multiplier[2][1] = value,
                 3 => point.bound_multiplier_x[3][1] = value,
                 4 => point.bound_multiplier_u[2][1] = value,
-                _ => point.row_multiplier[2][1] = value,
+                _ => point.path_multiplier[2][1] = value,
             }
             let answer = warm(&mut *solver, &good, &start);
             assert_eq!(answer.outcome.status, QpStatus::Solved, "{value} in field {field}");

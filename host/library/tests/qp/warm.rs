@@ -38,8 +38,8 @@ fn corrected(qp: &Program, recipe: &Recipe, share: f64) -> Box<Program> {
     for (stage, other) in changed.stages.iter_mut().zip(&other.stages) {
         stage.gradient_x += share * other.gradient_x;
         stage.gradient_u += share * other.gradient_u;
-        stage.row_offset += share * other.row_offset;
-        if qp.defect_weight.is_finite() {
+        stage.path_offset += share * other.path_offset;
+        if qp.defect_penalty.is_finite() {
             stage.c += share * other.c;
         }
     }

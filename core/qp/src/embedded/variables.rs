@@ -1,0 +1,384 @@
+//! The variables of one stage with their barriers, and vectors over them.
+
+use super::bounded::{Bounded, Centering, Target, larger};
+use crate::{Qp, Solution};
+use core::array::from_fn;
+
+/// One number for every variable of a stage: a direction, a gradient or a residual.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StageVector<const NX: usize, const NU: usize, const NG: usize> {
+    pub x: [f64; NX],
+    pub u: [f64; NU],
+    pub dynamics: [f64; NX],
+    pub path: [f64; NG],
+}
+
+impl<const NX: usize, const NU: usize, const NG: usize> StageVector<NX, NU, NG> {
+    pub const ZERO: Self =
+        Self { x: [0.0; NX], u: [0.0; NU], dynamics: [0.0; NX], path: [0.0; NG] };
+
+    /// The largest entry; the entries must not be negative.
+    pub fn largest(&self) -> f64 {
+        let most = |values: &[f64]| values.iter().fold(0.0, |most, v| larger(most, *v));
+        larger(larger(most(&self.x), most(&self.u)), larger(most(&self.dynamics), most(&self.path)))
+    }
+
+    /// Adds the barriers' gradient. The Lagrangian is maximised over multipliers: theirs is
+    /// subtracted.
+    #[inline(always)]
+    pub fn add_barrier_gradient(&mut self, barrier: &Self) {
+        fn add<const D: usize>(to: &mut [f64; D], what: &[f64; D]) {
+            for (to, what) in to.iter_mut().zip(what) {
+                *to += what;
+            }
+        }
+        add(&mut self.x, &barrier.x);
+        add(&mut self.u, &barrier.u);
+        add(&mut self.dynamics, &barrier.dynamics.map(|v| -v));
+        add(&mut self.path, &barrier.path.map(|v| -v));
+    }
+
+    /// Raises every entry to the magnitude of `other`'s entry.
+    #[inline(always)]
+    pub fn raise_to(&mut self, other: &Self) {
+        fn raise<const D: usize>(worst: &mut [f64; D], values: &[f64; D]) {
+            for (worst, value) in worst.iter_mut().zip(values) {
+                *worst = larger(*worst, value.abs());
+            }
+        }
+        raise(&mut self.x, &other.x);
+        raise(&mut self.u, &other.u);
+        raise(&mut self.dynamics, &other.dynamics);
+        raise(&mut self.path, &other.path);
+    }
+
+    /// The sum of all entries.
+    pub fn sum(&self) -> f64 {
+        let sum = |values: &[f64]| values.iter().sum::<f64>();
+        sum(&self.x) + sum(&self.u) + sum(&self.dynamics) + sum(&self.path)
+    }
+}
+
+/// Mask of the variables that are not fixed, one byte each: there are many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Free<const D: usize>([u8; D]);
+
+impl<const D: usize> Free<D> {
+    pub const NONE: Self = Self([0; D]);
+    pub const ALL: Self = Self([1; D]);
+
+    /// One for each free variable, zero for each fixed one.
+    #[inline(always)]
+    pub fn factors(&self) -> [f64; D] {
+        self.0.map(f64::from)
+    }
+
+    /// Whether variable `i` is fixed.
+    pub fn is_fixed(&self, i: usize) -> bool {
+        self.0.get(i) == Some(&0)
+    }
+
+    fn set(&mut self, i: usize, free: bool) {
+        if let Some(entry) = self.0.get_mut(i) {
+            *entry = u8::from(free);
+        }
+    }
+
+    /// Storage in which every number is `value`.
+    #[cfg(any(test, feature = "testing"))]
+    pub fn filled(value: f64) -> Self {
+        Self([value as u8; D])
+    }
+}
+
+/// Variables of one stage. The last stage has neither controls nor dynamics: theirs stay free at
+/// zero and enter no equation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StageVariables<const NX: usize, const NU: usize, const NG: usize> {
+    pub x: Bounded<NX>,
+    pub u: Bounded<NU>,
+    /// Multipliers of the dynamics to the next stage, in `[-defect_penalty, defect_penalty]`.
+    pub dynamics: Bounded<NX>,
+    /// Multipliers of the path constraints, in `[0, path_penalty]`.
+    pub path: Bounded<NG>,
+    pub free_x: Free<NX>,
+    pub free_u: Free<NU>,
+    pub free_path: Free<NG>,
+}
+
+#[cfg(any(test, feature = "testing"))]
+impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, NG> {
+    /// Storage in which every number is `value`.
+    pub fn filled(value: f64) -> Self {
+        Self {
+            x: Bounded::filled(value),
+            u: Bounded::filled(value),
+            dynamics: Bounded::filled(value),
+            path: Bounded::filled(value),
+            free_x: Free::filled(value),
+            free_u: Free::filled(value),
+            free_path: Free::filled(value),
+        }
+    }
+}
+
+/// Why a QP is refused before the first iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unusable {
+    /// A lower bound lies above its upper bound.
+    EmptyBox,
+    /// A bound or a penalty is NaN, a penalty is not positive, or that of the path constraints is
+    /// infinite.
+    InvalidProblem,
+}
+
+/// How the first iterate is chosen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct InitialPoint {
+    /// Complementarity `s z` of every pair.
+    pub mu: f64,
+    /// Whether the multipliers of the last subproblem are used.
+    pub warm: bool,
+}
+
+impl InitialPoint {
+    /// Without multipliers. The values of `mu` are tuned for few iterations on the public
+    /// scenarios, where none changes the count by more than one or two.
+    pub const COLD: Self = Self { mu: 0.1, warm: false };
+    /// Far from the bounds, for QPs whose first iterate is far from the optimum.
+    pub const CONSERVATIVE: Self = Self { mu: 10.0, warm: false };
+    /// From the multipliers of the last subproblem.
+    pub const WARM: Self = Self { mu: 1e-4, warm: true };
+}
+
+/// Largest multiplier that is used for a warm start.
+const MAX_WARM_MULTIPLIER: f64 = 1e8;
+
+/// Bounds closer than this fix their variable.
+const FIXED_WIDTH: f64 = 1e-11;
+
+impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, NG> {
+    /// Storage, all bits zero.
+    pub const ZERO: Self = Self {
+        x: Bounded::FREE,
+        u: Bounded::FREE,
+        dynamics: Bounded::FREE,
+        path: Bounded::FREE,
+        free_x: Free::NONE,
+        free_u: Free::NONE,
+        free_path: Free::NONE,
+    };
+
+    /// Initialises the variables of stage `k` inside their bounds; a warm `point` uses the
+    /// multipliers of `from`.
+    ///
+    /// # Errors
+    /// Empty bounds, or bounds that are NaN.
+    pub fn initialise<const N: usize>(
+        &mut self,
+        k: usize,
+        qp: &Qp<N, NX, NU, NG>,
+        from: &Solution<N, NX, NU, NG>,
+        point: InitialPoint,
+    ) -> Result<(), Unusable> {
+        let known = |m: f64| if point.warm && m.abs() <= MAX_WARM_MULTIPLIER { m } else { 0.0 };
+        let (Some(stage), Some(bound_x), Some(row)) =
+            (qp.stages.get(k), from.bound_multiplier_x.get(k), from.path_multiplier.get(k))
+        else {
+            return Err(Unusable::InvalidProblem);
+        };
+        for i in 0..NX {
+            let bounds = (stage.lower_x[i], stage.upper_x[i]);
+            let free = place(&mut self.x, i, bounds, known(bound_x[i]), point.mu)?;
+            self.free_x.set(i, free);
+        }
+        for i in 0..NG {
+            // The constraint's slack is the multiplier of the bound at zero.
+            let bounds = (0.0, qp.path_penalty);
+            let free = qp.path_penalty > FIXED_WIDTH;
+            self.free_path.set(i, free);
+            match free {
+                true => {
+                    self.path.place(i, bounds, known(row[i]), stage.path_offset[i], point.mu);
+                }
+                false => self.path.fix(i, 0.0),
+            }
+        }
+        let (Some(bound_u), Some(dynamics), true) =
+            (from.bound_multiplier_u.get(k), from.defect_multiplier.get(k), k + 1 < N)
+        else {
+            // Nothing writes them later, so a flipped bit would stay for all QPs to come.
+            (self.u, self.dynamics, self.free_u) = (Bounded::FREE, Bounded::FREE, Free::NONE);
+            return Ok(());
+        };
+        for i in 0..NU {
+            let bounds = (stage.lower_u[i], stage.upper_u[i]);
+            let free = place(&mut self.u, i, bounds, known(bound_u[i]), point.mu)?;
+            self.free_u.set(i, free);
+        }
+        for i in 0..NX {
+            let bounds = (-qp.defect_penalty, qp.defect_penalty);
+            self.dynamics.place(i, bounds, known(dynamics[i]), 0.0, point.mu);
+        }
+        Ok(())
+    }
+
+    /// [`Bounded::recentre`] of all variables.
+    pub fn recentre(&mut self, mu: f64) {
+        self.x.recentre(mu);
+        self.u.recentre(mu);
+        self.dynamics.recentre(mu);
+        self.path.recentre(mu);
+    }
+
+    /// Values of states and controls.
+    #[inline(always)]
+    pub fn point(&self) -> StageVector<NX, NU, NG> {
+        StageVector { x: self.x.value, u: self.u.value, ..StageVector::ZERO }
+    }
+
+    /// Number of complementarity pairs.
+    pub fn pairs(&self) -> u32 {
+        self.x.pairs() + self.u.pairs() + self.dynamics.pairs() + self.path.pairs()
+    }
+
+    /// KKT residual: `gradient` of the Lagrangian with the bounds' multipliers, zero at the optimum.
+    /// The Lagrangian is maximised over multipliers, so their bounds enter with the other sign.
+    #[inline(always)]
+    pub fn residual(&self, gradient: &StageVector<NX, NU, NG>) -> StageVector<NX, NU, NG> {
+        let (x, u) = (self.x.multipliers(), self.u.multipliers());
+        let (dynamics, row) = (self.dynamics.multipliers(), self.path.multipliers());
+        let (free_x, free_u) = (self.free_x.factors(), self.free_u.factors());
+        let free_path = self.free_path.factors();
+        StageVector {
+            x: from_fn(|i| (gradient.x[i] + x[i]) * free_x[i]),
+            u: from_fn(|i| (gradient.u[i] + u[i]) * free_u[i]),
+            dynamics: from_fn(|i| gradient.dynamics[i] - dynamics[i]),
+            path: from_fn(|i| (gradient.path[i] - row[i]) * free_path[i]),
+        }
+    }
+
+    /// Weight of `C^T C` in the Hessian for each path constraint; zero where it has no penalty.
+    #[inline(always)]
+    pub fn path_scaling(&self) -> [f64; NG] {
+        let dual = self.path.scaling();
+        from_fn(|i| if dual[i] > 0.0 { 1.0 / dual[i] } else { 0.0 })
+    }
+
+    /// [`Bounded::barrier_gradient`] of all variables.
+    #[inline(always)]
+    pub fn barrier_gradient(
+        &self,
+        centering: Centering,
+        affine: &StageVector<NX, NU, NG>,
+    ) -> StageVector<NX, NU, NG> {
+        StageVector {
+            x: self.x.barrier_gradient(Target { centering, affine: &affine.x }),
+            u: self.u.barrier_gradient(Target { centering, affine: &affine.u }),
+            dynamics: self
+                .dynamics
+                .barrier_gradient(Target { centering, affine: &affine.dynamics }),
+            path: self.path.barrier_gradient(Target { centering, affine: &affine.path }),
+        }
+    }
+
+    /// [`Bounded::limit_step`] of all variables.
+    #[inline(always)]
+    pub fn limit_step(
+        &self,
+        step: &StageVector<NX, NU, NG>,
+        centering: Centering,
+        affine: &StageVector<NX, NU, NG>,
+        worst: &mut StageVector<NX, NU, NG>,
+    ) {
+        let at = |affine| Target { centering, affine };
+        self.x.limit_step(&step.x, at(&affine.x), &mut worst.x);
+        self.dynamics.limit_step(&step.dynamics, at(&affine.dynamics), &mut worst.dynamics);
+        self.u.limit_step(&step.u, Target { centering, affine: &affine.u }, &mut worst.u);
+        self.path.limit_step(
+            &step.path,
+            Target { centering, affine: &affine.path },
+            &mut worst.path,
+        );
+    }
+
+    /// [`Bounded::add_complementarity_after`] of all variables.
+    #[inline(always)]
+    pub fn add_complementarity_after(
+        &self,
+        step: &StageVector<NX, NU, NG>,
+        centering: Centering,
+        affine: &StageVector<NX, NU, NG>,
+        length: f64,
+        sum: &mut StageVector<NX, NU, NG>,
+    ) {
+        let at = |affine| Target { centering, affine };
+        self.x.add_complementarity_after(&step.x, at(&affine.x), length, &mut sum.x);
+        self.dynamics.add_complementarity_after(
+            &step.dynamics,
+            at(&affine.dynamics),
+            length,
+            &mut sum.dynamics,
+        );
+        self.u.add_complementarity_after(
+            &step.u,
+            Target { centering, affine: &affine.u },
+            length,
+            &mut sum.u,
+        );
+        let target = Target { centering, affine: &affine.path };
+        self.path.add_complementarity_after(&step.path, target, length, &mut sum.path);
+    }
+
+    /// [`Bounded::add_complementarity`] of all variables.
+    #[inline(always)]
+    pub fn add_complementarity(
+        &self,
+        sum: &mut StageVector<NX, NU, NG>,
+        worst: &mut StageVector<NX, NU, NG>,
+    ) {
+        self.x.add_complementarity(&mut sum.x, &mut worst.x);
+        self.u.add_complementarity(&mut sum.u, &mut worst.u);
+        self.dynamics.add_complementarity(&mut sum.dynamics, &mut worst.dynamics);
+        self.path.add_complementarity(&mut sum.path, &mut worst.path);
+    }
+
+    /// [`Bounded::advance`] of all variables.
+    #[inline(always)]
+    pub fn advance(
+        &mut self,
+        step: &StageVector<NX, NU, NG>,
+        centering: Centering,
+        affine: &StageVector<NX, NU, NG>,
+        length: f64,
+    ) {
+        self.x.advance(&step.x, Target { centering, affine: &affine.x }, length);
+        self.u.advance(&step.u, Target { centering, affine: &affine.u }, length);
+        let target = Target { centering, affine: &affine.dynamics };
+        self.dynamics.advance(&step.dynamics, target, length);
+        self.path.advance(&step.path, Target { centering, affine: &affine.path }, length);
+    }
+}
+
+/// Moves variable `i` inside its bounds, or fixes it; returns whether it is free.
+fn place<const D: usize>(
+    bounded: &mut Bounded<D>,
+    i: usize,
+    bounds: (f64, f64),
+    multiplier: f64,
+    mu: f64,
+) -> Result<bool, Unusable> {
+    let (lower, upper) = bounds;
+    if lower.is_nan() || upper.is_nan() {
+        return Err(Unusable::InvalidProblem);
+    }
+    if lower > upper || lower == f64::INFINITY || upper == f64::NEG_INFINITY {
+        return Err(Unusable::EmptyBox);
+    }
+    if upper - lower <= FIXED_WIDTH {
+        bounded.fix(i, 0.5 * (lower + upper));
+        return Ok(false);
+    }
+    bounded.place(i, bounds, 0.0, multiplier, mu);
+    Ok(true)
+}
