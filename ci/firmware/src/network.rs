@@ -6,7 +6,7 @@ use crate::output::Line;
 use core::hint::black_box;
 use remora_core::advanced::nn::{
     self, ACTION, Decoder, Header, Kernel, Layout, Model, Network, Precision, Provenance, VERSION,
-    specimen,
+    synthetic_model,
 };
 use remora_core::advanced::qp::Checksum;
 use remora_core::advanced::warmstart::{Action, Encoding};
@@ -14,23 +14,23 @@ use remora_core::advanced::warmstart::{Action, Encoding};
 const NODES: usize = 4;
 const WIDTH: usize = 40;
 const TOKENS: usize = 5 * NODES - 1;
-const KINDS: [u16; 5] = [6, 1, 7, 9, 13];
+const TOKEN_TYPES: [u16; 5] = [6, 1, 7, 9, 13];
 const FEATURES: usize = 36;
 
 /// A model file and what its network works in, to be placed in static memory.
-pub struct Specimen {
+pub struct SyntheticModel {
     file: [u8; 96 << 10],
     memory: nn::Memory<2, WIDTH, TOKENS>,
 }
 
-impl Specimen {
+impl SyntheticModel {
     /// Blank, all bits zero.
     pub const fn new() -> Self {
         Self { file: [0; 96 << 10], memory: nn::Memory::new() }
     }
 }
 
-impl Default for Specimen {
+impl Default for SyntheticModel {
     fn default() -> Self {
         Self::new()
     }
@@ -51,7 +51,7 @@ fn header() -> Header {
         layers: 2,
         heads: 2,
         width: WIDTH as u16,
-        kinds: KINDS.iter().copied().collect(),
+        token_types: TOKEN_TYPES.iter().copied().collect(),
         provenance: Provenance::default(),
     }
 }
@@ -59,10 +59,10 @@ fn header() -> Header {
 /// Makes the model, rolls it out and prints checksums and instructions. Where something fails, the
 /// line says so, and differs from the host's.
 #[inline(never)]
-pub fn run<B: Board>(board: &B, place: &mut Specimen) {
+pub fn run<B: Board>(board: &B, place: &mut SyntheticModel) {
     // A header is data: were this one a constant, the compiler could prove bounds with it that no
     // other has.
-    let length = specimen(&black_box(header()), 1, &mut place.file).unwrap_or(0);
+    let length = synthetic_model(&black_box(header()), 1, &mut place.file).unwrap_or(0);
     let file = place.file.get(..length).unwrap_or_default();
     let Ok(model) = Model::open(file) else {
         Line::new(board, "kernel").text("name", "network").text("checksum", "refused").end();

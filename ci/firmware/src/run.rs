@@ -25,7 +25,7 @@ pub struct Memory {
     pub network: NetworkMemory,
     /// Another network's, of the test image.
     #[cfg(feature = "kernels")]
-    pub specimen: crate::network::Specimen,
+    pub synthetic_model: crate::network::SyntheticModel,
 }
 
 impl Memory {
@@ -36,7 +36,7 @@ impl Memory {
             solver: EmbeddedSolver::new(),
             network: NetworkMemory::new(),
             #[cfg(feature = "kernels")]
-            specimen: crate::network::Specimen::new(),
+            synthetic_model: crate::network::SyntheticModel::new(),
         }
     }
 }
@@ -80,7 +80,7 @@ pub fn run<B: Board>(board: &B, request: Request, models: &Models<'_>, memory: &
     #[cfg(feature = "kernels")]
     for (id, scenario) in scenarios::all().take(1) {
         crate::kernels::run(board, id, &mission, &scenario, request.integrator, memory);
-        crate::network::run(board, &mut memory.specimen);
+        crate::network::run(board, &mut memory.synthetic_model);
     }
     #[cfg(feature = "with-panic")]
     crate::panicking::run(board);

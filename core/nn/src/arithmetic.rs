@@ -1,17 +1,16 @@
-//! Arithmetic of single precision that has the same bits everywhere: sums run in a fixed number of
-//! lanes that a vector unit can take side by side, nothing is fused, no function of the platform is
-//! called.
+//! Single-precision arithmetic with the same bits everywhere: sums run in a fixed number of lanes,
+//! nothing is fused, no platform function is called.
 
 use super::model::{Floats, Norm};
 
-/// Lanes of a sum: two registers of AVX.
+/// Lanes of a sum: two AVX registers.
 const LANES: usize = 16;
 
-/// 1.5 * 2^23: added to a number of less than 2^22 it leaves the nearest integer, ties to even, in
-/// the low bits.
+/// 1.5 * 2^23: added to a number below 2^22 it rounds to the nearest integer, ties to even, in the low
+/// bits.
 const ROUNDER: f32 = 12_582_912.0;
 
-/// Guard of the layer norm against division by zero, as in training.
+/// Added to the variance in the layer norm, as in training.
 const EPSILON: f32 = 1e-5;
 
 #[inline(always)]
@@ -79,7 +78,7 @@ pub(super) fn layer_norm(x: &[f32], norm: &Norm<'_>, y: &mut [f32]) {
     let count = x.len() as f32;
     let mean = sum(x) / count;
     let variance = sum_of(x, x, |x, _| (x - mean) * (x - mean)) / count;
-    // Beyond single precision nothing is left to be normalised, and zeros must not hide it.
+    // An overflowed variance must give NaN, not zeros.
     let inverse =
         if variance <= f32::MAX { 1.0 / libm::sqrtf(variance + EPSILON) } else { f32::NAN };
     let gains = norm.gain.iter().zip(norm.bias);
@@ -88,15 +87,14 @@ pub(super) fn layer_norm(x: &[f32], norm: &Norm<'_>, y: &mut [f32]) {
     }
 }
 
-/// The larger of zero and each number. What is not finite does not become so: the product makes a
-/// zero of a negative number, and NaN of negative infinity.
+/// Rectified linear unit. The product maps negative numbers to zero and negative infinity to NaN.
 pub(super) fn relu(x: &mut [f32]) {
     for x in x {
         *x = if *x < 0.0 { *x * 0.0 } else { *x };
     }
 }
 
-/// The largest number; those that are not one are passed over.
+/// The largest number, NaN ignored.
 pub(super) fn maximum(x: &[f32]) -> f32 {
     let mut lanes = [f32::NEG_INFINITY; LANES];
     let (chunks, tail) = x.as_chunks::<LANES>();
@@ -109,8 +107,7 @@ pub(super) fn maximum(x: &[f32]) -> f32 {
     lanes.iter().chain(tail).fold(f32::NEG_INFINITY, |most, x| larger(most, *x))
 }
 
-/// `exp(x)` for `x <= 0`, to 2 ulp; below -87, where it would leave the normal numbers, that of -87.
-/// What is not a number stays so.
+/// `exp(x)` for `x <= 0`, to 2 ulp; `exp(-87)` below -87, where it would be subnormal. NaN stays NaN.
 ///
 /// A polynomial of degree 7 after Cody and Waite's reduction, coefficients those of the Cephes
 /// library: unlike `libm`'s it has no branch, and a vector unit takes several at once.
@@ -126,7 +123,7 @@ pub(super) fn exp(x: f32) -> f32 {
         p = p * r + coefficient;
     }
     let value = p * (r * r) + r + 1.0;
-    // The low bits of `shifted` are n: into the exponent's place with them.
+    // The low bits of `shifted` hold n, which becomes the exponent.
     let power = f32::from_bits((shifted.to_bits() << 23).wrapping_add(127 << 23));
     value * power
 }

@@ -1,14 +1,15 @@
-//! Causal attention over the cache.
+//! Causal attention over the KV cache.
 
 use super::arithmetic::{exp, maximum, quantise, sum};
 use super::element::{Element, Head, Queries};
 use super::header::{Dimensions, Precision};
 use super::kernels::{BATCH, Kernel};
+use super::linear::{Input, Output};
 use super::memory::{Cache, Quantised};
 use super::rows::{from, from_mut, rows, rows_mut};
 
-/// The tokens of a batch: `count` of them from `position` on in the sequence, of which those from
-/// `first` on are asked about.
+/// A batch of `count` consecutive tokens, the first at `position` of the sequence; those from
+/// `first` on are queried.
 #[derive(Clone, Copy)]
 pub(super) struct Batch {
     pub position: usize,
@@ -16,9 +17,9 @@ pub(super) struct Batch {
     pub first: usize,
 }
 
-/// Puts keys and values of a batch into the cache. `qkv`: rows of query, key, value, `stride`
+/// Appends keys and values of a batch to the KV cache. `qkv`: rows of query, key, value, `stride`
 /// apart.
-pub(super) fn remember<E: Element>(
+pub(super) fn append_to_cache<E: Element>(
     size: &Dimensions,
     qkv: &[f32],
     stride: usize,
@@ -42,7 +43,7 @@ pub(super) fn remember<E: Element>(
     }
 }
 
-/// Stores a vector head by head, and hands over the scales.
+/// Stores a vector head by head and passes each head's scale to `scale`.
 fn put<E: Element>(
     size: &Dimensions,
     x: &[f32],
@@ -56,21 +57,21 @@ fn put<E: Element>(
     }
 }
 
-/// What attention reads and writes besides the cache.
+/// What attention reads and writes besides the KV cache.
 pub(super) struct Work<'s, 'm> {
     /// Queries, rows `stride` apart.
     pub queries: &'s [f32],
     pub stride: usize,
     pub quantised: &'s mut Quantised<'m>,
-    /// A row of scores a token, as far apart as the cache has tokens.
+    /// One row of scores for each queried token; the stride is the cache's number of tokens.
     pub scores: &'s mut [f32],
-    /// The result, rows `out_stride` apart.
+    /// The attention's result, rows `out_stride` apart.
     pub out: &'s mut [f32],
     pub out_stride: usize,
 }
 
-/// Softmax attention of the tokens asked about over all up to themselves; results in rows from
-/// `batch.first` on. Cost: `4 width` flops and `heads` exponentials a pair of tokens.
+/// Softmax attention of the queried tokens over all tokens up to themselves; results in rows from
+/// `batch.first` on. Cost: `4 width` flops and `heads` exponentials for each pair of tokens.
 pub(super) fn attend<E: Element>(
     kernel: Kernel,
     size: &Dimensions,
@@ -79,7 +80,7 @@ pub(super) fn attend<E: Element>(
     work: Work,
 ) {
     let Batch { position, count, first } = batch;
-    let asked = count - first.min(count);
+    let queried = count - first.min(count);
     let known = position + count;
     let width = size.head_width;
     let root = 1.0 / libm::sqrtf(width as f32);
@@ -91,19 +92,21 @@ pub(super) fn attend<E: Element>(
         let mut scales = [root; BATCH];
         if E::PRECISION == Precision::Int8 {
             let bytes = rows_mut(work.quantised.bytes, stride, width);
-            let wide = rows_mut(work.quantised.wide, stride, width);
-            let from = rows(from(plain, at), work.stride, width).take(asked);
-            for ((x, scale), (bytes, wide)) in from.zip(&mut scales).zip(bytes.zip(wide)) {
+            let operand_i16 = rows_mut(work.quantised.operand_i16, stride, width);
+            let from = rows(from(plain, at), work.stride, width).take(queried);
+            for ((x, scale), (bytes, operand_i16)) in
+                from.zip(&mut scales).zip(bytes.zip(operand_i16))
+            {
                 *scale *= quantise(x, bytes);
-                kernel.prepare(bytes, wide);
+                kernel.prepare(bytes, operand_i16);
             }
         }
-        let (bytes, wide) = (&*work.quantised.bytes, &*work.quantised.wide);
+        let (bytes, operand_i16) = (&*work.quantised.bytes, &*work.quantised.operand_i16);
         let (plain, stride) = match E::PRECISION {
             Precision::Int8 => (plain, stride),
             Precision::F32 => (from(plain, at), work.stride),
         };
-        let queries = Queries { kernel, plain, bytes, wide, stride, scales, count: asked };
+        let queries = Queries { kernel, plain, bytes, operand_i16, stride, scales, count: queried };
         let part = |data, scales| Head {
             data: from(data, at),
             scales: from(scales, head * cache.tokens).get(..known).unwrap_or_default(),
@@ -114,25 +117,25 @@ pub(super) fn attend<E: Element>(
         let keys = part(cache.keys, cache.key_scales);
         let values = part(cache.values, cache.value_scales);
         E::scores(&queries, &keys, work.scores, cache.tokens);
-        let shares = rows_mut(work.scores, cache.tokens, known).take(asked);
+        let weights = rows_mut(work.scores, cache.tokens, known).take(queried);
         let mut sums = [0.0; BATCH];
-        for ((t, shares), sum) in shares.enumerate().zip(&mut sums) {
-            *sum = softmax(shares, position + first + t + 1, values.scales);
+        for ((t, weights), sum) in weights.enumerate().zip(&mut sums) {
+            *sum = softmax(weights, position + first + t + 1, values.scales);
         }
-        let out = (from_mut(out, at), work.out_stride);
-        let shares = (&*work.scores, cache.tokens);
-        match asked {
-            1 => weigh::<E, 1>(&values, shares, &sums, out),
-            2 => weigh::<E, 2>(&values, shares, &sums, out),
-            3 => weigh::<E, 3>(&values, shares, &sums, out),
-            4 => weigh::<E, 4>(&values, shares, &sums, out),
-            _ => weigh::<E, 5>(&values, shares, &sums, out),
+        let out = Output { data: from_mut(out, at), stride: work.out_stride };
+        let weights = Input { data: work.scores, stride: cache.tokens, count: queried };
+        match queried {
+            1 => av_product::<E, 1>(&values, weights, &sums, out),
+            2 => av_product::<E, 2>(&values, weights, &sums, out),
+            3 => av_product::<E, 3>(&values, weights, &sums, out),
+            4 => av_product::<E, 4>(&values, weights, &sums, out),
+            _ => av_product::<E, 5>(&values, weights, &sums, out),
         }
     }
 }
 
-/// Turns the first `count` scores into shares times the value's scale, the others to nothing;
-/// returns the sum of the shares.
+/// Turns the first `count` scores into unnormalised attention weights times the values' scales and
+/// the masked others into zero; returns the sum of the weights.
 fn softmax(scores: &mut [f32], count: usize, scales: &[f32]) -> f32 {
     let (scores, masked) = scores.split_at_mut(count.min(scores.len()));
     masked.fill(0.0);
@@ -149,23 +152,23 @@ fn softmax(scores: &mut [f32], count: usize, scales: &[f32]) -> f32 {
     total
 }
 
-/// Columns that [`weigh`] takes at once: for five tokens, two registers of AVX each.
+/// Columns that [`av_product`] computes at once: two AVX registers for each of five tokens.
 const COLUMNS: usize = 16;
-/// Rows of values that it turns into numbers before it uses them.
+/// Rows of values that [`av_product`] dequantises at once.
 const ROWS: usize = 8;
 
-/// Sums of the values by their shares, divided by the sums of the shares; for `T` tokens, so that
-/// each value is read once. A masked value adds an exact zero: a token alone has the same bits as in
-/// a batch.
-fn weigh<E: Element, const T: usize>(
+/// The product of attention weights and values for `T` tokens, divided by the sums of the weights;
+/// each value is read once. A masked value adds an exact zero, so that a token alone gets the same
+/// bits as in a batch.
+fn av_product<E: Element, const T: usize>(
     values: &Head<'_, E>,
-    (shares, apart): (&[f32], usize),
+    weights: Input,
     sums: &[f32; BATCH],
-    (out, out_stride): (&mut [f32], usize),
+    out: Output,
 ) {
     let mut of: [&[f32]; T] = [&[]; T];
-    for (of, shares) in of.iter_mut().zip(rows(shares, apart, values.count)) {
-        *of = shares;
+    for (of, weights) in of.iter_mut().zip(rows(weights.data, weights.stride, values.count)) {
+        *of = weights;
     }
     let stride = values.stride.max(1);
     let data = values.data.get(..stride * values.count).unwrap_or(values.data);
@@ -175,8 +178,7 @@ fn weigh<E: Element, const T: usize>(
         let mut totals = [[0.0f32; COLUMNS]; T];
         let mut of = of;
         for data in data.chunks(stride * ROWS) {
-            // Moved first and turned into numbers in one go, which is the form that becomes vector
-            // code.
+            // Copied first and dequantised in one loop, which the compiler vectorises.
             let mut moved = [[E::ZERO; COLUMNS]; ROWS];
             for (moved, row) in moved.iter_mut().zip(data.chunks(stride)) {
                 take(from(row, at), moved);
@@ -184,21 +186,22 @@ fn weigh<E: Element, const T: usize>(
             let mut numbers = [[0.0f32; COLUMNS]; ROWS];
             let to = numbers.as_flattened_mut().iter_mut();
             to.zip(moved.as_flattened()).for_each(|(to, value)| *to = value.value());
-            let mut shares = [[0.0f32; ROWS]; T];
-            for (shares, of) in shares.iter_mut().zip(&mut of) {
+            let mut weights = [[0.0f32; ROWS]; T];
+            for (weights, of) in weights.iter_mut().zip(&mut of) {
                 let (here, rest) = of.split_at_checked(ROWS).unwrap_or((of, &[]));
-                shares.iter_mut().zip(here).for_each(|(share, of)| *share = *of);
+                weights.iter_mut().zip(here).for_each(|(share, of)| *share = *of);
                 *of = rest;
             }
             for (j, numbers) in numbers.iter().enumerate() {
-                for (total, shares) in totals.iter_mut().zip(&shares) {
+                for (total, weights) in totals.iter_mut().zip(&weights) {
                     for (total, number) in total.iter_mut().zip(numbers) {
-                        *total += shares[j] * number;
+                        *total += weights[j] * number;
                     }
                 }
             }
         }
-        let out = rows_mut(from_mut(out, at), out_stride, COLUMNS.min(values.width - at));
+        let out =
+            rows_mut(from_mut(&mut *out.data, at), out.stride, COLUMNS.min(values.width - at));
         for ((out, total), sum) in out.zip(totals).zip(sums) {
             let inverse = 1.0 / sum;
             for (out, total) in out.iter_mut().zip(total) {
@@ -209,7 +212,7 @@ fn weigh<E: Element, const T: usize>(
     }
 }
 
-/// The first columns of a row. The last of the last head may have fewer beside them.
+/// Copies the first columns of a row; the last head's may be fewer.
 #[inline(always)]
 fn take<E: Element>(row: &[E], to: &mut [E; COLUMNS]) {
     match row.first_chunk::<COLUMNS>() {

@@ -1,17 +1,16 @@
-//! The check of a model file in slices.
+//! The check of a model file, slice by slice.
 
 use super::crc::Crc32;
 use super::error::ModelError;
 use super::model::Model;
 
-/// A check of a model file's checksum, a slice at a time.
+/// A check of a model file's checksum, slice by slice.
 ///
-/// [`Model::open`] passes over the whole file. Where that is too long for one turn of a cyclic
-/// executive, step through it and open what was found sound. The same check, begun anew and
-/// stepped between plans, tells whether memory that was sound when the model was opened still is.
+/// [`Model::open`] reads the whole file at once. A cyclic executive instead steps through the check and
+/// then calls [`Check::open`]. Restarted and stepped between plans, the same check scrubs the memory of
+/// an open model.
 ///
-/// It borrows the file: what it has seen cannot change by any code of the program until the verdict
-/// is used, only by the memory itself.
+/// It borrows the file, so that no code can change what was checked; only the memory itself can.
 #[derive(Clone, Copy, Debug)]
 pub struct Check<'a> {
     bytes: &'a [u8],
@@ -20,13 +19,13 @@ pub struct Check<'a> {
 }
 
 impl<'a> Check<'a> {
-    /// A check of which nothing is done yet.
+    /// A check that has read nothing yet.
     pub const fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, crc: Crc32::new(), at: 0 }
     }
 
-    /// Goes on by at most so many bytes; the verdict, once there is one. Cost: one table look-up a
-    /// byte. With zero bytes it goes nowhere.
+    /// Reads at most `most` bytes; returns the verdict once all are read. Cost: one table look-up a
+    /// byte.
     pub fn step(&mut self, most: usize) -> Option<Result<(), ModelError>> {
         let length = self.left().min(most);
         let slice = self.bytes.get(self.at..).and_then(|rest| rest.get(..length));
@@ -35,13 +34,13 @@ impl<'a> Check<'a> {
         self.verdict()
     }
 
-    /// Bytes that are left to be checked.
+    /// Number of bytes not yet read.
     pub fn left(&self) -> usize {
         self.covered().saturating_sub(self.at)
     }
 
-    /// Whether the file is the one that was written, once all of it has been seen: nothing wrong,
-    /// or [`ModelError::Crc`]; [`ModelError::Missing`] where there is no room for a checksum.
+    /// The verdict once all bytes are read: `Ok`, or [`ModelError::Crc`]; [`ModelError::Missing`] where
+    /// the file is too short for a checksum.
     pub fn verdict(&self) -> Option<Result<(), ModelError>> {
         let Some((_, stored)) = self.bytes.split_last_chunk::<4>() else {
             return Some(Err(ModelError::Missing));
@@ -50,12 +49,12 @@ impl<'a> Check<'a> {
         (self.left() == 0).then_some(if sound { Ok(()) } else { Err(ModelError::Crc) })
     }
 
-    /// Begins anew.
+    /// Starts the check again from the first byte.
     pub fn restart(&mut self) {
         *self = Self::new(self.bytes);
     }
 
-    /// Opens the file without another pass over it. Cost: header and views, microseconds.
+    /// Opens the file without reading it again. Cost: header and views, microseconds.
     ///
     /// # Errors
     /// [`ModelError::Unchecked`] before the end of the check, then those of [`Model::open`].
@@ -66,7 +65,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Bytes that the checksum covers: all but its own.
+    /// Number of bytes that the checksum covers: all but its own.
     fn covered(&self) -> usize {
         self.bytes.len().saturating_sub(4)
     }

@@ -1,4 +1,4 @@
-//! From a latent to normalised actions.
+//! From a hidden state to normalised actions.
 
 use super::arithmetic::{add_multiple, relu};
 use super::header::{ACTION, Dimensions, limit};
@@ -12,77 +12,80 @@ use super::rows::from;
 /// Room for the largest prediction.
 pub(super) type Prediction = [f32; ACTION * limit::CHUNK];
 
-/// What the flow decoder has to know besides the latent.
-pub(super) struct Draw<'a, F> {
+/// How the flow decoder samples an action.
+pub(super) struct Sampling<'a, F> {
+    /// Seed of the rollout.
     pub seed: u64,
+    /// Node of the rollout: noise is a function of seed and node alone.
     pub node: usize,
-    /// Euler steps, if not the file's.
+    /// Euler steps; `None`: as many as the file says.
     pub steps: Option<u16>,
-    /// Asked before each of them whether to give up.
+    /// Asked before each step whether to give up.
     pub should_stop: &'a F,
 }
 
-/// The prediction for a latent. `hidden`: two rows of scratch, `stride` apart, each of at least
-/// four widths.
+/// What a decoder works with, besides its weights and the hidden state.
+pub(super) struct Workbench<'a, 'm, F> {
+    pub kernel: Kernel,
+    pub size: &'a Dimensions,
+    pub sampling: Sampling<'a, F>,
+    /// Two rows of scratch, `stride` apart, each of at least four widths.
+    pub intermediate: &'a mut [f32],
+    pub stride: usize,
+    pub quantised: &'a mut Quantised<'m>,
+}
+
+/// Predicts normalised actions from a hidden state; NaN where the decoder was told to stop.
 pub(super) fn decode<F: Fn() -> bool>(
-    kernel: Kernel,
     head: &Head,
-    size: &Dimensions,
-    latent: &[f32],
-    draw: Draw<'_, F>,
-    (hidden, stride): (&mut [f32], usize),
-    quantised: &mut Quantised,
+    hidden_state: &[f32],
+    work: Workbench<'_, '_, F>,
 ) -> Prediction {
     let mut prediction = [0.0; ACTION * limit::CHUNK];
     match head {
         Head::Linear(map) => {
-            let x = Input { data: latent, stride: size.width, count: 1 };
+            let x = Input { data: hidden_state, stride: work.size.width, count: 1 };
             let y = Output { data: &mut prediction, stride: ACTION * limit::CHUNK };
-            apply(kernel, map, x, y, quantised);
+            apply(work.kernel, map, x, y, work.quantised);
         }
         Head::Flow(flow) => {
-            let (first, second) = hidden.split_at_mut(stride.min(hidden.len()));
-            let buffers = [first, second];
-            noise(&mut prediction, size.actions, &draw);
-            flow_from(kernel, flow, size, latent, draw, &mut prediction, buffers, quantised);
+            noise(&mut prediction, work.size.actions, &work.sampling);
+            integrate(flow, hidden_state, work, &mut prediction);
         }
     }
     prediction
 }
 
-/// The numbers at which the flow of a node begins.
-fn noise<F>(z: &mut Prediction, actions: usize, draw: &Draw<'_, F>) {
+/// Writes the noise from which the flow of a node starts.
+fn noise<F>(z: &mut Prediction, actions: usize, sampling: &Sampling<'_, F>) {
     let pairs = (ACTION * limit::CHUNK / 2) as u64;
-    let from = draw.node as u64 * pairs;
+    let from = sampling.node as u64 * pairs;
     let (z, _) = z.as_chunks_mut::<2>();
     for (pair, z) in (from..).zip(z.iter_mut().take(actions / 2)) {
-        *z = normal_pair(draw.seed, pair);
+        *z = normal_pair(sampling.seed, pair);
     }
 }
 
-/// Euler steps along the velocity. Cost a step: `8 width^2` flops in bytes for the hidden map, and
-/// `8 width` an action in single precision.
-#[expect(clippy::too_many_arguments)]
-fn flow_from<F: Fn() -> bool>(
-    kernel: Kernel,
+/// Integrates the flow from the noise in `z` by Euler steps. Cost a step: `8 width^2` flops in bytes
+/// for the hidden map, and `8 width` an action in single precision.
+fn integrate<F: Fn() -> bool>(
     flow: &Flow,
-    size: &Dimensions,
-    latent: &[f32],
-    draw: Draw<'_, F>,
+    hidden_state: &[f32],
+    work: Workbench<'_, '_, F>,
     z: &mut Prediction,
-    [first, second]: [&mut [f32]; 2],
-    quantised: &mut Quantised,
 ) {
+    let Workbench { kernel, size, sampling, intermediate, stride, quantised } = work;
+    let (first, second) = intermediate.split_at_mut(stride.min(intermediate.len()));
     let width = 2 * size.width;
     let (base, layer1) = first.split_at_mut(width.min(first.len()));
-    let x = Input { data: latent, stride: size.width, count: 1 };
+    let x = Input { data: hidden_state, stride: size.width, count: 1 };
     apply(kernel, &flow.latent, x, Output { data: base, stride: width }, quantised);
 
-    let steps = draw.steps.unwrap_or(flow.steps).max(1);
+    let steps = sampling.steps.unwrap_or(flow.steps).max(1);
     // Bound: flow_steps.
     for step in 0..steps {
-        if (draw.should_stop)() {
-            // Half a flow is no action.
+        if (sampling.should_stop)() {
+            // An unfinished flow is no action.
             z.fill(f32::NAN);
             return;
         }

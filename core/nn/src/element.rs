@@ -1,4 +1,4 @@
-//! What a cache holds, and products with it.
+//! Number types of the KV cache, and attention scores with them.
 
 use super::arithmetic::{dot_plain, quantise};
 use super::header::Precision;
@@ -11,14 +11,14 @@ mod sealed {
     impl Sealed for f32 {}
 }
 
-/// What a cache holds: signed bytes with a scale, as their bits, or numbers.
+/// Number type of the KV cache: the bits of signed bytes with a scale, or `f32`.
 pub trait Element: Copy + sealed::Sealed + 'static {
     /// Zero.
     const ZERO: Self;
-    /// The precision of the models whose cache this is.
+    /// Precision of the models with this cache.
     const PRECISION: Precision;
 
-    /// The number with one of its bits flipped.
+    /// The number with bit `bit` flipped, modulo its size.
     #[doc(hidden)]
     fn flipped(self, bit: u32) -> Self;
 
@@ -26,7 +26,7 @@ pub trait Element: Copy + sealed::Sealed + 'static {
     #[doc(hidden)]
     fn store(x: &[f32], place: &mut [Self]) -> f32;
 
-    /// The number, but for the scale.
+    /// The number without its scale.
     #[doc(hidden)]
     fn value(self) -> f32;
 
@@ -34,21 +34,21 @@ pub trait Element: Copy + sealed::Sealed + 'static {
     fn scores(queries: &Queries, head: &Head<'_, Self>, scores: &mut [f32], stride: usize);
 }
 
-/// The queries of a batch: plain, and as bytes with their scales; rows `stride` apart.
+/// Queries of a batch, in `f32` and quantised; rows `stride` apart.
 #[doc(hidden)]
 pub struct Queries<'s> {
     pub(super) kernel: Kernel,
     pub(super) plain: &'s [f32],
     pub(super) bytes: &'s [u8],
-    pub(super) wide: &'s [i16],
+    pub(super) operand_i16: &'s [i16],
     pub(super) stride: usize,
-    /// With what products are multiplied, besides the key's scale.
+    /// Factors of the scores, besides the keys' scales.
     pub(super) scales: [f32; BATCH],
     pub(super) count: usize,
 }
 
-/// The part of keys or values that belongs to a head: so many rows `stride` apart, of which it has
-/// the first `width` numbers; and a scale a row.
+/// One head's part of the cached keys or values: `count` rows `stride` apart, the first `width`
+/// numbers of each, and one scale a row.
 #[doc(hidden)]
 pub struct Head<'s, E> {
     pub(super) data: &'s [E],
@@ -76,8 +76,8 @@ impl Element for u8 {
     }
 
     fn scores(queries: &Queries, head: &Head<'_, u8>, scores: &mut [f32], stride: usize) {
-        let Queries { bytes, wide, stride: apart, count, .. } = *queries;
-        let vectors = Vectors { bytes, wide, stride: apart, count };
+        let Queries { bytes, operand_i16, stride: apart, count, .. } = *queries;
+        let vectors = Vectors { bytes, operand_i16, stride: apart, count };
         let mut sums: Sums = [[0; TILE]; BATCH];
         let mut first = 0;
         for scales in head.scales.chunks(TILE) {

@@ -1,23 +1,23 @@
-//! What a model file says about itself before its tensors.
+//! The header of a model file.
 
 use super::error::ModelError;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
-/// The first bytes of every model file.
+/// First bytes of every model file.
 pub const MAGIC: [u8; 4] = *b"RMRN";
-/// The format this code reads and writes.
+/// Version of the format that this code reads and writes.
 pub const VERSION: u16 = 1;
 
-/// Numbers of one action in this version of the format.
+/// Size of one action in this version of the format.
 pub const ACTION: usize = 6;
 
-/// What the header may ask for. They bound memory on the stack and keep every product of
+/// Limits of the header's dimensions. They bound memory on the stack and keep every product of
 /// dimensions below 2^32.
 pub mod limit {
-    /// Kinds of tokens.
-    pub const KINDS: usize = 5;
-    /// Inputs of one kind.
+    /// Token types.
+    pub const TOKEN_TYPES: usize = 5;
+    /// Inputs of one token type.
     pub const INPUTS: usize = 128;
     /// Actions predicted at once.
     pub const CHUNK: usize = 8;
@@ -27,39 +27,38 @@ pub mod limit {
     pub const LAYERS: usize = 16;
     /// Attention heads.
     pub const HEADS: usize = 8;
-    /// Width of a latent.
+    /// Width of the hidden state.
     pub const WIDTH: usize = 1024;
     /// Steps of the flow decoder.
     pub const STEPS: usize = 256;
 }
 
-/// How weights are stored, and with which arithmetic the network runs.
+/// Precision of the weights and of inference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Precision {
-    /// Weights, activations and cache of eight bits; what flies.
+    /// Weights, activations and KV cache in `i8`: the flight version.
     Int8,
-    /// Everything `f32`: what training writes, and the reference.
+    /// Everything in `f32`: what training writes, and the reference.
     F32,
 }
 
-/// How a node becomes tokens.
+/// Tokens of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Layout {
-    /// Five tokens a node, the first of which, what was done at the node before, does not exist
-    /// at node 0.
+    /// Five tokens a node; the first, the previous action, does not exist at node 0.
     Separate,
     /// One token a node.
     Fused,
 }
 
-/// How a latent becomes actions.
+/// How the hidden state becomes actions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Decoder {
     /// One linear map.
     Linear,
-    /// Flow matching: noise is carried to the action by a velocity network.
+    /// Flow matching: a velocity network moves noise to the action.
     Flow {
-        /// Euler steps, unless told otherwise at run time.
+        /// Euler steps, unless set at run time.
         steps: u16,
     },
 }
@@ -67,7 +66,7 @@ pub enum Decoder {
 /// Where a model comes from.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance {
-    /// The discretisation whose solutions it learned, as the host names it.
+    /// Discretisation of the solutions it learned, as the host names it.
     pub integrator: String<16>,
     /// The data set.
     pub dataset: String<64>,
@@ -90,12 +89,11 @@ pub struct Header {
     pub precision: Precision,
     /// Tokens of a node.
     pub layout: Layout,
-    /// What the inputs are: a number of the application's, below 128, of which the network makes
-    /// nothing.
+    /// Meaning of the inputs: a number below 128 of the application's, which the network ignores.
     pub inputs: u8,
-    /// What the outputs are: likewise.
+    /// Meaning of the outputs, likewise.
     pub outputs: u8,
-    /// Last part of the network.
+    /// The decoder, the last part of the network.
     pub decoder: Decoder,
     /// Actions predicted at once.
     pub chunk: u16,
@@ -105,10 +103,10 @@ pub struct Header {
     pub layers: u16,
     /// Attention heads.
     pub heads: u16,
-    /// Width of a latent.
+    /// Width of a hidden state.
     pub width: u16,
-    /// Inputs of each kind of token, in the order in which they stand in the features.
-    pub kinds: Vec<u16, { limit::KINDS }>,
+    /// Inputs of each token type, in the order of the features.
+    pub token_types: Vec<u16, { limit::TOKEN_TYPES }>,
     /// Where it comes from.
     pub provenance: Provenance,
 }
@@ -122,13 +120,13 @@ pub struct Dimensions {
     pub layers: usize,
     /// Attention heads.
     pub heads: usize,
-    /// Width of a latent.
+    /// Width of a hidden state.
     pub width: usize,
-    /// Width of a latent's part for one head: `width / heads`.
+    /// Width of one head: `width / heads`.
     pub head_width: usize,
     /// Numbers of one action.
     pub action: usize,
-    /// Inputs of a node: the sum over its kinds.
+    /// Inputs of a node: the sum over its token types.
     pub features: usize,
     /// Numbers of a prediction: [`ACTION`] times the chunk.
     pub actions: usize,
@@ -140,8 +138,8 @@ impl Header {
     /// The dimensions.
     ///
     /// # Errors
-    /// [`ModelError::Shape`] where one is zero or beyond its [`limit`], where the heads do not
-    /// divide the width, or where the number of kinds is not the layout's.
+    /// [`ModelError::Shape`] where one is zero or beyond its [`limit`], where the heads do not divide
+    /// the width, or where the number of token types is not the layout's.
     pub fn dimensions(&self) -> Result<Dimensions, ModelError> {
         let within = |value: u16, most: usize| match usize::from(value) {
             value if (1..=most).contains(&value) => Ok(value),
@@ -151,17 +149,17 @@ impl Header {
         let head_width = width.checked_div(heads).ok_or(ModelError::Shape)?;
         let nodes = within(self.nodes, limit::NODES)?;
         let mut features = 0;
-        for kind in &self.kinds {
-            features += within(*kind, limit::INPUTS)?;
+        for token_type in &self.token_types {
+            features += within(*token_type, limit::INPUTS)?;
         }
-        let (kinds, tokens) = match self.layout {
+        let (token_types, tokens) = match self.layout {
             Layout::Separate => (5, 5 * nodes - 1),
             Layout::Fused => (1, nodes),
         };
         if let Decoder::Flow { steps } = self.decoder {
             within(steps, limit::STEPS)?;
         }
-        if head_width * heads != width || self.kinds.len() != kinds {
+        if head_width * heads != width || self.token_types.len() != token_types {
             return Err(ModelError::Shape);
         }
         let actions = ACTION * within(self.chunk, limit::CHUNK)?;

@@ -1,5 +1,4 @@
-//! The tensors of a model file in their order: names and shapes, for whoever writes one or looks
-//! inside.
+//! Names and shapes of a model file's tensors in their order, for writers and inspection.
 
 use super::error::ModelError;
 use super::header::{ACTION, Decoder, Header, Precision};
@@ -88,9 +87,9 @@ pub fn tensors(header: &Header, mut visit: impl FnMut(Tensor)) -> Result<(), Mod
     walk.float(("input", None, ""), "std", [1, size.features]);
     walk.float(("action", None, ""), "mean", [1, ACTION]);
     walk.float(("action", None, ""), "std", [1, ACTION]);
-    for (kind, inputs) in header.kinds.iter().enumerate() {
-        walk.float(("embed", Some(kind), ""), "weight", [usize::from(*inputs), w]);
-        walk.float(("embed", Some(kind), ""), "bias", [1, w]);
+    for (token_type, inputs) in header.token_types.iter().enumerate() {
+        walk.float(("embed", Some(token_type), ""), "weight", [usize::from(*inputs), w]);
+        walk.float(("embed", Some(token_type), ""), "bias", [1, w]);
     }
     walk.float(("node", None, ""), "embedding", [size.nodes, w]);
     walk.norm(("embed", None, "norm"), w);

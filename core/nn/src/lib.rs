@@ -1,8 +1,15 @@
 #![doc = include_str!("../README.md")]
+//! ## Reading the code
+//!
+//! Data goes down this list, imports go up it: errors, checksum, noise, rows of a slice; the header, the
+//! tensors of a file and the file as views ([`Model`]), its check in slices and a synthetic one; single
+//! precision arithmetic and integer kernels; KV cache and scratch memory, linear maps, attention, the
+//! decoders; [`Network`], which puts them together; bit flips for fault injection.
 #![no_std]
 
 mod arithmetic;
 mod attention;
+mod bit_flip;
 mod check;
 mod crc;
 mod decoder;
@@ -17,11 +24,11 @@ mod model;
 mod network;
 mod noise;
 mod rows;
-mod specimen;
+mod synthetic;
 #[cfg(test)]
 mod tests;
-mod upset;
 
+pub use bit_flip::{BitFlip, FaultyMemory, Part};
 pub use check::Check;
 pub use crc::Crc32;
 pub use element::Element;
@@ -34,5 +41,4 @@ pub use layout::{Element as TensorElement, Tensor, TensorName, tensors};
 pub use memory::{Memory, ReferenceMemory, Storage};
 pub use model::Model;
 pub use network::Network;
-pub use specimen::{specimen, write_header};
-pub use upset::{Part, Strike, Upset};
+pub use synthetic::{synthetic_model, write_header};

@@ -1,11 +1,11 @@
-//! The memory that a network works in: keys and values of the tokens so far, and scratch.
+//! The memory of a network: KV cache and scratch.
 
 use super::element::Element;
 use super::header::{Dimensions, limit};
 use super::kernels::BATCH;
 
-/// Keys and values of one block. A scale belongs to a vector's part for one head; scales of one
-/// head lie side by side.
+/// KV cache of one block. Each head's part of a vector has one scale; scales of one head are
+/// contiguous.
 struct Layer<const WIDTH: usize, const TOKENS: usize, E> {
     keys: [[E; WIDTH]; TOKENS],
     values: [[E; WIDTH]; TOKENS],
@@ -13,18 +13,18 @@ struct Layer<const WIDTH: usize, const TOKENS: usize, E> {
     value_scales: [[f32; TOKENS]; limit::HEADS],
 }
 
-/// What one node's tokens need while they pass through the network.
+/// Scratch of one node's tokens during a forward pass.
 struct Buffers<const WIDTH: usize, const TOKENS: usize> {
     residual: [[f32; WIDTH]; BATCH],
     normal: [[f32; WIDTH]; BATCH],
-    hidden: [[[f32; WIDTH]; 4]; BATCH],
+    intermediate: [[[f32; WIDTH]; 4]; BATCH],
     bytes: [[[u8; WIDTH]; 4]; BATCH],
-    wide: [[[i16; WIDTH]; 4]; BATCH],
+    operand_i16: [[[i16; WIDTH]; 4]; BATCH],
     scores: [[f32; TOKENS]; BATCH],
 }
 
-/// Memory for networks of up to so many blocks, width and tokens (five a node and one less, or one
-/// a node). The cache holds signed bytes (`E = u8`, their bits); with `E = f32` it is
+/// Memory for networks of at most `LAYERS` blocks, width `WIDTH` and `TOKENS` tokens (five a node less
+/// one, or one a node). The KV cache holds the bits of signed bytes (`E = u8`); with `E = f32` it is
 /// [`ReferenceMemory`].
 ///
 /// Bytes: `LAYERS TOKENS (2 WIDTH + 64)` for the cache, `180 WIDTH + 20 TOKENS` of scratch.
@@ -33,7 +33,7 @@ pub struct Memory<const LAYERS: usize, const WIDTH: usize, const TOKENS: usize, 
     buffers: Buffers<WIDTH, TOKENS>,
 }
 
-/// Memory for networks in single precision, to which the quantised ones are held.
+/// Memory for networks in single precision, the reference of the quantised ones.
 pub type ReferenceMemory<const LAYERS: usize, const WIDTH: usize, const TOKENS: usize> =
     Memory<LAYERS, WIDTH, TOKENS, f32>;
 
@@ -43,10 +43,10 @@ impl<const LAYERS: usize, const WIDTH: usize, const TOKENS: usize, E: Element>
     /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
-    /// The cache's share of it; the rest is scratch.
+    /// Size of the KV cache in bytes; the rest is scratch.
     pub const CACHE_BYTES: usize = size_of::<[Layer<WIDTH, TOKENS, E>; LAYERS]>();
 
-    /// Storage for any number of roll-outs, one after the other, all bits zero. Place it in static
+    /// Storage for any number of rollouts, one after the other, all bits zero. Place it in static
     /// memory or on a heap: it is too large for a small stack.
     pub const fn new() -> Self {
         const {
@@ -62,9 +62,9 @@ impl<const LAYERS: usize, const WIDTH: usize, const TOKENS: usize, E: Element>
                 buffers: Buffers {
                     residual: [[0.0; WIDTH]; BATCH],
                     normal: [[0.0; WIDTH]; BATCH],
-                    hidden: [[[0.0; WIDTH]; 4]; BATCH],
+                    intermediate: [[[0.0; WIDTH]; 4]; BATCH],
                     bytes: [[[0; WIDTH]; 4]; BATCH],
-                    wide: [[[0; WIDTH]; 4]; BATCH],
+                    operand_i16: [[[0; WIDTH]; 4]; BATCH],
                     scores: [[0.0; TOKENS]; BATCH],
                 },
             }
@@ -80,8 +80,8 @@ impl<const LAYERS: usize, const WIDTH: usize, const TOKENS: usize, E: Element> D
     }
 }
 
-/// The cache of one block as slices: a row a token, `width` apart; a row of scales a head, `tokens`
-/// apart.
+/// KV cache of one block as slices: one row a token with stride `width`, one row of scales a head with
+/// stride `tokens`.
 pub struct Cache<'m, E> {
     pub(super) keys: &'m mut [E],
     pub(super) values: &'m mut [E],
@@ -91,34 +91,33 @@ pub struct Cache<'m, E> {
     pub(super) tokens: usize,
 }
 
-/// The scratch as slices: a row a token of the batch, `width` apart in the first two, four times
-/// that in `hidden` and `quantised`, the cache's
-/// `tokens` apart in `scores`.
+/// Scratch as slices, one row a token of the batch. The stride is `width` for the first two, four times
+/// that for `intermediate` and `quantised`, the cache's `tokens` for `scores`.
 pub struct Scratch<'m> {
     pub(super) residual: &'m mut [f32],
     pub(super) normal: &'m mut [f32],
-    pub(super) hidden: &'m mut [f32],
+    pub(super) intermediate: &'m mut [f32],
     pub(super) quantised: Quantised<'m>,
     pub(super) scores: &'m mut [f32],
     pub(super) width: usize,
 }
 
-/// Where vectors are rounded to bytes: rows `stride` apart.
+/// Vectors quantised to bytes, and their `i16` operands; rows `stride` apart.
 pub(super) struct Quantised<'m> {
     pub bytes: &'m mut [u8],
-    pub wide: &'m mut [i16],
+    pub operand_i16: &'m mut [i16],
     pub stride: usize,
 }
 
-/// A [`Memory`] of whatever size. Not to be implemented elsewhere.
+/// A [`Memory`] of any size. Only this crate implements it.
 pub trait Storage {
-    /// What its cache holds.
+    /// Number type of its KV cache.
     type Element: Element;
 
-    /// Whether a model fits.
+    /// Whether a model of these dimensions fits.
     fn fits(&self, size: &Dimensions) -> bool;
 
-    /// The cache of a block, and the scratch; `None` where there is no such block.
+    /// KV cache of a block and the scratch; `None` where there is no such block.
     fn parts(&mut self, layer: usize) -> Option<(Cache<'_, Self::Element>, Scratch<'_>)>;
 }
 
@@ -145,10 +144,10 @@ impl<const LAYERS: usize, const WIDTH: usize, const TOKENS: usize, E: Element> S
         let scratch = Scratch {
             residual: buffers.residual.as_flattened_mut(),
             normal: buffers.normal.as_flattened_mut(),
-            hidden: buffers.hidden.as_flattened_mut().as_flattened_mut(),
+            intermediate: buffers.intermediate.as_flattened_mut().as_flattened_mut(),
             quantised: Quantised {
                 bytes: buffers.bytes.as_flattened_mut().as_flattened_mut(),
-                wide: buffers.wide.as_flattened_mut().as_flattened_mut(),
+                operand_i16: buffers.operand_i16.as_flattened_mut().as_flattened_mut(),
                 stride: 4 * WIDTH,
             },
             scores: buffers.scores.as_flattened_mut(),

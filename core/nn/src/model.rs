@@ -1,4 +1,4 @@
-//! A model file in read-only memory, as views.
+//! A model file in read-only memory, as views of its tensors.
 
 use super::crc::Crc32;
 use super::error::ModelError;
@@ -56,18 +56,18 @@ impl Linear<'_> {
     }
 }
 
-/// `split_at` that gives nothing where there is too little.
+/// `split_at` that returns empty slices where `slice` is too short.
 fn split<T>(slice: &[T], at: usize) -> (&[T], &[T]) {
     slice.split_at_checked(at).unwrap_or_default()
 }
 
-/// The embedding of one kind of token.
+/// The embedding of one token type.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Embedding<'a> {
     pub inputs: usize,
     pub mean: Floats<'a>,
     pub std: Floats<'a>,
-    /// One row an input, so that the sum over inputs runs along the latent.
+    /// One row an input, so that the sum over inputs runs along rows.
     pub weight: Floats<'a>,
     pub bias: Floats<'a>,
 }
@@ -83,15 +83,15 @@ pub(super) struct Block<'a> {
     pub down: Linear<'a>,
 }
 
-/// What makes actions of a latent.
+/// The decoder's weights.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Head<'a> {
     Linear(Linear<'a>),
     Flow(Flow<'a>),
 }
 
-/// The velocity network of the flow decoder. Its first map is in two parts, since that of the
-/// latent is the same in every step: rows of `action` belong to the action's numbers and, last, to
+/// The velocity network of the flow decoder. Its first map is split, because the part of the hidden
+/// state is the same in every step; the rows of `action` belong to the action's numbers and, last, to
 /// the time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flow<'a> {
@@ -108,7 +108,7 @@ pub struct Model<'a> {
     header: Header,
     size: Dimensions,
     checksum: u32,
-    pub(super) embeddings: [Embedding<'a>; limit::KINDS],
+    pub(super) embeddings: [Embedding<'a>; limit::TOKEN_TYPES],
     pub(super) nodes: Floats<'a>,
     pub(super) norm_in: Norm<'a>,
     blocks: &'a [u8],
@@ -124,14 +124,14 @@ impl<'a> Model<'a> {
     /// [`super::Check`] does that in slices.
     ///
     /// # Errors
-    /// The first reason found against it: nothing of a refused file is used.
-    // An entry point: the stack below it has a bound of its own.
+    /// The first reason found for refusing the file.
+    // Not inlined: an entry point with a stack bound of its own.
     #[inline(never)]
     pub fn open(bytes: &'a [u8]) -> Result<Self, ModelError> {
         Self::open_with(bytes, Crc32::of)
     }
 
-    /// The same with a checksum that is known, or how to find it.
+    /// [`Model::open`] with the checksum computed by `checksum`.
     pub(super) fn open_with(
         bytes: &'a [u8],
         checksum: impl FnOnce(&[u8]) -> u32,
@@ -147,10 +147,10 @@ impl<'a> Model<'a> {
         Ok(model)
     }
 
-    /// The header, and what follows it.
+    /// The header, and the bytes after it.
     fn read_header(bytes: &'a [u8]) -> Result<(Header, &'a [u8]), ModelError> {
         let rest = bytes.strip_prefix(&MAGIC).ok_or(ModelError::Magic)?;
-        // Of another version only the version can be read.
+        // Of another format version only the version is read.
         let (version, _) =
             postcard::take_from_bytes::<u16>(rest).map_err(|_| ModelError::Version)?;
         if version != VERSION {
@@ -165,8 +165,8 @@ impl<'a> Model<'a> {
         let mut cursor = Cursor { rest: tensors, precision: header.precision };
         let (mut mean, mut std) = (cursor.floats(size.features)?, cursor.floats(size.features)?);
         let (action_mean, action_std) = (cursor.floats(ACTION)?, cursor.floats(ACTION)?);
-        let mut embeddings = [Embedding::default(); limit::KINDS];
-        for (embedding, inputs) in embeddings.iter_mut().zip(&header.kinds) {
+        let mut embeddings = [Embedding::default(); limit::TOKEN_TYPES];
+        for (embedding, inputs) in embeddings.iter_mut().zip(&header.token_types) {
             let inputs = usize::from(*inputs);
             let (mean_here, std_here) = (split(mean, inputs), split(std, inputs));
             let (weight, bias) = (cursor.floats(inputs * w)?, cursor.floats(w)?);
@@ -203,12 +203,12 @@ impl<'a> Model<'a> {
         })
     }
 
-    /// What the file says about itself.
+    /// The file's header.
     pub fn header(&self) -> &Header {
         &self.header
     }
 
-    /// CRC-32 of the file but its last four bytes, which hold it.
+    /// CRC-32 of the file without its last four bytes, which hold it.
     pub fn checksum(&self) -> u32 {
         self.checksum
     }
@@ -219,14 +219,14 @@ impl<'a> Model<'a> {
     }
 
     pub(super) fn block(&self, layer: usize) -> Block<'a> {
-        // All blocks have the same size, and all were read when the file was opened.
+        // All blocks have the same size and were checked when the file was opened.
         let bytes = self.blocks.get(layer * self.block_bytes..).unwrap_or_default();
         let mut cursor = Cursor { rest: bytes, precision: self.header.precision };
         cursor.block(self.size.width).unwrap_or_default()
     }
 }
 
-/// Takes tensors off the front.
+/// Reads tensors one after the other.
 struct Cursor<'a> {
     rest: &'a [u8],
     precision: Precision,
@@ -255,7 +255,7 @@ impl<'a> Cursor<'a> {
         Ok(Linear { weights, bias: self.floats(rows)?, columns })
     }
 
-    /// One that keeps its precision.
+    /// A linear map in `f32` whatever the precision.
     fn exact(&mut self, rows: usize, columns: usize) -> Result<Linear<'a>, ModelError> {
         let weights = Weights::F32(self.floats(rows * columns)?);
         Ok(Linear { weights, bias: self.floats(rows)?, columns })

@@ -1,21 +1,20 @@
-//! Normal numbers for the flow decoder, each a function of a seed and its place alone.
+//! Normal random numbers for the flow decoder, each a function of seed and index alone.
 
-/// The finaliser of SplitMix64 (Steele, Lea, Flood, 2014): a permutation of 64 bits without visible
-/// structure.
+/// The finaliser of SplitMix64 (Steele, Lea, Flood, 2014).
 const fn mix(value: u64) -> u64 {
     let value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let value = (value ^ value >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
     value ^ value >> 31
 }
 
-/// Uniform in `(0, 1]`, from 53 bits.
+/// Uniform random number in `(0, 1]`, with 53 bits.
 pub(super) fn uniform(seed: u64, place: u64) -> f64 {
     let counter = place.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let bits = mix(mix(seed).wrapping_add(counter)) >> 11;
     (bits + 1) as f64 / (1u64 << 53) as f64
 }
 
-/// Two independent numbers of mean zero and variance one, by Box and Muller.
+/// Two independent standard normal numbers, by Box and Muller.
 pub(super) fn normal_pair(seed: u64, pair: u64) -> [f32; 2] {
     let place = pair.wrapping_mul(2);
     let radius = libm::sqrt(-2.0 * libm::log(uniform(seed, place)));

@@ -1,11 +1,11 @@
-//! Rows in a flat slice, without a panic where there are none.
+//! Rows of a flat slice, without panics.
 
 /// The first `length` numbers of every row, rows being `stride` apart.
 pub(super) fn rows<T>(data: &[T], stride: usize, length: usize) -> impl Iterator<Item = &[T]> {
     data.chunks(stride.max(1)).map(move |row| row.get(..length).unwrap_or(row))
 }
 
-/// The same to write in.
+/// [`rows`], mutable.
 pub(super) fn rows_mut<T>(
     data: &mut [T],
     stride: usize,
@@ -17,12 +17,12 @@ pub(super) fn rows_mut<T>(
     })
 }
 
-/// What follows `at`; nothing where there is nothing.
+/// The slice from `at` on; empty where it is shorter.
 pub(super) fn from<T>(data: &[T], at: usize) -> &[T] {
     data.get(at..).unwrap_or_default()
 }
 
-/// The same to write in.
+/// [`from`], mutable.
 pub(super) fn from_mut<T>(data: &mut [T], at: usize) -> &mut [T] {
     data.get_mut(at..).unwrap_or_default()
 }

@@ -7,7 +7,7 @@ use remora_audit::inject::{
 };
 use remora_core::advanced::dynamics::Integrator as Discretisation;
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::nn::{Part, Strike};
+use remora_core::advanced::nn::{BitFlip, Part};
 use remora_core::advanced::planner::{
     EmbeddedSolver, Environment, InitialGuess, PlanSettings, Report, Workspace, plan,
 };
@@ -40,9 +40,9 @@ fn run(injector: &Injector, count: u64, jobs: usize) -> Injection {
 }
 
 /// What becomes of a fault in the first scenario.
-fn strike(fault: Fault) -> Record {
+fn inject(fault: Fault) -> Record {
     let case = Case { number: 0, scenario: 0, fault };
-    injector(1).strike(&case).unwrap().record
+    injector(1).inject(&case).unwrap().record
 }
 
 /// The place of a name in a table of fields.
@@ -106,7 +106,7 @@ fn what_is_refused_is_detected() {
         // The last number of the decoder: a rate of 1e38 times its scale.
         (file(true, length - 5, 6), StartName::NotFinite),
     ] {
-        let record = strike(fault);
+        let record = inject(fault);
         assert_eq!((record.class, record.start), (Class::Detected, start), "{record:?}");
         assert_eq!(record.status, PlanStatus::Solved);
     }
@@ -117,10 +117,10 @@ fn what_is_refused_is_detected() {
         element: 1,
         bit: 62,
     };
-    let record = strike(rate);
+    let record = inject(rate);
     assert_eq!((record.class, record.start), (Class::Detected, StartName::NotFinite));
     // A bound that is lower than the one below it: the solver refuses, and the loop goes on.
-    let record = strike(program("upper_u", 8, 12, 1, 63));
+    let record = inject(program("upper_u", 8, 12, 1, 63));
     assert_eq!((record.class, record.start), (Class::Detected, StartName::Model), "{record:?}");
 }
 
@@ -129,13 +129,13 @@ fn what_is_used_is_tolerated_or_does_nothing() {
     let residual = |bit| Fault::Memory {
         cached: false,
         node: 30,
-        strike: Strike { call: 30 * 6 + 2, part: Part::Residual, element: 7, bit },
+        bit_flip: BitFlip { call: 30 * 6 + 2, part: Part::Residual, element: 7, bit },
     };
-    assert_eq!(strike(residual(20)).class, Class::Tolerated);
+    assert_eq!(inject(residual(20)).class, Class::Tolerated);
     // Beyond the model's width nothing is read.
-    let beyond = Strike { call: 30 * 6 + 2, part: Part::Residual, element: 96, bit: 30 };
-    let beyond = Fault::Memory { cached: false, node: 30, strike: beyond };
-    assert_eq!(strike(beyond).class, Class::NoEffect);
+    let beyond = BitFlip { call: 30 * 6 + 2, part: Part::Residual, element: 96, bit: 30 };
+    let beyond = Fault::Memory { cached: false, node: 30, bit_flip: beyond };
+    assert_eq!(inject(beyond).class, Class::NoEffect);
     let torque = |accepted| Fault::Start {
         accepted,
         field: field(&START_FIELDS, "bus_torque"),
@@ -144,11 +144,11 @@ fn what_is_used_is_tolerated_or_does_nothing() {
         bit: 50,
     };
     for accepted in [false, true] {
-        let record = strike(torque(accepted));
+        let record = inject(torque(accepted));
         assert_eq!(record.class, Class::Tolerated);
         assert_ne!(record.extra_cost, 0.0);
     }
-    let record = strike(program("constant", 5, 0, 0, 3));
+    let record = inject(program("constant", 5, 0, 0, 3));
     assert_eq!((record.class, record.extra_iterations), (Class::NoEffect, 0));
     assert_eq!(record.extra_cost, 0.0);
 }
@@ -156,7 +156,7 @@ fn what_is_used_is_tolerated_or_does_nothing() {
 /// Stage 1's first program has no other to fall back on: no plan, but the next one is sound.
 #[test]
 fn what_fails_says_so_and_leaves_nothing_behind() {
-    let record = strike(program("lower_u", 0, 43, 5, 56));
+    let record = inject(program("lower_u", 0, 43, 5, 56));
     assert_eq!(record.class, Class::FailedCleanly);
     assert!(record.status != PlanStatus::Solved && !record.is_verified);
 }
@@ -259,11 +259,11 @@ fn scenarios_that_are_not_solved_without_a_fault_are_refused() {
     assert_eq!(error, "--scenarios: there is none");
 }
 
-/// What the solver hands back is struck, too: a step that leads nowhere is not taken.
+/// What the solver hands back is injected, too: a step that leads nowhere is not taken.
 #[test]
 fn a_struck_solution_is_not_taken() {
     let field = field(&SOLUTION_FIELDS, "u");
     let fault = Fault::Program { solution: true, call: 8, field, node: 20, element: 0, bit: 62 };
-    let record = strike(fault);
+    let record = inject(fault);
     assert_eq!((record.class, record.site), (Class::Detected, Site::QpSolution), "{record:?}");
 }

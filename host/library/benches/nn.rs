@@ -9,7 +9,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use remora_core::advanced::nn::{
     ACTION, Check, Decoder, Dimensions, Header, Kernel, Layout, Memory, Model, Network, Precision,
-    Provenance, Storage, VERSION, specimen,
+    Provenance, Storage, VERSION, synthetic_model,
 };
 use remora_core::advanced::warmstart::{Action, Encoding};
 use std::hint::black_box;
@@ -42,7 +42,7 @@ const fn fused(name: &'static str, layers: u16, width: u16) -> Case {
 
 impl Case {
     fn header(&self) -> Header {
-        let kinds: &[u16] = match self.layout {
+        let token_types: &[u16] = match self.layout {
             Layout::Separate => &[6, 1, 7, 9, 13],
             Layout::Fused => &[36],
         };
@@ -58,7 +58,7 @@ impl Case {
             layers: self.layers,
             heads: self.heads,
             width: self.width,
-            kinds: kinds.iter().copied().collect(),
+            token_types: token_types.iter().copied().collect(),
             provenance: Provenance::default(),
         }
     }
@@ -84,7 +84,7 @@ fn roll_out<M: Storage>(network: &mut Network<'_, '_, M>, features: &[f32]) -> f
 
 fn run<M: Storage + Default>(c: &mut Criterion, case: &Case) {
     let mut bytes = vec![0; 16 << 20];
-    let length = specimen(&case.header(), 1, &mut bytes).expect("there is room");
+    let length = synthetic_model(&case.header(), 1, &mut bytes).expect("there is room");
     bytes.truncate(length);
     let model = Model::open(&bytes).expect("the file is sound");
     let mut memory = Box::<M>::default();
@@ -138,7 +138,7 @@ fn check(c: &mut Criterion) {
     const SLICE: usize = 4096;
     let mut bytes = vec![0; 1 << 20];
     let header = fused("fused 3x96", 3, 96).header();
-    let length = specimen(&header, 1, &mut bytes).expect("there is room");
+    let length = synthetic_model(&header, 1, &mut bytes).expect("there is room");
     bytes.truncate(length);
     let mut group = c.benchmark_group("check");
     group.throughput(Throughput::Bytes(SLICE as u64));

@@ -4,7 +4,7 @@
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{
-    self, Decoder, Kernel, Layout, Model, Network, Precision, specimen,
+    self, Decoder, Kernel, Layout, Model, Network, Precision, synthetic_model,
 };
 use remora_core::advanced::planner::{
     EmbeddedSolver, Environment, InitialGuess, PlanSettings, Report, Workspace, plan,
@@ -87,11 +87,11 @@ fn network_in_place() {
         layers: 2,
         heads: 4,
         width: 64,
-        kinds: [36].into_iter().collect(),
+        token_types: [36].into_iter().collect(),
         provenance: nn::Provenance::default(),
     };
     let mut file = vec![0; 1 << 20];
-    let length = specimen(&header, 1, &mut file).unwrap();
+    let length = synthetic_model(&header, 1, &mut file).unwrap();
 
     let region = Region::new(COUNTED);
     let model = Model::open(&file[..length]).unwrap();

@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use remora_core::advanced::nn::{
     Decoder, Header, Layout, Memory, Model, Network, Precision, Provenance, ReferenceMemory,
-    VERSION, specimen,
+    VERSION, synthetic_model,
 };
 use remora_core::advanced::warmstart::{Action, Encoding};
 use remora_host::formats::{ModelBuilder, ModelFile, Values};
@@ -22,7 +22,7 @@ fn header() -> Header {
         layers: 2,
         heads: 2,
         width: 32,
-        kinds: [36].into_iter().collect(),
+        token_types: [36].into_iter().collect(),
         provenance: Provenance { dataset: "drawn".try_into().unwrap(), ..Default::default() },
     }
 }
@@ -31,7 +31,7 @@ fn header() -> Header {
 fn bench() -> Bench {
     let bench = Bench::new();
     let mut bytes = vec![0; 1 << 20];
-    let length = specimen(&header(), 1, &mut bytes).unwrap();
+    let length = synthetic_model(&header(), 1, &mut bytes).unwrap();
     fs::write(bench.path("in.model"), &bytes[..length]).unwrap();
     bench
 }

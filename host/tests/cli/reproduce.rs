@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use remora_core::advanced::nn::{
-    Decoder, Header, Layout, Precision, Provenance, VERSION, specimen,
+    Decoder, Header, Layout, Precision, Provenance, VERSION, synthetic_model,
 };
 use remora_core::advanced::warmstart::{Action, Encoding};
 use std::fs;
@@ -21,7 +21,7 @@ fn write_model(bench: &Bench, name: &str, decoder: Decoder, chunk: u16, size: u6
         layers: 1,
         heads: 2,
         width: 16,
-        kinds: [Encoding::Body.features() as u16].into_iter().collect(),
+        token_types: [Encoding::Body.features() as u16].into_iter().collect(),
         provenance: Provenance {
             integrator: "euler".parse().unwrap(),
             dataset: format!("s1000:{size}").as_str().parse().unwrap(),
@@ -29,7 +29,7 @@ fn write_model(bench: &Bench, name: &str, decoder: Decoder, chunk: u16, size: u6
         },
     };
     let mut bytes = vec![0; 1 << 20];
-    let length = specimen(&header, 1, &mut bytes).unwrap();
+    let length = synthetic_model(&header, 1, &mut bytes).unwrap();
     fs::create_dir_all(bench.path("models")).unwrap();
     fs::write(bench.path("models").join(name), &bytes[..length]).unwrap();
 }

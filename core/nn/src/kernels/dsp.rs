@@ -5,12 +5,12 @@ use core::arch::asm;
 
 /// Widens a vector to 16 bits, each group of four in the order 0, 2, 1, 3, in which `sxtb16` gives a
 /// row's bytes. What is left over stays in order, and is not read.
-pub(super) fn widen(bytes: &[u8], wide: &mut [i16]) {
+pub(super) fn widen(bytes: &[u8], operand_i16: &mut [i16]) {
     let (bytes, _) = bytes.as_chunks::<4>();
-    let (wide, _) = wide.as_chunks_mut::<4>();
-    for (wide, bytes) in wide.iter_mut().zip(bytes) {
+    let (operand_i16, _) = operand_i16.as_chunks_mut::<4>();
+    for (operand_i16, bytes) in operand_i16.iter_mut().zip(bytes) {
         let [a, b, c, d] = bytes.map(|byte| i16::from(byte as i8));
-        *wide = [a, c, b, d];
+        *operand_i16 = [a, c, b, d];
     }
 }
 
@@ -30,17 +30,17 @@ fn all<const T: usize>(rows: Rows, columns: usize, vectors: Vectors, sums: &mut 
         let row = rows.row(r, columns);
         for (t, sums) in sums.iter_mut().enumerate().take(T) {
             if let Some(sum) = sums.get_mut(r) {
-                let (bytes, wide) = vectors.vector(t, columns);
-                *sum = one(row, bytes, wide);
+                let (bytes, operand_i16) = vectors.vector(t, columns);
+                *sum = one(row, bytes, operand_i16);
             }
         }
     }
 }
 
 #[inline(always)]
-fn one(row: &[u8], bytes: &[u8], wide: &[i16]) -> i32 {
+fn one(row: &[u8], bytes: &[u8], operand_i16: &[i16]) -> i32 {
     let (fours, row_tail) = row.as_chunks::<4>();
-    let (wides, _) = wide.as_chunks::<4>();
+    let (wides, _) = operand_i16.as_chunks::<4>();
     let mut sum = 0;
     for (four, [a, c, b, d]) in fours.iter().zip(wides) {
         let w = u32::from_le_bytes(*four);

@@ -1,19 +1,19 @@
-//! Products of signed bytes, for every processor the same bits: sums of integers are exact, in
-//! whatever order and width they are made.
+//! Products of signed bytes with the same bits on every processor: integer sums are exact in any order
+//! and width.
 //!
-//! The one operation is a matrix of weights times a batch of up to five vectors, a node's tokens:
-//! each weight is read once for all of them. The keys of the cache are such a matrix too.
+//! The one operation is a matrix of weights times a batch of up to five vectors, a node's tokens; each
+//! weight is read once for all of them. The keys of the KV cache are such a matrix too.
 //!
 //! | kernel | where | instruction | operands |
 //! | --- | --- | --- | --- |
 //! | portable | everywhere | the compiler's choice | bytes |
-//! | AVX2 | x86-64, asked at run time | `vpmaddwd` after widening | bytes, vectors widened beforehand |
+//! | AVX2 | x86-64, asked at run time | `vpmaddwd` after widening | bytes, vectors as `i16` |
 //! | AVX-VNNI | x86-64, asked at run time | `vpdpbusd` | bytes, vectors offset by 128 |
 //! | NEON | AArch64 | `smull`, `sadalp` | bytes |
-//! | DSP | Armv7E-M | `sxtb16`, `smlad` | bytes, vectors widened beforehand |
+//! | DSP | Armv7E-M | `sxtb16`, `smlad` | bytes, vectors as `i16` |
 //!
-//! The only module of the crate with unsafe code: vector loads, instructions that not every
-//! processor has, assembly. Each use is argued where it stands.
+//! The only module of the crate with unsafe code: vector loads, optional instructions, assembly. Each
+//! use states why it is sound.
 #![allow(unsafe_code)]
 
 mod portable;
@@ -27,12 +27,12 @@ mod x86;
 
 use super::header::limit;
 
-/// Vectors of a batch at most.
-pub(super) const BATCH: usize = limit::KINDS;
-/// Rows of a matrix that one call takes at most.
+/// Most vectors of a batch.
+pub(super) const BATCH: usize = limit::TOKEN_TYPES;
+/// Most rows of a matrix in one call.
 pub const TILE: usize = 32;
 
-/// Inner products: of each vector, with each row.
+/// Inner products of each vector with each row.
 pub(super) type Sums = [[i32; TILE]; BATCH];
 
 /// Rows of signed bytes, `stride` apart.
@@ -44,19 +44,19 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// The first `columns` bytes of a row, fewer where there are not so many.
+    /// The first `columns` bytes of a row, fewer where it is shorter.
     fn row(&self, row: usize, columns: usize) -> &'a [u8] {
         let bytes = self.bytes.get(row * self.stride..).unwrap_or_default();
         bytes.get(..columns).unwrap_or(bytes)
     }
 }
 
-/// A batch of vectors of signed bytes, `stride` apart, and the same as [`Kernel::prepare`] left
-/// them.
+/// A batch of vectors of signed bytes, `stride` apart, and their `i16` operands as [`Kernel::prepare`]
+/// wrote them.
 #[derive(Clone, Copy)]
 pub(super) struct Vectors<'a> {
     pub bytes: &'a [u8],
-    pub wide: &'a [i16],
+    pub operand_i16: &'a [i16],
     pub stride: usize,
     pub count: usize,
 }
@@ -65,13 +65,13 @@ impl<'a> Vectors<'a> {
     fn vector(&self, vector: usize, columns: usize) -> (&'a [u8], &'a [i16]) {
         let at = vector * self.stride;
         let bytes = self.bytes.get(at..).unwrap_or_default();
-        let wide = self.wide.get(at..).unwrap_or_default();
-        (bytes.get(..columns).unwrap_or(bytes), wide.get(..columns).unwrap_or(wide))
+        let operand_i16 = self.operand_i16.get(at..).unwrap_or_default();
+        (bytes.get(..columns).unwrap_or(bytes), operand_i16.get(..columns).unwrap_or(operand_i16))
     }
 }
 
-/// A way to multiply bytes that this processor has. There is no other way to come by one than to
-/// ask which there are, so that to hold one is to be allowed to use it.
+/// A matrix kernel that this processor supports: only [`Kernel::available`] and [`Kernel::best`] make
+/// one other than the portable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kernel(Choice);
 
@@ -89,17 +89,17 @@ enum Choice {
 }
 
 impl Kernel {
-    /// What every processor can do.
+    /// The kernel of every processor.
     pub const fn portable() -> Self {
         Self(Choice::Portable)
     }
 
-    /// The fastest for this processor.
+    /// The fastest kernel of this processor.
     pub fn best() -> Self {
         Self::available().last().unwrap_or(Self::portable())
     }
 
-    /// All that this processor can do, the fastest last.
+    /// All kernels of this processor, the fastest last.
     pub fn available() -> impl Iterator<Item = Self> {
         let all = [
             Some(Choice::Portable),
@@ -115,7 +115,7 @@ impl Kernel {
         all.into_iter().flatten().map(Self)
     }
 
-    /// Its name.
+    /// Its name, in lower case.
     pub const fn name(self) -> &'static str {
         match self.0 {
             Choice::Portable => "portable",
@@ -130,17 +130,17 @@ impl Kernel {
         }
     }
 
-    /// Writes a vector's bytes once more in the form that this kernel reads, if it reads another.
-    /// It must be as long as the product for which it is used.
-    pub(super) fn prepare(self, bytes: &[u8], wide: &mut [i16]) {
+    /// Converts a vector's bytes to the `i16` operand, for kernels that read that. The vector must be as
+    /// long as the product for which it is used.
+    pub(super) fn prepare(self, bytes: &[u8], operand_i16: &mut [i16]) {
         match self.0 {
             #[cfg(target_arch = "x86_64")]
-            Choice::Avx2 => portable::widen(bytes, wide),
+            Choice::Avx2 => portable::widen(bytes, operand_i16),
             #[cfg(remora_dsp)]
-            Choice::Dsp => dsp::widen(bytes, wide),
+            Choice::Dsp => dsp::widen(bytes, operand_i16),
             _ => {}
         }
-        let _ = (bytes, wide);
+        let _ = (bytes, operand_i16);
     }
 
     /// The inner products of up to [`TILE`] rows of `columns` bytes with up to [`BATCH`] vectors.
@@ -176,13 +176,14 @@ mod tests {
         let stride = columns + GAP;
         let (matrix, rest) = bytes.split_at(TILE * (LONGEST + GAP));
         for kernel in Kernel::available() {
-            let mut wide = [0; BATCH * (LONGEST + GAP)];
+            let mut operand_i16 = [0; BATCH * (LONGEST + GAP)];
             for t in 0..vectors {
                 let at = t * stride..t * stride + columns;
-                kernel.prepare(&rest[at.clone()], &mut wide[at]);
+                kernel.prepare(&rest[at.clone()], &mut operand_i16[at]);
             }
             let mut sums = [[77; TILE]; BATCH];
-            let operand = Vectors { bytes: rest, wide: &wide, stride, count: vectors };
+            let operand =
+                Vectors { bytes: rest, operand_i16: &operand_i16, stride, count: vectors };
             kernel.products(
                 Rows { bytes: matrix, stride, count: rows },
                 columns,
@@ -230,11 +231,11 @@ mod tests {
     fn too_little_is_no_crime() {
         for kernel in Kernel::available() {
             for length in 0..70 {
-                let (bytes, wide) = ([1; 70], [1; 70]);
+                let (bytes, operand_i16) = ([1; 70], [1; 70]);
                 let mut sums = [[0; TILE]; BATCH];
                 let rows = Rows { bytes: &bytes[..length], stride: 40, count: 9 };
-                let (bytes, wide) = (&bytes[..length], &wide[..length / 2]);
-                let vectors = Vectors { bytes, wide, stride: 20, count: 9 };
+                let (bytes, operand_i16) = (&bytes[..length], &operand_i16[..length / 2]);
+                let vectors = Vectors { bytes, operand_i16, stride: 20, count: 9 };
                 kernel.products(rows, 40, vectors, &mut sums);
             }
         }

@@ -1,4 +1,4 @@
-//! Plain Rust. The compiler makes vector code of it where it can.
+//! The kernel in plain Rust, which the compiler vectorises where it can.
 
 use super::{Rows, Sums, Vectors};
 
@@ -17,10 +17,10 @@ pub(super) fn dot(w: &[u8], x: &[u8]) -> i32 {
     w.iter().zip(x).map(|(w, x)| i32::from(*w as i8) * i32::from(*x as i8)).sum()
 }
 
-/// Signed bytes as numbers of 16 bits.
+/// Converts signed bytes to `i16`.
 #[cfg(target_arch = "x86_64")]
-pub(super) fn widen(bytes: &[u8], wide: &mut [i16]) {
-    for (wide, byte) in wide.iter_mut().zip(bytes) {
-        *wide = i16::from(*byte as i8);
+pub(super) fn widen(bytes: &[u8], operand_i16: &mut [i16]) {
+    for (operand_i16, byte) in operand_i16.iter_mut().zip(bytes) {
+        *operand_i16 = i16::from(*byte as i8);
     }
 }

@@ -56,29 +56,30 @@ fn saves_vectors() -> bool {
 struct Full<'a, const T: usize> {
     rows: Rows<'a>,
     bytes: [&'a [u8]; T],
-    wide: [&'a [i16]; T],
+    operand_i16: [&'a [i16]; T],
     columns: usize,
     /// 128 times each vector's sum over the columns that are taken 32 at a time.
     excess: [i32; T],
 }
 
 impl<'a, const T: usize> Full<'a, T> {
-    /// Cuts the columns to what every vector has, the rows to those that have as many. `wide`
+    /// Cuts the columns to what every vector has, the rows to those that have as many. `operand_i16`
     /// counts only where the kernel reads it.
     #[inline(always)]
-    fn new(rows: Rows<'a>, columns: usize, vectors: Vectors<'a>, wide: bool) -> Self {
-        let mut full = Full { rows, bytes: [&[]; T], wide: [&[]; T], columns, excess: [0; T] };
-        for (t, (bytes, wides)) in full.bytes.iter_mut().zip(&mut full.wide).enumerate() {
+    fn new(rows: Rows<'a>, columns: usize, vectors: Vectors<'a>, operand_i16: bool) -> Self {
+        let mut full =
+            Full { rows, bytes: [&[]; T], operand_i16: [&[]; T], columns, excess: [0; T] };
+        for (t, (bytes, wides)) in full.bytes.iter_mut().zip(&mut full.operand_i16).enumerate() {
             (*bytes, *wides) = vectors.vector(t, columns);
             full.columns = full.columns.min(bytes.len());
-            if wide {
+            if operand_i16 {
                 full.columns = full.columns.min(wides.len());
             }
         }
         let spare = rows.bytes.len().checked_sub(full.columns);
         let whole = spare.map_or(0, |spare| spare.checked_div(rows.stride).map_or(TILE, |n| n + 1));
         full.rows.count = rows.count.min(whole).min(TILE);
-        if !wide {
+        if !operand_i16 {
             for (excess, bytes) in full.excess.iter_mut().zip(full.bytes) {
                 let taken = bytes.get(..full.columns / 32 * 32).unwrap_or_default();
                 *excess = 128 * taken.iter().map(|byte| i32::from(*byte as i8)).sum::<i32>();
@@ -141,7 +142,7 @@ fn lanes<const R: usize>(parts: &[__m256i; R]) -> [i32; R] {
 /// Products of a whole tile, in groups of as many rows as leave the sums in registers: a function
 /// for either instruction set.
 macro_rules! products {
-    ($(#[$doc:meta])* $name:ident, $all:ident, $rows:ident, $features:literal, $wide:literal,
+    ($(#[$doc:meta])* $name:ident, $all:ident, $rows:ident, $features:literal, $operand_i16:literal,
         $groups:expr) => {
         $(#[$doc])*
         #[target_feature(enable = $features)]
@@ -164,7 +165,7 @@ macro_rules! products {
             vectors: Vectors,
             sums: &mut Sums,
         ) {
-            let full = Full::<T>::new(rows, columns, vectors, $wide);
+            let full = Full::<T>::new(rows, columns, vectors, $operand_i16);
             let mut first = 0;
             // Bound: tile.
             while first + R <= full.rows.count {
@@ -206,7 +207,8 @@ fn avx2_rows<const R: usize, const T: usize>(full: &Full<T>, first: usize, sums:
         }
         for t in 0..T {
             // SAFETY: as above, of the widened vectors.
-            let x = unsafe { _mm256_loadu_si256(full.wide[t].as_ptr().wrapping_add(at).cast()) };
+            let x =
+                unsafe { _mm256_loadu_si256(full.operand_i16[t].as_ptr().wrapping_add(at).cast()) };
             for r in 0..R {
                 parts[t][r] = _mm256_add_epi32(parts[t][r], _mm256_madd_epi16(w[r], x));
             }

@@ -83,7 +83,7 @@ fn shapes_beyond_the_limits_are_refused() {
         change(&mut header);
         let mut bytes = vec![0; 4096];
         let length = write_header(&header, &mut bytes).unwrap();
-        assert_eq!(specimen(&header, 0, &mut bytes), None);
+        assert_eq!(synthetic_model(&header, 0, &mut bytes), None);
         refusal(&bytes[..length + 4])
     };
     assert_eq!(changed(&|_| {}), Some(ModelError::Missing));
@@ -101,7 +101,7 @@ fn shapes_beyond_the_limits_are_refused() {
         &|h| h.chunk = 9,
         &|h| h.decoder = Decoder::Flow { steps: 0 },
         &|h| h.layout = Layout::Fused,
-        &|h| h.kinds[2] = 129,
+        &|h| h.token_types[2] = 129,
     ];
     for change in wrong {
         assert_eq!(changed(change), Some(ModelError::Shape));

@@ -22,10 +22,10 @@ fn every_kernel_has_the_same_bits() {
     for (layout, decoder) in variants() {
         let header = header(Precision::Int8, layout, decoder, SHAPE);
         with_network(&header, 2, |network, features| {
-            let best = roll_out(network, features, 1);
+            let best = rollout(network, features, 1);
             for kernel in Kernel::available() {
                 network.use_kernel(kernel);
-                assert_eq!(roll_out(network, features, 1), best, "{}", kernel.name());
+                assert_eq!(rollout(network, features, 1), best, "{}", kernel.name());
             }
         });
     }
@@ -36,7 +36,7 @@ fn a_token_alone_has_the_bits_of_a_batch() {
     for decoder in [Decoder::Linear, Decoder::Flow { steps: 1 }] {
         let header = header(Precision::Int8, Layout::Separate, decoder, SHAPE);
         with_network(&header, 3, |network, features| {
-            let batched = roll_out(network, features, 4);
+            let batched = rollout(network, features, 4);
             network.begin(4);
             for (features, batched) in features.iter().zip(batched) {
                 let mut alone = vec![0.0; batched.len()];
@@ -52,15 +52,15 @@ fn a_token_alone_has_the_bits_of_a_batch() {
 fn a_roll_out_depends_on_nothing_before_it() {
     let header = header(Precision::Int8, Layout::Separate, Decoder::Flow { steps: 2 }, SHAPE);
     with_network(&header, 4, |network, features| {
-        let first = roll_out(network, features, 1);
-        assert_ne!(roll_out(network, features, 2), first);
+        let first = rollout(network, features, 1);
+        assert_ne!(rollout(network, features, 2), first);
         network.begin(7);
         network.observe(&features[0]).unwrap();
-        assert_eq!(roll_out(network, features, 1), first);
+        assert_eq!(rollout(network, features, 1), first);
         network.set_flow_steps(Some(5));
-        assert_ne!(roll_out(network, features, 1), first);
+        assert_ne!(rollout(network, features, 1), first);
         network.set_flow_steps(None);
-        assert_eq!(roll_out(network, features, 1), first);
+        assert_eq!(rollout(network, features, 1), first);
     });
 }
 
@@ -68,7 +68,7 @@ fn a_roll_out_depends_on_nothing_before_it() {
 fn a_node_observed_is_a_node_known() {
     let header = header(Precision::Int8, Layout::Separate, Decoder::Linear, SHAPE);
     with_network(&header, 4, |network, features| {
-        let all = roll_out(network, features, 0);
+        let all = rollout(network, features, 0);
         network.begin(0);
         for features in &features[..5] {
             network.observe(features).unwrap();
@@ -83,10 +83,10 @@ fn a_node_observed_is_a_node_known() {
 fn the_first_previous_action_is_not_looked_at() {
     let header = header(Precision::Int8, Layout::Separate, Decoder::Linear, SHAPE);
     with_network(&header, 5, |network, features| {
-        let usual = roll_out(network, features, 0);
+        let usual = rollout(network, features, 0);
         let mut others = features.to_vec();
         others[0][..6].fill(f32::NAN);
-        assert_eq!(roll_out(network, &others, 0), usual);
+        assert_eq!(rollout(network, &others, 0), usual);
     });
 }
 
@@ -116,7 +116,7 @@ fn wrong_lengths_too_many_nodes_and_little_memory_are_refused() {
         let mut out = vec![0.0; 30];
         assert_eq!(network.act(&features[0][1..], &mut out), Err(NetworkError::Length));
         assert_eq!(network.act(&features[0], &mut out[1..]), Err(NetworkError::Length));
-        roll_out(network, features, 0);
+        rollout(network, features, 0);
         assert_eq!(network.node(), 6);
         assert_eq!(network.act(&features[0], &mut out), Err(NetworkError::Nodes));
     });
@@ -141,8 +141,8 @@ fn memory_may_be_larger_than_the_model() {
     let model = Model::open(&bytes).unwrap();
     let features = features(&header, 7);
     let (mut exact, mut large) = (heap::<Room>(), heap::<Memory<4, 96, 299>>());
-    let exact = roll_out(&mut Network::new(&model, &mut *exact).unwrap(), &features, 0);
-    assert_eq!(roll_out(&mut Network::new(&model, &mut *large).unwrap(), &features, 0), exact);
+    let exact = rollout(&mut Network::new(&model, &mut *exact).unwrap(), &features, 0);
+    assert_eq!(rollout(&mut Network::new(&model, &mut *large).unwrap(), &features, 0), exact);
 }
 
 /// The bars of a small flight computer: the default's memory, and room for weights.

@@ -3,11 +3,11 @@
 
 extern crate std;
 
+mod bit_flip;
 mod check;
 mod files;
 mod inference;
 mod reference;
-mod upset;
 
 use super::*;
 use std::boxed::Box;
@@ -27,7 +27,7 @@ struct Shape {
 const TINY: Shape = Shape { layers: 2, heads: 2, width: 12, nodes: 3, chunk: 1 };
 
 fn header(precision: Precision, layout: Layout, decoder: Decoder, shape: Shape) -> Header {
-    let kinds: &[u16] = match layout {
+    let token_types: &[u16] = match layout {
         Layout::Separate => &[6, 1, 7, 9, 13],
         Layout::Fused => &[36],
     };
@@ -43,7 +43,7 @@ fn header(precision: Precision, layout: Layout, decoder: Decoder, shape: Shape) 
         layers: shape.layers,
         heads: shape.heads,
         width: shape.width,
-        kinds: heapless::Vec::from_slice(kinds).unwrap(),
+        token_types: heapless::Vec::from_slice(token_types).unwrap(),
         provenance: Provenance { seed: 3, ..Provenance::default() },
     }
 }
@@ -57,7 +57,7 @@ fn variants() -> impl Iterator<Item = (Layout, Decoder)> {
 
 fn file(header: &Header, seed: u64) -> Vec<u8> {
     let mut bytes = vec![0; 1 << 23];
-    let length = specimen(header, seed, &mut bytes).unwrap();
+    let length = synthetic_model(header, seed, &mut bytes).unwrap();
     bytes.truncate(length);
     bytes
 }
@@ -77,8 +77,8 @@ fn heap<M: Default>() -> Box<M> {
     Box::default()
 }
 
-/// The actions of a whole roll-out.
-fn roll_out<M: Storage>(
+/// The actions of a whole rollout.
+fn rollout<M: Storage>(
     network: &mut Network<'_, '_, M>,
     features: &[Vec<f32>],
     seed: u64,

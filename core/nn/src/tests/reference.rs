@@ -63,20 +63,22 @@ fn actions(header: &Header, bytes: &[u8], features: &[Vec<f32>], seed: u64) -> V
     let (mut tokens, mut states) = (Vec::new(), Vec::new());
     for (node, features) in features.iter().enumerate() {
         let mut at = 0;
-        for (kind, inputs) in header.kinds.iter().map(|inputs| usize::from(*inputs)).enumerate() {
+        for (token_type, inputs) in
+            header.token_types.iter().map(|inputs| usize::from(*inputs)).enumerate()
+        {
             let range = at..at + inputs;
             at += inputs;
-            let previous = header.layout == Layout::Separate && kind == 0;
+            let previous = header.layout == Layout::Separate && token_type == 0;
             if previous && node == 0 {
                 continue;
             }
-            let mut x = t.get(&format!("embed.{kind}.bias")).to_vec();
+            let mut x = t.get(&format!("embed.{token_type}.bias")).to_vec();
             let width = x.len();
             let place = if previous { node - 1 } else { node };
             for (i, x) in x.iter_mut().enumerate() {
                 for (j, f) in range.clone().enumerate() {
                     let (mean, std) = (t.get("input.mean")[f], t.get("input.std")[f]);
-                    let weight = t.get(&format!("embed.{kind}.weight"))[j * width + i];
+                    let weight = t.get(&format!("embed.{token_type}.weight"))[j * width + i];
                     *x += weight * (f64::from(features[f]) - mean) / std;
                 }
                 *x += t.get("node.embedding")[place * width + i];
@@ -89,10 +91,10 @@ fn actions(header: &Header, bytes: &[u8], features: &[Vec<f32>], seed: u64) -> V
         block(&t, &format!("block.{layer}"), usize::from(header.heads), &mut tokens);
     }
     let decode = |(node, state): (usize, &usize)| {
-        let latent = t.norm("norm", &tokens[*state]);
+        let hidden_state = t.norm("norm", &tokens[*state]);
         let z = match header.decoder {
-            Decoder::Linear => t.linear("head", &latent),
-            Decoder::Flow { steps } => flow(&t, &latent, usize::from(steps), node, seed),
+            Decoder::Linear => t.linear("head", &hidden_state),
+            Decoder::Flow { steps } => flow(&t, &hidden_state, usize::from(steps), node, seed),
         };
         let raw = |(i, z): (usize, &f64)| {
             t.get("action.mean")[i % ACTION] + t.get("action.std")[i % ACTION] * z
@@ -116,9 +118,9 @@ fn block(t: &Tensors, name: &str, heads: usize, tokens: &mut [Vec<f64>]) {
             let at = |what: usize| what * width + head * part..what * width + (head + 1) * part;
             let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let score = |j: usize| product(&qkv[i][at(0)], &qkv[j][at(1)]) / (part as f64).sqrt();
-            let shares: Vec<f64> = (0..=i).map(|j| score(j).exp()).collect();
-            let total: f64 = shares.iter().sum();
-            for (j, share) in shares.iter().enumerate() {
+            let weights: Vec<f64> = (0..=i).map(|j| score(j).exp()).collect();
+            let total: f64 = weights.iter().sum();
+            for (j, share) in weights.iter().enumerate() {
                 for (a, v) in attended[head * part..].iter_mut().zip(&qkv[j][at(2)]) {
                     *a += share / total * v;
                 }
@@ -133,12 +135,12 @@ fn block(t: &Tensors, name: &str, heads: usize, tokens: &mut [Vec<f64>]) {
     }
 }
 
-fn flow(t: &Tensors, latent: &[f64], steps: usize, node: usize, seed: u64) -> Vec<f64> {
+fn flow(t: &Tensors, hidden_state: &[f64], steps: usize, node: usize, seed: u64) -> Vec<f64> {
     let count = t.get("flow.out.bias").len();
     let pair = |i: usize| noise::normal_pair(seed, (node * ACTION * limit::CHUNK / 2 + i) as u64);
     let mut z: Vec<f64> = (0..count / 2).flat_map(pair).map(f64::from).collect();
     for step in 0..steps {
-        let mut x = t.linear("flow.latent", latent);
+        let mut x = t.linear("flow.latent", hidden_state);
         let tau = step as f64 / steps as f64;
         for (input, row) in z.iter().chain([&tau]).zip(t.get("flow.action.weight").chunks(x.len()))
         {
@@ -177,7 +179,7 @@ fn single_precision_is_the_reference_rounded() {
             let mut memory = heap::<ReferenceMemory<3, 64, 59>>();
             let mut network = Network::new(&model, &mut *memory).unwrap();
             let features = features(&header, 5);
-            let ours = roll_out(&mut network, &features, 9);
+            let ours = rollout(&mut network, &features, 9);
             let error = difference(&ours, &actions(&header, &bytes, &features, 9));
             assert!(error < 1e-4, "{layout:?} {decoder:?}: {error:e}");
         }
@@ -195,7 +197,7 @@ fn bytes_are_close_to_the_reference() {
             let mut memory = heap::<Memory<3, 64, 59>>();
             let mut network = Network::new(&model, &mut *memory).unwrap();
             let features = features(&header, 5);
-            let ours = roll_out(&mut network, &features, 9);
+            let ours = rollout(&mut network, &features, 9);
             let error = difference(&ours, &actions(&header, &bytes, &features, 9));
             println!("{layout:?} {decoder:?} width {}: {:.2} %", shape.width, 100.0 * error);
             assert!(error < 0.1, "{layout:?} {decoder:?}: {error:e}");

@@ -1,9 +1,9 @@
-//! What is struck: sites, faults, and how they are drawn.
+//! Fault injection: sites, faults, and how they are drawn.
 
-use super::strike::{PROGRAM_FIELDS, SOLUTION_FIELDS, START_FIELDS};
+use super::bit_flip::{PROGRAM_FIELDS, SOLUTION_FIELDS, START_FIELDS};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use remora_core::advanced::nn::{Dimensions, Model, ModelError, Part, Strike, tensors};
+use remora_core::advanced::nn::{BitFlip, Dimensions, Model, ModelError, Part, tensors};
 use remora_core::advanced::stages::NODES;
 use remora_host::choice::Choice;
 use serde::{Deserialize, Serialize};
@@ -32,7 +32,7 @@ pub enum Site {
 }
 
 impl Choice for Site {
-    // Case `n` of any seed strikes the one at `n` modulo their number.
+    // Case `n` of any seed hits the one at `n` modulo their number.
     const ALL: &'static [Self] = &[
         Self::WeightsBeforeCheck,
         Self::WeightsAfterCheck,
@@ -106,7 +106,7 @@ pub enum Fault {
         /// The node at which.
         node: usize,
         /// When, and what.
-        strike: Strike,
+        bit_flip: BitFlip,
     },
     /// Of the start of Stage 2.
     Start {
@@ -141,7 +141,7 @@ pub enum Fault {
 /// What stands where in a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// What was struck, such as `block.0.qkv.scale`.
+    /// What was hit, such as `block.0.qkv.scale`.
     pub part: String,
     /// The kind of it by which cases are counted, such as `scale`.
     pub kind: String,
@@ -178,8 +178,8 @@ impl Fault {
                 let (part, element, bit) = (part.clone(), *element, *bit);
                 Place { part, kind, moment: 0, node: 0, element, bit }
             }
-            Self::Memory { node, strike, .. } => {
-                let Strike { call, part, element, bit } = *strike;
+            Self::Memory { node, bit_flip, .. } => {
+                let BitFlip { call, part, element, bit } = *bit_flip;
                 let name = part_name(part).to_string();
                 Place { part: name.clone(), kind: name, moment: call, node: *node, element, bit }
             }
@@ -206,9 +206,9 @@ fn part_name(part: Part) -> &'static str {
         Part::ValueScales => "value_scales",
         Part::Residual => "residual",
         Part::Normal => "normal",
-        Part::Hidden => "hidden",
+        Part::Intermediate => "hidden",
         Part::Quantised => "quantised",
-        Part::Wide => "wide",
+        Part::I16Operand => "wide",
         Part::Scores => "scores",
     }
 }
@@ -335,16 +335,16 @@ impl Draw {
         let (part, at, row) = match self.below(8) {
             0..4 => (Part::Residual, 1 + self.below(layers + 1), layout.size.width),
             4..6 => (Part::Normal, layers + 2, layout.size.width),
-            6 => (Part::Hidden, self.below(layers + 3), 4 * layout.size.width),
+            6 => (Part::Intermediate, self.below(layers + 3), 4 * layout.size.width),
             _ => match self.below(3) {
                 0 => (Part::Quantised, self.below(layers + 3), 4 * width),
-                1 => (Part::Wide, self.below(layers + 3), 4 * width),
+                1 => (Part::I16Operand, self.below(layers + 3), 4 * width),
                 _ => (Part::Scores, self.below(layers + 3), tokens),
             },
         };
         let (call, element) = (moment(node, at, layers), self.below(row));
-        let strike = Strike { call, part, element, bit: self.below(32) as u32 };
-        Fault::Memory { cached: false, node, strike }
+        let bit_flip = BitFlip { call, part, element, bit: self.below(32) as u32 };
+        Fault::Memory { cached: false, node, bit_flip }
     }
 
     /// Of a node before the one at work, so that it will be read.
@@ -363,8 +363,8 @@ impl Draw {
             _ => self.below(layout.size.heads) * tokens + before,
         };
         let call = moment(node, 1 + self.below(layers), layers);
-        let strike = Strike { call, part, element, bit: self.below(32) as u32 };
-        Fault::Memory { cached: true, node, strike }
+        let bit_flip = BitFlip { call, part, element, bit: self.below(32) as u32 };
+        Fault::Memory { cached: true, node, bit_flip }
     }
 
     fn start(&mut self, accepted: bool) -> Fault {
@@ -430,7 +430,7 @@ mod tests {
                 Fault::File { checked, byte, part, .. } => {
                     assert!(byte < length && !(checked && part == "checksum"), "{byte} {part}");
                 }
-                Fault::Memory { strike, .. } => assert!(strike.call < 59 * 6, "{strike:?}"),
+                Fault::Memory { bit_flip, .. } => assert!(bit_flip.call < 59 * 6, "{bit_flip:?}"),
                 Fault::Start { field, element, bit, .. } => {
                     assert!(element < START_FIELDS[field].1 && bit < 64);
                 }

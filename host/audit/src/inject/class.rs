@@ -21,7 +21,7 @@ pub enum Class {
     Tolerated,
     /// Solved from the heuristic, after the damaged start had led nowhere.
     FellBack,
-    /// Solved; a check had refused what was struck: the model when it was opened, the roll-out or
+    /// Solved; a check had refused what was hit: the model when it was opened, the roll-out or
     /// the start when they were tested, the solver a program, the loop the step that came of it.
     Detected,
     /// Not solved, and said so.
@@ -82,9 +82,9 @@ pub struct Seen {
     pub leaked: bool,
     /// It ended solved.
     pub is_solved: bool,
-    /// A check refused what was struck.
+    /// A check refused what was hit.
     pub is_refused: bool,
-    /// It ended from the heuristic because the struck start led nowhere.
+    /// It ended from the heuristic because the damaged initial guess led nowhere.
     pub fell_back: bool,
     /// Bits and iterations are those without the fault.
     pub is_same: bool,

@@ -6,18 +6,18 @@
 //! fault, and judged by the verifier with a mission and a scenario that nothing has touched.
 //! `docs/injection.md` tells what the sites and classes mean.
 
+mod bit_flip;
 mod case;
 mod class;
 mod reference;
 mod result;
-mod strike;
 mod watch;
 mod worker;
 
+pub use bit_flip::{PROGRAM_FIELDS, SOLUTION_FIELDS, START_FIELDS};
 pub use case::{Case, Fault, Place, Site};
 pub use class::{Claim, Class, Judge, Plan, Seen};
 pub use result::{Counts, Extra, FORMAT, Injection, Record, Share};
-pub use strike::{PROGRAM_FIELDS, SOLUTION_FIELDS, START_FIELDS};
 
 use case::{Drawn, Layout};
 use reference::{Ended, Reference};
@@ -144,7 +144,7 @@ impl Injector {
     ///
     /// # Errors
     /// As [`Injector::run`].
-    pub fn strike(&self, case: &Case) -> Result<Replay, Error> {
+    pub fn inject(&self, case: &Case) -> Result<Replay, Error> {
         self.alone(case.scenario, |_, _| case.clone())
     }
 

@@ -23,7 +23,7 @@ pub struct Record {
     pub site: Site,
     /// Id of the scenario.
     pub scenario: String,
-    /// What was struck.
+    /// What was hit.
     pub part: String,
     /// The kind of it.
     pub kind: String,

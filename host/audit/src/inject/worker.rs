@@ -1,11 +1,11 @@
-//! One planner with everything that can be struck.
+//! One planner with everything that bits can flip in.
 
+use super::bit_flip::{FaultySolver, Met, Program, QpBitFlip, flip_start};
 use super::case::{Case, Fault};
 use super::class::{Claim, Judge, Plan};
 use super::reference::{Ended, Reference};
-use super::strike::{Met, Program, ProgramStrike, StruckSolver, flip_start};
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::nn::{Model, Network, Strike, Upset};
+use remora_core::advanced::nn::{BitFlip, FaultyMemory, Model, Network};
 use remora_core::advanced::pair::Sequential;
 use remora_core::advanced::planner::memory::NetworkMemory;
 use remora_core::advanced::planner::{
@@ -43,7 +43,7 @@ struct Machine {
     workspace: Box<Workspace>,
     solver: Box<EmbeddedSolver>,
     network: Box<Flight>,
-    /// Where a program is struck.
+    /// Where a bit of a QP flips.
     copy: Box<Program>,
 }
 
@@ -58,7 +58,7 @@ pub(super) struct Ran {
     pub ended: Ended,
     /// How it ends without the fault.
     pub baseline: Ended,
-    /// Whether a check refused what was struck.
+    /// Whether a check refused what was hit.
     pub is_refused: bool,
 }
 
@@ -86,8 +86,8 @@ impl Worker {
                 let ended = self.run_file(setup, index, reference, (checked, byte, bit));
                 (ended, reference.learned, None)
             }
-            Fault::Memory { strike, .. } => {
-                let flown = machine.learned(setup, index, setup.model, Some(strike), None);
+            Fault::Memory { bit_flip, .. } => {
+                let flown = machine.learned(setup, index, setup.model, Some(bit_flip), None);
                 (flown.ended, reference.learned, None)
             }
             Fault::Start { accepted, field, node, element, bit } => {
@@ -101,8 +101,8 @@ impl Worker {
                 (machine.fly(setup, index, &guess, None).ended, baseline, None)
             }
             Fault::Program { solution, call, field, node, element, bit } => {
-                let strike = ProgramStrike { solution, call, field, node, element, bit };
-                let flown = machine.learned(setup, index, setup.model, None, Some(strike));
+                let bit_flip = QpBitFlip { solution, call, field, node, element, bit };
+                let flown = machine.learned(setup, index, setup.model, None, Some(bit_flip));
                 (flown.ended, reference.learned, flown.met)
             }
         };
@@ -136,12 +136,12 @@ impl Worker {
         }
         match Model::open(file) {
             Ok(model) => machine.learned(setup, index, &model, None, None).ended,
-            // Of a refused file nothing is used: the plan is the same whatever was struck.
+            // Of a refused file nothing is used: the plan is the same whatever was hit.
             Err(_) => reference.refused,
         }
     }
 
-    /// Whether the loop did not take the step of the program that was struck.
+    /// Whether the loop did not take the step of the program that was hit.
     fn rejected(&self, met: &Met, ended: &Ended) -> bool {
         let (one, two) = self.logs();
         let record = match (met.stage, met.solve) {
@@ -208,7 +208,7 @@ fn refuses(start: GuessRecord) -> bool {
 /// A plan that was made.
 struct Flown {
     ended: Ended,
-    /// What became of a program that was struck.
+    /// What became of a program that was hit.
     met: Option<Met>,
     /// Programs that were solved.
     programs: u32,
@@ -221,18 +221,18 @@ impl Machine {
         setup: &Setup<'_>,
         index: usize,
         model: &Model<'_>,
-        memory: Option<Strike>,
-        program: Option<ProgramStrike>,
+        memory: Option<BitFlip>,
+        program: Option<QpBitFlip>,
     ) -> Flown {
         let Self { workspace, solver, network, copy } = self;
-        let mut upset = Upset::new(&mut **network, memory);
-        let network = Network::new(model, &mut upset).ok();
+        let mut faulty = FaultyMemory::new(&mut **network, memory);
+        let network = Network::new(model, &mut faulty).ok();
         let policy = network.and_then(|network| NetworkPolicy::new(network).ok());
         let start = match &policy {
             Some(policy) => InitialGuess::Learned { policy, seed: SEED },
             None => InitialGuess::Refused,
         };
-        let solver = StruckSolver::new(solver, copy, program);
+        let solver = FaultySolver::new(solver, copy, program);
         fly(setup, index, &start, solver, workspace)
     }
 
@@ -242,10 +242,10 @@ impl Machine {
         setup: &Setup<'_>,
         index: usize,
         start: &InitialGuess<'_>,
-        program: Option<ProgramStrike>,
+        program: Option<QpBitFlip>,
     ) -> Flown {
         let Self { workspace, solver, copy, .. } = self;
-        fly(setup, index, start, StruckSolver::new(solver, copy, program), workspace)
+        fly(setup, index, start, FaultySolver::new(solver, copy, program), workspace)
     }
 
     /// The roll-out along the path in the workspace, as it comes and as the loop takes it.
@@ -282,7 +282,7 @@ fn fly(
     setup: &Setup<'_>,
     index: usize,
     start: &InitialGuess<'_>,
-    mut solver: StruckSolver<'_>,
+    mut solver: FaultySolver<'_>,
     workspace: &mut Workspace,
 ) -> Flown {
     let (mission, scenario) = (setup.mission, &setup.scenarios[index].scenario());
@@ -345,7 +345,7 @@ mod tests {
     use remora_host::learned::Learned;
     use remora_host::method::Integrator;
 
-    /// The memory's uses are counted as the cases count them: no strike misses.
+    /// The memory's uses are counted as the cases count them: no bit flip misses.
     #[test]
     fn every_strike_of_the_networks_memory_hits() {
         let (mission, integrator) = (Mission::default(), Integrator::EULER);
@@ -357,11 +357,11 @@ mod tests {
         let setup = Setup { mission: &mission, scenarios, options, file, model };
         let layout = Layout::new(model, file.len(), MEMORY).unwrap();
         let Machine { mut workspace, mut solver, mut network, .. } = Worker::new(&setup).machine;
-        let mut strike = |number| {
+        let mut bit_flip = |number| {
             let case = Drawn::new(3, number, 1).case(10, &layout);
-            let Fault::Memory { strike, .. } = case.fault else { return };
-            let mut upset = Upset::new(&mut *network, Some(strike));
-            let policy = NetworkPolicy::new(Network::new(model, &mut upset).unwrap()).unwrap();
+            let Fault::Memory { bit_flip, .. } = case.fault else { return };
+            let mut faulty = FaultyMemory::new(&mut *network, Some(bit_flip));
+            let policy = NetworkPolicy::new(Network::new(model, &mut faulty).unwrap()).unwrap();
             planner::plan(
                 &mission,
                 &scenarios[0].scenario(),
@@ -371,9 +371,9 @@ mod tests {
                 &Environment::BARE,
                 &mut workspace,
             );
-            assert!(upset.is_struck(), "{case:?}");
+            assert!(faulty.is_injected(), "{case:?}");
         };
         let sites = [Site::Activations, Site::KvCache];
-        (0..400).filter(|number| sites.contains(&Site::of(*number))).for_each(&mut strike);
+        (0..400).filter(|number| sites.contains(&Site::of(*number))).for_each(&mut bit_flip);
     }
 }

@@ -71,7 +71,7 @@ pub fn header(config: &Config, table: &Table, origin: &Origin, steps: u64) -> He
         layers: table.layers as u16,
         heads: table.heads as u16,
         width: table.width as u16,
-        kinds: table.kinds.iter().map(|inputs| *inputs as u16).collect(),
+        token_types: table.token_types.iter().map(|inputs| *inputs as u16).collect(),
         provenance: Provenance {
             integrator: short(&origin.integrator, 16),
             dataset: short(&origin.dataset, DATASET_BYTES),
@@ -221,7 +221,7 @@ fn same_network(found: &Header, wanted: &Header) -> Result<(), FieldError> {
         ("layers", found.layers.to_string(), wanted.layers.to_string()),
         ("heads", found.heads.to_string(), wanted.heads.to_string()),
         ("width", found.width.to_string(), wanted.width.to_string()),
-        ("kinds", format!("{:?}", found.kinds), format!("{:?}", wanted.kinds)),
+        ("token_types", format!("{:?}", found.token_types), format!("{:?}", wanted.token_types)),
     ] {
         if found != wanted {
             let reason = format!("the model has {found}, the configuration {wanted}");

@@ -153,9 +153,9 @@ impl<'a, B: Kernels> Network<'a, B> {
     fn embed(&self, weights: &mut Weights<B>, batch: &Batch) -> Tensor<B, 2> {
         let (steps, width) = (self.table.nodes - 1, self.table.width);
         let tokens: Vec<Tensor<B, 3>> = batch
-            .kinds
+            .token_types
             .iter()
-            .zip(&self.table.kinds)
+            .zip(&self.table.token_types)
             .map(|(values, inputs)| weights.linear(self.tensor(values, *inputs)).unsqueeze_dim(1))
             .collect();
         let nodes = weights.take();
@@ -165,14 +165,14 @@ impl<'a, B: Kernels> Network<'a, B> {
                 (x.reshape([batch.size, steps, width]), (0..steps as i32).collect())
             }
             Layout::Separate => {
-                let kinds = tokens.len();
-                let x = Tensor::cat(tokens, 1).reshape([batch.size, kinds * steps, width]);
+                let token_types = tokens.len();
+                let x = Tensor::cat(tokens, 1).reshape([batch.size, token_types * steps, width]);
                 // Nothing was done before the first node. Later, what was done carries the index
                 // of the node where it was.
-                let index: Vec<i32> = (1..kinds * steps)
-                    .map(|token| (token / kinds) as i32 - i32::from(token % kinds == 0))
+                let index: Vec<i32> = (1..token_types * steps)
+                    .map(|token| (token / token_types) as i32 - i32::from(token % token_types == 0))
                     .collect();
-                (x.narrow(1, 1, kinds * steps - 1), index)
+                (x.narrow(1, 1, token_types * steps - 1), index)
             }
         };
         let tokens = index.len();
@@ -201,17 +201,19 @@ impl<'a, B: Kernels> Network<'a, B> {
             return (x.clone(), x);
         }
         let wanted = self.state_loss != 0.0;
-        let kinds = self.table.kinds.len();
+        let token_types = self.table.token_types.len();
         let steps = self.table.nodes - 1;
-        let tokens = kinds * steps - 1;
+        let tokens = token_types * steps - 1;
         let rows = |first: usize, count: usize| {
             let rows: Vec<i32> = (0..size)
-                .flat_map(|i| (0..count).map(move |k| (i * tokens + first + kinds * k) as i32))
+                .flat_map(|i| {
+                    (0..count).map(move |k| (i * tokens + first + token_types * k) as i32)
+                })
                 .collect();
             let data = TensorData::new(rows, [size * count]);
             x.clone().select(0, Tensor::<B, 1, Int>::from_data(data, &self.device))
         };
-        (rows(kinds - 2, steps), rows(kinds - 1, if wanted { steps - 1 } else { 1 }))
+        (rows(token_types - 2, steps), rows(token_types - 1, if wanted { steps - 1 } else { 1 }))
     }
 
     /// Next states, normalised, for the latents that [`read`](Self::read) finds.

@@ -61,7 +61,7 @@ pub struct Table {
     /// Which decoder.
     pub decoder: Decoder,
     /// Input numbers of each kind of token, in the order of a node's features.
-    pub kinds: Vec<usize>,
+    pub token_types: Vec<usize>,
     /// Nodes of a trajectory.
     pub nodes: usize,
     /// Blocks.
@@ -82,14 +82,14 @@ impl Table {
     /// The network of a configuration, for examples of a shape.
     pub fn new(config: &Config, shape: &Shape) -> Self {
         let m = &config.model;
-        let kinds = match m.layout {
+        let token_types = match m.layout {
             Layout::Fused => vec![shape.groups.iter().sum()],
             Layout::Separate => shape.groups.clone(),
         };
         let mut table = Self {
             layout: m.layout,
             decoder: m.decoder,
-            kinds,
+            token_types,
             nodes: shape.nodes,
             layers: m.layers,
             heads: m.heads,
@@ -155,7 +155,7 @@ impl Table {
 
     fn fill(&mut self) {
         let width = self.width;
-        for (kind, inputs) in self.kinds.clone().into_iter().enumerate() {
+        for (kind, inputs) in self.token_types.clone().into_iter().enumerate() {
             self.linear(&format!("kind{kind}"), width, inputs, false, 1.0);
         }
         self.push("nodes".into(), self.nodes, width, false, Start::Normal(0.1));

@@ -176,7 +176,7 @@ fn name(path: &Path) -> String {
 
 fn shape_text(table: &Table) -> String {
     let line = |e: &super::params::Entry| format!("{} {}x{}\n", e.name, e.rows, e.columns);
-    format!("{:?}\n", table.kinds) + &table.entries.iter().map(line).collect::<String>()
+    format!("{:?}\n", table.token_types) + &table.entries.iter().map(line).collect::<String>()
 }
 
 /// Batches made ahead of their use.

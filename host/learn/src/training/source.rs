@@ -144,7 +144,7 @@ pub struct Batch {
     /// Trajectories.
     pub size: usize,
     /// For each kind of token, `[rows][inputs]`.
-    pub kinds: Vec<Vec<f32>>,
+    pub token_types: Vec<Vec<f32>>,
     /// What the decoder is to say, `[rows][outputs]`: actions, or velocities.
     pub target: Vec<f32>,
     /// Weight of each of them in the sum of squares, zero beyond the horizon.
@@ -210,7 +210,7 @@ impl Batches<'_> {
         let shape = self.source.shape();
         let mut example = Example::zeros(shape);
         let mut batch = Batch { size: picks.len(), ..Batch::default() };
-        batch.kinds = vec![Vec::new(); self.table.kinds.len()];
+        batch.token_types = vec![Vec::new(); self.table.token_types.len()];
         for index in picks {
             self.source.sample(split, *index, &mut random, &mut example)?;
             self.add(&example, &mut random, &mut batch);
@@ -227,7 +227,7 @@ impl Batches<'_> {
         let steps = shape.steps();
         for features in example.features.chunks_exact(shape.features()) {
             let mut from = 0;
-            for (kind, inputs) in batch.kinds.iter_mut().zip(&self.table.kinds) {
+            for (kind, inputs) in batch.token_types.iter_mut().zip(&self.table.token_types) {
                 let range = from..from + inputs;
                 kind.extend(normalised(&features[range.clone()], &statistics.features[range]));
                 from += inputs;

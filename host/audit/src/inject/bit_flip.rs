@@ -120,7 +120,7 @@ fn flip(numbers: Option<&mut [f64]>, element: usize, bit: u32) -> bool {
 
 /// A flipped bit of a program or of its solution.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ProgramStrike {
+pub(super) struct QpBitFlip {
     pub solution: bool,
     pub call: u32,
     pub field: usize,
@@ -129,7 +129,7 @@ pub(super) struct ProgramStrike {
     pub bit: u32,
 }
 
-/// What became of the program that was struck.
+/// What became of the program that was hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Met {
     /// Whether the solver called its answer usable.
@@ -142,26 +142,26 @@ pub(super) struct Met {
 
 /// The embedded solver, with a bit flipped in what it is given or in what it gives back.
 ///
-/// A program is struck in a copy: the loop's own is as it was, and so is the next one.
-pub(super) struct StruckSolver<'a> {
+/// A program is changed in a copy: the loop's own is as it was, and so is the next one.
+pub(super) struct FaultySolver<'a> {
     solver: &'a mut EmbeddedSolver,
     copy: &'a mut Program,
-    strike: Option<ProgramStrike>,
+    bit_flip: Option<QpBitFlip>,
     /// Programs so far.
     pub calls: u32,
     stage: u32,
     solves: usize,
-    /// What became of it, once it was struck.
+    /// What became of it, once it was hit.
     pub met: Option<Met>,
 }
 
-impl<'a> StruckSolver<'a> {
+impl<'a> FaultySolver<'a> {
     pub fn new(
         solver: &'a mut EmbeddedSolver,
         copy: &'a mut Program,
-        strike: Option<ProgramStrike>,
+        bit_flip: Option<QpBitFlip>,
     ) -> Self {
-        Self { solver, copy, strike, calls: 0, stage: 0, solves: 0, met: None }
+        Self { solver, copy, bit_flip, calls: 0, stage: 0, solves: 0, met: None }
     }
 
     fn call(
@@ -171,9 +171,9 @@ impl<'a> StruckSolver<'a> {
         solve: Option<usize>,
         mut with: impl FnMut(&mut EmbeddedSolver, &Program, &mut Answer) -> QpOutcome,
     ) -> QpOutcome {
-        let strike = self.strike.filter(|strike| strike.call == self.calls);
+        let bit_flip = self.bit_flip.filter(|bit_flip| bit_flip.call == self.calls);
         self.calls += 1;
-        let Some(s) = strike else { return with(self.solver, qp, solution) };
+        let Some(s) = bit_flip else { return with(self.solver, qp, solution) };
         let outcome = if s.solution {
             let outcome = with(self.solver, qp, solution);
             flip(of_solution(solution, s.field, s.node), s.element, s.bit);
@@ -189,7 +189,7 @@ impl<'a> StruckSolver<'a> {
     }
 }
 
-impl QpSolver<NODES, NX, NU, NG> for StruckSolver<'_> {
+impl QpSolver<NODES, NX, NU, NG> for FaultySolver<'_> {
     fn reset(&mut self) {
         (self.stage, self.solves) = (self.stage + 1, 0);
         self.solver.reset();

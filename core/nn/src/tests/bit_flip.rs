@@ -5,13 +5,13 @@ use super::*;
 const SHAPE: Shape = Shape { layers: 2, heads: 2, width: 12, nodes: 5, chunk: 1 };
 type Quantised = Memory<2, 12, 5>;
 
-/// The actions of a roll-out with a strike, those that came; how often the memory was used, and
+/// The actions of a rollout with a strike, those that came; how often the memory was used, and
 /// whether it was struck.
-fn struck(bytes: &[u8], strike: Option<Strike>) -> (Vec<Vec<u32>>, u32, bool) {
+fn injected(bytes: &[u8], bit_flip: Option<BitFlip>) -> (Vec<Vec<u32>>, u32, bool) {
     let model = Model::open(bytes).unwrap();
     let mut memory = heap::<Quantised>();
-    let mut upset = Upset::new(&mut *memory, strike);
-    let mut network = Network::new(&model, &mut upset).unwrap();
+    let mut faulty = FaultyMemory::new(&mut *memory, bit_flip);
+    let mut network = Network::new(&model, &mut faulty).unwrap();
     let mut actions = Vec::new();
     for features in features(model.header(), 4) {
         let mut out = [0.0; ACTION];
@@ -20,7 +20,7 @@ fn struck(bytes: &[u8], strike: Option<Strike>) -> (Vec<Vec<u32>>, u32, bool) {
             actions.push(out.map(f32::to_bits).to_vec());
         }
     }
-    (actions, upset.calls(), upset.is_struck())
+    (actions, faulty.calls(), faulty.is_injected())
 }
 
 fn model() -> Vec<u8> {
@@ -30,12 +30,12 @@ fn model() -> Vec<u8> {
 #[test]
 fn without_a_strike_nothing_changes() {
     let bytes = model();
-    let (actions, calls, is_struck) = struck(&bytes, None);
-    assert_eq!((calls, is_struck), (5 * (2 + 3), false));
+    let (actions, calls, is_injected) = injected(&bytes, None);
+    assert_eq!((calls, is_injected), (5 * (2 + 3), false));
     let model = Model::open(&bytes).unwrap();
     let mut memory = heap::<Quantised>();
     let mut network = Network::new(&model, &mut *memory).unwrap();
-    let plain = roll_out(&mut network, &features(model.header(), 4), 0);
+    let plain = rollout(&mut network, &features(model.header(), 4), 0);
     let bits = |action: &Vec<f32>| action.iter().map(|x| x.to_bits()).collect();
     assert_eq!(actions, plain.iter().map(bits).collect::<Vec<Vec<u32>>>());
 }
@@ -44,30 +44,30 @@ fn without_a_strike_nothing_changes() {
 #[test]
 fn what_lives_across_blocks_matters_and_what_does_not_is_gone() {
     let bytes = model();
-    let sound = struck(&bytes, None).0;
+    let sound = injected(&bytes, None).0;
     let call = 3 * 5 + 2;
     let matters = [Part::Keys, Part::Values, Part::KeyScales, Part::ValueScales, Part::Residual];
-    let gone = [Part::Normal, Part::Hidden, Part::Quantised, Part::Wide, Part::Scores];
+    let gone = [Part::Normal, Part::Intermediate, Part::Quantised, Part::I16Operand, Part::Scores];
     for part in matters.into_iter().chain(gone) {
-        let (actions, calls, is_struck) =
-            struck(&bytes, Some(Strike { call, part, element: 1, bit: 30 }));
-        assert_eq!((calls, is_struck), (25, true), "{part:?}");
+        let (actions, calls, is_injected) =
+            injected(&bytes, Some(BitFlip { call, part, element: 1, bit: 30 }));
+        assert_eq!((calls, is_injected), (25, true), "{part:?}");
         assert_eq!(actions[..3], sound[..3], "{part:?}");
         assert_eq!(actions == sound, gone.contains(&part), "{part:?}");
     }
-    // The latent, between the final norm and the decoder.
-    let latent = Strike { call: 3 * 5 + 4, part: Part::Normal, element: 5, bit: 31 };
-    assert_ne!(struck(&bytes, Some(latent)).0, sound);
+    // The hidden state, between the final norm and the decoder.
+    let hidden_state = BitFlip { call: 3 * 5 + 4, part: Part::Normal, element: 5, bit: 31 };
+    assert_ne!(injected(&bytes, Some(hidden_state)).0, sound);
 }
 
 #[test]
 fn a_strike_elsewhere_or_later_does_nothing() {
     let bytes = model();
-    let sound = struck(&bytes, None).0;
-    let strike = Strike { call: 25, part: Part::Residual, element: 0, bit: 30 };
-    assert_eq!(struck(&bytes, Some(strike)), (sound.clone(), 25, false));
-    let strike = Strike { call: 7, part: Part::Keys, element: usize::MAX, bit: 30 };
-    assert_eq!(struck(&bytes, Some(strike)), (sound, 25, false));
+    let sound = injected(&bytes, None).0;
+    let bit_flip = BitFlip { call: 25, part: Part::Residual, element: 0, bit: 30 };
+    assert_eq!(injected(&bytes, Some(bit_flip)), (sound.clone(), 25, false));
+    let bit_flip = BitFlip { call: 7, part: Part::Keys, element: usize::MAX, bit: 30 };
+    assert_eq!(injected(&bytes, Some(bit_flip)), (sound, 25, false));
 }
 
 #[test]

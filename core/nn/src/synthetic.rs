@@ -1,15 +1,15 @@
-//! Models with weights at random: they predict nothing, but cost and round as trained ones do. For
-//! tests, benchmarks and the self-check of an image.
+//! Synthetic models with random weights: they cost and round as trained ones do. For tests,
+//! benchmarks and the self-check of an image.
 
 use super::crc::Crc32;
 use super::header::{Header, MAGIC};
 use super::layout::{Element, Tensor, tensors};
 use super::noise::uniform;
 
-/// Writes a model file of this header into `out`, its weights a function of the seed alone and of
-/// such size that signals neither die nor explode; returns its length. `None` where the header is
-/// refused or there is no room.
-pub fn specimen(header: &Header, seed: u64, out: &mut [u8]) -> Option<usize> {
+/// Writes a model file with this header and random weights into `out`; returns its length. The weights
+/// are a function of the seed alone, scaled so that activations neither vanish nor explode. `None`
+/// where the header is invalid or `out` too short.
+pub fn synthetic_model(header: &Header, seed: u64, out: &mut [u8]) -> Option<usize> {
     let mut at = write_header(header, out)?;
     let mut count = 0;
     let mut fits = true;
@@ -27,8 +27,7 @@ pub fn specimen(header: &Header, seed: u64, out: &mut [u8]) -> Option<usize> {
     Some(at + 4)
 }
 
-/// Writes what stands before a model file's tensors; returns its length, `None` where there is no
-/// room.
+/// Writes magic and header of a model file; returns their length, `None` where `out` is too short.
 pub fn write_header(header: &Header, out: &mut [u8]) -> Option<usize> {
     let (magic, rest) = out.split_first_chunk_mut::<4>()?;
     *magic = MAGIC;
@@ -47,7 +46,7 @@ fn fill(tensor: &Tensor, seed: u64, count: &mut u64, place: &mut [u8]) {
         }
         return;
     }
-    // Of variance one over the inputs, where there are some; a scale does that to its row's bytes.
+    // Variance of one over the number of inputs; the scales give the bytes the same.
     let spread = libm::sqrtf(3.0 / tensor.columns as f32);
     let (centre, half) = match tensor.name.field() {
         "gain" | "std" => (1.0, 0.2),
