@@ -151,10 +151,30 @@ pub fn output_checksum<const N: usize, const NL: usize>(
     sum.value()
 }
 
-/// Checksum of what a plan is made from. Fields are named one by one here and below, so that a
-/// new one cannot be forgotten.
+/// Checksum of a mission and a scenario together: what a plan is made from.
 pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u64 {
     let mut sum = Checksum::new();
+    add_mission(&mut sum, mission);
+    add_scenario(&mut sum, scenario);
+    sum.value()
+}
+
+/// Checksum of a mission, but for the ranges that scenarios are drawn from: no plan depends on them.
+pub fn mission_checksum(mission: &Mission<LINKS>) -> u64 {
+    let mut sum = Checksum::new();
+    add_mission(&mut sum, mission);
+    sum.value()
+}
+
+/// Checksum of a scenario.
+pub fn scenario_checksum(scenario: &Scenario) -> u64 {
+    let mut sum = Checksum::new();
+    add_scenario(&mut sum, scenario);
+    sum.value()
+}
+
+/// Adds a mission. Fields are named one by one here and below, so that a new one cannot be forgotten.
+fn add_mission(sum: &mut Checksum, mission: &Mission<LINKS>) {
     let Mission {
         orbit,
         target,
@@ -168,12 +188,12 @@ pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u
         scenarios: _,
         typical_magnitudes,
     } = mission;
-    add_orbit(&mut sum, orbit);
-    add_target(&mut sum, target);
-    add_servicer(&mut sum, servicer);
-    add_approach(&mut sum, approach);
-    add_weights(&mut sum, weights);
-    add_tolerances(&mut sum, tolerances);
+    add_orbit(sum, orbit);
+    add_target(sum, target);
+    add_servicer(sum, servicer);
+    add_approach(sum, approach);
+    add_weights(sum, weights);
+    add_tolerances(sum, tolerances);
     let Margins { joint_angle, joint_rate, keep_out, field_of_view, clearance } = margins;
     sum.numbers([joint_angle, joint_rate, keep_out, field_of_view, clearance]);
     let Corridor { half_angle, mouth_radius, end_effector_length } = corridor;
@@ -183,12 +203,14 @@ pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u
             typical;
         sum.numbers([length, velocity, force, angle, rate, joint_rate, bus_torque, joint_torque]);
     }
+}
+
+fn add_scenario(sum: &mut Checksum, scenario: &Scenario) {
     let Scenario { target_attitude, target_rate, position, velocity } = scenario;
     sum.numbers(target_attitude);
     sum.numbers(target_rate);
     sum.numbers(position);
     sum.numbers(velocity);
-    sum.value()
 }
 
 /// Adds all that a plan is made with but the solvers.

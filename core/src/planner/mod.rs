@@ -16,7 +16,10 @@ mod tests;
 mod tighten;
 mod workspace;
 
-pub use evidence::{Evidence, Fallback, StageEvidence, VERSION, output_checksum};
+pub use evidence::{
+    Evidence, Fallback, StageEvidence, VERSION, mission_checksum, output_checksum,
+    scenario_checksum,
+};
 pub use gains::{Gain, feedback_gain};
 pub use guess::{GuessRecord, InitialGuess};
 pub use options::{Environment, Options, OptionsBuilder, PlanSettings};

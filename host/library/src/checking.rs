@@ -3,22 +3,35 @@
 
 use crate::error::Error;
 use crate::formats::{
-    PlanClearances, PlanFile, PlanResiduals, PlanStatus, PlanVerdict, ScenarioSet,
+    NamedScenario, PlanClearances, PlanFile, PlanResiduals, PlanStatus, PlanVerdict, ScenarioSet,
+    checksum_of_mission, checksum_of_scenario, worst_residual,
 };
 use crate::method::Integrator;
 use nalgebra::{Vector3, Vector4};
-use remora_core::advanced::model::{Mission, Scenario, TargetState};
+use remora_core::advanced::model::{Mission, Scenario, TargetState, Tolerances};
 use remora_core::advanced::stages::{LINKS, NODES, Residuals, Verification, verify};
 use remora_core::advanced::time::Deadline;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
+
+/// A value that was read from a file, by which errors name it.
+#[derive(Clone, Debug)]
+pub struct Given<T> {
+    /// The file.
+    pub file: PathBuf,
+    /// What it holds.
+    pub value: T,
+}
 
 /// Plans to be verified: the input of `remora check`.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// Where the plans' scenarios are.
-    pub scenarios: ScenarioSet,
-    /// The mission; valid.
-    pub mission: Mission<LINKS>,
+    /// Where the scenarios of plans are that hold none; others must agree with theirs. None is the
+    /// built-in set, for the former only.
+    pub scenarios: Option<Given<ScenarioSet>>,
+    /// The mission of plans that hold none; others must agree with theirs. None is the built-in
+    /// mission, for the former only.
+    pub mission: Option<Given<Mission<LINKS>>>,
     /// The integrator to verify with; by default the one that a plan names.
     pub integrator: Option<Integrator>,
     /// The plan files.
@@ -26,8 +39,8 @@ pub struct Check {
 }
 
 /// What became of one plan.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Checked {
     /// The file.
     pub file: PathBuf,
     /// The scenario it is for.
@@ -36,18 +49,30 @@ pub struct Verdict {
     pub integrator: Integrator,
     /// The status it claims.
     pub claimed: PlanStatus,
+    /// What it is good for: verified here, converged as it claims.
+    pub verdict: PlanVerdict,
+    /// What a plan that is not flyable fails by: the residual farthest beyond its tolerance.
+    pub reason: Option<&'static str>,
     /// The residuals, recomputed.
     pub residuals: PlanResiduals,
-    /// Whether all are within their tolerances.
-    pub feasible: bool,
     /// How near bodies come to each other, recomputed.
     pub clearances: PlanClearances,
     /// Where the file says something else than what is recomputed.
     pub disagreements: Vec<Disagreement>,
+    /// What the residuals are held to.
+    #[serde(skip)]
+    pub tolerances: Tolerances,
+}
+
+/// A plan with what it was made for.
+struct Made {
+    plan: PlanFile,
+    scenario: Scenario,
+    mission: Mission<LINKS>,
 }
 
 /// A field of a plan that is not what is recomputed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Disagreement {
     /// Path of the field.
     pub field: String,
@@ -63,6 +88,9 @@ const RELATIVE: f64 = 1e-6;
 const DISTANCE: f64 = 1e-6;
 /// Target attitudes agree within this, a component.
 const ATTITUDE: f64 = 1e-8;
+/// Keys of the target's attitude and rate, and those of the first format.
+const KEYS: [&str; 2] = ["attitude_body_to_rtn", "rate_rtn_rad_s"];
+const FIRST_KEYS: [&str; 2] = ["attitude", "rate"];
 /// Target rates agree within this [rad/s].
 const RATE: f64 = 1e-10;
 
@@ -70,30 +98,99 @@ impl Check {
     /// Reads all plans, then verifies each.
     ///
     /// # Errors
-    /// The first file that cannot be read or understood, or whose scenario is not in the set.
-    pub fn run(&self) -> Result<Vec<Verdict>, Error> {
-        let plans =
-            self.plans.iter().map(|file| self.read(file)).collect::<Result<Vec<_>, Error>>()?;
-        let judge = |(file, (plan, scenario)): (&PathBuf, &(PlanFile, Scenario))| {
-            self.verdict(file.clone(), plan, scenario)
+    /// The first file that cannot be read or understood, whose scenario is not in the set, or that
+    /// was made for another scenario or mission than those given.
+    pub fn run(&self) -> Result<Vec<Checked>, Error> {
+        let made = self.plans.iter().map(|file| self.read(file)).collect::<Result<Vec<_>, _>>()?;
+        let look = |(file, made): (&PathBuf, &Made)| {
+            made.checked(file.clone(), self.integrator.unwrap_or(made.plan.integrator))
         };
-        Ok(self.plans.iter().zip(&plans).map(judge).collect())
+        Ok(self.plans.iter().zip(&made).map(look).collect())
     }
 
-    fn read(&self, file: &Path) -> Result<(PlanFile, Scenario), Error> {
+    fn read(&self, file: &Path) -> Result<Made, Error> {
         let plan = PlanFile::read(file)?;
-        let scenario = self.scenarios.get(&plan.scenario).ok_or_else(|| {
-            let reason = format!("{:?} is not in the scenario set", plan.scenario);
-            Error::input(file, "scenario", reason)
-        })?;
-        let scenario = scenario.scenario();
-        Ok((plan, scenario))
+        let (mission, scenario) = match &plan.inputs {
+            Some(inputs) => {
+                let inside = inputs.read(&plan.scenario).map_err(|error| error.at(file))?;
+                self.compare_inputs(file, &plan.scenario, &inside)?;
+                inside
+            }
+            None => {
+                let mission = self.mission.as_ref().map_or_else(Mission::default, |m| m.value);
+                (mission, self.scenario(file, &plan.scenario)?)
+            }
+        };
+        Ok(Made { plan, scenario, mission })
     }
 
-    fn verdict(&self, file: PathBuf, plan: &PlanFile, scenario: &Scenario) -> Verdict {
-        let integrator = self.integrator.unwrap_or(plan.integrator);
+    /// The scenario of a plan that does not hold it.
+    fn scenario(&self, file: &Path, id: &str) -> Result<Scenario, Error> {
+        let missing = |set: &str| {
+            Error::input(file, "scenario", format!("{id:?} is not in the scenario set {set}"))
+        };
+        match &self.scenarios {
+            Some(set) => {
+                let found = set.value.get(id).map(NamedScenario::scenario);
+                found.ok_or_else(|| missing(&set.file.display().to_string()))
+            }
+            None => {
+                let found = ScenarioSet::built_in()?.get(id).map(NamedScenario::scenario);
+                found.ok_or_else(|| missing("built in; give --scenarios FILE"))
+            }
+        }
+    }
+
+    /// Refuses scenario and mission other than those in the plan.
+    fn compare_inputs(
+        &self,
+        file: &Path,
+        id: &str,
+        (mission, scenario): &(Mission<LINKS>, Scenario),
+    ) -> Result<(), Error> {
+        let differ = |field: &str, what: &str, other: &Path, inside: String, outside: String| {
+            let other = other.display();
+            let reason = format!(
+                "the plan was made for {what} {inside}; that of {other} has checksum {outside}"
+            );
+            Err(Error::input(file, field, reason))
+        };
+        if let Some(set) = &self.scenarios {
+            let (inside, outside) = (scenario, self.scenario(file, id)?);
+            let sums = [checksum_of_scenario(inside), checksum_of_scenario(&outside)];
+            if sums[0] != sums[1] {
+                let [inside, outside] = sums;
+                return differ(
+                    "inputs.scenario_checksum",
+                    "a scenario of checksum",
+                    &set.file,
+                    inside,
+                    outside,
+                );
+            }
+        }
+        if let Some(given) = &self.mission {
+            let sums = [checksum_of_mission(mission), checksum_of_mission(&given.value)];
+            if sums[0] != sums[1] {
+                let [inside, outside] = sums;
+                return differ(
+                    "inputs.mission_checksum",
+                    "a mission of checksum",
+                    &given.file,
+                    inside,
+                    outside,
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Made {
+    fn checked(&self, file: PathBuf, integrator: Integrator) -> Checked {
+        let Self { plan, scenario, mission } = self;
         let Verification { residuals, clearances } = verify(
-            &self.mission,
+            mission,
             scenario,
             integrator.core(),
             &plan.stage1.trajectory(),
@@ -101,11 +198,11 @@ impl Check {
             &Deadline::never(),
         );
         let clearances = PlanClearances::from(clearances);
-        let feasible = residuals.are_within(&self.mission.tolerances);
+        let is_verified = residuals.are_within(&mission.tolerances);
         let mut found = Findings(Vec::new());
         // Under another integrator than its own, a plan cannot be what it says.
         if integrator == plan.integrator {
-            self.compare_status(plan, feasible, &mut found);
+            self.compare_status(plan, is_verified, &mut found);
             // Where no time was left to verify, a plan says nothing that could be wrong.
             if Residuals::from(plan.residuals) != Residuals::UNFINISHED {
                 self.compare_residuals(&plan.residuals, &residuals, &mut found);
@@ -116,26 +213,29 @@ impl Check {
         }
         self.compare_costs(plan, &mut found);
         self.compare_target(plan, scenario, &mut found);
-        Verdict {
+        let residuals = PlanResiduals::from(residuals);
+        Checked {
             file,
             scenario: plan.scenario.clone(),
             integrator,
             claimed: plan.status,
-            residuals: residuals.into(),
-            feasible,
+            verdict: PlanVerdict::of(is_verified, plan.status),
+            reason: worst_residual(&residuals, &mission.tolerances),
+            residuals,
             clearances,
             disagreements: found.0,
+            tolerances: mission.tolerances,
         }
     }
 
-    fn compare_status(&self, plan: &PlanFile, feasible: bool, found: &mut Findings) {
+    fn compare_status(&self, plan: &PlanFile, is_verified: bool, found: &mut Findings) {
         let worse = plan.stage1.status.max(plan.stage2.status);
-        if plan.status == PlanStatus::Solved && !feasible {
-            found.add("status", "says solved, is not feasible".into());
+        if plan.status == PlanStatus::Solved && !is_verified {
+            found.add("status", "says solved, is not flyable".into());
         } else if plan.status < worse {
             found.add("status", format!("says {}, a stage says {worse}", plan.status));
         }
-        let is = PlanVerdict::of(feasible, plan.status);
+        let is = PlanVerdict::of(is_verified, plan.status);
         if let Some(said) = plan.verdict.filter(|said| *said != is) {
             found.add("verdict", format!("says {said}, is {is}"));
         }
@@ -185,6 +285,7 @@ impl Check {
             dt,
             &mut nodes,
         );
+        let keys = if plan.inputs.is_some() { KEYS } else { FIRST_KEYS };
         let attitude = |k: usize| {
             let (said, is) = (Vector4::from(plan.target.attitude[k]), nodes[k].attitude);
             // Either sign is the same attitude.
@@ -192,10 +293,14 @@ impl Check {
         };
         let rate = |k: usize| (Vector3::from(plan.target.rate[k]) - nodes[k].rate).amax();
         if let Some(k) = (0..NODES).find(|k| !within(attitude(*k), ATTITUDE)) {
-            found.add(&format!("target.attitude[{k}]"), format!("is off by {:.1e}", attitude(k)));
+            found
+                .add(&format!("target.{}[{k}]", keys[0]), format!("is off by {:.1e}", attitude(k)));
         }
         if let Some(k) = (0..NODES).find(|k| !within(rate(*k), RATE)) {
-            found.add(&format!("target.rate[{k}]"), format!("is off by {:.1e} rad/s", rate(k)));
+            found.add(
+                &format!("target.{}[{k}]", keys[1]),
+                format!("is off by {:.1e} rad/s", rate(k)),
+            );
         }
     }
 }

@@ -4,6 +4,7 @@
 //!
 //! - [`error`]: one line an error: file, field, reason;
 //! - [`statistics`]: estimates with their confidence intervals;
+//! - [`stopwatch`]: wall and processor time side by side;
 //! - [`choice`]: choices by their names;
 //! - [`report`]: tables, pages and plots: how numbers are shown;
 //! - [`method`]: how a plan is made, by the names that files and command line use;
@@ -55,5 +56,6 @@ pub mod progress;
 pub mod provenance;
 pub mod report;
 pub mod statistics;
+pub mod stopwatch;
 pub mod threads;
 pub mod vehicle;

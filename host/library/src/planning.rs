@@ -3,12 +3,13 @@
 use crate::backend::{ClarabelQp, Recorder, Solve};
 use crate::error::Error;
 use crate::formats::{
-    self, EvidenceFile, NamedScenario, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanTarget,
-    Row, StageEnd, StartName, worst_residual,
+    self, EvidenceFile, NamedScenario, PlanFile, PlanGrid, PlanInputs, PlanResiduals, PlanStage1,
+    PlanStage2, PlanTarget, Program, Row, StageEnd, StartName, worst_residual,
 };
 use crate::learned::{Learned, Memories};
 use crate::memory::{on_heap, on_large_stack};
 use crate::method::{Deadline, Method, Qp};
+use crate::stopwatch::Stopwatch;
 use crate::threads::Threads;
 use remora_core::advanced::model::{Mission, Refusal};
 use remora_core::advanced::planner::{
@@ -149,6 +150,7 @@ impl Planner {
     ) -> Planned {
         let Self { workspace, embedded, clarabel, threads, memories } = self;
         let place = Place { clock, threads, model, memories, workspace };
+        let watched = Stopwatch::start();
         let (report, gains) = match method.qp {
             Qp::Embedded => {
                 let mut solver = Recorder::new(&mut **embedded, watch);
@@ -161,20 +163,27 @@ impl Planner {
                 (report, gains(mission, &report, &solver))
             }
         };
+        let spent = watched.spent();
         let (one, two) = (&report.translation, &report.reorientation);
         let file = PlanFile {
             format: formats::PLAN_FORMAT.into(),
+            program: Some(Program::this()),
             scenario: scenario.id.clone(),
             status: report.status.into(),
+            verdict: Some(report.verdict().into()),
             mode: method.mode,
             warm_start: StartName::from(report.evidence.start).in_tables().into(),
             qp: method.qp.name().into(),
             integrator: method.integrator,
+            time_s: Some(spent.wall_s),
+            cpu_time_s: spent.cpu_s,
+            inputs: Some(PlanInputs::new(mission, scenario, method.integrator)),
+            grid: Some(PlanGrid::of(mission)),
+            frames: Some(formats::frames()),
             stage1: PlanStage1::new(end(one), self.workspace.path()),
             stage2: PlanStage2::new(end(two), report.times.inference_s, self.workspace.motion()),
             target: PlanTarget::from(&self.workspace.target),
             residuals: PlanResiduals::from(report.residuals),
-            verdict: Some(report.verdict().into()),
             clearances: Some(report.clearances.into()),
         };
         let (log1, log2) = self.workspace.logs();

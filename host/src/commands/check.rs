@@ -1,25 +1,29 @@
 //! `remora check`
 
 use super::Output;
-use super::options::MissionArgs;
 use crate::report;
-use remora_host::checking::Check;
+use remora_host::checking::{Check, Checked, Given};
 use remora_host::error::Error;
-use remora_host::formats::ScenarioSet;
+use remora_host::formats::{PlanVerdict, ScenarioSet, read_mission};
 use remora_host::method::Integrator;
 use std::path::PathBuf;
 
 /// Verify plan files, whoever wrote them.
 ///
 /// Recomputes the residuals from the numbers in the file, with code that the planner does not use.
+/// A plan file holds its scenario and its mission; only plans of the first format need them beside
+/// them.
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Scenario set (*.scenarios.json) that holds the plans' scenarios
+    /// Scenario set (*.scenarios.json) that plans must have been made for [default: what each plan
+    /// holds; for plans of the first format the built-in set]
     #[arg(long, value_name = "FILE")]
-    scenarios: PathBuf,
-    #[command(flatten)]
-    mission: MissionArgs,
+    scenarios: Option<PathBuf>,
+    /// Mission file (*.mission.toml) that plans must have been made for [default: what each plan
+    /// holds; for plans of the first format the built-in mission]
+    #[arg(long, value_name = "FILE")]
+    mission: Option<PathBuf>,
     /// euler, rk4 or rk4:M [default: what each plan names]
     #[arg(long, value_name = "NAME")]
     integrator: Option<Integrator>,
@@ -33,24 +37,34 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora check --scenarios a.scenarios.json s1-007.plan.json
-  remora check --scenarios a.scenarios.json --strict runs/a/plans/*.plan.json
-  remora check --scenarios a.scenarios.json --integrator rk4:20 s1-007.plan.json
+  remora check runs/pub-000.plan.json
+  remora check --strict runs/a/plans/*.plan.json
+  remora check --integrator rk4:20 s1-007.plan.json
+  remora check --mission mine.mission.toml s1-007.plan.json
 
-Exit status: 0 all feasible, 1 some are not (with --strict: or disagree), 2 bad input.";
+One plan is shown with all its residuals, several as a table.
+
+Exit status: 0 all optimal, 1 some are not flyable (with --strict: or disagree), 2 bad input, 3 all
+verified but some not converged.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
+        let scenarios =
+            self.scenarios.map(|file| ScenarioSet::read(&file).map(|value| Given { file, value }));
+        let mission =
+            self.mission.map(|file| read_mission(Some(&file)).map(|value| Given { file, value }));
         let check = Check {
-            scenarios: ScenarioSet::read(&self.scenarios)?,
-            mission: self.mission.mission()?,
+            scenarios: scenarios.transpose()?,
+            mission: mission.transpose()?,
             integrator: self.integrator,
             plans: self.plans,
         };
-        let verdicts = check.run()?;
-        let good = verdicts
-            .iter()
-            .all(|verdict| verdict.feasible && (!self.strict || verdict.disagreements.is_empty()));
-        Ok(Output::new(report::check_report(&verdicts, &check.mission.tolerances), good))
+        let checked = check.run()?;
+        let disagrees = |plan: &Checked| !plan.disagreements.is_empty();
+        let worst = match self.strict && checked.iter().any(disagrees) {
+            true => PlanVerdict::NotFlyable,
+            false => checked.iter().map(|plan| plan.verdict).max().unwrap_or(PlanVerdict::Optimal),
+        };
+        Ok(Output::judged(report::check_report(&checked), worst))
     }
 }

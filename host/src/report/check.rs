@@ -1,39 +1,87 @@
 //! What `remora check` prints.
 
-use super::{clearance_table, residual_table};
-use remora_core::advanced::model::Tolerances;
-use remora_host::checking::Verdict;
+use super::{Align, Table, clearance_table, residual_table};
+use remora_core::advanced::stages::Residuals;
+use remora_host::checking::{Checked, Disagreement};
+use remora_host::formats::PlanVerdict;
 use std::fmt::Write;
 
-/// A table and a verdict for each plan, and a count where there are several.
-pub fn check_report(verdicts: &[Verdict], tolerances: &Tolerances) -> String {
-    let mut out = String::new();
-    for verdict in verdicts {
-        let _ = writeln!(
-            out,
-            "{}: scenario {}, {}, says {}\n\n{}\n{}",
-            verdict.file.display(),
-            verdict.scenario,
-            verdict.integrator,
-            verdict.claimed,
-            residual_table(&verdict.residuals, tolerances),
-            clearance_table(&verdict.clearances),
-        );
-        for disagreement in &verdict.disagreements {
-            let _ = writeln!(out, "disagrees: {}: {}", disagreement.field, disagreement.reason);
-        }
-        let word = if verdict.feasible { "feasible" } else { "NOT feasible" };
-        let but = if verdict.disagreements.is_empty() { "" } else { ", but not what it says" };
-        let _ = writeln!(out, "verdict: {word}{but}\n");
+/// All of one plan; of several a table, with what disagrees below it.
+pub fn check_report(plans: &[Checked]) -> String {
+    match plans {
+        [plan] => whole(plan),
+        _ => overview(plans),
     }
-    if verdicts.len() > 1 {
-        let feasible = verdicts.iter().filter(|verdict| verdict.feasible).count();
-        let honest = verdicts.iter().filter(|v| v.disagreements.is_empty()).count();
-        let _ = writeln!(
-            out,
-            "{} plans: {feasible} feasible, {honest} in agreement with what was recomputed",
-            verdicts.len(),
-        );
+}
+
+fn whole(plan: &Checked) -> String {
+    let mut out = format!(
+        "{}: scenario {}, {}, says {}\n\n{}\n{}\n",
+        plan.file.display(),
+        plan.scenario,
+        plan.integrator,
+        plan.claimed,
+        residual_table(&plan.residuals, &plan.tolerances),
+        clearance_table(&plan.clearances),
+    );
+    for disagreement in &plan.disagreements {
+        let _ = writeln!(out, "disagrees: {}: {}", disagreement.field, disagreement.reason);
     }
+    let why = plan
+        .reason
+        .map_or(String::new(), |residual| format!(", {residual} is farthest beyond its tolerance"));
+    let but = if plan.disagreements.is_empty() { "" } else { ", but not what it says" };
+    let _ = writeln!(out, "verdict: {}{why}{but}", plan.verdict.words());
     out
+}
+
+fn overview(plans: &[Checked]) -> String {
+    let mut table = Table::new([
+        ("plan", Align::Left),
+        ("verdict", Align::Left),
+        ("integrator", Align::Left),
+        ("nearest its tolerance", Align::Left),
+        ("of it", Align::Right),
+        ("arm", Align::Right),
+        ("agrees", Align::Left),
+    ]);
+    for plan in plans {
+        let (name, share) = nearest(plan);
+        let arm = plan.clearances.arm.distance_m;
+        table.row([
+            plan.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into()),
+            plan.verdict.words().into(),
+            plan.integrator.to_string(),
+            name.into(),
+            if share == 0.0 { "0".into() } else { format!("{share:.1e}") },
+            arm.map_or("-".into(), |distance| format!("{distance:.3} m")),
+            if plan.disagreements.is_empty() { "yes" } else { "NO" }.into(),
+        ]);
+    }
+    let mut out = format!("{table}\n");
+    for plan in plans {
+        for Disagreement { field, reason } in &plan.disagreements {
+            let _ = writeln!(out, "disagrees: {}: {field}: {reason}", plan.file.display());
+        }
+    }
+    let honest = plans.iter().filter(|plan| plan.disagreements.is_empty()).count();
+    let count = |verdict| plans.iter().filter(|plan| plan.verdict == verdict).count();
+    let counts = PlanVerdict::ALL.map(|verdict| format!("{} {}", count(verdict), verdict.words()));
+    let _ = writeln!(
+        out,
+        "{} plans: {}; {honest} in agreement with what was recomputed",
+        plans.len(),
+        counts.join(", "),
+    );
+    out
+}
+
+/// The residual that comes nearest to its tolerance or passes it farthest, over that tolerance.
+fn nearest(plan: &Checked) -> (&'static str, f64) {
+    let rows = Residuals::from(plan.residuals).against(&plan.tolerances);
+    let shares = rows.map(|(name, value, tolerance)| match value.is_nan() {
+        true => (name, f64::INFINITY),
+        false => (name, value / tolerance),
+    });
+    shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default()
 }

@@ -3,8 +3,9 @@
 use super::{Align, Table, clearance_table, number, overlap_warning, residual_table, time};
 use remora_core::advanced::model::{Mission, Refusal};
 use remora_core::advanced::stages::LINKS;
-use remora_host::formats::{PlanStatus, PlanVerdict};
+use remora_host::formats::{PlanFile, PlanStatus, PlanVerdict};
 use remora_host::planning::Planned;
+use remora_host::stopwatch::busy_share;
 use std::path::Path;
 
 /// What is said of a scenario that was refused before planning.
@@ -34,7 +35,7 @@ pub fn plan_report(planned: &Planned, mission: &Mission<LINKS>, file: &Path) -> 
     stage("1 translation", one.status, [one.iterations, c1], one.cost, one.time_s);
     stage("2 reorientation", two.status, [two.iterations, c2], two.cost, two.time_s);
     format!(
-        "scenario {}: {}\nverdict: {}\n{} mode, {}, {}, {}\n\n{stages}\n{}\n{}\nwritten: {}\n",
+        "scenario {}: {}\nverdict: {}\n{} mode, {}, {}, {}\n\n{stages}{}\n{}\n{}\nwritten: {}\n",
         plan.scenario,
         plan.status,
         verdict(planned),
@@ -42,10 +43,21 @@ pub fn plan_report(planned: &Planned, mission: &Mission<LINKS>, file: &Path) -> 
         start(planned),
         plan.integrator,
         plan.qp,
+        spent(plan),
         residual_table(&plan.residuals, &mission.tolerances),
         clearances(planned, mission),
         file.display(),
     )
+}
+
+/// Time of the whole plan, and whether something else was running on the machine.
+fn spent(plan: &PlanFile) -> String {
+    let Some(wall_s) = plan.time_s else { return String::new() };
+    let Some(cpu_s) = plan.cpu_time_s else { return format!("whole plan: {}\n", time(wall_s)) };
+    let busy = busy_share(wall_s, cpu_s).map_or(String::new(), |share| {
+        format!("; the machine was busy: the plan had {:.0} % of a core", 100.0 * share)
+    });
+    format!("whole plan: {}, processor time {}{busy}\n", time(wall_s), time(cpu_s))
 }
 
 /// The verdict in words, and what a plan that is not flyable fails by.

@@ -50,7 +50,14 @@ fn one_thread_or_two_give_the_same_rows_and_plans() {
     let summary = |jobs: &str| timeless(bench.json(&format!("runs/{jobs}/summary.json")));
     assert_eq!(summary("1"), summary("2"));
     assert_eq!(summary("1")["success_rate"], 1.0);
-    let expected = ["journal.jsonl", "plans", "results.csv", "results.parquet", "summary.json"];
+    let expected = [
+        "campaign.scenarios.json",
+        "journal.jsonl",
+        "plans",
+        "results.csv",
+        "results.parquet",
+        "summary.json",
+    ];
     assert_eq!(bench.names("runs/1"), expected);
     assert_eq!(bench.names("runs/1/plans").len(), 3);
 }
@@ -63,7 +70,10 @@ fn a_campaigns_plan_is_a_plan() {
     bench.solves("plan --scenarios set.scenarios.json --id s1-002 --integrator euler");
     let plan = bench.json("runs/s1-002.plan.json");
     assert_eq!(timeless(plan), timeless(bench.json("runs/plans/s1-002.plan.json")));
-    bench.solves("check --strict --scenarios set.scenarios.json runs/plans/s1-000.plan.json");
+    bench.solves("check --strict runs/plans/s1-000.plan.json runs/plans/s1-001.plan.json");
+    let set = "runs/campaign.scenarios.json";
+    assert_eq!(bench.json(set), bench.json("set.scenarios.json"));
+    bench.solves(&format!("check --strict --scenarios {set} runs/plans/s1-000.plan.json"));
 }
 
 #[test]
@@ -87,7 +97,13 @@ fn finished_rows_are_not_planned_again() {
     assert_eq!(times[..3], times_after[..3]);
     assert_ne!(times[3], times_after[3]);
     assert_eq!(journal(&bench, "runs").len(), 4);
-    let expected = ["journal.jsonl", "results.csv", "results.parquet", "summary.json"];
+    let expected = [
+        "campaign.scenarios.json",
+        "journal.jsonl",
+        "results.csv",
+        "results.parquet",
+        "summary.json",
+    ];
     assert_eq!(bench.names("runs"), expected);
     // A campaign that is complete plans nothing.
     let run = bench.solves(&format!("{CAMPAIGN} --jobs 2 --out runs"));

@@ -4,6 +4,7 @@
 //! killed picks up there; one that is complete computes nothing and only writes its tables again.
 //!
 //! ```text
+//! DIR/campaign.scenarios.json   the scenarios, read or drawn
 //! DIR/journal.jsonl     what was asked for, then a line a finished row
 //! DIR/results.parquet   the rows in the order of the scenarios, when all are there
 //! DIR/results.csv       the same
@@ -19,7 +20,8 @@ pub use summary::{Run, StageSummary, Statistics, Summary};
 
 use crate::error::Error;
 use crate::formats::{
-    self, NamedScenario, PlanStatus, Row, check_writable, json, make_directory, write_atomically,
+    self, NamedScenario, PlanStatus, Row, ScenarioSet, check_writable, json, make_directory,
+    write_atomically,
 };
 use crate::learned::Learned;
 use crate::method::Method;
@@ -32,6 +34,9 @@ use remora_core::advanced::stages::LINKS;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// Name of the scenario set in the campaign's directory.
+pub const SCENARIOS: &str = "campaign.scenarios.json";
 
 /// A campaign to be run: the input of `remora campaign`.
 #[derive(Clone, Debug)]
@@ -181,7 +186,8 @@ impl Campaign {
             make_directory(&self.plans_directory())?;
             check_writable(&self.plan_path("a"))?;
         }
-        self.result_files().iter().try_for_each(|file| check_writable(file))
+        self.result_files().iter().try_for_each(|file| check_writable(file))?;
+        ScenarioSet::new(self.scenarios.clone()).write(&self.out.join(SCENARIOS))
     }
 
     fn result_files(&self) -> Vec<PathBuf> {

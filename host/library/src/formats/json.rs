@@ -24,6 +24,11 @@ pub fn read_text(file: &Path) -> Result<String, Error> {
     std::fs::read_to_string(file).map_err(|cause| Error::input(file, "", io_reason(&cause)))
 }
 
+/// The `format` of a document, as far as it says one.
+pub(super) fn format_of(text: &str) -> Option<String> {
+    deserialize::<Header<'_>>(text).ok()?.format.map(Cow::into_owned)
+}
+
 /// Parses a document whose `format` must be the one given.
 ///
 /// # Errors

@@ -543,6 +543,7 @@ impl Link {
     }
 }
 
-fn radians(degrees: f64) -> f64 {
+/// Radians of degrees.
+pub(super) fn radians(degrees: f64) -> f64 {
     degrees * PI / 180.0
 }

@@ -6,13 +6,16 @@
 
 mod evidence_file;
 pub mod json;
-mod mission_defaults;
+mod mission_convert;
 mod mission_file;
 mod mission_keys;
 mod model_file;
 mod output;
 mod plan_convert;
 mod plan_file;
+mod plan_first;
+mod plan_inputs;
+mod plan_read;
 mod qp_convert;
 mod qp_file;
 mod radius;
@@ -35,6 +38,10 @@ pub use output::{check_writable, make_directory, remove_partials, write_atomical
 pub use plan_convert::StageEnd;
 pub use plan_file::{
     FORMAT as PLAN_FORMAT, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanStatus, PlanTarget,
+};
+pub use plan_inputs::{
+    InForce, PlanGrid, PlanInputs, PlanScenario, Program, checksum_of_mission,
+    checksum_of_scenario, frames,
 };
 pub use qp_convert::QpPlace;
 pub use qp_file::{

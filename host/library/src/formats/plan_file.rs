@@ -1,27 +1,33 @@
 //! Plans: `*.plan.json`.
 
-use super::{PlanClearances, PlanVerdict, check_id, check_quaternion, json};
-use crate::error::{Error, FieldError};
+use super::plan_inputs::{PlanGrid, PlanInputs, Program};
+use super::{PlanClearances, PlanVerdict};
 use crate::method::{Integrator, Mode};
 use remora_core::advanced::scp::Status;
-use remora_core::advanced::stages::{LINKS, NODES, Residuals};
+use remora_core::advanced::stages::LINKS;
 use serde::{Deserialize, Deserializer, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
-use std::path::Path;
 
-/// The `format` of the plans this version reads and writes.
-pub const FORMAT: &str = "remora-plan/1";
+/// The `format` of the plans this version writes. It reads `remora-plan/1` too.
+pub const FORMAT: &str = "remora-plan/2";
 
-/// A plan, as in its file. States have `NODES` rows, controls one less.
+/// A plan, as in its file. States have `NODES` rows, controls one less. What is optional is missing
+/// in plans of the first format, and required in all others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a plan")]
 pub struct PlanFile {
     /// [`FORMAT`].
     pub format: String,
+    /// What wrote it.
+    pub program: Option<Program>,
     /// Id of the scenario.
     pub scenario: String,
     /// The worse of the stages'.
     pub status: PlanStatus,
+    /// What the plan is good for; plans of other planners need not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<PlanVerdict>,
     /// Optimality or feasibility.
     pub mode: Mode,
     /// Start of Stage 2. Any name: a plan may come from another planner.
@@ -30,6 +36,17 @@ pub struct PlanFile {
     pub qp: String,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
+    /// Time of the whole plan [s].
+    pub time_s: Option<f64>,
+    /// Processor time of the planning thread [s]; none where the system does not tell.
+    pub cpu_time_s: Option<f64>,
+    /// Scenario and mission.
+    pub inputs: Option<PlanInputs>,
+    /// The times of rows.
+    pub grid: Option<PlanGrid>,
+    /// The frames that keys name, in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frames: Option<BTreeMap<String, String>>,
     /// Path of the system centre of mass.
     pub stage1: PlanStage1,
     /// Bus attitude and arm.
@@ -38,10 +55,7 @@ pub struct PlanFile {
     pub target: PlanTarget,
     /// Residuals by the verifier.
     pub residuals: PlanResiduals,
-    /// What the plan is good for; plans of older versions and of other planners do not say.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub verdict: Option<PlanVerdict>,
-    /// How near bodies come to each other, by the verifier; likewise.
+    /// How near bodies come to each other, by the verifier; plans of other planners need not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clearances: Option<PlanClearances>,
 }
@@ -75,10 +89,13 @@ pub struct PlanStage1 {
     /// Time of the whole stage [s].
     pub time_s: f64,
     /// Position in RTN [m].
+    #[serde(rename = "position_rtn_m")]
     pub position: Vec<[f64; 3]>,
     /// Velocity relative to RTN, in RTN [m/s].
+    #[serde(rename = "velocity_rtn_m_s")]
     pub velocity: Vec<[f64; 3]>,
     /// Force in RTN [N].
+    #[serde(rename = "force_rtn_n")]
     pub force: Vec<[f64; 3]>,
 }
 
@@ -97,16 +114,22 @@ pub struct PlanStage2 {
     /// Part of it spent in a learned warm start [s].
     pub inference_s: f64,
     /// Bus attitude, body to RTN, `[x, y, z, w]`.
+    #[serde(rename = "attitude_body_to_rtn")]
     pub attitude: Vec<[f64; 4]>,
     /// Joint angles [rad].
+    #[serde(rename = "joint_angle_rad")]
     pub joint_angle: Vec<[f64; LINKS]>,
     /// Bus rate relative to RTN, in RTN [rad/s].
+    #[serde(rename = "rate_rtn_rad_s")]
     pub rate: Vec<[f64; 3]>,
     /// Joint rates [rad/s].
+    #[serde(rename = "joint_rate_rad_s")]
     pub joint_rate: Vec<[f64; LINKS]>,
     /// Bus torque, bus body axes [N m].
+    #[serde(rename = "bus_torque_body_n_m")]
     pub bus_torque: Vec<[f64; 3]>,
     /// Joint torques [N m].
+    #[serde(rename = "joint_torque_n_m")]
     pub joint_torque: Vec<[f64; LINKS]>,
 }
 
@@ -115,8 +138,10 @@ pub struct PlanStage2 {
 #[serde(deny_unknown_fields, expecting = "an object with the target's attitude and rate")]
 pub struct PlanTarget {
     /// Attitude, body to RTN, `[x, y, z, w]`.
+    #[serde(rename = "attitude_body_to_rtn")]
     pub attitude: Vec<[f64; 4]>,
     /// Angular velocity relative to RTN, in RTN [rad/s].
+    #[serde(rename = "rate_rtn_rad_s")]
     pub rate: Vec<[f64; 3]>,
 }
 
@@ -206,185 +231,5 @@ impl From<Status> for PlanStatus {
             Status::Deadline => Self::Deadline,
             _ => Self::NumericalFailure,
         }
-    }
-}
-
-impl PlanFile {
-    /// Parses and validates a plan.
-    ///
-    /// # Errors
-    /// The first field found wrong: unknown format or field, numbers that are not, numbers of
-    /// rows that do not fit the horizon, quaternions not of unit length.
-    pub fn parse(text: &str) -> Result<Self, FieldError> {
-        let plan: Self = json::parse(text, FORMAT)?;
-        plan.validate()?;
-        Ok(plan)
-    }
-
-    /// Reads and validates a file.
-    ///
-    /// # Errors
-    /// As [`PlanFile::parse`], with the file.
-    pub fn read(file: &Path) -> Result<Self, Error> {
-        Self::parse(&json::read_text(file)?).map_err(|error| error.at(file))
-    }
-
-    /// Writes the file whole or not at all.
-    ///
-    /// # Errors
-    /// The file with the reason why it cannot be written.
-    pub fn write(&self, file: &Path) -> Result<(), Error> {
-        let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
-        super::write_atomically(file, text.as_bytes())
-    }
-
-    fn validate(&self) -> Result<(), FieldError> {
-        check_id(&self.scenario, || "scenario".into())?;
-        let (one, two, target) = (&self.stage1, &self.stage2, &self.target);
-        for (field, found, expected) in [
-            ("stage1.position", one.position.len(), NODES),
-            ("stage1.velocity", one.velocity.len(), NODES),
-            ("stage1.force", one.force.len(), NODES - 1),
-            ("stage2.attitude", two.attitude.len(), NODES),
-            ("stage2.joint_angle", two.joint_angle.len(), NODES),
-            ("stage2.rate", two.rate.len(), NODES),
-            ("stage2.joint_rate", two.joint_rate.len(), NODES),
-            ("stage2.bus_torque", two.bus_torque.len(), NODES - 1),
-            ("stage2.joint_torque", two.joint_torque.len(), NODES - 1),
-            ("target.attitude", target.attitude.len(), NODES),
-            ("target.rate", target.rate.len(), NODES),
-        ] {
-            if found != expected {
-                let reason = format!("has {found} rows; the horizon has {expected}");
-                return Err(FieldError::new(field, reason));
-            }
-        }
-        for (k, q) in two.attitude.iter().enumerate() {
-            check_quaternion(q, || format!("stage2.attitude[{k}]"))?;
-        }
-        for (k, q) in target.attitude.iter().enumerate() {
-            check_quaternion(q, || format!("target.attitude[{k}]"))?;
-        }
-        for (field, value) in [
-            ("stage1.cost", one.cost),
-            ("stage1.time_s", one.time_s),
-            ("stage2.cost", two.cost),
-            ("stage2.time_s", two.time_s),
-            ("stage2.inference_s", two.inference_s),
-        ] {
-            if value < 0.0 {
-                return Err(FieldError::new(field, format!("must not be negative, is {value}")));
-            }
-        }
-        self.residuals.validate()
-    }
-}
-
-impl PlanResiduals {
-    fn validate(&self) -> Result<(), FieldError> {
-        for (name, value, _) in Residuals::from(*self).against(&Default::default()) {
-            if value < 0.0 {
-                let reason = format!("must not be negative, is {value}");
-                return Err(FieldError::new(format!("residuals.{name}"), reason));
-            }
-        }
-        Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::formats::StageEnd;
-    use remora_core::advanced::model::TargetState;
-    use remora_core::advanced::stages::{
-        Clearances, Closest, ReorientationTrajectory, TranslationTrajectory,
-    };
-
-    fn plan() -> PlanFile {
-        let residuals = Residuals { dynamics1: 1e-9, ee_angle: 2e-9, ..Default::default() };
-        let status = PlanStatus::Solved;
-        let arm = Closest { distance: -0.01, time_s: 612.5, body: 3 };
-        let clearances = Clearances { arm, bus: Closest::NONE, own: Closest::NONE };
-        let end = StageEnd { status, iterations: 9, cost: 0.2, time_s: 0.1 };
-        PlanFile {
-            format: FORMAT.into(),
-            scenario: "a".into(),
-            status,
-            mode: Mode::Optimal,
-            warm_start: "heuristic".into(),
-            qp: "clarabel".into(),
-            integrator: Integrator::RK4,
-            stage1: PlanStage1::new(end, &TranslationTrajectory::ZERO),
-            stage2: PlanStage2::new(end, 0.0, &ReorientationTrajectory::ZERO),
-            target: PlanTarget::from(&[TargetState::ZERO; NODES]),
-            residuals: residuals.into(),
-            verdict: Some(PlanVerdict::Optimal),
-            clearances: Some(clearances.into()),
-        }
-    }
-
-    #[test]
-    fn plans_survive_a_round_trip_and_have_the_contracts_rows() {
-        let plan = plan();
-        let text = json::to_text(&plan).unwrap();
-        assert_eq!(PlanFile::parse(&text).unwrap(), plan);
-        assert_eq!((plan.stage1.position.len(), plan.stage1.force.len()), (60, 59));
-        assert_eq!((plan.stage2.attitude.len(), plan.stage2.joint_torque.len()), (60, 59));
-        let two = plan.stage2.trajectory();
-        assert_eq!(two, ReorientationTrajectory::ZERO);
-    }
-
-    #[test]
-    fn a_plan_of_an_older_version_is_read() {
-        let mut old = serde_json::to_value(plan()).unwrap();
-        let fields = old.as_object_mut().unwrap();
-        assert_eq!(fields["verdict"], "optimal");
-        assert_eq!(fields["clearances"]["arm"]["body"], 3);
-        assert!(fields["clearances"]["bus"]["distance_m"].is_null());
-        assert!(fields.remove("verdict").is_some() && fields.remove("clearances").is_some());
-        fields["residuals"].as_object_mut().unwrap().remove("clearance");
-        let read = PlanFile::parse(&old.to_string()).unwrap();
-        assert_eq!(read, PlanFile { verdict: None, clearances: None, ..plan() });
-    }
-
-    #[test]
-    fn what_was_not_verified_in_time_is_infinite_and_null_in_the_file() {
-        let unfinished = PlanFile { residuals: Residuals::UNFINISHED.into(), ..plan() };
-        let text = json::to_text(&unfinished).unwrap();
-        let mut fields: serde_json::Value = serde_json::from_str(&text).unwrap();
-        assert!(fields["residuals"]["dynamics1"].is_null());
-        assert_eq!(PlanFile::parse(&text).unwrap(), unfinished);
-        fields["residuals"].as_object_mut().unwrap().remove("dynamics1");
-        assert_eq!(PlanFile::parse(&fields.to_string()).unwrap_err().field, "residuals");
-    }
-
-    #[test]
-    fn each_kind_of_nonsense_is_named() {
-        let field = |change: fn(&mut PlanFile)| {
-            let mut plan = plan();
-            change(&mut plan);
-            PlanFile::parse(&json::to_text(&plan).unwrap()).unwrap_err().field
-        };
-        assert_eq!(field(|p| p.format = "remora-plan/2".into()), "format");
-        assert_eq!(field(|p| p.scenario = "a/b".into()), "scenario");
-        assert_eq!(field(|p| p.stage1.force.truncate(58)), "stage1.force");
-        assert_eq!(field(|p| p.stage2.joint_rate.clear()), "stage2.joint_rate");
-        assert_eq!(field(|p| p.stage1.position[7][1] = f64::NAN), "stage1.position[7][1]");
-        assert_eq!(field(|p| p.stage2.attitude[5][0] = 0.01), "stage2.attitude[5]");
-        assert_eq!(field(|p| p.target.attitude[59] = [0.0; 4]), "target.attitude[59]");
-        assert_eq!(field(|p| p.stage2.time_s = -1.0), "stage2.time_s");
-        assert_eq!(field(|p| p.residuals.preset = -1.0), "residuals.preset");
-        let text = json::to_text(&plan()).unwrap();
-        let field =
-            |from: &str, to: &str| PlanFile::parse(&text.replace(from, to)).unwrap_err().field;
-        assert_eq!(field("\"rk4\"", "\"rk4:2\""), "integrator");
-        assert_eq!(field("\"keep_out\"", "\"keepout\""), "residuals.keepout");
-        assert_eq!(field("\"status\": \"solved\"", "\"status\": \"fine\""), "status");
-        assert_eq!(
-            field("\"optimal\",\n  \"clearances\"", "\"good\",\n  \"clearances\""),
-            "verdict"
-        );
-        assert_eq!(field("\"body\": 3", "\"body\": -1"), "clearances.arm.body");
     }
 }

@@ -72,22 +72,25 @@ impl NamedScenario {
         }
     }
 
-    fn validate(&self, at: &str) -> Result<(), FieldError> {
-        check_id(&self.id, || format!("{at}.id"))?;
-        check_quaternion(&self.target.attitude, || format!("{at}.target.attitude"))?;
-        let within = |v: &[f64; 3], most: f64, field: &str, unit: &str| {
+    /// Refuses numbers that are no start of an approach.
+    ///
+    /// # Errors
+    /// The field and what is wrong with it.
+    pub(super) fn validate(&self) -> Result<(), (&'static str, String)> {
+        check_quaternion(&self.target.attitude, String::new)
+            .map_err(|error| ("target.attitude", error.reason))?;
+        let within = |v: &[f64; 3], most: f64, field: &'static str, unit: &str| {
             if v.iter().all(|x| x.abs() <= most) {
                 return Ok(());
             }
-            let reason = format!("each component must be within {most} {unit}");
-            Err(FieldError::new(format!("{at}.{field}"), reason))
+            Err((field, format!("each component must be within {most} {unit}")))
         };
         within(&self.target.rate, MAX_RATE, "target.rate", "rad/s")?;
         within(&self.servicer.position, MAX_POSITION, "servicer.position", "m")?;
         within(&self.servicer.velocity, MAX_VELOCITY, "servicer.velocity", "m/s")?;
         if Vector3::from(self.servicer.position).amax() < 1e-3 {
             let reason = "is at the target's centre, from where nothing points at it";
-            return Err(FieldError::new(format!("{at}.servicer.position"), reason));
+            return Err(("servicer.position", reason.into()));
         }
         Ok(())
     }
@@ -147,7 +150,10 @@ impl ScenarioSet {
         }
         let mut ids = HashSet::new();
         for (i, scenario) in self.scenarios.iter().enumerate() {
-            scenario.validate(&format!("scenarios[{i}]"))?;
+            check_id(&scenario.id, || format!("scenarios[{i}].id"))?;
+            scenario
+                .validate()
+                .map_err(|(field, why)| FieldError::new(format!("scenarios[{i}].{field}"), why))?;
             if !ids.insert(scenario.id.as_str()) {
                 let reason = format!("{:?} is used twice", scenario.id);
                 return Err(FieldError::new(format!("scenarios[{i}].id"), reason));

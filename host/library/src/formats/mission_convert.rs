@@ -1,46 +1,58 @@
-//! The problem definition's values as a mission file, and the file's keys for the core's fields.
+//! A mission's values as a mission file: the problem definition's, and those of any other.
 
 use super::mission_file::{
     Approach, Corridor, FORMAT, Horizon, Link, Margins, MissionFile, Orbit, Scenarios, Servicer,
-    Switch, Target, Tolerances, Weights,
+    Switch, Target, Tolerances, Typical, Weights, radians,
 };
 use super::radius::Radius;
-use remora_core::advanced::model;
-use remora_core::advanced::stages::NODES;
+use remora_core::advanced::model::{self, Mission};
+use remora_core::advanced::stages::{LINKS, NODES};
 use std::f64::consts::PI;
 
-fn degrees(radians: f64) -> f64 {
-    radians * 180.0 / PI
+/// The degrees that a file's reader turns into exactly these radians, the shortest of those next to
+/// the quotient; the quotient itself where there are none.
+fn degrees(angle: f64) -> f64 {
+    let near = angle * 180.0 / PI;
+    let (mut below, mut above) = (near, near);
+    let mut candidates = vec![near];
+    for _ in 0..4 {
+        (below, above) = (below.next_down(), above.next_up());
+        candidates.extend([below, above]);
+    }
+    let exact = candidates.into_iter().filter(|d| radians(*d).to_bits() == angle.to_bits());
+    exact.min_by_key(|d| d.to_string().len()).unwrap_or(near)
 }
 
-impl Default for MissionFile {
-    fn default() -> Self {
+impl MissionFile {
+    /// The file of a mission with every number given: nothing is left to be derived but whether a
+    /// part that is `auto` is in force.
+    pub fn of(mission: &Mission<LINKS>) -> Self {
+        let duration_s = mission.approach.duration;
         Self {
             format: FORMAT.into(),
-            horizon: Horizon::default(),
-            orbit: Orbit::default(),
-            target: Target::default(),
-            approach: Approach::default(),
-            weights: Weights::default(),
-            tolerances: Tolerances::default(),
-            margins: Margins::default(),
-            corridor: Corridor::default(),
-            scenarios: Scenarios::default(),
-            typical: None,
-            servicer: Servicer::default(),
+            horizon: Horizon { nodes: NODES, duration_s },
+            orbit: Orbit::from(&mission.orbit),
+            target: Target::from(&mission.target),
+            approach: Approach::from(&mission.approach),
+            weights: Weights::from(&mission.weights),
+            tolerances: Tolerances::from(&mission.tolerances),
+            margins: Margins::from(&mission.margins),
+            corridor: Corridor::from(&mission.corridor),
+            scenarios: Scenarios::from(&mission.scenarios),
+            typical: mission.typical_magnitudes.as_ref().map(Typical::from),
+            servicer: Servicer::from(&mission.servicer),
         }
     }
 }
 
-impl Default for Horizon {
+impl Default for MissionFile {
     fn default() -> Self {
-        Self { nodes: NODES, duration_s: model::Approach::default().duration }
+        Self { approach: Approach::default(), ..Self::of(&Mission::default()) }
     }
 }
 
-impl Default for Orbit {
-    fn default() -> Self {
-        let o = model::Orbit::default();
+impl From<&model::Orbit> for Orbit {
+    fn from(o: &model::Orbit) -> Self {
         Self {
             gravitational_parameter_m3_s2: o.gravitational_parameter,
             semi_major_axis_m: o.semi_major_axis,
@@ -50,23 +62,21 @@ impl Default for Orbit {
     }
 }
 
-impl Default for Target {
-    fn default() -> Self {
-        let t = model::Target::default();
+impl From<&model::Target> for Target {
+    fn from(t: &model::Target) -> Self {
         Self {
             half_extents_m: t.half_extents.into(),
             inertia_kg_m2: t.inertia.into(),
             mass_kg: t.mass,
             port_position_m: t.port_position.into(),
             port_normal: t.port_normal.into(),
-            gravity_gradient: Switch::Auto,
+            gravity_gradient: t.gravity_gradient.into(),
         }
     }
 }
 
-impl Default for Servicer {
-    fn default() -> Self {
-        let s = model::Servicer::default();
+impl From<&model::Servicer<LINKS>> for Servicer {
+    fn from(s: &model::Servicer<LINKS>) -> Self {
         Self {
             bus_mass_kg: s.bus_mass,
             bus_inertia_kg_m2: s.bus_inertia.into(),
@@ -98,24 +108,32 @@ impl From<&model::Link> for Link {
     }
 }
 
-impl Default for Approach {
-    fn default() -> Self {
-        let a = model::Approach::default();
+impl From<&model::Approach> for Approach {
+    fn from(a: &model::Approach) -> Self {
         Self {
-            keep_out_far_m: Radius::Auto,
-            keep_out_near_m: Radius::Auto,
+            keep_out_far_m: Radius::Metres(a.keep_out_far),
+            keep_out_near_m: Radius::Metres(a.keep_out_near),
             keep_out_far_until: a.keep_out_far_until,
             field_of_view_half_angle_deg: degrees(a.field_of_view_half_angle),
             preset_lead_intervals: a.preset_lead,
-            clearance: Switch::Auto,
-            between_nodes: Switch::Auto,
+            clearance: a.clearance.into(),
+            between_nodes: a.between_nodes.into(),
         }
     }
 }
 
-impl Default for Weights {
-    fn default() -> Self {
-        let w = model::Weights::default();
+impl From<model::Switch> for Switch {
+    fn from(switch: model::Switch) -> Self {
+        match switch {
+            model::Switch::Auto => Self::Auto,
+            model::Switch::On => Self::On,
+            model::Switch::Off => Self::None,
+        }
+    }
+}
+
+impl From<&model::Weights> for Weights {
+    fn from(w: &model::Weights) -> Self {
         Self {
             force: w.force,
             force_change: w.force_change,
@@ -125,9 +143,8 @@ impl Default for Weights {
     }
 }
 
-impl Default for Tolerances {
-    fn default() -> Self {
-        let t = model::Tolerances::default();
+impl From<&model::Tolerances> for Tolerances {
+    fn from(t: &model::Tolerances) -> Self {
         Self {
             dynamics: t.dynamics,
             control: t.control,
@@ -144,9 +161,8 @@ impl Default for Tolerances {
     }
 }
 
-impl Default for Margins {
-    fn default() -> Self {
-        let m = model::Margins::default();
+impl From<&model::Margins> for Margins {
+    fn from(m: &model::Margins) -> Self {
         Self {
             joint_angle_rad: m.joint_angle,
             joint_rate: m.joint_rate,
@@ -157,9 +173,8 @@ impl Default for Margins {
     }
 }
 
-impl Default for Corridor {
-    fn default() -> Self {
-        let c = model::Corridor::default();
+impl From<&model::Corridor> for Corridor {
+    fn from(c: &model::Corridor) -> Self {
         Self {
             half_angle_deg: degrees(c.half_angle),
             mouth_radius_m: c.mouth_radius,
@@ -168,9 +183,8 @@ impl Default for Corridor {
     }
 }
 
-impl Default for Scenarios {
-    fn default() -> Self {
-        let s = model::ScenarioRanges::default();
+impl From<&model::ScenarioRanges> for Scenarios {
+    fn from(s: &model::ScenarioRanges) -> Self {
         Self {
             standoff_m: s.standoff,
             offset_m: s.offset.into(),
@@ -181,11 +195,60 @@ impl Default for Scenarios {
     }
 }
 
+impl From<&model::Typical> for Typical {
+    fn from(t: &model::Typical) -> Self {
+        Self {
+            length_m: t.length,
+            velocity_m_s: t.velocity,
+            force_n: t.force,
+            angle_rad: t.angle,
+            rate_rad_s: t.rate,
+            joint_rate_rad_s: t.joint_rate,
+            bus_torque_n_m: t.bus_torque,
+            joint_torque_n_m: t.joint_torque,
+        }
+    }
+}
+
+/// What a file leaves out is the problem definition's.
+macro_rules! default_is_the_problems {
+    ($($section:ident: $core:ty),+) => {
+        $(impl Default for $section {
+            fn default() -> Self {
+                Self::from(&<$core>::default())
+            }
+        })+
+    };
+}
+
+default_is_the_problems!(
+    Orbit: model::Orbit,
+    Target: model::Target,
+    Servicer: model::Servicer<LINKS>,
+    Weights: model::Weights,
+    Tolerances: model::Tolerances,
+    Margins: model::Margins,
+    Corridor: model::Corridor,
+    Scenarios: model::ScenarioRanges
+);
+
+impl Default for Horizon {
+    fn default() -> Self {
+        Self { nodes: NODES, duration_s: model::Approach::default().duration }
+    }
+}
+
+impl Default for Approach {
+    /// Its keep-out distances follow from the servicer.
+    fn default() -> Self {
+        let given = Self::from(&model::Approach::default());
+        Self { keep_out_far_m: Radius::Auto, keep_out_near_m: Radius::Auto, ..given }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use remora_core::advanced::model::Mission;
-    use remora_core::advanced::stages::LINKS;
 
     const DEFAULT: &str = include_str!("../../../../fixtures/missions/default.mission.toml");
 
@@ -201,6 +264,37 @@ mod tests {
         let file = MissionFile::parse(DEFAULT).unwrap();
         assert_eq!(bits(&file.mission().unwrap()), bits(&built_in));
         assert_eq!(bits(&MissionFile::parse("").unwrap().mission().unwrap()), bits(&built_in));
+    }
+
+    #[test]
+    fn a_mission_survives_being_written() {
+        let mut missions = vec![Mission::default()];
+        for text in [
+            include_str!("../../../../fixtures/missions/small.mission.toml"),
+            include_str!("../../../../fixtures/missions/strong.mission.toml"),
+            include_str!("../../../../fixtures/missions/tumble-5.mission.toml"),
+        ] {
+            missions.push(MissionFile::parse(text).unwrap().mission().unwrap());
+        }
+        let mut typical = Mission::default();
+        typical.typical_magnitudes = Some(typical.typical());
+        missions.push(typical);
+        for mission in missions {
+            let file = MissionFile::of(&mission);
+            assert_eq!(bits(&file.mission().unwrap()), bits(&mission));
+            let text = serde_json::to_string(&file).unwrap();
+            let read: MissionFile = serde_json::from_str(&text).unwrap();
+            assert_eq!(bits(&read.mission().unwrap()), bits(&mission));
+        }
+    }
+
+    /// Whatever degrees a file gives, they are found again.
+    #[test]
+    fn degrees_come_back() {
+        for i in 1..20_000 {
+            let angle = radians(f64::from(i) * 0.009_1);
+            assert_eq!(radians(degrees(angle)).to_bits(), angle.to_bits(), "{i}");
+        }
     }
 
     #[test]

@@ -1,0 +1,228 @@
+//! Reading plans of either format, and writing them.
+
+use super::plan_file::{FORMAT, PlanFile, PlanResiduals};
+use super::{check_id, check_quaternion, json, plan_first};
+use crate::error::{Error, FieldError};
+use remora_core::advanced::stages::{NODES, Residuals};
+use std::path::Path;
+
+impl PlanFile {
+    /// Parses and validates a plan.
+    ///
+    /// # Errors
+    /// The first field found wrong: unknown format or field, numbers that are not, numbers of
+    /// rows that do not fit the horizon, quaternions not of unit length.
+    pub fn parse(text: &str) -> Result<Self, FieldError> {
+        let plan = match json::format_of(text).as_deref() {
+            Some(plan_first::FIRST_FORMAT) => plan_first::parse(text)?,
+            _ => {
+                let plan: Self = json::parse(text, FORMAT)?;
+                plan.check_head()?;
+                plan
+            }
+        };
+        plan.validate()?;
+        Ok(plan)
+    }
+
+    /// Reads and validates a file.
+    ///
+    /// # Errors
+    /// As [`PlanFile::parse`], with the file.
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        Self::parse(&json::read_text(file)?).map_err(|error| error.at(file))
+    }
+
+    /// Writes the file whole or not at all.
+    ///
+    /// # Errors
+    /// The file with the reason why it cannot be written.
+    pub fn write(&self, file: &Path) -> Result<(), Error> {
+        let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
+        super::write_atomically(file, text.as_bytes())
+    }
+
+    /// What plans of the first format lack is required, and inputs must be sound.
+    fn check_head(&self) -> Result<(), FieldError> {
+        let missing = |field: &str| FieldError::new(field, "is missing");
+        let inputs = self.inputs.as_ref().ok_or_else(|| missing("inputs"))?;
+        let grid = self.grid.as_ref().ok_or_else(|| missing("grid"))?;
+        check_id(&self.scenario, || "scenario".into())?;
+        let (mission, _) = inputs.read(&self.scenario)?;
+        grid.check(&mission)
+    }
+
+    fn validate(&self) -> Result<(), FieldError> {
+        check_id(&self.scenario, || "scenario".into())?;
+        self.check_rows()?;
+        self.check_numbers()
+    }
+
+    fn check_rows(&self) -> Result<(), FieldError> {
+        let (one, two, target) = (&self.stage1, &self.stage2, &self.target);
+        for (section, first_key, key, found, expected) in [
+            ("stage1", "position", "position_rtn_m", one.position.len(), NODES),
+            ("stage1", "velocity", "velocity_rtn_m_s", one.velocity.len(), NODES),
+            ("stage1", "force", "force_rtn_n", one.force.len(), NODES - 1),
+            ("stage2", "attitude", "attitude_body_to_rtn", two.attitude.len(), NODES),
+            ("stage2", "joint_angle", "joint_angle_rad", two.joint_angle.len(), NODES),
+            ("stage2", "rate", "rate_rtn_rad_s", two.rate.len(), NODES),
+            ("stage2", "joint_rate", "joint_rate_rad_s", two.joint_rate.len(), NODES),
+            ("stage2", "bus_torque", "bus_torque_body_n_m", two.bus_torque.len(), NODES - 1),
+            ("stage2", "joint_torque", "joint_torque_n_m", two.joint_torque.len(), NODES - 1),
+            ("target", "attitude", "attitude_body_to_rtn", target.attitude.len(), NODES),
+            ("target", "rate", "rate_rtn_rad_s", target.rate.len(), NODES),
+        ] {
+            if found != expected {
+                let key = if self.inputs.is_some() { key } else { first_key };
+                let reason = format!("has {found} rows; the horizon has {expected}");
+                return Err(FieldError::new(format!("{section}.{key}"), reason));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_numbers(&self) -> Result<(), FieldError> {
+        let (one, two, target) = (&self.stage1, &self.stage2, &self.target);
+        let attitude = if self.inputs.is_some() { "attitude_body_to_rtn" } else { "attitude" };
+        for (k, q) in two.attitude.iter().enumerate() {
+            check_quaternion(q, || format!("stage2.{attitude}[{k}]"))?;
+        }
+        for (k, q) in target.attitude.iter().enumerate() {
+            check_quaternion(q, || format!("target.{attitude}[{k}]"))?;
+        }
+        for (field, value) in [
+            ("stage1.cost", one.cost),
+            ("stage1.time_s", one.time_s),
+            ("stage2.cost", two.cost),
+            ("stage2.time_s", two.time_s),
+            ("stage2.inference_s", two.inference_s),
+            ("time_s", self.time_s.unwrap_or(0.0)),
+            ("cpu_time_s", self.cpu_time_s.unwrap_or(0.0)),
+        ] {
+            if value < 0.0 {
+                return Err(FieldError::new(field, format!("must not be negative, is {value}")));
+            }
+        }
+        self.residuals.validate()
+    }
+}
+
+impl PlanResiduals {
+    fn validate(&self) -> Result<(), FieldError> {
+        for (name, value, _) in Residuals::from(*self).against(&Default::default()) {
+            if value < 0.0 {
+                let reason = format!("must not be negative, is {value}");
+                return Err(FieldError::new(format!("residuals.{name}"), reason));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{
+        PlanGrid, PlanInputs, PlanStage1, PlanStage2, PlanStatus, PlanTarget, PlanVerdict, Program,
+        ScenarioSet, StageEnd,
+    };
+    use crate::method::{Integrator, Mode};
+    use remora_core::advanced::model::{Mission, TargetState};
+    use remora_core::advanced::stages::{
+        Clearances, Closest, ReorientationTrajectory, TranslationTrajectory,
+    };
+
+    fn plan() -> PlanFile {
+        let residuals = Residuals { dynamics1: 1e-9, ee_angle: 2e-9, ..Default::default() };
+        let status = PlanStatus::Solved;
+        let arm = Closest { distance: -0.01, time_s: 612.5, body: 3 };
+        let clearances = Clearances { arm, bus: Closest::NONE, own: Closest::NONE };
+        let end = StageEnd { status, iterations: 9, cost: 0.2, time_s: 0.1 };
+        let scenario = &ScenarioSet::built_in().unwrap().scenarios[0];
+        PlanFile {
+            format: FORMAT.into(),
+            program: Some(Program::this()),
+            scenario: "a".into(),
+            inputs: Some(PlanInputs::new(&Mission::default(), scenario, Integrator::RK4)),
+            grid: Some(PlanGrid::of(&Mission::default())),
+            frames: None,
+            time_s: Some(0.25),
+            cpu_time_s: None,
+            status,
+            mode: Mode::Optimal,
+            warm_start: "heuristic".into(),
+            qp: "clarabel".into(),
+            integrator: Integrator::RK4,
+            stage1: PlanStage1::new(end, &TranslationTrajectory::ZERO),
+            stage2: PlanStage2::new(end, 0.0, &ReorientationTrajectory::ZERO),
+            target: PlanTarget::from(&[TargetState::ZERO; NODES]),
+            residuals: residuals.into(),
+            verdict: Some(PlanVerdict::Optimal),
+            clearances: Some(clearances.into()),
+        }
+    }
+
+    #[test]
+    fn plans_survive_a_round_trip_and_have_the_contracts_rows() {
+        let plan = plan();
+        let text = json::to_text(&plan).unwrap();
+        assert_eq!(PlanFile::parse(&text).unwrap(), plan);
+        assert_eq!((plan.stage1.position.len(), plan.stage1.force.len()), (60, 59));
+        assert_eq!((plan.stage2.attitude.len(), plan.stage2.joint_torque.len()), (60, 59));
+        let two = plan.stage2.trajectory();
+        assert_eq!(two, ReorientationTrajectory::ZERO);
+    }
+
+    #[test]
+    fn what_was_not_verified_in_time_is_infinite_and_null_in_the_file() {
+        let unfinished = PlanFile { residuals: Residuals::UNFINISHED.into(), ..plan() };
+        let text = json::to_text(&unfinished).unwrap();
+        let mut fields: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert!(fields["residuals"]["dynamics1"].is_null());
+        assert_eq!(PlanFile::parse(&text).unwrap(), unfinished);
+        fields["residuals"].as_object_mut().unwrap().remove("dynamics1");
+        assert_eq!(PlanFile::parse(&fields.to_string()).unwrap_err().field, "residuals");
+    }
+
+    #[test]
+    fn each_kind_of_nonsense_is_named() {
+        let field = |change: fn(&mut PlanFile)| {
+            let mut plan = plan();
+            change(&mut plan);
+            PlanFile::parse(&json::to_text(&plan).unwrap()).unwrap_err().field
+        };
+        assert_eq!(field(|p| p.format = "remora-plan/9".into()), "format");
+        assert_eq!(field(|p| p.scenario = "a/b".into()), "scenario");
+        assert_eq!(field(|p| p.stage1.force.truncate(58)), "stage1.force_rtn_n");
+        assert_eq!(field(|p| p.stage2.joint_rate.clear()), "stage2.joint_rate_rad_s");
+        assert_eq!(field(|p| p.stage1.position[7][1] = f64::NAN), "stage1.position_rtn_m[7][1]");
+        assert_eq!(field(|p| p.stage2.attitude[5][0] = 0.01), "stage2.attitude_body_to_rtn[5]");
+        assert_eq!(field(|p| p.target.attitude[59] = [0.0; 4]), "target.attitude_body_to_rtn[59]");
+        assert_eq!(field(|p| p.stage2.time_s = -1.0), "stage2.time_s");
+        assert_eq!(field(|p| p.residuals.preset = -1.0), "residuals.preset");
+        assert_eq!(field(|p| p.inputs = None), "inputs");
+        assert_eq!(field(|p| p.grid = None), "grid");
+        assert_eq!(field(|p| p.grid.as_mut().unwrap().preset_node = 7), "grid.preset_node");
+        assert_eq!(field(|p| p.grid.as_mut().unwrap().dt_s *= 1.001), "grid.dt_s");
+        let field = |change: fn(&mut PlanInputs)| {
+            let mut plan = plan();
+            change(plan.inputs.as_mut().unwrap());
+            PlanFile::parse(&json::to_text(&plan).unwrap()).unwrap_err().field
+        };
+        let checksum = "inputs.scenario_checksum";
+        assert_eq!(field(|i| i.scenario.target_rate_body_rad_s[1] += 1e-12), checksum);
+        assert_eq!(field(|i| i.mission.target.mass_kg += 1.0), "inputs.mission_checksum");
+        assert_eq!(field(|i| i.mission.target.mass_kg = -1.0), "inputs.mission.target.mass_kg");
+        let attitude = "inputs.scenario.target_attitude_body_to_rtn";
+        assert_eq!(field(|i| i.scenario.target_attitude_body_to_rtn = [1.0; 4]), attitude);
+        let text = json::to_text(&plan()).unwrap();
+        let field =
+            |from: &str, to: &str| PlanFile::parse(&text.replace(from, to)).unwrap_err().field;
+        assert_eq!(field("\"rk4\"", "\"rk4:2\""), "integrator");
+        assert_eq!(field("\"keep_out\"", "\"keepout\""), "residuals.keepout");
+        assert_eq!(field("\"status\": \"solved\"", "\"status\": \"fine\""), "status");
+        assert_eq!(field("\"verdict\": \"optimal\"", "\"verdict\": \"good\""), "verdict");
+        assert_eq!(field("\"body\": 3", "\"body\": -1"), "clearances.arm.body");
+    }
+}
