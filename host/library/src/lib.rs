@@ -16,6 +16,7 @@
 //! - [`draw`]: random scenarios, the same for a seed everywhere;
 //! - [`memory`]: heaps and stacks for what is too large for a usual stack;
 //! - [`threads`]: a second thread for one plan;
+//! - [`lineage`]: what a model descends from, and the scenarios that it must not be judged by;
 //! - [`learned`]: learned models, from files or built in;
 //! - [`planning`]: from a scenario to a plan file;
 //! - [`picture`]: a plan as a picture;
@@ -45,6 +46,7 @@ pub mod formats;
 pub mod journal;
 pub mod kkt;
 pub mod learned;
+pub mod lineage;
 pub mod memory;
 pub mod method;
 pub mod perturbation;

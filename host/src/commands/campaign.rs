@@ -61,6 +61,8 @@ a plan stops depends on the machine, its load and --jobs.
 A scenario that no plan can end well is refused before planning: a row with status infeasible and
 the constraint's name as its reason.
 
+Scenarios that the model, or one that it descends from, has learnt from are refused.
+
 Exit status: 0 all optimal, 1 some are not flyable, 2 bad input, 3 all verified but some not converged.";
 
 impl Args {
@@ -72,11 +74,12 @@ impl Args {
             Error::argument("campaign", reason)
         })?;
         let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        let scenarios = scenarios.scenarios;
         let campaign = Campaign {
-            scenarios: scenarios.scenarios,
             mission,
             method: self.method.method_until(self.deadline),
-            model: self.method.model()?,
+            model: self.method.model_to_judge(&scenarios)?,
+            scenarios,
             jobs: self.jobs.unwrap_or_else(cores),
             save_plans: self.plans,
             csv: self.csv,

@@ -7,6 +7,7 @@ use remora_host::choice::Choice;
 use remora_host::error::Error;
 use remora_host::formats::{NamedScenario, ScenarioSet, read_mission};
 use remora_host::learned::Learned;
+use remora_host::lineage::Lineage;
 use remora_host::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
 use std::path::{Path, PathBuf};
 
@@ -51,6 +52,31 @@ impl MethodArgs {
     /// The model of a learned start, where one is asked for.
     pub(super) fn model(&self) -> Result<Option<Learned>, Error> {
         Learned::chosen(self.warm_start, self.model.as_deref(), self.integrator)
+    }
+
+    /// The same, for results over many scenarios: a model is not judged by what it or an ancestor
+    /// has learnt from.
+    pub(super) fn model_to_judge(
+        &self,
+        scenarios: &[NamedScenario],
+    ) -> Result<Option<Learned>, Error> {
+        let learned = self.model()?;
+        let Some(model) = learned.as_ref().and_then(Learned::model) else { return Ok(learned) };
+        let checksum = learned.as_ref().map_or(0, Learned::checksum);
+        let provenance = &model.header().provenance;
+        let name = learned.as_ref().map_or(String::new(), |learned| learned.record().name);
+        let lineage = match &self.model {
+            Some(file) => Lineage::beside(file, checksum, provenance)?,
+            None => Lineage::of_header(&name, provenance),
+        };
+        if let Some(id) = lineage.learnt(scenarios) {
+            let reason = format!(
+                "{name} or a model that it descends from has learnt from {id}: choose another \
+                 seed, or --warm-start heuristic"
+            );
+            return Err(Error::argument("--model", reason));
+        }
+        Ok(learned)
     }
 }
 

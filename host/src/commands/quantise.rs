@@ -3,6 +3,7 @@
 use super::Output;
 use remora_host::error::Error;
 use remora_host::formats::{ModelFile, check_writable};
+use remora_host::lineage::{self, Lineage};
 use remora_host::report::{Align, Table};
 use remora_learn::quantise::{Quantised, quantise};
 use std::path::PathBuf;
@@ -24,17 +25,29 @@ Examples:
   remora quantise small.f32.model small.model
 
 Prints every tensor with its bytes before and after, the largest error of a weight relative to the
-largest of its row, and the relative root mean square of all its errors.";
+largest of its row, and the relative root mean square of all its errors. What the model descends
+from (IN's *.lineage.toml, where it has one) goes with it.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let model = ModelFile::read(&self.input)?;
         check_writable(&self.out)?;
+        let provenance = &model.header().provenance;
+        let known = Lineage::beside(&self.input, checksum(&model.bytes()), provenance)?;
         let (quantised, tensors) = quantise(&model).map_err(|e| e.at(&self.input))?;
         quantised.write(&self.out)?;
-        let text = format!("{}\nwritten: {}\n", table(&tensors), self.out.display());
+        let mut text = format!("{}\nwritten: {}\n", table(&tensors), self.out.display());
+        if lineage::path_of(&self.input).exists() {
+            let file = known.write_beside(&self.out, checksum(&quantised.bytes()))?;
+            text += &format!("written: {}\n", file.display());
+        }
         Ok(Output::new(text, true))
     }
+}
+
+/// A model file's last four bytes.
+fn checksum(bytes: &[u8]) -> u32 {
+    bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last))
 }
 
 fn table(tensors: &[Quantised]) -> String {

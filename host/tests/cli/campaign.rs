@@ -222,3 +222,18 @@ fn first_of(bench: &Bench) -> Value {
     set["scenarios"].as_array_mut().unwrap().truncate(1);
     set
 }
+
+/// The built-in model for RK4 descends from one that learnt from seed 1000.
+#[test]
+fn a_model_is_not_judged_by_what_an_ancestor_has_learnt() {
+    let bench = Bench::new();
+    for (integrator, seed) in [("euler", 1000), ("rk4:4", 1000), ("rk4:4", 2000), ("rk4", 3000)] {
+        bench.refuses(
+            &format!("campaign --draw 1 --seed {seed} --integrator {integrator} --out runs"),
+            &format!("or a model that it descends from has learnt from s{seed}-000: choose another"),
+        );
+    }
+    assert!(!bench.path("runs").exists());
+    let heuristic = "--integrator euler --mode feasible --warm-start heuristic";
+    bench.solves(&format!("campaign --draw 1 --seed 1000 {heuristic} --out runs"));
+}

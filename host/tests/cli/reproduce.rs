@@ -103,7 +103,12 @@ fn what_cannot_be_reproduced_is_refused() {
     );
     bench.refuses(
         "reproduce decoders --models models --count 3 --seed 1000 --out paper",
-        "models/flow-5k.model: was trained on s1000-000: choose scenarios of another seed",
+        "models/flow-5k.model: was trained on s1000-000, itself or an ancestor: choose scenarios of",
+    );
+    bench.write("models/flow.lineage.toml", "format = \"remora-lineage/1\"\nmodel = \"0\"\n");
+    bench.refuses(
+        &format!("reproduce decoders {COMMON}"),
+        "models/flow.lineage.toml: missing field `training`",
     );
     fs::remove_file(bench.path("models/flow.model")).unwrap();
     fs::remove_file(bench.path("models/flow-5k.model")).unwrap();

@@ -15,17 +15,16 @@
 mod make;
 mod manifest;
 mod shard;
-mod source;
 mod split;
 mod trajectory;
 
 pub use make::{Made, Recipe};
 pub use manifest::{FORMAT, MANIFEST, Manifest, SHARD};
-pub use source::Source;
 pub use split::Split;
 pub use trajectory::{CONTROL, STATE, Trajectory};
 
 use remora_host::error::Error;
+use remora_host::lineage::Source;
 use std::path::{Path, PathBuf};
 
 /// A dataset to read. One that is still being made can be read up to where it is complete.

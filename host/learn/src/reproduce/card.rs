@@ -1,12 +1,11 @@
 //! What the tables need to know of a model.
 
-use crate::dataset::Source;
 use remora_core::advanced::nn;
 use remora_core::advanced::warmstart::{Action, Encoding};
 use remora_host::error::{Error, io_reason};
 use remora_host::learned::Learned;
+use remora_host::lineage::{Lineage, Source};
 use serde::{Serialize, Serializer};
-use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -45,11 +44,15 @@ pub struct Card {
     pub chunk: u16,
     /// Layers, width, inputs, precision: what tells two networks apart that learned the same.
     pub network: String,
+    /// Inputs, actions and size in words.
+    pub about: String,
+    /// Whether it is a network of the paper's kind: five tokens a node, inputs in RTN, torques.
+    pub is_of_the_papers_kind: bool,
     /// The integrator whose plans it learned.
     pub integrator: String,
-    /// What it was trained on.
-    #[serde(serialize_with = "joined")]
-    pub sources: Vec<Source>,
+    /// What it was trained on, itself and its ancestors.
+    #[serde(serialize_with = "joined", rename = "sources")]
+    pub lineage: Lineage,
 }
 
 /// `3 x 96, one token, body, rate, int8`.
@@ -75,8 +78,41 @@ fn network(header: &nn::Header) -> String {
     format!("{} x {}, {tokens}, {inputs}, {action}, {precision}", header.layers, header.width)
 }
 
-fn joined<S: Serializer>(sources: &[Source], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&Source::join(sources))
+/// Inputs, actions and size, for a reader.
+fn about(header: &nn::Header) -> String {
+    let inputs = match Encoding::of_tag(header.inputs) {
+        Some(Encoding::Paper) => "the paper's inputs, in RTN (`paper`)",
+        Some(Encoding::Body) => "inputs in bus axes (`body`)",
+        None => "inputs unknown",
+    };
+    let action = match Action::of_tag(header.outputs) {
+        Some(Action::Torque) => "actions are torques",
+        Some(Action::Rate) => "actions are the next node's rates",
+        None => "actions unknown",
+    };
+    let tokens = match header.layout {
+        nn::Layout::Separate => "five tokens",
+        nn::Layout::Fused => "one token",
+    };
+    let decoder = match header.decoder {
+        nn::Decoder::Linear => "linear decoder",
+        nn::Decoder::Flow { .. } => "flow decoder",
+    };
+    let nn::Header { layers, heads, width, chunk, .. } = header;
+    format!(
+        "{inputs}, {action}, {tokens} a node, {layers} blocks of width {width} with {heads} heads, \
+         {decoder}, H = {chunk}"
+    )
+}
+
+fn is_of_the_papers_kind(header: &nn::Header) -> bool {
+    header.layout == nn::Layout::Separate
+        && Encoding::of_tag(header.inputs) == Some(Encoding::Paper)
+        && Action::of_tag(header.outputs) == Some(Action::Torque)
+}
+
+fn joined<S: Serializer>(lineage: &Lineage, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&Source::join(&lineage.sources))
 }
 
 impl Card {
@@ -87,8 +123,9 @@ impl Card {
             wrong(learned.refused().map_or("is no model", |error| error.reason()).into())
         })?;
         let header = model.header();
-        let sources = Source::parse_all(&header.provenance.dataset)
+        Source::parse_all(&header.provenance.dataset)
             .map_err(|reason| wrong(format!("provenance: dataset: {reason}")))?;
+        let lineage = Lineage::beside(file, learned.checksum(), &header.provenance)?;
         let name = file.file_stem().unwrap_or(file.as_os_str()).to_string_lossy();
         Ok(Self {
             name: name.into_owned(),
@@ -100,19 +137,16 @@ impl Card {
             },
             chunk: header.chunk,
             network: network(header),
+            about: about(header),
+            is_of_the_papers_kind: is_of_the_papers_kind(header),
             integrator: header.provenance.integrator.as_str().into(),
-            sources,
+            lineage,
         })
     }
 
-    /// Scenarios that it was trained on; those of one seed count once, however often it met them.
+    /// Scenarios that it or an ancestor was trained on; those of one seed count once.
     pub fn size(&self) -> u64 {
-        let mut counts = BTreeMap::new();
-        for Source { seed, count } in &self.sources {
-            let most = counts.entry(seed).or_insert(count);
-            *most = count.max(*most);
-        }
-        counts.into_values().sum()
+        self.lineage.size()
     }
 }
 
@@ -150,6 +184,7 @@ pub(super) fn thousands(count: u64) -> String {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use remora_host::lineage::Training;
 
     /// A model that there is not.
     pub(crate) fn card(decoder: Decoder, chunk: u16, size: u64) -> Card {
@@ -160,17 +195,21 @@ pub(super) mod tests {
             decoder,
             chunk,
             network: "3 x 96".into(),
+            about: "3 blocks of width 96".into(),
+            is_of_the_papers_kind: false,
             integrator: "euler".into(),
-            sources: vec![Source { seed: 1000, count: size }],
+            lineage: Lineage {
+                trainings: vec![Training {
+                    name: String::new(),
+                    integrator: "euler".into(),
+                    learnt_from: format!("s1000:{size}"),
+                    steps: 3_000,
+                    batch: Some(32),
+                }],
+                before: None,
+                sources: vec![Source { seed: 1000, count: size }],
+            },
         }
-    }
-
-    #[test]
-    fn scenarios_count_once() {
-        let mut card = card(Decoder::Linear, 1, 5_000);
-        card.sources.push(Source { seed: 1000, count: 9_000 });
-        card.sources.push(Source { seed: 2000, count: 500 });
-        assert_eq!(card.size(), 9_500);
     }
 
     #[test]

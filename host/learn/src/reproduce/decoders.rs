@@ -4,7 +4,7 @@ use super::findings::Findings;
 use super::laboratory::{Laboratory, Run};
 use super::measure::{self, Against, Measured};
 use super::published::{self, DECODERS};
-use super::{Card, card};
+use super::{Card, card, models};
 use remora_host::error::Error;
 use remora_host::method::Mode;
 use remora_host::report::plot::{Lines, Series};
@@ -25,6 +25,10 @@ impl Line<'_> {
         self.model.map_or("heuristic".into(), |card| card.name.clone())
     }
 }
+
+const HOW_TO_READ: &str = "Each row of ours is followed by the paper's. Mean ± standard deviation \
+                           over what was solved; in brackets the 95 % interval. Times include \
+                           inference.";
 
 /// Compares the models that were trained on most.
 pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Findings, Error> {
@@ -51,12 +55,7 @@ pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Fin
         .collect();
     Ok(Findings {
         title: "Decoders and chunk lengths (Table III)",
-        notes: vec![format!(
-            "Trained on {} scenarios. Each row of ours is followed by the paper's. Mean ± standard \
-             deviation over what was solved; in brackets the 95 % interval. Times include \
-             inference.",
-            card::thousands(models[0].size())
-        )],
+        notes: [vec![HOW_TO_READ.into()], models::notes(&models)].concat(),
         tables: vec![("Each start".into(), table(&lines)), (COMPARISON.into(), comparison(&lines))],
         plots: vec![
             ("decoders-iterations", plot(&lines, "iterations", |of| of.iterations.mean).svg()?),
@@ -91,7 +90,7 @@ fn table(lines: &[Line<'_>]) -> Table {
         ]);
         if let Some(row) = line.published {
             table.row([
-                "  paper".into(),
+                models::PAPER_ROW.into(),
                 chunk,
                 measure::percent(row.success),
                 measure::published(row.cost),
@@ -122,9 +121,9 @@ fn comparison(lines: &[Line<'_>]) -> Table {
     let mut table = Table::new([
         ("model", Align::Left),
         ("iterations [%]", right),
-        ("paper", right),
+        (models::PAPER_COLUMN, right),
         ("time [%]", right),
-        ("paper", right),
+        (models::PAPER_COLUMN, right),
         ("cost [1e-3]", right),
         ("median", right),
     ]);

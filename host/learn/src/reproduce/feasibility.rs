@@ -4,7 +4,7 @@ use super::findings::Findings;
 use super::laboratory::{Laboratory, Run};
 use super::measure::{self, Against, Measured};
 use super::published::{self, FEASIBILITY};
-use super::{Card, Decoder, card};
+use super::{Card, Decoder, card, models};
 use remora_host::error::Error;
 use remora_host::formats::Row;
 use remora_host::method::Mode;
@@ -21,6 +21,10 @@ struct Line<'a> {
     against_heuristic: Option<Against>,
     published: Option<published::Feasibility>,
 }
+
+const HOW_TO_READ: &str = "Each row of ours is followed by the paper's. Mean ± standard deviation \
+                           over feasible plans; in brackets the 95 % interval. Times include \
+                           inference.";
 
 const MODES: [Mode; 2] = [Mode::Optimal, Mode::Feasible];
 
@@ -63,11 +67,7 @@ pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Fin
     };
     Ok(Findings {
         title: "Feasibility and optimality (Table IV)",
-        notes: vec![
-            "Each row of ours is followed by the paper's. Mean ± standard deviation over feasible \
-             plans; in brackets the 95 % interval. Times include inference."
-                .into(),
-        ],
+        notes: [vec![HOW_TO_READ.into()], models::notes(&models)].concat(),
         tables: vec![
             ("Plans".into(), table(&lines)),
             ("Costs".into(), costs(&lines)),
@@ -116,7 +116,7 @@ fn table(lines: &[Line<'_>]) -> Table {
         ]);
         if let Some(row) = line.published {
             table.row([
-                "  paper".into(),
+                models::PAPER_ROW.into(),
                 measure::percent(row.success),
                 measure::published(row.iterations),
                 measure::published_time(row.time_s),
@@ -156,7 +156,7 @@ fn costs(lines: &[Line<'_>]) -> Table {
         if let Some(row) = line.published {
             let best = best.and_then(|line| line.published);
             table.row([
-                "  paper".into(),
+                models::PAPER_ROW.into(),
                 measure::published(row.cost),
                 number(row.cost_median),
                 number(row.cost_p99),

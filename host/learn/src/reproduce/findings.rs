@@ -21,14 +21,18 @@ pub struct Findings {
     pub numbers: Value,
 }
 
-/// A paragraph in lines of at most 100 columns.
-fn wrapped(text: &str) -> String {
+/// Columns of the terminal, and of a page's source.
+const TERMINAL: usize = 100;
+const PAGE: usize = 120;
+
+/// A paragraph in lines of at most so many columns.
+fn wrapped(text: &str, columns: usize) -> String {
     let (mut out, mut column) = (String::new(), 0);
     for word in text.split_whitespace() {
         let width = word.chars().count();
         let before = match column {
             0 => "",
-            column if column + 1 + width <= 100 => " ",
+            column if column + 1 + width <= columns => " ",
             _ => "\n",
         };
         column = if before == "\n" { width } else { column + before.len() + width };
@@ -54,10 +58,10 @@ impl Findings {
     pub fn text(&self) -> String {
         let mut out = format!("{}\n", self.title);
         for note in &self.notes {
-            out += &format!("{}\n", wrapped(note));
+            out += &format!("{}\n", wrapped(note, TERMINAL));
         }
         for (caption, table) in &self.tables {
-            out += &format!("\n{}\n\n{table}", wrapped(caption));
+            out += &format!("\n{}\n\n{table}", wrapped(caption, TERMINAL));
         }
         out
     }
@@ -66,7 +70,7 @@ impl Findings {
     pub fn markdown(&self) -> String {
         let mut out = format!("# {}\n", self.title);
         for note in &self.notes {
-            out += &format!("\n{note}\n");
+            out += &format!("\n{}\n", wrapped(note, PAGE));
         }
         for (caption, table) in &self.tables {
             out += &format!("\n{caption}\n\n{}", table.markdown());

@@ -4,7 +4,7 @@ use super::findings::Findings;
 use super::laboratory::{Laboratory, Run};
 use super::measure::{self, Against, Measured};
 use super::published::{self, FLOW_STEPS};
-use super::{Card, Decoder, card};
+use super::{Card, Decoder, card, models};
 use remora_host::error::Error;
 use remora_host::method::Mode;
 use remora_host::report::plot::{Lines, Series};
@@ -23,6 +23,9 @@ struct Line<'a> {
     against_heuristic: Against,
     published: published::FlowSteps,
 }
+
+const HOW_TO_READ: &str = "Each row of ours is followed by the paper's. Mean ± standard deviation \
+                           over what was solved; in brackets the 95 % interval.";
 
 /// Sweeps the steps of the flow models with H = 1 that were trained on most.
 pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Findings, Error> {
@@ -52,11 +55,7 @@ pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Fin
     let heuristic = Measured::of(&rows[0]);
     Ok(Findings {
         title: "Steps of the flow (Table II)",
-        notes: vec![
-            "Each row of ours is followed by the paper's. Mean ± standard deviation over what was \
-             solved; in brackets the 95 % interval."
-                .into(),
-        ],
+        notes: [vec![HOW_TO_READ.into()], models::notes(&models)].concat(),
         tables: vec![("Roll-out and plan".into(), table(&lines, &heuristic))],
         plots: vec![
             ("flow-steps", plot(&lines, &models, &heuristic).svg()?),
@@ -98,7 +97,7 @@ fn table(lines: &[Line<'_>], heuristic: &Measured) -> Table {
             measure::rate(&measured.success),
         ]);
         table.row([
-            "  paper".into(),
+            models::PAPER_ROW.into(),
             published.steps.to_string(),
             measure::published_time(published.inference_s),
             measure::published(published.ee_error_m),

@@ -18,6 +18,7 @@ mod findings;
 mod flow_steps;
 mod laboratory;
 mod measure;
+mod models;
 pub mod published;
 mod sample_efficiency;
 
@@ -90,7 +91,8 @@ impl Choice for Table {
     }
 }
 
-/// The models for an integrator; those of RK4 are for any number of substeps. One that was trained on a scenario of the evaluation is refused.
+/// The models for an integrator; those of RK4 are for any number of substeps. One that was trained
+/// on a scenario of the evaluation, itself or an ancestor, is refused.
 ///
 /// # Errors
 /// The model and the scenario.
@@ -106,23 +108,14 @@ pub fn fit_for_evaluation(
     };
     let models: Vec<Card> = models.into_iter().filter(fits).collect();
     for card in &models {
-        let seen = |scenario: &&NamedScenario| {
-            drawn(&scenario.id).is_some_and(|(seed, index)| {
-                card.sources.iter().any(|source| source.seed == seed && index < source.count)
-            })
-        };
-        if let Some(NamedScenario { id, .. }) = scenarios.iter().find(seen) {
-            let reason = format!("was trained on {id}: choose scenarios of another seed");
+        if let Some(id) = card.lineage.learnt(scenarios) {
+            let reason = format!(
+                "was trained on {id}, itself or an ancestor: choose scenarios of another seed"
+            );
             return Err(Error::input(&card.file, "", reason));
         }
     }
     Ok(models)
-}
-
-/// Seed and index of a drawn scenario, of which its id is made.
-fn drawn(id: &str) -> Option<(u64, u64)> {
-    let (seed, index) = id.strip_prefix('s')?.split_once('-')?;
-    Some((seed.parse().ok()?, index.parse().ok()?))
 }
 
 fn no_model(with: &str) -> Error {
@@ -139,6 +132,7 @@ mod tests {
     use super::*;
     use remora_core::advanced::model::Mission;
     use remora_host::formats::ScenarioSet;
+    use remora_host::lineage::Source;
 
     #[test]
     fn a_model_is_not_judged_on_what_it_was_trained_on() {
@@ -154,7 +148,7 @@ mod tests {
         let substeps: Integrator = "rk4:4".parse().unwrap();
         let mut rk4 = card::tests::card(Decoder::Linear, 1, 2);
         rk4.integrator = "rk4".into();
-        rk4.sources.push(crate::dataset::Source { seed: 2000, count: 5 });
+        rk4.lineage.sources.push(Source { seed: 2000, count: 5 });
         let fit_rk4 = |seed| fit_for_evaluation(vec![rk4.clone()], substeps, &set(seed).scenarios);
         assert_eq!(fit_rk4(7).unwrap().len(), 1);
         // Nor may what it started from.
@@ -169,8 +163,6 @@ mod tests {
         let mut beyond = set(1000);
         beyond.scenarios.drain(..2);
         assert_eq!(fit(euler, beyond).unwrap().len(), 1);
-        assert_eq!(drawn("s12-0345"), Some((12, 345)));
-        assert_eq!(drawn("p000"), None);
     }
 
     #[test]

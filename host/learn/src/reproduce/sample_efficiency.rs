@@ -4,7 +4,7 @@ use super::findings::Findings;
 use super::laboratory::{Laboratory, Run};
 use super::measure::{self, Against, Measured};
 use super::published::{DECODERS, SAMPLE_FLOW_ITERATIONS, SAMPLE_SIZES, Spread};
-use super::{Card, Decoder, card};
+use super::{Card, Decoder, card, models};
 use remora_host::error::Error;
 use remora_host::method::Mode;
 use remora_host::report::plot::{Lines, Series};
@@ -21,6 +21,11 @@ struct Point<'a> {
     measured: Measured,
     against_heuristic: Against,
 }
+
+const HOW_TO_READ: &str = "Mean ± standard deviation over what was solved; in brackets the 95 % \
+                           interval. Of the figure the paper's text gives only that flow matching \
+                           stays at approximately 13 iterations; its values at 90k are those of \
+                           Table III.";
 
 /// Compares the models with H = 1 over the sizes of their training sets.
 pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Findings, Error> {
@@ -54,14 +59,11 @@ pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Fin
             plot(&points, &heuristic, "time of Stage 2 [s]", |of| of.time_s.mean),
         ),
     ];
+    let mut notes = [vec![HOW_TO_READ.into()], models::notes(&models)].concat();
+    notes.extend(models::confounded(&models));
     Ok(Findings {
         title: "Sample efficiency (figure)",
-        notes: vec![
-            "Mean ± standard deviation over what was solved; in brackets the 95 % interval. Of the \
-             figure the paper's text gives only that flow matching stays at approximately 13 \
-             iterations; its values at 90k are those of Table III."
-                .into(),
-        ],
+        notes,
         tables: vec![(
             "Decoders and sizes of the training set, H = 1".into(),
             table(&points, &heuristic),
@@ -92,7 +94,7 @@ fn table(points: &[Point<'_>], heuristic: &Measured) -> Table {
         ("start", Align::Left),
         ("size", right),
         ("iterations", right),
-        ("paper", right),
+        (models::PAPER_COLUMN, right),
         ("change [%]", right),
         ("time", right),
         ("success [%]", right),

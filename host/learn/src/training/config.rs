@@ -1,10 +1,10 @@
 //! The configuration of a training, `*.toml`.
 
 use super::examples::Disturbance;
-use crate::dataset::Source;
 pub use remora_core::advanced::warmstart::{Action, Encoding};
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::json;
+use remora_host::lineage::Source;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 

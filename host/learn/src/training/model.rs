@@ -3,10 +3,10 @@
 use super::config::{self, Action, Config, Encoding};
 use super::params::{Entry, Table};
 use super::source::Statistics;
-use crate::dataset::Source;
 use remora_core::advanced::nn::{Decoder, Header, Layout, Precision, Provenance, VERSION};
 use remora_host::error::FieldError;
 use remora_host::formats::{ModelBuilder, ModelFile, Values};
+use remora_host::lineage::{Lineage, Source, Training};
 use serde::{Deserialize, Serialize};
 
 /// Where parameters came from, as the model file says it.
@@ -18,6 +18,18 @@ pub struct Origin {
     pub dataset: String,
     /// What the training started from, checksum or digest and name; empty where from nothing.
     pub parent: String,
+    /// Datasets of this training alone; empty where these are all.
+    #[serde(default)]
+    pub own: String,
+    /// Trajectories of a step.
+    #[serde(default)]
+    pub batch: Option<u64>,
+    /// The trainings before this one, the first ancestor's first.
+    #[serde(default)]
+    pub ancestors: Vec<Training>,
+    /// What the first of them started from, where no more is known of it.
+    #[serde(default)]
+    pub before: Option<String>,
 }
 
 /// Bytes of the header's text of datasets.
@@ -36,7 +48,29 @@ impl Origin {
             let reason = format!("{dataset}: more datasets than a model's header has room for");
             return Err(FieldError::new("provenance.dataset", reason));
         }
-        Ok(Self { integrator: self.integrator.clone(), dataset, parent })
+        Ok(Self { dataset, parent, own: self.dataset.clone(), ..self.clone() })
+    }
+
+    /// This training and all before it; its own model has a name and took so many steps.
+    pub fn lineage(&self, name: String, steps: u64) -> Lineage {
+        let own = if self.own.is_empty() { &self.dataset } else { &self.own };
+        let last = Training {
+            name,
+            integrator: self.integrator.clone(),
+            learnt_from: own.clone(),
+            steps,
+            batch: self.batch,
+        };
+        // A checkpoint of before ancestors were kept names its parent alone.
+        let unknown = self.ancestors.is_empty() && !self.parent.is_empty();
+        let before = self.before.clone().or_else(|| unknown.then(|| self.parent.clone()));
+        let trainings = self.ancestors.iter().cloned().chain([last]).collect();
+        Lineage { trainings, before, sources: Source::parse_all(&self.dataset).unwrap_or_default() }
+    }
+
+    /// The same, after another model's trainings.
+    pub fn after(self, parent: Lineage) -> Self {
+        Self { ancestors: parent.trainings, before: parent.before, ..self }
     }
 }
 

@@ -6,6 +6,7 @@ use super::model::revision;
 use super::params::Table;
 use remora_host::error::Error;
 use remora_host::formats::{check_writable, remove_partials, write_atomically};
+use remora_host::lineage::Training;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -76,6 +77,7 @@ struct Summary<'a> {
     count: Option<u64>,
     learnt_from: &'a str,
     parent: &'a str,
+    ancestors: &'a [Training],
     seed: u64,
     steps: u64,
     examples: u64,
@@ -101,6 +103,7 @@ pub fn summary(out: &Path, config: &Config, outcome: &Outcome) -> Result<(), Err
         count: config.data.count,
         learnt_from: &state.origin.dataset,
         parent: &state.origin.parent,
+        ancestors: &state.origin.ancestors,
         seed: config.training.seed,
         steps,
         examples: steps * (config.training.batch * config.training.accumulation) as u64,

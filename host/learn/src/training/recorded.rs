@@ -7,10 +7,11 @@ use super::random::Random;
 use super::rollout::{self, RolloutError};
 use super::shape::Shape;
 use super::source::{Example, ExampleSource, Split};
-use crate::dataset::{self, Dataset, Source, Trajectory};
+use crate::dataset::{self, Dataset, Trajectory};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::{LINKS, NODES};
 use remora_host::error::Error;
+use remora_host::lineage::Source;
 use remora_host::method::Integrator;
 use std::path::Path;
 

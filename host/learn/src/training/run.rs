@@ -13,6 +13,7 @@ use super::source::{Batch, Batches, ExampleSource, Split, Statistics};
 use remora_core::advanced::nn::MAGIC;
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::{ModelFile, read_model, write_atomically};
+use remora_host::lineage::Lineage;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -110,7 +111,7 @@ impl Run<'_> {
                 return Err(Error::input(&file, "", "belongs to another configuration"));
             }
             if found.origin == Origin::default() {
-                found.origin = self.origin.clone();
+                found.origin = self.origin();
             }
             return Ok(found);
         }
@@ -121,7 +122,7 @@ impl Run<'_> {
         let new = Checkpoint {
             digest,
             shape,
-            origin: self.origin.clone(),
+            origin: self.origin(),
             statistics: Statistics::default(),
             elapsed_s: 0.0,
             rows: Vec::new(),
@@ -140,20 +141,29 @@ impl Run<'_> {
         }
     }
 
+    /// Where what is learnt comes from, with the size of a step.
+    fn origin(&self) -> Origin {
+        let training = &self.config.training;
+        let batch = (training.batch * training.accumulation) as u64;
+        Origin { batch: Some(batch), ..self.origin.clone() }
+    }
+
     /// The state to start from, with the parameters and statistics of a checkpoint or model file.
     fn start_from(&self, file: &Path, table: &Table, new: Checkpoint) -> Result<Checkpoint, Error> {
         let bytes = read_model(file)?;
         let refused = |error: FieldError| error.at(file);
         let more = self.config.training.parent_learnt_from.as_deref().unwrap_or_default();
         let origin =
-            |parent, learnt: &str| self.origin.from(parent, &[learnt, more]).map_err(refused);
+            |parent, learnt: &str| self.origin().from(parent, &[learnt, more]).map_err(refused);
         if !bytes.starts_with(&MAGIC) {
             let found = Checkpoint::read(file)?;
             if found.shape != new.shape {
                 return Err(Error::input(file, "", "is of a network of another shape"));
             }
-            let parent = format!("{} {}", found.digest, name(file.parent().unwrap_or(file)));
-            let origin = origin(parent, &found.origin.dataset)?;
+            let folder = name(file.parent().unwrap_or(file));
+            let before = found.origin.lineage(folder.clone(), found.optimiser.step);
+            let parent = format!("{} {folder}", found.digest);
+            let origin = origin(parent, &found.origin.dataset)?.after(before);
             let Checkpoint { statistics, parameters, .. } = found;
             return Ok(Checkpoint { origin, statistics, parameters, ..new });
         }
@@ -165,7 +175,8 @@ impl Run<'_> {
             .map_err(refused)?;
         let checksum = bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last));
         let parent = format!("{checksum:08x} {}", name(file));
-        let origin = origin(parent, &model.header().provenance.dataset)?;
+        let before = Lineage::beside(file, checksum, &model.header().provenance)?;
+        let origin = origin(parent, &model.header().provenance.dataset)?.after(before);
         Ok(Checkpoint { origin, statistics, parameters, ..new })
     }
 }
@@ -337,6 +348,9 @@ impl<B: Kernels> Running<'_, B> {
         let bytes = model::model_bytes(header, self.table, &state.statistics, &state.parameters)
             .map_err(|error| error.at(&file))?;
         write_atomically(&file, &bytes)?;
+        let checksum = bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last));
+        let lineage = state.origin.lineage(name(&self.run.out), state.optimiser.step);
+        lineage.write_beside(&file, checksum)?;
         Ok(bytes)
     }
 
