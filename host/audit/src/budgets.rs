@@ -133,6 +133,14 @@ impl Budgets {
         Ok(Self(parsed.budgets))
     }
 
+    /// What each quantity may be, in words.
+    pub fn limits(&self) -> impl Iterator<Item = (Quantity, String)> {
+        self.0.iter().map(|budget| {
+            let limit = format!("{} + {} %", budget.budget, budget.margin_percent);
+            (Quantity::new(&budget.target, &budget.quantity), limit)
+        })
+    }
+
     /// What became of each, in the file's order.
     pub fn judge(&self, measured: &Measured) -> Vec<Verdict> {
         let verdict = |budget: &Budget| {

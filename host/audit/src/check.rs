@@ -1,24 +1,21 @@
-//! Whether budgets are kept and pages are what the code of today would make.
+//! Whether budgets are kept and the record is what the code of today would make.
 
 use super::budgets::{Budgets, Measured};
-use super::emulation::{Emulation, FORMAT, PlanRecord, ReportFile, Run};
+use super::emulation::{Emulation, FORMAT, ReportFile};
 use super::firmware::{self, Plans};
 use super::loops::Loops;
-use super::memory::{ImageMemory, Memory};
-use super::pages::Book;
+use super::memory::{ImageMemory, TARGETS};
+use super::record::{self, CONSTANTS, INSTRUCTIONS, Key, Record, TOOLCHAIN};
 use super::requirements::{self, Requirement};
 use super::run::{Watcher, envelope, inject, observed_scenarios};
-use super::section::{Numbers, Section};
 use super::summary;
 use crate::inject::Injection;
-use image_audit::{Kind, Share};
 use remora_core::advanced::model::Mission;
-use remora_host::envelope::Map;
 use remora_host::error::Error;
 use remora_host::formats::json;
 use remora_host::method::Integrator;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Bytes by which constants may differ: the linker orders them by names that depend on the folder
 /// of the checkout, and aligns each.
@@ -33,31 +30,26 @@ pub struct Checked {
     pub faults: Vec<String>,
 }
 
-impl Checked {
-    fn fault(&mut self, text: impl Into<String>) {
-        self.faults.push(text.into());
-    }
-
-    fn compare<T: PartialEq>(&mut self, what: &str, now: &T, page: &T) {
-        self.looked_at.push(what.into());
-        if now != page {
-            self.fault(format!("{what}: not what the pages say; run `remora audit` again"));
-        }
-    }
+/// Whether today's numbers are all that a part of the record should have.
+#[derive(Clone, Copy, PartialEq)]
+enum Extent {
+    /// All of them: a row too many or too few is a fault.
+    All,
+    /// Some of them, at least one.
+    Some,
 }
 
 /// What a check looks at.
 struct Check<'a> {
     root: &'a Path,
-    /// Where the numbers are from.
-    file: PathBuf,
-    numbers: Numbers,
+    /// What the pages' audit found.
+    then: Record,
     jobs: NonZeroUsize,
     alarm: fn(u64, Integrator, u64),
     checked: Checked,
 }
 
-/// Holds the checkout in `root` against its budgets and the pages in `out`.
+/// Holds the checkout in `root` against its budgets, and against the pages and the record in `out`.
 ///
 /// Images and their plans are those that `ci/firmware.sh` left last; where it left none it is run
 /// for one scenario.
@@ -71,37 +63,111 @@ pub fn check(
     alarm: fn(u64, Integrator, u64),
     watcher: &mut dyn Watcher,
 ) -> Result<Checked, Error> {
-    let file = out.join("audit.json");
-    let numbers = Numbers::read(&file)?
-        .ok_or_else(|| Error::input(&file, "", "no such file: run `remora audit` first"))?;
     let budgets = Budgets::read(root)?;
     let rows = requirements::read(root)?;
-    let mut check = Check { root, file, numbers, jobs, alarm, checked: Checked::default() };
-    check.pages(out, &budgets, &rows)?;
+    let mut checked = kept(out, &budgets, &rows)?;
+    let then = Record::read(out)?.unwrap_or_default();
+    checked.faults.extend(requirements::faults(root, &rows)?);
+    checked.looked_at.push(format!("{} requirements", rows.len()));
+
+    let mut check = Check { root, then, jobs, alarm, checked };
     let measured = check.images(watcher)?;
     check.checked.faults.extend(budgets.faults(&measured));
     check.checked.looked_at.push(format!("{} numbers against budgets", measured.len()));
     check.loops(watcher)?;
     check.injection(watcher)?;
     check.envelope(watcher)?;
-    check.checked.faults.extend(requirements::faults(root, &rows)?);
-    check.checked.looked_at.push(format!("{} requirements", rows.len()));
     Ok(check.checked)
 }
 
-impl Check<'_> {
-    /// Pages, against the numbers that they are made of, with today's constants, budgets and
-    /// requirements.
-    fn pages(&mut self, out: &Path, budgets: &Budgets, rows: &[Requirement]) -> Result<(), Error> {
-        let book = Book::new(&self.numbers, budgets, rows).map_err(|e| e.at(&self.file))?;
-        for page in book.pages {
-            let file = out.join(format!("{}.md", page.name));
-            let there = std::fs::read_to_string(&file).unwrap_or_default();
-            self.checked.compare(&format!("page {}", page.name), &page.markdown(), &there);
+/// Holds the pages in `out` against the record beside them, today's budgets and requirements.
+///
+/// # Errors
+/// A record that is not there or cannot be understood.
+pub fn kept(out: &Path, budgets: &Budgets, rows: &[Requirement]) -> Result<Checked, Error> {
+    let file = out.join(record::FILE);
+    let then = Record::read(out)?
+        .ok_or_else(|| Error::input(&file, "", "no such file: run `remora audit` first"))?;
+    let mut checked = Checked::default();
+    for (key, crc) in then.part("pages") {
+        let text = std::fs::read_to_string(out.join(&key.of)).unwrap_or_default();
+        checked.looked_at.push(format!("page {}", key.of));
+        if record::checksum(&text) != *crc {
+            checked.faults.push(format!("page {}: not as the audit wrote it", key.of));
         }
-        Ok(())
+    }
+    let there = std::fs::read_to_string(out.join("requirements.md")).unwrap_or_default();
+    checked.looked_at.push("page requirements".into());
+    if requirements::page(rows).markdown() != there {
+        checked.faults.push(format!(
+            "page requirements: not what {} says; write it again with \
+             `REMORA_WRITE_REQUIREMENTS=1 cargo test -p remora-audit --test pages`",
+            requirements::FILE
+        ));
+    }
+    let mut now = Record::default();
+    now.budgets(budgets);
+    checked.compare(&now, &then, "budgets", None, Extent::All);
+    Ok(checked)
+}
+
+impl Checked {
+    fn fault(&mut self, text: impl Into<String>) {
+        self.faults.push(text.into());
     }
 
+    /// Holds what was found today against the record, for one part, of one thing or of all.
+    fn compare(
+        &mut self,
+        now: &Record,
+        then: &Record,
+        part: &str,
+        of: Option<&str>,
+        extent: Extent,
+    ) {
+        let is_meant = |key: &&Key| key.part == part && of.is_none_or(|of| key.of == of);
+        let name = of.map_or(part.to_string(), |of| format!("{part} of {of}"));
+        let mut common = 0;
+        for key in now.0.keys().filter(is_meant) {
+            let value = &now.0[key];
+            match then.0.get(key) {
+                Some(known) if is_same(key, value, known) => common += 1,
+                Some(known) => {
+                    common += 1;
+                    self.differs(key, value, known);
+                }
+                None if extent == Extent::All => self.differs(key, value, "nothing"),
+                None => {}
+            }
+        }
+        if extent == Extent::All {
+            for key in then.0.keys().filter(is_meant).filter(|key| !now.0.contains_key(key)) {
+                self.differs(key, "nothing", &then.0[key]);
+            }
+        }
+        self.looked_at.push(format!("{name}: {common} numbers"));
+        if common == 0 {
+            self.fault(format!("{name}: the record has none of it; run `remora audit` again"));
+        }
+    }
+
+    fn differs(&mut self, key: &Key, now: &str, then: &str) {
+        let Key { part, of, what } = key;
+        self.fault(format!(
+            "{part} of {of}, {what}: {now}, the record says {then}; run `remora audit` again"
+        ));
+    }
+}
+
+fn is_same(key: &Key, now: &str, then: &str) -> bool {
+    let bytes = |text: &str| text.parse::<u64>().ok();
+    match (key.what == CONSTANTS, bytes(now), bytes(then)) {
+        (true, Some(now), Some(then)) => now.abs_diff(then) <= MOST_PADDING,
+        _ => now == then,
+    }
+}
+
+impl Check<'_> {
     /// Images and their plans; what there may be budgets for.
     fn images(&mut self, watcher: &mut dyn Watcher) -> Result<Measured, Error> {
         let folder = firmware::folder(self.root);
@@ -115,92 +181,93 @@ impl Check<'_> {
             json::parse(&text, FORMAT).map_err(|error| error.at(&report))?;
         let emulation = Emulation::new(report_file).map_err(|error| error.at(&report))?;
         let mut measured = summary::of_emulation(&emulation);
-        let known = self.numbers.emulation().map_err(|error| error.at(&self.file))?;
-        let memory: Option<Memory> =
-            self.numbers.findings(Section::Memory).map_err(|error| error.at(&self.file))?;
-        for target in &emulation.targets {
-            let then = known.iter().flat_map(|known| &known.targets);
-            let Some(then) = then.into_iter().find(|then| then.target == target.target) else {
-                continue;
-            };
-            let image = ImageMemory::read(&folder, &target.target)?;
+        // Others have no pages: LEON3, for one.
+        for target in emulation.targets.iter().filter(|t| TARGETS.contains(&t.target.as_str())) {
+            let name = &target.target;
+            let image = ImageMemory::read(&folder, name)?;
             measured.extend(image.measured());
-            if then.toolchain != target.toolchain {
-                let (now, then) = (&target.toolchain, &then.toolchain);
-                let name = &target.target;
-                let line = format!("{name}: {now}, the pages have {then}: budgets alone");
+            let known = self.then.get(INSTRUCTIONS, name, TOOLCHAIN).unwrap_or("none");
+            if known != target.toolchain {
+                let line =
+                    format!("{name}: {}, the record has {known}: budgets alone", target.toolchain);
                 self.checked.looked_at.push(line);
                 continue;
             }
-            let name = &target.target;
-            let then_images = memory.iter().flat_map(|memory| &memory.images);
-            if let Some(then_image) = then_images.into_iter().find(|image| image.target == *name) {
-                self.image(&image, then_image);
-            }
-            for run in &target.runs {
-                let then_run = then.run(run.integrator, run.start);
-                self.plans(name, run, then_run);
-            }
+            let mut now = Record::default();
+            now.image(&image);
+            now.plans(target);
+            self.checked.compare(&now, &self.then, "memory", Some(name), Extent::All);
+            self.checked.compare(&now, &self.then, INSTRUCTIONS, Some(name), Extent::Some);
         }
         Ok(measured)
     }
 
-    /// An image of today and the pages'.
-    fn image(&mut self, now: &ImageMemory, then: &ImageMemory) {
-        let name = &now.target;
-        let code = |image: &ImageMemory| -> Vec<Share> {
-            let shares = image.sizes.shares.iter().filter(|share| share.kind == Kind::Code);
-            shares.cloned().collect()
-        };
-        self.checked.compare(&format!("{name}: code"), &code(now), &code(then));
-        self.checked.compare(&format!("{name}: stack bounds"), &now.stacks, &then.stacks);
-        self.checked.compare(&format!("{name}: proofs"), &now.proofs, &then.proofs);
-        let moved = now.constants_bytes().abs_diff(then.constants_bytes());
-        let what = format!("{name}: constants, but for {MOST_PADDING} bytes of alignment");
-        self.checked.compare(&what, &(moved <= MOST_PADDING), &true);
-    }
-
-    /// Plans that both have made.
-    fn plans(&mut self, target: &str, run: &Run, then: Option<&Run>) {
-        for plan in &run.plans {
-            let same = |other: &&PlanRecord| other.scenario == plan.scenario;
-            let Some(then) = then.and_then(|then| then.plans.iter().find(same)) else { continue };
-            let (integrator, start) = (run.integrator.label(), run.start.label());
-            let what =
-                format!("{target}: instructions of {}, {integrator}, {start}", plan.scenario);
-            self.checked.compare(&what, plan, then);
-        }
-    }
-
     fn loops(&mut self, watcher: &mut dyn Watcher) -> Result<(), Error> {
         let scenarios = observed_scenarios(self.root)?;
-        let mission = Mission::default();
-        let now = Loops::observe(&scenarios, &mission, self.jobs, watcher.progress())?;
-        let then = self.numbers.findings::<Loops>(Section::Loops).map_err(|e| e.at(&self.file))?;
-        self.checked.compare("turns of loops", &Some(now), &then);
+        let mut now = Record::default();
+        now.loops(&Loops::observe(&scenarios, &Mission::default(), self.jobs, watcher.progress())?);
+        self.checked.compare(&now, &self.then, "loops", None, Extent::All);
         Ok(())
     }
 
     /// The coarse map, but for its times.
     fn envelope(&mut self, watcher: &mut dyn Watcher) -> Result<(), Error> {
-        let then: Option<Map> =
-            self.numbers.findings(Section::Envelope).map_err(|error| error.at(&self.file))?;
-        let now = envelope(self.root, self.jobs, watcher.progress())?;
-        let (now, then) = (Some(now.timeless_cells()), then.map(|then| then.timeless_cells()));
-        self.checked.compare("coarse map of where the planner works", &now, &then);
+        let mut now = Record::default();
+        now.envelope(&envelope(self.root, self.jobs, watcher.progress())?);
+        self.checked.compare(&now, &self.then, "envelope", None, Extent::All);
         Ok(())
     }
 
     /// The first cases of the injection.
     fn injection(&mut self, watcher: &mut dyn Watcher) -> Result<(), Error> {
-        let then: Option<Injection> =
-            self.numbers.findings(Section::Injection).map_err(|error| error.at(&self.file))?;
-        let now = inject(Injection::FIRST as u64, self.jobs, self.alarm, watcher.progress())?;
-        let (first, known) = (Some(&now.first), then.as_ref().map(|then| &then.first));
-        self.checked.compare("first injections", &first, &known);
-        if !now.is_sound() {
+        let found = inject(Injection::FIRST as u64, self.jobs, self.alarm, watcher.progress())?;
+        let mut now = Record::default();
+        now.injection(&found);
+        self.checked.compare(&now, &self.then, "injection", None, Extent::All);
+        if !found.is_sound() {
             self.checked.fault("first injections: some are wrong, panicked or hung");
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(rows: &[(&str, &str, &str)]) -> Record {
+        let row = |(of, what, value): &(&str, &str, &str)| {
+            let key = Key { part: "memory".into(), of: of.to_string(), what: what.to_string() };
+            (key, value.to_string())
+        };
+        Record(rows.iter().map(row).collect())
+    }
+
+    fn faults(now: &Record, then: &Record, extent: Extent) -> Vec<String> {
+        let mut checked = Checked::default();
+        checked.compare(now, then, "memory", Some("m7"), extent);
+        checked.faults
+    }
+
+    #[test]
+    fn what_differs_is_named_with_both_values() {
+        let now = record(&[("m7", "code", "12"), ("m7", CONSTANTS, "100"), ("a53", "code", "1")]);
+        let then = record(&[("m7", "code", "10"), ("m7", CONSTANTS, "164"), ("a53", "code", "2")]);
+        let found = faults(&now, &then, Extent::All);
+        let expected =
+            "memory of m7, code: 12, the record says 10; run `remora audit` again".to_string();
+        assert_eq!(found, [expected]);
+        let far = record(&[("m7", "code", "12"), ("m7", CONSTANTS, "165")]);
+        assert!(faults(&now, &far, Extent::All)[0].contains("constants [bytes]: 100"));
+    }
+
+    #[test]
+    fn rows_on_one_side_count_where_all_are_compared() {
+        let now = record(&[("m7", "code", "1"), ("m7", "new", "2")]);
+        let then = record(&[("m7", "code", "1"), ("m7", "old", "3")]);
+        assert_eq!(faults(&now, &then, Extent::All).len(), 2);
+        assert_eq!(faults(&now, &then, Extent::Some), [""; 0]);
+        let none = faults(&now, &record(&[]), Extent::Some);
+        assert!(none[0].contains("the record has none of it"), "{none:?}");
     }
 }

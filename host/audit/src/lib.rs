@@ -2,15 +2,17 @@
 //!
 //! [`Audit::run`] measures one [`Section`] after the other and keeps what each found, typed, in one
 //! file of numbers; all pages are made of that file, so that one part can be measured again without
-//! the others. [`check`] makes again what does not depend on the machine and compares.
+//! the others. The file is an artefact: kept with the sources are the pages, and the [`record`] with
+//! what [`check`] makes again and compares.
 //!
 //! [`profile`] measures times phase by phase on pinned cores, [`inject`] flips bits in what the planner
 //! works on; both have commands of their own.
 //!
 //! ```text
-//! OUT/audit.json            all numbers, each part with what it was measured by
 //! OUT/README.md, PAGE.md    pages, with their plots beside them
-//! OUT/audit.html            the same in one document that loads nothing
+//! OUT/record.csv            what a check compares, a number a row; checksums of the pages
+//! NUMBERS/audit.json        all numbers, each part with what it was measured by
+//! NUMBERS/audit.html        the pages in one document that loads nothing
 //! ```
 #![forbid(unsafe_code)]
 
@@ -24,13 +26,14 @@ pub mod loops;
 pub mod memory;
 mod pages;
 pub mod profile;
+pub mod record;
 pub mod report;
 pub mod requirements;
 mod run;
 pub mod section;
 mod summary;
 
-pub use check::{Checked, check};
+pub use check::{Checked, check, kept};
 pub use run::{Audit, Audited, Watcher};
 pub use section::Section;
 pub use summary::{Bar, bar_table as summary_table};

@@ -6,6 +6,7 @@ use super::firmware::{self, Plans};
 use super::loops::Loops;
 use super::memory::Memory;
 use super::pages::Book;
+use super::record::{self, Record};
 use super::requirements;
 use super::section::{Finished, Numbers, Section};
 use super::summary::{self, Bar};
@@ -36,6 +37,8 @@ pub struct Audit {
     pub root: PathBuf,
     /// Folder of the pages. Parts that are not asked for stay what they are there.
     pub out: PathBuf,
+    /// Folder of all numbers, `audit.json`, and of the one document, `audit.html`: artefacts.
+    pub numbers: PathBuf,
     /// The parts to measure.
     pub sections: Vec<Section>,
     /// Worker threads where times are not measured.
@@ -89,8 +92,10 @@ impl Audit {
         let budgets = Budgets::read(&self.root)?;
         let requirements = requirements::read(&self.root)?;
         make_directory(&self.out)?;
-        let file = self.out.join("audit.json");
+        make_directory(&self.numbers)?;
+        let file = self.numbers.join("audit.json");
         let mut numbers = Numbers::read(&file)?.unwrap_or_default();
+        self.refuse_to_lose(&numbers)?;
         check_writable(&file)?;
 
         let provenance = Provenance::gather(&self.root);
@@ -115,6 +120,25 @@ impl Audit {
         // From here on an audit begins anew.
         let _ = std::fs::remove_file(&partial);
         Ok(audited)
+    }
+
+    /// Pages are made of the numbers of all parts: those that are not measured now must be of the
+    /// audit whose pages are there.
+    fn refuse_to_lose(&self, numbers: &Numbers) -> Result<(), Error> {
+        let record = Record::read(&self.out)?.unwrap_or_default();
+        let others = Section::ALL.iter().filter(|section| !self.sections.contains(section));
+        for section in others {
+            let known = numbers.sections.get(section).map(|part| part.provenance.commit.as_str());
+            if record.get("parts", section.name(), "commit").is_some_and(|of| known != Some(of)) {
+                let (name, folder) = (section.name(), self.numbers.display());
+                let reason = format!(
+                    "{folder}/audit.json has no numbers of {name} as the pages have them: \
+                     measure all parts, or write to another --out"
+                );
+                return Err(Error::argument("--only", reason));
+            }
+        }
+        Ok(())
     }
 
     fn target(&self) -> PathBuf {
@@ -178,13 +202,18 @@ impl Audit {
         budgets: &Budgets,
         requirements: &[requirements::Requirement],
     ) -> Result<Audited, Error> {
-        let file = self.out.join("audit.json");
+        let file = self.numbers.join("audit.json");
         let book = Book::new(numbers, budgets, requirements).map_err(|error| error.at(&file))?;
+        let mut record = Record::of(numbers, budgets).map_err(|error| error.at(&file))?;
         let Book { pages, bars, measured } = book;
 
         let mut files = Vec::new();
         let mut write = |name: String, text: &str| {
-            let file = self.out.join(name);
+            let file = self.out.join(&name);
+            // It follows from the requirements alone, of which nothing is measured.
+            if name != "requirements.md" {
+                record.page(&name, text);
+            }
             files.push(file.clone());
             write_atomically(&file, text.as_bytes())
         };
@@ -192,9 +221,12 @@ impl Audit {
             write(format!("{}.md", page.name), &page.markdown())?;
             page.plots().try_for_each(|(name, svg)| write(format!("{name}.svg"), svg))?;
         }
-        write("audit.html".into(), &page::html("Remora: audit", &pages))?;
+        record.write(&self.out)?;
+        files.push(self.out.join(record::FILE));
+        let html = self.numbers.join("audit.html");
+        write_atomically(&html, page::html("Remora: audit", &pages).as_bytes())?;
         numbers.write(&file)?;
-        files.push(file);
+        files.extend([html, file]);
 
         let mut faults = budgets.faults(&measured);
         faults.extend(summary::faults(&bars));

@@ -179,8 +179,8 @@ pub fn page(numbers: &Numbers, bars: &[Bar], budgets: &Budgets, measured: &Measu
     let mut page = Page::new("README", "Audit");
     page.text(
         "Made by `remora audit`; not to be edited. What an audit is and how it is made again: \
-         [audit.md](../audit.md). All pages in one document: `audit.html`; all numbers: \
-         `audit.json`.",
+         [audit.md](../audit.md). `record.csv` holds what a check compares; all numbers, and all \
+         pages in one document, are in `target/audit/` after an audit.",
     );
     page.heading("Bars").table(bar_table(bars)).command("cargo run --release -- audit");
     page.heading("Parts").table(parts(numbers)).command("cargo run --release -- audit --only PART");

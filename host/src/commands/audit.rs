@@ -4,7 +4,7 @@ use super::options::choice;
 use super::progress::Bar;
 use super::{Exit, Output};
 use indicatif::{ProgressBar, ProgressStyle};
-use remora_audit::{Audit, Section, Watcher, check, summary_table};
+use remora_audit::{Audit, Section, Watcher, check, firmware, summary_table};
 use remora_host::choice::Choice;
 use remora_host::error::Error;
 use remora_host::progress::Progress;
@@ -24,7 +24,7 @@ pub(super) struct Args {
     /// Measure nothing: are budgets kept and pages what today's code would make?
     #[arg(long, conflicts_with = "only")]
     check: bool,
-    /// Folder of the pages [default: docs/audit in the checkout]
+    /// Folder of the pages and of all numbers [default: docs/audit in the checkout, target/audit]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// The checkout [default: the one around the working folder]
@@ -55,6 +55,9 @@ impl Args {
         if !root.join("ci/firmware.sh").is_file() {
             return Err(Error::input(&root, "", "is no checkout: there is no ci/firmware.sh"));
         }
+        // All numbers are kept out of the sources, but beside the pages where these are asked for.
+        let target = firmware::folder(&root).with_file_name("audit");
+        let numbers = self.out.clone().unwrap_or(target);
         let out = self.out.unwrap_or_else(|| root.join("docs/audit"));
         let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let jobs = self.jobs.unwrap_or_else(cores);
@@ -67,7 +70,7 @@ impl Args {
             return Ok(Output::new(text, checked.faults.is_empty()));
         }
         let sections = if self.only.is_empty() { Section::ALL.to_vec() } else { self.only };
-        let audit = Audit { root, out, sections, jobs, alarm: super::inject::hung };
+        let audit = Audit { root, out, numbers, sections, jobs, alarm: super::inject::hung };
         let audited = audit.run(&mut screen)?;
         screen.clear();
         let mut text = format!("{}\n", summary_table(&audited.bars));

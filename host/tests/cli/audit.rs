@@ -41,7 +41,10 @@ fn one_part_is_measured_and_written_as_pages() {
     assert!(run.err.contains("1/1  loops"), "{}", run.err);
     let mut names = bench.names("pages");
     names.sort();
-    assert_eq!(names, ["README.md", "audit.html", "audit.json", "loops.md", "requirements.md"]);
+    let expected =
+        ["README.md", "audit.html", "audit.json", "loops.md", "record.csv", "requirements.md"];
+    assert_eq!(names, expected);
+    assert!(bench.read("pages/record.csv").contains("\nloops,\"rk4, model\",plans,63\n"));
     assert!(bench.read("pages/loops.md").contains("| solver_iterations |"));
     assert!(bench.read("pages/README.md").contains("| [memory](memory.md) | not measured |"));
     let html = bench.read("pages/audit.html");
@@ -65,7 +68,7 @@ fn one_part_is_measured_and_written_as_pages() {
 fn what_an_audit_cannot_be_made_of_is_refused() {
     let bench = checkout();
     bench.refuses("audit --root docs", "docs: is no checkout");
-    bench.refuses("audit --check --out none --root .", "none/audit.json: no such file: run");
+    bench.refuses("audit --check --out none --root .", "none/record.csv: no such file: run");
     bench.refuses("audit --only everything", "invalid value 'everything'");
     bench.refuses("audit --check --only loops", "the argument '--check' cannot be used with");
     bench.write("ci/budgets.toml", "format = \"remora-budgets/1\"\nbudget = 3\n");
