@@ -23,10 +23,21 @@
 
 pub use nalgebra;
 
-/// The example of the project's README compiles and runs.
+/// The Rust of the project's README and of the book's pages compiles.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
-struct ProjectReadme;
+mod documents {
+    #[doc = include_str!("../../README.md")]
+    struct Readme;
+
+    #[doc = include_str!("../../docs/flying.md")]
+    struct Flying;
+
+    #[doc = include_str!("../../docs/model.md")]
+    struct Network;
+
+    #[doc = include_str!("../../docs/planner.md")]
+    struct Planner;
+}
 
 mod bounds;
 mod dynamics;

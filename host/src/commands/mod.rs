@@ -4,6 +4,8 @@ mod audit;
 mod campaign;
 mod check;
 mod dataset;
+#[cfg(test)]
+mod documented;
 mod draw;
 mod envelope;
 mod inject;

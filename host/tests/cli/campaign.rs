@@ -230,7 +230,9 @@ fn a_model_is_not_judged_by_what_an_ancestor_has_learnt() {
     for (integrator, seed) in [("euler", 1000), ("rk4:4", 1000), ("rk4:4", 2000), ("rk4", 3000)] {
         bench.refuses(
             &format!("campaign --draw 1 --seed {seed} --integrator {integrator} --out runs"),
-            &format!("or a model that it descends from has learnt from s{seed}-000: choose another"),
+            &format!(
+                "or a model that it descends from has learnt from s{seed}-000: choose another"
+            ),
         );
     }
     assert!(!bench.path("runs").exists());
