@@ -98,3 +98,45 @@ pub trait QpSolver<const N: usize, const NX: usize, const NU: usize, const NG: u
         let _ = checksum;
     }
 }
+
+/// A borrowed solver, of a type known only at run time where the caller wants it so.
+impl<S, const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver<N, NX, NU, NG>
+    for &mut S
+where
+    S: QpSolver<N, NX, NU, NG> + ?Sized,
+{
+    #[inline]
+    fn reset(&mut self) {
+        (**self).reset();
+    }
+
+    #[inline]
+    fn solve(
+        &mut self,
+        qp: &Qp<N, NX, NU, NG>,
+        solution: &mut Solution<N, NX, NU, NG>,
+        deadline: &Deadline,
+    ) -> QpOutcome {
+        (**self).solve(qp, solution, deadline)
+    }
+
+    #[inline]
+    fn solve_again(
+        &mut self,
+        qp: &Qp<N, NX, NU, NG>,
+        solution: &mut Solution<N, NX, NU, NG>,
+        deadline: &Deadline,
+    ) -> QpOutcome {
+        (**self).solve_again(qp, solution, deadline)
+    }
+
+    #[inline]
+    fn gain(&self, k: usize) -> Option<SMatrix<f64, NU, NX>> {
+        (**self).gain(k)
+    }
+
+    #[inline]
+    fn identify(&self, checksum: &mut Checksum) {
+        (**self).identify(checksum);
+    }
+}

@@ -11,7 +11,7 @@ use crate::memory::{on_heap, on_large_stack};
 use crate::method::{Deadline, Method, Qp};
 use crate::stopwatch::Stopwatch;
 use crate::threads::Threads;
-use remora_core::advanced::model::{Mission, Refusal};
+use remora_core::advanced::model::{Mission, Refusal, Scenario};
 use remora_core::advanced::planner::{
     self, EmbeddedSolver, Environment, Gain, InitialGuess, PhaseTimes, PlanSettings, Report,
     Solver, StageReport, Workspace,
@@ -155,12 +155,12 @@ impl Planner {
             Qp::Embedded => {
                 let mut solver = Recorder::new(&mut **embedded, watch);
                 let report = run(mission, scenario, method, &mut solver, place);
-                (report, gains(mission, &report, &solver))
+                (report, gains(mission, &report, &mut solver))
             }
             Qp::Clarabel => {
                 let mut solver = Recorder::new(clarabel, watch);
                 let report = run(mission, scenario, method, &mut solver, place);
-                (report, gains(mission, &report, &solver))
+                (report, gains(mission, &report, &mut solver))
             }
         };
         let spent = watched.spent();
@@ -213,21 +213,42 @@ struct Place<'a> {
     workspace: &'a mut Workspace,
 }
 
+/// What is planned.
+#[derive(Clone, Copy)]
+pub struct Approach<'a> {
+    /// The mission; valid.
+    pub mission: &'a Mission<LINKS>,
+    /// The scenario.
+    pub scenario: &'a Scenario,
+}
+
+/// Plans with a solver known at run time: the planner's code is compiled once for all solvers.
+pub fn plan_with(
+    solver: &mut dyn Solver,
+    approach: Approach<'_>,
+    settings: &PlanSettings,
+    guess: &InitialGuess<'_>,
+    environment: &Environment<'_, Threads>,
+    workspace: &mut Workspace,
+) -> Report {
+    let Approach { mission, scenario } = approach;
+    let mut solver = solver;
+    planner::plan(mission, scenario, settings, guess, &mut solver, environment, workspace)
+}
+
 /// The call into the core.
-fn run<S: Solver>(
+fn run(
     mission: &Mission<LINKS>,
     scenario: &NamedScenario,
     method: &Method,
-    solver: &mut S,
+    solver: &mut dyn Solver,
     place: Place<'_>,
 ) -> Report {
     place.threads.prepare();
     let environment = Environment { clock: place.clock, pair: place.threads };
     let mut planned = |start: &InitialGuess<'_>| {
-        let scenario = scenario.scenario();
-        let options = options(method);
-        let workspace = &mut *place.workspace;
-        planner::plan(mission, &scenario, &options, start, solver, &environment, workspace)
+        let approach = Approach { mission, scenario: &scenario.scenario() };
+        plan_with(solver, approach, &options(method), start, &environment, place.workspace)
     };
     match place.model {
         None => planned(&InitialGuess::Heuristic),
@@ -245,12 +266,12 @@ impl Default for Planner {
 }
 
 /// The gains of all intervals, where the solver has them.
-fn gains<S: Solver>(mission: &Mission<LINKS>, report: &Report, solver: &S) -> Option<Vec<Gain>> {
+fn gains(mission: &Mission<LINKS>, report: &Report, solver: &mut dyn Solver) -> Option<Vec<Gain>> {
     // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
     if report.reorientation.outcome.iterations == 0 {
         return None;
     }
-    (0..NODES - 1).map(|k| planner::feedback_gain(mission, solver, k)).collect()
+    (0..NODES - 1).map(|k| planner::feedback_gain(mission, &solver, k)).collect()
 }
 
 fn end(stage: &StageReport) -> StageEnd {

@@ -9,18 +9,20 @@ use remora_core::advanced::nn::{BitFlip, FaultyMemory, Model, Network};
 use remora_core::advanced::pair::Sequential;
 use remora_core::advanced::planner::memory::NetworkMemory;
 use remora_core::advanced::planner::{
-    self, EmbeddedSolver, Environment, GuessRecord, InitialGuess, PlanSettings, Report, Workspace,
+    EmbeddedSolver, Environment, GuessRecord, InitialGuess, PlanSettings, Report, Workspace,
 };
 use remora_core::advanced::qp::InteriorPointSettings;
 use remora_core::advanced::scp::{Log, Problem};
 use remora_core::advanced::stages::{
     Formulation, LINKS, MissionReorientation, NODES, ReorientationTrajectory,
 };
+use remora_core::advanced::time::NoClock;
 use remora_core::advanced::warmstart::{NetworkPolicy, Scene, roll_out};
 use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
 use remora_host::memory::on_heap;
-use remora_host::planning::SEED;
+use remora_host::planning::{Approach, SEED, plan_with};
+use remora_host::threads::Threads;
 use std::time::Instant;
 
 /// Memory of the network as it flies.
@@ -277,6 +279,9 @@ impl Machine {
     }
 }
 
+/// One thread, and no clock: no deadline ever passes.
+const BARE: Environment<'static, Threads> = Environment { clock: &NoClock, pair: &Threads::One };
+
 /// Plans, and has the plan judged.
 fn fly(
     setup: &Setup<'_>,
@@ -286,16 +291,8 @@ fn fly(
     workspace: &mut Workspace,
 ) -> Flown {
     let (mission, scenario) = (setup.mission, &setup.scenarios[index].scenario());
-    let environment = Environment::BARE;
-    let report = planner::plan(
-        mission,
-        scenario,
-        &setup.options,
-        start,
-        &mut solver,
-        &environment,
-        workspace,
-    );
+    let approach = Approach { mission, scenario };
+    let report = plan_with(&mut solver, approach, &setup.options, start, &BARE, workspace);
     let (one, two, evidence) = (&report.translation, &report.reorientation, &report.evidence);
     let claim = Claim {
         status: report.status,
@@ -362,13 +359,12 @@ mod tests {
             let Fault::Memory { bit_flip, .. } = case.fault else { return };
             let mut faulty = FaultyMemory::new(&mut *network, Some(bit_flip));
             let policy = NetworkPolicy::new(Network::new(model, &mut faulty).unwrap()).unwrap();
-            planner::plan(
-                &mission,
-                &scenarios[0].scenario(),
+            plan_with(
+                &mut *solver,
+                Approach { mission: &mission, scenario: &scenarios[0].scenario() },
                 &options,
                 &InitialGuess::Learned { policy: &policy, seed: SEED },
-                &mut *solver,
-                &Environment::BARE,
+                &BARE,
                 &mut workspace,
             );
             assert!(faulty.is_injected(), "{case:?}");
