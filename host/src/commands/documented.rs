@@ -29,6 +29,8 @@ fn fault(line: &str, written: Written) -> Option<String> {
     let is_fine = match kind {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => true,
         ErrorKind::MissingRequiredArgument => written == Written::Mention,
+        // The shell puts the value there.
+        ErrorKind::InvalidValue | ErrorKind::ValueValidation => line.contains('$'),
         _ => false,
     };
     (!is_fine).then(|| format!("{line}: {kind}"))
