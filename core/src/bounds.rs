@@ -5,7 +5,7 @@
 //! All tries of a stage share one budget of iterations. A bound is what ends a loop where nothing else does; the deadline
 //! ([`Options::deadline_s`](crate::planner::PlanSettings)) ends the long ones long before.
 
-use crate::dynamics::STEERING_ITERATIONS;
+use crate::dynamics::TRACKING_ITERATIONS;
 use crate::model::MAX_TUMBLE_SUBSTEPS;
 use crate::planner::{MAX_HELD, MAX_TIGHTENINGS};
 use crate::scp::{MAX_CORRECTIONS, MAX_ITERATIONS, MAX_SEARCHES, Settings};
@@ -70,7 +70,7 @@ pub const LOOPS: [LoopBound; 21] = [
         default: Some(LOOP.max_iterations as u64),
         most: Some(MAX_ITERATIONS as u64),
         from: "scp::Settings::max_iterations, at most scp::MAX_ITERATIONS",
-        ends: "settled, feasible where that is enough, radius too small, deadline",
+        ends: "converged, feasible where that is enough, radius too small, deadline",
     },
     LoopBound {
         name: "corrections",
@@ -127,12 +127,12 @@ pub const LOOPS: [LoopBound; 21] = [
         ends: "diagonal, or not finite",
     },
     LoopBound {
-        name: "steering",
+        name: "rate_tracking",
         file: "src/dynamics/inverse.rs",
-        turn: "step of the dynamics an interval of a roll-out with RK4",
-        default: Some(STEERING_ITERATIONS as u64),
-        most: Some(STEERING_ITERATIONS as u64),
-        from: "dynamics::STEERING_ITERATIONS",
+        turn: "step of the dynamics an interval of a rollout with RK4",
+        default: Some(TRACKING_ITERATIONS as u64),
+        most: Some(TRACKING_ITERATIONS as u64),
+        from: "dynamics::TRACKING_ITERATIONS",
         ends: "rates reached",
     },
     LoopBound {
@@ -145,7 +145,7 @@ pub const LOOPS: [LoopBound; 21] = [
         ends: NOTHING,
     },
     LoopBound {
-        name: "tumble_substeps",
+        name: "attitude_substeps",
         file: "src/model/target.rs",
         turn: "RK4 substep of the target's motion a node",
         default: Some(MAX_TUMBLE_SUBSTEPS as u64),

@@ -17,7 +17,7 @@ struct Script(&'static [(f64, f64)], f64);
 impl Problem<2, 1, 1, 1> for Script {
     type Trajectory = usize;
 
-    fn clip(&self, _: &mut usize) {}
+    fn project(&self, _: &mut usize) {}
 
     fn linearise(&mut self, _: &usize, _: Option<&Point>, qp: &mut Program) {
         qp.constant = -self.1;
@@ -32,12 +32,12 @@ impl Problem<2, 1, 1, 1> for Script {
     fn residuals(&self, at: &usize, out: &mut Residuals<2, 1, 1>) {
         let (cost, violation) = self.0[*at];
         out.cost = cost;
-        out.row[0][0] = 1e-3 * violation;
-        out.row[1][0] = -1.0;
+        out.path[0][0] = 1e-3 * violation;
+        out.path[1][0] = -1.0;
     }
 
     fn violation(&self, residuals: &Residuals<2, 1, 1>) -> f64 {
-        1e3 * residuals.row[0][0]
+        1e3 * residuals.path[0][0]
     }
 
     fn step_length(&self, _: &Point) -> f64 {

@@ -76,7 +76,7 @@ pub fn run<B: Board>(board: &B, place: &mut SyntheticModel) {
         let Ok(mut network) = Network::new(&model, &mut place.memory) else { return };
         network.use_kernel(kernel);
         let before = board.instructions();
-        let sum = roll_out(&mut network);
+        let sum = rollout(&mut network);
         let instructions = board.instructions().wrapping_sub(before);
         let line = Line::new(board, "count").text("name", name).text("kernel", kernel.name());
         line.number("calls", NODES as u64).number("instructions", instructions).end();
@@ -84,7 +84,7 @@ pub fn run<B: Board>(board: &B, place: &mut SyntheticModel) {
     }
 }
 
-fn roll_out<M: nn::Storage>(network: &mut Network<'_, '_, M>) -> Checksum {
+fn rollout<M: nn::Storage>(network: &mut Network<'_, '_, M>) -> Checksum {
     let mut sum = Checksum::new();
     network.begin(7);
     let mut action = [0.0; ACTION];

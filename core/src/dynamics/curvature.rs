@@ -1,18 +1,18 @@
 //! Second derivatives of the inverse dynamics.
 //!
-//! For fixed weights `mu` on the torques, `S(x, a) = mu . torques(x, a)` is the virtual power of
-//! the bodies' inertial and tidal forces along the virtual motion `mu`: the integral over mass of a
-//! virtual velocity times an acceleration, both affine in the place. So `S` is the sum over links
-//! of the entries of the [`Field`]'s gradient times those of a matrix of virtual moments, `Gamma`,
-//! which depends on the joint angles alone. Rates, accelerations, radial direction and force enter
-//! the gradients by polynomials of second degree: their second derivatives can be read off `Gamma`.
+//! For fixed weights `mu` on the torques, `S(x, a) = mu . torques(x, a)` is the virtual power of the
+//! bodies' inertial and tidal forces along the virtual motion `mu`: the integral over mass of virtual
+//! velocity times acceleration, both affine in position. So `S` is the sum over links of the product of
+//! the [`SpatialAcceleration`]'s gradient with a matrix of virtual moments, `Gamma`, which depends on the
+//! joint angles alone. Rates, accelerations, radial direction and force enter the gradients as
+//! polynomials of second degree: their second derivatives follow from `Gamma` directly.
 //!
-//! What remains are derivatives by joint angles. As in [`super::linear`], turning a joint is seen
-//! from the links beyond it: their geometry stays and the motion before the joint turns back, real
-//! and virtual. Each joint takes one sweep outwards and one inwards; no geometry is differentiated.
+//! Derivatives by joint angles remain. As in [`super::linear`], turning a joint is seen from its subtree:
+//! the subtree's geometry stays and the motion before the joint turns back, real and virtual. Each joint
+//! takes one pass outwards and one inwards; no geometry is differentiated.
 
-use super::arm::{Arm, ArmLink, second_moments};
-use super::inverse::{Field, Motion, Sweep, Wrench};
+use super::inverse::{Motion, Rnea, SpatialAcceleration, Wrench};
+use super::kinematics::{Kinematics, LinkKinematics, second_moments};
 use super::multibody::BusFrame;
 use super::{Acceleration, Multibody, State};
 use crate::math::{Mat3, Vec3};
@@ -30,14 +30,14 @@ pub struct TorqueCurvature<const NX: usize, const NU: usize> {
     pub acceleration_state: SMatrix<f64, NU, NX>,
 }
 
-/// What multiplies the motion of a link and all beyond it in the virtual power.
+/// Factors of the motion of a subtree in the virtual power.
 #[derive(Clone, Copy)]
 struct Moments {
     /// Derivative by the acceleration at the joint: virtual momentum.
     linear: Vec3<f64>,
-    /// By the field's gradient: `Gamma`.
+    /// Derivative by the acceleration's gradient: `Gamma`.
     gradient: Mat3<f64>,
-    /// By the rate before the joint, as far as the joints' own motion meets it.
+    /// Derivative by the rate before the joint, through the joints' own motion.
     rate: Vec3<f64>,
 }
 
@@ -49,12 +49,40 @@ struct Virtual<const NL: usize> {
     at: [Vec3<f64>; NL],
     /// About each joint.
     moments: [Moments; NL],
-    /// Derivative by a joint's rate is twice this times the link's rate, and what is beyond.
-    push: [Vec3<f64>; NL],
-    /// Joint by joint, the sum of virtual joint motion times momentum of this joint and all after.
+    /// Coriolis term: half the derivative by a joint's rate, over the link's rate.
+    coriolis: [Vec3<f64>; NL],
+    /// Sum of virtual joint motion times momentum over each joint and all after it.
     momentum: [Vec3<f64>; NL],
-    /// Of the whole system, about the bus centre of mass.
+    /// Moments of the whole system about the bus centre of mass.
     bus: Moments,
+}
+
+/// Dynamics and virtual motion at one point of state and acceleration.
+#[derive(Clone, Copy)]
+struct Evaluated<'a, const NL: usize> {
+    kinematics: &'a Kinematics<NL>,
+    frame: &'a BusFrame<f64>,
+    motion: &'a Motion<f64, NL>,
+    rnea: &'a Rnea<NL>,
+    virtual_: &'a Virtual<NL>,
+}
+
+/// Derivatives of the subtree's motion by the angle of its joint.
+struct SubtreeDerivatives<const NL: usize> {
+    /// Of the virtual rotation.
+    turn: Vec3<f64>,
+    /// Of the rate.
+    rate: Vec3<f64>,
+    /// Of the acceleration's gradients, before each joint.
+    gradients: [Mat3<f64>; NL],
+    /// Of the joints' accelerations.
+    accelerations: [Vec3<f64>; NL],
+    /// Of the joints' virtual displacements.
+    displacements: [Vec3<f64>; NL],
+    /// Of the links' wrenches.
+    wrenches: [Wrench<f64>; NL],
+    /// Of the acceleration of the bus's centre.
+    base: Vec3<f64>,
 }
 
 /// Derivatives of the virtual power's gradient by one joint angle, bus axes.
@@ -73,9 +101,9 @@ impl Moments {
     const ZERO: Self =
         Self { linear: Vec3::ZERO, gradient: Mat3([Vec3::ZERO; 3]), rate: Vec3::ZERO };
 
-    /// Adds `link`'s own, for this virtual displacement of its joint and this virtual rotation.
+    /// Adds the moments of `link` for a virtual displacement `at` of its joint and rotation `turn`.
     #[inline]
-    fn add(&mut self, link: &ArmLink, at: Vec3<f64>, turn: Vec3<f64>) {
+    fn add(&mut self, link: &LinkKinematics, at: Vec3<f64>, turn: Vec3<f64>) {
         let linear = (at + turn.cross(link.offset)).scaled(link.mass);
         self.linear += linear;
         let Mat3([x, y, z]) = link.second_moment;
@@ -83,13 +111,13 @@ impl Moments {
             Mat3([turn.cross(x), turn.cross(y), turn.cross(z)]) + Mat3::outer(linear, link.offset);
     }
 
-    /// Passes a joint with this axis and rate; returns its push.
+    /// Coriolis term of a joint with this axis.
     #[inline]
-    fn push(&self, axis: Vec3<f64>) -> Vec3<f64> {
+    fn coriolis(&self, axis: Vec3<f64>) -> Vec3<f64> {
         self.gradient.apply_transposed(axis) - axis.scaled(self.gradient.trace())
     }
 
-    /// Refers the moments to a point that stands at `-lever`.
+    /// Refers the moments to a point at `-lever`.
     #[inline]
     fn shift(&mut self, lever: Vec3<f64>) {
         self.gradient += Mat3::outer(self.linear, lever);
@@ -132,19 +160,26 @@ impl<const NL: usize> Multibody<NL> {
             bus_acceleration: Vec3(rotation.tr_mul(&inertial).into()),
             joint_acceleration: Self::angles(&acceleration.joint),
         };
-        let arm = self.arm(state);
-        let sweep = self.sweep(&arm, &frame, &motion);
+        let kinematics = self.kinematics(state);
+        let rnea = self.rnea(&kinematics, &frame, &motion);
         let bus_mu = Vec3([mu[0], mu[1], mu[2]]);
         let joint_mu = core::array::from_fn(|i| mu[3 + i]);
-        let virtual_ = self.virtual_motion(&arm, &motion, bus_mu, &joint_mu);
+        let virtual_ = self.virtual_motion(&kinematics, &motion, bus_mu, &joint_mu);
 
         let mut out =
             TorqueCurvature { state_state: SMatrix::zeros(), acceleration_state: SMatrix::zeros() };
         self.fill_bus(&rotation, &frame, &motion, &virtual_, &mut out);
-        Self::fill_joint_rates(&rotation, &arm, &frame, &virtual_, &mut out);
+        Self::fill_joint_rates(&rotation, &kinematics, &frame, &virtual_, &mut out);
+        let at = Evaluated {
+            kinematics: &kinematics,
+            frame: &frame,
+            motion: &motion,
+            rnea: &rnea,
+            virtual_: &virtual_,
+        };
         for j in 0..NL {
-            let column = self.joint_column(&arm, &frame, &motion, &sweep, &virtual_, j);
-            self.fill_joint(j, &rotation, &frame, &motion, &column, &mut out);
+            let column = self.joint_column(&at, j);
+            self.fill_joint(j, &rotation, &at, &column, &mut out);
         }
         for j in 0..NX {
             for i in 0..j {
@@ -157,7 +192,7 @@ impl<const NL: usize> Multibody<NL> {
     /// The virtual motion `mu` and its moments.
     fn virtual_motion(
         &self,
-        arm: &Arm<NL>,
+        kinematics: &Kinematics<NL>,
         motion: &Motion<f64, NL>,
         bus_mu: Vec3<f64>,
         joint_mu: &[f64; NL],
@@ -166,55 +201,48 @@ impl<const NL: usize> Multibody<NL> {
             turn: [Vec3::ZERO; NL],
             at: [Vec3::ZERO; NL],
             moments: [Moments::ZERO; NL],
-            push: [Vec3::ZERO; NL],
+            coriolis: [Vec3::ZERO; NL],
             momentum: [Vec3::ZERO; NL],
             bus: Moments::ZERO,
         };
         let mut momentum = Vec3::ZERO;
         for i in (0..NL).rev() {
-            momentum += arm.links[i].momentum.scaled(joint_mu[i]);
+            momentum += kinematics.links[i].momentum.scaled(joint_mu[i]);
             out.momentum[i] = momentum;
         }
-        // The centre of mass does not take part.
-        let total = momentum + bus_mu.cross(arm.whole.first);
+        // The virtual motion of the centre of mass is subtracted.
+        let total = momentum + bus_mu.cross(kinematics.whole.first);
         let (mut turn, mut at) = (bus_mu, total.scaled(-1.0 / self.total_mass));
-        for (i, link) in arm.links.iter().enumerate() {
+        for (i, link) in kinematics.links.iter().enumerate() {
             at += turn.cross(link.lever);
             (out.turn[i], out.at[i]) = (turn, at);
             turn += link.axis.scaled(joint_mu[i]);
             out.moments[i].add(link, at, turn);
         }
-        let mut beyond = Moments::ZERO;
+        let mut subtree = Moments::ZERO;
         for i in (0..NL).rev() {
-            let link = &arm.links[i];
-            beyond.linear += out.moments[i].linear;
-            beyond.gradient += out.moments[i].gradient;
-            out.push[i] = beyond.push(link.axis);
-            beyond.rate += out.push[i].scaled(2.0 * motion.joint_rate[i]);
-            out.moments[i] = beyond;
-            beyond.shift(link.lever);
+            let link = &kinematics.links[i];
+            subtree.linear += out.moments[i].linear;
+            subtree.gradient += out.moments[i].gradient;
+            out.coriolis[i] = subtree.coriolis(link.axis);
+            subtree.rate += out.coriolis[i].scaled(2.0 * motion.joint_rate[i]);
+            out.moments[i] = subtree;
+            subtree.shift(link.lever);
         }
         let second = second_moments(&self.bus_inertia);
         let [x, y, z] = Mat3::cross_matrix(bus_mu).0;
-        beyond.gradient += Mat3([x.scaled(second.x), y.scaled(second.y), z.scaled(second.z)]);
-        beyond.linear = total;
-        out.bus = beyond;
+        subtree.gradient += Mat3([x.scaled(second.x), y.scaled(second.y), z.scaled(second.z)]);
+        subtree.linear = total;
+        out.bus = subtree;
         out
     }
 
     /// Derivatives of the gradient by the angle of joint `j`.
-    fn joint_column(
-        &self,
-        arm: &Arm<NL>,
-        frame: &BusFrame<f64>,
-        motion: &Motion<f64, NL>,
-        sweep: &Sweep<NL>,
-        virtual_: &Virtual<NL>,
-        j: usize,
-    ) -> Column<NL> {
-        let axis = arm.links[j].axis;
+    fn joint_column(&self, at: &Evaluated<NL>, j: usize) -> Column<NL> {
+        let Evaluated { kinematics, frame, motion, rnea, virtual_ } = *at;
+        let axis = kinematics.links[j].axis;
         let mean_by =
-            virtual_.turn[j].cross(arm.links[j].momentum) + axis.cross(virtual_.momentum[j]);
+            virtual_.turn[j].cross(kinematics.links[j].momentum) + axis.cross(virtual_.momentum[j]);
         let mut column = Column {
             angle: [0.0; NL],
             joint_rate: [0.0; NL],
@@ -225,88 +253,67 @@ impl<const NL: usize> Multibody<NL> {
             specific_force: mean_by,
         };
         let back = mean_by.scaled(-1.0 / self.total_mass);
-        let mut beyond = self.beyond(arm, motion, sweep, virtual_, (j, back), &mut column);
+        let mut subtree = self.subtree(at, j, back, &mut column);
 
-        // Before the joint geometry and motion stay, and what is beyond turns with it.
+        // Before the joint geometry and motion stay; its subtree turns with it.
         let here = &virtual_.moments[j];
         let Mat3(turned) = here.gradient.turned_back(axis);
-        beyond.linear += axis.cross(here.linear);
-        beyond.gradient += Mat3(turned.map(|column| -column));
-        beyond.rate += axis.cross(here.rate);
-        beyond.shift(arm.links[j].lever);
+        subtree.linear += axis.cross(here.linear);
+        subtree.gradient += Mat3(turned.map(|column| -column));
+        subtree.rate += axis.cross(here.rate);
+        subtree.shift(kinematics.links[j].lever);
         for i in (0..j).rev() {
-            let link = &arm.links[i];
+            let link = &kinematics.links[i];
             let linear = back.scaled(link.mass);
-            beyond.linear += linear;
-            beyond.gradient += Mat3::outer(linear, link.offset);
-            column.pass(&mut beyond, i, link.axis, sweep.links[i].rate, motion.joint_rate[i]);
-            beyond.shift(link.lever);
+            subtree.linear += linear;
+            subtree.gradient += Mat3::outer(linear, link.offset);
+            column.pass(&mut subtree, i, link.axis, rnea.links[i].rate, motion.joint_rate[i]);
+            subtree.shift(link.lever);
         }
         let n2 = self.mean_motion * self.mean_motion;
-        column.acceleration = beyond.gradient.axial();
-        column.rate = symmetric(&beyond.gradient, 1.0, frame.rate) + beyond.rate;
-        column.radial = symmetric(&beyond.gradient, 0.0, frame.radial).scaled(-3.0 * n2);
+        column.acceleration = subtree.gradient.axial();
+        column.rate = symmetric(&subtree.gradient, 1.0, frame.rate) + subtree.rate;
+        column.radial = symmetric(&subtree.gradient, 0.0, frame.radial).scaled(-3.0 * n2);
         column
     }
 
-    /// The part of [`Multibody::joint_column`] at and beyond the joint, in axes that turn with it;
-    /// returns the derivative of the moments beyond. `back` is the derivative of what is taken off
-    /// every virtual displacement.
+    /// The part of [`Multibody::joint_column`] for the joint's subtree, in axes that turn with it;
+    /// returns the derivative of the subtree's moments. `back` is the derivative of what is subtracted
+    /// from every virtual displacement.
     #[inline]
-    fn beyond(
+    fn subtree(
         &self,
-        arm: &Arm<NL>,
-        motion: &Motion<f64, NL>,
-        sweep: &Sweep<NL>,
-        virtual_: &Virtual<NL>,
-        (j, back): (usize, Vec3<f64>),
+        at: &Evaluated<NL>,
+        j: usize,
+        back: Vec3<f64>,
         column: &mut Column<NL>,
     ) -> Moments {
-        let before = |i: usize| if i == 0 { &sweep.bus } else { &sweep.links[i - 1] };
-        let axis = arm.links[j].axis;
-        // Seen from beyond the joint, all motion before it turns back.
-        let turn = virtual_.turn[j].cross(axis);
-        let rate = before(j).rate.cross(axis);
-        let mut gradient = before(j).gradient.turned_back(axis);
-        let mut at = sweep.links[j].at.cross(axis);
-        let mut virtual_at = virtual_.at[j].cross(axis) + back;
-        let mut gradients = [Mat3([Vec3::ZERO; 3]); NL];
-        let (mut accelerations, mut displacements) = ([Vec3::ZERO; NL], [Vec3::ZERO; NL]);
-        let mut wrenches = [Wrench::ZERO; NL];
-        let mut force = axis.cross(sweep.wrenches[j].force);
-        for i in j..NL {
-            let link = &arm.links[i];
-            if i > j {
-                at += gradient.apply(link.lever);
-                virtual_at += turn.cross(link.lever);
-            }
-            (gradients[i], accelerations[i], displacements[i]) = (gradient, at, virtual_at);
-            gradient += Mat3::double_cross(rate.scaled(2.0 * motion.joint_rate[i]), link.axis);
-            wrenches[i] = Field { rate, gradient, at }.wrench(link);
-            force += wrenches[i].force;
-        }
-        let base = force.scaled(-1.0 / self.total_mass);
-
+        let Evaluated { kinematics, motion, rnea, virtual_, .. } = *at;
+        let derivatives = self.outward(at, j, back);
+        let SubtreeDerivatives { turn, rate, base, .. } = derivatives;
         let (mut wrench, mut moments) = (Wrench::ZERO, Moments::ZERO);
         for i in (j..NL).rev() {
-            let (link, here, needed) = (&arm.links[i], &virtual_.moments[i], &sweep.wrenches[i]);
-            wrench.add(&wrenches[i]);
-            moments.add(link, displacements[i], turn);
-            column.pass(&mut moments, i, link.axis, sweep.links[i].rate, motion.joint_rate[i]);
-            column.joint_rate[i] += 2.0 * rate.dot(virtual_.push[i]);
+            let link = &kinematics.links[i];
+            let (here, force) = (&virtual_.moments[i], &rnea.wrenches[i]);
+            let (acceleration, displacement) =
+                (derivatives.accelerations[i], derivatives.displacements[i]);
+            wrench.add(&derivatives.wrenches[i]);
+            moments.add(link, displacement, turn);
+            column.pass(&mut moments, i, link.axis, rnea.links[i].rate, motion.joint_rate[i]);
+            column.joint_rate[i] += 2.0 * rate.dot(virtual_.coriolis[i]);
 
-            let force_by = wrench.force + base.scaled(link.beyond.mass);
-            let moment_by = wrench.moment + link.beyond.first.cross(base);
+            let force_by = wrench.force + base.scaled(link.subtree.mass);
+            let moment_by = wrench.moment + link.subtree.first.cross(base);
             let torque = force_by.cross(virtual_.at[i])
-                + needed.force.cross(displacements[i])
+                + force.force.cross(displacement)
                 + moment_by.cross(virtual_.turn[i])
-                + needed.moment.cross(turn)
-                + moments.linear.cross(sweep.links[i].at)
-                + here.linear.cross(accelerations[i] + base)
-                + moments.rate.cross(before(i).rate)
+                + force.moment.cross(turn)
+                + moments.linear.cross(rnea.links[i].at)
+                + here.linear.cross(acceleration + base)
+                + moments.rate.cross(rnea.before(i).rate)
                 + here.rate.cross(rate)
-                + twist(&gradients[i], &here.gradient)
-                + twist(&before(i).gradient, &moments.gradient);
+                + twist(&derivatives.gradients[i], &here.gradient)
+                + twist(&rnea.before(i).gradient, &moments.gradient);
             column.angle[i] = link.axis.dot(torque);
             if i > j {
                 wrench.shift(link.lever);
@@ -314,6 +321,43 @@ impl<const NL: usize> Multibody<NL> {
             }
         }
         moments
+    }
+
+    /// Outward pass of [`Multibody::subtree`]: real and virtual motion of the subtree's links.
+    #[inline]
+    fn outward(&self, at: &Evaluated<NL>, j: usize, back: Vec3<f64>) -> SubtreeDerivatives<NL> {
+        let Evaluated { kinematics, motion, rnea, virtual_, .. } = *at;
+        let axis = kinematics.links[j].axis;
+        // Seen from the subtree, all motion before the joint turns back.
+        let turn = virtual_.turn[j].cross(axis);
+        let rate = rnea.before(j).rate.cross(axis);
+        let mut gradient = rnea.before(j).gradient.turned_back(axis);
+        let mut at = rnea.links[j].at.cross(axis);
+        let mut virtual_at = virtual_.at[j].cross(axis) + back;
+        let mut out = SubtreeDerivatives {
+            turn,
+            rate,
+            gradients: [Mat3([Vec3::ZERO; 3]); NL],
+            accelerations: [Vec3::ZERO; NL],
+            displacements: [Vec3::ZERO; NL],
+            wrenches: [Wrench::ZERO; NL],
+            base: Vec3::ZERO,
+        };
+        let mut force = axis.cross(rnea.wrenches[j].force);
+        for i in j..NL {
+            let link = &kinematics.links[i];
+            if i > j {
+                at += gradient.apply(link.lever);
+                virtual_at += turn.cross(link.lever);
+            }
+            (out.gradients[i], out.accelerations[i]) = (gradient, at);
+            out.displacements[i] = virtual_at;
+            gradient += Mat3::double_cross(rate.scaled(2.0 * motion.joint_rate[i]), link.axis);
+            out.wrenches[i] = SpatialAcceleration { rate, gradient, at }.wrench(link);
+            force += out.wrenches[i].force;
+        }
+        out.base = force.scaled(-1.0 / self.total_mass);
+        out
     }
 
     /// Everything by attitude and bus rate alone.
@@ -368,13 +412,13 @@ impl<const NL: usize> Multibody<NL> {
     /// Everything by joint rates and what is not a joint angle.
     fn fill_joint_rates<const NX: usize, const NU: usize>(
         rotation: &Matrix3<f64>,
-        arm: &Arm<NL>,
+        kinematics: &Kinematics<NL>,
         frame: &BusFrame<f64>,
         virtual_: &Virtual<NL>,
         out: &mut TorqueCurvature<NX, NU>,
     ) {
         for k in 0..NL {
-            let twice = virtual_.push[k].scaled(2.0);
+            let twice = virtual_.coriolis[k].scaled(2.0);
             let by_rate = rotation * twice.to_vector();
             let by_turn = rotation * twice.cross(frame.rate).to_vector();
             for i in 0..3 {
@@ -382,7 +426,7 @@ impl<const NL: usize> Multibody<NL> {
                 out.state_state[(6 + NL + k, 3 + NL + i)] = by_rate[i];
             }
             for i in 0..=k {
-                out.state_state[(6 + NL + k, 6 + NL + i)] = arm.links[i].axis.dot(twice);
+                out.state_state[(6 + NL + k, 6 + NL + i)] = kinematics.links[i].axis.dot(twice);
             }
         }
     }
@@ -392,11 +436,11 @@ impl<const NL: usize> Multibody<NL> {
         &self,
         j: usize,
         rotation: &Matrix3<f64>,
-        frame: &BusFrame<f64>,
-        motion: &Motion<f64, NL>,
+        at: &Evaluated<NL>,
         column: &Column<NL>,
         out: &mut TorqueCurvature<NX, NU>,
     ) {
+        let Evaluated { frame, motion, .. } = *at;
         let by_turn = column.rate.cross(frame.rate)
             + column.radial.cross(frame.radial)
             + column.acceleration.cross(motion.bus_acceleration)
@@ -421,21 +465,21 @@ impl<const NL: usize> Multibody<NL> {
 }
 
 impl<const NL: usize> Column<NL> {
-    /// Derivatives by the motion of joint `i`, from those of the moments beyond it, on the way
-    /// inwards; `rate` is that of its link.
+    /// Derivatives by the motion of joint `i` from those of its subtree's moments, during the inward
+    /// pass; `rate` is that of its link.
     #[inline]
     fn pass(
         &mut self,
-        beyond: &mut Moments,
+        subtree: &mut Moments,
         i: usize,
         axis: Vec3<f64>,
         rate: Vec3<f64>,
         joint_rate: f64,
     ) {
-        let push = beyond.push(axis);
-        self.joint_rate[i] = 2.0 * rate.dot(push) + axis.dot(beyond.rate);
-        self.joint_acceleration[i] = axis.dot(beyond.gradient.axial());
-        beyond.rate += push.scaled(2.0 * joint_rate);
+        let coriolis = subtree.coriolis(axis);
+        self.joint_rate[i] = 2.0 * rate.dot(coriolis) + axis.dot(subtree.rate);
+        self.joint_acceleration[i] = axis.dot(subtree.gradient.axial());
+        subtree.rate += coriolis.scaled(2.0 * joint_rate);
     }
 }
 

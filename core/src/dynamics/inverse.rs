@@ -1,11 +1,10 @@
-//! Inverse dynamics: the torques that given accelerations need (recursive Newton-Euler).
+//! Inverse dynamics: the torques that given accelerations need (recursive Newton-Euler, RNEA).
 //!
-//! A rigid body accelerates by an affine field: at a point `x` of it, by
-//! `at + gradient (x - joint)`. The tide is linear in `x` as well, so that it needs no equations of
-//! its own: one matrix a body holds angular acceleration, rate and orbit, and the force and moment
-//! the body needs are that matrix against its mass moments.
+//! The acceleration of a rigid body is affine: `at + gradient (x - joint)` at its point `x`. The tide is
+//! linear in `x` too, so that one matrix a body holds angular acceleration, rate and orbit; force and
+//! moment on the body are that matrix times its mass moments.
 
-use super::arm::{Arm, ArmLink, second_moments};
+use super::kinematics::{Kinematics, LinkKinematics, second_moments};
 use super::multibody::BusFrame;
 use super::{Acceleration, Control, Integrator, Multibody, State, Stepping};
 use crate::math::{Mat3, Scalar, Vec3, quaternion};
@@ -27,40 +26,47 @@ pub(super) struct GeneralizedForce<T, const NL: usize> {
     pub joint: [T; NL],
 }
 
-/// How a body moves and what force its points need for it, per unit mass: inertial acceleration
-/// less the tide. Bus axes.
+/// Spatial acceleration of a body, inertial less the tide, as an affine field. Bus axes.
 #[derive(Clone, Copy)]
-pub(super) struct Field<T> {
+pub(super) struct SpatialAcceleration<T> {
     /// Inertial angular velocity [rad/s].
     pub rate: Vec3<T>,
     /// `[angular acceleration x] + [rate x]^2 + n^2 (1 - 3 e_R e_R^T)` [1/s^2].
     pub gradient: Mat3<T>,
-    /// At the body's joint [m/s^2].
+    /// Linear acceleration at the body's joint [m/s^2].
     pub at: Vec3<T>,
 }
 
-/// Force, and moment about a joint, that a link and all beyond it need.
+/// Force on a subtree, and moment about its joint.
 #[derive(Clone, Copy)]
 pub(super) struct Wrench<T> {
     pub force: Vec3<T>,
     pub moment: Vec3<T>,
 }
 
-/// The inverse dynamics and all its intermediate results.
-pub(super) struct Sweep<const NL: usize> {
-    pub bus: Field<f64>,
-    pub links: [Field<f64>; NL],
+/// Result of the RNEA with its intermediate results.
+pub(super) struct Rnea<const NL: usize> {
+    pub bus: SpatialAcceleration<f64>,
+    pub links: [SpatialAcceleration<f64>; NL],
     pub wrenches: [Wrench<f64>; NL],
-    pub needed: GeneralizedForce<f64, NL>,
+    pub generalized_force: GeneralizedForce<f64, NL>,
 }
 
-impl<T: Scalar> Field<T> {
+impl<const NL: usize> Rnea<NL> {
+    /// Spatial acceleration of the body before joint `i`.
+    #[inline]
+    pub(super) fn before(&self, i: usize) -> &SpatialAcceleration<f64> {
+        if i == 0 { &self.bus } else { &self.links[i - 1] }
+    }
+}
+
+impl<T: Scalar> SpatialAcceleration<T> {
     pub(super) const ZERO: Self =
         Self { rate: Vec3::ZERO, gradient: Mat3([Vec3::ZERO; 3]), at: Vec3::ZERO };
 
-    /// What `link` alone needs.
+    /// Wrench on `link` alone.
     #[inline]
-    pub(super) fn wrench(&self, link: &ArmLink) -> Wrench<T> {
+    pub(super) fn wrench(&self, link: &LinkKinematics) -> Wrench<T> {
         let offset = link.offset.lift();
         let force = (self.at + self.gradient.apply(offset)).scaled(link.mass);
         let moment = self.moment(&link.second_moment) + offset.cross(force);
@@ -80,7 +86,7 @@ impl<T: Scalar> Field<T> {
         Vec3([turn(2, 1), turn(0, 2), turn(1, 0)])
     }
 
-    /// The same along principal axes: the moment the bus needs for itself.
+    /// Moment on the bus about its centre, along its principal axes.
     #[inline]
     pub(super) fn principal_moment(&self, inertia: &Vector3<f64>) -> Vec3<T> {
         let second = second_moments(inertia);
@@ -98,7 +104,7 @@ impl<T: Scalar> Wrench<T> {
         self.moment += other.moment;
     }
 
-    /// Refers the moment to a point that stands at `-lever`.
+    /// Refers the moment to a point at `-lever`.
     #[inline]
     pub(super) fn shift(&mut self, lever: Vec3<f64>) {
         self.moment += lever.lift().cross(self.force);
@@ -107,8 +113,10 @@ impl<T: Scalar> Wrench<T> {
 
 impl<const NL: usize> Multibody<NL> {
     /// Bus and joint torques that produce `acceleration` in `state` under actuator force `force`
-    /// (RTN, N): the inverse of [`Multibody::acceleration`].
+    /// (RTN, N), by the RNEA: the inverse of [`Multibody::acceleration`].
     /// Cost: O(NL), about 500 flops a link.
+    #[doc(alias = "RNEA")]
+    #[doc(alias = "inverse_dynamics")]
     pub fn torques(
         &self,
         state: &State<NL>,
@@ -122,18 +130,18 @@ impl<const NL: usize> Multibody<NL> {
             bus_acceleration: Vec3(r.tr_mul(&inertial).into()),
             joint_acceleration: Self::angles(&acceleration.joint),
         };
-        let needed = self.sweep(&self.arm(state), &frame, &motion).needed;
-        Control { bus_torque: needed.bus.to_vector(), joint_torque: SVector::from(needed.joint) }
+        let force = self.rnea(&self.kinematics(state), &frame, &motion).generalized_force;
+        Control { bus_torque: force.bus.to_vector(), joint_torque: SVector::from(force.joint) }
     }
 
-    /// Newton-Euler over the tree, outwards for accelerations, inwards for forces.
+    /// Recursive Newton-Euler algorithm: outwards for accelerations, inwards for forces.
     #[inline]
-    pub(super) fn sweep(
+    pub(super) fn rnea(
         &self,
-        arm: &Arm<NL>,
+        kinematics: &Kinematics<NL>,
         frame: &BusFrame<f64>,
         motion: &Motion<f64, NL>,
-    ) -> Sweep<NL> {
+    ) -> Rnea<NL> {
         let n2 = self.mean_motion * self.mean_motion;
         let tide = Mat3::outer(frame.radial, frame.radial.scaled(-3.0 * n2))
             + Mat3::constant(&Matrix3::from_diagonal_element(n2));
@@ -141,70 +149,69 @@ impl<const NL: usize> Multibody<NL> {
             + Mat3::double_cross(frame.rate, frame.rate)
             + tide;
         // Relative to the bus centre of mass at first.
-        let bus = Field { rate: frame.rate, gradient, at: Vec3::ZERO };
-        let mut links = [Field::ZERO; NL];
-        let mut field = bus;
-        for (i, link) in arm.links.iter().enumerate() {
-            field.at += field.gradient.apply(link.lever);
-            let before = field.rate;
-            field.rate += link.axis * motion.joint_rate[i];
-            let twice = (before + field.rate) * motion.joint_rate[i];
-            field.gradient += Mat3::cross_matrix(link.axis * motion.joint_acceleration[i])
+        let bus = SpatialAcceleration { rate: frame.rate, gradient, at: Vec3::ZERO };
+        let mut links = [SpatialAcceleration::ZERO; NL];
+        let mut spatial = bus;
+        for (i, link) in kinematics.links.iter().enumerate() {
+            spatial.at += spatial.gradient.apply(link.lever);
+            let before = spatial.rate;
+            spatial.rate += link.axis * motion.joint_rate[i];
+            let twice = (before + spatial.rate) * motion.joint_rate[i];
+            spatial.gradient += Mat3::cross_matrix(link.axis * motion.joint_acceleration[i])
                 + Mat3::double_cross(twice, link.axis);
-            links[i] = field;
+            links[i] = spatial;
         }
 
         let mut wrenches = [Wrench::ZERO; NL];
         let mut wrench = Wrench::ZERO;
-        for (i, link) in arm.links.iter().enumerate().rev() {
+        for (i, link) in kinematics.links.iter().enumerate().rev() {
             wrench.add(&links[i].wrench(link));
             wrenches[i] = wrench;
             wrench.shift(link.lever);
         }
 
-        // Tides and inner forces cancel over the whole: the actuator force is all that moves the
-        // centre of mass, and that says how the bus's own centre accelerates.
+        // Tides and internal forces cancel over the system: only the actuator force accelerates the
+        // centre of mass, which gives the acceleration of the bus's centre.
         let base = frame.specific_force - wrench.force.scaled(1.0 / self.total_mass);
         let mut joint = [0.0; NL];
-        for (i, link) in arm.links.iter().enumerate() {
+        for (i, link) in kinematics.links.iter().enumerate() {
             links[i].at += base;
-            wrenches[i].force += base.scaled(link.beyond.mass);
-            wrenches[i].moment += link.beyond.first.cross(base);
+            wrenches[i].force += base.scaled(link.subtree.mass);
+            wrenches[i].moment += link.subtree.first.cross(base);
             joint[i] = link.axis.dot(wrenches[i].moment);
         }
-        let moment = wrench.moment + arm.whole.first.cross(base);
-        let needed =
+        let moment = wrench.moment + kinematics.whole.first.cross(base);
+        let generalized_force =
             GeneralizedForce { bus: bus.principal_moment(&self.bus_inertia) + moment, joint };
-        Sweep { bus, links, wrenches, needed }
+        Rnea { bus, links, wrenches, generalized_force }
     }
 }
 
-/// A control and the states between which it leads, at least nearly: where to start from when
-/// looking for another.
+/// A control with the states before and after its interval: initial guess of [`Multibody::track_rates`].
 #[derive(Clone, Copy, Debug)]
-pub struct Leg<'a, const NL: usize> {
-    /// Where it starts.
+pub struct Transition<'a, const NL: usize> {
+    /// State before the interval.
     pub state: &'a State<NL>,
-    /// The control held.
+    /// Control over the interval.
     pub control: &'a Control<NL>,
-    /// Where it ends.
+    /// State after the interval.
     pub reached: &'a State<NL>,
 }
 
 impl<const NL: usize> Multibody<NL> {
-    /// The control that moves the rates of `state` to `goal` (bus rate and joint rates) over one
-    /// step of `integrator`, to 1e-8 rad/s, and the state it leads to. `known` is a leg nearby,
-    /// under the same force.
+    /// Inverse-dynamics tracking: the control that takes the rates of `state` to `goal` over one step of
+    /// the integrator, to 1e-8 rad/s, and the state it leads to. `known` is a near transition under the
+    /// same force.
     ///
-    /// Exact for Euler, where it is inverse dynamics. For RK4 the known control is changed by as
-    /// much as inverse dynamics half way change, and again from the leg found until it is near
-    /// enough, or the deadline has passed. Cost: a step and two inverse dynamics a round, one or two rounds.
-    pub fn steer(
+    /// Exact for Euler by inverse dynamics. For RK4 the known control is changed by the difference of
+    /// the inverse dynamics at the midpoints, repeatedly until the tolerance is met or the deadline has
+    /// passed. Cost: a step and two inverse dynamics a round, one or two rounds.
+    pub fn track_rates(
         &self,
         stepping: &Stepping<'_>,
         state: &State<NL>,
         goal: (&Vector3<f64>, &SVector<f64, NL>),
-        known: Leg<NL>,
+        known: Transition<NL>,
         force: &Vector3<f64>,
     ) -> (Control<NL>, State<NL>) {
         let Stepping { integrator, dt, deadline } = *stepping;
@@ -218,31 +225,31 @@ impl<const NL: usize> Multibody<NL> {
             let control = self.torques(state, force, &wanted);
             return (control, self.step(integrator, dt, state, &control, force));
         }
-        let better = |known: Leg<NL>| {
-            let Leg { state: from, reached: to, .. } = known;
+        let better = |known: Transition<NL>| {
+            let Transition { state: from, reached: to, .. } = known;
             let spent = mean(from, &to.rate, &to.joint_rate);
-            let spent = self.torques(&from.midway(to), force, &spent);
+            let spent = self.torques(&from.midpoint(to), force, &spent);
             let expected = known.expected(dt, state, goal);
-            let needed = self.torques(&state.midway(&expected), force, &wanted);
+            let needed = self.torques(&state.midpoint(&expected), force, &wanted);
             known.control.changed(&needed, &spent)
         };
         let mut control = better(known);
         let mut reached = self.step(integrator, dt, state, &control, force);
-        // Bound: steering.
-        for _ in 0..STEERING_ITERATIONS {
+        // Bound: rate_tracking.
+        for _ in 0..TRACKING_ITERATIONS {
             let error = (goal.0 - reached.rate).amax().max((goal.1 - reached.joint_rate).amax());
-            if error <= STEERING_ERROR || deadline.has_passed() {
+            if error <= TRACKING_TOLERANCE || deadline.has_passed() {
                 break;
             }
-            control = better(Leg { state, control: &control, reached: &reached });
+            control = better(Transition { state, control: &control, reached: &reached });
             reached = self.step(integrator, dt, state, &control, force);
         }
         (control, reached)
     }
 }
 
-impl<const NL: usize> Leg<'_, NL> {
-    /// Where a leg from `state` with the rates `goal` at its end probably ends.
+impl<const NL: usize> Transition<'_, NL> {
+    /// Predicts the state after a transition from `state` to the rates `goal`.
     fn expected(
         &self,
         dt: f64,
@@ -263,7 +270,7 @@ impl<const NL: usize> Leg<'_, NL> {
 }
 
 impl<const NL: usize> Control<NL> {
-    /// This control and what `needed` has more than `spent`.
+    /// This control plus `needed` less `spent`.
     fn changed(&self, needed: &Self, spent: &Self) -> Self {
         Self {
             bus_torque: self.bus_torque + (needed.bus_torque - spent.bus_torque),
@@ -273,7 +280,7 @@ impl<const NL: usize> Control<NL> {
 }
 
 /// Most rounds of [`Multibody::steer`] after the first.
-pub const STEERING_ITERATIONS: usize = 4;
+pub const TRACKING_ITERATIONS: usize = 4;
 
 /// Error of a rate at which [`Multibody::steer`] stops [rad/s].
-const STEERING_ERROR: f64 = 1e-8;
+const TRACKING_TOLERANCE: f64 = 1e-8;

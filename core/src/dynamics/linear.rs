@@ -3,14 +3,13 @@
 //! The forward dynamics solve `H(alpha) a + bias(x) = u`. Differentiating the *inverse* dynamics at
 //! the accelerations found and solving with the same factor gives `da = H^-1 (du - d(H a + bias))`.
 //!
-//! The inverse dynamics are differentiated one degree of freedom at a time, along its position and
-//! its rate side by side. Turning a joint moves the links beyond it rigidly: seen from them, it is
-//! the motion before the joint that turns back, and the force they need turns with them. Nothing
-//! geometric is differentiated, and nothing but the joint itself starts a derivative.
+//! The inverse dynamics are differentiated by one degree of freedom at a time, by its position and its
+//! rate side by side. Turning a joint moves its subtree rigidly: seen from the subtree, the motion before
+//! the joint turns back, and the subtree's wrench turns with it. No geometry is differentiated.
 
-use super::arm::Arm;
 use super::forward::Evaluation;
-use super::inverse::{Field, GeneralizedForce, Sweep, Wrench};
+use super::inverse::{GeneralizedForce, Rnea, SpatialAcceleration, Wrench};
+use super::kinematics::Kinematics;
 use super::{Acceleration, Control, Multibody, State};
 use crate::math::{Lanes, Mat3, Scalar, Vec3};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -39,15 +38,15 @@ pub struct ForceJacobian<const NL: usize> {
     pub joint: SMatrix<f64, NL, 3>,
 }
 
-/// Derivatives by a position and by its rate.
+/// Derivatives by a position and by its rate, side by side.
 type Both = Lanes<2>;
 
-/// Where the derivatives along one degree of freedom start.
+/// Initial values of the derivatives along one degree of freedom.
 struct Seed {
     /// The joint, or none for the bus.
     joint: Option<usize>,
     /// The derivative of the motion of the joint's link, or of the bus.
-    field: Field<Both>,
+    spatial: SpatialAcceleration<Both>,
     /// That of the force needed beyond the joint, from its turn alone.
     wrench: Wrench<Both>,
     /// That of the actuator force per unit of system mass.
@@ -84,10 +83,10 @@ impl<const NL: usize> Multibody<NL> {
         let to_specific = evaluation.rotation.transpose() / self.total_mass;
         // The force is felt by each body in proportion to its mass: a moment by its lever arm.
         let mut joint = SMatrix::<f64, NL, 3>::zeros();
-        for (k, link) in evaluation.arm.links.iter().enumerate() {
+        for (k, link) in evaluation.kinematics.links.iter().enumerate() {
             joint.set_row(k, &link.momentum.to_vector().transpose());
         }
-        let bus = evaluation.arm.whole.first.to_vector().cross_matrix();
+        let bus = evaluation.kinematics.whole.first.to_vector().cross_matrix();
         let (bus, joint) = evaluation.factor.solve(-bus * to_specific, -joint * to_specific);
         ForceJacobian { bus: evaluation.rotation * bus, joint }
     }
@@ -96,9 +95,9 @@ impl<const NL: usize> Multibody<NL> {
         &self,
         evaluation: &Evaluation<NL>,
     ) -> (SMatrix<f64, 3, NX>, SMatrix<f64, NL, NX>) {
-        let Evaluation { rotation, arm, .. } = evaluation;
+        let Evaluation { rotation, kinematics, .. } = evaluation;
         let motion = &evaluation.motion;
-        let sweep = self.sweep(arm, &evaluation.frame, motion);
+        let rnea = self.rnea(kinematics, &evaluation.frame, motion);
         let mut bus = SMatrix::<f64, 3, NX>::zeros();
         let mut joint = SMatrix::<f64, NL, NX>::zeros();
         let mut set = |needed: GeneralizedForce<Both, NL>, lane: usize, column: usize| {
@@ -112,7 +111,7 @@ impl<const NL: usize> Multibody<NL> {
             set(needed, 1, 3 + NL + k);
         }
         for j in 0..NL {
-            let seed = Self::joint_seed(arm, &sweep, motion.joint_rate[j], j);
+            let seed = Self::joint_seed(kinematics, &rnea, motion.joint_rate[j], j);
             let needed = self.differentiate(evaluation, &seed);
             set(needed, 0, 3 + j);
             set(needed, 1, 6 + NL + j);
@@ -148,18 +147,18 @@ impl<const NL: usize> Multibody<NL> {
             + Mat3::outer(pull, radial);
         Seed {
             joint: None,
-            field: Field { rate, gradient, at: Vec3::ZERO },
+            spatial: SpatialAcceleration { rate, gradient, at: Vec3::ZERO },
             wrench: Wrench::ZERO,
             specific_force: both(frame.specific_force.cross(axis), Vec3::ZERO),
         }
     }
 
-    /// Joint `j`, as the link beyond it sees it.
+    /// Seed of joint `j`, seen from its link.
     #[inline]
-    fn joint_seed(arm: &Arm<NL>, sweep: &Sweep<NL>, joint_rate: f64, j: usize) -> Seed {
-        let axis = arm.links[j].axis;
-        let before = if j == 0 { &sweep.bus } else { &sweep.links[j - 1] };
-        let (here, wrench) = (&sweep.links[j], &sweep.wrenches[j]);
+    fn joint_seed(kinematics: &Kinematics<NL>, rnea: &Rnea<NL>, joint_rate: f64, j: usize) -> Seed {
+        let axis = kinematics.links[j].axis;
+        let before = rnea.before(j);
+        let (here, wrench) = (&rnea.links[j], &rnea.wrenches[j]);
         let rate = before.rate.cross(axis);
         let Mat3([x, y, z]) = before.gradient;
         // G [a x] - [a x] G: the gradient, turned back.
@@ -174,7 +173,7 @@ impl<const NL: usize> Multibody<NL> {
         let by_rate = Mat3::double_cross(here.rate.scaled(2.0), axis);
         Seed {
             joint: Some(j),
-            field: Field {
+            spatial: SpatialAcceleration {
                 rate: both(rate, axis),
                 gradient: Mat3([0, 1, 2].map(|k| both(by_angle.0[k], by_rate.0[k]))),
                 at: both(here.at.cross(axis), Vec3::ZERO),
@@ -194,25 +193,25 @@ impl<const NL: usize> Multibody<NL> {
         evaluation: &Evaluation<NL>,
         seed: &Seed,
     ) -> GeneralizedForce<Both, NL> {
-        let Evaluation { arm, motion, .. } = evaluation;
-        let mut field = seed.field;
+        let Evaluation { kinematics, motion, .. } = evaluation;
+        let mut spatial = seed.spatial;
         let mut wrenches = [Wrench::ZERO; NL];
-        // Nothing before the joint moves.
+        // Links before the joint do not move.
         let first = seed.joint.unwrap_or(0);
-        let links = arm.links.iter().zip(&mut wrenches).zip(&motion.joint_rate);
+        let links = kinematics.links.iter().zip(&mut wrenches).zip(&motion.joint_rate);
         for (i, ((link, wrench), joint_rate)) in links.enumerate().skip(first) {
             if seed.joint != Some(i) {
-                field.at += field.gradient.apply(link.lever.lift());
-                let twice = field.rate.scaled(2.0 * joint_rate);
-                field.gradient += Mat3::double_cross(twice, link.axis.lift());
+                spatial.at += spatial.gradient.apply(link.lever.lift());
+                let twice = spatial.rate.scaled(2.0 * joint_rate);
+                spatial.gradient += Mat3::double_cross(twice, link.axis.lift());
             }
-            *wrench = field.wrench(link);
+            *wrench = spatial.wrench(link);
         }
 
         let mut wrench = Wrench::ZERO;
         let mut joint = [Both::ZERO; NL];
         for i in (0..NL).rev() {
-            let link = &arm.links[i];
+            let link = &kinematics.links[i];
             wrench.add(&wrenches[i]);
             joint[i] = link.axis.lift().dot(wrench.moment);
             if seed.joint == Some(i) {
@@ -221,14 +220,14 @@ impl<const NL: usize> Multibody<NL> {
             wrench.shift(link.lever);
         }
 
-        // The bus's centre of mass gives way, and all links with it.
+        // The bus's centre of mass recoils, and all links with it.
         let base = seed.specific_force - wrench.force.scaled(1.0 / self.total_mass);
-        for (torque, link) in joint.iter_mut().zip(&arm.links) {
+        for (torque, link) in joint.iter_mut().zip(&kinematics.links) {
             *torque += link.momentum.lift().dot(base);
         }
-        let mut bus = wrench.moment + arm.whole.first.lift().cross(base);
+        let mut bus = wrench.moment + kinematics.whole.first.lift().cross(base);
         if seed.joint.is_none() {
-            bus += seed.field.principal_moment(&self.bus_inertia);
+            bus += seed.spatial.principal_moment(&self.bus_inertia);
         }
         GeneralizedForce { bus, joint }
     }

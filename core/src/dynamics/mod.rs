@@ -7,14 +7,15 @@
 //! of mass) and the gravity-gradient moment `3 n^2 e_R x I e_R`; all are evaluated in bus axes,
 //! where the arm's geometry depends on the joint angles alone.
 //!
-//! Two independent algorithms compute accelerations: [`Multibody`] by composite bodies (the
-//! planner's), [`articulated`] by articulated bodies in RTN axes (the verifier's).
+//! Two independent algorithms compute accelerations: [`Multibody`] by the composite-rigid-body
+//! algorithm (CRBA, the planner's), [`articulated`] by the articulated-body algorithm in RTN axes (ABA,
+//! the verifier's).
 
-mod arm;
 pub mod articulated;
 mod curvature;
 mod forward;
 mod inverse;
+mod kinematics;
 mod linear;
 mod multibody;
 mod pose;
@@ -23,7 +24,7 @@ mod system;
 
 pub use crate::model::Integrator;
 pub use curvature::TorqueCurvature;
-pub use inverse::{Leg, STEERING_ITERATIONS};
+pub use inverse::{TRACKING_ITERATIONS, Transition};
 pub use linear::{AccelerationJacobian, ForceJacobian};
 pub use multibody::Multibody;
 pub use pose::ArmPose;
@@ -57,8 +58,8 @@ impl<const NL: usize> State<NL> {
         joint_rate: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
     };
 
-    /// The state half way to `other`, a near one.
-    pub fn midway(&self, other: &Self) -> Self {
+    /// The midpoint between this state and a near one.
+    pub fn midpoint(&self, other: &Self) -> Self {
         Self {
             attitude: quaternion::normalized(&(self.attitude + other.attitude)),
             joint_angle: (self.joint_angle + other.joint_angle) * 0.5,
@@ -92,7 +93,7 @@ impl<const NL: usize> Control<NL> {
         joint_torque: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
     };
 
-    /// The nearest control within the torque limits; what is not a number stays so.
+    /// The control projected onto the torque limits; NaN stays NaN.
     pub(crate) fn within_limits(&self, servicer: &Servicer<NL>) -> Self {
         let (bus, joint) = (servicer.max_bus_torque, servicer.max_joint_torque);
         Self {

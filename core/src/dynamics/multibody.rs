@@ -5,7 +5,7 @@ use crate::math::{Mat3, Scalar, Vec3, quaternion};
 use crate::model::{Link, Mission};
 use nalgebra::{Matrix3, SVector, Vector3};
 
-/// A bus with a serial arm in orbit: constants only, no state. `NL` joints.
+/// Constants of a bus with a serial arm of `NL` joints in orbit.
 #[derive(Clone, Copy, Debug)]
 pub struct Multibody<const NL: usize> {
     pub(super) bus_inertia: Vector3<f64>,
@@ -37,7 +37,7 @@ impl<T: Scalar> LinkPose<T> {
     };
 }
 
-/// What the motion about the centre of mass depends on besides the joints, in bus axes.
+/// Rate, radial direction and force in bus axes: all that the dynamics depend on besides the joints.
 #[derive(Clone, Copy)]
 pub(super) struct BusFrame<T> {
     /// Angular velocity relative to inertial space [rad/s].
@@ -71,7 +71,7 @@ impl<const NL: usize> Multibody<NL> {
         Vector3::new(0.0, 0.0, self.mean_motion)
     }
 
-    /// Rotation matrix of a state's attitude and its surroundings in bus axes.
+    /// Rotation matrix of a state's attitude, and the frame in bus axes.
     pub(super) fn bus_frame(
         &self,
         state: &State<NL>,

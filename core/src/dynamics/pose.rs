@@ -47,7 +47,7 @@ impl<const NL: usize> Multibody<NL> {
             center: self.first_moment(&poses).to_vector() / self.total_mass,
             center_by_joint: SMatrix::zeros(),
         };
-        // Mass and first moment of a link and all beyond it.
+        // Mass and first moment of a link and its subtree.
         let (mut mass, mut moment) = (0.0, Vector3::zeros());
         for (i, (link, at)) in self.links.iter().zip(&poses).enumerate().rev() {
             if i + 1 == NL {
@@ -55,8 +55,8 @@ impl<const NL: usize> Multibody<NL> {
             }
             mass += link.mass;
             moment += at.center.to_vector() * link.mass;
-            let beyond = moment - pose.joint[i] * mass;
-            let drift: Vector3<f64> = pose.axis[i].cross(&beyond) / self.total_mass;
+            let subtree = moment - pose.joint[i] * mass;
+            let drift: Vector3<f64> = pose.axis[i].cross(&subtree) / self.total_mass;
             pose.center_by_joint.set_column(i, &drift);
         }
         pose

@@ -49,8 +49,8 @@ impl<const NL: usize> Multibody<NL> {
         let mut drift = Vector3::zeros();
         for (j, pose) in poses.iter().enumerate() {
             let axis = pose.axis.to_vector() * state.joint_rate[j];
-            for (link, beyond) in self.links.iter().zip(&poses).skip(j) {
-                let lever = (beyond.center - pose.joint).to_vector();
+            for (link, subtree) in self.links.iter().zip(&poses).skip(j) {
+                let lever = (subtree.center - pose.joint).to_vector();
                 drift += axis.cross(&lever) * (link.mass / self.total_mass);
             }
         }

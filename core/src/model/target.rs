@@ -96,7 +96,7 @@ impl Target {
         for node in nodes {
             let relative = quaternion::rotation_matrix(&q) * w - Vector3::new(0.0, 0.0, n);
             *node = TargetState { attitude: q, rate: relative };
-            // Bound: tumble_substeps.
+            // Bound: attitude_substeps.
             for _ in 0..substeps {
                 (q, w) = self.rk4_step(has_gradient, n, &q, &w, h);
             }

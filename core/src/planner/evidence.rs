@@ -236,18 +236,18 @@ fn add_settings(sum: &mut Checksum, settings: &Settings) {
     let Settings {
         max_iterations,
         stop_when_feasible,
-        settle,
+        cost_tolerance,
         radius,
         min_radius,
         max_radius,
-        accept,
-        shrink_below,
-        grow_above,
+        eta_0,
+        eta_1,
+        eta_2,
         shrink,
         grow,
-        weight,
-        max_weight,
-        weight_growth,
+        penalty_parameter,
+        max_penalty_parameter,
+        penalty_growth,
         curvature_below,
         correct_below,
         max_corrections,
@@ -255,8 +255,16 @@ fn add_settings(sum: &mut Checksum, settings: &Settings) {
     sum.integer(*max_iterations as u64);
     sum.integer(u64::from(*stop_when_feasible));
     sum.integer(u64::from(*max_corrections));
-    sum.numbers([settle, radius, min_radius, max_radius, accept, shrink_below, grow_above]);
-    sum.numbers([shrink, grow, weight, max_weight, weight_growth, curvature_below, correct_below]);
+    sum.numbers([cost_tolerance, radius, min_radius, max_radius, eta_0, eta_1, eta_2]);
+    sum.numbers([
+        shrink,
+        grow,
+        penalty_parameter,
+        max_penalty_parameter,
+        penalty_growth,
+        curvature_below,
+        correct_below,
+    ]);
 }
 
 fn add_orbit(sum: &mut Checksum, orbit: &Orbit) {

@@ -129,7 +129,7 @@ impl InitialGuess<'_> {
             Self::Learned { policy, seed } => {
                 let mut scene = Scene::new(mission, path, target, integrator);
                 scene.deadline = deadline;
-                warmstart::roll_out(&scene, *policy, *seed, &mut z.trial)
+                warmstart::rollout(&scene, *policy, *seed, &mut z.trial)
                     .then_some(GuessRecord::Learned)
             }
             Self::User(motion) => {
@@ -145,9 +145,9 @@ impl InitialGuess<'_> {
         };
         let problem = MissionReorientation::<P>::new(formulation, path, target, options.mode, pair);
         let mut merit = |trajectory: &mut _| {
-            problem.clip(trajectory);
+            problem.project(trajectory);
             problem.residuals(trajectory, &mut w.residuals);
-            w.residuals.cost + options.reorientation.weight * w.residuals.penalty()
+            w.residuals.cost + options.reorientation.penalty_parameter * w.residuals.l1_violation()
         };
         let (other, heuristic) = (merit(&mut z.trial), merit(&mut z.trajectory));
         if deadline.has_passed() {

@@ -27,7 +27,8 @@ pub struct PlanSettings {
 }
 
 /// Settings of Stage 1.
-const TRANSLATION: Settings = Settings { settle: 1e-6, weight: 100.0, ..Settings::DEFAULT };
+const TRANSLATION: Settings =
+    Settings { cost_tolerance: 1e-6, penalty_parameter: 100.0, ..Settings::DEFAULT };
 
 /// Settings of Stage 2.
 const fn reorientation(stop_when_feasible: bool) -> Settings {
@@ -37,7 +38,7 @@ const fn reorientation(stop_when_feasible: bool) -> Settings {
 /// Settings of Stage 2 from a learned guess: its rollout follows the dynamics and ends near the
 /// optimum. Infeasibility need not be bought, and a long first step would leave for another optimum.
 const fn learned(stop_when_feasible: bool) -> Settings {
-    Settings { weight: 30.0, radius: 0.2, ..reorientation(stop_when_feasible) }
+    Settings { penalty_parameter: 30.0, radius: 0.2, ..reorientation(stop_when_feasible) }
 }
 
 impl PlanSettings {

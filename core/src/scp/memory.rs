@@ -1,23 +1,23 @@
-//! The loop's memory, in two parts: what every solve may overwrite, and what is left of each.
+//! The SCP solver's memory: scratch that every solve overwrites, and the iterates that it leaves.
 
 use super::{Log, Residuals};
 use nalgebra::SVector;
 use remora_qp::dense::zeros;
 use remora_qp::{Qp, Solution};
 
-/// What the loop works with, for one size of problem; the caller keeps it. It carries nothing from
-/// one solve to the next, so that solves one after the other can share it.
+/// Scratch of the SCP solver for one size of problem, owned by the caller. No result depends on what
+/// an earlier solve left in it.
 #[derive(Clone, Debug)]
 pub struct Scratch<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
     /// The subproblem.
     pub qp: Qp<N, NX, NU, NG>,
-    /// Its solution: the step last computed.
+    /// Its solution: the last step computed.
     pub step: Solution<N, NX, NU, NG>,
     pub(super) correction: Solution<N, NX, NU, NG>,
     pub(crate) residuals: Residuals<N, NX, NG>,
     pub(super) trial_residuals: Residuals<N, NX, NG>,
     pub(super) searched: Residuals<N, NX, NG>,
-    /// The subproblem's `c` and row offsets before corrections.
+    /// The subproblem's `c` and path offsets before corrections.
     pub(super) c: [SVector<f64, NX>; N],
     pub(super) path_offset: [SVector<f64, NG>; N],
 }
@@ -48,7 +48,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Default
 
 #[cfg(test)]
 impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Scratch<N, NX, NU, NG> {
-    /// Overwrites all of it.
+    /// Overwrites every number with `value`.
     pub(crate) fn fill(&mut self, value: f64) {
         self.qp.fill(value);
         self.step.fill(value);
@@ -56,9 +56,9 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Scratch<
         for residuals in [&mut self.residuals, &mut self.trial_residuals, &mut self.searched] {
             residuals.cost = value;
             residuals.defect.iter_mut().for_each(|vector| vector.fill(value));
-            residuals.row.iter_mut().for_each(|vector| vector.fill(value));
+            residuals.path.iter_mut().for_each(|vector| vector.fill(value));
             residuals.ignored_defect.fill(value);
-            residuals.ignored_row.fill(value);
+            residuals.ignored_path.fill(value);
         }
         self.c.iter_mut().for_each(|vector| vector.fill(value));
         self.path_offset.iter_mut().for_each(|vector| vector.fill(value));
@@ -73,17 +73,16 @@ impl<T: Copy> Iterates<T> {
     }
 }
 
-/// The trajectories of one problem, and the log of how the loop came by them; the caller keeps
-/// them.
+/// The trajectories of one problem and the log of the solve, owned by the caller.
 #[derive(Clone, Debug)]
 pub struct Iterates<T> {
-    /// The current trajectory: the start before a solve, the result after it.
+    /// The current trajectory: the initial guess before a solve, the result after it.
     pub trajectory: T,
     pub(crate) trial: T,
     pub(super) corrected: T,
-    /// The best feasible iterate, while the loop is elsewhere.
+    /// The best feasible iterate, where the current one is another.
     pub(super) best: T,
-    /// One record an iteration.
+    /// One record for each iteration.
     pub log: Log,
 }
 

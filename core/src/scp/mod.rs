@@ -1,8 +1,8 @@
-//! Sequential convex programming: an exact-penalty trust-region loop over convex subproblems.
+//! Sequential convex programming (SCP): an exact-penalty trust-region method.
 //!
-//! The loop minimises `cost + weight * (|defects|_1 + |violated rows|_1)` for any [`Problem`],
-//! one convex subproblem an iteration; see `docs/scp.md` for the method and why it differs from
-//! the paper's.
+//! It minimises `cost + penalty_parameter * (|defects|_1 + |path violations|_1)` for any [`Problem`],
+//! one convex subproblem an iteration; `docs/scp.md` describes the method and why it differs from the
+//! paper's.
 
 mod memory;
 mod outcome;

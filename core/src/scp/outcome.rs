@@ -1,20 +1,20 @@
-//! How a solve ended.
+//! Outcome of a solve.
 
 use remora_qp::QpStatus;
 
-/// How a solve ended.
+/// Status of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, PartialOrd, Ord)]
 #[non_exhaustive]
 #[repr(u32)]
 pub enum Status {
-    /// Feasible, and the cost has settled where that was asked for.
+    /// Feasible, and converged unless the first feasible iterate was asked for.
     Solved = 0,
-    /// It ended first: at the iteration limit, or because steps became too small to go on.
+    /// The iteration limit was reached, or steps became too small, at a feasible iterate or before.
     IterationLimit = 1,
-    /// The hard constraints of a subproblem have no feasible point, or the loop came to rest where
-    /// constraints are violated, or the verifier found one violated; or the scenario was refused.
+    /// A subproblem's hard constraints are infeasible, the solver converged to an infeasible point, the
+    /// verifier found a violation, or the scenario was refused.
     Infeasible = 2,
-    /// Time ran out first.
+    /// The deadline passed first.
     Deadline = 3,
     /// Arithmetic broke down.
     #[default]
@@ -22,12 +22,12 @@ pub enum Status {
 }
 
 impl Status {
-    /// Stable code for records.
+    /// Code for records; it never changes its meaning.
     pub fn code(self) -> u32 {
         self as u32
     }
 
-    /// The status of a loop whose subproblem could not be solved.
+    /// Status of a solve whose subproblem could not be solved.
     pub fn of_failed(subproblem: QpStatus) -> Self {
         match subproblem {
             QpStatus::Infeasible | QpStatus::AlmostInfeasible => Self::Infeasible,
@@ -37,18 +37,17 @@ impl Status {
     }
 }
 
-/// What a solve reports besides trajectory and log.
+/// Outcome of a solve, besides trajectory and log.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Outcome {
-    /// How it ended.
+    /// Its status.
     pub status: Status,
-    /// Linearisations with their subproblem solved, rejected steps counted.
+    /// Iterations, one subproblem each, rejected steps included.
     pub iterations: usize,
-    /// Second-order corrections beside them.
+    /// Second-order corrections.
     pub corrections: usize,
-    /// Worst violation of the final trajectory over its tolerance: feasible where at most one.
+    /// Largest violation of the final trajectory over its tolerance: feasible where at most one.
     pub violation: f64,
-    /// Whether the trajectory left is an earlier iterate: the best feasible one, where the loop
-    /// ended on another.
+    /// Whether the final trajectory is the best feasible iterate rather than the last.
     pub is_earlier: bool,
 }

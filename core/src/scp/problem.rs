@@ -1,4 +1,4 @@
-//! What the loop asks of a problem.
+//! The trait of a problem for the SCP solver.
 
 use nalgebra::{SMatrix, SVector};
 use remora_qp::{Qp, Solution};
@@ -6,16 +6,16 @@ use remora_qp::{Qp, Solution};
 /// Cost and constraint residuals of a trajectory, in the problem's scaled units.
 #[derive(Clone, Debug)]
 pub struct Residuals<const N: usize, const NX: usize, const NG: usize> {
-    /// Objective the loop minimises.
+    /// The objective.
     pub cost: f64,
     /// `F(x_k, u_k) - x_{k+1}`, scaled; the last is zero.
     pub defect: [SVector<f64, NX>; N],
-    /// Soft rows `h(x_k) <= 0`, scaled.
-    pub row: [SVector<f64, NG>; N],
+    /// Values of the path constraints `h(x_k) <= 0`, scaled.
+    pub path: [SVector<f64, NG>; N],
     /// Defects up to these do not count in the merit: a fraction of their tolerances.
     pub ignored_defect: SVector<f64, NX>,
-    /// The same for the rows.
-    pub ignored_row: SVector<f64, NG>,
+    /// The same for the path constraints.
+    pub ignored_path: SVector<f64, NG>,
 }
 
 impl<const N: usize, const NX: usize, const NG: usize> Residuals<N, NX, NG> {
@@ -23,13 +23,13 @@ impl<const N: usize, const NX: usize, const NG: usize> Residuals<N, NX, NG> {
     pub const ZERO: Self = Self {
         cost: 0.0,
         defect: [SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NX]; 1])); N],
-        row: [SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NG]; 1])); N],
+        path: [SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NG]; 1])); N],
         ignored_defect: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NX]; 1])),
-        ignored_row: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NG]; 1])),
+        ignored_path: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NG]; 1])),
     };
 
-    /// L1 norm of what defects and rows exceed the ignored by. NaN where any of them is.
-    pub fn penalty(&self) -> f64 {
+    /// L1 norm of defects and path violations beyond the ignored ones. NaN where any of them is.
+    pub fn l1_violation(&self) -> f64 {
         // `f64::max` would drop a NaN.
         let beyond = |value: f64, ignored: f64| {
             if value <= ignored { 0.0 } else { value - ignored }
@@ -40,29 +40,29 @@ impl<const N: usize, const NX: usize, const NG: usize> Residuals<N, NX, NG> {
                 sum += beyond(self.defect[k][i].abs(), self.ignored_defect[i]);
             }
             for i in 0..NG {
-                sum += beyond(self.row[k][i], self.ignored_row[i]);
+                sum += beyond(self.path[k][i], self.ignored_path[i]);
             }
         }
         sum
     }
 }
 
-/// A non-convex problem of fixed horizon, seen through its convex subproblems.
+/// A non-convex optimal-control problem of fixed horizon.
 ///
-/// The subproblem's variables are scaled steps from the current trajectory. The problem chooses
-/// them: a step may live on a manifold (attitude) and [`Problem::retract`] may follow the
-/// constraints' curvature, as long as it agrees with the linearisation to first order.
+/// The subproblem's variables are scaled steps from the current trajectory (the nominal trajectory).
+/// A step may live on a manifold (attitude), and [`Problem::retract`] may follow the constraints'
+/// curvature, as long as it agrees with the linearisation to first order.
 pub trait Problem<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
     /// States and controls over the horizon.
     type Trajectory;
 
-    /// Moves a start into the boxes and onto the pinned values, so that every subproblem has a
+    /// Projects an initial guess onto the bounds and the fixed values, so that every subproblem has a
     /// feasible point whatever the radius.
-    fn clip(&self, trajectory: &mut Self::Trajectory);
+    fn project(&self, trajectory: &mut Self::Trajectory);
 
-    /// Fills `qp` (cost, dynamics, rows; not the bounds) with the subproblem at `trajectory`.
-    /// `multipliers` are those of the last subproblem (zero before the first) once the trajectory
-    /// is near enough for curvature to mean something, `None` before.
+    /// Fills `qp` (cost, dynamics, path constraints; not the bounds) with the subproblem at
+    /// `trajectory`. `multipliers` are those of the last subproblem once the trajectory is near enough
+    /// to feasible for the Lagrangian's Hessian, `None` before.
     fn linearise(
         &mut self,
         trajectory: &Self::Trajectory,
@@ -70,7 +70,7 @@ pub trait Problem<const N: usize, const NX: usize, const NU: usize, const NG: us
         qp: &mut Qp<N, NX, NU, NG>,
     );
 
-    /// Sets the bounds of `qp`: limits and trust region of `radius` merged.
+    /// Sets the bounds of `qp`: the tighter of limits and trust region of `radius`.
     fn bound(&self, trajectory: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NG>);
 
     /// The trajectory that `step` leads to.
@@ -82,14 +82,12 @@ pub trait Problem<const N: usize, const NX: usize, const NU: usize, const NG: us
         to: &mut Self::Trajectory,
     );
 
-    /// Cost and residuals of a trajectory by the non-linear model. Sets every field of `out`, which
-    /// may hold those of another problem.
+    /// Cost and residuals of a trajectory by the non-linear model. Overwrites every field of `out`.
     fn residuals(&self, trajectory: &Self::Trajectory, out: &mut Residuals<N, NX, NG>);
 
     /// Largest violation over its tolerance: feasible where it is at most one.
     fn violation(&self, residuals: &Residuals<N, NX, NG>) -> f64;
 
-    /// Length of a step in units of the trust region, so that a step on its border has one
-    /// radius.
+    /// Length of a step in units of the trust-region radius: one on its border.
     fn step_length(&self, step: &Solution<N, NX, NU, NG>) -> f64;
 }

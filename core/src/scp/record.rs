@@ -1,55 +1,55 @@
-//! The per-iteration log.
+//! The log of iterations.
 
 use remora_qp::{QpOutcome, QpStatus};
 
-/// Most iterations the loop can be asked for: the size of its log.
+/// Largest value of [`super::Settings::max_iterations`]: the size of the log.
 pub const MAX_ITERATIONS: usize = 64;
 
 /// One iteration: a linearisation (reused after a rejected step) with its subproblem solved.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct IterationRecord {
-    /// Cost of the trial trajectory, as the loop scales it.
+    /// Cost of the trial trajectory, scaled.
     pub cost: f64,
-    /// L1 norm of the trial's defects and violated rows, scaled.
-    pub penalty: f64,
-    /// Actual decrease of the merit.
-    pub actual: f64,
-    /// Decrease the subproblem promised for its whole step.
-    pub promised: f64,
-    /// Decrease it predicts for the step taken.
-    pub predicted: f64,
-    /// `actual / predicted`.
-    pub ratio: f64,
+    /// L1 norm of the trial's defects and path violations, scaled.
+    pub l1_violation: f64,
+    /// Actual reduction of the merit.
+    pub actual_reduction: f64,
+    /// Predicted reduction of the subproblem's full step.
+    pub predicted_full: f64,
+    /// Predicted reduction of the step taken.
+    pub predicted_reduction: f64,
+    /// `actual_reduction / predicted_reduction`.
+    pub rho: f64,
     /// Trust-region radius of this iteration.
     pub radius: f64,
-    /// Length of the step, in the same unit.
+    /// Length of the step, in units of the radius.
     pub step: f64,
-    /// Share of the subproblem's step that was tried last: the line search's result.
+    /// Step length of the line search, relative to the subproblem's step.
     pub length: f64,
-    /// Penalty weight `w`.
-    pub weight: f64,
+    /// Penalty parameter of the L1 merit.
+    pub penalty_parameter: f64,
     /// Worst violation of the trial over its tolerance.
     pub violation: f64,
-    /// Whether the step was taken.
+    /// Whether the step was accepted.
     pub accepted: bool,
     /// Interior-point iterations, corrections included.
     pub qp_iterations: u32,
-    /// How the subproblem ended.
+    /// Status of the subproblem.
     pub qp_status: QpStatus,
-    /// How many programs, corrections included, ended other than solved to full accuracy.
+    /// Number of QPs, corrections included, not solved to full accuracy.
     pub qp_unsolved: u32,
     /// Second-order corrections tried.
     pub corrections: u32,
     /// Time of the whole iteration [s].
     pub time_s: f64,
-    /// Share of it spent on the linearisation and the subproblem's bounds [s].
+    /// Time of the linearisation and the subproblem's bounds [s].
     pub linearise_time_s: f64,
-    /// Share of it spent in the subproblem solver [s].
+    /// Time in the QP solver [s].
     pub qp_time_s: f64,
 }
 
 impl IterationRecord {
-    /// Counts a program among those of this iteration.
+    /// Adds a QP solve to this iteration's counts.
     pub(super) fn count(&mut self, solved: QpOutcome) {
         self.qp_iterations += solved.iterations;
         self.qp_unsolved += u32::from(solved.status != QpStatus::Solved);

@@ -1,21 +1,19 @@
-//! The loop: one convex program after the other, in a trust region.
+//! The SCP solver: a sequence of convex subproblems in a trust region.
 
 use super::{Iterates, IterationRecord, Outcome, Problem, Residuals, Scratch, Settings, Status};
 use core::mem;
 use remora_qp::time::Deadline;
 use remora_qp::{QpOutcome, QpSolver, QpStatus, Valid};
 
-/// Solves `problem` from the trajectory in `iterates`, and leaves the result there.
+/// Solves `problem` from the initial guess in `iterates.trajectory` and leaves the result there.
 ///
-/// Where the status is solved the trajectory left is the last accepted
-/// iterate; otherwise the feasible one of least cost, and the last accepted one where none was
-/// feasible. Cost: an iteration is one linearisation (none after a rejected step), one subproblem
-/// and one evaluation of the residuals, the latter two again for each correction, the last again
-/// for each trial of the line search.
+/// With [`Status::Solved`] the result is the last accepted iterate; otherwise the feasible iterate of
+/// least cost, or the last accepted one where none was feasible. Cost of an iteration: one
+/// linearisation (none after a rejected step), one subproblem and one evaluation of the residuals; a
+/// correction repeats the latter two, a trial of the line search the last.
 ///
-/// `deadline` is looked at before and after each of these, and by the solver; once it has passed
-/// nothing more is tried or taken, so that the loop ends as soon as the problem and the solver give
-/// up what they are at. It times the work too.
+/// `deadline` is checked before and after each of these, and by the QP solver; once it has passed no
+/// step is tried or taken. Its clock also times the phases.
 pub fn solve<P, S, const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     problem: &mut P,
     solver: &mut S,
@@ -28,7 +26,7 @@ where
     P: Problem<N, NX, NU, NG>,
     S: QpSolver<N, NX, NU, NG>,
 {
-    let mut descent = Descent {
+    let mut scp = ScpSolver {
         problem,
         solver,
         settings,
@@ -37,28 +35,28 @@ where
         z: iterates,
         outcome: Outcome::default(),
         radius: settings.radius,
-        weight: settings.weight,
+        penalty_parameter: settings.penalty_parameter,
         merit: 0.0,
-        fresh: true,
+        needs_linearisation: true,
         best: None,
         failed: 0,
     };
-    let mut ended = descent.start();
+    let mut ended = scp.start();
     // Bound: iterations.
     while ended.is_none() {
-        ended = descent.iterate();
+        ended = scp.iterate();
     }
-    descent.finish(ended.unwrap_or_default())
+    scp.finish(ended.unwrap_or_default())
 }
 
-/// Cost and violation of a feasible iterate.
+/// Cost and violation of the best feasible iterate.
 struct Feasible {
     cost: f64,
     violation: f64,
 }
 
-/// A solve under way.
-pub(super) struct Descent<
+/// State of a solve.
+pub(super) struct ScpSolver<
     'a,
     P: Problem<N, NX, NU, NG>,
     S,
@@ -75,43 +73,43 @@ pub(super) struct Descent<
     pub(super) z: &'a mut Iterates<P::Trajectory>,
     outcome: Outcome,
     radius: f64,
-    pub(super) weight: f64,
-    /// Merit of the current trajectory, at the current weight.
+    pub(super) penalty_parameter: f64,
+    /// Merit of the current trajectory with the current penalty parameter.
     pub(super) merit: f64,
-    /// Whether the current trajectory has not been linearised at.
-    fresh: bool,
-    /// What is known of `z.best`, where that is an iterate.
+    /// Whether the subproblem does not yet belong to the current trajectory.
+    needs_linearisation: bool,
+    /// Cost and violation of `z.best`, where that is an iterate.
     best: Option<Feasible>,
-    /// Subproblems without a usable solution, one after the other.
+    /// Number of consecutive subproblems without a usable solution.
     failed: u32,
 }
 
 impl<P, S, const N: usize, const NX: usize, const NU: usize, const NG: usize>
-    Descent<'_, P, S, N, NX, NU, NG>
+    ScpSolver<'_, P, S, N, NX, NU, NG>
 where
     P: Problem<N, NX, NU, NG>,
     S: QpSolver<N, NX, NU, NG>,
 {
-    /// Looks at the start; the status where there is nothing to do.
+    /// Evaluates the initial guess; returns the status where the solve ends there.
     fn start(&mut self) -> Option<Status> {
         let (w, z) = (&mut *self.w, &mut *self.z);
         z.log.clear();
         w.step.clear_multipliers();
-        self.problem.clip(&mut z.trajectory);
+        self.problem.project(&mut z.trajectory);
         self.problem.residuals(&z.trajectory, &mut w.residuals);
         self.outcome.violation = f64::INFINITY;
         if self.deadline.has_passed() {
             return Some(Status::Deadline);
         }
         self.outcome.violation = self.problem.violation(&w.residuals);
-        if !(w.residuals.cost + w.residuals.penalty()).is_finite() {
+        if !(w.residuals.cost + w.residuals.l1_violation()).is_finite() {
             return Some(Status::NumericalFailure);
         }
         (self.settings.stop_when_feasible && self.outcome.violation <= 1.0)
             .then_some(Status::Solved)
     }
 
-    /// One iteration; the status where it was the last.
+    /// One iteration; returns the status where it was the last.
     fn iterate(&mut self) -> Option<Status> {
         if self.outcome.iterations >= self.settings.max_iterations {
             return Some(Status::IterationLimit);
@@ -123,7 +121,7 @@ where
         let started = self.deadline.seconds();
         let mut record = IterationRecord {
             radius: self.radius,
-            weight: self.weight,
+            penalty_parameter: self.penalty_parameter,
             length: 1.0,
             ..Default::default()
         };
@@ -139,68 +137,69 @@ where
         record.qp_status = solved.status;
         let ended = match solved.status.is_usable() {
             true => self.step(&mut record),
-            false => self.retreat(solved),
+            false => self.shrink_after_failure(solved),
         };
         record.time_s = self.deadline.seconds() - started;
-        // The log holds as many as there can be iterations.
+        // The log has room for the largest number of iterations.
         let _ = self.z.log.push(record);
         ended
     }
 
-    /// Fills in the subproblem.
+    /// Linearises where needed and sets penalties and bounds of the subproblem.
     fn prepare(&mut self) {
-        let (w, at, weight) = (&mut *self.w, &self.z.trajectory, self.weight);
-        if self.fresh {
-            let near =
-                weight * w.residuals.penalty() <= self.settings.curvature_below * w.residuals.cost;
-            // What is beyond its bounds was not computed but damaged: as curvature it would make
-            // a program that no radius makes solvable.
-            let sound = near && w.step.multipliers_are_within(CREDIBLE * weight);
+        let (w, at, penalty_parameter) = (&mut *self.w, &self.z.trajectory, self.penalty_parameter);
+        if self.needs_linearisation {
+            let near = penalty_parameter * w.residuals.l1_violation()
+                <= self.settings.curvature_below * w.residuals.cost;
+            // Multipliers beyond their bounds are damaged memory; as curvature they would make the
+            // subproblem unsolvable at any radius.
+            let sound = near && w.step.multipliers_are_within(MAX_MULTIPLIER * penalty_parameter);
             let multipliers = sound.then_some(&w.step);
             self.problem.linearise(at, multipliers, &mut w.qp);
         }
         if w.qp.defect_penalty.is_finite() {
-            w.qp.defect_penalty = weight;
+            w.qp.defect_penalty = penalty_parameter;
         }
-        w.qp.path_penalty = weight;
+        w.qp.path_penalty = penalty_parameter;
         self.problem.bound(at, self.radius, &mut w.qp);
     }
 
-    /// After a subproblem without a usable solution.
-    fn retreat(&mut self, solved: QpOutcome) -> Option<Status> {
+    /// Shrinks the trust region after a subproblem without a usable solution; returns the status where
+    /// the solve gives up.
+    fn shrink_after_failure(&mut self, solved: QpOutcome) -> Option<Status> {
         if matches!(solved.status, QpStatus::TimeLimit | QpStatus::Interrupted) {
             return Some(Status::Deadline);
         }
-        // A smaller box may be solvable; where even that fails the cause is the status.
-        self.fresh = false;
+        // A smaller trust region may be solvable; otherwise the cause becomes the status.
+        self.needs_linearisation = false;
         self.failed += 1;
         self.radius *= self.settings.shrink * self.settings.shrink;
         let gives_up = self.failed >= MAX_FAILED || self.radius < self.settings.min_radius;
         gives_up.then(|| match Status::of_failed(solved.status) {
             Status::NumericalFailure if solved.status != QpStatus::NumericalFailure => {
-                self.at_rest()
+                self.status_without_progress()
             }
             other => other,
         })
     }
 
-    /// Tries the subproblem's step, improves on it and takes it where it is good enough.
+    /// Tries the subproblem's step, improves it and accepts it where `rho` is at least `eta_0`.
     fn step(&mut self, record: &mut IterationRecord) -> Option<Status> {
         if self.deadline.has_passed() {
             return Some(Status::Deadline);
         }
         self.failed = 0;
-        let weight = self.weight;
-        self.merit = self.w.residuals.cost + weight * self.w.residuals.penalty();
-        let slack = self.attempt(record);
+        let penalty_parameter = self.penalty_parameter;
+        self.merit = self.w.residuals.cost + penalty_parameter * self.w.residuals.l1_violation();
+        let slack = self.try_full_step(record);
         if self.deadline.has_passed() {
             return Some(Status::Deadline);
         }
-        // Corrections mend linearised constraints, the line search a cost that is not quadratic:
-        // which of them is to blame decides.
-        let excess = weight * (self.w.trial_residuals.penalty() - slack);
-        let missing = record.predicted - record.actual;
-        if record.ratio < self.settings.correct_below && !(excess < 0.5 * missing) {
+        // A correction helps where the constraints' linearisation is to blame, the line search where
+        // the cost's quadratic model is.
+        let excess = penalty_parameter * (self.w.trial_residuals.l1_violation() - slack);
+        let missing = record.predicted_reduction - record.actual_reduction;
+        if record.rho < self.settings.correct_below && !(excess < 0.5 * missing) {
             self.correct(record);
             self.outcome.corrections += record.corrections as usize;
         }
@@ -209,16 +208,16 @@ where
             return Some(Status::Deadline);
         }
         record.cost = self.w.trial_residuals.cost;
-        record.penalty = self.w.trial_residuals.penalty();
+        record.l1_violation = self.w.trial_residuals.l1_violation();
         record.violation = self.problem.violation(&self.w.trial_residuals);
-        record.accepted = record.ratio >= self.settings.accept;
-        self.fresh = record.accepted;
+        record.accepted = record.rho >= self.settings.eta_0;
+        self.needs_linearisation = record.accepted;
         if record.accepted {
             self.accept(record);
         }
-        // A step that was not taken tells as much: the program at its optimum promises nothing, or a
-        // little less than nothing, as a solver of finite accuracy does.
-        let done = self.settings.stop_when_feasible || self.has_settled(record);
+        // A rejected step counts too: at the optimum the predicted reduction is zero, or slightly
+        // negative with a solver of finite accuracy.
+        let done = self.settings.stop_when_feasible || self.has_converged(record);
         if self.outcome.violation <= 1.0 && done {
             return Some(Status::Solved);
         }
@@ -227,9 +226,9 @@ where
 
     /// Makes the trial the current trajectory.
     ///
-    /// A feasible iterate may be left for an infeasible one: where the cost falls by more than the
-    /// weight asks for the violation (on the public scenarios that happens to one plan in 25).
-    /// So the best feasible one is kept, in case the loop has to end before it is feasible again.
+    /// An infeasible iterate may replace a feasible one where the cost falls by more than the penalty
+    /// of the violation (one plan in 25 on the public scenarios). The best feasible iterate is kept,
+    /// in case the solve ends before it is feasible again.
     fn accept(&mut self, record: &IterationRecord) {
         let (w, z) = (&mut *self.w, &mut *self.z);
         mem::swap(&mut z.trajectory, &mut z.trial);
@@ -244,44 +243,50 @@ where
         self.outcome.violation = record.violation;
     }
 
-    /// Radius and weight of the next iteration; the status where there can be none.
+    /// Updates trust-region radius and penalty parameter; returns the status where no progress is
+    /// possible.
     fn adapt(&mut self, record: &IterationRecord, slack: f64) -> Option<Status> {
         let settings = self.settings;
         let interior = record.step < 0.99 * self.radius;
-        if record.ratio < settings.shrink_below {
+        if record.rho < settings.eta_1 {
             let step = record.step.max(settings.min_radius);
             self.radius = settings.shrink * self.radius.min(step);
-        } else if record.ratio >= settings.grow_above && !interior {
+        } else if record.rho >= settings.eta_2 && !interior {
             self.radius = (settings.grow * self.radius).min(settings.max_radius);
         }
-        if record.length < CUT_SHORT {
-            // A program of this size beats the remnant of a larger one.
+        if record.length < SHORT_STEP {
+            // A subproblem of this size predicts better than part of a larger one's step.
             self.radius = self.radius.min(2.0 * record.step);
         }
         if self.radius < settings.min_radius {
-            // The model can't predict even tiny steps: no progress is possible from here.
-            let trial = self.w.trial_residuals.cost + self.w.trial_residuals.penalty();
+            // The model does not predict even tiny steps.
+            let trial = self.w.trial_residuals.cost + self.w.trial_residuals.l1_violation();
             let is_sound = trial.is_finite();
-            return Some(if is_sound { self.at_rest() } else { Status::NumericalFailure });
+            return Some(if is_sound {
+                self.status_without_progress()
+            } else {
+                Status::NumericalFailure
+            });
         }
-        let paid = self.weight * slack > 1e-6 * self.merit.abs().max(1e-3);
+        let paid = self.penalty_parameter * slack > 1e-6 * self.merit.abs().max(1e-3);
         if record.accepted && interior && paid {
-            self.weight = (settings.weight_growth * self.weight).min(settings.max_weight);
+            self.penalty_parameter = (settings.penalty_growth * self.penalty_parameter)
+                .min(settings.max_penalty_parameter);
         }
         None
     }
 
-    /// Whether cost and penalty have stopped changing, and not because the radius was cut.
-    fn has_settled(&self, record: &IterationRecord) -> bool {
-        let small = self.settings.settle * self.merit.abs();
-        record.actual.abs() <= small
-            && record.promised.abs() <= small
+    /// Whether actual and predicted reduction are below the cost tolerance, inside the trust region.
+    fn has_converged(&self, record: &IterationRecord) -> bool {
+        let small = self.settings.cost_tolerance * self.merit.abs();
+        record.actual_reduction.abs() <= small
+            && record.predicted_full.abs() <= small
             && record.step < 0.99 * record.radius
     }
 
-    /// The status of a loop that can't go on from a sound trajectory: nothing has broken down, it
-    /// has come to rest where constraints are violated, or short of the least cost.
-    fn at_rest(&self) -> Status {
+    /// Status of a solve that makes no more progress from a finite trajectory: feasible but not
+    /// converged, or infeasible.
+    fn status_without_progress(&self) -> Status {
         match self.outcome.violation {
             violation if violation <= 1.0 => Status::IterationLimit,
             violation if violation > 1.0 => Status::Infeasible,
@@ -289,12 +294,12 @@ where
         }
     }
 
-    /// Decrease of the merit from the current trajectory to one with these residuals.
-    pub(super) fn decrease(&self, to: &Residuals<N, NX, NG>) -> f64 {
-        self.merit - to.cost - self.weight * to.penalty()
+    /// Actual reduction of the merit from the current trajectory to one with residuals `to`.
+    pub(super) fn actual_reduction(&self, to: &Residuals<N, NX, NG>) -> f64 {
+        self.merit - to.cost - self.penalty_parameter * to.l1_violation()
     }
 
-    /// Leaves the best trajectory.
+    /// Leaves the best trajectory in `iterates.trajectory`.
     fn finish(mut self, status: Status) -> Outcome {
         self.outcome.status = status;
         if status == Status::Solved {
@@ -310,11 +315,11 @@ where
     }
 }
 
-/// Subproblems that may fail one after the other, each in a smaller box.
+/// Number of consecutive failed subproblems, each in a smaller trust region, that ends the solve.
 const MAX_FAILED: u32 = 3;
 
-/// Multipliers up to this multiple of the weight may come of a solver of finite accuracy.
-const CREDIBLE: f64 = 2.0;
+/// Largest multiplier of a solver of finite accuracy, over the penalty parameter.
+const MAX_MULTIPLIER: f64 = 2.0;
 
-/// A step cut below this share was solved for in too large a region.
-const CUT_SHORT: f64 = 0.75;
+/// Step length of the line search below which the trust region was too large.
+const SHORT_STEP: f64 = 0.75;

@@ -1,34 +1,35 @@
-//! Trials of one iteration: the subproblem's step, second-order corrections, the line search.
+//! Trial steps of one iteration: the full step, second-order corrections, the line search.
 
-use super::solve::Descent;
+use super::solve::ScpSolver;
 use super::{IterationRecord, Problem};
 use core::mem;
 use remora_qp::dense::clamp;
 use remora_qp::{Qp, QpSolver, Solution};
 
 impl<P, S, const N: usize, const NX: usize, const NU: usize, const NG: usize>
-    Descent<'_, P, S, N, NX, NU, NG>
+    ScpSolver<'_, P, S, N, NX, NU, NG>
 where
     P: Problem<N, NX, NU, NG>,
     S: QpSolver<N, NX, NU, NG>,
 {
-    /// The whole step as the first trial; returns what it leaves of the linearised penalty.
-    pub(super) fn attempt(&mut self, record: &mut IterationRecord) -> f64 {
+    /// Tries the full step; returns the L1 violation that remains in the linearised constraints.
+    pub(super) fn try_full_step(&mut self, record: &mut IterationRecord) -> f64 {
         let (w, z) = (&mut *self.w, &mut *self.z);
-        let slack = linear_penalty(&w.qp, &w.step);
-        record.promised =
-            self.weight * w.residuals.penalty() - w.qp.cost(&w.step) - self.weight * slack;
-        record.predicted = record.promised;
+        let slack = linear_violation(&w.qp, &w.step);
+        record.predicted_full = self.penalty_parameter * w.residuals.l1_violation()
+            - w.qp.cost(&w.step)
+            - self.penalty_parameter * slack;
+        record.predicted_reduction = record.predicted_full;
         record.step = self.problem.step_length(&w.step);
         self.problem.retract(&z.trajectory, &w.qp, &w.step, &mut z.trial);
         self.problem.residuals(&z.trial, &mut w.trial_residuals);
-        record.actual = self.decrease(&self.w.trial_residuals);
-        record.ratio = ratio(record, self.merit);
+        record.actual_reduction = self.actual_reduction(&self.w.trial_residuals);
+        record.rho = rho(record, self.merit);
         slack
     }
 
-    /// Second-order corrections: the subproblem again, with the error of its linearisation at the
-    /// trial added to the right-hand sides. Keeps the best trial.
+    /// Second-order corrections: solves the subproblem again with the linearisation error at the trial
+    /// added to its right-hand sides. Keeps the best trial.
     pub(super) fn correct(&mut self, record: &mut IterationRecord) {
         let w = &mut *self.w;
         for k in 0..N {
@@ -37,7 +38,7 @@ where
         }
         // Bound: corrections.
         while record.corrections < self.settings.max_corrections
-            && record.ratio < self.settings.correct_below
+            && record.rho < self.settings.correct_below
             && !self.deadline.has_passed()
         {
             if !self.correct_once(record) {
@@ -51,7 +52,7 @@ where
         }
     }
 
-    /// One correction; whether it was an improvement.
+    /// One correction; returns whether it improved the trial.
     fn correct_once(&mut self, record: &mut IterationRecord) -> bool {
         let (w, z) = (&mut *self.w, &mut *self.z);
         let step = if record.corrections == 0 { &w.step } else { &w.correction };
@@ -62,7 +63,7 @@ where
             }
             let stage = &mut w.qp.stages[k];
             let linear = stage.path_jacobian * step.x[k] + stage.path_offset;
-            stage.path_offset += w.trial_residuals.row[k] - linear;
+            stage.path_offset += w.trial_residuals.path[k] - linear;
         }
         let before = self.deadline.seconds();
         let solved = self.solver.solve_again(&w.qp, &mut w.correction, self.deadline);
@@ -74,31 +75,32 @@ where
         }
         self.problem.retract(&z.trajectory, &w.qp, &w.correction, &mut z.corrected);
         self.problem.residuals(&z.corrected, &mut w.searched);
-        let actual = self.decrease(&self.w.searched);
-        if self.deadline.has_passed() || !(actual > record.actual) {
+        let actual = self.actual_reduction(&self.w.searched);
+        if self.deadline.has_passed() || !(actual > record.actual_reduction) {
             return false;
         }
         self.keep(actual, record);
         record.step = self.problem.step_length(&self.w.correction);
-        record.ratio = ratio(record, self.merit);
+        record.rho = rho(record, self.merit);
         true
     }
 
-    /// Line search along the step, by the non-linear model alone: one parabola through the slope
-    /// and the trial tells where to try again, shorter where the step delivered less than
-    /// promised, longer where it delivered more. Keeps the best trial.
+    /// Line search along the step by the non-linear model: a parabola through the slope and the last
+    /// trial gives the next length, shorter where the actual reduction is below the predicted one,
+    /// longer where it is above. Keeps the best trial.
     pub(super) fn search(&mut self, record: &mut IterationRecord) {
-        if (WELL_PREDICTED.0..=WELL_PREDICTED.1).contains(&record.ratio) {
+        if (WELL_PREDICTED.0..=WELL_PREDICTED.1).contains(&record.rho) {
             return;
         }
         let w = &*self.w;
-        // Decrease along the step as the subproblem sees it: slope t - curvature t^2 / 2.
-        let slope = self.weight * (w.residuals.penalty() - linear_penalty(&w.qp, &w.step))
+        // Predicted reduction at length t: slope t - curvature t^2 / 2.
+        let slope = self.penalty_parameter
+            * (w.residuals.l1_violation() - linear_violation(&w.qp, &w.step))
             - w.qp.slope(&w.step);
-        let curvature = 2.0 * (slope - record.promised);
-        // Lengths are shares of the subproblem's step, whatever a correction made of it.
+        let curvature = 2.0 * (slope - record.predicted_full);
+        // Lengths are relative to the subproblem's step, without corrections.
         let (full, mut length) = (self.problem.step_length(&w.step), 1.0);
-        let mut fitted = record.actual;
+        let mut fitted = record.actual_reduction;
         // Bound: searches.
         for _ in 0..MAX_SEARCHES {
             if self.deadline.has_passed() {
@@ -113,23 +115,23 @@ where
             if self.deadline.has_passed() {
                 return;
             }
-            if fitted > record.actual {
+            if fitted > record.actual_reduction {
                 self.keep(fitted, record);
                 record.length = length;
                 record.step = full * length;
-                // Beyond its minimum the subproblem promises less again, which is no measure of a
-                // longer step that delivers more.
+                // Beyond the full step the predicted reduction falls, which is no measure of a longer
+                // step with a larger actual reduction.
                 let share = length.min(1.0);
-                record.predicted = share * (slope - 0.5 * curvature * share);
-                record.ratio = ratio(record, self.merit);
+                record.predicted_reduction = share * (slope - 0.5 * curvature * share);
+                record.rho = rho(record, self.merit);
             }
-            if !(record.actual <= 0.0) {
+            if !(record.actual_reduction <= 0.0) {
                 return;
             }
         }
     }
 
-    /// Tries a share of the step; returns the decrease.
+    /// Tries the step scaled by `length`; returns its actual reduction.
     fn try_length(&mut self, length: f64) -> f64 {
         let (w, z) = (&mut *self.w, &mut *self.z);
         for k in 0..N {
@@ -138,25 +140,25 @@ where
         }
         self.problem.retract(&z.trajectory, &w.qp, &w.correction, &mut z.corrected);
         self.problem.residuals(&z.corrected, &mut w.searched);
-        self.decrease(&self.w.searched)
+        self.actual_reduction(&self.w.searched)
     }
 
     /// Keeps the last trial as the best one.
     fn keep(&mut self, actual: f64, record: &mut IterationRecord) {
         mem::swap(&mut self.z.trial, &mut self.z.corrected);
         mem::swap(&mut self.w.trial_residuals, &mut self.w.searched);
-        record.actual = actual;
+        record.actual_reduction = actual;
     }
 }
 
-/// Ratios at which no line search is needed.
+/// Range of `rho` in which no line search is needed.
 const WELL_PREDICTED: (f64, f64) = (0.8, 1.2);
 
-/// Most trials of a line search; it ends at the first decrease.
+/// Most trials of a line search; it ends at the first reduction.
 pub const MAX_SEARCHES: usize = 3;
 
-/// What the linearised constraints leave violated at `step`, with the subproblem's slacks.
-fn linear_penalty<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+/// L1 violation of the linearised constraints at `step`: the subproblem's slacks.
+fn linear_violation<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     qp: &Qp<N, NX, NU, NG>,
     step: &Solution<N, NX, NU, NG>,
 ) -> f64 {
@@ -164,13 +166,13 @@ fn linear_penalty<const N: usize, const NX: usize, const NU: usize, const NG: us
     qp.path_violation(step) + defects
 }
 
-/// Actual over predicted decrease; NaN and steps that lead nowhere count as bad, decreases lost in
-/// rounding as good.
-fn ratio(record: &IterationRecord, merit: f64) -> f64 {
+/// Actual over predicted reduction: -1 where it is NaN or nothing is predicted, 1 where both are lost
+/// in rounding.
+fn rho(record: &IterationRecord, merit: f64) -> f64 {
     let noise = 1e-9 * merit.abs().max(1e-6);
-    if record.predicted.abs() <= noise && record.actual.abs() <= noise {
+    if record.predicted_reduction.abs() <= noise && record.actual_reduction.abs() <= noise {
         return 1.0;
     }
-    let ratio = record.actual / record.predicted;
-    if record.predicted > 0.0 && ratio.is_finite() { ratio } else { -1.0 }
+    let rho = record.actual_reduction / record.predicted_reduction;
+    if record.predicted_reduction > 0.0 && rho.is_finite() { rho } else { -1.0 }
 }

@@ -19,7 +19,7 @@ use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 pub(super) const GROUPS: usize = 2;
 
 /// Rows a node: the nearest pair of each group, and the nearest of what is left.
-pub(super) const ROWS: usize = GROUPS + 1;
+pub(super) const CONSTRAINTS: usize = GROUPS + 1;
 
 /// A distance and its gradient by a turn of the whole servicer about its centre of mass (RTN) and
 /// by the joint angles.

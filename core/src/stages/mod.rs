@@ -1,4 +1,5 @@
-//! The two stages as problems for the loop, the heuristic start, and the independent verifier.
+//! The two stages as problems for the SCP solver, the heuristic initial guess, and the independent
+//! verifier.
 
 use crate::model::{Integrator, Margins, Mission};
 use remora_qp::time::Deadline;
@@ -15,30 +16,30 @@ pub(crate) use verifier::verify_first;
 pub use verifier::{Clearances, Closest, Residuals, Verification, verify, verify_translation};
 pub(crate) use verifier::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
 
-/// The larger of two violations; unlike `f64::max` it keeps what is not a number.
+/// The larger of two violations; unlike `f64::max` it keeps NaN.
 fn worse(a: f64, b: f64) -> f64 {
     if a.is_nan() || b <= a { a } else { b }
 }
 
-/// What is solved, and until when: the mission as plans of an integrator are held to it.
+/// The mission as one try of planning formulates it: margins, discretisation, deadline.
 #[derive(Clone, Copy, Debug)]
 pub struct Formulation<'a, const NL: usize> {
     /// The mission.
     pub mission: &'a Mission<NL>,
     /// Discretisation of Stage 2; it also says what [`Switch::Auto`](crate::model::Switch) means.
     pub integrator: Integrator,
-    /// How far planning stays from the verifier's limits; the mission's at first.
+    /// Margins of planning to the verifier's limits; the mission's at first.
     pub margins: Margins,
-    /// Distance between bodies beside the margin, in force up to the last interval [m].
+    /// Clearance added to the margin, up to the last interval [m].
     pub extra_clearance: f64,
     /// Largest force component in planning [N]; the limit at first.
     pub max_force: f64,
-    /// When work ends with what it has.
+    /// Deadline of this try.
     pub deadline: Deadline<'a>,
 }
 
 impl<'a, const NL: usize> Formulation<'a, NL> {
-    /// The mission's own margins, no deadline.
+    /// The formulation with the mission's own margins and no deadline.
     pub fn new(mission: &'a Mission<NL>, integrator: Integrator) -> Self {
         Self {
             mission,
@@ -65,22 +66,20 @@ pub const LINKS: usize = 3;
 pub type MissionReorientation<'a, P> =
     Reorientation<'a, P, NODES, LINKS, { size::NX }, { size::NU }>;
 
-/// States, controls and soft rows a node of the subproblems, for both stages.
+/// Number of states, controls and path constraints of the subproblems of both stages.
 ///
-/// They are Stage 2's for the mission's arm: attitude and joints with their rates; torques;
-/// pointing. Stage 1 needs less (position, velocity and the force of the interval before; force;
-/// keep-out) and is padded with variables that stay zero. That costs it some time, and saves much
-/// more memory: the stages run one after the other, and at one size the second has its programs,
-/// steps and solver where the first had them. It also leaves an image with the code of one solver.
+/// They are Stage 2's: attitude and joints with their rates; torques; pointing and clearances. Stage 1
+/// needs fewer (position, velocity, previous force; force; keep-out) and is padded with variables that
+/// stay zero. That costs some time, but both stages share memory and the code of one QP solver.
 pub mod size {
     use super::LINKS;
     /// States.
     pub const NX: usize = 6 + 2 * LINKS;
     /// Controls.
     pub const NU: usize = 3 + LINKS;
-    /// Soft rows: pointing and clearances; in Stage 1 keep-out at the node and at three points of
-    /// the interval before it.
-    pub const NG: usize = 1 + super::clearance::ROWS;
+    /// Path constraints: pointing and clearances; in Stage 1 keep-out at the node and at three points
+    /// of the interval before it.
+    pub const NG: usize = 1 + super::clearance::CONSTRAINTS;
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Stage 1: the path of the system's centre of mass (section 5).
+//! Stage 1: the translation of the system's centre of mass (section 5).
 
 use crate::math::quaternion;
 use crate::model::{HcwTransition, Mission, Scenario, TargetState, signed_distance_to_box};
@@ -12,7 +12,7 @@ use super::Formulation;
 use super::size::{NG, NU, NX};
 use super::worse;
 
-/// Path of the centre of mass: position and velocity at the nodes, force over the intervals.
+/// Trajectory of the centre of mass: position and velocity at the nodes, force over the intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TranslationTrajectory<const N: usize> {
     /// Position in RTN [m].
@@ -32,43 +32,41 @@ impl<const N: usize> TranslationTrajectory<N> {
     };
 }
 
-/// Cost in the loop of one interval's typical force: so that the whole is typically one.
+/// Scaled cost of one interval's typical force: the whole is typically one.
 const TYPICAL_COST: f64 = 0.064;
 
-/// Where within the interval before a node keep-out holds too: shares of it, back from the node.
+/// Points of the interval before a node where keep-out holds too, as fractions back from the node.
 const WITHIN: [f64; NG - 1] = [0.25, 0.5, 0.75];
 
-/// Share of each tolerance that the loop leaves to the verifier.
+/// Fraction of each tolerance that the SCP solver may use; the verifier has the rest.
 const MARGIN: f64 = 0.5;
 
-/// States that mean something: position, velocity, force before.
+/// States in use: position, velocity, previous force.
 const STATES: usize = 9;
-/// Controls that mean something: force.
+/// Controls in use: force.
 const CONTROLS: usize = 3;
 
-/// Stage 1 as a problem for the loop.
+/// Stage 1 as a problem for the SCP solver.
 ///
-/// The subproblem's state is `[r, v, f_before]`: carrying the force of the interval before makes
-/// the smoothness cost a cost of one node. The dynamics are linear and hard, and trajectories are
-/// rolled out from the forces, so that only keep-out is left to the loop. States and controls
-/// beyond these (see [`super::size`]) are padding that nothing else depends on: the controls are
-/// pinned to zero, and so are the states at the first node, from where their dynamics keep them
-/// there. (Pins at every node would say the same twice, which some solvers do not like.)
+/// The subproblem's state is `[r, v, f_previous]`: with the previous force in the state the smoothness
+/// cost is a stage cost. The dynamics are linear and hard, and trajectories are rollouts of the forces,
+/// so that only keep-out is non-convex. The other states and controls (see [`super::size`]) are padding:
+/// controls are fixed at zero, states at the first stage only, from where the dynamics keep them zero.
 pub struct Translation<'a, const N: usize, const NL: usize> {
     target: &'a [TargetState; N],
     half_extents: Vector3<f64>,
     mission: &'a Mission<NL>,
     /// Keep-out distance at the nodes, and within the intervals before them.
     keep_out: [[f64; 2]; N],
-    /// What planning adds to it, and whether it holds between nodes.
+    /// Margin on the keep-out distance; `None` where it does not hold between nodes.
     margin: Option<f64>,
-    /// Back from a node to the points [`WITHIN`] the interval before it.
+    /// Transitions from a node back to the points [`WITHIN`] the interval before it.
     back: [HcwTransition; NG - 1],
     dt: f64,
-    /// What positions, velocities and forces are divided by in the subproblem [m, m/s, N].
+    /// Scales of position, velocity and force in the subproblem [m, m/s, N].
     scale: [f64; 3],
     cost_scale: f64,
-    /// What forces are divided by in the cost [N].
+    /// Unit of forces in the cost [N].
     cost_unit: f64,
     keep_out_tolerance: f64,
     end_tolerance: f64,
@@ -79,12 +77,12 @@ pub struct Translation<'a, const N: usize, const NL: usize> {
     change_weight: f64,
     start: (Vector3<f64>, Vector3<f64>),
     end: (Vector3<f64>, Vector3<f64>),
-    /// Whether the keep-out rows are in force; they are not while the start is computed.
+    /// Whether keep-out is in force; it is not for the initial guess.
     constrained: bool,
 }
 
 impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
-    /// The problem of one scenario; `target` its tumble at the nodes.
+    /// The problem of one scenario; `target` is the target's motion at the nodes.
     pub fn new(
         formulation: &Formulation<'a, NL>,
         scenario: &Scenario,
@@ -130,7 +128,7 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         }
     }
 
-    /// Writes the start of the loop: the optimum without keep-out, one convex program.
+    /// Writes the initial guess, the optimum without keep-out: one convex QP.
     pub fn warm_start<S: QpSolver<N, NX, NU, NG>>(
         &mut self,
         solver: &mut S,
@@ -140,12 +138,12 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         trajectory: &mut TranslationTrajectory<N>,
     ) -> QpOutcome {
         trajectory.force = [Vector3::zeros(); N];
-        self.roll_out(trajectory);
+        self.rollout(trajectory);
         self.constrained = false;
         self.linearise(trajectory, None, qp);
         self.bound(trajectory, f64::INFINITY, qp);
         qp.path_penalty = 1.0;
-        // Memory may be that of an earlier plan, of which no solver may see anything.
+        // The memory may hold an earlier plan's multipliers, which no solver may use.
         step.clear_multipliers();
         let outcome = solver.solve(qp, step, deadline);
         self.constrained = true;
@@ -164,8 +162,8 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         self.force_weight * effort + self.change_weight * change
     }
 
-    /// Positions and velocities that follow from the forces.
-    fn roll_out(&self, trajectory: &mut TranslationTrajectory<N>) {
+    /// Rolls the forces out to positions and velocities.
+    fn rollout(&self, trajectory: &mut TranslationTrajectory<N>) {
         let (mut r, mut v) = self.start;
         for k in 0..N {
             trajectory.position[k] = r;
@@ -182,17 +180,17 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         }
     }
 
-    /// Keep-out row `i` of node `k`: `(keep_out - distance, -gradient in RTN)`. Row 0 is that of
-    /// the node itself, of which the terminal node has none; the others are those of the points
-    /// [`WITHIN`] the interval before.
-    fn keep_out_row(
+    /// Keep-out constraint `i` of node `k`: `(keep_out - distance, -gradient in RTN)`. Constraint 0
+    /// holds at the node itself, except the terminal one; the others at the points [`WITHIN`] the
+    /// interval before.
+    fn keep_out_constraint(
         &self,
         k: usize,
         i: usize,
         trajectory: &TranslationTrajectory<N>,
     ) -> (f64, Vector3<f64>) {
         let exempt = if i == 0 { k + 1 == N } else { k == 0 || self.margin.is_none() };
-        // Nothing here can be out of range; said so, no panic is left in an image.
+        // All indices are in range; `get` keeps panics out of the image.
         let before = k.saturating_sub(1);
         let (Some(target), Some(last), Some([radius, radius_within])) =
             (self.target.get(k), self.target.get(before), self.keep_out.get(k))
@@ -213,7 +211,7 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         if let Some((share, back)) = within {
             time -= share * self.dt;
             radius = *radius_within;
-            let (by_state, by_force) = self.rows_within(back);
+            let (by_state, by_force) = self.position_within(back);
             position = by_state.fixed_columns::<3>(0) * position
                 + by_state.fixed_columns::<3>(3) * velocity
                 + by_force * force;
@@ -226,22 +224,22 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
         (radius + margin - distance.value, -(rotation * distance.gradient))
     }
 
-    /// Position at the end of `back` by the node's state and by the force before it.
-    fn rows_within(&self, back: &HcwTransition) -> (Matrix3x6<f64>, Matrix3<f64>) {
+    /// Derivatives of the position at the end of `back` by the node's state and the previous force.
+    fn position_within(&self, back: &HcwTransition) -> (Matrix3x6<f64>, Matrix3<f64>) {
         let by_force = back.input.fixed_rows::<3>(0) / self.mass;
         (back.state.fixed_rows::<3>(0).into_owned(), by_force)
     }
 
-    /// The target's attitude a share of the interval before a node, at the rate of the nearer one of
-    /// this and the `last`.
+    /// The target's attitude a fraction `share` of the interval before `node`, propagated at the rate of
+    /// the nearer of `node` and `last`.
     fn attitude_within(&self, node: &TargetState, last: &TargetState, share: f64) -> Vector4<f64> {
         let (from, ahead) = if share <= 0.5 { (node, -share) } else { (last, 1.0 - share) };
         let TargetState { attitude, rate } = from;
         quaternion::product(&quaternion::exp(&(rate * (ahead * self.dt))), attitude)
     }
 
-    /// Fills the keep-out rows of node `k`.
-    fn keep_out_rows(
+    /// Fills the keep-out constraints of node `k`.
+    fn keep_out_constraints(
         &self,
         k: usize,
         trajectory: &TranslationTrajectory<N>,
@@ -249,7 +247,7 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
     ) {
         let [r, v, f] = self.scale;
         for i in 0..NG {
-            let (offset, normal) = self.keep_out_row(k, i, trajectory);
+            let (offset, normal) = self.keep_out_constraint(k, i, trajectory);
             stage.path_offset[i] = offset;
             let Some(back) = i.checked_sub(1).and_then(|i| self.back.get(i)) else {
                 stage
@@ -258,7 +256,7 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
                     .copy_from(&(normal * r).transpose());
                 continue;
             };
-            let (by_state, by_force) = self.rows_within(back);
+            let (by_state, by_force) = self.position_within(back);
             let (by_state, by_force) = (by_state.tr_mul(&normal), by_force.tr_mul(&normal));
             for j in 0..3 {
                 stage.path_jacobian[(i, j)] = by_state[j] * r;
@@ -279,11 +277,11 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
 impl<const N: usize, const NL: usize> Problem<N, NX, NU, NG> for Translation<'_, N, NL> {
     type Trajectory = TranslationTrajectory<N>;
 
-    fn clip(&self, trajectory: &mut Self::Trajectory) {
+    fn project(&self, trajectory: &mut Self::Trajectory) {
         for force in &mut trajectory.force {
             *force = force.map(|f| clamp(f, -self.max_force, self.max_force));
         }
-        self.roll_out(trajectory);
+        self.rollout(trajectory);
     }
 
     fn linearise(
@@ -301,7 +299,7 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NG> for Translation<'_,
         for k in 0..N {
             let stage = &mut qp.stages[k];
             *stage = QpStage::ZERO;
-            self.keep_out_rows(k, trajectory, stage);
+            self.keep_out_constraints(k, trajectory, stage);
             if k + 1 == N {
                 continue;
             }
@@ -378,18 +376,18 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NG> for Translation<'_,
             to.force[k] = force.map(|f| clamp(f, -self.max_force, self.max_force));
         }
         to.force[N - 1] = Vector3::zeros();
-        self.roll_out(to);
+        self.rollout(to);
     }
 
     fn residuals(&self, trajectory: &Self::Trajectory, out: &mut Residuals<N, NX, NG>) {
         out.cost = self.cost_scale * self.cost(&trajectory.force);
         out.ignored_defect.fill(0.0);
-        out.ignored_row.fill(0.0);
+        out.ignored_path.fill(0.0);
         for k in 0..N {
             out.defect[k].fill(0.0);
-            out.row[k] = SVector::from_fn(|i, _| self.keep_out_row(k, i, trajectory).0);
+            out.path[k] = SVector::from_fn(|i, _| self.keep_out_constraint(k, i, trajectory).0);
         }
-        // The roll-out leaves the only defect at the end, against the pinned terminal state.
+        // A rollout's only defect is against the fixed terminal state.
         let (r, v) = self.end_error(trajectory);
         for i in 0..3 {
             out.defect[N - 2][i] = r[i];
@@ -399,7 +397,7 @@ impl<const N: usize, const NL: usize> Problem<N, NX, NU, NG> for Translation<'_,
 
     fn violation(&self, residuals: &Residuals<N, NX, NG>) -> f64 {
         let keep_out = residuals
-            .row
+            .path
             .iter()
             .fold(0.0, |worst, row| row.iter().fold(worst, |worst, r| worse(worst, *r)));
         let end = residuals.defect[N - 2].iter().fold(0.0, |worst, d| worse(worst, d.abs()));

@@ -7,7 +7,7 @@
 //! with time only.
 
 use super::Scene;
-use crate::dynamics::{Control, Integrator, Leg, State, Stepping};
+use crate::dynamics::{Control, Integrator, State, Stepping, Transition};
 use crate::math::quaternion;
 use crate::stages::LINKS;
 use nalgebra::{SVector, Vector3};
@@ -87,10 +87,10 @@ impl Scene<'_> {
                     Integrator::Euler => *state,
                     Integrator::Rk4 { .. } => body.step(integrator, self.dt, state, held, force),
                 };
-                let known = Leg { state, control: held, reached: &there };
+                let known = Transition { state, control: held, reached: &there };
                 let goal = (&rate, &joint_rate);
                 let stepping = Stepping { integrator, dt: self.dt, deadline: self.deadline };
-                let (control, reached) = body.steer(&stepping, state, goal, known, force);
+                let (control, reached) = body.track_rates(&stepping, state, goal, known, force);
                 (control, Some(reached))
             }
         };

@@ -10,12 +10,12 @@
 
 mod action;
 mod network;
-mod rolling;
+mod rollout;
 mod scene;
 mod tokens;
 
 pub use action::{ACTION, Action};
 pub use network::{NetworkPolicy, Unfit};
-pub use rolling::{MAX_CHUNK, Policy, roll_out};
+pub use rollout::{MAX_CHUNK, Policy, rollout};
 pub use scene::Scene;
 pub use tokens::{Encoding, MAX_FEATURES};

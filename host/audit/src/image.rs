@@ -19,7 +19,7 @@ pub const PLANNER: Subject = Subject {
         },
         EntryPoint { name: "stage 2", paths: &["remora_core::planner::run::reorient"] },
         EntryPoint { name: "verification", paths: &["remora_core::stages::verifier::verify"] },
-        EntryPoint { name: "roll-out", paths: &["remora_core::warmstart::rolling::roll_out"] },
+        EntryPoint { name: "roll-out", paths: &["remora_core::warmstart::rollout::rollout"] },
         EntryPoint { name: "opening a model", paths: &["remora_nn::model::Model::open"] },
         EntryPoint { name: "network", paths: &["remora_nn::network::Network::act"] },
         EntryPoint { name: "exceptions", paths: &["remora_fault", "trap", "vectors"] },
@@ -27,7 +27,7 @@ pub const PLANNER: Subject = Subject {
     traits: &[
         TraitObject { path: "remora_qp::time::Clock", callers: &[] },
         TraitObject {
-            path: "remora_core::warmstart::rolling::Policy",
+            path: "remora_core::warmstart::rollout::Policy",
             callers: &["remora_core::planner::", "remora_core::warmstart::"],
         },
     ],

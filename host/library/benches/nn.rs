@@ -73,7 +73,7 @@ fn multiplications(case: &Case, size: &Dimensions) -> f64 {
     blocks + attention + nodes * 6.0 * w * w
 }
 
-fn roll_out<M: Storage>(network: &mut Network<'_, '_, M>, features: &[f32]) -> f32 {
+fn rollout<M: Storage>(network: &mut Network<'_, '_, M>, features: &[f32]) -> f32 {
     let mut action = [0.0; ACTION];
     network.begin(1);
     for _ in 0..NODES {
@@ -98,7 +98,7 @@ fn run<M: Storage + Default>(c: &mut Criterion, case: &Case) {
     println!("{}: {:.2} MB, {:.3} G multiplications", case.name, length as f64 * 1e-6, work * 1e-9);
     for kernel in Kernel::available() {
         network.use_kernel(kernel);
-        let seconds = best(|| roll_out(&mut network, &features));
+        let seconds = best(|| rollout(&mut network, &features));
         println!(
             "{:<10} {:>8.3} ms, {:>5.1} G multiplications a second",
             kernel.name(),
@@ -106,7 +106,7 @@ fn run<M: Storage + Default>(c: &mut Criterion, case: &Case) {
             work / seconds * 1e-9
         );
         group.bench_function(kernel.name(), |b| {
-            b.iter(|| roll_out(&mut network, &features));
+            b.iter(|| rollout(&mut network, &features));
         });
     }
     group.finish();

@@ -46,7 +46,7 @@ impl Pendulum {
 impl Problem<N, 2, 1, 1> for Pendulum {
     type Trajectory = Swing;
 
-    fn clip(&self, z: &mut Swing) {
+    fn project(&self, z: &mut Swing) {
         z.x[0] = Vector2::zeros();
         z.x[N - 1] = Vector2::new(GOAL, 0.0);
     }
@@ -86,7 +86,7 @@ impl Problem<N, 2, 1, 1> for Pendulum {
     fn residuals(&self, z: &Swing, out: &mut Residuals<N, 2, 1>) {
         out.cost = z.u[..N - 1].iter().map(|u| u * u).sum();
         for k in 0..N {
-            out.row[k][0] = -1.0;
+            out.path[k][0] = -1.0;
             out.defect[k].fill(0.0);
             if k + 1 < N {
                 out.defect[k] = self.next(&z.x[k], z.u[k]) - z.x[k + 1];
@@ -105,7 +105,7 @@ impl Problem<N, 2, 1, 1> for Pendulum {
 }
 
 fn settings() -> Settings {
-    Settings { weight: 1e3, settle: 1e-9, radius: 10.0, ..Settings::default() }
+    Settings { penalty_parameter: 1e3, cost_tolerance: 1e-9, radius: 10.0, ..Settings::default() }
 }
 
 fn run(problem: &mut Pendulum, settings: &Settings, start: Swing) -> (Outcome, Swing) {

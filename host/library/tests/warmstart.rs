@@ -13,7 +13,7 @@ use remora_core::advanced::scp::{Settings, Status};
 use remora_core::advanced::stages::{LINKS, Mode, NODES, ReorientationTrajectory};
 use remora_core::advanced::time::{Clock, Deadline};
 use remora_core::advanced::warmstart::{
-    ACTION, Action, Encoding, MAX_FEATURES, Policy, Scene, roll_out,
+    ACTION, Action, Encoding, MAX_FEATURES, Policy, Scene, rollout,
 };
 use remora_host::formats::ScenarioSet;
 use remora_host::memory::on_heap;
@@ -123,13 +123,13 @@ impl Bench {
         plan(mission, &scenario, options, start, &mut **solver, &Environment::BARE, workspace)
     }
 
-    fn roll_out(
+    fn rollout(
         &self,
         integrator: Integrator,
         script: &Script,
     ) -> ReorientationTrajectory<NODES, LINKS> {
         let mut out = ReorientationTrajectory::ZERO;
-        assert!(roll_out(&self.scene(integrator), script, 0, &mut out));
+        assert!(rollout(&self.scene(integrator), script, 0, &mut out));
         out
     }
 
@@ -162,7 +162,7 @@ fn the_actions_of_a_plan_roll_out_to_the_plan() {
         bench.plan(0, integrator, &InitialGuess::Heuristic);
         let planned = *bench.workspace.motion();
         for action in [Action::Torque, Action::Rate] {
-            let rolled = bench.roll_out(integrator, &Script::of(action, &planned));
+            let rolled = bench.rollout(integrator, &Script::of(action, &planned));
             let distance = distance(&planned, &rolled);
             assert!(distance < tolerance, "{integrator:?} {action:?}: {distance:e}");
             let miss = bench.scene(integrator).miss(&rolled.states[NODES - 1]);
@@ -176,11 +176,11 @@ fn a_chunk_is_carried_out_before_the_next_is_asked_for() {
     let mut bench = Bench::new();
     bench.plan(0, Integrator::Euler, &InitialGuess::Heuristic);
     let planned = *bench.workspace.motion();
-    let one = bench.roll_out(Integrator::Euler, &Script::of(Action::Rate, &planned));
+    let one = bench.rollout(Integrator::Euler, &Script::of(Action::Rate, &planned));
     let mut script = Script { chunk: 5, ..Script::of(Action::Rate, &planned) };
     for executed in [1, 5] {
         script.executed = executed;
-        assert!(bench.roll_out(Integrator::Euler, &script) == one);
+        assert!(bench.rollout(Integrator::Euler, &script) == one);
     }
 }
 
@@ -338,7 +338,7 @@ fn a_given_start_is_as_good_as_a_learned_one() {
     let mut bench = Bench::new();
     bench.plan(3, Integrator::Euler, &InitialGuess::Heuristic);
     let script = Script::of(Action::Rate, bench.workspace.motion());
-    let rolled = bench.roll_out(Integrator::Euler, &script);
+    let rolled = bench.rollout(Integrator::Euler, &script);
     let start = InitialGuess::Learned { policy: &script, seed: 0 };
     let learned = bench.plan(3, Integrator::Euler, &start);
     let given = bench.plan(3, Integrator::Euler, &InitialGuess::User(&rolled));

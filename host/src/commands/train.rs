@@ -68,7 +68,7 @@ impl Args {
             out,
             resume: self.resume,
             stop_after: self.stop_after,
-            rollout: &|model| data.roll_out(model, count),
+            rollout: &|model| data.rollout(model, count),
         };
         let outcome = self.device.train(&run, &mut Progress::default())?;
         output::summary(&run.out, &run.config, &outcome)?;
@@ -139,9 +139,9 @@ impl Data {
         }
     }
 
-    fn roll_out(&self, model: &[u8], count: usize) -> Option<RolloutError> {
+    fn rollout(&self, model: &[u8], count: usize) -> Option<RolloutError> {
         match self {
-            Self::Recorded(recorded) => recorded.roll_out(model, count),
+            Self::Recorded(recorded) => recorded.rollout(model, count),
             Self::Synthetic(_) => None,
         }
     }

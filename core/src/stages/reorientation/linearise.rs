@@ -7,24 +7,24 @@ use crate::pair::Pair;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use remora_qp::{QpStage, Solution};
 
-/// Curvature given to a component held at a limit, for each unit of its multiplier, and at most.
-/// It plays the part of the barrier of an interior-point method: enough to keep the program convex
-/// where a limit, not the cost, makes the minimum; little where the limit is about to be left.
-const HOLD: f64 = 10.0;
-const MAX_HOLD: f64 = 100.0;
+/// Active-set Hessian regularisation: curvature of a component at a limit for each unit of its
+/// multiplier, and its maximum. Like an interior-point barrier it keeps the QP convex where a limit,
+/// not the cost, determines the minimum, and is small where the limit is about to become inactive.
+const ACTIVE_SET_CURVATURE: f64 = 10.0;
+const MAX_ACTIVE_SET_CURVATURE: f64 = 100.0;
 
-/// Distance from a limit, relative, within which a component counts as standing at it.
+/// Relative distance from a limit within which it counts as active.
 const AT_LIMIT: f64 = 1e-5;
 
-/// Value of the scaled pointing row above which it counts as active.
-const ROW_ACTIVE: f64 = -1e-3;
+/// Scaled value above which a path constraint counts as active.
+const CONSTRAINT_ACTIVE: f64 = -1e-3;
 
 impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
 {
-    /// Fills dynamics and offset of the interval after node `k`, attitude rows in RTN: from `state`
-    /// under `control` and `force` to `at`.
-    // What it needs of the stack is not there while curvature is computed.
+    /// Fills `A`, `B` and `c` of the interval after node `k`, attitude rows in RTN: from `state` under
+    /// `control` and `force` to `at`. Returns the state that the dynamics lead to.
+    // Not inlined: its frame is released before curvature is computed.
     #[inline(never)]
     pub(super) fn linearise_interval(
         &self,
@@ -34,7 +34,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         at: &State<NL>,
         stage: &mut QpStage<NX, NU, NG>,
     ) -> State<NL> {
-        // Not taken apart: that would copy it.
+        // Not destructured: that would copy it.
         let step: (State<NL>, StepJacobian<NX, NU>) =
             self.body.step_jacobian(&self.stepping, state, control, force);
         let (next, by) = (&step.0, &step.1);
@@ -50,8 +50,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         *next
     }
 
-    /// Takes the attitude rows to the chart and the axes of the next node, in which the defect is
-    /// measured: where the defect is not small, the chart's derivative is not the identity.
+    /// Transforms the attitude rows to the chart and axes of the next node, in which the defect is
+    /// measured. The chart's derivative is the identity only for small defects.
     pub(super) fn apply_chart(
         &self,
         k: usize,
@@ -75,7 +75,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     /// The retraction recomputes torques by inverse dynamics, `u = torques(x, a)` with the mean
     /// acceleration `a` linear in the step: the cost's gradient times the torques' second
     /// derivative is what the diagonal cost misses.
-    // And the other way round.
+    // Not inlined: its frame is released before the next interval is linearised.
     #[inline(never)]
     pub(super) fn add_curvature(
         &self,
@@ -93,13 +93,13 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         };
         let at = match self.stepping.integrator {
             Integrator::Euler => *state,
-            Integrator::Rk4 { .. } => state.midway(next),
+            Integrator::Rk4 { .. } => state.midpoint(next),
         };
         let mut curvature = self.body.torque_curvature(&at, force, &mean, &mu);
         self.scale(&mut curvature);
         match self.stepping.integrator {
             Integrator::Euler => Self::add_curvature_at_start(&curvature, stage),
-            Integrator::Rk4 { .. } => Self::add_curvature_midway(&curvature, stage),
+            Integrator::Rk4 { .. } => Self::add_curvature_at_midpoint(&curvature, stage),
         }
         // Attitude: rotations do not add up, dtheta+ = ... + dt/2 drate x dtheta.
         let scaled = Vector3::new(multiplier[0], multiplier[1], multiplier[2]);
@@ -114,8 +114,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         }
     }
 
-    /// Takes the torques' curvature to scaled steps, the acceleration to units of scaled rates over
-    /// a step.
+    /// Scales the torques' curvature to scaled steps, the acceleration to scaled rates over a step.
     fn scale(&self, curvature: &mut TorqueCurvature<NX, NU>) {
         for j in 0..NX {
             for i in 0..NX {
@@ -142,7 +141,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         }
     }
 
-    /// The mean acceleration, by step and control: the rates' change.
+    /// Derivatives of the rates' change over the interval by state and control.
     fn rate_change(stage: &QpStage<NX, NU, NG>) -> (SMatrix<f64, NU, NX>, SMatrix<f64, NU, NU>) {
         let mut by_state = stage.a.fixed_rows::<NU>(NX - NU).into_owned();
         for i in 0..NU {
@@ -151,8 +150,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         (by_state, stage.b.fixed_rows::<NU>(NX - NU).into_owned())
     }
 
-    /// Adds the torques' curvature, taken at the interval's start.
-    // Each apart from the other: of the stack's deepest use much is theirs.
+    /// Adds the torques' curvature, evaluated at the interval's start (Euler).
+    // Separate functions: together their frames set the peak stack.
     #[inline(never)]
     fn add_curvature_at_start(
         curvature: &TorqueCurvature<NX, NU>,
@@ -164,9 +163,12 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         stage.hessian_ux += au.tr_mul(c);
     }
 
-    /// Adds the torques' curvature, taken half way through the interval.
+    /// Adds the torques' curvature, evaluated at the interval's midpoint (RK4).
     #[inline(never)]
-    fn add_curvature_midway(curvature: &TorqueCurvature<NX, NU>, stage: &mut QpStage<NX, NU, NG>) {
+    fn add_curvature_at_midpoint(
+        curvature: &TorqueCurvature<NX, NU>,
+        stage: &mut QpStage<NX, NU, NG>,
+    ) {
         let TorqueCurvature { state_state: s, acceleration_state: c } = curvature;
         let (ax, au) = Self::rate_change(stage);
         let px = (SMatrix::identity() + stage.a) * 0.5;
@@ -177,17 +179,19 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         Self::add_with_cross(&mut stage.hessian_uu, &pu.tr_mul(&(s * pu)), &au.tr_mul(&cu));
     }
 
-    /// Adds curvature to what stands at a limit and is held there by a multiplier.
-    // Its frame is not below the dynamics' derivatives, where the stack is deepest.
+    /// Active-set Hessian regularisation: adds curvature to components at an active limit.
+    // Not inlined: its frame is not below the dynamics' derivatives, where the stack is deepest.
     #[inline(never)]
-    pub(super) fn stiffen(
+    pub(super) fn regularise_active_set(
         &self,
         k: usize,
         state: &State<NL>,
         last: &Solution<N, NX, NU, NG>,
         stage: &mut QpStage<NX, NU, NG>,
     ) {
-        let held = |multiplier: f64| (HOLD * multiplier.abs()).min(MAX_HOLD);
+        let held = |multiplier: f64| {
+            (ACTIVE_SET_CURVATURE * multiplier.abs()).min(MAX_ACTIVE_SET_CURVATURE)
+        };
         let bounds = &last.bound_multiplier_x[k];
         for i in 0..NL {
             let limit = self.joint_limit(i);
@@ -200,7 +204,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             }
         }
         for row in 0..NG {
-            if stage.path_offset[row] > ROW_ACTIVE {
+            if stage.path_offset[row] > CONSTRAINT_ACTIVE {
                 let g = stage.path_jacobian.row(row).transpose();
                 let gg = g * g.transpose();
                 stage.hessian_xx += gg * (held(last.path_multiplier[k][row]) / gg.trace());

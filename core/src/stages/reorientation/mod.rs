@@ -1,8 +1,8 @@
-//! Stage 2: bus attitude and arm (section 6).
+//! Stage 2: the reorientation of bus and arm (section 6).
 
 mod linearise;
-mod roll_out;
-mod rows;
+mod path_constraints;
+mod rollout;
 
 use super::clearance::Bodies;
 use super::heuristic::line_of_sight;
@@ -17,9 +17,9 @@ use crate::scp::{Problem, Residuals};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
 use remora_qp::dense::clamp;
 use remora_qp::{Convexification, Qp, QpStage, Solution};
-use roll_out::RateOffset;
+use rollout::RateOffset;
 
-/// Attitude and arm over the horizon, torques over the intervals.
+/// Trajectory of bus attitude and arm: states at the nodes, torques over the intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReorientationTrajectory<const N: usize, const NL: usize> {
     /// States at the nodes.
@@ -32,30 +32,30 @@ impl<const N: usize, const NL: usize> ReorientationTrajectory<N, NL> {
     /// Placeholder for storage.
     pub const ZERO: Self = Self { states: [State::ZERO; N], controls: [Control::ZERO; N] };
 
-    /// The same, all bits zero: static memory then costs no room in an image.
+    /// Placeholder with all bits zero: static memory then costs no room in an image.
     pub(crate) const BLANK: Self = Self {
         states: [State { attitude: Vector4::new(0.0, 0.0, 0.0, 0.0), ..State::ZERO }; N],
         controls: [Control::ZERO; N],
     };
 }
 
-/// What is asked of Stage 2.
+/// What Stage 2 computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Mode {
     /// Minimise the cost.
     #[default]
     Optimal,
-    /// Stop at the first feasible iterate; no objective, steps as short as they can be.
+    /// Stop at the first feasible iterate; no objective, shortest steps.
     Feasible,
 }
 
-/// Stage 2 as a problem for the loop.
+/// Stage 2 as a problem for the SCP solver.
 ///
 /// Steps live on the tangent space: `[dtheta, dalpha, drate, djoint_rate]`, `dtheta` a left
 /// perturbation in RTN axes (at the last node, in axes whose first is the approach direction, so
-/// that the terminal attitude constraint pins the other two).
+/// that the terminal attitude constraint fixes the other two).
 ///
-/// `P` runs the two halves of the horizon wherever nodes do not depend on each other.
+/// `P` runs the two halves of the horizon in parallel wherever nodes do not depend on each other.
 pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize, const NU: usize> {
     mission: &'a Mission<NL>,
     pair: &'a P,
@@ -68,55 +68,56 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
     preset: usize,
     sight: [Vector3<f64>; N],
     terminal_rate: Vector3<f64>,
-    /// Direction that the end effector must point in at the last node.
+    /// Direction of the end effector at the last node, RTN.
     approach: Vector3<f64>,
-    /// The end effector's direction in bus axes at capture.
-    arm: Vector3<f64>,
+    /// Direction of the end effector at capture, bus axes.
+    end_effector: Vector3<f64>,
     /// Axes of the last node's attitude step, as columns in RTN.
     terminal_axes: Matrix3<f64>,
     target: &'a [TargetState; N],
     bodies: Bodies<NL>,
-    /// What planning keeps between bodies [m]; none where clearance is not in force.
+    /// Clearance margin of planning [m]; `None` where clearance is not in force.
     clearance: Option<f64>,
-    /// Whether the arm is held at its capture angles from the preset on, and limits have margins.
+    /// Whether the arm is held at its capture angles from the preset on.
     is_held: bool,
+    /// Whether limits have margins.
     has_margins: bool,
     typical: Typical,
     cost_units: CostUnits,
-    /// Factor on the cost in the loop: the torques' typical shares of their limits are taken out.
+    /// Scale of the cost: one interval's typical torque costs [`TYPICAL_COST`].
     cost_scale: f64,
     scale_x: SVector<f64, NX>,
     scale_u: SVector<f64, NU>,
     tolerance_x: SVector<f64, NX>,
 }
 
-/// Cost in the loop of an interval's typical torque, over its weight.
+/// Scaled cost of an interval's typical torque, over its weight.
 const TYPICAL_COST: f64 = 0.01;
-/// Least curvature of the controls, of the largest: keeps steps finite where a torque costs next
-/// to nothing.
+/// Least curvature of the controls relative to the largest: keeps steps finite where torques are
+/// almost free.
 const LEAST_CURVATURE: f64 = 1e-3;
 
-/// Share of each tolerance that the loop leaves to the verifier.
+/// Fraction of each tolerance that the SCP solver may use; the verifier has the rest.
 const MARGIN: f64 = 0.5;
 
-/// Share of each tolerance below which defects do not count in the merit: second-order remainders
-/// of this size mean nothing, yet would shrink steps.
+/// Fraction of each tolerance below which violations do not count in the merit: second-order
+/// remainders of this size would only shrink steps.
 const IGNORED: f64 = 0.2;
 
-/// Curvature by which the first steps stay near the start's joint angles (scaled). Large moves in
-/// the first linearisations end in poor basins: without it costs are 10 % higher in the mean.
-const PROXIMITY: f64 = 3e-3;
+/// Weight of the proximal term on the joint angles (scaled) in the first iterations. Large first steps
+/// end in poor local minima: without it costs are 10 % higher in the mean.
+const PROXIMAL: f64 = 3e-3;
 
-/// Nodes that one core linearises while the other makes those after them convex.
+/// Nodes that one core linearises while the other convexifies those after them.
 const BATCH: usize = 12;
 
-/// Roll-outs of a step: the second makes up for the pose that the first one missed.
-const PASSES: usize = 2;
+/// Rollouts of a step: the second corrects the terminal pose error of the first.
+const ROLLOUTS: usize = 2;
 
 impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'a, P, N, NL, NX, NU>
 {
-    /// The problem that follows from Stage 1's path; `target` the tumble at the nodes.
+    /// The problem along Stage 1's `translation`; `target` is the target's motion at the nodes.
     pub fn new(
         formulation: &Formulation<'a, NL>,
         translation: &'a TranslationTrajectory<N>,
@@ -154,7 +155,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             }),
             terminal_rate: last.rate,
             approach,
-            arm: servicer.capture_geometry().direction,
+            end_effector: servicer.capture_geometry().direction,
             terminal_axes: Matrix3::from_columns(&[approach, across, approach.cross(&across)]),
             target,
             bodies: Bodies::new(mission),
@@ -170,8 +171,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         }
     }
 
-    /// What the components of steps are divided by in the subproblem: states [rad, rad/s] and
-    /// controls [N m].
+    /// Scales of states [rad, rad/s] and controls [N m] in the subproblem.
     pub fn scales(mission: &Mission<NL>) -> (SVector<f64, NX>, SVector<f64, NU>) {
         let t = mission.typical();
         (
@@ -205,7 +205,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         if i < 3 { mission.servicer.max_bus_torque } else { mission.servicer.max_joint_torque }
     }
 
-    /// Derivative of the loop's cost by torque `i` [1/(N m)].
+    /// Derivative of the scaled cost by torque `i` [1/(N m)].
     fn marginal_cost(&self, i: usize, torque: f64) -> f64 {
         let unit = self.cost_unit(i);
         2.0 * self.cost_scale * self.weight(i) * torque / (unit * unit)
@@ -260,7 +260,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         )
     }
 
-    /// Joint angle limit of joint `i` in planning: less the margin, but for what is given.
+    /// Angle limit of joint `i` in planning [rad]: less the margin, at least the given angles.
     fn joint_limit(&self, i: usize) -> f64 {
         let (s, margin) = (&self.mission.servicer, self.margins.joint_angle);
         let limit = s.max_joint_angle[i];
@@ -272,14 +272,14 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         }
     }
 
-    /// Joint rate limit in planning.
+    /// Joint rate limit in planning [rad/s].
     fn joint_rate_limit(&self) -> f64 {
         let margin = if self.has_margins { self.margins.joint_rate } else { 0.0 };
         self.mission.servicer.max_joint_rate * (1.0 - margin)
     }
 
-    /// Whether component `i` of the state at node `k` is fixed by a constraint.
-    fn is_pinned(&self, k: usize, i: usize) -> bool {
+    /// Whether an equality constraint fixes component `i` of the state at node `k`.
+    fn is_fixed(&self, k: usize, i: usize) -> bool {
         let (angle, rate) = ((3..3 + NL).contains(&i), i >= 6 + NL);
         let (after, last) = (k >= self.preset, k + 1 == N);
         k == 0
@@ -288,39 +288,39 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             || (k == N - 1 && (i == 1 || i == 2 || (3 + NL..6 + NL).contains(&i)))
     }
 
-    /// Moves the arm of `state` at node `k` onto what is fixed there.
-    fn pin_arm(&self, k: usize, state: &mut State<NL>) {
-        if self.is_pinned(k, 3) {
+    /// Sets the arm of `state` at node `k` to the values that are fixed there.
+    fn fix_arm(&self, k: usize, state: &mut State<NL>) {
+        if self.is_fixed(k, 3) {
             state.joint_angle = self.mission.servicer.capture_joint_angle;
         }
-        if self.is_pinned(k, 6 + NL) {
+        if self.is_fixed(k, 6 + NL) {
             state.joint_rate.fill(0.0);
         }
     }
 
-    /// Moves `state` at the last node onto what is fixed there; returns by how much it turned.
-    fn pin_terminal(&self, state: &mut State<NL>) -> Vector3<f64> {
+    /// Sets `state` at the last node to the values that are fixed there; returns its turn [rad, RTN].
+    fn fix_terminal(&self, state: &mut State<NL>) -> Vector3<f64> {
         state.rate = self.terminal_rate;
-        let arm = quaternion::rotation_matrix(&state.attitude) * self.arm;
+        let arm = quaternion::rotation_matrix(&state.attitude) * self.end_effector;
         let turn = quaternion::between(&arm, &self.approach);
         state.attitude = quaternion::normalized(&quaternion::product(&turn, &state.attitude));
         quaternion::log(&turn)
     }
 
-    /// Defects and rows of the nodes from `first` on.
+    /// Defects and path constraints of the nodes from `first` on.
     fn residuals_from(
         &self,
         first: usize,
         z: &ReorientationTrajectory<N, NL>,
         defects: &mut [SVector<f64, NX>],
-        rows: &mut [SVector<f64, NG>],
+        paths: &mut [SVector<f64, NG>],
     ) {
-        for ((k, defect), row) in (first..N).zip(defects).zip(rows) {
-            // What is left is of no use then, and the loop ends.
+        for ((k, defect), row) in (first..N).zip(defects).zip(paths) {
+            // The result is not used after the deadline.
             if self.stepping.deadline.has_passed() {
                 return;
             }
-            self.row_values(k, &z.states[k], row);
+            self.path_values(k, &z.states[k], row);
             defect.fill(0.0);
             if k + 1 < N {
                 let (state, control) = (&z.states[k], &z.controls[k]);
@@ -332,12 +332,11 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         }
     }
 
-    /// Fills the whole program, curvature included, and makes it convex.
+    /// Fills the whole subproblem with the Lagrangian's Hessian and convexifies it.
     ///
-    /// The sweep that makes it convex goes from the last node to the first, one after the other,
-    /// and is quick but where it meets indefinite curvature. It runs on one core while the other
-    /// linearises the nodes before, a batch at a time. What the sweep leaves of its core's time,
-    /// counted in work so that no clock is needed, goes into linearisation too.
+    /// The convexification runs from the last node to the first on one core, while the other linearises
+    /// the nodes before, a batch at a time. It is fast except at indefinite curvature; the first core's
+    /// spare time, counted in units of work rather than read from a clock, goes into linearisation too.
     fn linearise_convex(
         &self,
         z: &ReorientationTrajectory<N, NL>,
@@ -350,7 +349,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         let Some((last, stages)) = qp.stages.split_last_mut() else { return };
         linearise(N - 1, last);
         let mut convexification = Convexification::new(last, convex);
-        // Nodes from `filled` on are linearised, those from `swept` on convex too.
+        // Nodes from `filled` on are linearised, those from `swept` on also convexified.
         let (mut filled, mut swept) = (stages.len(), stages.len());
         // Bound: constant, nodes in pieces.
         while swept > 0 {
@@ -363,7 +362,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             };
             let sweep_and_help = || {
                 let (done, work) =
-                    convexification.advance(filled, ready, budget, |k, i| self.is_pinned(k, i));
+                    convexification.advance(filled, ready, budget, |k, i| self.is_fixed(k, i));
                 let help = budget.saturating_sub(work) / self.node_work();
                 let helped = before.iter_mut().enumerate().rev().take(help);
                 (
@@ -381,7 +380,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         qp.constant += convexification.finish().0;
     }
 
-    /// What the linearisation of a node takes of time, where the sweep takes 1.
+    /// Time of a node's linearisation, where its convexification takes 1.
     fn node_work(&self) -> usize {
         match self.stepping.integrator {
             Integrator::Euler => 3,
@@ -389,8 +388,8 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         }
     }
 
-    /// Fills `stage`, that of node `k`, with everything but curvature that is handed from node to
-    /// node. False once the deadline has passed: what is there is of no use then.
+    /// Fills `stage` of node `k`, without convexification. Returns false once the deadline has passed;
+    /// the stage is then not used.
     fn linearise_at(
         &self,
         k: usize,
@@ -405,10 +404,10 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         let (Some(state), Some(control)) = (z.states.get(k), z.controls.get(k)) else {
             return true;
         };
-        self.fill_rows(k, state, stage);
+        self.fill_path_constraints(k, state, stage);
         if let Some(last) = multipliers {
             self.add_pointing_curvature(k, state, last.path_multiplier[k][0], stage);
-            self.stiffen(k, state, last, stage);
+            self.regularise_active_set(k, state, last, stage);
         }
         let Some(at) = z.states.get(k + 1) else { return true };
         let held = (control, &self.translation.force[k]);
@@ -432,7 +431,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
 {
     type Trajectory = ReorientationTrajectory<N, NL>;
 
-    fn clip(&self, z: &mut Self::Trajectory) {
+    fn project(&self, z: &mut Self::Trajectory) {
         let servicer = &self.mission.servicer;
         for (k, state) in z.states.iter_mut().enumerate() {
             for i in 0..NL {
@@ -441,7 +440,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
                 let limit = self.joint_rate_limit();
                 state.joint_rate[i] = clamp(state.joint_rate[i], -limit, limit);
             }
-            self.pin_arm(k, state);
+            self.fix_arm(k, state);
             state.attitude = quaternion::normalized(&state.attitude);
         }
         z.states[0] = State {
@@ -450,7 +449,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             rate: Vector3::zeros(),
             joint_rate: SVector::zeros(),
         };
-        self.pin_terminal(&mut z.states[N - 1]);
+        self.fix_terminal(&mut z.states[N - 1]);
         for control in &mut z.controls {
             *control = control.within_limits(servicer);
         }
@@ -483,7 +482,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
                 }
                 stage.hessian_uu = SMatrix::from_diagonal(&convex);
                 for i in 3..3 + NL {
-                    stage.hessian_xx[(i, i)] = PROXIMITY;
+                    stage.hessian_xx[(i, i)] = PROXIMAL;
                 }
             }
         };
@@ -496,7 +495,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             for i in 0..NX {
                 let reach = radius / self.typical.angle;
                 let (lower, upper) = match i {
-                    _ if self.is_pinned(k, i) => (0.0, 0.0),
+                    _ if self.is_fixed(k, i) => (0.0, 0.0),
                     i if i < 3 => (-reach, reach),
                     i if i < 3 + NL => {
                         let (at, limit) = (state.joint_angle[i - 3], self.joint_limit(i - 3));
@@ -531,11 +530,11 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         step: &Solution<N, NX, NU, NG>,
         to: &mut Self::Trajectory,
     ) {
-        // Each roll-out starts from the controls of the last.
+        // Each rollout starts from the controls of the last.
         *to = *from;
         let mut offset = RateOffset::<NL>::ZERO;
-        for _ in 0..PASSES {
-            let gap = self.roll_out(from, qp, step, &offset, to);
+        for _ in 0..ROLLOUTS {
+            let gap = self.rollout(from, qp, step, &offset, to);
             offset.turn -= gap.turn;
             offset.joint -= gap.joint;
         }
@@ -547,13 +546,13 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             Mode::Feasible => 0.0,
         };
         out.ignored_defect = self.tolerance_x.component_div(&self.scale_x) * IGNORED;
-        out.ignored_row = self.row_tolerances(0) * IGNORED;
+        out.ignored_path = self.path_tolerances(0) * IGNORED;
         let (early_defects, late_defects) = out.defect.split_at_mut(N / 2);
-        let (early_rows, late_rows) = out.row.split_at_mut(N / 2);
-        let early = || self.residuals_from(0, z, early_defects, early_rows);
-        let late = || self.residuals_from(N / 2, z, late_defects, late_rows);
+        let (early_paths, late_paths) = out.path.split_at_mut(N / 2);
+        let early = || self.residuals_from(0, z, early_defects, early_paths);
+        let late = || self.residuals_from(N / 2, z, late_defects, late_paths);
         match self.stepping.integrator {
-            // Too little work to hand over.
+            // Too little work for two cores.
             Integrator::Euler => Sequential.join(early, late),
             Integrator::Rk4 { .. } => self.pair.join(early, late),
         };
@@ -561,8 +560,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
 
     fn violation(&self, residuals: &Residuals<N, NX, NG>) -> f64 {
         let mut worst = 0.0;
-        for (k, (row, defect)) in residuals.row.iter().zip(&residuals.defect).enumerate() {
-            let row = row.component_div(&self.row_tolerances(k));
+        for (k, (row, defect)) in residuals.path.iter().zip(&residuals.defect).enumerate() {
+            let row = row.component_div(&self.path_tolerances(k));
             worst = row.iter().fold(worst, |worst, r| worse(worst, *r));
             let defect = defect.component_mul(&self.scale_x).component_div(&self.tolerance_x);
             worst = defect.iter().fold(worst, |worst, d| worse(worst, d.abs()));

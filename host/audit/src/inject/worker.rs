@@ -17,7 +17,7 @@ use remora_core::advanced::stages::{
     Formulation, LINKS, MissionReorientation, NODES, ReorientationTrajectory,
 };
 use remora_core::advanced::time::NoClock;
-use remora_core::advanced::warmstart::{NetworkPolicy, Scene, roll_out};
+use remora_core::advanced::warmstart::{NetworkPolicy, Scene, rollout};
 use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
 use remora_host::memory::on_heap;
@@ -170,7 +170,7 @@ impl Worker {
         };
         let flown = machine.learned(setup, index, setup.model, None, None);
         lap();
-        let (rolled, clipped) = machine.roll_out(setup);
+        let (rolled, clipped) = machine.rollout(setup);
         let mut reference = Reference {
             learned: flown.ended,
             given: flown.ended,
@@ -251,7 +251,7 @@ impl Machine {
     }
 
     /// The roll-out along the path in the workspace, as it comes and as the loop takes it.
-    fn roll_out(
+    fn rollout(
         &mut self,
         setup: &Setup<'_>,
     ) -> (Box<ReorientationTrajectory<NODES, LINKS>>, Box<ReorientationTrajectory<NODES, LINKS>>)
@@ -264,7 +264,7 @@ impl Machine {
         let scene = Scene::new(mission, path, target, options.integrator);
         let network = Network::new(setup.model, &mut **network).ok();
         if let Some(policy) = network.and_then(|network| NetworkPolicy::new(network).ok()) {
-            roll_out(&scene, &policy, SEED, &mut rolled);
+            rollout(&scene, &policy, SEED, &mut rolled);
         }
         let mut clipped = rolled.clone();
         let problem = MissionReorientation::new(
@@ -274,7 +274,7 @@ impl Machine {
             options.mode,
             &Sequential,
         );
-        problem.clip(&mut clipped);
+        problem.project(&mut clipped);
         (rolled, clipped)
     }
 }

@@ -3,7 +3,7 @@
 use super::laboratory::{Laboratory, Run, Start};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory};
-use remora_core::advanced::warmstart::{Scene, roll_out};
+use remora_core::advanced::warmstart::{Scene, rollout};
 use remora_host::campaign::{Campaign, run_together};
 use remora_host::error::Error;
 use remora_host::fingerprint::{self, fingerprint};
@@ -71,7 +71,7 @@ impl Bench<'_> {
     }
 
     /// Rolls a model out along the paths of `plans`; none where a roll-out is of no use.
-    fn roll_out(&self, model: &Learned, plans: &[PlanFile]) -> Result<Vec<Option<f64>>, Error> {
+    fn rollout(&self, model: &Learned, plans: &[PlanFile]) -> Result<Vec<Option<f64>>, Error> {
         let (mission, integrator) = (&self.mission, self.integrator);
         on_large_stack(move || {
             let mut memories = Memories::default();
@@ -92,7 +92,7 @@ fn miss(
     let scene = Scene::new(mission, &path, &target, integrator.core());
     let mut motion = ReorientationTrajectory::ZERO;
     let is_finite = model.at_work(memories, |policy| {
-        policy.is_some_and(|policy| roll_out(&scene, policy, SEED, &mut motion))
+        policy.is_some_and(|policy| rollout(&scene, policy, SEED, &mut motion))
     });
     is_finite.then(|| scene.miss(&motion.states[NODES - 1]))
 }
@@ -135,7 +135,7 @@ impl Laboratory for Bench<'_> {
                 return Ok(kept.ee_error_m.into_iter().flatten().collect());
             }
             let Some(model) = model(&run.start)? else { return Ok(Vec::new()) };
-            let ee_error_m = self.roll_out(&model, &plans)?;
+            let ee_error_m = self.rollout(&model, &plans)?;
             let misses = Misses { format: FORMAT.into(), ee_error_m };
             let text =
                 json::to_text(&misses).map_err(|error| Error::output(&file, &error.into()))?;

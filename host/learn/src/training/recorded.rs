@@ -91,7 +91,7 @@ impl Recorded {
     }
 
     /// Rolls a model out on the first `count` validation scenarios.
-    pub fn roll_out(&self, model: &[u8], count: usize) -> Option<RolloutError> {
+    pub fn rollout(&self, model: &[u8], count: usize) -> Option<RolloutError> {
         let count = count.min(self.validation.len());
         let trajectories = &self.validation[..count];
         rollout::measure(model, &self.mission, self.integrator.core(), trajectories)

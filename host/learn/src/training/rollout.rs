@@ -6,7 +6,7 @@ use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{Model, Network, ReferenceMemory};
 use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory};
-use remora_core::advanced::warmstart::{NetworkPolicy, Scene, roll_out};
+use remora_core::advanced::warmstart::{NetworkPolicy, Scene, rollout};
 use remora_host::memory::on_heap;
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +44,7 @@ pub fn measure(
     for trajectory in trajectories {
         let recorded = examples::Recorded::new(trajectory);
         let scene = Scene::new(mission, &recorded.path, &recorded.target, integrator);
-        if roll_out(&scene, &policy, trajectory.scenario, &mut out) {
+        if rollout(&scene, &policy, trajectory.scenario, &mut out) {
             errors.push(scene.miss(&out.states[NODES - 1]));
             torque += distance(&out, &recorded.motion);
         }

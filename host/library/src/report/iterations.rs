@@ -24,10 +24,10 @@ pub fn iteration_log(title: &str, log: &[IterationRecord]) -> String {
         table.row([
             (i + 1).to_string(),
             number(record.cost),
-            format!("{:.1e}", record.penalty),
-            ratio(record.ratio),
+            format!("{:.1e}", record.l1_violation),
+            ratio(record.rho),
             format!("{:.1e}", record.radius),
-            format!("{:.0e}", record.weight),
+            format!("{:.0e}", record.penalty_parameter),
             format!("{:.1e}", record.violation),
             if record.accepted { "+" } else { "-" }.into(),
             record.qp_iterations.to_string(),
@@ -69,10 +69,10 @@ mod tests {
     fn the_log_fits_a_hundred_columns() {
         let record = IterationRecord {
             cost: -1.234e-12,
-            penalty: 1.5e-10,
-            ratio: -1000.5,
+            l1_violation: 1.5e-10,
+            rho: -1000.5,
             radius: 1e-3,
-            weight: 1e6,
+            penalty_parameter: 1e6,
             violation: 1e10,
             accepted: true,
             qp_iterations: 300,

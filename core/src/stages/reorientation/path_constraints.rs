@@ -1,43 +1,43 @@
-//! Soft rows of Stage 2: pointing, and clearances about the node.
+//! Path constraints of Stage 2: pointing, and clearances about the node.
 
 use super::{NG, Reorientation};
 use crate::dynamics::State;
 use crate::math::quaternion;
 use crate::model::hcw_acceleration;
 use crate::pair::Pair;
-use crate::stages::clearance::{Clearance, Instant, ROWS};
+use crate::stages::clearance::{CONSTRAINTS, Clearance, Instant};
 use nalgebra::{Matrix3, SVector, Vector3};
 use remora_qp::QpStage;
 use remora_qp::dense::clamp;
 
-/// What the pointing row is divided by, in cosine.
+/// Scale of the pointing constraint, in cosine.
 const COSINE_SCALE: f64 = 0.1;
 
-/// What clearance rows are divided by [m].
+/// Scale of clearance constraints [m].
 const CLEARANCE_SCALE: f64 = 0.1;
 
-/// Distance beyond the margin from which on bodies do not matter to a subproblem [m].
+/// Distance beyond the margin from which bodies are left out of a subproblem [m].
 const NEAR: f64 = 0.3;
 
-/// Instants about a node at which clearances are looked at, in intervals: with those of the next
-/// node they divide the interval into thirds.
+/// Instants about a node at which clearances hold, in intervals: with the next node's they divide the
+/// interval into thirds.
 const AROUND: [f64; 3] = [0.0, -1.0 / 3.0, 1.0 / 3.0];
 
-/// Share of its margin by which a row may be violated: margins are there for more than that.
+/// Fraction of its margin by which a constraint may be violated.
 const SHARE_OF_MARGIN: f64 = 0.1;
 
-/// A clearance row before it is scaled.
+/// A clearance constraint before scaling.
 #[derive(Clone, Copy)]
-struct ClearanceRow<const NL: usize> {
+struct ClearanceConstraint<const NL: usize> {
     /// Margin less distance [m].
     value: f64,
-    /// Time from the node at which it is so [s].
+    /// Time from the node to the instant [s].
     ahead: f64,
     nearest: Clearance<NL>,
 }
 
-impl<const NL: usize> ClearanceRow<NL> {
-    /// Whether this row counts rather than the other; one that is not a number does.
+impl<const NL: usize> ClearanceConstraint<NL> {
+    /// Whether this constraint is nearer than the other; NaN counts as nearer.
     fn is_nearer(&self, other: &Self) -> bool {
         !(self.value <= other.value)
     }
@@ -46,27 +46,32 @@ impl<const NL: usize> ClearanceRow<NL> {
 impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
 {
-    /// Values of the rows of node `k`, scaled.
-    pub(super) fn row_values(&self, k: usize, state: &State<NL>, out: &mut SVector<f64, NG>) {
-        out[0] = self.pointing_row(k, state).0;
-        for (g, row) in self.clearance_rows(k, state).iter().enumerate() {
+    /// Values of the path constraints of node `k`, scaled.
+    pub(super) fn path_values(&self, k: usize, state: &State<NL>, out: &mut SVector<f64, NG>) {
+        out[0] = self.pointing_constraint(k, state).0;
+        for (g, row) in self.clearance_constraints(k, state).iter().enumerate() {
             out[1 + g] = row.value / CLEARANCE_SCALE;
         }
     }
 
-    /// Fills the rows of node `k`; those with nothing near stay inactive.
-    // Its frame is not below the dynamics' derivatives, where the stack is deepest.
+    /// Fills the path constraints of node `k`; clearances of distant bodies stay inactive.
+    // Not inlined: its frame is not below the dynamics' derivatives, where the stack is deepest.
     #[inline(never)]
-    pub(super) fn fill_rows(&self, k: usize, state: &State<NL>, stage: &mut QpStage<NX, NU, NG>) {
+    pub(super) fn fill_path_constraints(
+        &self,
+        k: usize,
+        state: &State<NL>,
+        stage: &mut QpStage<NX, NU, NG>,
+    ) {
         let angle = self.typical.angle;
-        let (offset, gradient) = self.pointing_row(k, state);
+        let (offset, gradient) = self.pointing_constraint(k, state);
         let gradient = self.axes(k).tr_mul(&gradient) * angle;
         stage.path_offset[0] = offset;
         for i in 0..3 {
             stage.path_jacobian[(0, i)] = gradient[i];
         }
         let (rate, joint_rate) = (self.typical.rate, self.typical.joint_rate);
-        for (g, row) in self.clearance_rows(k, state).iter().enumerate() {
+        for (g, row) in self.clearance_constraints(k, state).iter().enumerate() {
             if row.value <= -NEAR {
                 continue;
             }
@@ -84,9 +89,9 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         }
     }
 
-    /// Scaled values up to which the rows of node `k` count as met: their tolerance, or a share of
-    /// the margin that planning keeps.
-    pub(super) fn row_tolerances(&self, k: usize) -> SVector<f64, NG> {
+    /// Scaled tolerances of the path constraints of node `k`: those of the mission, or a fraction of the
+    /// planning margin where that is larger.
+    pub(super) fn path_tolerances(&self, k: usize) -> SVector<f64, NG> {
         let t = &self.mission.tolerances;
         let share = self.mission.approach.margin_share(k as f64 * self.stepping.dt, N);
         let clearance = self.clearance.unwrap_or(0.0) * share * SHARE_OF_MARGIN;
@@ -95,7 +100,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         out
     }
 
-    /// Cosine of the field of view in planning at node `k`.
+    /// Cosine of the field of view's half angle in planning at node `k`.
     fn cos_field_of_view(&self, k: usize) -> f64 {
         let approach = &self.mission.approach;
         let margin = if self.has_margins { self.margins.field_of_view } else { 0.0 };
@@ -103,8 +108,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         libm::cos(approach.field_of_view_half_angle - margin * share)
     }
 
-    /// Pointing row `cos(fov) - sight . R b` and its gradient by the attitude step.
-    fn pointing_row(&self, k: usize, state: &State<NL>) -> (f64, Vector3<f64>) {
+    /// Pointing constraint `cos(fov) - sight . R b` and its gradient by the attitude step, scaled.
+    fn pointing_constraint(&self, k: usize, state: &State<NL>) -> (f64, Vector3<f64>) {
         let boresight =
             quaternion::rotation_matrix(&state.attitude) * self.mission.servicer.boresight;
         let gradient = self.sight[k].cross(&boresight);
@@ -114,20 +119,24 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         )
     }
 
-    /// What planning keeps between bodies at `time` [m].
+    /// Clearance that planning keeps between bodies at `time` [m].
     fn clearance_at(&self, margin: f64, time: f64) -> f64 {
         let left = (self.mission.approach.duration - time) / self.stepping.dt;
         margin * self.mission.approach.margin_share(time, N)
             + self.extra_clearance * clamp(left - 1.0, 0.0, 1.0)
     }
 
-    /// The nearest pair of each group about node `k`, at rates held, and the nearest of what is
-    /// left: the same group's at another instant, mostly. Without it a step away from the one runs
-    /// into the other. None at the ends of the horizon, where all is given.
-    fn clearance_rows(&self, k: usize, state: &State<NL>) -> [ClearanceRow<NL>; ROWS] {
-        let far = ClearanceRow { value: -NEAR, ahead: 0.0, nearest: Clearance::FAR };
-        let mut rows = [far; ROWS];
-        let (Some(margin), true) = (self.clearance, k > 0 && k + 1 < N) else { return rows };
+    /// The nearest pair of bodies of each group about node `k`, at constant rates, and the nearest of the
+    /// remaining ones, usually the same group's at another instant: without it a step away from one
+    /// instant's violation runs into the other's. Inactive at the ends of the horizon.
+    fn clearance_constraints(
+        &self,
+        k: usize,
+        state: &State<NL>,
+    ) -> [ClearanceConstraint<NL>; CONSTRAINTS] {
+        let far = ClearanceConstraint { value: -NEAR, ahead: 0.0, nearest: Clearance::FAR };
+        let mut constraints = [far; CONSTRAINTS];
+        let (Some(margin), true) = (self.clearance, k > 0 && k + 1 < N) else { return constraints };
         for share in AROUND {
             let ahead = share * self.stepping.dt;
             let time = k as f64 * self.stepping.dt + ahead;
@@ -142,9 +151,10 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
             };
             let at = self.instant(k, ahead, &moved);
             let found = self.bodies.clearances(&self.body, &at, margin + NEAR);
-            let [first, others, next] = &mut rows;
+            let [first, others, next] = &mut constraints;
             for (row, nearest) in [first, others].into_iter().zip(found) {
-                let mut left = ClearanceRow { value: margin - nearest.distance, ahead, nearest };
+                let mut left =
+                    ClearanceConstraint { value: margin - nearest.distance, ahead, nearest };
                 if left.is_nearer(row) {
                     core::mem::swap(&mut left, row);
                 }
@@ -153,10 +163,10 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
                 }
             }
         }
-        rows
+        constraints
     }
 
-    /// Where things are `ahead` seconds from node `k` (less than an interval).
+    /// Positions `ahead` seconds from node `k` (less than an interval).
     fn instant<'s>(&self, k: usize, ahead: f64, state: &'s State<NL>) -> Instant<'s, NL> {
         let path = self.translation;
         let (position, velocity) = (&path.position[k], &path.velocity[k]);
@@ -171,8 +181,8 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         }
     }
 
-    /// Adds the curvature of the pointing row.
-    // Likewise.
+    /// Adds the curvature of the pointing constraint.
+    // Not inlined, as `fill_path_constraints`.
     #[inline(never)]
     pub(super) fn add_pointing_curvature(
         &self,

@@ -1,18 +1,18 @@
-//! The step of Stage 2: along the dynamics.
+//! The retraction of Stage 2: a rollout along the dynamics.
 
 use super::{NG, Reorientation, ReorientationTrajectory};
-use crate::dynamics::{Control, Leg, State};
+use crate::dynamics::{Control, State, Transition};
 use crate::math::quaternion;
 use crate::pair::Pair;
 use nalgebra::{SVector, Vector3};
 use remora_qp::dense::clamp;
 use remora_qp::{Qp, Solution};
 
-/// Share of a drift from the planned pose that the next rate makes up for. One would be deadbeat
-/// for Euler and ring for RK4, whose zero-order hold has a zero on the unit circle.
-const TRACKING: f64 = 0.6;
+/// Gain of the rates on the drift from the planned pose. A gain of one is deadbeat for Euler and rings
+/// for RK4, whose zero-order hold has a zero on the unit circle.
+const TRACKING_GAIN: f64 = 0.6;
 
-/// A change of pose to be made up by the rates of the whole approach.
+/// A change of the terminal pose, spread over the rates of the whole horizon.
 pub(super) struct RateOffset<const NL: usize> {
     /// Turn of the bus, RTN [rad].
     pub turn: Vector3<f64>,
@@ -31,9 +31,9 @@ impl<const NL: usize> RateOffset<NL> {
 impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
 {
-    /// Share of a pose offset that the rates of node `k` carry, of those free up to node `end`: a
-    /// parabola, so that it starts and ends without a jump.
-    fn bump(&self, k: usize, end: usize) -> f64 {
+    /// Blending weight of a pose offset in the rates of node `k`, of those free up to node `end` [1/s]:
+    /// a parabola, so that it starts and ends without a jump.
+    fn blending_weight(&self, k: usize, end: usize) -> f64 {
         if k == 0 || k >= end {
             return 0.0;
         }
@@ -42,7 +42,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         6.0 * k * (n - k) / (n * (n * n - 1.0)) / self.stepping.dt
     }
 
-    /// By how much `state` at node `k` has left the pose that `step` leads to.
+    /// Drift of `state` at node `k` from the pose that `step` plans.
     fn drift(
         &self,
         k: usize,
@@ -60,15 +60,14 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         }
     }
 
-    /// The trajectory that follows the rates of `step` from the initial state, by the non-linear
-    /// dynamics; returns by how much it misses the pinned poses. On entry `to` is a trajectory
-    /// nearby, whose controls are a start for the new ones.
+    /// Rolls the planned rates of `step` out through the non-linear dynamics; returns the error at the
+    /// fixed poses. On entry `to` is a near trajectory, whose controls initialise the new ones.
     ///
-    /// Node by node the control is the one that reaches the planned rates (less the slack the
-    /// subproblem paid for), and the next state is where it leads: a step along the dynamics, on
-    /// which only what is pinned or at a limit leaves a defect: where torques end at their limits the
-    /// trajectory goes on as planned, or one interval too weak would spoil all after it.
-    pub(super) fn roll_out(
+    /// Inverse-dynamics tracking: at each node the control is the one that reaches the planned rates
+    /// (less the subproblem's slack), and the next state is where it leads. Defects remain only where a
+    /// state is fixed or a torque limit is active; there the trajectory goes on as planned, so that one
+    /// weak interval does not spoil the later ones.
+    pub(super) fn rollout(
         &self,
         from: &ReorientationTrajectory<N, NL>,
         qp: &Qp<N, NX, NU, NG>,
@@ -80,7 +79,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let mut known = to.states[0];
         to.states[0] = from.states[0];
         for k in 0..N - 1 {
-            // What is left is of no use then, and the loop ends.
+            // The result is not used after the deadline.
             if self.stepping.deadline.has_passed() {
                 return gap;
             }
@@ -90,33 +89,35 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
                 &Vector3::from_fn(|i, _| rate[i] - slack[3 + NL + i]),
                 &SVector::<f64, NL>::from_fn(|i, _| joint_rate[i] - slack[6 + NL + i]),
             );
-            let leg = Leg { state: &known, control: &to.controls[k], reached: &to.states[k + 1] };
+            let transition =
+                Transition { state: &known, control: &to.controls[k], reached: &to.states[k + 1] };
             let (state, force) = (&to.states[k], &self.translation.force[k]);
-            let (control, mut next) = self.body.steer(&self.stepping, state, goal, leg, force);
-            // A search that ran away says nothing: the control of the last trajectory stands.
+            let (control, mut next) =
+                self.body.track_rates(&self.stepping, state, goal, transition, force);
+            // A diverged search is discarded for the control of the last trajectory.
             let found = next.is_finite();
             let control = if found { control } else { to.controls[k] };
-            let clipped = control.within_limits(&self.mission.servicer);
+            let control = control.within_limits(&self.mission.servicer);
             if !found {
                 next = self.body.step(
                     self.stepping.integrator,
                     self.stepping.dt,
                     state,
-                    &clipped,
+                    &control,
                     force,
                 );
             }
             self.add_slack(k, &slack, &mut next);
-            self.settle(k + 1, &mut next, &mut gap);
+            self.project_state(k + 1, &mut next, &mut gap);
             known = to.states[k + 1];
             to.states[k + 1] = next;
-            to.controls[k] = clipped;
+            to.controls[k] = control;
         }
         to.controls[N - 1] = Control::ZERO;
         gap
     }
 
-    /// Rates of bus and joints at node `k + 1` that follow `step` from `state` at node `k`.
+    /// Rates of bus and joints at node `k + 1` [rad/s] that track `step` from `state` at node `k`.
     fn planned_rates(
         &self,
         k: usize,
@@ -131,14 +132,15 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         let drift = self.drift(k, from, step, state);
         let turning = match k + 2 < N {
             true => {
-                offset.turn * self.bump(k + 1, N - 1) - drift.turn * (TRACKING / self.stepping.dt)
+                offset.turn * self.blending_weight(k + 1, N - 1)
+                    - drift.turn * (TRACKING_GAIN / self.stepping.dt)
             }
             false => Vector3::zeros(),
         };
         let bending = match k + 1 < self.preset {
             true => {
-                offset.joint * self.bump(k + 1, self.preset)
-                    - drift.joint * (TRACKING / self.stepping.dt)
+                offset.joint * self.blending_weight(k + 1, self.preset)
+                    - drift.joint * (TRACKING_GAIN / self.stepping.dt)
             }
             false => SVector::zeros(),
         };
@@ -149,7 +151,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         (rate, joint_rate)
     }
 
-    /// Adds the slack that the subproblem paid for to the state at node `k + 1`.
+    /// Adds the subproblem's slack of the dynamics to the state at node `k + 1`.
     fn add_slack(&self, k: usize, slack: &SVector<f64, NX>, next: &mut State<NL>) {
         let limit = self.joint_rate_limit();
         let turn = self.axes(k + 1) * Vector3::new(slack[0], slack[1], slack[2]);
@@ -163,15 +165,15 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         }
     }
 
-    /// Moves the state at node `k` onto what is fixed there and into the joints' limits, and
-    /// notes how far a pose was off.
-    fn settle(&self, k: usize, state: &mut State<NL>, gap: &mut RateOffset<NL>) {
+    /// Projects the state at node `k` onto fixed values and joint limits; writes the error at fixed
+    /// poses to `gap`.
+    fn project_state(&self, k: usize, state: &mut State<NL>, gap: &mut RateOffset<NL>) {
         if k == self.preset {
             gap.joint = state.joint_angle - self.mission.servicer.capture_joint_angle;
         }
-        self.pin_arm(k, state);
+        self.fix_arm(k, state);
         if k + 1 == N {
-            gap.turn = -self.pin_terminal(state);
+            gap.turn = -self.fix_terminal(state);
         }
         for i in 0..NL {
             let limit = self.joint_limit(i);

@@ -1,12 +1,12 @@
-//! The arm's geometry at one set of joint angles: all that its mass properties and motion need.
+//! Kinematics cache: the arm's geometry and mass moments at one set of joint angles.
 
 use super::{Multibody, State};
 use crate::math::{Mat3, Vec3};
 use nalgebra::Vector3;
 
-/// One link and what lies beyond its joint, bus axes.
+/// One link and its subtree, bus axes.
 #[derive(Clone, Copy)]
-pub(super) struct ArmLink {
+pub(super) struct LinkKinematics {
     /// Joint axis.
     pub axis: Vec3<f64>,
     /// From the joint before (the bus centre of mass for the first link) to this joint [m].
@@ -17,9 +17,9 @@ pub(super) struct ArmLink {
     pub mass: f64,
     /// Second mass moment of the link, the integral of `s s^T`, about its centre [kg m^2].
     pub second_moment: Mat3<f64>,
-    /// This link and all beyond it, about the joint.
-    pub beyond: MassMoments,
-    /// Linear momentum of all that for unit joint rate [kg m].
+    /// Mass moments of this link and all after it, about the joint.
+    pub subtree: MassMoments,
+    /// Linear momentum of the subtree for unit joint rate [kg m].
     pub momentum: Vec3<f64>,
 }
 
@@ -34,10 +34,10 @@ pub(super) struct MassMoments {
     pub second: Mat3<f64>,
 }
 
-/// The arm at one set of joint angles.
+/// The arm's kinematics at one set of joint angles.
 #[derive(Clone, Copy)]
-pub(super) struct Arm<const NL: usize> {
-    pub links: [ArmLink; NL],
+pub(super) struct Kinematics<const NL: usize> {
+    pub links: [LinkKinematics; NL],
     /// The whole arm about the bus centre of mass.
     pub whole: MassMoments,
 }
@@ -45,7 +45,7 @@ pub(super) struct Arm<const NL: usize> {
 impl MassMoments {
     const ZERO: Self = Self { mass: 0.0, first: Vec3::ZERO, second: Mat3([Vec3::ZERO; 3]) };
 
-    /// Adds a body by its moments about its own centre, which is at `center`.
+    /// Adds a body whose centre is at `center`, by its moments about that.
     #[inline]
     fn add(&mut self, mass: f64, second: &Mat3<f64>, center: Vec3<f64>) {
         let first = center.scaled(mass);
@@ -54,7 +54,7 @@ impl MassMoments {
         self.second += *second + Mat3::outer(center, first);
     }
 
-    /// The same about a point that stands at `-lever`.
+    /// The moments about a point at `-lever`.
     #[inline]
     fn moved(&self, lever: Vec3<f64>) -> Self {
         let first = self.first + lever.scaled(self.mass);
@@ -86,42 +86,42 @@ fn turned(rotation: &Mat3<f64>, moments: &Vector3<f64>) -> Mat3<f64> {
 }
 
 impl<const NL: usize> Multibody<NL> {
-    /// The arm in `state`. Cost: about 250 flops a link and a sine and cosine.
+    /// Computes the arm's kinematics in `state`. Cost: about 250 flops a link and a sine and cosine.
     #[inline]
-    pub(super) fn arm(&self, state: &State<NL>) -> Arm<NL> {
+    pub(super) fn kinematics(&self, state: &State<NL>) -> Kinematics<NL> {
         let poses = self.link_poses(&Self::angles(&state.joint_angle));
-        let mut links = [ArmLink::ZERO; NL];
-        let mut beyond = MassMoments::ZERO;
+        let mut links = [LinkKinematics::ZERO; NL];
+        let mut subtree = MassMoments::ZERO;
         for i in (0..NL).rev() {
             let (link, pose) = (&self.links[i], &poses[i]);
             let before = if i == 0 { Vec3::ZERO } else { poses[i - 1].joint };
             let lever = pose.joint - before;
             let offset = pose.center - pose.joint;
             let second_moment = turned(&pose.rotation, &second_moments(&link.inertia));
-            beyond.add(link.mass, &second_moment, offset);
-            links[i] = ArmLink {
+            subtree.add(link.mass, &second_moment, offset);
+            links[i] = LinkKinematics {
                 axis: pose.axis,
                 lever,
                 offset,
                 mass: link.mass,
                 second_moment,
-                beyond,
-                momentum: pose.axis.cross(beyond.first),
+                subtree,
+                momentum: pose.axis.cross(subtree.first),
             };
-            beyond = beyond.moved(lever);
+            subtree = subtree.moved(lever);
         }
-        Arm { links, whole: beyond }
+        Kinematics { links, whole: subtree }
     }
 }
 
-impl ArmLink {
+impl LinkKinematics {
     const ZERO: Self = Self {
         axis: Vec3::ZERO,
         lever: Vec3::ZERO,
         offset: Vec3::ZERO,
         mass: 0.0,
         second_moment: Mat3([Vec3::ZERO; 3]),
-        beyond: MassMoments::ZERO,
+        subtree: MassMoments::ZERO,
         momentum: Vec3::ZERO,
     };
 }

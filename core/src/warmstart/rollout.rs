@@ -44,7 +44,7 @@ pub trait Policy {
 /// False where the policy gave up, the scene's deadline passed or a number is not finite; `out` is then of no use.
 // An entry point: the stack below it has a bound of its own.
 #[inline(never)]
-pub fn roll_out<P: Policy + ?Sized>(
+pub fn rollout<P: Policy + ?Sized>(
     scene: &Scene<'_>,
     policy: &P,
     seed: u64,
