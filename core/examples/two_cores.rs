@@ -7,7 +7,7 @@ use std::error::Error;
 /// 0.02 to 1 ms, about as long as it takes to start a thread.
 struct Threads;
 
-impl Pair for Threads {
+impl ForkJoin for Threads {
     fn join<A: Send, B: Send>(
         &self,
         a: impl FnOnce() -> A + Send,

@@ -28,8 +28,8 @@ pub mod model {
 }
 
 /// The second core, given by the caller.
-pub mod pair {
-    pub use crate::pair::*;
+pub mod executor {
+    pub use crate::executor::*;
 }
 
 /// Scenario in, plan out, with memory and solver of the caller.

@@ -7,7 +7,7 @@
 
 use crate::dynamics::TRACKING_ITERATIONS;
 use crate::model::MAX_TUMBLE_SUBSTEPS;
-use crate::planner::{MAX_HELD, MAX_TIGHTENINGS};
+use crate::planner::{MAX_FORCE_TRIALS, MAX_TIGHTENINGS};
 use crate::scp::{MAX_CORRECTIONS, MAX_ITERATIONS, MAX_SEARCHES, Settings};
 use crate::stages::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
 use remora_nn::{TILE, limit};
@@ -49,9 +49,9 @@ pub const LOOPS: [LoopBound; 21] = [
         name: "trials of less force",
         file: "src/planner/run.rs",
         turn: "Stage 1 with less force, which the wheels can hold",
-        default: Some(MAX_HELD as u64),
-        most: Some(MAX_HELD as u64),
-        from: "planner::MAX_HELD",
+        default: Some(MAX_FORCE_TRIALS as u64),
+        most: Some(MAX_FORCE_TRIALS as u64),
+        from: "planner::MAX_FORCE_TRIALS",
         ends: "solved, no iterations left",
     },
     LoopBound {
@@ -164,7 +164,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "doublings",
-        file: "src/stages/verifier/motion.rs",
+        file: "src/stages/verifier/reorientation.rs",
         turn: "integration of an interval by RK4, in the verifier, each of twice the substeps",
         default: Some(MAX_DOUBLINGS as u64),
         most: Some(MAX_DOUBLINGS as u64),
@@ -173,7 +173,7 @@ pub const LOOPS: [LoopBound; 21] = [
     },
     LoopBound {
         name: "verified_substeps",
-        file: "src/stages/verifier/motion.rs",
+        file: "src/stages/verifier/reorientation.rs",
         turn: "RK4 substep a tenth of an interval, in the verifier",
         default: Some(MAX_PART_SUBSTEPS as u64),
         most: Some(MAX_PART_SUBSTEPS as u64),

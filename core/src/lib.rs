@@ -41,9 +41,9 @@ mod documents {
 
 mod bounds;
 mod dynamics;
+mod executor;
 mod math;
 mod model;
-mod pair;
 mod plan;
 mod planner;
 mod scp;

@@ -1,10 +1,10 @@
 //! The front door: a planner with its memory, and the plan it leaves.
 
 use crate::dynamics::{Control, State};
+use crate::executor::ForkJoin;
 use crate::model::{Mission, Refusal, Scenario};
-use crate::pair::Pair;
 use crate::planner::{
-    self, EmbeddedSolver, Evidence, Gain, GuessRecord, InitialGuess, Options, Report, Session,
+    self, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Options, Report, Session, SolveRecord,
     Solver, StageReport, Verdict, Workspace,
 };
 use crate::stages::{
@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use remora_qp::Valid;
 use remora_qp::time::Deadline;
 
-/// A planner: workspace and solver, for any number of plans one after the other.
+/// A planner: workspace and QP solver, for any number of plans one after the other.
 ///
 /// Place it in static memory or on a heap: with about [`Planner::BYTES`] bytes it is too large for a
 /// small stack. All bits of a new one are zero, so that in static memory it costs no room in an image.
@@ -53,43 +53,39 @@ impl Planner {
 }
 
 impl<S: Solver> Planner<S> {
-    /// A planner with another solver of the subproblems.
+    /// A planner with another QP solver.
     pub const fn with_solver(solver: S) -> Self {
         Self { workspace: Workspace::new(), solver }
     }
 
-    /// Plans one approach. The plan's bits follow from mission, scenario, settings and initial guess
-    /// alone, as far as no deadline passes; nothing that was planned before matters.
+    /// Plans one approach. The plan is a function of mission, scenario, settings and initial guess alone,
+    /// bit for bit, unless a deadline passes.
     ///
-    /// A stage that fails leaves its best iterate, so that there is always something to look at:
-    /// [`Plan::is_verified`] tells whether it can be flown. Cost: 50 to 300 ms on a desktop with RK4,
+    /// A stage that fails leaves its best iterate; [`Plan::is_verified`] says whether the plan can be
+    /// flown. Cost: 50 to 300 ms on a desktop with RK4,
     /// 0.8 to 12 thousand million instructions on a Cortex-M7 (`docs/audit/instructions.md`).
     ///
     /// # Errors
-    /// A scenario that no plan can end well, by name of the constraint and its numbers; then nothing
-    /// has been planned.
-    pub fn plan<P: Pair>(
+    /// A scenario that is infeasible before planning, by name of the constraint with its numbers.
+    pub fn plan<P: ForkJoin>(
         &mut self,
         mission: &Valid<Mission<LINKS>>,
         scenario: &Scenario,
         options: &Options<'_, P>,
     ) -> Result<Plan<'_, S>, Refusal> {
-        let (settings, guess) = (options.settings(), options.initial_guess());
-        let environment = options.environment();
         let Self { workspace, solver } = self;
-        let report =
-            planner::plan(mission, scenario, settings, guess, solver, environment, workspace);
+        let report = planner::plan(mission, scenario, options, solver, workspace);
         match report.refusal {
             Some(refusal) => Err(refusal),
             None => Ok(Plan { planner: self, mission: **mission, report }),
         }
     }
 
-    /// Stage 1 alone: the path of the centre of mass, left in the planner.
+    /// Plans Stage 1 alone, the translation of the centre of mass, which is left in the planner.
     ///
     /// # Errors
     /// As [`Planner::plan`].
-    pub fn translate<P: Pair>(
+    pub fn translate<P: ForkJoin>(
         &mut self,
         mission: &Valid<Mission<LINKS>>,
         scenario: &Scenario,
@@ -99,12 +95,12 @@ impl<S: Solver> Planner<S> {
         session.translate(&mut self.solver, &mut self.workspace)
     }
 
-    /// Stage 2 alone, from the options' initial guess and, where that leads nowhere, from the
-    /// heuristic: attitude and arm along the path that [`Planner::translate`] left.
+    /// Plans Stage 2 alone, the reorientation along the translation that [`Planner::translate`] left,
+    /// from the options' initial guess and, where that fails, from the heuristic.
     ///
     /// # Errors
     /// As [`Planner::plan`].
-    pub fn reorient<P: Pair>(
+    pub fn reorient<P: ForkJoin>(
         &mut self,
         mission: &Valid<Mission<LINKS>>,
         scenario: &Scenario,
@@ -114,30 +110,31 @@ impl<S: Solver> Planner<S> {
         session.reorient(&mut self.solver, &mut self.workspace)
     }
 
-    /// The independent verifier alone, on what the planner holds.
-    pub fn verify<P: Pair>(
+    /// Runs the independent verifier alone on the trajectories in the planner.
+    pub fn verify<P: ForkJoin>(
         &self,
         mission: &Valid<Mission<LINKS>>,
         scenario: &Scenario,
         options: &Options<'_, P>,
     ) -> Verification {
-        let (path, motion) = (self.workspace.path(), self.workspace.motion());
+        let (translation, reorientation) =
+            (self.workspace.translation(), self.workspace.reorientation());
         let integrator = options.settings().integrator;
-        verify(mission, scenario, integrator, path, motion, &Deadline::never())
+        verify(mission, scenario, integrator, translation, reorientation, &Deadline::never())
     }
 
-    /// The path of the centre of mass that the planner holds.
-    pub fn path(&self) -> &TranslationTrajectory<NODES> {
-        self.workspace.path()
+    /// Trajectory of the centre of mass in the planner.
+    pub fn translation(&self) -> &TranslationTrajectory<NODES> {
+        self.workspace.translation()
     }
 
-    /// Attitude and arm that the planner holds: of use as [`InitialGuess::User`] of another plan.
-    pub fn motion(&self) -> &ReorientationTrajectory<NODES, LINKS> {
-        self.workspace.motion()
+    /// Trajectory of attitude and arm in the planner: [`InitialGuess::User`] of another plan, for example.
+    pub fn reorientation(&self) -> &ReorientationTrajectory<NODES, LINKS> {
+        self.workspace.reorientation()
     }
 }
 
-/// A plan, in its planner's memory.
+/// A plan, borrowed from its planner's memory.
 #[must_use]
 pub struct Plan<'p, S = EmbeddedSolver> {
     planner: &'p Planner<S>,
@@ -146,49 +143,49 @@ pub struct Plan<'p, S = EmbeddedSolver> {
 }
 
 impl<S: Solver> Plan<'_, S> {
-    /// Whether the independent verifier found every constraint kept, at nodes and between them: such
-    /// a plan can be flown.
+    /// Whether the independent verifier found every constraint satisfied, at nodes and between them: the
+    /// plan can be flown.
     #[must_use]
     pub fn is_verified(&self) -> bool {
         self.report.is_verified()
     }
 
-    /// What the plan is good for.
+    /// The verdict: optimal, verified but not converged, or not flyable.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         self.report.verdict()
     }
 
-    /// Centre of mass at the nodes, RTN [m].
+    /// Positions of the centre of mass at the nodes, RTN [m].
     pub fn positions(&self) -> &[Vector3<f64>] {
-        &self.planner.path().position
+        &self.planner.translation().position
     }
 
-    /// Its velocity relative to RTN, in RTN [m/s].
+    /// Velocities of the centre of mass at the nodes, relative to RTN, in RTN [m/s].
     pub fn velocities(&self) -> &[Vector3<f64>] {
-        &self.planner.path().velocity
+        &self.planner.translation().velocity
     }
 
-    /// Force over each interval, RTN [N].
+    /// Forces over the intervals, RTN [N].
     pub fn forces(&self) -> &[Vector3<f64>] {
-        self.planner.path().force.get(..NODES - 1).unwrap_or_default()
+        self.planner.translation().force.get(..NODES - 1).unwrap_or_default()
     }
 
-    /// Attitude, arm and rates at the nodes.
+    /// Attitude, joint angles and rates at the nodes.
     pub fn states(&self) -> &[State<LINKS>] {
-        &self.planner.motion().states
+        &self.planner.reorientation().states
     }
 
-    /// Torques of bus and joints over each interval [N m].
+    /// Torques of bus and joints over the intervals [N m].
     pub fn controls(&self) -> &[Control<LINKS>] {
-        self.planner.motion().controls.get(..NODES - 1).unwrap_or_default()
+        self.planner.reorientation().controls.get(..NODES - 1).unwrap_or_default()
     }
 
-    /// Feedback gain of an interval, to track the plan with: see [`planner::feedback_gain`]. None
-    /// where the solver has none.
+    /// Feedback gain of an interval for a tracking controller, see [`planner::feedback_gain`]; `None`
+    /// where the QP solver has none.
     #[must_use]
     pub fn gain(&self, interval: usize) -> Option<Gain> {
-        // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
+        // Without an iteration of Stage 2 the solver's last QP was Stage 1's.
         if self.report.reorientation.outcome.iterations == 0 {
             return None;
         }
@@ -200,15 +197,15 @@ impl<S: Solver> Plan<'_, S> {
         &self.report
     }
 
-    /// The record to file with the plan: what it was made from, by what, what came out.
-    pub fn record(&self) -> &Evidence {
-        &self.report.evidence
+    /// The solve record to file with the plan: inputs, settings and output by checksum, and statuses.
+    pub fn record(&self) -> &SolveRecord {
+        &self.report.record
     }
 }
 
-/// An initial guess from a plan's motion, such as an earlier plan's.
+/// An initial guess from a trajectory, such as an earlier plan's.
 impl<'a> From<&'a ReorientationTrajectory<NODES, LINKS>> for InitialGuess<'a> {
-    fn from(motion: &'a ReorientationTrajectory<NODES, LINKS>) -> Self {
-        Self::User(motion)
+    fn from(reorientation: &'a ReorientationTrajectory<NODES, LINKS>) -> Self {
+        Self::User(reorientation)
     }
 }

@@ -1,13 +1,13 @@
 //! What planning needs, by one `use`.
 
 pub use crate::dynamics::{Control, State};
+pub use crate::executor::{ForkJoin, Sequential};
 pub use crate::model::{Integrator, Refusal, Scenario};
 pub use crate::nalgebra::{Vector3, Vector4};
-pub use crate::pair::{Pair, Sequential};
 pub use crate::plan::{Plan, Planner};
 pub use crate::planner::memory::NetworkMemory;
 pub use crate::planner::{
-    Evidence, GuessRecord, InitialGuess, Options, OptionsBuilder, Report, StageReport, Verdict,
+    GuessRecord, InitialGuess, Options, OptionsBuilder, Report, SolveRecord, StageReport, Verdict,
 };
 pub use crate::scp::Status;
 pub use crate::stages::{Mode, Verification};

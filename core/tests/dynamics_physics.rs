@@ -243,8 +243,8 @@ fn difference_quotient<const R: usize>(
     h: f64,
     f: impl Fn(f64) -> SVector<f64, R>,
 ) -> SVector<f64, R> {
-    let pair = |k: f64| f(k * h) - f(-k * h);
-    (pair(1.0) * 45.0 - pair(2.0) * 9.0 + pair(3.0)) / (60.0 * h)
+    let executor = |k: f64| f(k * h) - f(-k * h);
+    (executor(1.0) * 45.0 - executor(2.0) * 9.0 + executor(3.0)) / (60.0 * h)
 }
 
 /// Fails where `ours` is not `expected`: the difference quotient of something of size `size`.

@@ -5,10 +5,10 @@ use crate::output::{Line, print_stack};
 use core::hint::black_box;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::model::{Mission, Scenario};
-use remora_core::advanced::pair::Sequential;
+use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::planner::{
-    self, EmbeddedSolver, Environment, InitialGuess, PhaseTimes, PlanSettings, Report,
-    StageEvidence, StageReport, Workspace,
+    self, EmbeddedSolver, Platform, InitialGuess, Options, PhaseTimes, PlanSettings, Report,
+    StageSolveRecord, StageReport, Workspace,
 };
 use remora_core::advanced::qp::Checksum;
 use remora_core::advanced::stages::{self, LINKS, Mode};
@@ -42,20 +42,12 @@ impl<'a, B: Board> Plans<'a, B> {
         let Self { board, mission, options, .. } = self;
         let board = *board;
         board.paint_stack();
-        let report = planner::plan(
-            mission,
-            scenario,
-            options,
-            start,
-            self.solver,
-            &Environment { clock: &InstructionClock(board), pair: &Sequential },
-            self.workspace,
-        );
+        let report = planner::plan(mission, scenario, &Options::from_parts(*options, *start, Platform { clock: &InstructionClock(board), executor: &Sequential }), self.solver, self.workspace);
         print_stack(board, "plan");
         print_result(board, id, mission, &report);
         print_phases(board, id, &report.times);
 
-        let (path, motion) = (self.workspace.path(), self.workspace.motion());
+        let (path, motion) = (self.workspace.translation(), self.workspace.reorientation());
         board.paint_stack();
         let (integrator, deadline) = (black_box(options.integrator), Deadline::never());
         let again =
@@ -68,7 +60,7 @@ impl<'a, B: Board> Plans<'a, B> {
 }
 
 fn print_result<B: Board>(board: &B, id: &str, mission: &Mission<LINKS>, report: &Report) {
-    let stage = |name: &str, stage: &StageReport, evidence: &StageEvidence| {
+    let stage = |name: &str, stage: &StageReport, evidence: &StageSolveRecord| {
         Line::new(board, "stage")
             .text("scenario", id)
             .text("name", name)
@@ -79,7 +71,7 @@ fn print_result<B: Board>(board: &B, id: &str, mission: &Mission<LINKS>, report:
             .float("cost", stage.cost)
             .end();
     };
-    let evidence = &report.evidence;
+    let evidence = &report.record;
     stage("translation", &report.translation, &evidence.translation);
     stage("reorientation", &report.reorientation, &evidence.reorientation);
     Line::new(board, "plan")

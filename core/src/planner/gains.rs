@@ -1,8 +1,8 @@
 //! Feedback gains for a tracking controller.
 
 use super::Solver;
+use crate::executor::Sequential;
 use crate::model::Mission;
-use crate::pair::Sequential;
 use crate::stages::{LINKS, MissionReorientation, NODES, size};
 use nalgebra::SMatrix;
 
@@ -19,7 +19,7 @@ pub type Gain = SMatrix<f64, { size::NU }, { size::NX }>;
 /// turn from planned to measured attitude, `quaternion::difference(measured, planned)` (twice the
 /// vector part of `q q_k^-1`, RTN axes), the others are differences. The gains know the
 /// dynamics, the cost and, as soft barriers, the limits that the plan comes close to; what they ask
-/// for must still be clipped to the torque limits. Costs nothing in memory: the solver keeps them.
+/// for must still be projected onto the torque limits. Costs nothing in memory: the solver keeps them.
 pub fn feedback_gain<S: Solver>(mission: &Mission<LINKS>, solver: &S, k: usize) -> Option<Gain> {
     if k + 1 >= NODES {
         return None;

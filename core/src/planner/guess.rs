@@ -2,8 +2,8 @@
 
 use super::{PlanSettings, Workspace};
 use crate::dynamics::{Control, State};
+use crate::executor::ForkJoin;
 use crate::model::Mission;
-use crate::pair::Pair;
 use crate::scp::Problem;
 use crate::stages::{
     Formulation, LINKS, MissionReorientation, NODES, ReorientationTrajectory, heuristic,
@@ -12,29 +12,28 @@ use crate::warmstart::{self, Policy, Scene};
 use core::mem;
 use remora_qp::Checksum;
 
-/// What Stage 2 is to start from.
+/// The initial guess of Stage 2.
 #[derive(Clone, Copy)]
 pub enum InitialGuess<'a> {
     /// The heuristic of section 9.
     Heuristic,
-    /// The roll-out of a policy, and the heuristic where that is of no use.
+    /// The rollout of a policy, or the heuristic where that is no better.
     Learned {
-        /// Whom to ask.
+        /// The policy.
         policy: &'a dyn Policy,
-        /// Seed of a policy that draws.
+        /// Seed of a policy that samples.
         seed: u64,
     },
-    /// The heuristic, because the model that should have been used was refused.
+    /// The heuristic, because the learned model was refused.
     Refused,
-    /// A trajectory handed in, such as an earlier plan or one sent from the ground; the heuristic
-    /// where that is of no use. It need not satisfy any constraint: it is moved into the limits
-    /// and onto what is pinned, as every start is.
+    /// A trajectory of the user's, such as an earlier plan, or the heuristic where that is better. It
+    /// need not satisfy any constraint: it is projected onto limits and fixed values, as every guess.
     User(&'a ReorientationTrajectory<NODES, LINKS>),
-    /// The same, taken as it is: nobody looks whether it is of use. For fault injection.
+    /// A trajectory of the user's, used without comparison to the heuristic. For fault injection.
     Unchecked(&'a ReorientationTrajectory<NODES, LINKS>),
 }
 
-/// What Stage 2 started from.
+/// The initial guess that Stage 2 used, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[non_exhaustive]
 #[repr(u32)]
@@ -42,44 +41,42 @@ pub enum GuessRecord {
     /// The heuristic, as asked.
     #[default]
     Heuristic = 0,
-    /// The learned roll-out.
+    /// The learned rollout.
     Learned = 1,
     /// The heuristic: the model was refused when it was opened.
     Refused = 2,
-    /// The heuristic: the roll-out could not be finished, or it or the trajectory handed in was
-    /// not finite.
+    /// The heuristic: the rollout was not completed, or the offered guess was not finite.
     NotFinite = 3,
-    /// The heuristic: its merit, cost and weighted defects, is lower than that of the roll-out or
-    /// of the trajectory handed in.
+    /// The heuristic: its merit (cost plus penalty) is lower than the offered guess's.
     Worse = 4,
-    /// The heuristic: from the roll-out or the trajectory handed in the loop did not end solved.
+    /// The heuristic: the SCP solver did not converge from the offered guess.
     Unsolved = 5,
-    /// The heuristic: there was no time left to look at anything else.
+    /// The heuristic: the deadline had passed.
     Deadline = 6,
-    /// The trajectory handed in.
+    /// The user's trajectory.
     User = 7,
 }
 
 impl GuessRecord {
-    /// Stable code for records.
+    /// Code for records; it never changes its meaning.
     pub fn code(self) -> u32 {
         self as u32
     }
 
-    /// Whether another start was asked for and the heuristic used.
+    /// Whether another guess was asked for and the heuristic used.
     pub fn is_fallback(self) -> bool {
         !(matches!(self, Self::Heuristic) || self.is_offered())
     }
 
-    /// Whether it is what was offered in the heuristic's place: from there the loop has settings of
-    /// its own, and the heuristic to fall back on.
+    /// Whether the offered guess was used, not the heuristic: it has SCP settings of its own and the
+    /// heuristic as fallback.
     pub(super) fn is_offered(self) -> bool {
         matches!(self, Self::Learned | Self::User)
     }
 }
 
 impl InitialGuess<'_> {
-    /// Adds what tells this start from others.
+    /// Adds all that distinguishes this guess from others to a checksum.
     pub(super) fn identify(&self, sum: &mut Checksum) {
         match self {
             Self::Heuristic => sum.integer(0),
@@ -89,52 +86,50 @@ impl InitialGuess<'_> {
                 policy.identify(sum);
             }
             Self::Refused => sum.integer(2),
-            Self::User(motion) => {
+            Self::User(reorientation) => {
                 sum.integer(3);
-                identify(motion, sum);
+                identify(reorientation, sum);
             }
-            Self::Unchecked(motion) => {
+            Self::Unchecked(reorientation) => {
                 sum.integer(4);
-                identify(motion, sum);
+                identify(reorientation, sum);
             }
         }
     }
 
-    /// Writes the start of Stage 2 into the workspace, along the path in it.
+    /// Writes the initial guess of Stage 2 to the workspace, along the translation in it.
     ///
-    /// A roll-out follows the dynamics, so that its defects are what it misses at the pins; the
-    /// heuristic does not. Their merits at the loop's first weight tell at the price of two
-    /// evaluations of the residuals whether a roll-out has gone astray. What was handed in has
-    /// to pass the same test.
+    /// The offered guess must have a lower merit, at the initial penalty parameter, than the heuristic:
+    /// that costs two evaluations of the residuals and rejects a diverged rollout.
     #[inline(never)]
-    pub(super) fn write<P: Pair>(
+    pub(super) fn write<P: ForkJoin>(
         &self,
         formulation: &Formulation<'_, LINKS>,
         options: &PlanSettings,
-        pair: &P,
+        executor: &P,
         workspace: &mut Workspace,
     ) -> GuessRecord {
         let Formulation { mission, integrator, deadline, .. } = *formulation;
         write_heuristic(mission, workspace);
         let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
-        let path = &translation.trajectory;
+        let translation = &translation.trajectory;
         let offered = match self {
             Self::Heuristic => return GuessRecord::Heuristic,
             Self::Refused => return GuessRecord::Refused,
-            Self::Unchecked(motion) => {
-                z.trajectory = **motion;
+            Self::Unchecked(reorientation) => {
+                z.trajectory = **reorientation;
                 return GuessRecord::User;
             }
             _ if deadline.has_passed() => return GuessRecord::Deadline,
             Self::Learned { policy, seed } => {
-                let mut scene = Scene::new(mission, path, target, integrator);
+                let mut scene = Scene::new(mission, translation, target, integrator);
                 scene.deadline = deadline;
                 warmstart::rollout(&scene, *policy, *seed, &mut z.trial)
                     .then_some(GuessRecord::Learned)
             }
-            Self::User(motion) => {
-                z.trial = **motion;
-                is_finite(motion).then_some(GuessRecord::User)
+            Self::User(reorientation) => {
+                z.trial = **reorientation;
+                is_finite(reorientation).then_some(GuessRecord::User)
             }
         };
         let Some(offered) = offered else {
@@ -143,7 +138,13 @@ impl InitialGuess<'_> {
                 false => GuessRecord::NotFinite,
             };
         };
-        let problem = MissionReorientation::<P>::new(formulation, path, target, options.mode, pair);
+        let problem = MissionReorientation::<P>::new(
+            formulation,
+            translation,
+            target,
+            options.mode,
+            executor,
+        );
         let mut merit = |trajectory: &mut _| {
             problem.project(trajectory);
             problem.residuals(trajectory, &mut w.residuals);
@@ -151,12 +152,12 @@ impl InitialGuess<'_> {
         };
         let (other, heuristic) = (merit(&mut z.trial), merit(&mut z.trajectory));
         if deadline.has_passed() {
-            heuristic::warm_start(mission, path, target, &mut z.trajectory);
+            heuristic::warm_start(mission, translation, target, &mut z.trajectory);
             return GuessRecord::Deadline;
         }
         if !(other <= heuristic) {
             // Clipped twice it would not be the same to the last bit.
-            heuristic::warm_start(mission, path, target, &mut z.trajectory);
+            heuristic::warm_start(mission, translation, target, &mut z.trajectory);
             return match other.is_finite() {
                 true => GuessRecord::Worse,
                 false => GuessRecord::NotFinite,
@@ -167,27 +168,28 @@ impl InitialGuess<'_> {
     }
 }
 
-fn is_finite(motion: &ReorientationTrajectory<NODES, LINKS>) -> bool {
-    motion.states.iter().all(State::is_finite) && motion.controls.iter().all(Control::is_finite)
+fn is_finite(reorientation: &ReorientationTrajectory<NODES, LINKS>) -> bool {
+    reorientation.states.iter().all(State::is_finite)
+        && reorientation.controls.iter().all(Control::is_finite)
 }
 
-/// Adds a trajectory that was handed in: every bit of it.
-fn identify(motion: &ReorientationTrajectory<NODES, LINKS>, sum: &mut Checksum) {
-    for state in &motion.states {
+/// Adds every bit of a user's trajectory to a checksum.
+fn identify(reorientation: &ReorientationTrajectory<NODES, LINKS>, sum: &mut Checksum) {
+    for state in &reorientation.states {
         sum.numbers(&state.attitude);
         sum.numbers(&state.joint_angle);
         sum.numbers(&state.rate);
         sum.numbers(&state.joint_rate);
     }
-    for control in &motion.controls {
+    for control in &reorientation.controls {
         sum.numbers(&control.bus_torque);
         sum.numbers(&control.joint_torque);
     }
 }
 
-/// Writes the heuristic start into the workspace, along the path in it.
+/// Writes the heuristic guess to the workspace, along the translation in it.
 pub(super) fn write_heuristic(mission: &Mission<LINKS>, workspace: &mut Workspace) {
     let Workspace { target, translation, reorientation, .. } = workspace;
-    let motion = &mut reorientation.trajectory;
-    heuristic::warm_start(mission, &translation.trajectory, target, motion);
+    let reorientation = &mut reorientation.trajectory;
+    heuristic::warm_start(mission, &translation.trajectory, target, reorientation);
 }

@@ -1,13 +1,13 @@
-//! Scenario in, plan out: the stages in order, within a deadline, with a record of evidence.
+//! Scenario in, plan out: the stages in order, within a deadline, with a solve record.
 //!
-//! [`plan`] needs a solver of the convex subproblem, an [`Environment`] and a [`Workspace`], all
-//! the caller's. `docs/planner.md` tells how it is used in flight.
+//! [`plan`] needs a QP solver, a [`Platform`] and a [`Workspace`], all the caller's. `docs/planner.md`
+//! describes its use in flight.
 
-mod evidence;
 mod gains;
 mod guess;
 pub mod memory;
 mod options;
+mod record;
 mod report;
 mod run;
 mod session;
@@ -16,19 +16,19 @@ mod tests;
 mod tighten;
 mod workspace;
 
-pub use evidence::{
-    Evidence, Fallback, StageEvidence, VERSION, mission_checksum, output_checksum,
-    scenario_checksum,
-};
 pub use gains::{Gain, feedback_gain};
 pub use guess::{GuessRecord, InitialGuess};
-pub use options::{Environment, Options, OptionsBuilder, PlanSettings};
+pub use options::{Options, OptionsBuilder, PlanSettings, Platform};
+pub use record::{
+    Fallback, SolveRecord, StageSolveRecord, VERSION, mission_checksum, output_checksum,
+    scenario_checksum,
+};
 pub use report::{PhaseTimes, Report, StageReport, Verdict};
 pub(crate) use session::Session;
 pub use workspace::{EmbeddedSolver, Workspace};
 
+use crate::executor::ForkJoin;
 use crate::model::{Mission, Refusal, Scenario};
-use crate::pair::Pair;
 use crate::scp::Status;
 use crate::stages::{
     Clearances, Formulation, LINKS, NODES, ReorientationTrajectory, Residuals,
@@ -39,65 +39,62 @@ use remora_qp::QpSolver;
 use remora_qp::time::Deadline;
 use run::Run;
 
-/// Solver of the subproblems of both stages. The planner resets it at the start of each.
+/// QP solver of both stages. The planner resets it at the start of each.
 pub trait Solver: QpSolver<NODES, { size::NX }, { size::NU }, { size::NG }> {}
 impl<S: QpSolver<NODES, { size::NX }, { size::NU }, { size::NG }>> Solver for S {}
 
-/// Most trials of a Stage 1 with less force than its optimum, where the wheels cannot hold the moment
-/// of that.
-pub const MAX_HELD: usize = 3;
+/// Most trials of Stage 1 with less force, where the wheels cannot hold the optimum's moment.
+pub const MAX_FORCE_TRIALS: usize = 3;
 
-/// Most times that margins are widened where the verifier finds a limit passed between nodes.
+/// Most times that margins are widened after the verifier found a violation between nodes.
 pub const MAX_TIGHTENINGS: usize = 3;
 
 /// Plans one approach; the trajectories are left in `workspace`.
 ///
-/// A scenario that no plan can end well is refused
-/// before anything is planned ([`Report::refusal`]). A stage that fails leaves its best iterate;
-/// Stage 2 runs whatever became of Stage 1, so that there is always something to look at. Where
-/// the verifier finds a limit passed between nodes, planning keeps further from it and goes on from
-/// the plan there is. Once the deadline has passed nothing more is tried: a stage that has not
-/// begun is left at its start (Stage 1 coasting, Stage 2 at its start). Time is kept back for the
-/// verifier; [`Report::is_verified`] tells whether what is left can be flown.
-// An entry point: the stack below it has a bound of its own.
+/// An infeasible scenario is refused before planning ([`Report::refusal`]). A stage that fails leaves
+/// its best iterate, and Stage 2 runs whatever became of Stage 1. Where the verifier finds a violation
+/// between nodes, planning continues with wider margins. Once the deadline has passed no stage begins:
+/// it is left at its initial guess (Stage 1 coasting). Time is reserved for the verifier;
+/// [`Report::is_verified`] says whether the plan can be flown.
+// Not inlined: an entry point with a stack bound of its own.
 #[inline(never)]
-pub fn plan<S: Solver, P: Pair>(
+pub fn plan<S: Solver, P: ForkJoin>(
     mission: &Mission<LINKS>,
     scenario: &Scenario,
-    options: &PlanSettings,
-    start: &InitialGuess<'_>,
+    options: &Options<'_, P>,
     solver: &mut S,
-    environment: &Environment<P>,
     workspace: &mut Workspace,
 ) -> Report {
-    let clock = environment.clock;
+    let (guess, platform) = (options.initial_guess(), options.platform());
+    let options = options.settings();
+    let clock = platform.clock;
     let started = clock.seconds();
     let mut settings = Checksum::new();
-    evidence::add_options(&mut settings, options);
-    start.identify(&mut settings);
+    record::add_options(&mut settings, options);
+    guess.identify(&mut settings);
     solver.identify(&mut settings);
-    let record = Evidence::new(evidence::input_checksum(mission, scenario), settings.value());
+    let record = SolveRecord::new(record::input_checksum(mission, scenario), settings.value());
     if let Err(refusal) = mission.check::<NODES>(scenario, options.integrator) {
         return refused(refusal, record, workspace);
     }
     let deadline = Deadline::after(clock, options.deadline_s);
     let formulation = Formulation { deadline, ..Formulation::new(mission, options.integrator) };
-    let pair = environment.pair;
-    let mut run = Run { formulation, deadline, scenario, options, solver, pair, workspace };
-    let mut report = run.plan(start, record);
+    let executor = platform.executor;
+    let mut run = Run { formulation, deadline, scenario, options, solver, executor, workspace };
+    let mut report = run.plan(guess, record);
     report.times.total_s = clock.seconds() - started;
     report
 }
 
-/// What is reported of a scenario that was refused; no trajectory is left from before.
+/// The report of a refused scenario; clears the trajectories in `workspace`.
 #[inline(never)]
-fn refused(refusal: Refusal, record: Evidence, workspace: &mut Workspace) -> Report {
+fn refused(refusal: Refusal, record: SolveRecord, workspace: &mut Workspace) -> Report {
     workspace.translation.trajectory = TranslationTrajectory::ZERO;
     workspace.translation.log.clear();
     workspace.reorientation.trajectory = ReorientationTrajectory::BLANK;
     workspace.reorientation.log.clear();
     let status = Status::Infeasible;
-    let output = output_checksum(workspace.path(), workspace.motion());
+    let output = output_checksum(workspace.translation(), workspace.reorientation());
     Report {
         status,
         refusal: Some(refusal),
@@ -106,11 +103,11 @@ fn refused(refusal: Refusal, record: Evidence, workspace: &mut Workspace) -> Rep
         residuals: Residuals::UNFINISHED,
         clearances: Clearances::NONE,
         times: PhaseTimes::default(),
-        evidence: Evidence { status, output, ..record },
+        record: SolveRecord { status, output, ..record },
     }
 }
 
-/// The status of a plan whose stages ended so.
+/// Status of a plan from its stages' status and the verifier's findings.
 fn status_of(
     stages: Status,
     found: &Verification,
@@ -127,22 +124,22 @@ fn status_of(
     }
 }
 
-/// Stage 2 from the trajectory in the workspace, along the path in the workspace.
-pub fn plan_reorientation<S: Solver, P: Pair>(
+/// Plans Stage 2 alone, from the trajectory in the workspace along the translation in it.
+pub fn plan_reorientation<S: Solver, P: ForkJoin>(
     mission: &Mission<LINKS>,
     options: &PlanSettings,
     solver: &mut S,
-    environment: &Environment<P>,
+    platform: &Platform<P>,
     workspace: &mut Workspace,
 ) -> StageReport {
-    let deadline = Deadline::after(environment.clock, options.deadline_s);
+    let deadline = Deadline::after(platform.clock, options.deadline_s);
     let formulation = Formulation { deadline, ..Formulation::new(mission, options.integrator) };
     run::reorient(
         &formulation,
         options.mode,
         &options.reorientation,
         solver,
-        environment.pair,
+        platform.executor,
         workspace,
     )
 }

@@ -1,15 +1,15 @@
-//! How a plan is to be made, from which initial guess, and on what machine.
+//! Options of a plan: settings, initial guess, platform.
 
 use super::InitialGuess;
 use crate::dynamics::Integrator;
-use crate::pair::{Pair, Sequential};
+use crate::executor::{ForkJoin, Sequential};
 use crate::scp::Settings;
 use crate::stages::Mode;
 use core::fmt;
 use remora_qp::time::{Clock, NoClock};
 use remora_qp::{InvalidSetting, Valid, Validate};
 
-/// How a plan is to be made: all that its bits depend on beside mission, scenario and initial guess.
+/// Settings of a plan: all that it depends on besides mission, scenario and initial guess.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanSettings {
     /// Optimality or feasibility.
@@ -18,11 +18,11 @@ pub struct PlanSettings {
     pub integrator: Integrator,
     /// Time for the whole plan, verification included [s]. Infinite by default.
     pub deadline_s: f64,
-    /// The solver's settings for Stage 1.
+    /// SCP settings of Stage 1.
     pub translation: Valid<Settings>,
-    /// The solver's settings for Stage 2.
+    /// SCP settings of Stage 2 from the heuristic guess.
     pub reorientation: Valid<Settings>,
-    /// The same from a learned guess, or the user's.
+    /// SCP settings of Stage 2 from a learned guess or the user's.
     pub learned: Valid<Settings>,
 }
 
@@ -35,8 +35,8 @@ const fn reorientation(stop_when_feasible: bool) -> Settings {
     Settings { stop_when_feasible, ..Settings::DEFAULT }
 }
 
-/// Settings of Stage 2 from a learned guess: its rollout follows the dynamics and ends near the
-/// optimum. Infeasibility need not be bought, and a long first step would leave for another optimum.
+/// Settings of Stage 2 from a learned guess. Its rollout satisfies the dynamics and ends near the
+/// optimum, so that a larger penalty is possible; a small radius keeps it in that optimum's basin.
 const fn learned(stop_when_feasible: bool) -> Settings {
     Settings { penalty_parameter: 30.0, radius: 0.2, ..reorientation(stop_when_feasible) }
 }
@@ -56,22 +56,29 @@ impl PlanSettings {
     }
 }
 
-/// What the planner is given by the machine it runs on. Nothing of it changes a bit of a plan that
-/// ends before its deadline.
-#[derive(Clone, Copy)]
-pub struct Environment<'a, P> {
-    /// For phase timings and the deadline.
+/// The platform: clock and executor of the machine. It does not change a plan that ends before its
+/// deadline.
+pub struct Platform<'a, P> {
+    /// Clock for phase timings and the deadline.
     pub clock: &'a dyn Clock,
-    /// The second core, where there is one.
-    pub pair: &'a P,
+    /// Fork-join executor: the second core, where there is one.
+    pub executor: &'a P,
 }
 
-impl Environment<'static, Sequential> {
-    /// No clock, so that no deadline ever passes, and no second core.
-    pub const BARE: Self = Self { clock: &NoClock, pair: &Sequential };
+impl<P> Clone for Platform<'_, P> {
+    fn clone(&self) -> Self {
+        *self
+    }
 }
 
-/// Everything about a plan that is neither mission nor scenario. Made by [`Options::builder`].
+impl<P> Copy for Platform<'_, P> {}
+
+impl Platform<'static, Sequential> {
+    /// No clock, so that no deadline passes, and one core.
+    pub const BARE: Self = Self { clock: &NoClock, executor: &Sequential };
+}
+
+/// Options of a plan: settings, initial guess and platform. Built by [`Options::builder`].
 ///
 /// ```
 /// use remora_core::prelude::*;
@@ -86,12 +93,12 @@ impl Environment<'static, Sequential> {
 pub struct Options<'a, P = Sequential> {
     settings: PlanSettings,
     guess: InitialGuess<'a>,
-    environment: Environment<'a, P>,
+    platform: Platform<'a, P>,
 }
 
 impl Options<'static> {
-    /// The defaults, to be changed: optimality, RK4 with eight substeps a node, the heuristic guess,
-    /// no deadline, no second core.
+    /// A builder with the defaults: optimality, RK4 with eight substeps a node, the heuristic guess, no
+    /// deadline, one core.
     pub fn builder() -> OptionsBuilder<'static> {
         OptionsBuilder {
             mode: Mode::Optimal,
@@ -99,24 +106,34 @@ impl Options<'static> {
             deadline_s: f64::INFINITY,
             loops: [None; 3],
             guess: InitialGuess::Heuristic,
-            environment: Environment::BARE,
+            platform: Platform::BARE,
         }
     }
 }
 
 impl<'a, P> Options<'a, P> {
-    /// What the bits of the plan depend on.
+    /// The settings.
     pub fn settings(&self) -> &PlanSettings {
         &self.settings
     }
 
-    /// What Stage 2 starts from.
+    /// The initial guess of Stage 2.
     pub fn initial_guess(&self) -> &InitialGuess<'a> {
         &self.guess
     }
 
-    pub(crate) fn environment(&self) -> &Environment<'a, P> {
-        &self.environment
+    /// Options from settings that are already chosen; nothing is validated again.
+    pub fn from_parts(
+        settings: PlanSettings,
+        guess: InitialGuess<'a>,
+        platform: Platform<'a, P>,
+    ) -> Self {
+        Self { settings, guess, platform }
+    }
+
+    /// The platform.
+    pub(crate) fn platform(&self) -> &Platform<'a, P> {
+        &self.platform
     }
 }
 
@@ -126,31 +143,31 @@ impl<P> fmt::Debug for Options<'_, P> {
     }
 }
 
-/// Options in the making; see [`Options`].
+/// Builder of [`Options`].
 #[derive(Clone, Copy)]
-#[must_use = "nothing is built before build()"]
+#[must_use = "call build()"]
 pub struct OptionsBuilder<'a, P = Sequential> {
     mode: Mode,
     integrator: Integrator,
     deadline_s: f64,
-    /// Of Stage 1, Stage 2 and Stage 2 from a learned guess, where they are not the tuned ones.
+    /// SCP settings of Stage 1, Stage 2 and Stage 2 from a learned guess, where not the tuned ones.
     loops: [Option<Settings>; 3],
     guess: InitialGuess<'a>,
-    environment: Environment<'a, P>,
+    platform: Platform<'a, P>,
 }
 
-impl<'a, P: Pair> OptionsBuilder<'a, P> {
-    /// Optimality or feasibility.
+impl<'a, P: ForkJoin> OptionsBuilder<'a, P> {
+    /// Sets optimality or feasibility.
     pub fn mode(self, mode: Mode) -> Self {
         Self { mode, ..self }
     }
 
-    /// Discretisation of Stage 2: RK4, whose plans can be flown, or the paper's explicit Euler.
+    /// Sets the discretisation of Stage 2: RK4, whose plans can be flown, or the paper's explicit Euler.
     pub fn integrator(self, integrator: Integrator) -> Self {
         Self { integrator, ..self }
     }
 
-    /// What Stage 2 starts from.
+    /// Sets the initial guess of Stage 2.
     pub fn initial_guess<'b>(self, guess: InitialGuess<'b>) -> OptionsBuilder<'b, P>
     where
         'a: 'b,
@@ -158,38 +175,37 @@ impl<'a, P: Pair> OptionsBuilder<'a, P> {
         OptionsBuilder { guess, ..self }
     }
 
-    /// A clock, for times in the report and for the deadline: time for the whole plan, verification
-    /// included [s], infinite for none.
+    /// Sets the clock, for times in the report, and the time for the whole plan, verification included
+    /// [s]; infinite for none.
     pub fn clock<'b>(self, clock: &'b dyn Clock, deadline_s: f64) -> OptionsBuilder<'b, P>
     where
         'a: 'b,
     {
-        let environment = Environment { clock, pair: self.environment.pair };
-        OptionsBuilder { deadline_s, environment, ..self }
+        let platform = Platform { clock, executor: self.platform.executor };
+        OptionsBuilder { deadline_s, platform, ..self }
     }
 
-    /// A second core; the plan's bits stay the same.
-    pub fn second_core<'b, Q: Pair>(self, pair: &'b Q) -> OptionsBuilder<'b, Q>
+    /// Sets the executor of a second core; the plan keeps its bits.
+    pub fn second_core<'b, Q: ForkJoin>(self, executor: &'b Q) -> OptionsBuilder<'b, Q>
     where
         'a: 'b,
     {
-        let Self { mode, integrator, deadline_s, loops, guess, environment } = self;
-        let environment = Environment { clock: environment.clock, pair };
-        OptionsBuilder { mode, integrator, deadline_s, loops, guess, environment }
+        let Self { mode, integrator, deadline_s, loops, guess, platform } = self;
+        let platform = Platform { clock: platform.clock, executor };
+        OptionsBuilder { mode, integrator, deadline_s, loops, guess, platform }
     }
 
-    /// Settings of the SCP solver for Stage 1 in place of the tuned ones.
+    /// Replaces the tuned SCP settings of Stage 1.
     pub fn translation(self, settings: Settings) -> Self {
         Self { loops: [Some(settings), self.loops[1], self.loops[2]], ..self }
     }
 
-    /// Settings of the SCP solver for Stage 2 in place of the tuned ones, from the heuristic guess and
-    /// from another.
+    /// Replaces the tuned SCP settings of Stage 2, from the heuristic guess and from another one.
     pub fn reorientation(self, heuristic: Settings, other: Settings) -> Self {
         Self { loops: [self.loops[0], Some(heuristic), Some(other)], ..self }
     }
 
-    /// The options.
+    /// Validates and builds the options.
     ///
     /// # Errors
     /// The first setting out of its range: substeps other than 4 to 1000, a deadline that is not
@@ -217,7 +233,7 @@ impl<'a, P: Pair> OptionsBuilder<'a, P> {
             learned: chosen(self.loops[2], tuned.learned)?,
             ..tuned
         };
-        Ok(Options { settings, guess: self.guess, environment: self.environment })
+        Ok(Options { settings, guess: self.guess, platform: self.platform })
     }
 }
 

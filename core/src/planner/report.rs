@@ -1,6 +1,6 @@
-//! What a plan reports beside its trajectories.
+//! Report of a plan.
 
-use super::Evidence;
+use super::SolveRecord;
 use crate::model::Refusal;
 use crate::scp::{Log, Outcome, Status};
 use crate::stages::{Clearances, Residuals};
@@ -8,16 +8,16 @@ use crate::stages::{Clearances, Residuals};
 /// Report of one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct StageReport {
-    /// How the loop ended.
+    /// Outcome of the SCP solver.
     pub outcome: Outcome,
-    /// Cost as the problem defines it.
+    /// Cost by the problem's definition.
     pub cost: f64,
     /// Time of the whole stage [s].
     pub time_s: f64,
 }
 
 impl StageReport {
-    /// This report of a second try, with the iterations and the time of the first added.
+    /// This report of a later try with iterations and time of the first added.
     pub(super) fn after(mut self, first: &Self) -> Self {
         self.time_s += first.time_s;
         self.outcome.iterations += first.outcome.iterations;
@@ -26,13 +26,12 @@ impl StageReport {
     }
 }
 
-/// Where the time of a plan went, summed over iterations [s].
+/// Times of a plan by phase, summed over iterations [s].
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct PhaseTimes {
-    /// The target's tumble and Stage 2's start.
+    /// The target's motion and Stage 2's initial guess.
     pub start_s: f64,
-    /// The part of it that a start other than the heuristic took: a learned one's roll-out, and the
-    /// test of what came out or was handed in.
+    /// Part of it for a guess other than the heuristic: the learned rollout and its comparison.
     pub inference_s: f64,
     /// Stage 1.
     pub translation_s: f64,
@@ -49,7 +48,7 @@ pub struct PhaseTimes {
 }
 
 impl PhaseTimes {
-    /// Adds the start and the iterations of Stage 2.
+    /// Adds the times of Stage 2's initial guess and iterations.
     pub(super) fn add(&mut self, other: &Self) {
         self.start_s += other.start_s;
         self.inference_s += other.inference_s;
@@ -58,7 +57,7 @@ impl PhaseTimes {
         self.step_s += other.step_s;
     }
 
-    /// Adds up the iterations of Stage 2.
+    /// Adds the times of Stage 2's iterations.
     pub(super) fn add_iterations(&mut self, log: &Log) {
         for record in log {
             self.linearise_s += record.linearise_time_s;
@@ -68,22 +67,21 @@ impl PhaseTimes {
     }
 }
 
-/// What a plan is good for.
+/// Verdict on a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, PartialOrd, Ord)]
 #[repr(u32)]
 pub enum Verdict {
-    /// Verified, and what was asked for was reached: the cost has converged, or in feasibility
-    /// mode the plan is feasible.
+    /// Verified and converged; in feasibility mode verified and feasible.
     Optimal = 0,
-    /// Verified, but not converged: it can be flown, though it may cost more than it would have to.
+    /// Verified but not converged: flyable, perhaps at a higher cost.
     Verified = 1,
-    /// Not to be flown: the verifier found a constraint violated.
+    /// Not flyable: the verifier found a violation.
     #[default]
     NotFlyable = 2,
 }
 
 impl Verdict {
-    /// Stable code for records.
+    /// Code for records; it never changes its meaning.
     pub fn code(self) -> u32 {
         self as u32
     }
@@ -111,16 +109,16 @@ pub struct Report {
     pub reorientation: StageReport,
     /// The verifier's residuals.
     pub residuals: Residuals,
-    /// How near bodies come to each other, by the verifier.
+    /// Least distances between bodies, by the verifier.
     pub clearances: Clearances,
-    /// Where the time went.
+    /// Times by phase.
     pub times: PhaseTimes,
-    /// What the plan was made from, by what, and what came out.
-    pub evidence: Evidence,
+    /// The solve record.
+    pub record: SolveRecord,
 }
 
 impl Report {
-    /// What the plan is good for.
+    /// The verdict.
     pub fn verdict(&self) -> Verdict {
         match (self.is_verified(), self.status) {
             (true, Status::Solved) => Verdict::Optimal,
@@ -129,9 +127,9 @@ impl Report {
         }
     }
 
-    /// Whether the verifier found every residual of the plan within its tolerance: such a plan can
-    /// be flown whatever the status, though it may cost more than it would have to.
+    /// Whether the verifier found every residual within its tolerance: the plan can be flown whatever the
+    /// status.
     pub fn is_verified(&self) -> bool {
-        self.evidence.is_verified
+        self.record.is_verified
     }
 }

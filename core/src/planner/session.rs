@@ -1,22 +1,22 @@
-//! The stages one by one.
+//! The stages, callable one by one.
 
 use super::run::Run;
 use super::{GuessRecord, Options, Solver, StageReport, Workspace};
+use crate::executor::ForkJoin;
 use crate::model::{Mission, Refusal, Scenario};
-use crate::pair::Pair;
 use crate::stages::{Formulation, LINKS, NODES};
 use remora_qp::Valid;
 use remora_qp::time::Deadline;
 
-/// What a stage is planned for.
+/// Mission, scenario and options of a stage.
 pub(crate) struct Session<'a, P> {
     pub mission: &'a Valid<Mission<LINKS>>,
     pub scenario: &'a Scenario,
     pub options: &'a Options<'a, P>,
 }
 
-impl<P: Pair> Session<'_, P> {
-    /// Stage 1, as [`super::plan`] does it.
+impl<P: ForkJoin> Session<'_, P> {
+    /// Plans Stage 1 as [`super::plan`] does.
     pub fn translate<S: Solver>(
         &self,
         solver: &mut S,
@@ -27,7 +27,7 @@ impl<P: Pair> Session<'_, P> {
         Ok(run.translate_held().report)
     }
 
-    /// Stage 2 along the path in the workspace, as [`super::plan`] does it.
+    /// Plans Stage 2 along the translation in the workspace as [`super::plan`] does.
     pub fn reorient<S: Solver>(
         &self,
         solver: &mut S,
@@ -44,12 +44,12 @@ impl<P: Pair> Session<'_, P> {
         solver: &'s mut S,
         workspace: &'s mut Workspace,
     ) -> Result<Run<'s, 's, S, P>, Refusal> {
-        let (settings, environment) = (self.options.settings(), self.options.environment());
+        let (settings, platform) = (self.options.settings(), self.options.platform());
         self.mission.check::<NODES>(self.scenario, settings.integrator)?;
-        let deadline = Deadline::after(environment.clock, settings.deadline_s);
+        let deadline = Deadline::after(platform.clock, settings.deadline_s);
         let formulation =
             Formulation { deadline, ..Formulation::new(self.mission, settings.integrator) };
-        let (scenario, options, pair) = (self.scenario, settings, environment.pair);
-        Ok(Run { formulation, deadline, scenario, options, solver, pair, workspace })
+        let (scenario, options, executor) = (self.scenario, settings, platform.executor);
+        Ok(Run { formulation, deadline, scenario, options, solver, executor, workspace })
     }
 }

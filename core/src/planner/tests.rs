@@ -15,22 +15,22 @@ fn filled(value: f64) -> (TranslationTrajectory<NODES>, ReorientationTrajectory<
     let attitude = Vector4::repeat(value);
     let state = State { attitude, joint_angle: joints, rate: vector, joint_rate: joints };
     let control = Control { bus_torque: vector, joint_torque: joints };
-    let path = TranslationTrajectory {
+    let translation = TranslationTrajectory {
         position: [vector; NODES],
         velocity: [vector; NODES],
         force: [vector; NODES],
     };
-    (path, ReorientationTrajectory { states: [state; NODES], controls: [control; NODES] })
+    (translation, ReorientationTrajectory { states: [state; NODES], controls: [control; NODES] })
 }
 
 /// Overwrites all memory of a planner.
 fn fill(workspace: &mut Workspace, solver: &mut EmbeddedSolver, value: f64) {
-    let (path, motion) = filled(value);
+    let (translation, reorientation) = filled(value);
     let (attitude, rate) = (Vector4::repeat(value), Vector3::repeat(value));
     workspace.target = [TargetState { attitude, rate }; NODES];
     workspace.scratch.fill(value);
-    workspace.translation.fill(path);
-    workspace.reorientation.fill(motion);
+    workspace.translation.fill(translation);
+    workspace.reorientation.fill(reorientation);
     solver.fill(value);
 }
 
@@ -51,14 +51,20 @@ fn a_plan_does_not_depend_on_what_memory_held_before() {
         let options = PlanSettings::new(Mode::Optimal, integrator);
         let planned = |workspace: &mut Workspace, solver: &mut EmbeddedSolver| {
             let start = &InitialGuess::Heuristic;
-            plan(&mission, &scenario, &options, start, solver, &Environment::BARE, workspace)
+            plan(
+                &mission,
+                &scenario,
+                &Options::from_parts(options, *start, Platform::BARE),
+                solver,
+                workspace,
+            )
         };
         let first = planned(&mut workspace, &mut solver);
         assert_eq!(first.status, Status::Solved);
         for value in [f64::NAN, f64::INFINITY, -1e300, 1.0] {
             fill(&mut workspace, &mut solver, value);
             let again = planned(&mut workspace, &mut solver);
-            assert_eq!(again.evidence, first.evidence, "{value}");
+            assert_eq!(again.record, first.record, "{value}");
             assert!(again == first, "{value}");
         }
     }

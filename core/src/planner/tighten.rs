@@ -1,23 +1,21 @@
-//! What planning changes about its problem where the verifier finds a limit passed between nodes,
-//! or Stage 2 cannot follow Stage 1.
+//! Changes of the formulation after the verifier found a violation between nodes, or after Stage 2 could
+//! not follow Stage 1.
 
 use crate::model::Integrator;
 use crate::stages::{Formulation, NODES, Residuals, TranslationTrajectory};
 use remora_qp::dense::clamp;
 
-/// How much wider a margin becomes, over what the limit was passed by.
+/// Widening of a margin, over the violation.
 const FACTOR: f64 = 1.5;
 
-/// Error of the dynamics, over its tolerance, up to which the planner's steps are too long rather
-/// than the plan no solution.
+/// Error of the dynamics, over its tolerance, up to which more substeps help.
 const COARSE: f64 = 30.0;
 
 /// Widest margins, of the joint rate limit and of the field of view.
 const WIDEST: f64 = 0.8;
 
-/// The formulation with margins, and steps of the integrator, with which the limits that `found` says are passed would have been
-/// kept, all else being equal. `None` where nothing is passed, or something is that no margin is
-/// about.
+/// The formulation with wider margins, or more substeps, for the violations in `found`. `None` where
+/// nothing is violated, or something that no margin covers.
 pub(super) fn tightened<'a, const NL: usize>(
     formulation: &Formulation<'a, NL>,
     found: &Residuals,
@@ -32,7 +30,7 @@ pub(super) fn tightened<'a, const NL: usize>(
     let half_angle = approach.field_of_view_half_angle;
     let mut passed = false;
     for (name, value, tolerance) in found.against(tolerances) {
-        // What is not a number stands for nothing.
+        // NaN is handled below.
         if value <= tolerance {
             continue;
         }
@@ -60,31 +58,29 @@ pub(super) fn tightened<'a, const NL: usize>(
     passed.then_some(wider)
 }
 
-/// Largest force of a path with which Stage 2 may do better, over the largest that it could not
-/// follow.
+/// Largest force of the next trial of Stage 1, over that of the trial that Stage 2 could not follow.
 const GENTLER: f64 = 0.75;
 
-/// Force that a gentler path keeps over the least that could reach its end.
+/// Least force limit of a gentler translation, over the least force that the scenario needs.
 const SPARE: f64 = 1.2;
 
-/// The formulation with a gentler Stage 1, where torques were too weak for the moment of its force:
-/// it acts beside the centre of mass. `None` where that would leave too little force, of which
-/// `least` is needed.
+/// The formulation with less force in Stage 1, whose moment about the centre of mass was too large for
+/// the torques. `None` where less than the needed force `least` [N] would be left.
 pub(super) fn gentler<'a, const NL: usize>(
     formulation: &Formulation<'a, NL>,
-    path: &TranslationTrajectory<NODES>,
+    translation: &TranslationTrajectory<NODES>,
     least: f64,
 ) -> Option<Formulation<'a, NL>> {
-    let max_force = (GENTLER * largest_force(path)).min(formulation.max_force);
+    let max_force = (GENTLER * largest_force(translation)).min(formulation.max_force);
     (max_force >= SPARE * least).then_some(Formulation { max_force, ..*formulation })
 }
 
-/// Limit of each component of Stage 1's force [N] with which the wheels can hold its moment about
-/// the centre of mass, as far as that leaves the force it needs, of which `least` is needed; and the
-/// largest component of `path`, which is more. `None` where `path` is such already.
-pub(super) fn held<const NL: usize>(
+/// Limit on each component of Stage 1's force [N] with which the wheels can hold its moment about the
+/// centre of mass, but at least the needed force `least`; and the largest component of the force. `None`
+/// where the force already satisfies the limit.
+pub(super) fn force_limit_of_wheels<const NL: usize>(
     formulation: &Formulation<'_, NL>,
-    path: &TranslationTrajectory<NODES>,
+    translation: &TranslationTrajectory<NODES>,
     least: f64,
 ) -> Option<[f64; 2]> {
     let servicer = &formulation.mission.servicer;
@@ -93,18 +89,18 @@ pub(super) fn held<const NL: usize>(
         .iter()
         .map(|center| libm::sqrt(center.dot(center)))
         .fold(0.0, f64::max);
-    let moment = path.force.iter().map(|force| lever * libm::sqrt(force.dot(force)));
+    let moment = translation.force.iter().map(|force| lever * libm::sqrt(force.dot(force)));
     if !(moment.fold(0.0, f64::max) > servicer.max_bus_torque) {
         return None;
     }
-    let (largest, force) = (largest_force(path), servicer.max_bus_torque / lever);
+    let (largest, force) = (largest_force(translation), servicer.max_bus_torque / lever);
     let force = force.max(SPARE * least);
     (force < largest).then_some([force, largest])
 }
 
-/// Largest component of the force along a path [N].
-fn largest_force(path: &TranslationTrajectory<NODES>) -> f64 {
-    path.force.iter().map(|force| force.amax()).fold(0.0, f64::max)
+/// Largest component of the force [N].
+fn largest_force(translation: &TranslationTrajectory<NODES>) -> f64 {
+    translation.force.iter().map(|force| force.amax()).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -140,28 +136,31 @@ mod tests {
     fn a_gentler_path_keeps_the_force_it_needs() {
         let mission = Mission::default();
         let formulation = Formulation::new(&mission, Integrator::Rk4 { substeps: 4 });
-        let mut path = TranslationTrajectory::<NODES>::ZERO;
-        path.force[3].y = -0.2;
-        let gentle = gentler(&formulation, &path, 0.1).unwrap();
+        let mut translation = TranslationTrajectory::<NODES>::ZERO;
+        translation.force[3].y = -0.2;
+        let gentle = gentler(&formulation, &translation, 0.1).unwrap();
         assert_eq!(gentle.max_force, 0.75 * 0.2);
-        assert!(gentler(&gentle, &path, 0.13).is_none());
+        assert!(gentler(&gentle, &translation, 0.13).is_none());
     }
 
     #[test]
     fn a_path_is_held_by_the_wheels_where_it_can_be() {
         let mission = Mission::default();
         let formulation = Formulation::new(&mission, Integrator::Rk4 { substeps: 4 });
-        let mut path = TranslationTrajectory::<NODES>::ZERO;
-        path.force[3].y = -0.02;
-        assert!(held(&formulation, &path, 0.01).is_none());
-        path.force[3].y = -0.5;
-        let [force, largest] = held(&formulation, &path, 0.01).unwrap();
+        let mut translation = TranslationTrajectory::<NODES>::ZERO;
+        translation.force[3].y = -0.02;
+        assert!(force_limit_of_wheels(&formulation, &translation, 0.01).is_none());
+        translation.force[3].y = -0.5;
+        let [force, largest] = force_limit_of_wheels(&formulation, &translation, 0.01).unwrap();
         let center = |q| mission.servicer.center_of_mass_and_end_effector(q).0.norm();
         let servicer = &mission.servicer;
         let lever =
             center(&servicer.initial_joint_angle).max(center(&servicer.capture_joint_angle));
         assert!((force * lever / servicer.max_bus_torque - 1.0).abs() < 1e-12);
-        assert_eq!(held(&formulation, &path, 0.4), Some([1.2 * 0.4, largest]));
-        assert!(held(&formulation, &path, 3.0).is_none());
+        assert_eq!(
+            force_limit_of_wheels(&formulation, &translation, 0.4),
+            Some([1.2 * 0.4, largest])
+        );
+        assert!(force_limit_of_wheels(&formulation, &translation, 3.0).is_none());
     }
 }

@@ -11,16 +11,15 @@ use remora_qp::EmbeddedQp;
 /// The embedded solver at the size of the planner's subproblems.
 pub type EmbeddedSolver = EmbeddedQp<NODES, NX, NU, NG>;
 
-/// All the memory a plan needs beside its solver's. The caller owns it; [`Workspace::BYTES`] is its
-/// size.
+/// All memory of a plan besides its QP solver's, owned by the caller: [`Workspace::BYTES`] bytes.
 pub struct Workspace {
-    /// The target's tumble at the nodes.
+    /// The target's motion at the nodes.
     pub target: [TargetState; NODES],
-    /// What the stages work with, one after the other: after a plan Stage 2's.
+    /// Scratch of both stages, one after the other.
     pub scratch: Scratch<NODES, NX, NU, NG>,
-    /// Stage 1: path and log.
+    /// Stage 1: trajectories and log.
     pub translation: Iterates<TranslationTrajectory<NODES>>,
-    /// Stage 2: attitude, arm and log.
+    /// Stage 2: trajectories and log.
     pub reorientation: Iterates<ReorientationTrajectory<NODES, LINKS>>,
 }
 
@@ -40,17 +39,17 @@ impl Workspace {
         }
     }
 
-    /// The path of the centre of mass last planned.
-    pub fn path(&self) -> &TranslationTrajectory<NODES> {
+    /// Trajectory of the centre of mass, as last planned.
+    pub fn translation(&self) -> &TranslationTrajectory<NODES> {
         &self.translation.trajectory
     }
 
-    /// Attitude and arm last planned.
-    pub fn motion(&self) -> &ReorientationTrajectory<NODES, LINKS> {
+    /// Trajectory of attitude and arm, as last planned.
+    pub fn reorientation(&self) -> &ReorientationTrajectory<NODES, LINKS> {
         &self.reorientation.trajectory
     }
 
-    /// The loops' logs.
+    /// Logs of Stage 1 and Stage 2.
     pub fn logs(&self) -> (&Log, &Log) {
         (&self.translation.log, &self.reorientation.log)
     }

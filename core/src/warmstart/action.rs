@@ -74,7 +74,7 @@ impl Scene<'_> {
         numbers: &[f32; ACTION],
         held: &Control<LINKS>,
     ) -> (Control<LINKS>, State<LINKS>) {
-        let (body, integrator, force) = (&self.body, self.integrator, &self.path.force[k]);
+        let (body, integrator, force) = (&self.body, self.integrator, &self.translation.force[k]);
         let bus = Vector3::from_fn(|i, _| f64::from(numbers[i]));
         let joint = SVector::<f64, LINKS>::from_fn(|i, _| f64::from(numbers[3 + i]));
         let (wanted, reached) = match action {

@@ -14,7 +14,7 @@ pub struct Scene<'a> {
     /// The mission.
     pub mission: &'a Mission<LINKS>,
     /// The path of the system's centre of mass.
-    pub path: &'a TranslationTrajectory<NODES>,
+    pub translation: &'a TranslationTrajectory<NODES>,
     /// The target at the nodes.
     pub target: &'a [TargetState; NODES],
     /// Discretisation of Stage 2.
@@ -39,21 +39,23 @@ impl<'a> Scene<'a> {
     /// The scene of a planned path. Cost: a few square roots a node.
     pub fn new(
         mission: &'a Mission<LINKS>,
-        path: &'a TranslationTrajectory<NODES>,
+        translation: &'a TranslationTrajectory<NODES>,
         target: &'a [TargetState; NODES],
         integrator: Integrator,
     ) -> Self {
         let last = &target[NODES - 1];
         Self {
             mission,
-            path,
+            translation,
             target,
             integrator,
             deadline: Deadline::never(),
             body: Multibody::new(mission),
             dt: mission.approach.duration / (NODES - 1) as f64,
             preset: mission.approach.preset_node(NODES),
-            sight: core::array::from_fn(|k| line_of_sight(mission, &path.position[k], &target[k])),
+            sight: core::array::from_fn(|k| {
+                line_of_sight(mission, &translation.position[k], &target[k])
+            }),
             approach: -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal),
             arm: mission.servicer.capture_geometry().direction,
         }
@@ -62,7 +64,7 @@ impl<'a> Scene<'a> {
     /// The state that every trajectory begins with: bus towards the target, all at rest.
     pub fn initial_state(&self) -> State<LINKS> {
         State {
-            attitude: initial_bus_attitude(&self.path.position[0]),
+            attitude: initial_bus_attitude(&self.translation.position[0]),
             joint_angle: self.mission.servicer.initial_joint_angle,
             rate: Vector3::zeros(),
             joint_rate: SVector::zeros(),
@@ -76,7 +78,7 @@ impl<'a> Scene<'a> {
         let port =
             quaternion::rotation_matrix(&target.attitude) * self.mission.target.port_position;
         let arm = self.body.end_effector(last).position;
-        let miss = self.path.position[NODES - 1] + arm - port;
+        let miss = self.translation.position[NODES - 1] + arm - port;
         libm::sqrt(miss.dot(&miss))
     }
 }

@@ -111,9 +111,9 @@ impl Scene<'_> {
         let upright = self.target[0].attitude.w >= 0.0;
         out.put_all((target.attitude * if upright { 1.0 } else { -1.0 }).as_slice());
         out.put_all(target.rate.as_slice());
-        out.put_all(self.path.position[k].as_slice());
-        out.put_all(self.path.velocity[k].as_slice());
-        out.put_all(self.path.force[k].as_slice());
+        out.put_all(self.translation.position[k].as_slice());
+        out.put_all(self.translation.velocity[k].as_slice());
+        out.put_all(self.translation.force[k].as_slice());
         out.put_all(self.bus_attitude(state).as_slice());
         out.put_all(state.joint_angle.as_slice());
         out.put_all(state.rate.as_slice());
@@ -122,7 +122,7 @@ impl Scene<'_> {
 
     /// The attitude with the sign that is continuous along an approach, positive `w` at its start.
     fn bus_attitude(&self, state: &State<LINKS>) -> Vector4<f64> {
-        let start = initial_bus_attitude(&self.path.position[0]);
+        let start = initial_bus_attitude(&self.translation.position[0]);
         let upright = (state.attitude.dot(&start) >= 0.0) == (start.w >= 0.0);
         state.attitude * if upright { 1.0 } else { -1.0 }
     }
@@ -172,7 +172,7 @@ impl Scene<'_> {
 
     /// Mean force over intervals `from..to`, those beyond the horizon left out.
     fn mean_force(&self, from: usize, to: usize) -> Vector3<f64> {
-        let forces = self.path.force.get(from..to.min(NODES - 1)).unwrap_or(&[]);
+        let forces = self.translation.force.get(from..to.min(NODES - 1)).unwrap_or(&[]);
         let sum = forces.iter().fold(Vector3::zeros(), |sum: Vector3<f64>, f| sum + f);
         sum / forces.len().max(1) as f64
     }

@@ -9,7 +9,7 @@ use remora_core::advanced::dynamics::Integrator as Discretisation;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{BitFlip, Part};
 use remora_core::advanced::planner::{
-    EmbeddedSolver, Environment, InitialGuess, PlanSettings, Report, Workspace, plan,
+    EmbeddedSolver, InitialGuess, Options, PlanSettings, Platform, Report, Workspace, plan,
 };
 use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::{Mode, NODES, verify};
@@ -178,10 +178,12 @@ fn planned() -> (Box<Workspace>, Report) {
     let report = plan(
         &Mission::default(),
         &injector(1).scenarios[0].scenario(),
-        &PlanSettings::new(Mode::Optimal, Discretisation::Euler),
-        &InitialGuess::Heuristic,
+        &Options::from_parts(
+            PlanSettings::new(Mode::Optimal, Discretisation::Euler),
+            InitialGuess::Heuristic,
+            Platform::BARE,
+        ),
         &mut *solver,
-        &Environment::BARE,
         &mut workspace,
     );
     (workspace, report)
@@ -198,20 +200,20 @@ fn the_judge_sees_a_wrong_plan() {
         status: report.status,
         is_verified: true,
         residuals: report.residuals,
-        output: report.evidence.output,
+        output: report.record.output,
     };
-    let plan = Plan { path: workspace.path(), motion: workspace.motion() };
+    let plan = Plan { path: workspace.translation(), motion: workspace.reorientation() };
     assert!(!judge.is_wrong(&honest, plan));
     // A bit of the plan flips once it has been verified: the lowest, one that breaks a constraint,
     // one that the verifier does not look at.
     for (node, bit) in [(30, 0), (30, 51), (NODES - 1, 62)] {
-        let mut motion = *workspace.motion();
+        let mut motion = *workspace.reorientation();
         let torque = &mut motion.controls[node].bus_torque.x;
         *torque = f64::from_bits(torque.to_bits() ^ (1 << bit));
         let plan = Plan { motion: &motion, ..plan };
         assert_eq!(judge.is_wrong(&honest, plan), node < NODES - 1, "node {node} bit {bit}");
     }
-    let mut motion = *workspace.motion();
+    let mut motion = *workspace.reorientation();
     motion.controls[NODES - 1].bus_torque.x = f64::NAN;
     assert!(judge.is_wrong(&honest, Plan { motion: &motion, ..plan }));
     // Claims that are not those of the plan.
@@ -229,7 +231,7 @@ fn the_judge_knows_the_scenario() {
     let (workspace, report) = planned();
     let (mission, scenario) = (Mission::default(), injector(2).scenarios[1].scenario());
     let judge = Judge { mission: &mission, scenario: &scenario, integrator: Discretisation::Euler };
-    let plan = Plan { path: workspace.path(), motion: workspace.motion() };
+    let plan = Plan { path: workspace.translation(), motion: workspace.reorientation() };
     let (path, motion) = (plan.path, plan.motion);
     let (integrator, deadline) = (Discretisation::Euler, Deadline::never());
     let residuals = verify(&mission, &scenario, integrator, path, motion, &deadline).residuals;
@@ -237,7 +239,7 @@ fn the_judge_knows_the_scenario() {
         status: Status::Solved,
         is_verified: false,
         residuals,
-        output: report.evidence.output,
+        output: report.record.output,
     };
     assert!(judge.is_wrong(&claim, plan));
     let verified = Claim { status: Status::IterationLimit, is_verified: true, ..claim };

@@ -7,10 +7,10 @@ use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::advanced::dynamics::{
     Acceleration, Control, Integrator, Multibody, State, Stepping,
 };
+use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::pair::Sequential;
 use remora_core::advanced::planner::{
-    Environment, InitialGuess, PlanSettings, Workspace, plan as make_plan,
+    InitialGuess, Options, PlanSettings, Platform, Workspace, plan as make_plan,
 };
 use remora_core::advanced::qp::Qp;
 use remora_core::advanced::scp::{Problem, Residuals, Settings};
@@ -118,10 +118,8 @@ fn workspace(integrator: Integrator) -> Box<Workspace> {
     make_plan(
         &Mission::default(),
         &scenario,
-        &options,
-        &InitialGuess::Heuristic,
+        &Options::from_parts(options, InitialGuess::Heuristic, Platform::BARE),
         &mut ClarabelQp::default(),
-        &Environment::BARE,
         &mut workspace,
     );
     workspace

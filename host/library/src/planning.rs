@@ -13,7 +13,7 @@ use crate::stopwatch::Stopwatch;
 use crate::threads::Threads;
 use remora_core::advanced::model::{Mission, Refusal, Scenario};
 use remora_core::advanced::planner::{
-    self, EmbeddedSolver, Environment, Gain, InitialGuess, PhaseTimes, PlanSettings, Report,
+    self, EmbeddedSolver, Gain, InitialGuess, Options, PhaseTimes, PlanSettings, Platform, Report,
     Solver, StageReport, Workspace,
 };
 use remora_core::advanced::scp::IterationRecord;
@@ -172,7 +172,7 @@ impl Planner {
             status: report.status.into(),
             verdict: Some(report.verdict().into()),
             mode: method.mode,
-            warm_start: StartName::from(report.evidence.start).in_tables().into(),
+            warm_start: StartName::from(report.record.start).in_tables().into(),
             qp: method.qp.name().into(),
             integrator: method.integrator,
             time_s: Some(spent.wall_s),
@@ -180,8 +180,12 @@ impl Planner {
             inputs: Some(PlanInputs::new(mission, scenario, method.integrator)),
             grid: Some(PlanGrid::of(mission)),
             frames: Some(formats::frames()),
-            stage1: PlanStage1::new(end(one), self.workspace.path()),
-            stage2: PlanStage2::new(end(two), report.times.inference_s, self.workspace.motion()),
+            stage1: PlanStage1::new(end(one), self.workspace.translation()),
+            stage2: PlanStage2::new(
+                end(two),
+                report.times.inference_s,
+                self.workspace.reorientation(),
+            ),
             target: PlanTarget::from(&self.workspace.target),
             residuals: PlanResiduals::from(report.residuals),
             clearances: Some(report.clearances.into()),
@@ -196,7 +200,7 @@ impl Planner {
                 &scenario.id,
                 method.qp.name(),
                 model.map(Learned::record),
-                &report.evidence,
+                &report.record,
                 gains,
             ),
             logs: [log1.to_vec(), log2.to_vec()],
@@ -226,14 +230,12 @@ pub struct Approach<'a> {
 pub fn plan_with(
     solver: &mut dyn Solver,
     approach: Approach<'_>,
-    settings: &PlanSettings,
-    guess: &InitialGuess<'_>,
-    environment: &Environment<'_, Threads>,
+    options: &Options<'_, Threads>,
     workspace: &mut Workspace,
 ) -> Report {
     let Approach { mission, scenario } = approach;
     let mut solver = solver;
-    planner::plan(mission, scenario, settings, guess, &mut solver, environment, workspace)
+    planner::plan(mission, scenario, options, &mut solver, workspace)
 }
 
 /// The call into the core.
@@ -245,10 +247,11 @@ fn run(
     place: Place<'_>,
 ) -> Report {
     place.threads.prepare();
-    let environment = Environment { clock: place.clock, pair: place.threads };
+    let platform = Platform { clock: place.clock, executor: place.threads };
     let mut planned = |start: &InitialGuess<'_>| {
         let approach = Approach { mission, scenario: &scenario.scenario() };
-        plan_with(solver, approach, &options(method), start, &environment, place.workspace)
+        let options = Options::from_parts(options(method), *start, platform);
+        plan_with(solver, approach, &options, place.workspace)
     };
     match place.model {
         None => planned(&InitialGuess::Heuristic),

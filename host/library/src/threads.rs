@@ -3,7 +3,7 @@
 use crate::choice::Choice;
 use crate::memory::STACK_BYTES;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use remora_core::advanced::pair::{Pair, Sequential};
+use remora_core::advanced::executor::{ForkJoin, Sequential};
 use std::hint;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -190,7 +190,7 @@ fn wait_while(most: Duration, condition: impl Fn() -> bool) {
     }
 }
 
-impl Pair for Threads {
+impl ForkJoin for Threads {
     fn join<A: Send, B: Send>(
         &self,
         a: impl FnOnce() -> A + Send,

@@ -7,7 +7,7 @@ use remora_core::advanced::nn::{
     self, Decoder, Kernel, Layout, Model, Network, Precision, synthetic_model,
 };
 use remora_core::advanced::planner::{
-    EmbeddedSolver, Environment, InitialGuess, PlanSettings, Report, Workspace, plan,
+    EmbeddedSolver, InitialGuess, Options, PlanSettings, Platform, Report, Workspace, plan,
 };
 use remora_core::advanced::stages::{LINKS, Mode};
 use remora_core::advanced::warmstart::{Action, Encoding};
@@ -35,10 +35,12 @@ impl Flight {
         plan(
             &Mission::<LINKS>::default(),
             &set.scenarios[0].scenario(),
-            options,
-            &InitialGuess::Heuristic,
+            &Options::from_parts(
+                *options,
+                InitialGuess::Heuristic,
+                Platform { clock: &WallClock::start(), executor: &threads },
+            ),
             &mut self.solver,
-            &Environment { clock: &WallClock::start(), pair: &threads },
             &mut self.workspace,
         )
     }

@@ -9,7 +9,7 @@ use remora_core::advanced::dynamics::{Integrator, Multibody};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{
-    EmbeddedSolver, Environment, InitialGuess, PlanSettings, Workspace, plan,
+    EmbeddedSolver, InitialGuess, Options, PlanSettings, Platform, Workspace, plan,
 };
 use remora_core::advanced::stages::{LINKS, Mode, NODES};
 use remora_host::draw;
@@ -96,7 +96,7 @@ fn path_at_end(
 
 /// Misses of one plan over its mission's tolerances: dynamics, end effector.
 fn misses(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &Workspace) -> [f64; 2] {
-    let (path, motion) = (workspace.path(), workspace.motion());
+    let (path, motion) = (workspace.translation(), workspace.reorientation());
     let dt = mission.approach.duration / (NODES - 1) as f64;
     let body = Multibody::new(mission);
     let fine = Integrator::Rk4 { substeps: 40 };
@@ -160,13 +160,11 @@ fn plans_called_verified_hold_under_finer_integration() {
             let report = plan(
                 &mission,
                 &scenario,
-                &options,
-                &InitialGuess::Heuristic,
+                &Options::from_parts(options, InitialGuess::Heuristic, Platform::BARE),
                 &mut *solver,
-                &Environment::BARE,
                 &mut workspace,
             );
-            if !report.evidence.is_verified {
+            if !report.record.is_verified {
                 continue;
             }
             verified += 1;

@@ -38,7 +38,7 @@ fn row(planner: &mut Planner, scenario: &NamedScenario) -> String {
         let learned = method.warm_start == WarmStart::Model;
         let model = learned.then(|| Learned::built_in(method.integrator));
         let report = planner.plan_in_place(&Mission::default(), scenario, &method, model.as_ref());
-        write!(row, ",{:016x}", report.evidence.output).unwrap();
+        write!(row, ",{:016x}", report.record.output).unwrap();
     }
     row
 }

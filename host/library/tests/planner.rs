@@ -3,11 +3,11 @@
 
 use nalgebra::{SVector, Vector3};
 use remora_core::advanced::dynamics::{Integrator, Multibody};
+use remora_core::advanced::executor::{ForkJoin, Sequential};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::pair::{Pair, Sequential};
 use remora_core::advanced::planner::{
-    EmbeddedSolver, Environment, Fallback, InitialGuess, PlanSettings, Report, Workspace,
+    EmbeddedSolver, Fallback, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
     feedback_gain, output_checksum, plan, plan_reorientation,
 };
 use remora_core::advanced::qp::Validate;
@@ -55,24 +55,22 @@ impl Bench {
     }
 
     fn plan(&mut self, scenario: usize, options: &PlanSettings) -> Report {
-        self.plan_in(scenario, options, &Environment::BARE)
+        self.plan_in(scenario, options, &Platform::BARE)
     }
 
-    fn plan_in<P: Pair>(
+    fn plan_in<P: ForkJoin>(
         &mut self,
         scenario: usize,
         options: &PlanSettings,
-        environment: &Environment<P>,
+        platform: &Platform<P>,
     ) -> Report {
         let scenario = self.set.scenarios[scenario].scenario();
         let solver = &mut self.solver;
         plan(
             &self.mission,
             &scenario,
-            options,
-            &InitialGuess::Heuristic,
+            &Options::from_parts(*options, InitialGuess::Heuristic, *platform),
             solver,
-            environment,
             &mut self.workspace,
         )
     }
@@ -116,7 +114,7 @@ fn rk4_plans_satisfy_rk4_dynamics_and_not_eulers() {
     let report = bench.plan(0, &PlanSettings::new(Mode::Optimal, integrator));
     assert_eq!(report.status, Status::Solved);
     let scenario = bench.set.scenarios[0].scenario();
-    let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
+    let (path, motion) = (bench.workspace.translation(), bench.workspace.reorientation());
     let (euler, deadline) = (Integrator::Euler, Deadline::never());
     let by_euler = verify(&bench.mission, &scenario, euler, path, motion, &deadline).residuals;
     assert!(by_euler.dynamics2 > 1e-3);
@@ -137,7 +135,7 @@ fn a_disturbed_plan_is_a_better_start_than_the_heuristic() {
             &bench.mission,
             &options,
             solver,
-            &Environment::BARE,
+            &Platform::BARE,
             &mut bench.workspace,
         );
         assert_eq!(again.outcome.status, Status::Solved, "scenario {k}");
@@ -169,10 +167,8 @@ fn planning_fits_a_stack_of_256_kib() {
             plan(
                 &mission,
                 &scenario,
-                &options,
-                &InitialGuess::Heuristic,
+                &Options::from_parts(options, InitialGuess::Heuristic, Platform::BARE),
                 &mut solver,
-                &Environment::BARE,
                 workspace,
             )
             .status
@@ -192,8 +188,8 @@ fn a_plan_does_not_depend_on_the_one_before() {
     let mut used = Bench::new();
     used.plan(9, &PlanSettings::new(Mode::Feasible, Integrator::Euler));
     used.plan(4, &options);
-    assert_eq!(fresh.workspace.path(), used.workspace.path());
-    assert_eq!(fresh.workspace.motion(), used.workspace.motion());
+    assert_eq!(fresh.workspace.translation(), used.workspace.translation());
+    assert_eq!(fresh.workspace.reorientation(), used.workspace.reorientation());
 }
 
 /// Stage 1 works in the memory that Stage 2 of the plan before left, and with its solver: what can
@@ -212,10 +208,8 @@ fn with_the_embedded_solver_neither() {
                 plan(
                     &mission,
                     &scenario,
-                    &options,
-                    &InitialGuess::Heuristic,
+                    &Options::from_parts(options, InitialGuess::Heuristic, Platform::BARE),
                     &mut **solver,
-                    &Environment::BARE,
                     workspace,
                 )
             });
@@ -233,13 +227,8 @@ fn a_start_that_is_not_a_number_is_not_a_success() {
     bench.plan(0, &options);
     bench.workspace.reorientation.trajectory.states[20].rate.x = f64::NAN;
     let solver = &mut bench.solver;
-    let report = plan_reorientation(
-        &bench.mission,
-        &options,
-        solver,
-        &Environment::BARE,
-        &mut bench.workspace,
-    );
+    let report =
+        plan_reorientation(&bench.mission, &options, solver, &Platform::BARE, &mut bench.workspace);
     assert_eq!(report.outcome.status, Status::NumericalFailure);
 }
 
@@ -258,7 +247,7 @@ fn the_iteration_limit_is_said_to_be_one() {
 #[test]
 fn two_threads_plan_the_same_bits_as_one() {
     let mut bench = Bench::new();
-    let two = Environment { pair: &Threads::Two, clock: Environment::BARE.clock };
+    let two = Platform { executor: &Threads::Two, clock: Platform::BARE.clock };
     for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
         let options = PlanSettings::new(Mode::Optimal, integrator);
         let alone = bench.plan(11, &options);
@@ -281,7 +270,7 @@ fn plan_within(bench: &mut Bench, readings: f64) -> Report {
     let mut options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
     options.deadline_s = readings;
     let clock = Ticking(AtomicU32::new(0));
-    bench.plan_in(36, &options, &Environment { clock: &clock, pair: &Sequential })
+    bench.plan_in(36, &options, &Platform { clock: &clock, executor: &Sequential })
 }
 
 // Verifies REM-PLN-008.
@@ -293,7 +282,7 @@ fn a_plan_cut_short_is_told_from_one_to_fly() {
     // The clock is read at every node of a linearisation, a retraction and the residuals.
     for readings in (1..9000).step_by(67) {
         let report = plan_within(&mut bench, f64::from(readings));
-        let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
+        let (path, motion) = (bench.workspace.translation(), bench.workspace.reorientation());
         let (euler, deadline) = (Integrator::Euler, Deadline::never());
         let residuals = verify(&bench.mission, &scenario, euler, path, motion, &deadline).residuals;
         // The verifier is within the deadline: where that is too near for it, nothing is claimed.
@@ -310,7 +299,7 @@ fn a_plan_cut_short_is_told_from_one_to_fly() {
             continue;
         }
         assert_eq!(report.status, Status::Deadline, "{readings}");
-        earlier += i32::from(report.evidence.reorientation.fallback == Fallback::EarlierIterate);
+        earlier += i32::from(report.record.reorientation.fallback == Fallback::EarlierIterate);
         if report.is_verified() {
             useful += 1;
             // More time never makes it worse.
@@ -332,11 +321,11 @@ fn no_time_at_all_leaves_the_starts() {
     assert_eq!(report.translation.outcome.status, Status::Deadline);
     assert_eq!(report.reorientation.outcome.status, Status::Deadline);
     assert_eq!(report.reorientation.outcome.iterations, 0);
-    let evidence = &report.evidence;
+    let evidence = &report.record;
     assert_eq!(evidence.translation.fallback, Fallback::Start);
     assert_eq!(evidence.reorientation.fallback, Fallback::Start);
     assert!(!report.is_verified());
-    assert!(bench.workspace.motion().states.iter().all(|x| x.is_finite()));
+    assert!(bench.workspace.reorientation().states.iter().all(|x| x.is_finite()));
 }
 
 // Verifies REM-PLN-009.
@@ -344,18 +333,21 @@ fn no_time_at_all_leaves_the_starts() {
 fn evidence_follows_what_it_is_evidence_of() {
     let mut bench = Bench::new();
     let options = PlanSettings::new(Mode::Feasible, Integrator::Euler);
-    let first = bench.plan(2, &options).evidence;
-    assert_eq!(first.output, output_checksum(bench.workspace.path(), bench.workspace.motion()));
+    let first = bench.plan(2, &options).record;
+    assert_eq!(
+        first.output,
+        output_checksum(bench.workspace.translation(), bench.workspace.reorientation())
+    );
     assert!(first.is_verified && first.translation.qp_iterations > 0);
     assert_eq!(first.reorientation.qp_unsolved, 0);
-    assert_eq!(bench.plan(2, &options).evidence, first);
+    assert_eq!(bench.plan(2, &options).record, first);
 
     // Another scenario, another mission, other settings.
-    let other = bench.plan(3, &options).evidence;
+    let other = bench.plan(3, &options).record;
     assert!(other.input != first.input && other.output != first.output);
     assert_eq!(other.settings, first.settings);
     bench.mission.servicer.links[2].inertia.y *= 1.0 + f64::EPSILON;
-    assert_ne!(bench.plan(2, &options).evidence.input, first.input);
+    assert_ne!(bench.plan(2, &options).record.input, first.input);
     let changed = |change: fn(&mut PlanSettings)| {
         let mut options = options;
         change(&mut options);
@@ -372,7 +364,7 @@ fn evidence_follows_what_it_is_evidence_of() {
         PlanSettings::new(Mode::Optimal, Integrator::Euler),
         PlanSettings::new(Mode::Feasible, Integrator::Rk4 { substeps: 4 }),
     ] {
-        let other = bench.plan(2, &options).evidence;
+        let other = bench.plan(2, &options).record;
         assert_ne!(other.settings, first.settings, "{options:?}");
         assert_eq!(other.input, first.input);
     }
@@ -383,7 +375,7 @@ fn phases_add_up_to_the_whole() {
     let mut bench = Bench::new();
     let options = PlanSettings::new(Mode::Feasible, Integrator::Euler);
     let clock = Ticking(AtomicU32::new(0));
-    let report = bench.plan_in(0, &options, &Environment { clock: &clock, pair: &Sequential });
+    let report = bench.plan_in(0, &options, &Platform { clock: &clock, executor: &Sequential });
     let t = report.times;
     let phases = [t.start_s, t.translation_s, t.linearise_s, t.qp_s, t.step_s, t.verify_s];
     assert!(phases.iter().all(|phase| *phase > 0.0), "{t:?}");
@@ -394,7 +386,7 @@ fn phases_add_up_to_the_whole() {
 /// Flies the plan from a start turned by `turn`, with the gains or without; returns by how much
 /// that has grown at the end, where the arm has to point (the roll about it is free).
 fn growth(bench: &Bench, solver: &EmbeddedSolver, turn: f64, is_tracking: bool) -> f64 {
-    let (path, motion) = (bench.workspace.path(), bench.workspace.motion());
+    let (path, motion) = (bench.workspace.translation(), bench.workspace.reorientation());
     let (body, servicer) = (Multibody::new(&bench.mission), &bench.mission.servicer);
     let dt = bench.mission.approach.duration / (NODES - 1) as f64;
     let mut x = motion.states[0];
@@ -435,10 +427,8 @@ fn the_gains_bring_a_disturbed_start_back_to_the_plan() {
         let report = plan(
             &bench.mission,
             &scenario,
-            &options,
-            &InitialGuess::Heuristic,
+            &Options::from_parts(options, InitialGuess::Heuristic, Platform::BARE),
             &mut *solver,
-            &Environment::BARE,
             &mut bench.workspace,
         );
         assert_eq!(report.status, Status::Solved);

@@ -2,11 +2,12 @@
 
 use nalgebra::Vector3;
 use remora_core::advanced::dynamics::Integrator;
+use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::pair::Sequential;
 use remora_core::advanced::planner::{
-    EmbeddedSolver, Environment, GuessRecord, InitialGuess, PlanSettings, Report, Workspace, plan,
+    EmbeddedSolver, GuessRecord, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
+    plan,
 };
 use remora_core::advanced::qp::{Checksum, Valid};
 use remora_core::advanced::scp::{Settings, Status};
@@ -120,7 +121,13 @@ impl Bench {
     ) -> Report {
         let scenario = self.set.scenarios[scenario].scenario();
         let Self { mission, workspace, solver, .. } = self;
-        plan(mission, &scenario, options, start, &mut **solver, &Environment::BARE, workspace)
+        plan(
+            mission,
+            &scenario,
+            &Options::from_parts(*options, *start, Platform::BARE),
+            &mut **solver,
+            workspace,
+        )
     }
 
     fn rollout(
@@ -160,7 +167,7 @@ fn the_actions_of_a_plan_roll_out_to_the_plan() {
     let mut bench = Bench::new();
     for (integrator, tolerance) in [(Integrator::Euler, 1e-4), (RK4, 1e-3)] {
         bench.plan(0, integrator, &InitialGuess::Heuristic);
-        let planned = *bench.workspace.motion();
+        let planned = *bench.workspace.reorientation();
         for action in [Action::Torque, Action::Rate] {
             let rolled = bench.rollout(integrator, &Script::of(action, &planned));
             let distance = distance(&planned, &rolled);
@@ -175,7 +182,7 @@ fn the_actions_of_a_plan_roll_out_to_the_plan() {
 fn a_chunk_is_carried_out_before_the_next_is_asked_for() {
     let mut bench = Bench::new();
     bench.plan(0, Integrator::Euler, &InitialGuess::Heuristic);
-    let planned = *bench.workspace.motion();
+    let planned = *bench.workspace.reorientation();
     let one = bench.rollout(Integrator::Euler, &Script::of(Action::Rate, &planned));
     let mut script = Script { chunk: 5, ..Script::of(Action::Rate, &planned) };
     for executed in [1, 5] {
@@ -189,10 +196,10 @@ fn a_plan_is_a_good_start_for_itself() {
     let mut bench = Bench::new();
     for integrator in [Integrator::Euler, RK4] {
         let first = bench.plan(3, integrator, &InitialGuess::Heuristic);
-        let script = Script::of(Action::Rate, bench.workspace.motion());
+        let script = Script::of(Action::Rate, bench.workspace.reorientation());
         let start = InitialGuess::Learned { policy: &script, seed: 0 };
         let again = bench.plan(3, integrator, &start);
-        assert_eq!((again.status, again.evidence.start), (Status::Solved, GuessRecord::Learned));
+        assert_eq!((again.status, again.record.start), (Status::Solved, GuessRecord::Learned));
         let [first, again] = [first, again].map(|report| report.reorientation);
         assert!(again.outcome.iterations <= 3, "{} iterations", again.outcome.iterations);
         assert!(again.cost <= first.cost * 1.001, "{} and {}", again.cost, first.cost);
@@ -205,7 +212,7 @@ fn a_plan_is_a_good_start_for_itself() {
 fn a_bad_start_gives_way_to_the_heuristic() {
     let mut bench = Bench::new();
     let first = bench.plan(5, Integrator::Euler, &InitialGuess::Heuristic);
-    let planned = *bench.workspace.motion();
+    let planned = *bench.workspace.reorientation();
     let bad: [(Script, GuessRecord); 3] = [
         (Script::new(Action::Rate, vec![[f32::NAN; ACTION]]), GuessRecord::NotFinite),
         (Script::new(Action::Torque, vec![[f32::INFINITY; ACTION]]), GuessRecord::NotFinite),
@@ -214,15 +221,15 @@ fn a_bad_start_gives_way_to_the_heuristic() {
     for (script, record) in bad {
         let start = InitialGuess::Learned { policy: &script, seed: 0 };
         let report = bench.plan(5, Integrator::Euler, &start);
-        assert_eq!(report.evidence.start, record);
-        assert!(report.evidence.start.is_fallback());
-        assert!(*bench.workspace.motion() == planned, "{record:?}");
-        assert_eq!(report.evidence.output, first.evidence.output);
-        assert_ne!(report.evidence.settings, first.evidence.settings);
+        assert_eq!(report.record.start, record);
+        assert!(report.record.start.is_fallback());
+        assert!(*bench.workspace.reorientation() == planned, "{record:?}");
+        assert_eq!(report.record.output, first.record.output);
+        assert_ne!(report.record.settings, first.record.settings);
     }
     let report = bench.plan(5, Integrator::Euler, &InitialGuess::Refused);
-    assert_eq!(report.evidence.start, GuessRecord::Refused);
-    assert_eq!(report.evidence.output, first.evidence.output);
+    assert_eq!(report.record.start, GuessRecord::Refused);
+    assert_eq!(report.record.output, first.record.output);
 }
 
 /// A start from which Stage 2 ends unsolved costs iterations, not the plan.
@@ -237,18 +244,16 @@ fn a_start_that_fails_is_followed_by_the_heuristic() {
     options.learned = limited(&options.learned, 1);
     let first = bench.plan_with(6, &options, &InitialGuess::Heuristic);
     assert_eq!(first.status, Status::IterationLimit);
-    let heuristic = *bench.workspace.motion();
-    let script = Script::of(Action::Rate, bench.workspace.motion());
+    let heuristic = *bench.workspace.reorientation();
+    let script = Script::of(Action::Rate, bench.workspace.reorientation());
     options.reorientation = limited(&options.reorientation, 2);
     let start = InitialGuess::Learned { policy: &script, seed: 0 };
     let report = bench.plan_with(6, &options, &start);
-    assert_eq!(report.evidence.start, GuessRecord::Unsolved);
-    assert!(*bench.workspace.motion() == heuristic);
+    assert_eq!(report.record.start, GuessRecord::Unsolved);
+    assert!(*bench.workspace.reorientation() == heuristic);
     assert_eq!(report.reorientation.outcome.iterations, 2);
-    assert_eq!(report.evidence.reorientation.iterations, 2);
-    assert!(
-        report.evidence.reorientation.qp_iterations > first.evidence.reorientation.qp_iterations
-    );
+    assert_eq!(report.record.reorientation.iterations, 2);
+    assert!(report.record.reorientation.qp_iterations > first.record.reorientation.qp_iterations);
 }
 
 /// A clock that goes a second further each time it is looked at.
@@ -269,10 +274,16 @@ fn without_time_nothing_is_rolled_out() {
     let script = Script::new(Action::Rate, Vec::new());
     let start = InitialGuess::Learned { policy: &script, seed: 0 };
     let clock = Hasty(std::sync::atomic::AtomicU32::new(0));
-    let environment = Environment { clock: &clock, pair: &Sequential };
+    let platform = Platform { clock: &clock, executor: &Sequential };
     let Bench { mission, workspace, solver, .. } = &mut bench;
-    let report = plan(mission, &scenario, &options, &start, &mut **solver, &environment, workspace);
-    assert_eq!(report.evidence.start, GuessRecord::Deadline);
+    let report = plan(
+        mission,
+        &scenario,
+        &Options::from_parts(options, start, platform),
+        &mut **solver,
+        workspace,
+    );
+    assert_eq!(report.record.start, GuessRecord::Deadline);
     assert_eq!(report.status, Status::Deadline);
     assert!(report.times.inference_s > 0.0);
 }
@@ -300,7 +311,7 @@ fn bus_axes_do_not_see_where_the_approach_points() {
     let scene = Scene::new(&bench.mission, path, target, Integrator::Euler);
     let turned = Scene::new(&bench.mission, &turned_path, &turned_target, Integrator::Euler);
     for k in [0, 7, 30, 57, 58, 59] {
-        let state = bench.workspace.motion().states[k];
+        let state = bench.workspace.reorientation().states[k];
         let mut turned_state = state;
         turned_state.attitude = quaternion::product(&turn, &state.attitude);
         turned_state.rate = rotation * state.rate;
@@ -323,7 +334,7 @@ fn the_paper_sees_attitudes_of_one_sign() {
     bench.plan(2, Integrator::Euler, &InitialGuess::Heuristic);
     let Workspace { target, translation, .. } = &*bench.workspace;
     let scene = Scene::new(&bench.mission, &translation.trajectory, target, Integrator::Euler);
-    let state = bench.workspace.motion().states[20];
+    let state = bench.workspace.reorientation().states[20];
     let opposite = remora_core::advanced::dynamics::State { attitude: -state.attitude, ..state };
     let [mut a, mut b] = [[0.0f32; MAX_FEATURES]; 2];
     scene.features(Encoding::Paper, 20, &state, &[0.0; ACTION], &mut a);
@@ -337,22 +348,22 @@ fn the_paper_sees_attitudes_of_one_sign() {
 fn a_given_start_is_as_good_as_a_learned_one() {
     let mut bench = Bench::new();
     bench.plan(3, Integrator::Euler, &InitialGuess::Heuristic);
-    let script = Script::of(Action::Rate, bench.workspace.motion());
+    let script = Script::of(Action::Rate, bench.workspace.reorientation());
     let rolled = bench.rollout(Integrator::Euler, &script);
     let start = InitialGuess::Learned { policy: &script, seed: 0 };
     let learned = bench.plan(3, Integrator::Euler, &start);
     let given = bench.plan(3, Integrator::Euler, &InitialGuess::User(&rolled));
-    assert_eq!((given.status, given.evidence.start), (Status::Solved, GuessRecord::User));
-    assert!(!given.evidence.start.is_fallback());
-    assert_eq!(given.evidence.output, learned.evidence.output);
+    assert_eq!((given.status, given.record.start), (Status::Solved, GuessRecord::User));
+    assert!(!given.record.start.is_fallback());
+    assert_eq!(given.record.output, learned.record.output);
     assert_eq!(given.reorientation.outcome, learned.reorientation.outcome);
     // Every bit of it stands in the evidence.
     let mut other = rolled;
     other.controls[NODES - 1].bus_torque.x = 1e-300;
     let again = bench.plan(3, Integrator::Euler, &InitialGuess::User(&other));
-    assert_eq!(again.evidence.output, given.evidence.output);
-    assert_ne!(again.evidence.settings, given.evidence.settings);
-    assert_ne!(given.evidence.settings, learned.evidence.settings);
+    assert_eq!(again.record.output, given.record.output);
+    assert_ne!(again.record.settings, given.record.settings);
+    assert_ne!(given.record.settings, learned.record.settings);
 }
 
 /// Whatever is handed in, there is a plan: the heuristic's.
@@ -360,7 +371,7 @@ fn a_given_start_is_as_good_as_a_learned_one() {
 fn a_bad_given_start_gives_way_to_the_heuristic() {
     let mut bench = Bench::new();
     let first = bench.plan(5, Integrator::Euler, &InitialGuess::Heuristic);
-    let planned = *bench.workspace.motion();
+    let planned = *bench.workspace.reorientation();
     let changed = |change: &dyn Fn(&mut ReorientationTrajectory<NODES, LINKS>)| {
         let mut motion = planned;
         change(&mut motion);
@@ -378,12 +389,12 @@ fn a_bad_given_start_gives_way_to_the_heuristic() {
     ];
     for (motion, record) in bad {
         let report = bench.plan(5, Integrator::Euler, &InitialGuess::User(&motion));
-        assert_eq!(report.evidence.start, record);
-        assert!(report.evidence.start.is_fallback());
-        assert_eq!(report.evidence.output, first.evidence.output);
+        assert_eq!(report.record.start, record);
+        assert!(report.record.start.is_fallback());
+        assert_eq!(report.record.output, first.record.output);
     }
     // What lies beyond a limit is moved to it first, and may do.
     let fast = changed(&|z| z.states[20].joint_rate[0] = 1e300);
     let report = bench.plan(5, Integrator::Euler, &InitialGuess::User(&fast));
-    assert_eq!((report.status, report.evidence.start), (Status::Solved, GuessRecord::User));
+    assert_eq!((report.status, report.record.start), (Status::Solved, GuessRecord::User));
 }

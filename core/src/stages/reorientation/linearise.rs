@@ -2,8 +2,8 @@
 
 use super::{NG, Reorientation};
 use crate::dynamics::{Acceleration, Control, Integrator, State, StepJacobian, TorqueCurvature};
+use crate::executor::ForkJoin;
 use crate::math::quaternion;
-use crate::pair::Pair;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use remora_qp::{QpStage, Solution};
 
@@ -19,7 +19,7 @@ const AT_LIMIT: f64 = 1e-5;
 /// Scaled value above which a path constraint counts as active.
 const CONSTRAINT_ACTIVE: f64 = -1e-3;
 
-impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
 {
     /// Fills `A`, `B` and `c` of the interval after node `k`, attitude rows in RTN: from `state` under

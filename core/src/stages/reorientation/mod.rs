@@ -10,9 +10,9 @@ use super::size::NG;
 use super::worse;
 use super::{Formulation, TranslationTrajectory};
 use crate::dynamics::{Control, Integrator, Multibody, State, Stepping};
+use crate::executor::{ForkJoin, Sequential};
 use crate::math::quaternion;
 use crate::model::{CostUnits, Margins, Mission, TargetState, Typical, initial_bus_attitude};
-use crate::pair::{Pair, Sequential};
 use crate::scp::{Problem, Residuals};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
 use remora_qp::dense::clamp;
@@ -58,7 +58,7 @@ pub enum Mode {
 /// `P` runs the two halves of the horizon in parallel wherever nodes do not depend on each other.
 pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize, const NU: usize> {
     mission: &'a Mission<NL>,
-    pair: &'a P,
+    executor: &'a P,
     body: Multibody<NL>,
     translation: &'a TranslationTrajectory<N>,
     margins: Margins,
@@ -114,7 +114,7 @@ const BATCH: usize = 12;
 /// Rollouts of a step: the second corrects the terminal pose error of the first.
 const ROLLOUTS: usize = 2;
 
-impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'a, P, N, NL, NX, NU>
 {
     /// The problem along Stage 1's `translation`; `target` is the target's motion at the nodes.
@@ -123,7 +123,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         translation: &'a TranslationTrajectory<N>,
         target: &'a [TargetState; N],
         mode: Mode,
-        pair: &'a P,
+        executor: &'a P,
     ) -> Self {
         const { assert!(NX == 6 + 2 * NL && NU == 3 + NL, "sizes of state and control") };
         let Formulation { mission, integrator, margins, extra_clearance, deadline, .. } =
@@ -142,7 +142,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
         let largest = shares.max();
         Self {
             mission,
-            pair,
+            executor,
             body: Multibody::new(mission),
             translation,
             mode,
@@ -373,7 +373,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
             let fill = || {
                 (from..).zip(batch).all(|(k, stage)| linearise(k, stage));
             };
-            let ((done, helped), ()) = self.pair.join(sweep_and_help, fill);
+            let ((done, helped), ()) = self.executor.join(sweep_and_help, fill);
             filled = from.saturating_sub(helped);
             swept = swept.saturating_sub(done);
         }
@@ -426,7 +426,7 @@ impl<'a, P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: us
     }
 }
 
-impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Problem<N, NX, NU, NG> for Reorientation<'_, P, N, NL, NX, NU>
 {
     type Trajectory = ReorientationTrajectory<N, NL>;
@@ -486,7 +486,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
                 }
             }
         };
-        self.pair.join(|| half(0, early), || half(N / 2, late));
+        self.executor.join(|| half(0, early), || half(N / 2, late));
     }
 
     fn bound(&self, z: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NG>) {
@@ -554,7 +554,7 @@ impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
         match self.stepping.integrator {
             // Too little work for two cores.
             Integrator::Euler => Sequential.join(early, late),
-            Integrator::Rk4 { .. } => self.pair.join(early, late),
+            Integrator::Rk4 { .. } => self.executor.join(early, late),
         };
     }
 

@@ -2,9 +2,9 @@
 
 use super::{NG, Reorientation};
 use crate::dynamics::State;
+use crate::executor::ForkJoin;
 use crate::math::quaternion;
 use crate::model::hcw_acceleration;
-use crate::pair::Pair;
 use crate::stages::clearance::{CONSTRAINTS, Clearance, Instant};
 use nalgebra::{Matrix3, SVector, Vector3};
 use remora_qp::QpStage;
@@ -43,7 +43,7 @@ impl<const NL: usize> ClearanceConstraint<NL> {
     }
 }
 
-impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
 {
     /// Values of the path constraints of node `k`, scaled.

@@ -2,8 +2,8 @@
 
 use super::{NG, Reorientation, ReorientationTrajectory};
 use crate::dynamics::{Control, State, Transition};
+use crate::executor::ForkJoin;
 use crate::math::quaternion;
-use crate::pair::Pair;
 use nalgebra::{SVector, Vector3};
 use remora_qp::dense::clamp;
 use remora_qp::{Qp, Solution};
@@ -28,7 +28,7 @@ impl<const NL: usize> RateOffset<NL> {
     };
 }
 
-impl<P: Pair, const N: usize, const NL: usize, const NX: usize, const NU: usize>
+impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
 {
     /// Blending weight of a pose offset in the rates of node `k`, of those free up to node `end` [1/s]:

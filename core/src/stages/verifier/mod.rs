@@ -18,16 +18,16 @@
 
 mod clearance;
 mod distance;
-mod motion;
-mod path;
 mod posture;
+mod reorientation;
 mod residuals;
 mod target;
 #[cfg(test)]
 mod tests;
+mod translation;
 
 pub(crate) use distance::MAX_HALVINGS;
-pub(crate) use motion::{MAX_DOUBLINGS, MAX_PART_SUBSTEPS};
+pub(crate) use reorientation::{MAX_DOUBLINGS, MAX_PART_SUBSTEPS};
 pub use residuals::{Clearances, Closest, Residuals, Verification};
 pub(crate) use target::MAX_TARGET_STEPS;
 
@@ -37,13 +37,13 @@ use crate::dynamics::{Control, Integrator, State};
 use crate::math::quaternion;
 use crate::model::{Mission, Scenario, TargetState};
 use clearance::Bodies;
-use motion::{Interval, difference};
 use nalgebra::{SVector, Vector3};
-use path::{Leg, Path};
 use posture::{Posture, initial_bus_attitude};
 use remora_qp::time::Deadline;
+use reorientation::{Interval, difference};
 use residuals::{RATE_SCALE, excess, worst};
 use target::Tumbling;
+use translation::{Leg, Path};
 
 /// Parts of an interval: limits are looked at where they meet.
 const PARTS: usize = 10;

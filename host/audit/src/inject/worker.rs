@@ -4,12 +4,12 @@ use super::bit_flip::{FaultySolver, Met, Program, QpBitFlip, flip_start};
 use super::case::{Case, Fault};
 use super::class::{Claim, Judge, Plan};
 use super::reference::{Ended, Reference};
+use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{BitFlip, FaultyMemory, Model, Network};
-use remora_core::advanced::pair::Sequential;
 use remora_core::advanced::planner::memory::NetworkMemory;
 use remora_core::advanced::planner::{
-    EmbeddedSolver, Environment, GuessRecord, InitialGuess, PlanSettings, Report, Workspace,
+    EmbeddedSolver, GuessRecord, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
 };
 use remora_core::advanced::qp::InteriorPointSettings;
 use remora_core::advanced::scp::{Log, Problem};
@@ -280,7 +280,7 @@ impl Machine {
 }
 
 /// One thread, and no clock: no deadline ever passes.
-const BARE: Environment<'static, Threads> = Environment { clock: &NoClock, pair: &Threads::One };
+const BARE: Platform<'static, Threads> = Platform { clock: &NoClock, executor: &Threads::One };
 
 /// Plans, and has the plan judged.
 fn fly(
@@ -292,8 +292,9 @@ fn fly(
 ) -> Flown {
     let (mission, scenario) = (setup.mission, &setup.scenarios[index].scenario());
     let approach = Approach { mission, scenario };
-    let report = plan_with(&mut solver, approach, &setup.options, start, &BARE, workspace);
-    let (one, two, evidence) = (&report.translation, &report.reorientation, &report.evidence);
+    let options = Options::from_parts(setup.options, *start, BARE);
+    let report = plan_with(&mut solver, approach, &options, workspace);
+    let (one, two, evidence) = (&report.translation, &report.reorientation, &report.record);
     let claim = Claim {
         status: report.status,
         is_verified: report.is_verified(),
@@ -301,7 +302,7 @@ fn fly(
         output: evidence.output,
     };
     let judge = Judge { mission, scenario, integrator: setup.options.integrator };
-    let plan = Plan { path: workspace.path(), motion: workspace.motion() };
+    let plan = Plan { path: workspace.translation(), motion: workspace.reorientation() };
     let ended = Ended {
         status: report.status,
         is_verified: report.is_verified(),
@@ -319,7 +320,7 @@ fn fly(
 /// second try, each iteration some corrections.
 fn is_bounded(options: &PlanSettings, report: &Report, programs: u32) -> bool {
     let PlanSettings { translation, reorientation, learned, .. } = options;
-    let (one, two) = (&report.evidence.translation, &report.evidence.reorientation);
+    let (one, two) = (&report.record.translation, &report.record.reorientation);
     let most = [
         1 + translation.max_iterations as u32,
         (learned.max_iterations + reorientation.max_iterations) as u32,
@@ -359,12 +360,11 @@ mod tests {
             let Fault::Memory { bit_flip, .. } = case.fault else { return };
             let mut faulty = FaultyMemory::new(&mut *network, Some(bit_flip));
             let policy = NetworkPolicy::new(Network::new(model, &mut faulty).unwrap()).unwrap();
+            let guess = InitialGuess::Learned { policy: &policy, seed: SEED };
             plan_with(
                 &mut *solver,
                 Approach { mission: &mission, scenario: &scenarios[0].scenario() },
-                &options,
-                &InitialGuess::Learned { policy: &policy, seed: SEED },
-                &BARE,
+                &Options::from_parts(options, guess, BARE),
                 &mut workspace,
             );
             assert!(faulty.is_injected(), "{case:?}");

@@ -2,7 +2,7 @@
 
 use super::{PlanStatus, PlanVerdict, json};
 use crate::error::{Error, FieldError};
-use remora_core::advanced::planner::{Evidence, Fallback, Gain, GuessRecord, StageEvidence};
+use remora_core::advanced::planner::{Fallback, Gain, GuessRecord, SolveRecord, StageSolveRecord};
 use remora_core::advanced::stages::{NODES, size};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -183,7 +183,7 @@ impl EvidenceFile {
         scenario: &str,
         qp: &str,
         model: Option<ModelRecord>,
-        evidence: &Evidence,
+        evidence: &SolveRecord,
         gains: Option<Vec<Gain>>,
     ) -> Self {
         let checksum = |value: u64| format!("{value:016x}");
@@ -273,8 +273,8 @@ fn rows(gain: &Gain) -> GainRows {
     std::array::from_fn(|i| std::array::from_fn(|j| gain[(i, j)]))
 }
 
-impl From<StageEvidence> for StageRecord {
-    fn from(stage: StageEvidence) -> Self {
+impl From<StageSolveRecord> for StageRecord {
+    fn from(stage: StageSolveRecord) -> Self {
         Self {
             status: stage.status.into(),
             iterations: stage.iterations,
@@ -297,7 +297,7 @@ mod tests {
     use remora_core::advanced::scp::Status;
 
     fn record(gains: Option<Vec<Gain>>) -> EvidenceFile {
-        let evidence = Evidence {
+        let evidence = SolveRecord {
             version: "1.2.3",
             input: 1,
             settings: u64::MAX,
@@ -306,7 +306,7 @@ mod tests {
             is_verified: true,
             start: GuessRecord::Worse,
             translation: Default::default(),
-            reorientation: StageEvidence {
+            reorientation: StageSolveRecord {
                 fallback: Fallback::EarlierIterate,
                 ..Default::default()
             },

@@ -1,9 +1,9 @@
 //! What happens between the nodes.
 
 use super::super::PARTS;
-use super::super::motion::{Interval, difference};
-use super::super::path::Path;
 use super::super::posture::{Posture, initial_bus_attitude};
+use super::super::reorientation::{Interval, difference};
+use super::super::translation::Path;
 use super::super::{Residuals, verify, verify_translation};
 use super::{FLOWN, FREE, posed, rolled_out, scenario, verified};
 use crate::dynamics::{Control, Integrator, State, articulated};

@@ -6,7 +6,9 @@ use super::super::verify;
 use super::{FLOWN, FREE, Plan, posed, residual, rolled_out, scenario, verified};
 use crate::dynamics::Control;
 use crate::model::{Mission, Scenario};
-use crate::planner::{EmbeddedSolver, Environment, InitialGuess, PlanSettings, Workspace, plan};
+use crate::planner::{
+    EmbeddedSolver, InitialGuess, Options, PlanSettings, Platform, Workspace, plan,
+};
 use crate::stages::{Mode, NODES};
 use nalgebra::{Vector3, Vector4};
 use remora_qp::time::Deadline;
@@ -22,12 +24,17 @@ fn planned() -> (Scenario, Plan<NODES>) {
     };
     let (mut workspace, mut solver) = (Box::new(Workspace::new()), Box::new(EmbeddedSolver::new()));
     let options = PlanSettings::new(Mode::Feasible, FREE);
-    let (mission, environment) = (Mission::default(), Environment::BARE);
+    let (mission, platform) = (Mission::default(), Platform::BARE);
     let begin = &InitialGuess::Heuristic;
-    let report =
-        plan(&mission, &start, &options, begin, &mut *solver, &environment, &mut workspace);
+    let report = plan(
+        &mission,
+        &start,
+        &Options::from_parts(options, *begin, platform),
+        &mut *solver,
+        &mut workspace,
+    );
     assert!(report.residuals.are_within(&mission.tolerances), "{:?}", report.residuals);
-    (start, (*workspace.path(), *workspace.motion()))
+    (start, (*workspace.translation(), *workspace.reorientation()))
 }
 
 /// All numbers of a plan, but for the controls of the last node, which mean nothing.

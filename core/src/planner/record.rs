@@ -1,4 +1,4 @@
-//! What a plan was made from, by what, and what came out: the record to file with it.
+//! The solve record: inputs, settings and output of a plan by checksum, and statuses.
 //!
 //! Everything in it follows from inputs and settings: the same plan has the same record, whatever
 //! the machine. Times are not in it.
@@ -19,40 +19,40 @@ use remora_qp::{QpOutcome, QpStatus};
 #[non_exhaustive]
 #[repr(u32)]
 pub enum Fallback {
-    /// Nothing: the loop's last iterate stands.
+    /// Nothing: the last iterate stands.
     #[default]
     None = 0,
-    /// The best feasible iterate, from which the loop had moved on.
+    /// The best feasible iterate, not the last one.
     EarlierIterate = 1,
-    /// The stage's start: no step was taken.
+    /// The initial guess: no step was accepted.
     Start = 2,
 }
 
 impl Fallback {
-    /// Stable code for records.
+    /// Code for records; it never changes its meaning.
     pub fn code(self) -> u32 {
         self as u32
     }
 }
 
-/// Record of one stage.
+/// Solve record of one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct StageEvidence {
-    /// How the loop ended.
+pub struct StageSolveRecord {
+    /// Status of the SCP solver.
     pub status: Status,
-    /// Iterations; those of Stage 1 include its start.
+    /// Iterations; those of Stage 1 include its initial guess.
     pub iterations: u32,
     /// Second-order corrections.
     pub corrections: u32,
-    /// Iterations of the subproblems' solver, all programs together.
+    /// Interior-point iterations of all QPs together.
     pub qp_iterations: u32,
-    /// Programs that ended other than solved to full accuracy.
+    /// Number of QPs not solved to full accuracy.
     pub qp_unsolved: u32,
-    /// What stands in the place of the last iterate.
+    /// What replaces the last iterate.
     pub fallback: Fallback,
 }
 
-impl StageEvidence {
+impl StageSolveRecord {
     pub(super) fn new(report: &StageReport, log: &Log) -> Self {
         let outcome = &report.outcome;
         let moved = log.iter().any(|record| record.accepted);
@@ -71,7 +71,7 @@ impl StageEvidence {
         }
     }
 
-    /// This record of a second try, with the work of the first added.
+    /// This record of a later try with the counts of the first added.
     pub(super) fn after(mut self, first: &Self) -> Self {
         self.iterations += first.iterations;
         self.corrections += first.corrections;
@@ -80,38 +80,38 @@ impl StageEvidence {
         self
     }
 
-    /// Counts a program outside the loop.
-    pub(super) fn count(&mut self, program: QpOutcome) {
-        self.qp_iterations += program.iterations;
-        self.qp_unsolved += u32::from(program.status != QpStatus::Solved);
+    /// Adds a QP outside the SCP solver to the counts.
+    pub(super) fn count(&mut self, qp: QpOutcome) {
+        self.qp_iterations += qp.iterations;
+        self.qp_unsolved += u32::from(qp.status != QpStatus::Solved);
     }
 }
 
-/// Record of a plan. Checksums are 64-bit FNV-1a over exact bits.
+/// Solve record of a plan. Checksums are 64-bit FNV-1a over exact bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Evidence {
+pub struct SolveRecord {
     /// Version of this crate.
     pub version: &'static str,
-    /// Of mission and scenario.
+    /// Checksum of mission and scenario.
     pub input: u64,
-    /// Of the options, the horizon's size, and the solvers with their settings.
+    /// Checksum of options, horizon and solvers with their settings.
     pub settings: u64,
-    /// Of the plan: see [`output_checksum`].
+    /// Checksum of the plan: see [`output_checksum`].
     pub output: u64,
     /// Status of the plan.
     pub status: Status,
     /// Whether the verifier found every residual within its tolerance.
     pub is_verified: bool,
-    /// What Stage 2 started from.
+    /// Initial guess of Stage 2.
     pub start: GuessRecord,
     /// Stage 1.
-    pub translation: StageEvidence,
+    pub translation: StageSolveRecord,
     /// Stage 2.
-    pub reorientation: StageEvidence,
+    pub reorientation: StageSolveRecord,
 }
 
-impl Evidence {
-    /// A record of inputs and settings, nothing planned yet.
+impl SolveRecord {
+    /// A record of inputs and settings, before planning.
     pub(super) fn new(input: u64, settings: u64) -> Self {
         Self {
             version: VERSION,
@@ -121,8 +121,8 @@ impl Evidence {
             status: Status::default(),
             is_verified: false,
             start: GuessRecord::default(),
-            translation: StageEvidence::default(),
-            reorientation: StageEvidence::default(),
+            translation: StageSolveRecord::default(),
+            reorientation: StageSolveRecord::default(),
         }
     }
 }
@@ -133,25 +133,25 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Checksum of a plan: positions, velocities and forces, then attitudes, joint angles, rates, joint
 /// rates and torques, in the order and number of a plan file's rows. Cost: 13 kB of FNV-1a.
 pub fn output_checksum<const N: usize, const NL: usize>(
-    path: &TranslationTrajectory<N>,
-    motion: &ReorientationTrajectory<N, NL>,
+    translation: &TranslationTrajectory<N>,
+    reorientation: &ReorientationTrajectory<N, NL>,
 ) -> u64 {
     let mut sum = Checksum::new();
     // The last controls are not part of the plan.
     let intervals = N.saturating_sub(1);
-    path.position.iter().for_each(|r| sum.numbers(r));
-    path.velocity.iter().for_each(|v| sum.numbers(v));
-    path.force.iter().take(intervals).for_each(|f| sum.numbers(f));
-    motion.states.iter().for_each(|x| sum.numbers(&x.attitude));
-    motion.states.iter().for_each(|x| sum.numbers(&x.joint_angle));
-    motion.states.iter().for_each(|x| sum.numbers(&x.rate));
-    motion.states.iter().for_each(|x| sum.numbers(&x.joint_rate));
-    motion.controls.iter().take(intervals).for_each(|u| sum.numbers(&u.bus_torque));
-    motion.controls.iter().take(intervals).for_each(|u| sum.numbers(&u.joint_torque));
+    translation.position.iter().for_each(|r| sum.numbers(r));
+    translation.velocity.iter().for_each(|v| sum.numbers(v));
+    translation.force.iter().take(intervals).for_each(|f| sum.numbers(f));
+    reorientation.states.iter().for_each(|x| sum.numbers(&x.attitude));
+    reorientation.states.iter().for_each(|x| sum.numbers(&x.joint_angle));
+    reorientation.states.iter().for_each(|x| sum.numbers(&x.rate));
+    reorientation.states.iter().for_each(|x| sum.numbers(&x.joint_rate));
+    reorientation.controls.iter().take(intervals).for_each(|u| sum.numbers(&u.bus_torque));
+    reorientation.controls.iter().take(intervals).for_each(|u| sum.numbers(&u.joint_torque));
     sum.value()
 }
 
-/// Checksum of a mission and a scenario together: what a plan is made from.
+/// Checksum of mission and scenario together, the inputs of a plan.
 pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u64 {
     let mut sum = Checksum::new();
     add_mission(&mut sum, mission);
@@ -159,7 +159,7 @@ pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u
     sum.value()
 }
 
-/// Checksum of a mission, but for the ranges that scenarios are drawn from: no plan depends on them.
+/// Checksum of a mission without its scenario ranges, which no plan depends on.
 pub fn mission_checksum(mission: &Mission<LINKS>) -> u64 {
     let mut sum = Checksum::new();
     add_mission(&mut sum, mission);
@@ -173,7 +173,7 @@ pub fn scenario_checksum(scenario: &Scenario) -> u64 {
     sum.value()
 }
 
-/// Adds a mission. Fields are named one by one here and below, so that a new one cannot be forgotten.
+/// Adds a mission. Fields are destructured here and below, so that a new one cannot be forgotten.
 fn add_mission(sum: &mut Checksum, mission: &Mission<LINKS>) {
     let Mission {
         orbit,
@@ -184,7 +184,7 @@ fn add_mission(sum: &mut Checksum, mission: &Mission<LINKS>) {
         tolerances,
         margins,
         corridor,
-        // Scenarios are drawn from these; a plan is made of one.
+        // Scenarios are sampled from these; a plan has one.
         scenarios: _,
         typical_magnitudes,
     } = mission;
@@ -213,7 +213,7 @@ fn add_scenario(sum: &mut Checksum, scenario: &Scenario) {
     sum.numbers(velocity);
 }
 
-/// Adds all that a plan is made with but the solvers.
+/// Adds a plan's settings to a checksum.
 pub(super) fn add_options(sum: &mut Checksum, options: &PlanSettings) {
     let PlanSettings { mode, integrator, deadline_s, translation, reorientation, learned } =
         options;
