@@ -4,6 +4,7 @@ use super::SolveRecord;
 use crate::model::Refusal;
 use crate::scp::{Log, Outcome, Status};
 use crate::stages::{Clearances, Residuals};
+use core::fmt;
 
 /// Report of one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -67,13 +68,25 @@ impl PhaseTimes {
     }
 }
 
-/// Verdict on a plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, PartialOrd, Ord)]
+/// Verdict on a plan: the three outcomes, best first. They read the same in files (by name), on
+/// the terminal and in documents (in words, which is how they are displayed).
+///
+/// ```
+/// use remora_core::prelude::*;
+///
+/// assert_eq!(Verdict::of(true, Status::IterationLimit), Verdict::Verified);
+/// assert_eq!(Verdict::Verified.name(), "verified_not_converged");
+/// assert_eq!(Verdict::Verified.to_string(), "verified but not converged");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[repr(u32)]
 pub enum Verdict {
     /// Verified and converged; in feasibility mode verified and feasible.
     Optimal = 0,
     /// Verified but not converged: flyable, perhaps at a higher cost.
+    #[cfg_attr(feature = "serde", serde(rename = "verified_not_converged"))]
     Verified = 1,
     /// Not flyable: the verifier found a violation.
     #[default]
@@ -81,6 +94,18 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// All of them, best first.
+    pub const ALL: [Self; 3] = [Self::Optimal, Self::Verified, Self::NotFlyable];
+
+    /// The verdict on a plan that is verified or not, and ended so.
+    pub fn of(is_verified: bool, status: Status) -> Self {
+        match (is_verified, status) {
+            (true, Status::Solved) => Self::Optimal,
+            (true, _) => Self::Verified,
+            (false, _) => Self::NotFlyable,
+        }
+    }
+
     /// Code for records; it never changes its meaning.
     pub fn code(self) -> u32 {
         self as u32
@@ -93,6 +118,21 @@ impl Verdict {
             Self::Verified => "verified_not_converged",
             Self::NotFlyable => "not_flyable",
         }
+    }
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Optimal => "optimal",
+            Self::Verified => "verified but not converged",
+            Self::NotFlyable => "not flyable",
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.words())
     }
 }
 
@@ -120,11 +160,7 @@ pub struct Report {
 impl Report {
     /// The verdict.
     pub fn verdict(&self) -> Verdict {
-        match (self.is_verified(), self.status) {
-            (true, Status::Solved) => Verdict::Optimal,
-            (true, _) => Verdict::Verified,
-            (false, _) => Verdict::NotFlyable,
-        }
+        Verdict::of(self.is_verified(), self.status)
     }
 
     /// Whether the verifier found every residual within its tolerance: the plan can be flown whatever the

@@ -1,10 +1,12 @@
 //! Outcome of a solve.
 
+use core::fmt;
 use remora_qp::QpStatus;
 
 /// Status of a solve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, PartialOrd, Ord)]
-#[non_exhaustive]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[repr(u32)]
 pub enum Status {
     /// Feasible, and converged unless the first feasible iterate was asked for.
@@ -22,9 +24,29 @@ pub enum Status {
 }
 
 impl Status {
+    /// All of them, best first.
+    pub const ALL: [Self; 5] = [
+        Self::Solved,
+        Self::IterationLimit,
+        Self::Infeasible,
+        Self::Deadline,
+        Self::NumericalFailure,
+    ];
+
     /// Code for records; it never changes its meaning.
     pub fn code(self) -> u32 {
         self as u32
+    }
+
+    /// Name in files and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Solved => "solved",
+            Self::IterationLimit => "iteration_limit",
+            Self::Infeasible => "infeasible",
+            Self::Deadline => "deadline",
+            Self::NumericalFailure => "numerical_failure",
+        }
     }
 
     /// Status of a solve whose subproblem could not be solved.
@@ -34,6 +56,12 @@ impl Status {
             QpStatus::TimeLimit | QpStatus::Interrupted => Self::Deadline,
             _ => Self::NumericalFailure,
         }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
     }
 }
 

@@ -15,7 +15,7 @@ use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::{Mode, NODES, verify};
 use remora_core::advanced::time::Deadline;
 use remora_host::choice::Choice;
-use remora_host::formats::{PlanStatus, ScenarioSet, StartName};
+use remora_host::formats::{ScenarioSet, StartName};
 use remora_host::learned::Learned;
 use remora_host::memory::on_heap;
 use remora_host::method::Integrator;
@@ -108,7 +108,7 @@ fn what_is_refused_is_detected() {
     ] {
         let record = inject(fault);
         assert_eq!((record.class, record.start), (Class::Detected, start), "{record:?}");
-        assert_eq!(record.status, PlanStatus::Solved);
+        assert_eq!(record.status, Status::Solved);
     }
     let rate = Fault::Start {
         accepted: false,
@@ -158,7 +158,7 @@ fn what_is_used_is_tolerated_or_does_nothing() {
 fn what_fails_says_so_and_leaves_nothing_behind() {
     let record = inject(program("lower_u", 0, 43, 5, 56));
     assert_eq!(record.class, Class::FailedCleanly);
-    assert!(record.status != PlanStatus::Solved && !record.is_verified);
+    assert!(record.status != Status::Solved && !record.is_verified);
 }
 
 /// Multipliers are bounded by the weights. One that is not must not become curvature: the program

@@ -3,8 +3,8 @@
 
 use crate::error::Error;
 use crate::formats::{
-    NamedScenario, PlanClearances, PlanFile, PlanResiduals, PlanStatus, PlanVerdict, ScenarioSet,
-    checksum_of_mission, checksum_of_scenario, worst_residual,
+    Clearances, NamedScenario, PlanFile, ScenarioSet, Status, Verdict, checksum_of_mission,
+    checksum_of_scenario,
 };
 use crate::method::Integrator;
 use nalgebra::{Vector3, Vector4};
@@ -48,20 +48,36 @@ pub struct Checked {
     /// The integrator it was verified with.
     pub integrator: Integrator,
     /// The status it claims.
-    pub claimed: PlanStatus,
+    pub claimed: Status,
     /// What it is good for: verified here, converged as it claims.
-    pub verdict: PlanVerdict,
+    pub verdict: Verdict,
     /// What a plan that is not flyable fails by: the residual farthest beyond its tolerance.
     pub reason: Option<&'static str>,
     /// The residuals, recomputed.
-    pub residuals: PlanResiduals,
+    pub residuals: Residuals,
     /// How near bodies come to each other, recomputed.
-    pub clearances: PlanClearances,
+    pub clearances: Clearances,
     /// Where the file says something else than what is recomputed.
     pub disagreements: Vec<Disagreement>,
     /// What the residuals are held to.
     #[serde(skip)]
     pub tolerances: Tolerances,
+}
+
+/// What became of all plans, as `remora check --json` prints it.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Checks<'a> {
+    /// `remora-check/1`.
+    pub format: &'static str,
+    /// One a plan, in the order they were given.
+    pub plans: &'a [Checked],
+}
+
+impl<'a> Checks<'a> {
+    /// Of plans that were checked.
+    pub fn new(plans: &'a [Checked]) -> Self {
+        Self { format: "remora-check/1", plans }
+    }
 }
 
 /// A plan with what it was made for.
@@ -197,14 +213,13 @@ impl Made {
             &plan.stage2.trajectory(),
             &Deadline::never(),
         );
-        let clearances = PlanClearances::from(clearances);
         let is_verified = residuals.are_within(&mission.tolerances);
         let mut found = Findings(Vec::new());
         // Under another integrator than its own, a plan cannot be what it says.
         if integrator == plan.integrator {
             self.compare_status(plan, is_verified, &mut found);
             // Where no time was left to verify, a plan says nothing that could be wrong.
-            if Residuals::from(plan.residuals) != Residuals::UNFINISHED {
+            if plan.residuals != Residuals::UNFINISHED {
                 self.compare_residuals(&plan.residuals, &residuals, &mut found);
                 if let Some(said) = &plan.clearances {
                     compare_clearances(said, &clearances, &mut found);
@@ -213,14 +228,13 @@ impl Made {
         }
         self.compare_costs(plan, &mut found);
         self.compare_target(plan, scenario, &mut found);
-        let residuals = PlanResiduals::from(residuals);
         Checked {
             file,
             scenario: plan.scenario.clone(),
             integrator,
             claimed: plan.status,
-            verdict: PlanVerdict::of(is_verified, plan.status),
-            reason: worst_residual(&residuals, &mission.tolerances),
+            verdict: Verdict::of(is_verified, plan.status),
+            reason: residuals.worst(&mission.tolerances),
             residuals,
             clearances,
             disagreements: found.0,
@@ -230,20 +244,20 @@ impl Made {
 
     fn compare_status(&self, plan: &PlanFile, is_verified: bool, found: &mut Findings) {
         let worse = plan.stage1.status.max(plan.stage2.status);
-        if plan.status == PlanStatus::Solved && !is_verified {
+        if plan.status == Status::Solved && !is_verified {
             found.add("status", "says solved, is not flyable".into());
         } else if plan.status < worse {
             found.add("status", format!("says {}, a stage says {worse}", plan.status));
         }
-        let is = PlanVerdict::of(is_verified, plan.status);
+        let is = Verdict::of(is_verified, plan.status);
         if let Some(said) = plan.verdict.filter(|said| *said != is) {
             found.add("verdict", format!("says {said}, is {is}"));
         }
     }
 
-    fn compare_residuals(&self, said: &PlanResiduals, is: &Residuals, found: &mut Findings) {
+    fn compare_residuals(&self, said: &Residuals, is: &Residuals, found: &mut Findings) {
         let tolerances = &self.mission.tolerances;
-        let said = Residuals::from(*said).against(tolerances);
+        let said = said.against(tolerances);
         for ((name, said, tolerance), (_, is, _)) in said.into_iter().zip(is.against(tolerances)) {
             let slack = RESIDUAL_SHARE * tolerance + RELATIVE * is.abs();
             if !within(said - is, slack) {
@@ -306,15 +320,13 @@ impl Made {
 }
 
 /// Distances; when they are smallest may hang on a rounding, and is not compared.
-fn compare_clearances(said: &PlanClearances, is: &PlanClearances, found: &mut Findings) {
+fn compare_clearances(said: &Clearances, is: &Clearances, found: &mut Findings) {
     for ((name, said), (_, is)) in said.named().into_iter().zip(is.named()) {
-        let agree = match (said.distance_m, is.distance_m) {
-            (Some(said), Some(is)) => within(said - is, DISTANCE),
-            (said, is) => said == is,
-        };
-        if !agree {
-            let number = |x: Option<f64>| x.map_or("nothing".into(), |x| format!("{x:.6}"));
-            let reason = format!("says {}, is {}", number(said.distance_m), number(is.distance_m));
+        let (said, is) = (said.distance, is.distance);
+        if !(said == is || within(said - is, DISTANCE)) {
+            let number =
+                |x: f64| if x.is_finite() { format!("{x:.6}") } else { "nothing".to_string() };
+            let reason = format!("says {}, is {}", number(said), number(is));
             found.add(&format!("clearances.{name}.distance_m"), reason);
         }
     }

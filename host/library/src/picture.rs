@@ -1,7 +1,7 @@
 //! A plan as a picture: the manoeuvre in the plane of approach, and all that has limits over time.
 
 use crate::error::Error;
-use crate::formats::PlanFile;
+use crate::formats::{PlanFile, Verdict};
 use crate::report::plot::{Outline, Panel, Sheet};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
@@ -30,7 +30,7 @@ pub fn svg(plan: &PlanFile, mission: &Mission<LINKS>) -> Result<String, Error> {
 }
 
 fn verdict(plan: &PlanFile) -> String {
-    plan.verdict.map_or("a plan", |verdict| verdict.words()).to_string()
+    plan.verdict.map_or("a plan", Verdict::words).into()
 }
 
 /// A plan with what it was made for.

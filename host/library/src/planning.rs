@@ -3,8 +3,8 @@
 use crate::backend::{ClarabelQp, Recorder, Solve};
 use crate::error::Error;
 use crate::formats::{
-    self, EvidenceFile, NamedScenario, PlanFile, PlanGrid, PlanInputs, PlanResiduals, PlanStage1,
-    PlanStage2, PlanTarget, Program, Row, StageEnd, StartName, worst_residual,
+    self, EvidenceFile, Flight, NamedScenario, PlanFile, PlanGrid, PlanInputs, PlanStage1,
+    PlanStage2, PlanTarget, Program, Row, StageEnd, StartName,
 };
 use crate::learned::{Learned, Memories};
 use crate::memory::{on_heap, on_large_stack};
@@ -50,7 +50,9 @@ pub struct Planned {
     /// What a plan that is not flyable fails by: the residual farthest beyond its tolerance.
     pub reason: Option<&'static str>,
     /// Second-order corrections of stages 1 and 2.
-    pub corrections: (u64, u64),
+    pub corrections: [u64; 2],
+    /// How hard the scenario is and what the plan asks of the servicer.
+    pub flight: Flight,
     /// Where the time went.
     pub times: PhaseTimes,
     /// The record to file with the plan, with the gains to track it.
@@ -62,7 +64,7 @@ pub struct Planned {
 impl Planned {
     /// The campaign's row of this plan.
     pub fn row(&self) -> Row {
-        Row::new(&self.file, self.corrections, self.reason)
+        Row::new(&self.file, self.corrections, self.reason, self.flight)
     }
 }
 
@@ -169,8 +171,8 @@ impl Planner {
             format: formats::PLAN_FORMAT.into(),
             program: Some(Program::this()),
             scenario: scenario.id.clone(),
-            status: report.status.into(),
-            verdict: Some(report.verdict().into()),
+            status: report.status,
+            verdict: Some(report.verdict()),
             mode: method.mode,
             warm_start: StartName::from(report.record.start).in_tables().into(),
             qp: method.qp.name().into(),
@@ -187,14 +189,15 @@ impl Planner {
                 self.workspace.reorientation(),
             ),
             target: PlanTarget::from(&self.workspace.target),
-            residuals: PlanResiduals::from(report.residuals),
-            clearances: Some(report.clearances.into()),
+            residuals: report.residuals,
+            clearances: Some(report.clearances),
         };
         let (log1, log2) = self.workspace.logs();
         Planned {
-            reason: worst_residual(&file.residuals, &mission.tolerances),
+            reason: file.residuals.worst(&mission.tolerances),
+            flight: Flight::new(mission, scenario, &file),
             file,
-            corrections: (one.outcome.corrections as u64, two.outcome.corrections as u64),
+            corrections: [one, two].map(|stage| stage.outcome.corrections as u64),
             times: report.times,
             evidence: EvidenceFile::new(
                 &scenario.id,
@@ -279,7 +282,7 @@ fn gains(mission: &Mission<LINKS>, report: &Report, solver: &mut dyn Solver) -> 
 
 fn end(stage: &StageReport) -> StageEnd {
     StageEnd {
-        status: stage.outcome.status.into(),
+        status: stage.outcome.status,
         iterations: stage.outcome.iterations as u64,
         cost: stage.cost,
         time_s: stage.time_s,
@@ -350,13 +353,21 @@ impl PlanJob {
         let evidence = formats::evidence_path(&self.out);
         formats::check_writable(&self.out)?;
         formats::check_writable(&evidence)?;
-        let planned = on_large_stack(|| {
-            let mut planner = Planner::new().with_threads(self.threads);
-            planner.plan(&self.mission, &self.scenario, &self.method, self.model.as_ref())
-        })?;
+        let planned = self.plan()?;
         planned.evidence.write(&evidence)?;
         planned.file.write(&self.out)?;
         Ok(planned)
+    }
+
+    /// Makes the plan and writes nothing.
+    ///
+    /// # Errors
+    /// Where no thread can be started.
+    pub fn plan(&self) -> Result<Planned, Error> {
+        on_large_stack(|| {
+            let mut planner = Planner::new().with_threads(self.threads);
+            planner.plan(&self.mission, &self.scenario, &self.method, self.model.as_ref())
+        })
     }
 }
 
@@ -364,7 +375,7 @@ impl PlanJob {
 mod tests {
     use super::*;
     use crate::draw::draw;
-    use crate::formats::{PlanVerdict, ScenarioSet};
+    use crate::formats::{ScenarioSet, Verdict};
     use crate::method::Integrator;
 
     #[test]
@@ -408,7 +419,7 @@ mod tests {
             assert!([name, "capture_view"].contains(&refusal.name()), "{refusal}");
             let plan = || Planner::new().plan(&mission, &scenario, &euler, None);
             let planned = on_large_stack(plan).unwrap();
-            assert_eq!(planned.file.verdict, Some(PlanVerdict::NotFlyable), "{refusal}");
+            assert_eq!(planned.file.verdict, Some(Verdict::NotFlyable), "{refusal}");
             assert!(planned.reason.is_some());
         }
     }

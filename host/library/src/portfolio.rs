@@ -102,7 +102,7 @@ impl Portfolio {
 }
 
 fn is_solved(planned: &Planned) -> bool {
-    planned.file.status == crate::formats::PlanStatus::Solved
+    planned.file.status == crate::formats::Status::Solved
 }
 
 /// Whether `a` has the better verdict; or the same and the better status, or the same and the
@@ -143,7 +143,7 @@ impl Clock for Stoppable<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{PlanStatus, ScenarioSet};
+    use crate::formats::{ScenarioSet, Status};
     use crate::memory::on_large_stack;
     use crate::method::Integrator;
     use remora_core::advanced::time::Deadline as CoreDeadline;
@@ -183,12 +183,12 @@ mod tests {
         let deadline = Deadline::try_from(1e-9).ok();
         let (_, race) = race(&Method { deadline, ..method() }, 0);
         assert!(!race.is_won && race.stop_s().is_none());
-        assert_eq!(race.planned.file.status, PlanStatus::Deadline);
+        assert_eq!(race.planned.file.status, Status::Deadline);
         let mut worse = race.planned.clone();
         worse.file.stage2.cost += 1.0;
         assert!(is_better(&race.planned, &worse) && !is_better(&worse, &race.planned));
         worse.file.stage2.cost = -1.0;
-        worse.file.status = PlanStatus::NumericalFailure;
+        worse.file.status = Status::NumericalFailure;
         assert!(is_better(&race.planned, &worse) && !is_better(&worse, &race.planned));
         worse = race.planned.clone();
         worse.file.stage2.cost = f64::NAN;
@@ -216,7 +216,7 @@ mod tests {
             Planner::new().plan_by(&clock, &mission, scenario, &stopped, None, &mut |_| ())
         });
         let planned = planned.unwrap();
-        assert_eq!(planned.file.status, PlanStatus::Deadline);
+        assert_eq!(planned.file.status, Status::Deadline);
         assert_eq!(planned.file.stage2.iterations, 0);
     }
 }

@@ -1,16 +1,14 @@
 //! `remora audit`
 
-use super::options::choice;
-use super::progress::Bar;
-use super::{Exit, Output};
+use super::Output;
+use super::options::{JobsArgs, choice};
+use super::progress::{Bar, is_shown_live, tell};
 use indicatif::{ProgressBar, ProgressStyle};
 use remora_audit::{Audit, Section, Watcher, check, firmware, summary_table};
 use remora_host::choice::Choice;
 use remora_host::error::Error;
 use remora_host::progress::Progress;
 use std::fmt::Write as _;
-use std::io::{IsTerminal, Write as _, stderr};
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -24,15 +22,15 @@ pub(super) struct Args {
     /// Measure nothing: are budgets kept and pages what today's code would make?
     #[arg(long, conflicts_with = "only")]
     check: bool,
-    /// Folder of the pages and of all numbers [default: docs/audit in the checkout, target/audit]
+    /// Directory of the results; made where it does not exist [default: docs/audit in the checkout for
+    /// the pages, target/audit for all numbers]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// The checkout [default: the one around the working folder]
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
-    /// Worker threads where no times are measured [default: all cores]
-    #[arg(long, value_name = "J")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    jobs: JobsArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -59,9 +57,8 @@ impl Args {
         let target = firmware::folder(&root).with_file_name("audit");
         let numbers = self.out.clone().unwrap_or(target);
         let out = self.out.unwrap_or_else(|| root.join("docs/audit"));
-        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        let jobs = self.jobs.unwrap_or_else(cores);
-        let mut screen = Screen::default();
+        let jobs = self.jobs.jobs();
+        let mut screen = Screen { bar: Bar::named("audit"), spinner: None };
         if self.check {
             let checked = check(&root, &out, jobs, super::inject::hung, &mut screen)?;
             screen.clear();
@@ -77,8 +74,7 @@ impl Args {
         for file in &audited.files {
             let _ = writeln!(text, "written: {}", file.display());
         }
-        let exit = if audited.faults.is_empty() { Exit::Success } else { Exit::Unsolved };
-        Ok(Output { text: text + &faults(&audited.faults), exit })
+        Ok(Output::new(text + &faults(&audited.faults), audited.faults.is_empty()))
     }
 }
 
@@ -101,7 +97,6 @@ fn checkout() -> Result<PathBuf, Error> {
 }
 
 /// Progress on standard error: the part, then what it does.
-#[derive(Default)]
 struct Screen {
     bar: Bar,
     spinner: Option<ProgressBar>,
@@ -133,17 +128,16 @@ impl Progress for Screen {
 impl Watcher for Screen {
     fn section(&mut self, section: Section, number: usize, of: usize) {
         self.clear();
-        let _ = writeln!(stderr(), "{number}/{of}  {}", section.name());
+        tell(&format!("{number}/{of}  {}", section.name()));
     }
 
     fn resumed(&mut self, section: Section) {
-        let _ = writeln!(stderr(), "resuming: {} is there already", section.name());
+        tell(&format!("resuming: {} is there already", section.name()));
     }
 
     fn line(&mut self, text: &str) {
-        if !stderr().is_terminal() {
-            let _ = writeln!(stderr(), "  {text}");
-            return;
+        if !is_shown_live() {
+            return tell(&format!("  {text}"));
         }
         let spinner = self.spinner.get_or_insert_with(|| {
             let spinner = ProgressBar::new_spinner();

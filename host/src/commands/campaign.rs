@@ -1,47 +1,36 @@
 //! `remora campaign`
 
-use super::Output;
-use super::options::{MethodArgs, MissionArgs, read_or_drawn};
+use super::options::{DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SetArgs};
 use super::progress::Bar;
+use super::{Output, to_json};
 use crate::report;
 use remora_host::campaign::Campaign;
-use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
-use remora_host::formats::PlanVerdict;
-use remora_host::method::Deadline;
-use std::num::NonZeroUsize;
+use remora_host::formats::Verdict;
 use std::path::PathBuf;
 
 /// Plan many scenarios over several threads; resumes what was interrupted.
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Scenario set (*.scenarios.json)
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["draw", "seed"])]
-    scenarios: Option<PathBuf>,
-    /// Draw so many scenarios instead; needs --seed
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
-    draw: Option<u64>,
-    /// Seed of the draw
-    #[arg(long, value_name = "S")]
-    seed: Option<u64>,
+    #[command(flatten)]
+    set: SetArgs,
     #[command(flatten)]
     mission: MissionArgs,
     #[command(flatten)]
     method: MethodArgs,
-    /// Time for each plan, a positive number; with it the results depend on the machine and its
-    /// load, and no second run need give the same bits [default: none]
-    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
-    deadline: Option<Deadline>,
-    /// Worker threads [default: the machine's cores]
-    #[arg(long, value_name = "J")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    deadline: DeadlineArgs,
+    #[command(flatten)]
+    jobs: JobsArgs,
     /// Write DIR/plans/ID.plan.json too
     #[arg(long)]
     plans: bool,
-    /// Write DIR/results.csv beside DIR/results.parquet
+    /// Write the table as CSV too
     #[arg(long)]
     csv: bool,
+    #[command(flatten)]
+    json: JsonArgs,
     /// Directory of the results; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -50,11 +39,12 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   remora campaign --scenarios a.scenarios.json --out runs/a
-  remora campaign --draw 300 --seed 1 --integrator euler --jobs 8 --plans --csv --out runs/b
-  remora campaign --draw 300 --seed 7 --warm-start model --model mine.model --out runs/mine
-  remora campaign --draw 300 --seed 1 --deadline 0.5 --jobs 1 --out runs/c
+  remora campaign --count 300 --seed 1 --integrator euler --jobs 8 --plans --csv --out runs/b
+  remora campaign --count 300 --seed 7 --warm-start model --model mine.model --out runs/mine
+  remora campaign --count 300 --seed 1 --deadline 0.5 --jobs 1 --out runs/c
 
-Interrupt it at any time: the same command goes on where it stopped. Results do not depend on the
+DIR gets results.parquet (--csv: results.csv too), summary.json, the scenarios and, with --plans, a
+plan a scenario. Interrupt it at any time: the same command goes on where it stopped. Results do not depend on the
 number of threads, but for times. A campaign with --deadline is not reproducible bit by bit: where
 a plan stops depends on the machine, its load and --jobs.
 
@@ -68,26 +58,23 @@ Exit status: 0 all optimal, 1 some are not flyable, 2 bad input, 3 all verified 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let mission = self.mission.mission()?;
-        let chosen = read_or_drawn(self.scenarios.as_deref(), self.draw, self.seed, &mission)?;
-        let scenarios = chosen.ok_or_else(|| {
-            let reason = "one of --scenarios FILE and --draw N --seed S is needed";
-            Error::argument("campaign", reason)
-        })?;
-        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        let scenarios = scenarios.scenarios;
+        let chosen = self.set.chosen(&mission)?;
         let campaign = Campaign {
             mission,
-            method: self.method.method_until(self.deadline),
-            model: self.method.model_to_judge(&scenarios)?,
-            scenarios,
-            jobs: self.jobs.unwrap_or_else(cores),
+            method: self.method.method_until(&self.deadline),
+            model: self.method.model_to_judge(&chosen.scenarios)?,
+            scenarios: chosen.scenarios,
+            seed: chosen.seed,
+            jobs: self.jobs.jobs(),
             save_plans: self.plans,
             csv: self.csv,
             out: self.out,
         };
-        let results = campaign.run(&mut Bar::default())?;
-        let worst = results.rows.iter().map(|row| row.verdict).max();
-        let worst = worst.unwrap_or(PlanVerdict::Optimal);
-        Ok(Output::judged(report::campaign_report(&results), worst))
+        let results = campaign.run(&mut Bar::named("campaign"))?;
+        let worst = results.rows.iter().map(|row| row.verdict).max().unwrap_or(Verdict::Optimal);
+        match self.json.json {
+            true => Ok(Output::judged_data(to_json(&results.summary)?, worst)),
+            false => Ok(Output::judged(report::campaign_report(&results), worst)),
+        }
     }
 }

@@ -1,10 +1,11 @@
 //! `remora check`
 
-use super::Output;
+use super::options::JsonArgs;
+use super::{Output, to_json};
 use crate::report;
-use remora_host::checking::{Check, Checked, Given};
+use remora_host::checking::{Check, Checked, Checks, Given};
 use remora_host::error::Error;
-use remora_host::formats::{PlanVerdict, ScenarioSet, read_mission};
+use remora_host::formats::{ScenarioSet, Verdict, read_mission};
 use remora_host::method::Integrator;
 use std::path::PathBuf;
 
@@ -16,20 +17,22 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Scenario set (*.scenarios.json) that plans must have been made for [default: what each plan
-    /// holds; for plans of the first format the built-in set]
+    /// Scenario set (*.scenarios.json) [default: what each plan holds; for plans of the first format
+    /// the built-in set]
     #[arg(long, value_name = "FILE")]
     scenarios: Option<PathBuf>,
-    /// Mission file (*.mission.toml) that plans must have been made for [default: what each plan
-    /// holds; for plans of the first format the built-in mission]
+    /// Mission file (*.mission.toml) [default: what each plan holds; for plans of the first format
+    /// the built-in mission]
     #[arg(long, value_name = "FILE")]
     mission: Option<PathBuf>,
-    /// euler, rk4 or rk4:M [default: what each plan names]
+    /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4 [default: what each plan names]
     #[arg(long, value_name = "NAME")]
     integrator: Option<Integrator>,
     /// Count a plan that says something else of itself than what is recomputed as failed
     #[arg(long)]
     strict: bool,
+    #[command(flatten)]
+    json: JsonArgs,
     /// Plan files (*.plan.json)
     #[arg(required = true, value_name = "PLAN")]
     plans: Vec<PathBuf>,
@@ -42,7 +45,8 @@ Examples:
   remora check --integrator rk4:20 s1-007.plan.json
   remora check --mission mine.mission.toml s1-007.plan.json
 
-One plan is shown with all its residuals, several as a table.
+One plan is shown with all its residuals, several as a table. A plan that was made for another scenario
+or mission than one given is refused.
 
 Exit status: 0 all optimal, 1 some are not flyable (with --strict: or disagree), 2 bad input, 3 all
 verified but some not converged.";
@@ -62,9 +66,12 @@ impl Args {
         let checked = check.run()?;
         let disagrees = |plan: &Checked| !plan.disagreements.is_empty();
         let worst = match self.strict && checked.iter().any(disagrees) {
-            true => PlanVerdict::NotFlyable,
-            false => checked.iter().map(|plan| plan.verdict).max().unwrap_or(PlanVerdict::Optimal),
+            true => Verdict::NotFlyable,
+            false => checked.iter().map(|plan| plan.verdict).max().unwrap_or(Verdict::Optimal),
         };
-        Ok(Output::judged(report::check_report(&checked), worst))
+        match self.json.json {
+            true => Ok(Output::judged_data(to_json(&Checks::new(&checked))?, worst)),
+            false => Ok(Output::judged(report::check_report(&checked), worst)),
+        }
     }
 }

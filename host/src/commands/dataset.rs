@@ -1,15 +1,14 @@
 //! `remora dataset`
 
 use super::Output;
-use super::options::MissionArgs;
+use super::options::{COUNT, IntegratorArgs, JobsArgs, MissionArgs, SEED};
 use super::progress::Bar;
 use crate::report;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::learned::Learned;
-use remora_host::method::Integrator;
 use remora_learn::dataset::{Recipe, SHARD};
-use std::num::{NonZeroU32, NonZeroUsize};
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -17,16 +16,14 @@ use std::time::Instant;
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Scenarios to try; those that are solved and verified are kept
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    #[arg(long, alias = "draw", value_name = "N", help = COUNT)]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     count: u64,
-    /// Seed of the draw
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", help = SEED)]
     seed: u64,
-    /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4
-    #[arg(long, value_name = "NAME", default_value_t = Integrator::RK4)]
-    integrator: Integrator,
-    /// Start Stage 2 from the roll-outs of this model (*.model) [default: from the heuristic]
+    #[command(flatten)]
+    integrator: IntegratorArgs,
+    /// Learned model (*.model) [default: none, Stage 2 starts from the heuristic]
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
     #[command(flatten)]
@@ -34,10 +31,9 @@ pub(super) struct Args {
     /// Scenarios a file
     #[arg(long, value_name = "N", default_value_t = SHARD)]
     shard: NonZeroU32,
-    /// Worker threads [default: the machine's cores]
-    #[arg(long, value_name = "J")]
-    jobs: Option<NonZeroUsize>,
-    /// Directory of the dataset; made where it does not exist
+    #[command(flatten)]
+    jobs: JobsArgs,
+    /// Directory of the results; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -48,7 +44,7 @@ Examples:
   remora dataset --count 12000 --seed 2000 --jobs 8 --out data/rk4-12k
   remora dataset --count 30000 --seed 1000 --integrator euler --model first.model --out data/own
 
-Interrupt it at any time: the same command goes on where it stopped, after the last file of 500
+Scenarios whose plans are solved and verified are kept. Interrupt it at any time: the same command goes on where it stopped, after the last file of 500
 scenarios (--shard). The bytes do not depend on the number of threads. Choose a seed of which nothing will be
 evaluated: a model is not to be judged on scenarios it was trained on.
 
@@ -56,19 +52,18 @@ Exit status: 0 done, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let recipe = Recipe {
             count: self.count,
             seed: self.seed,
-            integrator: self.integrator,
+            integrator: self.integrator.integrator,
             model: self.model.as_deref().map(Learned::usable).transpose()?,
             mission: self.mission.mission()?,
             shard: self.shard,
-            jobs: self.jobs.unwrap_or_else(cores),
+            jobs: self.jobs.jobs(),
             out: self.out,
         };
         let started = Instant::now();
-        let made = recipe.make(&mut Bar::default())?;
+        let made = recipe.make(&mut Bar::named("dataset"))?;
         let text = report::dataset_report(&made, started.elapsed().as_secs_f64(), &recipe.out);
         Ok(Output::new(text, true))
     }

@@ -1,40 +1,65 @@
 //! `remora draw`
 
-use super::Output;
-use super::options::{MissionArgs, drawn};
+use super::options::{COUNT, ForceArgs, JsonArgs, MissionArgs, SEED, drawn, is_stdout};
+use super::{Output, to_json};
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
-use std::path::PathBuf;
+use remora_host::formats::{ScenarioSet, check_writable};
+use std::path::{Path, PathBuf};
 
 /// Draw scenarios at random, the same for a seed everywhere.
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Number of scenarios
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    #[arg(long, alias = "draw", value_name = "N", help = COUNT)]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     count: u64,
-    /// Seed
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", help = SEED)]
     seed: u64,
     #[command(flatten)]
     mission: MissionArgs,
-    /// Scenario set (*.scenarios.json) to write
+    /// Scenario set (*.scenarios.json) to write, - for standard output
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 const AFTER_HELP: &str = "\
 Examples:
   remora draw --count 300 --seed 1 --out drawn.scenarios.json
+  remora draw --count 3 --seed 1 --out -
 
 A smaller count of the same seed is the beginning of a larger one. The mission's geometry decides
-which starts violate keep-out or pointing and are drawn again.";
+which starts violate keep-out or pointing and are drawn again. A file that is there is replaced only
+where it was drawn too, or with --force.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let set = drawn(self.count, self.seed, &self.mission.mission()?)?;
-        set.write(&self.out)?;
+        if !is_stdout(&self.out) {
+            check_writable(&self.out)?;
+            if !was_drawn(&self.out) {
+                self.force.keep(&self.out)?;
+            }
+            set.write(&self.out)?;
+        }
+        if self.json.json || is_stdout(&self.out) {
+            return Ok(Output::data(to_json(&set)?));
+        }
         let text = format!("{} scenarios\nwritten: {}\n", self.count, self.out.display());
         Ok(Output::new(text, true))
     }
+}
+
+/// Whether a file is a set that was drawn, which another draw may replace.
+fn was_drawn(file: &Path) -> bool {
+    let is_number = |text: &str| !text.is_empty() && text.chars().all(|c| c.is_ascii_digit());
+    let is_drawn = |id: &str| {
+        let numbers = id.strip_prefix('s').and_then(|rest| rest.split_once('-'));
+        numbers.is_some_and(|(seed, index)| is_number(seed) && is_number(index))
+    };
+    ScenarioSet::read(file).is_ok_and(|set| set.scenarios.iter().all(|s| is_drawn(&s.id)))
 }

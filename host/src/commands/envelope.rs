@@ -1,23 +1,22 @@
 //! `remora envelope`
 
-use super::Output;
-use super::options::choice;
+use super::options::{COUNT, JobsArgs, JsonArgs, SEED, choice};
 use super::progress::Bar;
+use super::{Output, to_json};
 use crate::report;
 use remora_host::draw::MAX_COUNT;
 use remora_host::envelope::{self, Envelope, Grid, Number, Vehicle};
 use remora_host::error::Error;
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method, WarmStart};
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Map where the planner works, over tumble rate, distance and horizon, for some vehicles.
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Vehicle with its mission (*.mission.toml); may be given several times [default: the built-in
-    /// mission, a strong and a small servicer]
+    /// Mission file (*.mission.toml) [default: the built-in mission, a strong and a small servicer;
+    /// may be given several times, a vehicle each]
     #[arg(long, value_name = "FILE")]
     mission: Vec<PathBuf>,
     /// Norms of the target's rate [deg/s] [default: 0,0.5,1,2,3,5,7]
@@ -32,21 +31,22 @@ pub(super) struct Args {
     /// A small part of the map, in well under a minute
     #[arg(long, conflicts_with_all = ["rate", "distance", "horizon"])]
     coarse: bool,
-    /// Scenarios a cell [default: 10; 2 with --coarse]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    #[arg(long, alias = "draw", value_name = "N")]
+    #[arg(help = format!("{COUNT} [default: 10 a cell; 2 with --coarse]"))]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     count: Option<u64>,
-    /// Seed of their draw
-    #[arg(long, value_name = "S", default_value_t = envelope::SEED)]
+    #[arg(long, value_name = "S", default_value_t = envelope::SEED, help = SEED)]
     seed: u64,
     /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4 [default: rk4:4]
     #[arg(long, value_name = "NAME")]
     integrator: Option<Integrator>,
-    /// What Stage 2 starts from; built-in models know the built-in mission alone
+    /// What Stage 2 starts from
     #[arg(long, value_parser = choice::<WarmStart>(), default_value = "heuristic")]
     warm_start: WarmStart,
-    /// Worker threads [default: the machine's cores]
-    #[arg(long, value_name = "J")]
-    jobs: Option<NonZeroUsize>,
+    #[command(flatten)]
+    jobs: JobsArgs,
+    #[command(flatten)]
+    json: JsonArgs,
     /// Directory of the results; made where it does not exist [default: runs/envelope, or
     /// runs/envelope-coarse with --coarse]
     #[arg(long, value_name = "DIR")]
@@ -61,7 +61,8 @@ Examples:
   remora envelope --rate 0.06 --distance 5 --horizon 1200 --count 300
 
 A cell is the vehicle's mission with duration, standoff and rate replaced; keep-out, margins and all
-else stay. Interrupt it at any time: the same command goes on at the cell where it stopped, also with
+else stay. Built-in models know the built-in mission alone, so that plans start from the heuristic
+unless told otherwise. Interrupt it at any time: the same command goes on at the cell where it stopped, also with
 more rates, distances or horizons. Results do not depend on the number of threads, but for times.
 
 Exit status: 0 done, whatever the plans came to, 2 bad input.";
@@ -75,7 +76,6 @@ impl Args {
         };
         let integrator = self.integrator.map_or_else(envelope::integrator, Ok)?;
         let count = if self.coarse { envelope::COARSE_COUNT } else { envelope::COUNT };
-        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let warm_start = self.warm_start;
         let envelope = Envelope {
             vehicles,
@@ -84,12 +84,15 @@ impl Args {
             seed: self.seed,
             method: Method { integrator, warm_start, ..Method::default() },
             model: Learned::chosen(warm_start, None, integrator)?,
-            jobs: self.jobs.unwrap_or_else(cores),
+            jobs: self.jobs.jobs(),
         };
         let default = if self.coarse { "runs/envelope-coarse" } else { "runs/envelope" };
         let out = self.out.unwrap_or_else(|| default.into());
-        let made = envelope.run(&out, &mut Bar::default())?;
-        Ok(Output::new(report::envelope_report(&made), true))
+        let made = envelope.run(&out, &mut Bar::named("envelope"))?;
+        match self.json.json {
+            true => Ok(Output::data(to_json(&made.map)?)),
+            false => Ok(Output::new(report::envelope_report(&made), true)),
+        }
     }
 
     fn grid(&self) -> Result<Grid, Error> {

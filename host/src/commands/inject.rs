@@ -1,16 +1,17 @@
 //! `remora inject`
 
-use super::options::{MissionArgs, choice};
+use super::options::{
+    ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED, choice, set_or_built_in,
+};
 use super::progress::Bar;
-use super::{Exit, Output};
+use super::{Output, to_json};
 use remora_audit::inject::{Injection, Injector, MAX_COUNT, Site};
 use remora_audit::report;
 use remora_host::choice::Choice;
 use remora_host::error::Error;
-use remora_host::formats::{ScenarioSet, check_writable, json, make_directory, write_atomically};
+use remora_host::formats::{check_writable, json, make_directory, write_atomically};
 use remora_host::method::Integrator;
 use std::io::Write;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 /// Flip bits in what the planner works on, and see what becomes of its plans.
@@ -18,11 +19,10 @@ use std::path::{Path, PathBuf};
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// Number of cases
-    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    #[arg(long, alias = "count", value_name = "CASES", default_value_t = 10_000)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
-    count: u64,
-    /// Seed of the cases
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    cases: u64,
+    #[arg(long, value_name = "S", default_value_t = 1, help = SEED)]
     seed: u64,
     /// Where to flip bits; may be given several times [default: everywhere]
     #[arg(long, value_name = "SITE", value_parser = choice::<Site>())]
@@ -32,23 +32,25 @@ pub(super) struct Args {
     scenarios: Option<PathBuf>,
     #[command(flatten)]
     mission: MissionArgs,
-    /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4; plans start from its built-in model
-    #[arg(long, value_name = "NAME", default_value_t = Integrator::EULER)]
-    integrator: Integrator,
-    /// Worker threads [default: the machine's cores]
-    #[arg(long, value_name = "J")]
-    jobs: Option<NonZeroUsize>,
-    /// Directory for inject.json; made where it does not exist
+    #[command(flatten)]
+    integrator: IntegratorArgs,
+    #[command(flatten)]
+    jobs: JobsArgs,
+    #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
+    json: JsonArgs,
+    /// Directory of the results; made where it does not exist [default: none is written]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Write DIR/inject.csv too, a row a case
+    /// Write the table as CSV too
     #[arg(long, requires = "out")]
     csv: bool,
     /// Run this case alone
-    #[arg(long, value_name = "N", conflicts_with_all = ["count", "site", "jobs", "out"])]
+    #[arg(long, value_name = "N", conflicts_with_all = ["cases", "site", "jobs", "out"])]
     #[arg(value_parser = clap::value_parser!(u64).range(0..8 * MAX_COUNT))]
     case: Option<u64>,
-    /// Show the iterations of that case
+    /// Show the iterations of both stages
     #[arg(short, long, requires = "case")]
     verbose: bool,
 }
@@ -56,27 +58,26 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   remora inject --out runs/faults --csv
-  remora inject --count 2000 --seed 7 --site qp_data --site qp_solution
+  remora inject --cases 2000 --seed 7 --site qp_data --site qp_solution
   remora inject --integrator rk4 --scenarios drawn.scenarios.json
-  remora inject --seed 1 --case 4711 -v
+  remora inject --integrator euler --seed 1 --case 4711 -v
 
-A case is one flipped bit in the plan of one scenario, drawn from seed and number alone: results
+DIR gets inject.json and, with --csv, inject.csv, a row a case. Plans start from the integrator's
+built-in model. A case is one flipped bit in the plan of one scenario, drawn from seed and number alone: results
 do not depend on the number of threads, and any case can be run again.
 
 Exit status: 0 no case was wrong, hung or panicked, 1 some were, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let set = match &self.scenarios {
-            Some(file) => ScenarioSet::read(file)?,
-            None => ScenarioSet::built_in()?,
-        };
+        let set = set_or_built_in(self.scenarios.as_deref())?;
+        let integrator = self.integrator.integrator;
         let injector = Injector {
             seed: self.seed,
             sites: if self.site.is_empty() { Site::ALL.to_vec() } else { self.site.clone() },
             scenarios: set.scenarios,
             mission: self.mission.mission()?,
-            integrator: self.integrator,
+            integrator,
         };
         if let Some(case) = self.case {
             let replay = injector.replay(case)?;
@@ -84,14 +85,15 @@ impl Args {
             return Ok(Output::new(text, !replay.record.class.is_forbidden()));
         }
         let files = self.files()?;
-        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        let jobs = self.jobs.unwrap_or_else(cores);
-        let alarm = |case: u64| hung(self.seed, self.integrator, case);
-        let injection = injector.run(self.count, jobs, &mut Bar::default(), &alarm)?;
+        let alarm = |case: u64| hung(self.seed, integrator, case);
+        let bar = &mut Bar::named("inject");
+        let injection = injector.run(self.cases, self.jobs.jobs(), bar, &alarm)?;
         write(&files, &injection)?;
-        let text = report::injection_report(&injection, &files);
-        let exit = if injection.is_sound() { Exit::Success } else { Exit::Unsolved };
-        Ok(Output { text, exit })
+        let is_sound = injection.is_sound();
+        match self.json.json {
+            true => Ok(Output::new(to_json(&injection)?, is_sound).as_data()),
+            false => Ok(Output::new(report::injection_report(&injection, &files), is_sound)),
+        }
     }
 
     /// The files to be written, which can be.
@@ -101,6 +103,7 @@ impl Args {
         let names = ["inject.json"].into_iter().chain(self.csv.then_some("inject.csv"));
         let files: Vec<PathBuf> = names.map(|name| out.join(name)).collect();
         files.iter().try_for_each(|file| check_writable(file))?;
+        files.iter().try_for_each(|file| self.force.keep(file))?;
         Ok(files)
     }
 }

@@ -1,12 +1,12 @@
 //! `remora mission`
 
-use super::Output;
+use super::options::{IntegratorArgs, JsonArgs};
+use super::{Output, to_json};
 use crate::report;
 use remora_host::error::Error;
-use remora_host::formats::{json, read_mission};
-use remora_host::method::Integrator;
+use remora_host::formats::read_mission;
 use remora_host::vehicle::Vehicle;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Print what follows from a mission's numbers, and refuse one that cannot end.
 ///
@@ -18,12 +18,10 @@ pub(super) struct Args {
     /// Mission file (*.mission.toml) [default: the built-in mission]
     #[arg(value_name = "FILE")]
     file: Option<PathBuf>,
-    /// euler, rk4 or rk4:M: it decides what is in force where the mission says auto
-    #[arg(long, value_name = "NAME", default_value_t = Integrator::RK4)]
-    integrator: Integrator,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    integrator: IntegratorArgs,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -32,18 +30,19 @@ Examples:
   remora mission light.mission.toml
   remora mission light.mission.toml --json
 
+The integrator decides what is in force where the mission says auto.
+
 Exit status: 0 nothing forbids an approach to end, 1 infeasible (the constraint is named), 2 bad
 input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let mission = read_mission(self.file.as_deref())?;
-        let vehicle = Vehicle::of(&mission, self.integrator);
-        let text = match self.json {
-            true => json::to_text(&vehicle)
-                .map_err(|error| Error::output(Path::new("standard output"), &error.into()))?,
-            false => report::vehicle_report(&vehicle),
-        };
-        Ok(Output::new(text, vehicle.refused.is_none()))
+        let vehicle = Vehicle::of(&mission, self.integrator.integrator);
+        let can_end = vehicle.refused.is_none();
+        match self.json.json {
+            true => Ok(Output::new(to_json(&vehicle)?, can_end).as_data()),
+            false => Ok(Output::new(report::vehicle_report(&vehicle), can_end)),
+        }
     }
 }

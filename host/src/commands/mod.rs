@@ -3,12 +3,17 @@
 mod audit;
 mod campaign;
 mod check;
+mod colour;
+#[cfg(test)]
+mod conventions;
 mod dataset;
 #[cfg(test)]
 mod documented;
 mod draw;
 mod envelope;
 mod inject;
+#[cfg(not(feature = "training"))]
+mod left_out;
 mod mission;
 mod options;
 mod plan;
@@ -22,9 +27,11 @@ mod train;
 
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
 use remora_host::error::Error;
-use remora_host::formats::PlanVerdict;
+use remora_host::formats::{Verdict, json};
+use serde::Serialize;
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::Path;
 
 /// Plans how a free-flying servicer with a robot arm catches a tumbling object.
 ///
@@ -32,6 +39,9 @@ use std::io::Write;
 #[derive(Debug, Parser)]
 #[command(name = "remora", version, after_help = AFTER_HELP)]
 struct Cli {
+    /// Print no report and no progress, only errors and what was asked for as data
+    #[arg(short, long, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -39,11 +49,16 @@ struct Cli {
 const AFTER_HELP: &str = "\
 Examples:
   remora                                            plan a built-in scenario
-  remora campaign --draw 300 --seed 1 --out runs/a  plan 300 drawn scenarios
-  remora check --scenarios a.scenarios.json a.plan.json
+  remora campaign --count 300 --seed 1 --out runs/a plan 300 drawn scenarios
+  remora check runs/pub-000.plan.json               verify a plan, whoever wrote it
 
-Exit status: 0 done and all optimal, 1 something is not flyable or not feasible, 2 bad input, 3 all is
-verified but something is not converged.";
+A plan is one of three:
+  optimal                     verified, and what was asked for was reached            exit status 0
+  verified but not converged  verified: it can be flown, but may cost more            exit status 3
+  not flyable                 a constraint is violated, or it was refused beforehand  exit status 1
+
+Other commands end with 0 where all is well and with 1 where something is not. Bad input is 2 with every
+command. Colours follow the terminal; NO_COLOR=1 turns them off.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -62,50 +77,91 @@ enum Command {
     Inject(inject::Args),
     #[cfg(feature = "training")]
     Train(train::Args),
+    #[cfg(not(feature = "training"))]
+    Train(left_out::Args),
 }
 
 /// How a command ended, where its inputs and outputs were sound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Exit {
     Success,
-    /// It ran, but something is not flyable or not feasible.
-    Unsolved,
+    /// It ran, but something is not flyable or has failed.
+    Failure,
     /// It ran and all can be flown, but something is not converged.
     NotConverged,
+}
+
+impl From<Verdict> for Exit {
+    fn from(worst: Verdict) -> Self {
+        match worst {
+            Verdict::Optimal => Self::Success,
+            Verdict::Verified => Self::NotConverged,
+            Verdict::NotFlyable => Self::Failure,
+        }
+    }
+}
+
+impl Exit {
+    fn status(self) -> u8 {
+        match self {
+            Self::Success => 0,
+            Self::Failure => 1,
+            Self::NotConverged => 3,
+        }
+    }
 }
 
 /// What a command prints, and how it ended.
 struct Output {
     text: String,
+    /// Whether the text was asked for as data, which is printed as it stands.
+    is_data: bool,
     exit: Exit,
 }
 
 impl Output {
-    /// What was planned, and the worst verdict on it.
-    fn judged(text: String, worst: PlanVerdict) -> Self {
-        let exit = match worst {
-            PlanVerdict::Optimal => Exit::Success,
-            PlanVerdict::VerifiedNotConverged => Exit::NotConverged,
-            PlanVerdict::NotFlyable => Exit::Unsolved,
-        };
-        Self { text, exit }
+    /// A report.
+    fn new(text: String, success: bool) -> Self {
+        let exit = if success { Exit::Success } else { Exit::Failure };
+        Self { text, is_data: false, exit }
     }
 
-    fn new(text: String, success: bool) -> Self {
-        Self { text, exit: if success { Exit::Success } else { Exit::Unsolved } }
+    /// A report of what was planned, and the worst verdict on it.
+    fn judged(text: String, worst: Verdict) -> Self {
+        Self { text, is_data: false, exit: worst.into() }
+    }
+
+    /// Data that was asked for.
+    fn data(text: String) -> Self {
+        Self::new(text, true).as_data()
+    }
+
+    /// The same of what was planned, and the worst verdict on it.
+    fn judged_data(text: String, worst: Verdict) -> Self {
+        Self::judged(text, worst).as_data()
+    }
+
+    fn as_data(self) -> Self {
+        Self { is_data: true, ..self }
     }
 }
 
+/// A value as JSON for standard output.
+fn to_json(value: &impl Serialize) -> Result<String, Error> {
+    let file = Path::new("standard output");
+    json::to_text(value).map_err(|error| Error::output(file, &error.into()))
+}
+
 /// Runs the program with its arguments, the first of which is its name; returns the exit status:
-/// 0 done, 1 not flyable or not feasible, 2 bad input (one line on standard error), 3 verified but
-/// not converged.
+/// 0 done, 1 not flyable or failed, 2 bad input (one line on standard error), 3 verified but not
+/// converged.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let parsed = Cli::try_parse_from(args).and_then(|cli| match cli.command {
-        Some(command) => Ok(command),
-        None => Ok(Command::Plan(plan::Args::from_arg_matches(&no_arguments()?)?)),
+        Some(command) => Ok((command, cli.quiet)),
+        None => Ok((Command::Plan(plan::Args::from_arg_matches(&no_arguments()?)?), cli.quiet)),
     });
-    let command = match parsed {
-        Ok(command) => command,
+    let (command, is_quiet) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) if !error.use_stderr() => {
             // Help or version.
             print(&error.to_string());
@@ -113,14 +169,17 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         }
         Err(error) => return refuse(&usage_line(&error)),
     };
+    if is_quiet {
+        progress::silence();
+    }
     match command.run() {
         Ok(output) => {
-            print(&output.text);
-            match output.exit {
-                Exit::Success => 0,
-                Exit::Unsolved => 1,
-                Exit::NotConverged => 3,
+            match output.is_data {
+                true => print(&output.text),
+                false if is_quiet => {}
+                false => print(&colour::painted(output.text)),
             }
+            output.exit.status()
         }
         Err(error) => refuse(&error.to_string()),
     }
@@ -147,7 +206,6 @@ impl Command {
             Self::Dataset(args) => args.run(),
             Self::Reproduce(args) => args.run(),
             Self::Inject(args) => args.run(),
-            #[cfg(feature = "training")]
             Self::Train(args) => args.run(),
         }
     }
@@ -162,7 +220,7 @@ fn print(text: &str) {
 /// One line on standard error, whatever the message holds.
 fn refuse(message: &str) -> u8 {
     let line: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    let _ = writeln!(std::io::stderr(), "error: {line}");
+    let _ = writeln!(std::io::stderr(), "{} {line}", colour::error_word());
     2
 }
 

@@ -1,21 +1,37 @@
-//! Options that several commands share.
+//! Options that several commands share: the same name, meaning, default and help everywhere.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use remora_host::choice::Choice;
+use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::formats::{NamedScenario, ScenarioSet, read_mission};
 use remora_host::learned::Learned;
 use remora_host::lineage::Lineage;
 use remora_host::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
+use std::fmt::Write;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+
+/// Help of `--count`, wherever scenarios are drawn.
+pub(super) const COUNT: &str = "Number of scenarios to draw";
+/// Help of `--seed`.
+pub(super) const SEED: &str = "Seed of the draw";
 
 /// Parses a choice by its names, which stand in the help.
 pub(super) fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
     let values = T::ALL.iter().map(|of| PossibleValue::new(of.name()).help(of.help()));
     PossibleValuesParser::new(values)
         .try_map(|name| T::of_name(&name).ok_or_else(|| format!("{name:?} is unknown")))
+}
+
+/// Discretisation of Stage 2.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct IntegratorArgs {
+    /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4
+    #[arg(long, value_name = "NAME", default_value_t = Integrator::RK4)]
+    pub(super) integrator: Integrator,
 }
 
 /// How plans are made.
@@ -30,9 +46,8 @@ pub(super) struct MethodArgs {
     /// Learned model (*.model) [default: the built-in one for the integrator]
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
-    /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4
-    #[arg(long, value_name = "NAME", default_value_t = Integrator::RK4)]
-    integrator: Integrator,
+    #[command(flatten)]
+    integrator: IntegratorArgs,
     /// Solver of the convex subproblems
     #[arg(long, value_parser = choice::<Qp>(), default_value = "embedded")]
     qp: Qp,
@@ -40,18 +55,18 @@ pub(super) struct MethodArgs {
 
 impl MethodArgs {
     pub(super) fn method(&self) -> Method {
-        let Self { mode, warm_start, integrator, qp, .. } = *self;
+        let Self { mode, warm_start, integrator: IntegratorArgs { integrator }, qp, .. } = *self;
         Method { mode, warm_start, qp, integrator, deadline: None }
     }
 
     /// The method of plans that must end in time.
-    pub(super) fn method_until(&self, deadline: Option<Deadline>) -> Method {
-        Method { deadline, ..self.method() }
+    pub(super) fn method_until(&self, deadline: &DeadlineArgs) -> Method {
+        Method { deadline: deadline.deadline, ..self.method() }
     }
 
     /// The model of a learned start, where one is asked for.
     pub(super) fn model(&self) -> Result<Option<Learned>, Error> {
-        Learned::chosen(self.warm_start, self.model.as_deref(), self.integrator)
+        Learned::chosen(self.warm_start, self.model.as_deref(), self.integrator.integrator)
     }
 
     /// The same, for results over many scenarios: a model is not judged by what it or an ancestor
@@ -80,29 +95,55 @@ impl MethodArgs {
     }
 }
 
-/// One scenario.
+/// When plans must have ended.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct DeadlineArgs {
+    /// Time for each plan, a positive number; past it the best iterate is kept, so that results
+    /// depend on the machine and its load [default: none]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
+    deadline: Option<Deadline>,
+}
+
+/// One scenario of a set.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct ScenarioArgs {
     /// Scenario set (*.scenarios.json) [default: the built-in set]
     #[arg(long, value_name = "FILE")]
     scenarios: Option<PathBuf>,
     /// Scenario of the set [default: its first]
-    #[arg(long)]
+    #[arg(long, value_name = "ID")]
     id: Option<String>,
+    /// List the scenarios of the set and end
+    #[arg(long, conflicts_with = "id")]
+    list: bool,
 }
 
 impl ScenarioArgs {
+    fn set(&self) -> Result<ScenarioSet, Error> {
+        set_or_built_in(self.scenarios.as_deref())
+    }
+
+    /// The list of the set, where that is asked for.
+    pub(super) fn listed(&self) -> Result<Option<String>, Error> {
+        if !self.list {
+            return Ok(None);
+        }
+        let mut text = String::new();
+        for scenario in self.set()?.scenarios {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{}", scenario.id);
+        }
+        Ok(Some(text))
+    }
+
     pub(super) fn scenario(&self) -> Result<NamedScenario, Error> {
-        let (file, set) = match (&self.scenarios, &self.id) {
-            (Some(file), _) => (file.clone(), ScenarioSet::read(file)?),
-            (None, None) => (PathBuf::new(), ScenarioSet::built_in()?),
-            (None, Some(_)) => return Err(Error::argument("--id", "needs --scenarios FILE")),
-        };
+        let set = self.set()?;
         let found = match &self.id {
             Some(id) => set.get(id),
             None => set.scenarios.first(),
         };
         found.cloned().ok_or_else(|| {
+            let file = self.scenarios.clone().unwrap_or_else(|| "built-in scenarios".into());
             let id = self.id.as_deref().unwrap_or_default();
             Error::input(&file, "scenarios", format!("there is no scenario with id {id:?}"))
         })
@@ -123,20 +164,41 @@ impl MissionArgs {
     }
 }
 
-/// The scenarios of a file, or so many drawn with a seed; none where neither is asked for.
-pub(super) fn read_or_drawn(
-    file: Option<&Path>,
-    draw: Option<u64>,
+/// Scenarios of a file, or drawn.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct SetArgs {
+    /// Scenario set (*.scenarios.json) [default: the built-in set]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["count", "seed"])]
+    scenarios: Option<PathBuf>,
+    #[arg(long, alias = "draw", value_name = "N", help = format!("{COUNT} [default: none]"))]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    count: Option<u64>,
+    #[arg(long, value_name = "S", help = format!("{SEED} [default: none]"))]
     seed: Option<u64>,
-    mission: &Mission<LINKS>,
-) -> Result<Option<ScenarioSet>, Error> {
-    match (file, draw, seed) {
-        (Some(file), _, _) => ScenarioSet::read(file).map(Some),
-        (None, Some(count), Some(seed)) => drawn(count, seed, mission).map(Some),
-        (None, Some(_), None) => Err(Error::argument("--draw", "needs --seed S")),
-        (None, None, Some(_)) => Err(Error::argument("--seed", "needs --draw N")),
-        (None, None, None) => Ok(None),
+}
+
+/// Scenarios and where they come from.
+pub(super) struct Chosen {
+    pub(super) scenarios: Vec<NamedScenario>,
+    pub(super) seed: Option<u64>,
+}
+
+impl SetArgs {
+    /// The scenarios of the file, of the draw, or of the built-in set.
+    pub(super) fn chosen(&self, mission: &Mission<LINKS>) -> Result<Chosen, Error> {
+        let set = match (self.count, self.seed) {
+            (Some(count), Some(seed)) => drawn(count, seed, mission)?,
+            (Some(_), None) => return Err(Error::argument("--count", "needs --seed S")),
+            (None, Some(_)) => return Err(Error::argument("--seed", "needs --count N")),
+            (None, None) => set_or_built_in(self.scenarios.as_deref())?,
+        };
+        Ok(Chosen { scenarios: set.scenarios, seed: self.seed })
     }
+}
+
+/// The scenarios of a file, or the built-in ones.
+pub(super) fn set_or_built_in(file: Option<&Path>) -> Result<ScenarioSet, Error> {
+    file.map_or_else(ScenarioSet::built_in, ScenarioSet::read)
 }
 
 /// Scenarios `0..count` of a seed, for the mission.
@@ -144,4 +206,53 @@ pub(super) fn drawn(count: u64, seed: u64, mission: &Mission<LINKS>) -> Result<S
     remora_host::draw::draw(count, seed, mission).ok_or_else(|| {
         Error::argument("--mission", "its geometry lets no start satisfy keep-out and pointing")
     })
+}
+
+/// How many threads work.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct JobsArgs {
+    /// Worker threads [default: the machine's cores]
+    #[arg(long, value_name = "J")]
+    jobs: Option<NonZeroUsize>,
+}
+
+impl JobsArgs {
+    pub(super) fn jobs(self) -> NonZeroUsize {
+        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        self.jobs.unwrap_or_else(cores)
+    }
+}
+
+/// Results as data.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct JsonArgs {
+    /// Print the result as JSON on standard output, and nothing else
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// What may be replaced.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct ForceArgs {
+    /// Replace files that are there, and write into a directory that holds others
+    #[arg(long)]
+    pub(super) force: bool,
+}
+
+impl ForceArgs {
+    /// Refuses to replace a file that is there.
+    pub(super) fn keep(self, file: &Path) -> Result<(), Error> {
+        match !self.force && file.is_file() {
+            true => Err(Error::Output { file: file.into(), reason: EXISTS.into() }),
+            false => Ok(()),
+        }
+    }
+}
+
+/// Why a file is not replaced.
+const EXISTS: &str = "exists; --force replaces it";
+
+/// Whether a file stands for standard output.
+pub(super) fn is_stdout(file: &Path) -> bool {
+    file.as_os_str() == "-"
 }

@@ -1,13 +1,14 @@
 //! `remora plan`
 
-use super::Output;
-use super::options::{MethodArgs, MissionArgs, ScenarioArgs, choice};
+use super::options::{
+    DeadlineArgs, ForceArgs, JsonArgs, MethodArgs, MissionArgs, ScenarioArgs, choice, is_stdout,
+};
+use super::{Output, to_json};
 use crate::report;
 use remora_host::error::Error;
-use remora_host::formats::{PlanVerdict, check_writable, make_directory, write_atomically};
-use remora_host::method::Deadline;
+use remora_host::formats::{PlanFile, check_writable, make_directory, write_atomically};
 use remora_host::picture;
-use remora_host::planning::PlanJob;
+use remora_host::planning::{PlanJob, Planned};
 use remora_host::report::iteration_log;
 use remora_host::threads::Threads;
 use std::path::{Path, PathBuf};
@@ -22,17 +23,19 @@ pub(super) struct Args {
     mission: MissionArgs,
     #[command(flatten)]
     method: MethodArgs,
-    /// Time for the whole plan, a positive number; past it the best iterate is kept and the status
-    /// is deadline [default: none]
-    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
-    deadline: Option<Deadline>,
+    #[command(flatten)]
+    deadline: DeadlineArgs,
     /// Threads that work on the plan; it is the same with either, but for times
     #[arg(long, value_parser = choice::<Threads>(), value_name = "N", default_value = "1")]
     #[arg(allow_negative_numbers = true)]
     threads: Threads,
-    /// Plan file to write [default: runs/ID.plan.json]
+    /// Plan file to write, - for standard output [default: runs/ID.plan.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
+    json: JsonArgs,
     /// Draw the plan too: path, bus and arm, and all that has limits over time
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
@@ -47,8 +50,10 @@ const FOLDER: &str = "runs";
 const AFTER_HELP: &str = "\
 Examples:
   remora plan
+  remora plan --list
   remora plan -v --integrator euler
-  remora plan --scenarios a.scenarios.json --id s1-007 --out seven.plan.json
+  remora plan --id pub-007 --out seven.plan.json
+  remora plan --scenarios a.scenarios.json --id s1-007 --out -
   remora plan --mission light.mission.toml --mode feasible
   remora plan --warm-start heuristic
   remora plan --integrator euler --model mine.model
@@ -58,45 +63,78 @@ Examples:
 What no plan can end well is refused before planning, with the constraint's name; then no file is
 written. Clearances are smallest distances of bodies, negative where they overlap.
 
+The plan file holds scenario and mission; its evidence goes beside it (not with --out -). A file of
+--out that is there is replaced only where it is a plan of the same scenario, or with --force.
+
 Exit status: 0 optimal, 1 not flyable (the plan file holds the best iterate) or refused, 2 bad input,
 3 verified but not converged.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let scenario = self.scenario.scenario()?;
-        let mission = self.mission.mission()?;
-        let out = match &self.out {
-            Some(out) => out.clone(),
-            None => Path::new(FOLDER).join(format!("{}.plan.json", scenario.id)),
-        };
-        let method = self.method.method_until(self.deadline);
-        let model = self.method.model()?;
-        let job = PlanJob { scenario, mission, method, model, threads: self.threads, out };
+        if let Some(list) = self.scenario.listed()? {
+            return Ok(Output::data(list));
+        }
+        let job = self.job()?;
         if let Some(refusal) = job.refusal()? {
             return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
         }
-        if self.out.is_none() {
-            make_directory(Path::new(FOLDER))?;
-        }
-        if let Some(plot) = &self.plot {
-            check_writable(plot)?;
-        }
-        let planned = job.run()?;
+        self.prepare(&job)?;
+        let planned = if is_stdout(&job.out) { job.plan()? } else { job.run()? };
         if let Some(plot) = &self.plot {
             let svg = picture::svg(&planned.file, &job.mission)?;
             write_atomically(plot, svg.as_bytes())?;
         }
+        let verdict = planned.file.verdict.unwrap_or_default();
+        if self.json.json || is_stdout(&job.out) {
+            return Ok(Output::judged_data(to_json(&planned.file)?, verdict));
+        }
+        Ok(Output::judged(self.report(&planned, &job), verdict))
+    }
 
+    fn job(&self) -> Result<PlanJob, Error> {
+        let scenario = self.scenario.scenario()?;
+        let out = match &self.out {
+            Some(out) => out.clone(),
+            None => Path::new(FOLDER).join(format!("{}.plan.json", scenario.id)),
+        };
+        Ok(PlanJob {
+            scenario,
+            mission: self.mission.mission()?,
+            method: self.method.method_until(&self.deadline),
+            model: self.method.model()?,
+            threads: self.threads,
+            out,
+        })
+    }
+
+    /// Finds out before planning what cannot be written or must be kept.
+    fn prepare(&self, job: &PlanJob) -> Result<(), Error> {
+        match &self.out {
+            None => make_directory(Path::new(FOLDER))?,
+            Some(out) if !is_stdout(out) && !is_plan_of(out, &job.scenario.id) => {
+                self.force.keep(out)?;
+            }
+            Some(_) => {}
+        }
+        self.plot.as_deref().map_or(Ok(()), check_writable)
+    }
+
+    fn report(&self, planned: &Planned, job: &PlanJob) -> String {
         let mut text = String::new();
         if self.verbose {
             text.push_str(&iteration_log("Stage 1, translation", &planned.logs[0]));
             text.push_str(&iteration_log("Stage 2, reorientation", &planned.logs[1]));
-            text.push_str(&report::evidence(&planned));
+            text.push_str(&report::evidence(planned));
         }
-        text.push_str(&report::plan_report(&planned, &job.mission, &job.out));
+        text.push_str(&report::plan_report(planned, &job.mission, &job.out));
         if let Some(plot) = &self.plot {
             text += &format!("written: {}\n", plot.display());
         }
-        Ok(Output::judged(text, planned.file.verdict.unwrap_or(PlanVerdict::NotFlyable)))
+        text
     }
+}
+
+/// Whether a file is an earlier plan of the same scenario, which a new one may replace.
+fn is_plan_of(file: &Path, scenario: &str) -> bool {
+    PlanFile::read(file).is_ok_and(|plan| plan.scenario == scenario)
 }

@@ -1,13 +1,12 @@
 //! `remora profile`
 
-use super::Output;
-use super::options::{MissionArgs, read_or_drawn};
+use super::options::{ForceArgs, JsonArgs, MissionArgs, SetArgs};
 use super::progress::Bar;
+use super::{Output, to_json};
 use remora_audit::profile::{Configuration, Profiler, Rounds};
 use remora_audit::report;
-use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
-use remora_host::formats::{ScenarioSet, check_writable, json, make_directory, write_atomically};
+use remora_host::formats::{check_writable, json, make_directory, write_atomically};
 use std::num::NonZeroU16;
 use std::path::PathBuf;
 
@@ -15,15 +14,8 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Scenario set (*.scenarios.json) [default: the built-in set]
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["draw", "seed"])]
-    scenarios: Option<PathBuf>,
-    /// Draw so many scenarios instead; needs --seed
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
-    draw: Option<u64>,
-    /// Seed of the draw
-    #[arg(long, value_name = "S")]
-    seed: Option<u64>,
+    #[command(flatten)]
+    set: SetArgs,
     #[command(flatten)]
     mission: MissionArgs,
     /// Rounds over the scenarios with Euler on one core; on two it gets a quarter, RK4 a ninth
@@ -37,9 +29,13 @@ pub(super) struct Args {
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
     cores: Option<Vec<usize>>,
     /// Only configurations whose name, such as rk4-optimal-model, holds this
-    #[arg(long, value_name = "TEXT")]
-    only: Option<String>,
-    /// Directory to write profile.json to; made where it does not exist
+    #[arg(long, alias = "only", value_name = "TEXT")]
+    configurations: Option<String>,
+    #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
+    json: JsonArgs,
+    /// Directory of the results; made where it does not exist [default: none is written]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -47,11 +43,11 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   remora profile
-  remora profile --quick --only euler --out runs/profile
+  remora profile --quick --configurations euler --out runs/profile
   remora profile --cores 2,3 --rounds 50
-  remora profile --draw 300 --seed 1 --only rk4-optimal
+  remora profile --count 300 --seed 1 --configurations rk4-optimal
 
-Plans on two pinned cores: nothing else should run there meanwhile. The report tells how busy the
+DIR gets profile.json. Plans on two pinned cores: nothing else should run there meanwhile. The report tells how busy the
 machine was. Every configuration takes its turn scenario by scenario. What the bars of the report
 ask for depends on the machine: a missed bar is no failure of the command.
 
@@ -60,13 +56,9 @@ Exit status: 0 done, 2 bad input.";
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let mission = self.mission.mission()?;
-        let chosen = read_or_drawn(self.scenarios.as_deref(), self.draw, self.seed, &mission)?;
-        let scenarios = match chosen {
-            Some(set) => set,
-            None => ScenarioSet::built_in()?,
-        };
+        let chosen = self.set.chosen(&mission)?;
         let profiler = Profiler {
-            scenarios: scenarios.scenarios,
+            scenarios: chosen.scenarios,
             mission,
             configurations: self.configurations()?,
             rounds: self.rounds(),
@@ -76,8 +68,9 @@ impl Args {
         if let (Some(directory), Some(file)) = (&self.out, &file) {
             make_directory(directory)?;
             check_writable(file)?;
+            self.force.keep(file)?;
         }
-        let profile = profiler.run(&mut Bar::default())?;
+        let profile = profiler.run(&mut Bar::named("profile"))?;
         let mut text = report::profile_report(&profile);
         if let Some(file) = &file {
             let json = json::to_text(&profile)
@@ -85,7 +78,10 @@ impl Args {
             write_atomically(file, json.as_bytes())?;
             text.push_str(&format!("written: {}\n", file.display()));
         }
-        Ok(Output::new(text, true))
+        match self.json.json {
+            true => Ok(Output::data(to_json(&profile)?)),
+            false => Ok(Output::new(text, true)),
+        }
     }
 
     fn rounds(&self) -> Rounds {
@@ -103,13 +99,13 @@ impl Args {
 
     fn configurations(&self) -> Result<Vec<Configuration>, Error> {
         let mut chosen = Configuration::all();
-        if let Some(text) = &self.only {
+        if let Some(text) = &self.configurations {
             chosen.retain(|configuration| configuration.name().contains(text));
             if chosen.is_empty() {
                 let names: Vec<String> =
                     Configuration::all().iter().map(Configuration::name).collect();
                 let reason = format!("none of {} holds {text:?}", names.join(", "));
-                return Err(Error::argument("--only", reason));
+                return Err(Error::argument("--configurations", reason));
             }
         }
         Ok(chosen)

@@ -1,11 +1,10 @@
 //! `remora qp-export`
 
 use super::Output;
-use super::options::{MethodArgs, MissionArgs, ScenarioArgs};
+use super::options::{ForceArgs, MethodArgs, MissionArgs, ScenarioArgs};
 use crate::report;
 use remora_host::error::Error;
 use remora_host::export::ExportJob;
-use remora_host::formats::PlanVerdict;
 use std::path::PathBuf;
 
 /// Plan one approach and write every convex subproblem that was solved on the way.
@@ -21,12 +20,11 @@ pub(super) struct Args {
     mission: MissionArgs,
     #[command(flatten)]
     method: MethodArgs,
-    /// Directory of the subproblems; made where it does not exist
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    /// Write into a directory that holds other files too
-    #[arg(long)]
-    force: bool,
+    /// Directory of the results; made where it does not exist
+    #[arg(long, value_name = "DIR", required_unless_present = "list")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    force: ForceArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -42,16 +40,19 @@ all the same), 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
+        if let Some(list) = self.scenario.listed()? {
+            return Ok(Output::data(list));
+        }
         let job = ExportJob {
             scenario: self.scenario.scenario()?,
             mission: self.mission.mission()?,
             method: self.method.method(),
             model: self.method.model()?,
-            out: self.out,
-            force: self.force,
+            out: self.out.unwrap_or_default(),
+            force: self.force.force,
         };
         let exported = job.run()?;
-        let verdict = exported.planned.file.verdict.unwrap_or(PlanVerdict::NotFlyable);
+        let verdict = exported.planned.file.verdict.unwrap_or_default();
         Ok(Output::judged(report::export_report(&exported, &job.out), verdict))
     }
 }

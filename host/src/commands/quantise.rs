@@ -1,6 +1,7 @@
 //! `remora quantise`
 
 use super::Output;
+use super::options::ForceArgs;
 use remora_host::error::Error;
 use remora_host::formats::{ModelFile, check_writable};
 use remora_host::lineage::{self, Lineage};
@@ -18,6 +19,8 @@ pub(super) struct Args {
     /// Quantised model to write
     #[arg(value_name = "OUT")]
     out: PathBuf,
+    #[command(flatten)]
+    force: ForceArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -32,6 +35,7 @@ impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let model = ModelFile::read(&self.input)?;
         check_writable(&self.out)?;
+        self.force.keep(&self.out)?;
         let provenance = &model.header().provenance;
         let known = Lineage::beside(&self.input, checksum(&model.bytes()), provenance)?;
         let (quantised, tensors) = quantise(&model).map_err(|e| e.at(&self.input))?;

@@ -1,12 +1,11 @@
 //! `remora reproduce`
 
 use super::Output;
-use super::options::{MissionArgs, choice, drawn};
+use super::options::{COUNT, IntegratorArgs, MissionArgs, SEED, choice, drawn};
 use super::progress::Bar;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::formats::ScenarioSet;
-use remora_host::method::Integrator;
 use remora_learn::reproduce::{Bench, Table, fit_for_evaluation, read_cards};
 use std::fmt::Write;
 use std::num::NonZeroUsize;
@@ -22,35 +21,33 @@ pub(super) struct Args {
     /// Directory of models (*.model)
     #[arg(long, value_name = "DIR", default_value = "fixtures/models/tables")]
     models: PathBuf,
-    /// Scenario set (*.scenarios.json), none of which a model was trained on
+    /// Scenario set (*.scenarios.json) [default: those drawn]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["count", "seed"])]
     scenarios: Option<PathBuf>,
-    /// Draw so many scenarios
-    #[arg(long, value_name = "N", default_value_t = 300,
-        value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    #[arg(long, alias = "draw", value_name = "N", default_value_t = 300, help = COUNT)]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     count: u64,
-    /// Seed of the draw
-    #[arg(long, value_name = "S", default_value_t = 7)]
+    #[arg(long, value_name = "S", default_value_t = 7, help = SEED)]
     seed: u64,
-    /// Models for, and plans with: euler, rk4 (8 substeps a node) or rk4:M with M >= 4
-    #[arg(long, value_name = "NAME", default_value_t = Integrator::EULER)]
-    integrator: Integrator,
+    #[command(flatten)]
+    integrator: IntegratorArgs,
     #[command(flatten)]
     mission: MissionArgs,
-    /// Worker threads; more than one share the memory's bandwidth and take longer a plan
+    /// Worker threads
     #[arg(long, value_name = "J", default_value_t = NonZeroUsize::MIN)]
     jobs: NonZeroUsize,
-    /// Directory of the results; plans that are there are not made again
+    /// Directory of the results; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora reproduce decoders --out runs/paper
-  remora reproduce feasibility --models my-models --integrator rk4 --out runs/paper
+  remora reproduce decoders --integrator euler --out runs/paper
+  remora reproduce feasibility --models my-models --out runs/paper
 
-Writes DIR/TABLE.md, .json and .svg. Interrupt it at any time: the same command goes on where it
+The integrator decides which models are compared. No scenario may be one that a model was trained on.
+More than one job share the memory's bandwidth and take longer a plan. Writes DIR/TABLE.md, .json and .svg. Interrupt it at any time: the same command goes on where it
 stopped, and tables that need the same plans share them. Plans of all starts are made scenario by
 scenario, so that their times are measured under the same load.
 
@@ -63,11 +60,11 @@ impl Args {
             Some(file) => ScenarioSet::read(file)?,
             None => drawn(self.count, self.seed, &mission)?,
         };
-        let (integrator, jobs) = (self.integrator, self.jobs);
+        let (integrator, jobs) = (self.integrator.integrator, self.jobs);
         let scenarios = set.scenarios;
         let models = fit_for_evaluation(read_cards(&self.models)?, integrator, &scenarios)?;
         let count = scenarios.len();
-        let progress = &mut Bar::default();
+        let progress = &mut Bar::named("reproduce");
         let mut bench = Bench { scenarios, mission, integrator, jobs, out: &self.out, progress };
         let mut findings = self.table.reproduce(&models, &mut bench)?;
         findings.notes.push(format!("{count} scenarios, {integrator}, {jobs} at a time."));

@@ -1,6 +1,7 @@
 //! `remora train`
 
 use super::Output;
+use super::progress::{is_shown_live, tell};
 use indicatif::{ProgressBar, ProgressStyle};
 use remora_host::error::Error;
 use remora_learn::training::checkpoint::LossRow;
@@ -11,7 +12,6 @@ use remora_learn::training::rollout::RolloutError;
 use remora_learn::training::shape::Shape;
 use remora_learn::training::source::{ExampleSource, Synthetic};
 use remora_learn::training::{Config, Cpu, Observer, Outcome, Run, output};
-use std::io::{IsTerminal, Write, stderr};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -23,16 +23,16 @@ pub(super) struct Args {
     /// Configuration (*.toml)
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
-    /// Directory of the results [default: runs/NAME of the configuration]
+    /// Directory of the results; made where it does not exist [default: runs/NAME of the
+    /// configuration]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Go on where the checkpoint in DIR stopped, if there is one
     #[arg(long)]
     resume: bool,
-    /// Threads of the matrix products; two trainings on one thread each use two cores better than
-    /// one training on both
-    #[arg(long, value_name = "N", default_value = "1")]
-    threads: NonZeroUsize,
+    /// Worker threads
+    #[arg(long, alias = "threads", value_name = "J", default_value = "1")]
+    jobs: NonZeroUsize,
     /// Where to compute; cuda in programs built with the feature of that name
     #[arg(long, value_name = "DEVICE", default_value = "cpu")]
     device: Device,
@@ -48,7 +48,7 @@ Examples:
 
 DIR gets config.toml, loss.csv, loss.svg, checkpoint.bin, model.f32.model and summary.json. The same
 configuration makes the same bits on the same machine, interrupted or not, unless it sets
-training.minutes.
+training.minutes. Two trainings with a job each use two cores better than one with two.
 
 Exit status: 0 done, 1 stopped before the end of the schedule, 2 bad input.";
 
@@ -56,7 +56,7 @@ impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let config = Config::read(&self.config)?;
         // An error means that there is a pool already, as in tests.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(self.threads.get()).build_global();
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.get()).build_global();
         let name = self.config.file_stem().unwrap_or_default();
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
         let data = Data::read(&config)?;
@@ -147,7 +147,7 @@ impl Data {
     }
 }
 
-const TEMPLATE: &str = "{bar:30} {pos}/{len}  {msg}  {per_sec}  {eta} left";
+const TEMPLATE: &str = "train  {bar:30} {pos}/{len}  {msg}  {per_sec}  {eta} left";
 
 /// A bar on a terminal, a line each half minute elsewhere.
 #[derive(Default)]
@@ -162,9 +162,9 @@ struct Progress {
 
 impl Observer for Progress {
     fn begin(&mut self, step: u64, steps: u64, parameters: usize) {
-        let _ = writeln!(stderr(), "{parameters} parameters, step {step} of {steps}");
+        tell(&format!("{parameters} parameters, step {step} of {steps}"));
         self.steps = steps;
-        if stderr().is_terminal() {
+        if is_shown_live() {
             let bar = ProgressBar::new(steps).with_position(step);
             if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
                 bar.set_style(style);
@@ -191,11 +191,10 @@ impl Observer for Progress {
                 let rate = (step - first) as f64 / elapsed.max(1e-9);
                 let left = elapsed * (1.0 - progress) / (progress - before).max(1e-9);
                 let steps = self.steps;
-                let _ = writeln!(
-                    stderr(),
+                tell(&format!(
                     "{step}/{steps}  {message}  {rate:.2} steps/s  {:.1} min left",
                     left / 60.0
-                );
+                ));
             }
             None => {}
         }

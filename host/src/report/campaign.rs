@@ -2,6 +2,7 @@
 
 use super::{Align, Table, number, time};
 use remora_host::campaign::{Results, Statistics, Summary};
+use remora_host::stopwatch::busy_share;
 use std::fmt::Write;
 
 /// Success rate, statistics, ids that were not solved, files.
@@ -18,7 +19,7 @@ pub fn campaign_report(results: &Results) -> String {
         summary.qp.name(),
     );
     for (verdict, count) in &summary.by_verdict {
-        let _ = writeln!(out, "  {:<27} {count:>6}", verdict.words());
+        let _ = writeln!(out, "  {verdict:<27} {count:>6}");
     }
     for (reason, count) in &summary.by_reason {
         let _ = writeln!(out, "    by {reason:<22} {count:>6}");
@@ -34,6 +35,13 @@ pub fn campaign_report(results: &Results) -> String {
         let _ = writeln!(out, "  from the heuristic instead of the model: {}", summary.fallbacks);
     }
     let _ = writeln!(out, "\n{}", statistics(summary));
+    if let Some(share) = busy_share(summary.time_s.mean, summary.cpu_time_s.mean) {
+        let _ = writeln!(
+            out,
+            "the machine was busy: a plan had {:.0} % of a core, times say little\n",
+            100.0 * share
+        );
+    }
     if !summary.unsolved.is_empty() {
         let _ = writeln!(out, "not solved:\n{}", wrapped(&summary.unsolved));
     }
@@ -75,6 +83,8 @@ fn statistics(summary: &Summary) -> Table {
         row("  of it inference", &summary.inference_s, time);
     }
     row("stage 2 cost (solved)", &two.cost, number);
+    row("whole plan time", &summary.time_s, time);
+    row("  of it processor", &summary.cpu_time_s, time);
     table
 }
 

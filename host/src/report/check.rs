@@ -1,9 +1,8 @@
 //! What `remora check` prints.
 
 use super::{Align, Table, clearance_table, residual_table};
-use remora_core::advanced::stages::Residuals;
 use remora_host::checking::{Checked, Disagreement};
-use remora_host::formats::PlanVerdict;
+use remora_host::formats::Verdict;
 use std::fmt::Write;
 
 /// All of one plan; of several a table, with what disagrees below it.
@@ -31,7 +30,7 @@ fn whole(plan: &Checked) -> String {
         .reason
         .map_or(String::new(), |residual| format!(", {residual} is farthest beyond its tolerance"));
     let but = if plan.disagreements.is_empty() { "" } else { ", but not what it says" };
-    let _ = writeln!(out, "verdict: {}{why}{but}", plan.verdict.words());
+    let _ = writeln!(out, "verdict: {}{why}{but}", plan.verdict);
     out
 }
 
@@ -47,14 +46,14 @@ fn overview(plans: &[Checked]) -> String {
     ]);
     for plan in plans {
         let (name, share) = nearest(plan);
-        let arm = plan.clearances.arm.distance_m;
+        let arm = plan.clearances.arm.distance;
         table.row([
             plan.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into()),
-            plan.verdict.words().into(),
+            plan.verdict.to_string(),
             plan.integrator.to_string(),
             name.into(),
             if share == 0.0 { "0".into() } else { format!("{share:.1e}") },
-            arm.map_or("-".into(), |distance| format!("{distance:.3} m")),
+            if arm.is_finite() { format!("{arm:.3} m") } else { "-".into() },
             if plan.disagreements.is_empty() { "yes" } else { "NO" }.into(),
         ]);
     }
@@ -66,7 +65,7 @@ fn overview(plans: &[Checked]) -> String {
     }
     let honest = plans.iter().filter(|plan| plan.disagreements.is_empty()).count();
     let count = |verdict| plans.iter().filter(|plan| plan.verdict == verdict).count();
-    let counts = PlanVerdict::ALL.map(|verdict| format!("{} {}", count(verdict), verdict.words()));
+    let counts = Verdict::ALL.map(|verdict| format!("{} {verdict}", count(verdict)));
     let _ = writeln!(
         out,
         "{} plans: {}; {honest} in agreement with what was recomputed",
@@ -78,7 +77,7 @@ fn overview(plans: &[Checked]) -> String {
 
 /// The residual that comes nearest to its tolerance or passes it farthest, over that tolerance.
 fn nearest(plan: &Checked) -> (&'static str, f64) {
-    let rows = Residuals::from(plan.residuals).against(&plan.tolerances);
+    let rows = plan.residuals.against(&plan.tolerances);
     let shares = rows.map(|(name, value, tolerance)| match value.is_nan() {
         true => (name, f64::INFINITY),
         false => (name, value / tolerance),

@@ -18,11 +18,11 @@ pub use vehicle::vehicle_report;
 
 use remora_core::advanced::model::Tolerances;
 use remora_core::advanced::stages::Residuals;
-use remora_host::formats::{PlanClearances, PlanResiduals};
+use remora_host::formats::Clearances;
 use remora_host::report::{Align, Table, number, time};
 
 /// Residuals against their tolerances.
-fn residual_table(residuals: &PlanResiduals, tolerances: &Tolerances) -> Table {
+fn residual_table(residuals: &Residuals, tolerances: &Tolerances) -> Table {
     let mut table = Table::new([
         ("residual", Align::Left),
         ("value", Align::Right),
@@ -30,22 +30,8 @@ fn residual_table(residuals: &PlanResiduals, tolerances: &Tolerances) -> Table {
         ("", Align::Left),
         ("unit", Align::Left),
     ]);
-    let units = [
-        "1 m, 1e-2 m/s",
-        "m",
-        "1, 1 rad, 1e-2 rad/s",
-        "of the limit",
-        "rad",
-        "of the limit",
-        "cosine",
-        "1 rad, 1e-2 rad/s",
-        "1e-2 rad/s",
-        "m",
-        "rad",
-        "m",
-    ];
-    let rows = Residuals::from(*residuals).against(tolerances);
-    for ((name, value, tolerance), unit) in rows.into_iter().zip(units) {
+    let rows = residuals.against(tolerances);
+    for ((name, value, tolerance), unit) in rows.into_iter().zip(Residuals::UNITS) {
         let mark = if value <= tolerance { "ok" } else { "TOO LARGE" };
         table.row([
             name.to_string(),
@@ -59,7 +45,7 @@ fn residual_table(residuals: &PlanResiduals, tolerances: &Tolerances) -> Table {
 }
 
 /// How near bodies come to each other.
-fn clearance_table(clearances: &PlanClearances) -> Table {
+fn clearance_table(clearances: &Clearances) -> Table {
     let right = Align::Right;
     let mut table = Table::new([
         ("smallest distance", Align::Left),
@@ -69,11 +55,11 @@ fn clearance_table(clearances: &PlanClearances) -> Table {
     ]);
     let pairs = ["arm to target", "bus to target", "arm to own bus"];
     for ((name, closest), pair) in clearances.named().into_iter().zip(pairs) {
-        let (distance, at, by) = match closest.distance_m {
-            None => ("-".into(), "-".into(), String::new()),
-            Some(distance) => {
+        let (distance, at, by) = match closest.distance.is_finite() {
+            false => ("-".into(), "-".into(), String::new()),
+            true => {
                 let by = if name == "bus" { String::new() } else { body(closest.body) };
-                (format!("{distance:.3}"), format!("{:.0} s", closest.time_s), by)
+                (format!("{:.3}", closest.distance), format!("{:.0} s", closest.time_s), by)
             }
         };
         table.row([pair.into(), distance, at, by]);
@@ -87,10 +73,11 @@ fn body(number: u32) -> String {
 }
 
 /// A line for bodies that overlap though nothing forbids it.
-fn overlap_warning(clearances: &PlanClearances) -> Option<String> {
+fn overlap_warning(clearances: &Clearances) -> Option<String> {
     let overlaps = clearances.named().into_iter().filter_map(|(name, closest)| {
-        let distance = closest.distance_m.filter(|distance| *distance < 0.0)?;
-        Some(format!("{name} by {:.3} m at {:.0} s", -distance, closest.time_s))
+        let overlap = -closest.distance;
+        let line = || format!("{name} by {overlap:.3} m at {:.0} s", closest.time_s);
+        (overlap > 0.0).then(line)
     });
     let overlaps: Vec<String> = overlaps.collect();
     (!overlaps.is_empty()).then(|| {
@@ -101,14 +88,14 @@ fn overlap_warning(clearances: &PlanClearances) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use remora_host::formats::PlanClosest;
+    use remora_host::formats::Closest;
 
     #[test]
     fn overlaps_are_told_and_distances_have_a_body_and_a_time() {
-        let mut clearances = PlanClearances::none();
+        let mut clearances = Clearances::NONE;
         assert_eq!(overlap_warning(&clearances), None);
-        clearances.arm = PlanClosest { distance_m: Some(-0.0123), time_s: 612.4, body: 3 };
-        clearances.bus = PlanClosest { distance_m: Some(0.5), time_s: 1200.0, body: 0 };
+        clearances.arm = Closest { distance: -0.0123, time_s: 612.4, body: 3 };
+        clearances.bus = Closest { distance: 0.5, time_s: 1200.0, body: 0 };
         let warning = overlap_warning(&clearances).unwrap();
         assert!(warning.ends_with("not in force: arm by 0.012 m at 612 s"), "{warning}");
         let table = clearance_table(&clearances).to_string();

@@ -3,7 +3,7 @@
 use super::{Align, Table, clearance_table, number, overlap_warning, residual_table, time};
 use remora_core::advanced::model::{Mission, Refusal};
 use remora_core::advanced::stages::LINKS;
-use remora_host::formats::{PlanFile, PlanStatus, PlanVerdict};
+use remora_host::formats::{PlanFile, Status, Verdict};
 use remora_host::planning::Planned;
 use remora_host::stopwatch::busy_share;
 use std::path::Path;
@@ -25,13 +25,13 @@ pub fn plan_report(planned: &Planned, mission: &Mission<LINKS>, file: &Path) -> 
         ("cost", Align::Right),
         ("time", Align::Right),
     ]);
-    let mut stage = |name: &str, status: PlanStatus, counts: [u64; 2], cost: f64, time_s: f64| {
+    let mut stage = |name: &str, status: Status, counts: [u64; 2], cost: f64, time_s: f64| {
         let [iterations, corrections] = counts.map(|n| n.to_string());
         let cells = [name.into(), status.to_string(), iterations, corrections, number(cost)];
         let [name, status, iterations, corrections, cost] = cells;
         stages.row([name, status, iterations, corrections, cost, time(time_s)]);
     };
-    let (c1, c2) = planned.corrections;
+    let [c1, c2] = planned.corrections;
     stage("1 translation", one.status, [one.iterations, c1], one.cost, one.time_s);
     stage("2 reorientation", two.status, [two.iterations, c2], two.cost, two.time_s);
     format!(
@@ -62,11 +62,11 @@ fn spent(plan: &PlanFile) -> String {
 
 /// The verdict in words, and what a plan that is not flyable fails by.
 fn verdict(planned: &Planned) -> String {
-    let verdict = planned.file.verdict.unwrap_or(PlanVerdict::NotFlyable);
+    let verdict = planned.file.verdict.unwrap_or(Verdict::NotFlyable);
     match planned.reason {
-        None => verdict.words().into(),
+        None => verdict.to_string(),
         Some(residual) => {
-            format!("{}, {residual} is farthest beyond its tolerance", verdict.words())
+            format!("{verdict}, {residual} is farthest beyond its tolerance")
         }
     }
 }

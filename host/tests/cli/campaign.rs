@@ -13,7 +13,10 @@ fn columns(bench: &Bench, directory: &str) -> (Vec<Vec<String>>, Vec<Vec<String>
     let rows: Vec<Vec<String>> =
         text.lines().map(|line| line.split(',').map(String::from).collect()).collect();
     // When bodies are nearest is a time of the plan, not of the machine.
-    let measured = |name: &String| name.ends_with("_s") && !name.starts_with("clearance_");
+    let measured = |name: &String| {
+        let is_time = name.ends_with("time_s") || name == "inference_s";
+        is_time && !name.starts_with("clearance_")
+    };
     let is_time: Vec<bool> = rows[0].iter().map(measured).collect();
     let pick = |wanted: bool| -> Vec<Vec<String>> {
         let cells = |row: &Vec<String>| {
@@ -41,7 +44,8 @@ fn one_thread_or_two_give_the_same_rows_and_plans() {
     let (rows, times) = columns(&bench, "runs/1");
     assert_eq!(rows, columns(&bench, "runs/2").0);
     assert_eq!(rows.len(), 4);
-    assert_eq!(times[0], ["stage1_time_s", "stage2_time_s", "inference_s"]);
+    let names = ["stage1_time_s", "stage2_time_s", "inference_s", "time_s", "cpu_time_s"];
+    assert_eq!(times[0], names);
     for (row, id) in rows[1..].iter().zip(IDS) {
         assert_eq!((row[0].as_str(), row[1].as_str()), (id, "solved"));
         let plan = |jobs: &str| timeless(bench.json(&format!("runs/{jobs}/plans/{id}.plan.json")));
@@ -55,6 +59,7 @@ fn one_thread_or_two_give_the_same_rows_and_plans() {
         "journal.jsonl",
         "plans",
         "results.csv",
+        "results.csv-metadata.json",
         "results.parquet",
         "summary.json",
     ];
@@ -101,6 +106,7 @@ fn finished_rows_are_not_planned_again() {
         "campaign.scenarios.json",
         "journal.jsonl",
         "results.csv",
+        "results.csv-metadata.json",
         "results.parquet",
         "summary.json",
     ];
@@ -130,6 +136,8 @@ fn a_killed_campaign_resumes() {
     for (before, after) in finished.iter().filter(|line| line.ends_with('\n')).zip(&after) {
         assert_eq!(before.trim_end(), after);
     }
+    let metadata = bench.json("runs/results.csv-metadata.json");
+    assert_eq!((&metadata["remora:seed"], &metadata["url"]), (&"3".into(), &"results.csv".into()));
     let csv = bench.read("runs/results.csv");
     let ids: Vec<&str> = csv.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
     assert_eq!(ids, ["s3-000", "s3-001", "s3-002", "s3-003", "s3-004", "s3-005"]);

@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 
-const INJECT: &str = "inject --scenarios set.scenarios.json --count 24";
+const INJECT: &str = "inject --scenarios set.scenarios.json --integrator euler --cases 24";
 
 #[test]
 fn help_shows_how_to_use_it() {
@@ -28,6 +28,8 @@ fn one_thread_or_two_give_the_same_tables_and_files() {
         assert_eq!(bench.read(&format!("runs/1/{file}")), bench.read(&format!("runs/2/{file}")));
     }
     assert_eq!(bench.names("runs/1"), ["inject.csv", "inject.json"]);
+    let exists = "runs/1/inject.json: exists; --force replaces it";
+    bench.refuses(&format!("{INJECT} --out runs/1"), exists);
     let found = bench.json("runs/1/inject.json");
     assert_eq!((&found["format"], &found["seed"]), (&"remora-injection/1".into(), &1.into()));
     assert_eq!(found["total"]["cases"], 24);
@@ -47,7 +49,10 @@ fn a_case_is_run_again_alone() {
     bench.solves(&format!("{INJECT} --seed 5 --out runs --csv"));
     let rows = bench.read("runs/inject.csv");
     let row: Vec<&str> = rows.lines().nth(7).unwrap().split(',').collect();
-    let case = format!("inject --scenarios set.scenarios.json --seed 5 --case {}", row[0]);
+    let case = format!(
+        "inject --scenarios set.scenarios.json --integrator euler --seed 5 --case {}",
+        row[0]
+    );
     let run = bench.solves(&format!("{case} -v"));
     assert!(run.out.contains("Stage 2, reorientation"), "{}", run.out);
     assert!(run.out.contains(&format!("case {}: {}\n", row[0], row[8])), "{}", run.out);
@@ -71,12 +76,15 @@ fn arguments() {
     let refuses = |options: &str, message: &str| {
         bench.refuses(&format!("inject --scenarios set.scenarios.json {options}"), message);
     };
-    refuses("--count 0", "invalid value '0' for '--count <N>'");
+    refuses("--count 0", "invalid value '0' for '--cases <CASES>'");
     refuses("--jobs 0", "invalid value '0' for '--jobs <J>'");
     refuses("--site weights", "invalid value 'weights' for '--site <SITE>'");
     refuses("--csv", "the following required arguments were not provided: --out <DIR>");
     refuses("-v", "the following required arguments were not provided: --case <N>");
-    refuses("--case 3 --count 4", "the argument '--case <N>' cannot be used with '--count <N>'");
+    refuses(
+        "--case 3 --cases 4",
+        "the argument '--case <N>' cannot be used with '--cases <CASES>'",
+    );
     refuses("--case -1", "");
     refuses("--integrator heun", "invalid value 'heun' for '--integrator <NAME>'");
     refuses("--seed x", "invalid value 'x' for '--seed <S>'");
@@ -85,5 +93,5 @@ fn arguments() {
     refuses("--out file", "file: is not a directory");
     bench.write("short.mission.toml", "[horizon]\nduration_s = 60\n");
     let reason = "--scenarios: scenario s1-000 is not solved without a fault";
-    refuses("--jobs 1 --mission short.mission.toml", reason);
+    refuses("--jobs 1 --integrator euler --mission short.mission.toml", reason);
 }

@@ -197,3 +197,41 @@ fn a_plan_is_drawn_where_that_is_asked_for() {
     assert!(bench.read("a.svg").starts_with("<svg"));
     bench.refuses(&format!("{plan} none/a.svg"), "none/a.svg: no such file or directory");
 }
+
+/// Results as data: on standard output, and nothing else there.
+#[test]
+fn data_goes_to_standard_output_where_that_is_asked_for() {
+    let bench = Bench::new();
+    let json = |arguments: &str| -> serde_json::Value {
+        let run = bench.solves(arguments);
+        serde_json::from_str(&run.out).unwrap_or_else(|error| panic!("{arguments}: {error}"))
+    };
+    let plan = "plan --mode feasible --integrator euler";
+    let piped = json(&format!("{plan} --out -"));
+    assert_eq!(bench.names("."), ["set.scenarios.json"]);
+    let printed = json(&format!("{plan} --json --out a.plan.json"));
+    assert_eq!(timeless(piped), timeless(printed));
+    assert_eq!(bench.names("."), ["a.evidence.json", "a.plan.json", "set.scenarios.json"]);
+    let checked = json("check --json a.plan.json");
+    assert_eq!(checked["format"], "remora-check/1");
+    assert_eq!(checked["plans"][0]["verdict"], "optimal");
+    assert_eq!(json("draw --count 3 --seed 1 --out -"), bench.json("set.scenarios.json"));
+    assert_eq!(json("mission --json")["format"], "remora-vehicle/1");
+    let campaign = "campaign --scenarios set.scenarios.json --integrator euler --out runs";
+    assert_eq!(json(&format!("{campaign} --json")), bench.json("runs/summary.json"));
+}
+
+#[test]
+fn quiet_prints_nothing_and_lists_list() {
+    let bench = Bench::new();
+    let run = bench.solves("plan --quiet --mode feasible --integrator euler --out a.plan.json");
+    assert_eq!((run.out.as_str(), run.err.as_str()), ("", ""));
+    let run = bench.solves("campaign -q --scenarios set.scenarios.json --integrator euler --out a");
+    assert_eq!((run.out.as_str(), run.err.as_str()), ("", ""));
+    let run = bench.solves("plan --list --scenarios set.scenarios.json");
+    assert_eq!(run.out.lines().collect::<Vec<_>>(), super::bench::IDS);
+    let run = bench.solves("qp-export --list");
+    assert_eq!((run.out.lines().count(), run.out.lines().next()), (60, Some("pub-000")));
+    let plan = "plan --id pub-007 --mode feasible --integrator euler";
+    assert!(bench.solves(plan).out.contains("written: runs/pub-007.plan.json\n"));
+}

@@ -56,14 +56,14 @@ fn bad_arguments_are_named() {
     let bench = Bench::new();
     bench.refuses("profile --cores 0", "--cores: needs two cores, A,B");
     bench.refuses("profile --cores 0,1,2", "--cores: needs two cores, A,B");
-    bench.refuses("profile --only rk5", "--only: none of euler-optimal-heuristic, ");
-    bench.refuses("profile --draw 3", "--draw: needs --seed S");
-    bench.refuses("profile --seed 3", "--seed: needs --draw N");
+    bench.refuses("profile --only rk5", "--configurations: none of euler-optimal-heuristic, ");
+    bench.refuses("profile --draw 3", "--count: needs --seed S");
+    bench.refuses("profile --seed 3", "--seed: needs --count N");
     for (arguments, named) in [
         ("--cores x,1", "--cores"),
         ("--rounds 0", "--rounds"),
         ("--rounds 3 --quick", "--quick"),
-        ("--scenarios a.json --draw 3 --seed 1", "--draw"),
+        ("--scenarios a.json --draw 3 --seed 1", "--count"),
     ] {
         let run = bench.run(&format!("profile {arguments}"));
         assert_eq!(run.status, 2, "{arguments}");

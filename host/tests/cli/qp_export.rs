@@ -132,7 +132,7 @@ fn what_is_not_solved_is_written_all_the_same() {
 fn bad_input_is_refused() {
     let bench = Bench::new();
     bench.write("file", "");
-    bench.refuses("qp-export --id s1-000 --out a", "--id: needs --scenarios FILE");
+    bench.refuses("qp-export --id s1-000 --out a", "built-in scenarios: scenarios: there is no");
     bench.refuses(
         "qp-export --scenarios set.scenarios.json --id x --out a",
         "set.scenarios.json: scenarios: there is no scenario with id \"x\"",

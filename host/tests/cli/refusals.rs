@@ -118,7 +118,10 @@ fn missions() {
 fn arguments() {
     let bench = Bench::new();
     let set = "--scenarios set.scenarios.json";
-    bench.refuses("plan --id s1-000", "--id: needs --scenarios FILE");
+    bench.refuses(
+        "plan --id s1-000",
+        "built-in scenarios: scenarios: there is no scenario with id \"s1-000\"",
+    );
     bench.refuses(
         &format!("plan {set} --id s9-000"),
         "set.scenarios.json: scenarios: there is no scenario with id \"s9-000\"",
@@ -135,15 +138,19 @@ fn arguments() {
         let message = format!("invalid value '{threads}' for '--threads <N>' [possible values: 1");
         bench.refuses(&format!("plan --threads {threads}"), &message);
     }
+    #[cfg(not(feature = "training"))]
+    bench.refuses(
+        "train --config a.toml",
+        "train: is left out of this build; `remora train --help`",
+    );
     bench.refuses("fly", "unrecognized subcommand 'fly'");
     bench.refuses("plan --fast", "unexpected argument '--fast' found");
     bench.refuses("draw --count 0 --seed 1 --out a.json", "invalid value '0' for '--count <N>'");
     bench.refuses("draw --count 3 --out a.json", "the following required arguments were not");
     bench
         .refuses(&format!("campaign {set} --jobs 0 --out a"), "invalid value '0' for '--jobs <J>'");
-    bench.refuses("campaign --out a", "campaign: one of --scenarios FILE and --draw N --seed S");
-    bench.refuses("campaign --draw 3 --out a", "--draw: needs --seed S");
-    bench.refuses("campaign --seed 3 --out a", "--seed: needs --draw N");
+    bench.refuses("campaign --count 3 --out a", "--count: needs --seed S");
+    bench.refuses("campaign --seed 3 --out a", "--seed: needs --count N");
     bench.refuses(
         &format!("campaign {set} --draw 3 --seed 1 --out a"),
         "the argument '--scenarios <FILE>' cannot be used with",
@@ -171,6 +178,30 @@ fn deadlines() {
         );
     }
     bench.refuses("qp-export --deadline 1 --out a", "unexpected argument '--deadline' found");
+}
+
+/// What somebody would miss is replaced with --force alone; what the same command wrote is not missed.
+#[test]
+fn files_that_are_there_are_kept() {
+    let bench = Bench::new();
+    let plan = "plan --mode feasible --integrator euler --out";
+    bench.solves(&format!("{plan} a.plan.json"));
+    bench.solves(&format!("{plan} a.plan.json"));
+    let kept = "a.plan.json: exists; --force replaces it";
+    bench.refuses(&format!("{plan} a.plan.json --id pub-001"), kept);
+    bench.solves(&format!("{plan} a.plan.json --id pub-001 --force"));
+    bench.write("notes.txt", "mine");
+    bench.refuses(&format!("{plan} notes.txt"), "notes.txt: exists; --force replaces it");
+    bench.refuses(
+        "draw --count 1 --seed 1 --out notes.txt",
+        "notes.txt: exists; --force replaces it",
+    );
+    let own = bench.read("set.scenarios.json").replace("s1-00", "own-");
+    bench.write("own.scenarios.json", &own);
+    let kept = "own.scenarios.json: exists; --force replaces it";
+    bench.refuses("draw --count 1 --seed 1 --out own.scenarios.json", kept);
+    bench.solves("draw --count 1 --seed 1 --out own.scenarios.json --force");
+    bench.solves("draw --count 2 --seed 1 --out own.scenarios.json");
 }
 
 #[test]

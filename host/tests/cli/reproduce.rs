@@ -45,7 +45,8 @@ fn with_models() -> Bench {
     bench
 }
 
-const COMMON: &str = "--models models --scenarios set.scenarios.json --out paper";
+const COMMON: &str =
+    "--models models --scenarios set.scenarios.json --integrator euler --out paper";
 
 #[test]
 fn every_table_is_made_once_and_plans_are_shared() {
@@ -98,11 +99,11 @@ fn what_cannot_be_reproduced_is_refused() {
     bench
         .refuses("reproduce decoders --models none --out paper", "none: no such file or directory");
     bench.refuses(
-        &format!("reproduce decoders --integrator rk4 {COMMON}"),
+        "reproduce decoders --models models --scenarios set.scenarios.json --out paper",
         "--models: no model there has the integrator",
     );
     bench.refuses(
-        "reproduce decoders --models models --count 3 --seed 1000 --out paper",
+        "reproduce decoders --models models --count 3 --seed 1000 --integrator euler --out paper",
         "models/flow-5k.model: was trained on s1000-000, itself or an ancestor: choose scenarios of",
     );
     bench.write("models/flow.lineage.toml", "format = \"remora-lineage/1\"\nmodel = \"0\"\n");

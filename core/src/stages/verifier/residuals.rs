@@ -3,40 +3,62 @@
 use crate::model::Tolerances;
 use crate::stages::worse;
 
-/// Residuals of a plan, each zero or positive, in the units of section 7.
+/// Residuals of a plan, each zero or positive, in the units of section 7. In files infinity is `null`.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(deny_unknown_fields, expecting = "an object with the residuals")
+)]
 pub struct Residuals {
     /// Stage 1 dynamics, initial and terminal state: r over 1 m, v over 1e-2 m/s.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub dynamics1: f64,
     /// Keep-out [m].
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub keep_out: f64,
     /// Stage 2 dynamics and initial state: q, alpha over 1, w, alpha' over 1e-2 rad/s.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub dynamics2: f64,
     /// Excess of any control over its limit, relative.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub control: f64,
     /// Joint limits [rad].
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub joint: f64,
     /// Excess of a joint rate over its limit, relative.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub joint_rate: f64,
     /// Pointing, in cosine.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub pointing: f64,
     /// Arm preset, angles over 1 rad, rates over 1e-2 rad/s.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub preset: f64,
     /// Terminal bus rate over 1e-2 rad/s.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub terminal_rate: f64,
     /// Distance of the end effector from the port [m].
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub ee_position: f64,
     /// Angle between end-effector direction and approach direction [rad].
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub ee_angle: f64,
     /// Overlap of bodies [m]; zero where [`Approach::clearance`](crate::model::Approach) is not in
     /// force.
+    #[cfg_attr(feature = "serde", serde(default, deserialize_with = "files::infinity_or_number"))]
     pub clearance: f64,
 }
 
 /// The smallest distance between two bodies over a plan, nodes and what lies between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", serde(expecting = "an object with distance_m, time_s and body"))]
 pub struct Closest {
-    /// Distance of their surfaces [m]; negative where they overlap.
+    /// Distance of their surfaces [m]; negative where they overlap, infinite where nobody has looked.
+    #[cfg_attr(feature = "serde", serde(rename = "distance_m"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "files::infinity_or_number"))]
     pub distance: f64,
     /// When [s].
     pub time_s: f64,
@@ -57,6 +79,11 @@ impl Closest {
 
 /// How near bodies come to each other, by the verifier; judged or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(deny_unknown_fields, expecting = "an object with the clearances")
+)]
 pub struct Clearances {
     /// The arm and the target; within the corridor, the end effector and its edge.
     pub arm: Closest,
@@ -69,6 +96,11 @@ pub struct Clearances {
 impl Clearances {
     /// Nothing looked at yet.
     pub const NONE: Self = Self { arm: Closest::NONE, bus: Closest::NONE, own: Closest::NONE };
+
+    /// Names and values, in the order of the plan file.
+    pub fn named(&self) -> [(&'static str, Closest); 3] {
+        [("arm", self.arm), ("bus", self.bus), ("own", self.own)]
+    }
 
     /// By how much the bodies that overlap most do so [m].
     pub(super) fn overlap(&self) -> f64 {
@@ -105,6 +137,22 @@ impl Residuals {
     /// Number of residuals.
     pub const COUNT: usize = 12;
 
+    /// Units, in the order of the plan file; several where parts are scaled apart.
+    pub const UNITS: [&'static str; Self::COUNT] = [
+        "1 m, 1e-2 m/s",
+        "m",
+        "1, 1 rad, 1e-2 rad/s",
+        "of the limit",
+        "rad",
+        "of the limit",
+        "cosine",
+        "1 rad, 1e-2 rad/s",
+        "1e-2 rad/s",
+        "m",
+        "rad",
+        "m",
+    ];
+
     /// Names, values and tolerances, in the order of the plan file.
     pub fn against(&self, t: &Tolerances) -> [(&'static str, f64, f64); Self::COUNT] {
         [
@@ -121,6 +169,20 @@ impl Residuals {
             ("ee_angle", self.ee_angle, t.end_effector_angle),
             ("clearance", self.clearance, t.clearance),
         ]
+    }
+
+    /// Name of the residual that is farthest beyond its tolerance, where one is. What is not a number
+    /// is the worst.
+    pub fn worst(&self, tolerances: &Tolerances) -> Option<&'static str> {
+        let mut worst: Option<(&'static str, f64)> = None;
+        for (name, value, tolerance) in self.against(tolerances) {
+            let over = if value.is_nan() { f64::INFINITY } else { value / tolerance };
+            let is_beyond = !(value <= tolerance);
+            if is_beyond && worst.is_none_or(|(_, most)| over >= most) {
+                worst = Some((name, over));
+            }
+        }
+        worst.map(|(name, _)| name)
     }
 
     /// Whether every residual is a finite number.
@@ -145,4 +207,14 @@ pub(super) fn worst(values: &[f64]) -> f64 {
 /// By how much any value leaves `[-limit, limit]`, relative to the limit.
 pub(super) fn excess(values: &[f64], limit: f64) -> f64 {
     worse(0.0, worst(values) / limit - 1.0)
+}
+
+/// JSON has neither infinity nor NaN: writers put `null`, which is read as infinity.
+#[cfg(feature = "serde")]
+mod files {
+    use serde::{Deserialize, Deserializer};
+
+    pub(super) fn infinity_or_number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
+    }
 }

@@ -5,7 +5,7 @@ use super::class::Class;
 use super::worker::Ran;
 use remora_host::campaign::Statistics;
 use remora_host::fingerprint::fingerprint;
-use remora_host::formats::{ModelRecord, PlanStatus, StartName};
+use remora_host::formats::{ModelRecord, StartName, Status};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -38,7 +38,7 @@ pub struct Record {
     /// What became of it.
     pub class: Class,
     /// How the plan ended.
-    pub status: PlanStatus,
+    pub status: Status,
     /// Whether the plan can be flown.
     pub is_verified: bool,
     /// What Stage 2 started from.
@@ -72,7 +72,7 @@ impl Record {
             element: place.element,
             bit: place.bit,
             class,
-            status: ended.status.into(),
+            status: ended.status,
             is_verified: ended.is_verified,
             start: ended.start.into(),
             stage1_iterations: ended.iterations[0],

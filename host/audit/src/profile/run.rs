@@ -11,7 +11,7 @@ use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use remora_core::advanced::time::Clock;
 use remora_host::error::Error;
-use remora_host::formats::{NamedScenario, PlanStatus};
+use remora_host::formats::{NamedScenario, Status};
 use remora_host::learned::Learned;
 use remora_host::memory::on_large_stack;
 use remora_host::method::WarmStart;
@@ -175,7 +175,7 @@ impl Sample {
             linearise_s: fresh.map(|(_, record)| record.linearise_time_s).collect(),
             qp_s: log.iter().map(|record| record.qp_time_s).collect(),
             iterations: planned.file.stage2.iterations,
-            is_solved: planned.file.status == PlanStatus::Solved,
+            is_solved: planned.file.status == Status::Solved,
             switches,
         }
     }

@@ -6,7 +6,7 @@ use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use remora_host::draw::draw_one;
 use remora_host::error::Error;
-use remora_host::formats::{NamedScenario, PlanStatus, make_directory, remove_partials};
+use remora_host::formats::{NamedScenario, Status, make_directory, remove_partials};
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method};
 use remora_host::planning::Planner;
@@ -128,7 +128,7 @@ impl Recipe {
     ) -> Result<Option<Box<Trajectory>>, Error> {
         let plan =
             planner.plan(&self.mission, &self.draw(index)?, method, self.model.as_ref()).file;
-        let is_solved = plan.status == PlanStatus::Solved;
+        let is_solved = plan.status == Status::Solved;
         Ok(is_solved.then(|| Box::new(Trajectory::new(index, &plan))))
     }
 

@@ -50,6 +50,7 @@ impl Bench<'_> {
         let (mode, integrator) = (run.mode, self.integrator);
         Ok(Campaign {
             scenarios: self.scenarios.clone(),
+            seed: None,
             mission: self.mission,
             method: Method { mode, warm_start, integrator, ..Method::default() },
             model: model(&run.start)?,

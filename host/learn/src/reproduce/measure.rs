@@ -1,7 +1,7 @@
 //! What a table says of the plans of a run.
 
 use super::published::Spread;
-use remora_host::formats::{PlanStatus, Row};
+use remora_host::formats::{Row, Status};
 use remora_host::report::number;
 use remora_host::statistics::{self, Estimate, Mean, Rate};
 use serde::Serialize;
@@ -41,7 +41,7 @@ pub struct Against {
 }
 
 fn solved(row: &&Row) -> bool {
-    row.status == PlanStatus::Solved
+    row.status == Status::Solved
 }
 
 /// The costs of the plans that were solved.
@@ -166,22 +166,25 @@ pub(super) fn difference(estimate: &Estimate) -> String {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use remora_host::formats::{PlanClearances, PlanVerdict, StageRow};
+    use remora_host::formats::{Clearances, Flight, StageRow, Verdict};
 
     /// A row that nobody planned.
     pub(crate) fn row(index: usize, iterations: u64, cost: f64, time_s: f64) -> Row {
         let stage = StageRow { iterations, corrections: 0, cost, time_s };
         Row {
             scenario: format!("s7-{index:03}"),
-            status: PlanStatus::Solved,
-            verdict: PlanVerdict::Optimal,
+            status: Status::Solved,
+            verdict: Verdict::Optimal,
             reason: String::new(),
             warm_start: "heuristic".into(),
             stage1: stage,
             stage2: stage,
             inference_s: 0.001,
             residuals: [0.0; 12],
-            clearances: PlanClearances::none(),
+            clearances: Clearances::NONE,
+            flight: Flight::default(),
+            time_s,
+            cpu_time_s: time_s,
         }
     }
 
@@ -189,7 +192,7 @@ pub(super) mod tests {
     fn comparisons_are_over_what_both_solved() {
         let reference: Vec<Row> = (0..4).map(|i| row(i, 10, 0.3, 0.04)).collect();
         let mut rows: Vec<Row> = (0..4).map(|i| row(i, 5, 0.3, 0.03)).collect();
-        rows[3] = Row { status: PlanStatus::IterationLimit, ..row(3, 50, 9.0, 1.0) };
+        rows[3] = Row { status: Status::IterationLimit, ..row(3, 50, 9.0, 1.0) };
         let measured = Measured::of(&rows);
         assert_eq!((measured.success.count, measured.success.of), (3, 4));
         assert_eq!((measured.iterations.mean.value, measured.cost_p99.value), (5.0, 0.3));

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// Name of the journal in the campaign's directory.
 pub const JOURNAL: &str = "journal.jsonl";
 
-const FORMAT: &str = "remora-journal/1";
+const FORMAT: &str = "remora-journal/2";
 
 /// A campaign's journal.
 pub(super) type Journal = crate::journal::Journal<Row>;
@@ -109,7 +109,7 @@ impl Heading for Header {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{PlanClearances, PlanStatus, PlanVerdict, StageRow};
+    use crate::formats::{Clearances, Flight, StageRow, Status, Verdict};
     use crate::method::Method;
     use remora_core::advanced::model::Mission;
     use std::num::NonZeroUsize;
@@ -118,6 +118,7 @@ mod tests {
     fn header() -> Header {
         Header::new(&Campaign {
             scenarios: Vec::new(),
+            seed: None,
             mission: Mission::default(),
             method: Method::default(),
             model: None,
@@ -132,15 +133,18 @@ mod tests {
         let stage = StageRow { iterations: 1, corrections: 0, cost: 0.1, time_s: 0.2 };
         Row {
             scenario: scenario.into(),
-            status: PlanStatus::Solved,
-            verdict: PlanVerdict::Optimal,
+            status: Status::Solved,
+            verdict: Verdict::Optimal,
             reason: String::new(),
             warm_start: "heuristic".into(),
             stage1: stage,
             stage2: stage,
             inference_s: 0.0,
             residuals: [0.0; 12],
-            clearances: PlanClearances::none(),
+            clearances: Clearances::NONE,
+            flight: Flight::default(),
+            time_s: 0.3,
+            cpu_time_s: 0.3,
         }
     }
 

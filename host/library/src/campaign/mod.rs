@@ -20,8 +20,8 @@ pub use summary::{Run, StageSummary, Statistics, Summary};
 
 use crate::error::Error;
 use crate::formats::{
-    self, NamedScenario, PlanStatus, Row, ScenarioSet, check_writable, json, make_directory,
-    write_atomically,
+    self, NamedScenario, Program, Row, ScenarioSet, Status, TableOrigin, check_writable, json,
+    make_directory, write_atomically,
 };
 use crate::learned::Learned;
 use crate::method::Method;
@@ -31,10 +31,13 @@ use crate::progress::Progress;
 use journal::Journal;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
+use serde_json::Value;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// Name of what describes the CSV table, beside it.
+const CSV_METADATA: &str = "results.csv-metadata.json";
 /// Name of the scenario set in the campaign's directory.
 pub const SCENARIOS: &str = "campaign.scenarios.json";
 
@@ -43,6 +46,8 @@ pub const SCENARIOS: &str = "campaign.scenarios.json";
 pub struct Campaign {
     /// The scenarios; ids are unique.
     pub scenarios: Vec<NamedScenario>,
+    /// Seed of their draw, where they were drawn.
+    pub seed: Option<u64>,
     /// The mission; valid.
     pub mission: Mission<LINKS>,
     /// How to plan.
@@ -96,7 +101,7 @@ pub fn run_together(
         campaigns[which].plan(planner, scenario)
     };
     let finish = |(which, scenario): (usize, usize), row: Row| {
-        progress.done(row.status == PlanStatus::Solved);
+        progress.done(row.status == Status::Solved);
         begun[which].finish(scenario, row)
     };
     let outcome = pool::plan_all(jobs, &pending, plan, finish);
@@ -155,13 +160,23 @@ impl Campaign {
     fn plan(&self, planner: &mut Planner, index: usize) -> Result<Row, Error> {
         let scenario = &self.scenarios[index];
         if let Some(refusal) = planning::refusal(&self.mission, scenario, &self.method)? {
-            return Ok(Row::refused(&scenario.id, &refusal));
+            return Ok(Row::refused(scenario, &refusal));
         }
         let planned = planner.plan(&self.mission, scenario, &self.method, self.model.as_ref());
         if self.save_plans {
             planned.file.write(&self.plan_path(&scenario.id))?;
         }
         Ok(planned.row())
+    }
+
+    /// What the tables say of themselves.
+    fn origin(&self) -> TableOrigin {
+        TableOrigin {
+            method: self.method,
+            seed: self.seed,
+            mission_checksum: formats::checksum_of_mission(&self.mission),
+            program: Program::this(),
+        }
     }
 
     /// Where the plan of a scenario goes.
@@ -191,9 +206,9 @@ impl Campaign {
     }
 
     fn result_files(&self) -> Vec<PathBuf> {
-        let csv = self.csv.then_some("results.csv");
+        let csv = if self.csv { &["results.csv", CSV_METADATA][..] } else { &[] };
         ["results.parquet", "summary.json"]
-            .into_iter()
+            .iter()
             .chain(csv)
             .map(|name| self.out.join(name))
             .collect()
@@ -224,11 +239,19 @@ impl Campaign {
     fn write(&self, rows: &[Row], summary: &Summary) -> Result<Vec<PathBuf>, Error> {
         let files = self.result_files();
         let failed = |file: &Path, reason: String| Error::Output { file: file.into(), reason };
+        let origin = self.origin();
         for file in &files {
-            let bytes = match file.extension().and_then(|extension| extension.to_str()) {
-                Some("parquet") => formats::parquet_bytes(rows, &self.method)
+            let json = |value: &Value| {
+                json::to_text(value).map_err(|error| failed(file, error.to_string()))
+            };
+            let bytes = match file.file_name().and_then(|name| name.to_str()) {
+                Some("results.parquet") => formats::parquet_bytes(rows, &origin)
                     .map_err(|error| failed(file, error.to_string()))?,
-                Some("csv") => formats::csv(rows, &self.method).into_bytes(),
+                Some("results.csv") => formats::csv(rows, &self.method).into_bytes(),
+                Some(CSV_METADATA) => {
+                    let metadata = formats::csv_metadata(rows, &origin, "results.csv");
+                    json(&metadata.unwrap_or_default())?.into_bytes()
+                }
                 _ => json::to_text(summary)
                     .map_err(|error| failed(file, error.to_string()))?
                     .into_bytes(),

@@ -1,6 +1,6 @@
 //! Statistics over the rows of a campaign.
 
-use crate::formats::{PlanStatus, PlanVerdict, Row, StageRow};
+use crate::formats::{Row, StageRow, Status, Verdict};
 use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
 use crate::statistics::percentile;
 use serde::{Deserialize, Serialize};
@@ -59,7 +59,7 @@ pub struct StageSummary {
 impl StageSummary {
     fn of<'a>(rows: impl Iterator<Item = (&'a Row, &'a StageRow)> + Clone) -> Self {
         let all = || rows.clone().map(|(_, stage)| stage);
-        let solved = || rows.clone().filter(|(row, _)| row.status == PlanStatus::Solved);
+        let solved = || rows.clone().filter(|(row, _)| row.status == Status::Solved);
         Self {
             iterations: Statistics::of(all().map(|stage| stage.iterations as f64)),
             corrections: Statistics::of(all().map(|stage| stage.corrections as f64)),
@@ -100,9 +100,9 @@ pub struct Summary {
     /// `solved / scenarios`.
     pub success_rate: f64,
     /// Counts by status, those that occur, best first.
-    pub by_status: BTreeMap<PlanStatus, usize>,
+    pub by_status: BTreeMap<Status, usize>,
     /// Counts by verdict, all three, best first.
-    pub by_verdict: BTreeMap<PlanVerdict, usize>,
+    pub by_verdict: BTreeMap<Verdict, usize>,
     /// Counts by what makes plans not flyable: constraints and residuals, by name.
     pub by_reason: BTreeMap<String, usize>,
     /// Scenarios that were refused before planning.
@@ -113,6 +113,10 @@ pub struct Summary {
     pub stage2: StageSummary,
     /// Time in a learned warm start, over all rows that were planned [s].
     pub inference_s: Statistics,
+    /// Time of the whole plan, over all rows that were planned [s].
+    pub time_s: Statistics,
+    /// Processor time of the thread that planned, over those that tell [s].
+    pub cpu_time_s: Statistics,
     /// Scenarios for which a model was asked and the heuristic used.
     pub fallbacks: usize,
     /// Ids that were not solved.
@@ -125,20 +129,21 @@ impl Summary {
     /// The summary of a campaign's rows.
     pub fn of(rows: &[Row], method: &Method, run: Run) -> Self {
         let count = |status| rows.iter().filter(|row| row.status == status).count();
-        let solved = count(PlanStatus::Solved);
-        let by_status = PlanStatus::ALL
+        let solved = count(Status::Solved);
+        let by_status = Status::ALL
             .into_iter()
             .map(|status| (status, count(status)))
             .filter(|(_, count)| *count > 0)
             .collect();
         let judged = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
-        let by_verdict = PlanVerdict::ALL.map(|verdict| (verdict, judged(verdict))).into();
+        let by_verdict = Verdict::ALL.map(|verdict| (verdict, judged(verdict))).into();
         let mut by_reason = BTreeMap::new();
         for row in rows.iter().filter(|row| !row.reason.is_empty()) {
             *by_reason.entry(row.reason.clone()).or_insert(0) += 1;
         }
+        let known = |time_s: &f64| time_s.is_finite();
         let planned = || rows.iter().filter(|row| !row.is_refused());
-        let unsolved = rows.iter().filter(|row| row.status != PlanStatus::Solved);
+        let unsolved = rows.iter().filter(|row| row.status != Status::Solved);
         Self {
             format: "remora-summary/1",
             mode: method.mode,
@@ -155,6 +160,8 @@ impl Summary {
             stage1: StageSummary::of(planned().map(|row| (row, &row.stage1))),
             stage2: StageSummary::of(planned().map(|row| (row, &row.stage2))),
             inference_s: Statistics::of(planned().map(|row| row.inference_s)),
+            time_s: Statistics::of(planned().map(|row| row.time_s)),
+            cpu_time_s: Statistics::of(planned().map(|row| row.cpu_time_s).filter(known)),
             fallbacks: rows.iter().filter(|row| row.warm_start == "fallback").count(),
             unsolved: unsolved.map(|row| row.scenario.clone()).collect(),
             run,
@@ -165,7 +172,7 @@ impl Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::PlanClearances;
+    use crate::formats::{Clearances, Flight, ScenarioSet};
     use remora_core::advanced::model::Refusal;
 
     #[test]
@@ -185,29 +192,32 @@ mod tests {
         assert_eq!((hundred.median, hundred.p99), (50.0, 99.0));
     }
 
-    fn row(id: &str, status: PlanStatus, iterations: u64, cost: f64) -> Row {
+    fn row(id: &str, status: Status, iterations: u64, cost: f64) -> Row {
         let stage = StageRow { iterations, corrections: 2, cost, time_s: 0.5 };
         Row {
             scenario: id.into(),
             status,
-            verdict: PlanVerdict::of(status == PlanStatus::Solved, status),
+            verdict: Verdict::of(status == Status::Solved, status),
             reason: String::new(),
             warm_start: "heuristic".into(),
             stage1: stage,
             stage2: stage,
             inference_s: 0.0,
             residuals: [0.0; 12],
-            clearances: PlanClearances::none(),
+            clearances: Clearances::NONE,
+            flight: Flight::default(),
+            time_s: 1.0,
+            cpu_time_s: 1.0,
         }
     }
 
     #[test]
     fn costs_are_those_of_the_solved_and_iterations_those_of_all() {
         let rows = [
-            row("a", PlanStatus::Solved, 4, 1.0),
-            row("b", PlanStatus::IterationLimit, 50, 100.0),
-            row("c", PlanStatus::Solved, 6, 3.0),
-            row("d", PlanStatus::Infeasible, 0, 0.0),
+            row("a", Status::Solved, 4, 1.0),
+            row("b", Status::IterationLimit, 50, 100.0),
+            row("c", Status::Solved, 6, 3.0),
+            row("d", Status::Infeasible, 0, 0.0),
         ];
         let summary = Summary::of(&rows, &Method::default(), Run::default());
         assert_eq!((summary.scenarios, summary.solved, summary.success_rate), (4, 2, 0.5));
@@ -222,14 +232,13 @@ mod tests {
 
     #[test]
     fn outcomes_are_three_and_reasons_are_counted() {
-        let verified = Row {
-            verdict: PlanVerdict::VerifiedNotConverged,
-            ..row("b", PlanStatus::IterationLimit, 50, 9.0)
-        };
-        let failed = Row { reason: "dynamics2".into(), ..row("c", PlanStatus::Deadline, 7, 9.0) };
+        let verified =
+            Row { verdict: Verdict::Verified, ..row("b", Status::IterationLimit, 50, 9.0) };
+        let failed = Row { reason: "dynamics2".into(), ..row("c", Status::Deadline, 7, 9.0) };
         let refusal = Refusal::Force { needed: 3.0, limit: 2.5 };
-        let rows =
-            [row("a", PlanStatus::Solved, 4, 1.0), verified, failed, Row::refused("d", &refusal)];
+        let scenario = &ScenarioSet::built_in().unwrap().scenarios[0];
+        let refused = Row::refused(scenario, &refusal);
+        let rows = [row("a", Status::Solved, 4, 1.0), verified, failed, refused];
         let summary = Summary::of(&rows, &Method::default(), Run::default());
         let counts: Vec<_> = summary.by_verdict.iter().map(|(v, n)| (v.name(), *n)).collect();
         let expected = [("optimal", 1), ("verified_not_converged", 1), ("not_flyable", 2)];

@@ -1,6 +1,6 @@
 //! Evidence beside a plan: `*.evidence.json`.
 
-use super::{PlanStatus, PlanVerdict, json};
+use super::{Status, Verdict, json};
 use crate::error::{Error, FieldError};
 use remora_core::advanced::planner::{Fallback, Gain, GuessRecord, SolveRecord, StageSolveRecord};
 use remora_core::advanced::stages::{NODES, size};
@@ -35,12 +35,12 @@ pub struct EvidenceFile {
     /// Checksum of the plan's trajectories.
     pub output: String,
     /// Status of the plan.
-    pub status: PlanStatus,
+    pub status: Status,
     /// Whether the verifier found every residual within its tolerance.
     pub is_verified: bool,
     /// What the plan is good for; records of older versions do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub verdict: Option<PlanVerdict>,
+    pub verdict: Option<Verdict>,
     /// What Stage 2 started from.
     pub start: StartName,
     /// Model that was to be used; none where the heuristic was asked for.
@@ -58,7 +58,7 @@ pub struct EvidenceFile {
 #[serde(deny_unknown_fields, expecting = "an object with the record of a stage")]
 pub struct StageRecord {
     /// How it ended.
-    pub status: PlanStatus,
+    pub status: Status,
     /// Iterations.
     pub iterations: u32,
     /// Second-order corrections.
@@ -196,9 +196,9 @@ impl EvidenceFile {
             input: checksum(evidence.input),
             settings: checksum(evidence.settings),
             output: checksum(evidence.output),
-            status: evidence.status.into(),
+            status: evidence.status,
             is_verified: evidence.is_verified,
-            verdict: Some(PlanVerdict::of(evidence.is_verified, evidence.status.into())),
+            verdict: Some(Verdict::of(evidence.is_verified, evidence.status)),
             start: evidence.start.into(),
             model,
             stage1: evidence.translation.into(),
@@ -276,7 +276,7 @@ fn rows(gain: &Gain) -> GainRows {
 impl From<StageSolveRecord> for StageRecord {
     fn from(stage: StageSolveRecord) -> Self {
         Self {
-            status: stage.status.into(),
+            status: stage.status,
             iterations: stage.iterations,
             corrections: stage.corrections,
             qp_iterations: stage.qp_iterations,

@@ -20,8 +20,8 @@ mod qp_convert;
 mod qp_file;
 mod radius;
 mod results;
+mod row;
 mod scenario_set;
-mod verdict;
 
 pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, FallbackName, GainRows, ModelRecord, StageRecord,
@@ -36,9 +36,7 @@ pub use mission_file::{
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout, read_model};
 pub use output::{check_writable, make_directory, remove_partials, write_atomically};
 pub use plan_convert::StageEnd;
-pub use plan_file::{
-    FORMAT as PLAN_FORMAT, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanStatus, PlanTarget,
-};
+pub use plan_file::{FORMAT as PLAN_FORMAT, PlanFile, PlanStage1, PlanStage2, PlanTarget};
 pub use plan_inputs::{
     InForce, PlanGrid, PlanInputs, PlanScenario, Program, checksum_of_mission,
     checksum_of_scenario, frames,
@@ -49,11 +47,17 @@ pub use qp_file::{
     QpStatusName, Rows as QpRows,
 };
 pub use radius::Radius;
-pub use results::{COLUMNS, Row, StageRow, csv, parquet_bytes};
+/// The core's own types stand in files.
+pub use remora_core::advanced::{
+    planner::Verdict,
+    scp::Status,
+    stages::{Clearances, Closest, Residuals},
+};
+pub use results::{COLUMNS, TableOrigin, csv, csv_metadata, parquet_bytes};
+pub use row::{Flight, Row, StageRow};
 pub use scenario_set::{
     FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet, ServicerStart, TargetStart,
 };
-pub use verdict::{PlanClearances, PlanClosest, PlanVerdict, worst_residual};
 
 /// How far a quaternion's norm may be from one in a file.
 pub const QUATERNION_TOLERANCE: f64 = 1e-6;

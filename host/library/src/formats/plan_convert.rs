@@ -1,50 +1,11 @@
 //! Between the rows of plan files and the core's trajectories.
 
-use super::plan_file::{PlanResiduals, PlanStage1, PlanStage2, PlanStatus, PlanTarget};
+use super::Status;
+use super::plan_file::{PlanStage1, PlanStage2, PlanTarget};
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::model::TargetState;
-use remora_core::advanced::stages::{
-    LINKS, NODES, ReorientationTrajectory, Residuals, TranslationTrajectory,
-};
-
-impl From<Residuals> for PlanResiduals {
-    fn from(r: Residuals) -> Self {
-        Self {
-            dynamics1: r.dynamics1,
-            keep_out: r.keep_out,
-            dynamics2: r.dynamics2,
-            control: r.control,
-            joint: r.joint,
-            joint_rate: r.joint_rate,
-            pointing: r.pointing,
-            preset: r.preset,
-            terminal_rate: r.terminal_rate,
-            ee_position: r.ee_position,
-            ee_angle: r.ee_angle,
-            clearance: r.clearance,
-        }
-    }
-}
-
-impl From<PlanResiduals> for Residuals {
-    fn from(r: PlanResiduals) -> Self {
-        Self {
-            dynamics1: r.dynamics1,
-            keep_out: r.keep_out,
-            dynamics2: r.dynamics2,
-            control: r.control,
-            joint: r.joint,
-            joint_rate: r.joint_rate,
-            pointing: r.pointing,
-            preset: r.preset,
-            terminal_rate: r.terminal_rate,
-            ee_position: r.ee_position,
-            ee_angle: r.ee_angle,
-            clearance: r.clearance,
-        }
-    }
-}
+use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
 
 fn rows<T, const M: usize>(items: &[T], row: impl Fn(&T) -> [f64; M]) -> Vec<[f64; M]> {
     items.iter().map(row).collect()
@@ -54,7 +15,7 @@ fn rows<T, const M: usize>(items: &[T], row: impl Fn(&T) -> [f64; M]) -> Vec<[f6
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StageEnd {
     /// The status.
-    pub status: PlanStatus,
+    pub status: Status,
     /// Iterations.
     pub iterations: u64,
     /// Cost.

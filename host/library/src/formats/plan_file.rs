@@ -1,13 +1,11 @@
 //! Plans: `*.plan.json`.
 
 use super::plan_inputs::{PlanGrid, PlanInputs, Program};
-use super::{PlanClearances, PlanVerdict};
+use super::{Clearances, Residuals, Status, Verdict};
 use crate::method::{Integrator, Mode};
-use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::LINKS;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fmt;
 
 /// The `format` of the plans this version writes. It reads `remora-plan/1` too.
 pub const FORMAT: &str = "remora-plan/2";
@@ -24,10 +22,10 @@ pub struct PlanFile {
     /// Id of the scenario.
     pub scenario: String,
     /// The worse of the stages'.
-    pub status: PlanStatus,
+    pub status: Status,
     /// What the plan is good for; plans of other planners need not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub verdict: Option<PlanVerdict>,
+    pub verdict: Option<Verdict>,
     /// Optimality or feasibility.
     pub mode: Mode,
     /// Start of Stage 2. Any name: a plan may come from another planner.
@@ -54,26 +52,10 @@ pub struct PlanFile {
     /// The target at the nodes.
     pub target: PlanTarget,
     /// Residuals by the verifier.
-    pub residuals: PlanResiduals,
+    pub residuals: Residuals,
     /// How near bodies come to each other, by the verifier; plans of other planners need not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub clearances: Option<PlanClearances>,
-}
-
-/// How a stage or a plan ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PlanStatus {
-    /// Feasible, and settled where that was asked for.
-    Solved,
-    /// The iteration limit was reached first.
-    IterationLimit,
-    /// The convex subproblem has no feasible point.
-    Infeasible,
-    /// Time ran out first.
-    Deadline,
-    /// Arithmetic or the subproblem's solver broke down.
-    NumericalFailure,
+    pub clearances: Option<Clearances>,
 }
 
 /// Stage 1: the system centre of mass.
@@ -81,7 +63,7 @@ pub enum PlanStatus {
 #[serde(deny_unknown_fields, expecting = "an object with the results of stage 1")]
 pub struct PlanStage1 {
     /// How it ended.
-    pub status: PlanStatus,
+    pub status: Status,
     /// Iterations.
     pub iterations: u64,
     /// Cost.
@@ -104,7 +86,7 @@ pub struct PlanStage1 {
 #[serde(deny_unknown_fields, expecting = "an object with the results of stage 2")]
 pub struct PlanStage2 {
     /// How it ended.
-    pub status: PlanStatus,
+    pub status: Status,
     /// Iterations.
     pub iterations: u64,
     /// Cost.
@@ -143,93 +125,4 @@ pub struct PlanTarget {
     /// Angular velocity relative to RTN, in RTN [rad/s].
     #[serde(rename = "rate_rtn_rad_s")]
     pub rate: Vec<[f64; 3]>,
-}
-
-/// Residuals of a plan, each zero or positive, in the units of the problem definition; infinite, and
-/// `null` in the file, where the deadline passed before the verifier had finished.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "an object with the residuals")]
-pub struct PlanResiduals {
-    /// Stage 1 dynamics, scaled.
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub dynamics1: f64,
-    /// Keep-out [m].
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub keep_out: f64,
-    /// Stage 2 dynamics, scaled.
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub dynamics2: f64,
-    /// Control bounds, relative.
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub control: f64,
-    /// Joint limits [rad].
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub joint: f64,
-    /// Joint rates, relative.
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub joint_rate: f64,
-    /// Pointing, in cosine.
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub pointing: f64,
-    /// Arm preset, scaled.
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub preset: f64,
-    /// Terminal bus rate, scaled.
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub terminal_rate: f64,
-    /// End effector from the port [m].
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub ee_position: f64,
-    /// Approach direction [rad].
-    #[serde(deserialize_with = "null_is_infinity")]
-    pub ee_angle: f64,
-    /// Overlap of bodies [m]; plans of older versions have none.
-    #[serde(default, deserialize_with = "null_is_infinity")]
-    pub clearance: f64,
-}
-
-/// JSON has no infinity, which is the residual of a verifier that did not finish: it is written as
-/// null.
-fn null_is_infinity<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
-}
-
-impl PlanStatus {
-    /// All of them, best first.
-    pub const ALL: [Self; 5] = [
-        Self::Solved,
-        Self::IterationLimit,
-        Self::Infeasible,
-        Self::Deadline,
-        Self::NumericalFailure,
-    ];
-
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Solved => "solved",
-            Self::IterationLimit => "iteration_limit",
-            Self::Infeasible => "infeasible",
-            Self::Deadline => "deadline",
-            Self::NumericalFailure => "numerical_failure",
-        }
-    }
-}
-
-impl fmt::Display for PlanStatus {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl From<Status> for PlanStatus {
-    fn from(status: Status) -> Self {
-        match status {
-            Status::Solved => Self::Solved,
-            Status::IterationLimit => Self::IterationLimit,
-            Status::Infeasible => Self::Infeasible,
-            Status::Deadline => Self::Deadline,
-            _ => Self::NumericalFailure,
-        }
-    }
 }

@@ -1,9 +1,7 @@
 //! Plans of format `remora-plan/1`: they name their scenario, and hold neither it nor the mission.
 
-use super::plan_file::{
-    FORMAT, PlanFile, PlanResiduals, PlanStage1, PlanStage2, PlanStatus, PlanTarget,
-};
-use super::{PlanClearances, PlanVerdict, json};
+use super::plan_file::{FORMAT, PlanFile, PlanStage1, PlanStage2, PlanTarget};
+use super::{Clearances, Residuals, Status, Verdict, json};
 use crate::error::FieldError;
 use crate::method::{Integrator, Mode};
 use remora_core::advanced::stages::LINKS;
@@ -17,7 +15,7 @@ pub(super) const FIRST_FORMAT: &str = "remora-plan/1";
 struct FirstPlan {
     format: String,
     scenario: String,
-    status: PlanStatus,
+    status: Status,
     mode: Mode,
     warm_start: String,
     qp: String,
@@ -25,15 +23,15 @@ struct FirstPlan {
     stage1: FirstStage1,
     stage2: FirstStage2,
     target: FirstTarget,
-    residuals: PlanResiduals,
-    verdict: Option<PlanVerdict>,
-    clearances: Option<PlanClearances>,
+    residuals: Residuals,
+    verdict: Option<Verdict>,
+    clearances: Option<Clearances>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with the results of stage 1")]
 struct FirstStage1 {
-    status: PlanStatus,
+    status: Status,
     iterations: u64,
     cost: f64,
     time_s: f64,
@@ -45,7 +43,7 @@ struct FirstStage1 {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with the results of stage 2")]
 struct FirstStage2 {
-    status: PlanStatus,
+    status: Status,
     iterations: u64,
     cost: f64,
     time_s: f64,
@@ -123,7 +121,7 @@ mod tests {
     fn a_plan_of_the_first_format_is_read() {
         let plan = PlanFile::parse(FIRST).unwrap();
         assert_eq!((plan.scenario.as_str(), plan.inputs.is_none()), ("pub-000", true));
-        assert_eq!((plan.status, plan.verdict), (PlanStatus::Solved, Some(PlanVerdict::Optimal)));
+        assert_eq!((plan.status, plan.verdict), (Status::Solved, Some(Verdict::Optimal)));
         let set = ScenarioSet::built_in().unwrap();
         let start = &set.get("pub-000").unwrap().servicer;
         assert_eq!(plan.stage1.position[0], start.position);

@@ -1,9 +1,9 @@
 //! Reading plans of either format, and writing them.
 
-use super::plan_file::{FORMAT, PlanFile, PlanResiduals};
-use super::{check_id, check_quaternion, json, plan_first};
+use super::plan_file::{FORMAT, PlanFile};
+use super::{Residuals, check_id, check_quaternion, json, plan_first};
 use crate::error::{Error, FieldError};
-use remora_core::advanced::stages::{NODES, Residuals};
+use remora_core::advanced::stages::NODES;
 use std::path::Path;
 
 impl PlanFile {
@@ -104,28 +104,26 @@ impl PlanFile {
                 return Err(FieldError::new(field, format!("must not be negative, is {value}")));
             }
         }
-        self.residuals.validate()
+        check_residuals(&self.residuals)
     }
 }
 
-impl PlanResiduals {
-    fn validate(&self) -> Result<(), FieldError> {
-        for (name, value, _) in Residuals::from(*self).against(&Default::default()) {
-            if value < 0.0 {
-                let reason = format!("must not be negative, is {value}");
-                return Err(FieldError::new(format!("residuals.{name}"), reason));
-            }
+fn check_residuals(residuals: &Residuals) -> Result<(), FieldError> {
+    for (name, value, _) in residuals.against(&Default::default()) {
+        if value < 0.0 {
+            let reason = format!("must not be negative, is {value}");
+            return Err(FieldError::new(format!("residuals.{name}"), reason));
         }
-        Ok(())
     }
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::formats::{
-        PlanGrid, PlanInputs, PlanStage1, PlanStage2, PlanStatus, PlanTarget, PlanVerdict, Program,
-        ScenarioSet, StageEnd,
+        PlanGrid, PlanInputs, PlanStage1, PlanStage2, PlanTarget, Program, ScenarioSet, StageEnd,
+        Status, Verdict,
     };
     use crate::method::{Integrator, Mode};
     use remora_core::advanced::model::{Mission, TargetState};
@@ -135,7 +133,7 @@ mod tests {
 
     fn plan() -> PlanFile {
         let residuals = Residuals { dynamics1: 1e-9, ee_angle: 2e-9, ..Default::default() };
-        let status = PlanStatus::Solved;
+        let status = Status::Solved;
         let arm = Closest { distance: -0.01, time_s: 612.5, body: 3 };
         let clearances = Clearances { arm, bus: Closest::NONE, own: Closest::NONE };
         let end = StageEnd { status, iterations: 9, cost: 0.2, time_s: 0.1 };
@@ -157,9 +155,9 @@ mod tests {
             stage1: PlanStage1::new(end, &TranslationTrajectory::ZERO),
             stage2: PlanStage2::new(end, 0.0, &ReorientationTrajectory::ZERO),
             target: PlanTarget::from(&[TargetState::ZERO; NODES]),
-            residuals: residuals.into(),
-            verdict: Some(PlanVerdict::Optimal),
-            clearances: Some(clearances.into()),
+            residuals,
+            verdict: Some(Verdict::Optimal),
+            clearances: Some(clearances),
         }
     }
 

@@ -1,130 +1,29 @@
-//! Campaign results: one row a scenario, as Parquet and as CSV.
+//! Campaign results: one row a scenario, as Parquet and as CSV, with units and origin beside them.
 
-use super::{PlanClearances, PlanFile, PlanStatus, PlanVerdict};
+use super::{Program, Residuals, Row};
 use crate::method::Method;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{Type, TypePtr};
-use remora_core::advanced::model::Refusal;
-use remora_core::advanced::stages::Residuals;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::sync::Arc;
 
-/// What a campaign keeps of one plan.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Row {
-    /// Id of the scenario.
-    pub scenario: String,
-    /// The worse of the stages'; infeasible where it was refused before planning.
-    pub status: PlanStatus,
-    /// What the plan is good for.
-    pub verdict: PlanVerdict,
-    /// Name of what makes a plan not flyable: the constraint for which it was refused, or the
-    /// residual farthest beyond its tolerance. Empty where it can be flown.
-    pub reason: String,
-    /// What Stage 2 started from: heuristic, model, or fallback where a model was asked for.
-    pub warm_start: String,
-    /// Stage 1.
-    pub stage1: StageRow,
-    /// Stage 2.
-    pub stage2: StageRow,
-    /// Time in a learned warm start [s].
-    #[serde(deserialize_with = "number")]
-    pub inference_s: f64,
-    /// The residuals in the order of the plan file.
-    #[serde(deserialize_with = "numbers")]
-    pub residuals: [f64; Residuals::COUNT],
-    /// How near bodies come to each other.
-    pub clearances: PlanClearances,
-}
-
-/// What a campaign keeps of one stage.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StageRow {
-    /// Iterations.
-    pub iterations: u64,
-    /// Second-order corrections beside them; in the summary, not in the table.
-    pub corrections: u64,
-    /// Cost.
-    #[serde(deserialize_with = "number")]
-    pub cost: f64,
-    /// Time of the whole stage [s].
-    #[serde(deserialize_with = "number")]
-    pub time_s: f64,
-}
-
-/// JSON has no NaN: it is written as null.
-fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
-}
-
-fn numbers<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N], D::Error>
-where
-    [Option<f64>; N]: Deserialize<'de>,
-{
-    let values = <[Option<f64>; N]>::deserialize(from)?;
-    Ok(values.map(|value| value.unwrap_or(f64::NAN)))
-}
-
-/// The start of what was refused before planning.
-const UNPLANNED: &str = "none";
-
-impl Row {
-    /// The row of a plan; the corrections are not in its file, nor what it fails by.
-    pub fn new(plan: &PlanFile, corrections: (u64, u64), reason: Option<&str>) -> Self {
-        let (one, two) = (&plan.stage1, &plan.stage2);
-        let residuals = Residuals::from(plan.residuals).against(&Default::default());
-        Self {
-            scenario: plan.scenario.clone(),
-            status: plan.status,
-            verdict: plan.verdict.unwrap_or(PlanVerdict::NotFlyable),
-            reason: reason.unwrap_or_default().into(),
-            warm_start: plan.warm_start.clone(),
-            stage1: StageRow {
-                iterations: one.iterations,
-                corrections: corrections.0,
-                cost: one.cost,
-                time_s: one.time_s,
-            },
-            stage2: StageRow {
-                iterations: two.iterations,
-                corrections: corrections.1,
-                cost: two.cost,
-                time_s: two.time_s,
-            },
-            inference_s: two.inference_s,
-            residuals: residuals.map(|(_, value, _)| value),
-            clearances: plan.clearances.unwrap_or_else(PlanClearances::none),
-        }
-    }
-
-    /// The row of a scenario that was refused before planning: no iteration, no time, no number.
-    pub fn refused(scenario: &str, refusal: &Refusal) -> Self {
-        let stage = StageRow { iterations: 0, corrections: 0, cost: f64::NAN, time_s: 0.0 };
-        Self {
-            scenario: scenario.into(),
-            status: PlanStatus::Infeasible,
-            verdict: PlanVerdict::NotFlyable,
-            reason: refusal.name().into(),
-            warm_start: UNPLANNED.into(),
-            stage1: stage,
-            stage2: stage,
-            inference_s: 0.0,
-            residuals: [f64::NAN; Residuals::COUNT],
-            clearances: PlanClearances::none(),
-        }
-    }
-
-    /// Whether it was refused before planning: then Stage 2 started from nothing.
-    pub fn is_refused(&self) -> bool {
-        self.warm_start == UNPLANNED
-    }
+/// What a table says of itself beside its rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableOrigin {
+    /// How the plans were made.
+    pub method: Method,
+    /// Seed of the scenarios' draw, where they were drawn.
+    pub seed: Option<u64>,
+    /// Checksum of the mission.
+    pub mission_checksum: String,
+    /// What planned.
+    pub program: Program,
 }
 
 /// A cell of the table.
@@ -133,6 +32,7 @@ enum Cell {
     Text(String),
     Integer(i64),
     Number(f64),
+    Flag(bool),
 }
 
 impl Cell {
@@ -141,63 +41,108 @@ impl Cell {
             Self::Text(_) => Physical::BYTE_ARRAY,
             Self::Integer(_) => Physical::INT64,
             Self::Number(_) => Physical::DOUBLE,
+            Self::Flag(_) => Physical::BOOLEAN,
+        }
+    }
+
+    /// The type's name in metadata of tables on the web.
+    fn datatype(&self) -> &'static str {
+        match self {
+            Self::Text(_) => "string",
+            Self::Integer(_) => "integer",
+            Self::Number(_) => "double",
+            Self::Flag(_) => "boolean",
         }
     }
 }
 
-/// Number of columns.
-pub const COLUMNS: usize = 21 + Residuals::COUNT;
+/// A cell with name and unit of its column; the unit is empty where there is none.
+struct Column {
+    name: String,
+    unit: &'static str,
+    cell: Cell,
+}
 
-/// A row with the names of its columns, in order.
-fn cells(row: &Row, method: &Method) -> Vec<(String, Cell)> {
+/// Number of columns.
+pub const COLUMNS: usize = 31 + Residuals::COUNT;
+
+/// A row with names and units of its columns, in order. New columns go to the end.
+fn columns(row: &Row, method: &Method) -> Vec<Column> {
     let text = |text: &str| Cell::Text(text.to_string());
     let count = |n: u64| Cell::Integer(i64::try_from(n).unwrap_or(i64::MAX));
-    let mut cells = Vec::with_capacity(COLUMNS);
-    let mut push = |name: &str, cell: Cell| cells.push((name.to_string(), cell));
-    push("scenario", text(&row.scenario));
-    push("status", text(row.status.name()));
-    push("stage1_iterations", count(row.stage1.iterations));
-    push("stage1_cost", Cell::Number(row.stage1.cost));
-    push("stage1_time_s", Cell::Number(row.stage1.time_s));
-    push("stage2_iterations", count(row.stage2.iterations));
-    push("stage2_cost", Cell::Number(row.stage2.cost));
-    push("stage2_time_s", Cell::Number(row.stage2.time_s));
-    push("inference_s", Cell::Number(row.inference_s));
+    let mut columns = Vec::with_capacity(COLUMNS);
+    let mut push = |name: &str, unit: &'static str, cell: Cell| {
+        columns.push(Column { name: name.to_string(), unit, cell });
+    };
+    push("scenario", "", text(&row.scenario));
+    push("status", "", text(row.status.name()));
+    push("stage1_iterations", "", count(row.stage1.iterations));
+    push("stage1_cost", "", Cell::Number(row.stage1.cost));
+    push("stage1_time_s", "s", Cell::Number(row.stage1.time_s));
+    push("stage2_iterations", "", count(row.stage2.iterations));
+    push("stage2_cost", "", Cell::Number(row.stage2.cost));
+    push("stage2_time_s", "s", Cell::Number(row.stage2.time_s));
+    push("inference_s", "s", Cell::Number(row.inference_s));
     let names = Residuals::default().against(&Default::default());
-    for ((name, _, _), value) in names.iter().zip(row.residuals) {
-        push(&format!("residual_{name}"), Cell::Number(value));
+    for (((name, _, _), unit), value) in names.iter().zip(Residuals::UNITS).zip(row.residuals) {
+        push(&format!("residual_{name}"), unit, Cell::Number(value));
     }
-    push("verdict", text(row.verdict.name()));
-    push("reason", text(&row.reason));
+    push("verdict", "", text(row.verdict.name()));
+    push("reason", "", text(&row.reason));
     for (name, closest) in row.clearances.named() {
-        let distance = closest.distance_m.unwrap_or(f64::INFINITY);
-        push(&format!("clearance_{name}_m"), Cell::Number(distance));
-        push(&format!("clearance_{name}_time_s"), Cell::Number(closest.time_s));
+        push(&format!("clearance_{name}_m"), "m", Cell::Number(closest.distance));
+        push(&format!("clearance_{name}_time_s"), "s", Cell::Number(closest.time_s));
     }
-    push("mode", text(method.mode.name()));
-    push("warm_start", text(&row.warm_start));
-    push("qp", text(method.qp.name()));
-    push("integrator", text(&method.integrator.to_string()));
-    cells
+    push("mode", "", text(method.mode.name()));
+    push("warm_start", "", text(&row.warm_start));
+    push("qp", "", text(method.qp.name()));
+    push("integrator", "", text(&method.integrator.to_string()));
+    push("verified", "", Cell::Flag(row.is_verified()));
+    let flight = &row.flight;
+    push("target_rate_rad_s", "rad/s", Cell::Number(flight.target_rate_rad_s));
+    push("start_distance_m", "m", Cell::Number(flight.start_distance_m));
+    push("peak_force_n", "N", Cell::Number(flight.peak_force_n));
+    push("peak_bus_torque_n_m", "N m", Cell::Number(flight.peak_bus_torque_n_m));
+    push("peak_joint_torque_n_m", "N m", Cell::Number(flight.peak_joint_torque_n_m));
+    push("delta_v_m_s", "m/s", Cell::Number(flight.delta_v_m_s));
+    push("clearance_smallest_m", "m", Cell::Number(row.smallest_clearance()));
+    push("time_s", "s", Cell::Number(row.time_s));
+    push("cpu_time_s", "s", Cell::Number(row.cpu_time_s));
+    columns
+}
+
+impl TableOrigin {
+    /// Keys and values, as metadata spells them.
+    fn entries(&self) -> Vec<(&'static str, String)> {
+        let mut entries = vec![
+            ("remora.format", "remora-results/1".to_string()),
+            ("remora.version", self.program.version.clone()),
+            ("remora.commit", self.program.commit.clone()),
+            ("remora.mission_checksum", self.mission_checksum.clone()),
+        ];
+        entries.extend(self.seed.map(|seed| ("remora.seed", seed.to_string())));
+        entries
+    }
 }
 
 /// The table as CSV, with a header line. Numbers read back bit for bit.
 pub fn csv(rows: &[Row], method: &Method) -> String {
     let mut out = String::new();
     for (i, row) in rows.iter().enumerate() {
-        let cells = cells(row, method);
+        let columns = columns(row, method);
         if i == 0 {
-            let names: Vec<&str> = cells.iter().map(|(name, _)| name.as_str()).collect();
+            let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
             out.push_str(&names.join(","));
             out.push('\n');
         }
-        for (j, (_, cell)) in cells.iter().enumerate() {
+        for (j, column) in columns.iter().enumerate() {
             let comma = if j == 0 { "" } else { "," };
             // No cell needs quotes: ids and names are letters, digits, '-', '_', '.' and ':'.
-            let _ = match cell {
+            let _ = match &column.cell {
                 Cell::Text(text) => write!(out, "{comma}{text}"),
                 Cell::Integer(n) => write!(out, "{comma}{n}"),
                 Cell::Number(x) => write!(out, "{comma}{x:?}"),
+                Cell::Flag(is) => write!(out, "{comma}{is}"),
             };
         }
         out.push('\n');
@@ -205,25 +150,53 @@ pub fn csv(rows: &[Row], method: &Method) -> String {
     out
 }
 
-/// The table as a Parquet file: uncompressed, one row group, strings, 64-bit integers and doubles.
+/// What the CSV file cannot say of itself: types and units of its columns, and where it comes from,
+/// in the form of metadata for tables on the web (W3C, CSVW). None where there is no row.
+pub fn csv_metadata(rows: &[Row], origin: &TableOrigin, url: &str) -> Option<Value> {
+    let described = |column: &Column| {
+        let mut described = json!({ "name": column.name, "datatype": column.cell.datatype() });
+        if !column.unit.is_empty() {
+            described["schema:unitText"] = column.unit.into();
+        }
+        described
+    };
+    let columns: Vec<Value> =
+        columns(rows.first()?, &origin.method).iter().map(described).collect();
+    let mut metadata = Map::new();
+    metadata.insert("@context".into(), "http://www.w3.org/ns/csvw".into());
+    metadata.insert("url".into(), url.into());
+    for (key, value) in origin.entries() {
+        metadata.insert(key.replace('.', ":"), value.into());
+    }
+    metadata.insert("tableSchema".into(), json!({ "columns": columns, "primaryKey": "scenario" }));
+    Some(Value::Object(metadata))
+}
+
+/// The table as a Parquet file: uncompressed, one row group, strings, 64-bit integers, doubles and
+/// booleans; units and origin in the file's metadata.
 ///
 /// # Errors
 /// Where there is no row, or too much of them for memory.
-pub fn parquet_bytes(rows: &[Row], method: &Method) -> Result<Vec<u8>, ParquetError> {
-    let table: Vec<Vec<(String, Cell)>> = rows.iter().map(|row| cells(row, method)).collect();
+pub fn parquet_bytes(rows: &[Row], origin: &TableOrigin) -> Result<Vec<u8>, ParquetError> {
+    let table: Vec<Vec<Column>> = rows.iter().map(|row| columns(row, &origin.method)).collect();
     let first = table.first().ok_or_else(|| ParquetError::General("no rows".into()))?;
-    let properties = Arc::new(WriterProperties::builder().build());
-    let mut writer = SerializedFileWriter::new(Vec::new(), schema(first)?, properties)?;
+    let with_units = first.iter().filter(|column| !column.unit.is_empty());
+    let units: Map<String, Value> =
+        with_units.map(|column| (column.name.clone(), column.unit.into())).collect();
+    let entries = origin.entries().into_iter().chain([("remora.units", json!(units).to_string())]);
+    let metadata = entries.map(|(key, value)| KeyValue::new(key.to_string(), value)).collect();
+    let properties = WriterProperties::builder().set_key_value_metadata(Some(metadata)).build();
+    let mut writer = SerializedFileWriter::new(Vec::new(), schema(first)?, Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
     for j in 0..first.len() {
-        write_column(&mut group, table.iter().map(|row| &row[j].1))?;
+        write_column(&mut group, table.iter().map(|row| &row[j].cell))?;
     }
     group.close()?;
     writer.into_inner()
 }
 
-fn schema(columns: &[(String, Cell)]) -> Result<TypePtr, ParquetError> {
-    let column = |(name, cell): &(String, Cell)| {
+fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
+    let column = |Column { name, cell, .. }: &Column| {
         let string = matches!(cell, Cell::Text(_)).then_some(LogicalType::String);
         let column = Type::primitive_type_builder(name, cell.physical())
             .with_repetition(Repetition::REQUIRED)
@@ -241,11 +214,13 @@ fn write_column<'a>(
     cells: impl Iterator<Item = &'a Cell>,
 ) -> Result<(), ParquetError> {
     let (mut texts, mut integers, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
+    let mut flags = Vec::new();
     for cell in cells {
         match cell {
             Cell::Text(text) => texts.push(ByteArray::from(text.as_str())),
             Cell::Integer(n) => integers.push(*n),
             Cell::Number(x) => numbers.push(*x),
+            Cell::Flag(is) => flags.push(*is),
         }
     }
     let missing = || ParquetError::General("fewer columns than the schema has".into());
@@ -254,6 +229,8 @@ fn write_column<'a>(
         column.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
     } else if !integers.is_empty() {
         column.typed::<Int64Type>().write_batch(&integers, None, None)?;
+    } else if !flags.is_empty() {
+        column.typed::<BoolType>().write_batch(&flags, None, None)?;
     } else {
         column.typed::<DoubleType>().write_batch(&numbers, None, None)?;
     }
@@ -263,33 +240,50 @@ fn write_column<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::PlanClosest;
+    use crate::formats::{
+        Clearances, Closest, Flight, NamedScenario, ScenarioSet, StageRow, Status, Verdict,
+    };
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
+    use remora_core::advanced::model::Refusal;
+
+    fn origin() -> TableOrigin {
+        TableOrigin {
+            method: Method::default(),
+            seed: Some(7),
+            mission_checksum: "0123456789abcdef".into(),
+            program: Program::this(),
+        }
+    }
 
     fn rows() -> Vec<Row> {
         let stage = StageRow { iterations: 4, corrections: 1, cost: 1.0 / 3.0, time_s: 2e-7 };
         let row = Row {
             scenario: "a".into(),
-            status: PlanStatus::Solved,
-            verdict: PlanVerdict::Optimal,
+            status: Status::Solved,
+            verdict: Verdict::Optimal,
             reason: String::new(),
             warm_start: "fallback".into(),
             stage1: stage,
             stage2: StageRow { iterations: 9, corrections: 3, cost: 0.1, time_s: 0.25 },
             inference_s: 0.0,
             residuals: std::array::from_fn(|i| 1e-9 * i as f64),
-            clearances: PlanClearances {
-                arm: PlanClosest { distance_m: Some(0.25), time_s: 1180.5, body: 2 },
-                ..PlanClearances::none()
+            clearances: Clearances {
+                arm: Closest { distance: 0.25, time_s: 1180.5, body: 2 },
+                ..Clearances::NONE
             },
+            flight: Flight { delta_v_m_s: 0.125, start_distance_m: 5.0, ..Flight::default() },
+            time_s: 0.5,
+            cpu_time_s: 0.25,
         };
         let mut other = row.clone();
         other.scenario = "b-2".into();
-        other.status = PlanStatus::IterationLimit;
+        other.status = Status::IterationLimit;
         other.residuals[3] = f64::NAN;
         let limit = 1.46;
-        vec![row, other, Row::refused("c", &Refusal::KeepOut { distance: 1.0, limit })]
+        let public = ScenarioSet::built_in().unwrap().scenarios[0].clone();
+        let scenario = NamedScenario { id: "c".into(), ..public };
+        vec![row, other, Row::refused(&scenario, &Refusal::KeepOut { distance: 1.0, limit })]
     }
 
     #[test]
@@ -301,35 +295,54 @@ mod tests {
             residual_joint_rate,residual_pointing,residual_preset,residual_terminal_rate,\
             residual_ee_position,residual_ee_angle,residual_clearance,verdict,reason,\
             clearance_arm_m,clearance_arm_time_s,clearance_bus_m,clearance_bus_time_s,\
-            clearance_own_m,clearance_own_time_s,mode,warm_start,qp,integrator";
+            clearance_own_m,clearance_own_time_s,mode,warm_start,qp,integrator,\
+            verified,target_rate_rad_s,start_distance_m,peak_force_n,peak_bus_torque_n_m,\
+            peak_joint_torque_n_m,delta_v_m_s,clearance_smallest_m,time_s,cpu_time_s";
         assert_eq!(text.lines().next().unwrap(), header);
         assert_eq!(header.split(',').count(), COLUMNS);
         let first = text.lines().nth(1).unwrap();
         assert!(first.starts_with("a,solved,4,0.3333333333333333,2e-7,9,0.1,0.25,0.0,0.0,1e-9,"));
-        assert!(first.ends_with(",optimal,fallback,embedded,rk4"));
+        let end = ",optimal,fallback,embedded,rk4,true,0.0,5.0,0.0,0.0,0.0,0.125,0.25,0.5,0.25";
+        assert!(first.ends_with(end), "{first}");
         assert!(first.contains(",optimal,,0.25,1180.5,inf,0.0,inf,0.0,optimal,"), "{first}");
         let refused = text.lines().nth(3).unwrap();
         assert!(refused.starts_with("c,infeasible,0,NaN,0.0,0,NaN,"), "{refused}");
         assert!(refused.contains(",NaN,not_flyable,keep_out,inf,"), "{refused}");
+        assert!(
+            refused.contains(",rk4,false,") && refused.ends_with(",NaN,NaN,NaN,NaN,inf,0.0,0.0")
+        );
     }
 
     #[test]
     fn parquet_reads_back() {
         let (rows, method) = (rows(), Method::default());
-        let bytes = parquet_bytes(&rows, &method).unwrap();
+        let bytes = parquet_bytes(&rows, &origin()).unwrap();
         let mut file = tempfile::tempfile().unwrap();
         std::io::Write::write_all(&mut file, &bytes).unwrap();
         let reader = SerializedFileReader::new(file).unwrap();
+        let metadata = reader.metadata().file_metadata().key_value_metadata().unwrap();
+        let value = |key: &str| {
+            let entry = metadata.iter().find(|entry| entry.key == format!("remora.{key}"));
+            entry.and_then(|entry| entry.value.clone()).unwrap()
+        };
+        assert_eq!((value("seed"), value("version")), ("7".into(), Program::this().version));
+        let units: Value = serde_json::from_str(&value("units")).unwrap();
+        assert_eq!(units["delta_v_m_s"], "m/s");
+        assert_eq!(
+            (&units["residual_ee_angle"], &units["scenario"]),
+            (&"rad".into(), &Value::Null)
+        );
         let mut read = 0;
         for (row, expected) in reader.get_row_iter(None).unwrap().zip(&rows) {
             let row = row.unwrap();
-            let columns: Vec<_> = row.get_column_iter().collect();
-            let expected = cells(expected, &method);
-            assert_eq!(columns.len(), expected.len());
-            for ((name, field), (expected_name, cell)) in columns.iter().zip(&expected) {
-                assert_eq!(*name, expected_name);
-                match (field, cell) {
+            let fields: Vec<_> = row.get_column_iter().collect();
+            let expected = columns(expected, &method);
+            assert_eq!(fields.len(), expected.len());
+            for ((name, field), column) in fields.iter().zip(&expected) {
+                assert_eq!(*name, &column.name);
+                match (field, &column.cell) {
                     (Field::Str(a), Cell::Text(b)) => assert_eq!(a, b),
+                    (Field::Bool(a), Cell::Flag(b)) => assert_eq!(a, b),
                     (Field::Long(a), Cell::Integer(b)) => assert_eq!(a, b),
                     (Field::Double(a), Cell::Number(b)) => assert_eq!(a.to_bits(), b.to_bits()),
                     other => panic!("{name}: {other:?}"),
@@ -338,7 +351,23 @@ mod tests {
             read += 1;
         }
         assert_eq!(read, rows.len());
-        assert!(parquet_bytes(&[], &method).is_err());
+        assert!(parquet_bytes(&[], &origin()).is_err());
+    }
+
+    #[test]
+    fn metadata_of_csv_names_every_column() {
+        let metadata = csv_metadata(&rows(), &origin(), "results.csv").unwrap();
+        let columns = metadata["tableSchema"]["columns"].as_array().unwrap();
+        let names: Vec<&str> =
+            columns.iter().filter_map(|column| column["name"].as_str()).collect();
+        let text = csv(&rows(), &Method::default());
+        assert_eq!(names.join(","), text.lines().next().unwrap());
+        assert_eq!(columns[4]["schema:unitText"], "s");
+        assert_eq!(
+            (&metadata["remora:seed"], &metadata["url"]),
+            (&"7".into(), &"results.csv".into())
+        );
+        assert!(csv_metadata(&[], &origin(), "results.csv").is_none());
     }
 
     #[test]

@@ -6,7 +6,7 @@ use remora_core::advanced::model::Mission;
 use remora_core::advanced::qp::{EmbeddedQp, Qp, QpOutcome, QpStatus};
 use remora_core::advanced::stages::LINKS;
 use remora_host::backend::{ClarabelQp, Solve};
-use remora_host::formats::{PlanStatus, ScenarioSet};
+use remora_host::formats::{ScenarioSet, Status};
 use remora_host::kkt::{Kkt, distance, objective};
 use remora_host::memory::STACK_BYTES;
 use remora_host::method::{Integrator, Method, Qp as Choice};
@@ -64,7 +64,7 @@ fn pairs(first: usize, step: usize) -> Vec<Pair> {
             count += 1;
         };
         let planned = planner.plan_watched(&mission, scenario, &method, None, &mut watch);
-        assert_eq!(planned.file.status, PlanStatus::Solved, "{}", scenario.id);
+        assert_eq!(planned.file.status, Status::Solved, "{}", scenario.id);
     }
     pairs
 }

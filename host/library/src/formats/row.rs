@@ -1,0 +1,207 @@
+//! What a campaign keeps of one plan: a row of its journal and its tables.
+
+use super::{Clearances, NamedScenario, PlanFile, Residuals, Status, Verdict};
+use remora_core::advanced::model::{Mission, Refusal};
+use remora_core::advanced::stages::{LINKS, NODES};
+use serde::{Deserialize, Deserializer, Serialize};
+
+/// What a campaign keeps of one plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// Id of the scenario.
+    pub scenario: String,
+    /// The worse of the stages'; infeasible where it was refused before planning.
+    pub status: Status,
+    /// What the plan is good for.
+    pub verdict: Verdict,
+    /// Name of what makes a plan not flyable: the constraint for which it was refused, or the
+    /// residual farthest beyond its tolerance. Empty where it can be flown.
+    pub reason: String,
+    /// What Stage 2 started from: heuristic, model, or fallback where a model was asked for.
+    pub warm_start: String,
+    /// Stage 1.
+    pub stage1: StageRow,
+    /// Stage 2.
+    pub stage2: StageRow,
+    /// Time in a learned warm start [s].
+    #[serde(deserialize_with = "number")]
+    pub inference_s: f64,
+    /// The residuals in the order of the plan file.
+    #[serde(deserialize_with = "numbers")]
+    pub residuals: [f64; Residuals::COUNT],
+    /// How near bodies come to each other.
+    pub clearances: Clearances,
+    /// How hard the scenario is and what the plan asks of the servicer.
+    pub flight: Flight,
+    /// Time of the whole plan [s].
+    #[serde(deserialize_with = "number")]
+    pub time_s: f64,
+    /// Processor time of the thread that planned [s]; NaN where the system does not tell.
+    #[serde(deserialize_with = "number")]
+    pub cpu_time_s: f64,
+}
+
+/// What a campaign keeps of one stage.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StageRow {
+    /// Iterations.
+    pub iterations: u64,
+    /// Second-order corrections beside them; in the summary, not in the table.
+    pub corrections: u64,
+    /// Cost.
+    #[serde(deserialize_with = "number")]
+    pub cost: f64,
+    /// Time of the whole stage [s].
+    #[serde(deserialize_with = "number")]
+    pub time_s: f64,
+}
+
+/// How hard a scenario is, and what its plan asks of the servicer. NaN where nothing was planned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Flight {
+    /// Norm of the target's rate relative to RTN at the start [rad/s].
+    #[serde(deserialize_with = "number")]
+    pub target_rate_rad_s: f64,
+    /// Distance of the system's centre of mass from the target's at the start [m].
+    #[serde(deserialize_with = "number")]
+    pub start_distance_m: f64,
+    /// Largest component of the force [N].
+    #[serde(deserialize_with = "number")]
+    pub peak_force_n: f64,
+    /// Largest component of the bus torque [N m].
+    #[serde(deserialize_with = "number")]
+    pub peak_bus_torque_n_m: f64,
+    /// Largest joint torque [N m].
+    #[serde(deserialize_with = "number")]
+    pub peak_joint_torque_n_m: f64,
+    /// The force's norm over the system's mass, summed over the plan [m/s].
+    #[serde(deserialize_with = "number")]
+    pub delta_v_m_s: f64,
+}
+
+impl Flight {
+    /// Of a scenario's plan.
+    pub fn new(mission: &Mission<LINKS>, scenario: &NamedScenario, plan: &PlanFile) -> Self {
+        let peak =
+            |rows: &[[f64; 3]]| rows.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let (one, two) = (&plan.stage1, &plan.stage2);
+        let dt = mission.approach.duration / (NODES - 1) as f64;
+        let impulse = one.force.iter().map(norm).sum::<f64>() * dt;
+        Self {
+            peak_force_n: peak(&one.force),
+            peak_bus_torque_n_m: peak(&two.bus_torque),
+            peak_joint_torque_n_m: peak(&two.joint_torque),
+            delta_v_m_s: impulse / mission.servicer.total_mass(),
+            ..Self::refused(scenario)
+        }
+    }
+
+    /// Of a scenario that was refused before planning.
+    pub fn refused(scenario: &NamedScenario) -> Self {
+        Self {
+            target_rate_rad_s: norm(&scenario.target.rate),
+            start_distance_m: norm(&scenario.servicer.position),
+            peak_force_n: f64::NAN,
+            peak_bus_torque_n_m: f64::NAN,
+            peak_joint_torque_n_m: f64::NAN,
+            delta_v_m_s: f64::NAN,
+        }
+    }
+}
+
+fn norm(v: &[f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// JSON has no NaN: it is written as null.
+fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
+}
+
+fn numbers<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N], D::Error>
+where
+    [Option<f64>; N]: Deserialize<'de>,
+{
+    let values = <[Option<f64>; N]>::deserialize(from)?;
+    Ok(values.map(|value| value.unwrap_or(f64::NAN)))
+}
+
+/// The start of what was refused before planning.
+const UNPLANNED: &str = "none";
+
+impl Row {
+    /// The row of a plan; the corrections are not in its file, nor what it fails by.
+    pub fn new(
+        plan: &PlanFile,
+        corrections: [u64; 2],
+        reason: Option<&str>,
+        flight: Flight,
+    ) -> Self {
+        let (one, two) = (&plan.stage1, &plan.stage2);
+        let residuals = plan.residuals.against(&Default::default());
+        Self {
+            scenario: plan.scenario.clone(),
+            status: plan.status,
+            verdict: plan.verdict.unwrap_or(Verdict::NotFlyable),
+            reason: reason.unwrap_or_default().into(),
+            warm_start: plan.warm_start.clone(),
+            stage1: StageRow {
+                iterations: one.iterations,
+                corrections: corrections[0],
+                cost: one.cost,
+                time_s: one.time_s,
+            },
+            stage2: StageRow {
+                iterations: two.iterations,
+                corrections: corrections[1],
+                cost: two.cost,
+                time_s: two.time_s,
+            },
+            inference_s: two.inference_s,
+            residuals: residuals.map(|(_, value, _)| value),
+            clearances: plan.clearances.unwrap_or(Clearances::NONE),
+            flight,
+            time_s: plan.time_s.unwrap_or(f64::NAN),
+            cpu_time_s: plan.cpu_time_s.unwrap_or(f64::NAN),
+        }
+    }
+
+    /// The row of a scenario that was refused before planning: no iteration, no time, no number.
+    pub fn refused(scenario: &NamedScenario, refusal: &Refusal) -> Self {
+        let stage = StageRow { iterations: 0, corrections: 0, cost: f64::NAN, time_s: 0.0 };
+        Self {
+            scenario: scenario.id.clone(),
+            status: Status::Infeasible,
+            verdict: Verdict::NotFlyable,
+            reason: refusal.name().into(),
+            warm_start: UNPLANNED.into(),
+            stage1: stage,
+            stage2: stage,
+            inference_s: 0.0,
+            residuals: [f64::NAN; Residuals::COUNT],
+            clearances: Clearances::NONE,
+            flight: Flight::refused(scenario),
+            time_s: 0.0,
+            cpu_time_s: 0.0,
+        }
+    }
+
+    /// Whether the verifier found every constraint kept: such a plan can be flown.
+    pub fn is_verified(&self) -> bool {
+        self.verdict != Verdict::NotFlyable
+    }
+
+    /// The smallest distance between bodies [m]; infinite where nobody has looked.
+    pub fn smallest_clearance(&self) -> f64 {
+        let distances = self.clearances.named().map(|(_, closest)| closest.distance);
+        distances.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether it was refused before planning: then Stage 2 started from nothing.
+    pub fn is_refused(&self) -> bool {
+        self.warm_start == UNPLANNED
+    }
+}

@@ -1,0 +1,26 @@
+//! Commands that this build leaves out.
+
+use super::Output;
+use remora_host::error::Error;
+use std::ffi::OsString;
+
+/// Train a network for the learned warm start (left out of this build).
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// What the command takes where it is built in
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
+    _arguments: Vec<OsString>,
+}
+
+const AFTER_HELP: &str = "\
+This build leaves the command out: it needs many crates and is slow to build. To get it, in a checkout:
+  cargo build --profile training --features training -p remora
+or, for an NVIDIA GPU, with --features cuda. Then: target/training/remora train --help";
+
+impl Args {
+    pub(super) fn run(self) -> Result<Output, Error> {
+        let reason = "is left out of this build; `remora train --help` says how to get it";
+        Err(Error::argument("train", reason))
+    }
+}
