@@ -20,7 +20,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         target_rate: Vector3::new(2.0e-4, 0.0, 1.0e-3),
         position: Vector3::new(8.0, 0.0, 0.0),
         velocity: Vector3::zeros(),
-    };
+    }
+    .validated()?;
     let clock = WallClock(Instant::now());
     let mut planner = Box::new(Planner::new());
     for milliseconds in [5.0, 50.0, 500.0, 5000.0] {

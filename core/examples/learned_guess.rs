@@ -13,7 +13,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         target_rate: Vector3::new(2.0e-4, 0.0, 1.0e-3),
         position: Vector3::new(8.0, 0.0, 0.0),
         velocity: Vector3::zeros(),
-    };
+    }
+    .validated()?;
     // Checks the file to its last byte: 412 kB.
     let model = Model::open(FILE)?;
     // Three blocks of width 96, sixty tokens: 64 kB for cache and scratch.

@@ -19,7 +19,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         target_rate: Vector3::new(2.0e-4, 0.0, 1.0e-3),
         position: Vector3::new(8.0, 0.0, 0.0),
         velocity: Vector3::zeros(),
-    };
+    }
+    .validated()?;
     let model = Model::open(FILE)?;
     let policy = NetworkPolicy::new(Network::new(&model, memory)?)?;
     let guess = InitialGuess::Learned { policy: &policy, seed: 0 };

@@ -29,7 +29,8 @@ use remora_qp::time::Deadline;
 ///     target_rate: Vector3::new(0.0, 0.0, 1.0e-3),
 ///     position: Vector3::new(8.0, 0.0, 0.0),
 ///     velocity: Vector3::zeros(),
-/// };
+/// }
+/// .validated()?;
 /// let options = Options::builder().mode(Mode::Feasible).integrator(Integrator::RK4).build()?;
 /// let plan = planner.plan(&mission, &scenario, &options)?;
 /// assert!(plan.is_verified());
@@ -70,7 +71,7 @@ impl<S: Solver> Planner<S> {
     pub fn plan<P: ForkJoin>(
         &mut self,
         mission: &Valid<Mission<LINKS>>,
-        scenario: &Scenario,
+        scenario: &Valid<Scenario>,
         options: &Options<'_, P>,
     ) -> Result<Plan<'_, S>, Refusal> {
         let Self { workspace, solver } = self;
@@ -88,7 +89,7 @@ impl<S: Solver> Planner<S> {
     pub fn translate<P: ForkJoin>(
         &mut self,
         mission: &Valid<Mission<LINKS>>,
-        scenario: &Scenario,
+        scenario: &Valid<Scenario>,
         options: &Options<'_, P>,
     ) -> Result<StageReport, Refusal> {
         let session = Session { mission, scenario, options };
@@ -103,7 +104,7 @@ impl<S: Solver> Planner<S> {
     pub fn reorient<P: ForkJoin>(
         &mut self,
         mission: &Valid<Mission<LINKS>>,
-        scenario: &Scenario,
+        scenario: &Valid<Scenario>,
         options: &Options<'_, P>,
     ) -> Result<(StageReport, GuessRecord), Refusal> {
         let session = Session { mission, scenario, options };
@@ -114,7 +115,7 @@ impl<S: Solver> Planner<S> {
     pub fn verify<P: ForkJoin>(
         &self,
         mission: &Valid<Mission<LINKS>>,
-        scenario: &Scenario,
+        scenario: &Valid<Scenario>,
         options: &Options<'_, P>,
     ) -> Verification {
         let (translation, reorientation) =

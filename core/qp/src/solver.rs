@@ -7,6 +7,8 @@ use nalgebra::SMatrix;
 
 /// Status of a QP solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 #[repr(u32)]
 pub enum QpStatus {

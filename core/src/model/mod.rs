@@ -17,7 +17,7 @@ mod target;
 mod typical;
 
 pub use feasibility::{MAX_NODE_TURN, Needs};
-pub use formulation::{Integrator, Switch};
+pub use formulation::{Integrator, InvalidIntegrator, Switch};
 pub use keep_out::{SignedDistance, signed_distance_to_box};
 pub use mission::{
     Approach, Corridor, InvalidField, Margins, Mission, ScenarioRanges, Tolerances, Weights,

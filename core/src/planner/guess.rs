@@ -35,13 +35,15 @@ pub enum InitialGuess<'a> {
 
 /// The initial guess that Stage 2 used, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-#[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[repr(u32)]
 pub enum GuessRecord {
     /// The heuristic, as asked.
     #[default]
     Heuristic = 0,
     /// The learned rollout.
+    #[cfg_attr(feature = "serde", serde(rename = "model"))]
     Learned = 1,
     /// The heuristic: the model was refused when it was opened.
     Refused = 2,
@@ -54,6 +56,7 @@ pub enum GuessRecord {
     /// The heuristic: the deadline had passed.
     Deadline = 6,
     /// The user's trajectory.
+    #[cfg_attr(feature = "serde", serde(rename = "given"))]
     User = 7,
 }
 
@@ -61,6 +64,37 @@ impl GuessRecord {
     /// Code for records; it never changes its meaning.
     pub fn code(self) -> u32 {
         self as u32
+    }
+
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Heuristic => "heuristic",
+            Self::Learned => "model",
+            Self::User => "given",
+            Self::Refused => "refused",
+            Self::NotFinite => "not_finite",
+            Self::Worse => "worse",
+            Self::Unsolved => "unsolved",
+            Self::Deadline => "deadline",
+        }
+    }
+
+    /// Name in plan files and tables: what was used, and whether it was what was asked for.
+    pub fn in_tables(self) -> &'static str {
+        if self.is_fallback() { "fallback" } else { self.name() }
+    }
+
+    /// Why the heuristic was used though something else was asked for.
+    pub fn why(self) -> Option<&'static str> {
+        match self {
+            Self::Heuristic | Self::Learned | Self::User => None,
+            Self::Refused => Some("the model was refused"),
+            Self::NotFinite => Some("the rollout is not finite"),
+            Self::Worse => Some("the rollout is worse than the heuristic"),
+            Self::Unsolved => Some("from the rollout Stage 2 was not solved"),
+            Self::Deadline => Some("no time was left for a rollout"),
+        }
     }
 
     /// Whether another guess was asked for and the heuristic used.

@@ -16,7 +16,8 @@ use remora_qp::{QpOutcome, QpStatus};
 
 /// What was left in the place of the iterate at which a stage's loop ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-#[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[repr(u32)]
 pub enum Fallback {
     /// Nothing: the last iterate stands.
@@ -37,6 +38,9 @@ impl Fallback {
 
 /// Solve record of one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", serde(expecting = "an object with the record of a stage"))]
 pub struct StageSolveRecord {
     /// Status of the SCP solver.
     pub status: Status,

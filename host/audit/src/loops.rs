@@ -44,8 +44,8 @@ pub struct Observed {
 
 /// What is planned: every integrator from every start.
 const METHODS: [(Integrator, WarmStart); 4] = [
-    (Integrator::EULER, WarmStart::Heuristic),
-    (Integrator::EULER, WarmStart::Model),
+    (Integrator::Euler, WarmStart::Heuristic),
+    (Integrator::Euler, WarmStart::Model),
     (Integrator::RK4, WarmStart::Heuristic),
     (Integrator::RK4, WarmStart::Model),
 ];

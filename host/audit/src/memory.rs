@@ -85,7 +85,7 @@ impl Memory {
         let images = TARGETS.iter().map(|target| ImageMemory::read(folder, target));
         Ok(Self {
             parts: memory::parts().map(|of| part(of.name, of.bytes)).into(),
-            models: [Integrator::EULER, Integrator::RK4]
+            models: [Integrator::Euler, Integrator::RK4]
                 .map(|integrator| {
                     let model = Learned::built_in(integrator);
                     part(&model.record().name, Learned::built_in_file(integrator).len())
@@ -178,7 +178,7 @@ fn count() -> Result<Vec<Allocations>, Error> {
     let mission = Mission::default();
     let mut counted = Vec::new();
     for threads in [Threads::One, Threads::Two] {
-        for integrator in [Integrator::EULER, Integrator::RK4] {
+        for integrator in [Integrator::Euler, Integrator::RK4] {
             for mode in [Mode::Optimal, Mode::Feasible] {
                 for warm_start in [WarmStart::Heuristic, WarmStart::Model] {
                     let method = Method { mode, integrator, warm_start, ..Method::default() };

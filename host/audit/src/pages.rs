@@ -248,7 +248,7 @@ fn latency_page(profile: &Profile) -> Page {
     profile_preamble(profile).lines().filter(|line| !line.is_empty()).for_each(|line| {
         page.text(line);
     });
-    for (integrator, label) in [(Integrator::EULER, "Euler"), (Integrator::RK4, "RK4")] {
+    for (integrator, label) in [(Integrator::Euler, "Euler"), (Integrator::RK4, "RK4")] {
         let of_integrator = |c: &&ConfigurationProfile| c.configuration.integrator == integrator;
         let chosen: Vec<_> = profile.configurations.iter().filter(of_integrator).collect();
         let title = format!("Time of a whole plan on one core, {label}");

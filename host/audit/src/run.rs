@@ -267,9 +267,9 @@ pub(super) fn inject(
         sites: Site::ALL.to_vec(),
         scenarios: ScenarioSet::built_in()?.scenarios,
         mission: Mission::default(),
-        integrator: Integrator::EULER,
+        integrator: Integrator::Euler,
     };
-    injector.run(count, jobs, progress, &|case| alarm(SEED, Integrator::EULER, case))
+    injector.run(count, jobs, progress, &|case| alarm(SEED, Integrator::Euler, case))
 }
 
 /// The coarse map.

@@ -5,7 +5,6 @@ use remora_audit::inject::{
     Case, Claim, Class, Fault, Injection, Injector, Judge, PROGRAM_FIELDS, Plan, Record,
     SOLUTION_FIELDS, START_FIELDS, Site,
 };
-use remora_core::advanced::dynamics::Integrator as Discretisation;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{BitFlip, Part};
 use remora_core::advanced::planner::{
@@ -15,7 +14,7 @@ use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::{Mode, NODES, verify};
 use remora_core::advanced::time::Deadline;
 use remora_host::choice::Choice;
-use remora_host::formats::{ScenarioSet, StartName};
+use remora_host::formats::{GuessRecord, ScenarioSet};
 use remora_host::learned::Learned;
 use remora_host::memory::on_heap;
 use remora_host::method::Integrator;
@@ -30,7 +29,7 @@ fn injector(scenarios: usize) -> Injector {
         sites: Site::ALL.to_vec(),
         scenarios: set.scenarios,
         mission: Mission::default(),
-        integrator: Integrator::EULER,
+        integrator: Integrator::Euler,
     }
 }
 
@@ -96,15 +95,15 @@ fn results_do_not_depend_on_the_number_of_threads_and_any_case_can_be_run_again(
 
 #[test]
 fn what_is_refused_is_detected() {
-    let length = Learned::built_in_file(Integrator::EULER).len();
+    let length = Learned::built_in_file(Integrator::Euler).len();
     for (fault, start) in [
-        (file(false, length - 1, 7), StartName::Refused),
-        (file(false, 0, 0), StartName::Refused),
-        (file(false, length / 2, 3), StartName::Refused),
+        (file(false, length - 1, 7), GuessRecord::Refused),
+        (file(false, 0, 0), GuessRecord::Refused),
+        (file(false, length / 2, 3), GuessRecord::Refused),
         // The checksum is right, but it is no model any more.
-        (file(true, 0, 0), StartName::Refused),
+        (file(true, 0, 0), GuessRecord::Refused),
         // The last number of the decoder: a rate of 1e38 times its scale.
-        (file(true, length - 5, 6), StartName::NotFinite),
+        (file(true, length - 5, 6), GuessRecord::NotFinite),
     ] {
         let record = inject(fault);
         assert_eq!((record.class, record.start), (Class::Detected, start), "{record:?}");
@@ -118,10 +117,10 @@ fn what_is_refused_is_detected() {
         bit: 62,
     };
     let record = inject(rate);
-    assert_eq!((record.class, record.start), (Class::Detected, StartName::NotFinite));
+    assert_eq!((record.class, record.start), (Class::Detected, GuessRecord::NotFinite));
     // A bound that is lower than the one below it: the solver refuses, and the loop goes on.
     let record = inject(program("upper_u", 8, 12, 1, 63));
-    assert_eq!((record.class, record.start), (Class::Detected, StartName::Model), "{record:?}");
+    assert_eq!((record.class, record.start), (Class::Detected, GuessRecord::Learned), "{record:?}");
 }
 
 #[test]
@@ -168,7 +167,7 @@ fn a_multiplier_beyond_its_bounds_is_not_used() {
     for (case, kind) in [(2727, "path_multiplier"), (4799, "defect_multiplier")] {
         let record = injector(60).replay(case).unwrap().record;
         assert_eq!((record.site, record.kind.as_str()), (Site::QpSolution, kind));
-        assert_eq!((record.class, record.start), (Class::Tolerated, StartName::Model));
+        assert_eq!((record.class, record.start), (Class::Tolerated, GuessRecord::Learned));
         assert!(record.extra_iterations <= 3, "{record:?}");
     }
 }
@@ -179,7 +178,7 @@ fn planned() -> (Box<Workspace>, Report) {
         &Mission::default(),
         &injector(1).scenarios[0].scenario(),
         &Options::from_parts(
-            PlanSettings::new(Mode::Optimal, Discretisation::Euler),
+            PlanSettings::new(Mode::Optimal, Integrator::Euler),
             InitialGuess::Heuristic,
             Platform::BARE,
         ),
@@ -194,7 +193,7 @@ fn planned() -> (Box<Workspace>, Report) {
 fn the_judge_sees_a_wrong_plan() {
     let (workspace, report) = planned();
     let (mission, scenario) = (Mission::default(), injector(1).scenarios[0].scenario());
-    let integrator = Discretisation::Euler;
+    let integrator = Integrator::Euler;
     let judge = Judge { mission: &mission, scenario: &scenario, integrator };
     let honest = Claim {
         status: report.status,
@@ -230,10 +229,10 @@ fn the_judge_sees_a_wrong_plan() {
 fn the_judge_knows_the_scenario() {
     let (workspace, report) = planned();
     let (mission, scenario) = (Mission::default(), injector(2).scenarios[1].scenario());
-    let judge = Judge { mission: &mission, scenario: &scenario, integrator: Discretisation::Euler };
+    let judge = Judge { mission: &mission, scenario: &scenario, integrator: Integrator::Euler };
     let plan = Plan { path: workspace.translation(), motion: workspace.reorientation() };
     let (path, motion) = (plan.path, plan.motion);
-    let (integrator, deadline) = (Discretisation::Euler, Deadline::never());
+    let (integrator, deadline) = (Integrator::Euler, Deadline::never());
     let residuals = verify(&mission, &scenario, integrator, path, motion, &deadline).residuals;
     let claim = Claim {
         status: Status::Solved,

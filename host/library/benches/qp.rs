@@ -52,7 +52,7 @@ fn programs() -> (OfOneStage, OfOneStage) {
     let set = ScenarioSet::built_in().expect("the built-in scenarios");
     let mission = Mission::<LINKS>::default();
     let method =
-        Method { integrator: Integrator::EULER, qp: Choice::Embedded, ..Method::default() };
+        Method { integrator: Integrator::Euler, qp: Choice::Embedded, ..Method::default() };
     let (mut ones, mut twos) = (OfOneStage::new(), OfOneStage::new());
     for scenario in set.scenarios.iter().step_by(EVERY) {
         let from = (ones.all.len(), twos.all.len());

@@ -3,8 +3,8 @@
 
 use crate::error::Error;
 use crate::formats::{
-    Clearances, NamedScenario, PlanFile, ScenarioSet, Status, Verdict, checksum_of_mission,
-    checksum_of_scenario,
+    Clearances, MadeFor, NamedScenario, PlanFile, ScenarioSet, Status, Verdict,
+    checksum_of_mission, checksum_of_scenario,
 };
 use crate::method::Integrator;
 use nalgebra::{Vector3, Vector4};
@@ -126,16 +126,17 @@ impl Check {
 
     fn read(&self, file: &Path) -> Result<Made, Error> {
         let plan = PlanFile::read(file)?;
-        let (mission, scenario) = match &plan.inputs {
+        let MadeFor { mission, scenario } = match &plan.inputs {
             Some(inputs) => {
                 let inside = inputs.read(&plan.scenario).map_err(|error| error.at(file))?;
-                self.compare_inputs(file, &plan.scenario, &inside)?;
+                self.compare_scenario(file, &plan.scenario, &inside.scenario)?;
+                self.compare_mission(file, &inside.mission)?;
                 inside
             }
-            None => {
-                let mission = self.mission.as_ref().map_or_else(Mission::default, |m| m.value);
-                (mission, self.scenario(file, &plan.scenario)?)
-            }
+            None => MadeFor {
+                mission: self.mission.as_ref().map_or_else(Mission::default, |m| m.value),
+                scenario: self.scenario(file, &plan.scenario)?,
+            },
         };
         Ok(Made { plan, scenario, mission })
     }
@@ -157,49 +158,33 @@ impl Check {
         }
     }
 
-    /// Refuses scenario and mission other than those in the plan.
-    fn compare_inputs(
-        &self,
-        file: &Path,
-        id: &str,
-        (mission, scenario): &(Mission<LINKS>, Scenario),
-    ) -> Result<(), Error> {
-        let differ = |field: &str, what: &str, other: &Path, inside: String, outside: String| {
-            let other = other.display();
-            let reason = format!(
-                "the plan was made for {what} {inside}; that of {other} has checksum {outside}"
-            );
-            Err(Error::input(file, field, reason))
-        };
-        if let Some(set) = &self.scenarios {
-            let (inside, outside) = (scenario, self.scenario(file, id)?);
-            let sums = [checksum_of_scenario(inside), checksum_of_scenario(&outside)];
-            if sums[0] != sums[1] {
-                let [inside, outside] = sums;
-                return differ(
-                    "inputs.scenario_checksum",
-                    "a scenario of checksum",
-                    &set.file,
-                    inside,
-                    outside,
-                );
-            }
-        }
-        if let Some(given) = &self.mission {
-            let sums = [checksum_of_mission(mission), checksum_of_mission(&given.value)];
-            if sums[0] != sums[1] {
-                let [inside, outside] = sums;
-                return differ(
-                    "inputs.mission_checksum",
-                    "a mission of checksum",
-                    &given.file,
-                    inside,
-                    outside,
-                );
-            }
-        }
-        Ok(())
+    /// Refuses a set whose scenario is another than that in the plan.
+    fn compare_scenario(&self, plan: &Path, id: &str, inside: &Scenario) -> Result<(), Error> {
+        let Some(set) = &self.scenarios else { return Ok(()) };
+        let value = checksum_of_scenario(&self.scenario(plan, id)?);
+        let outside = Given { file: set.file.clone(), value };
+        agree(plan, "scenario", &checksum_of_scenario(inside), &outside)
     }
+
+    /// Refuses a mission other than that in the plan.
+    fn compare_mission(&self, plan: &Path, inside: &Mission<LINKS>) -> Result<(), Error> {
+        let Some(given) = &self.mission else { return Ok(()) };
+        let outside = Given { file: given.file.clone(), value: checksum_of_mission(&given.value) };
+        agree(plan, "mission", &checksum_of_mission(inside), &outside)
+    }
+}
+
+/// Refuses a file whose checksum is not that of what a plan was made for.
+fn agree(plan: &Path, what: &str, inside: &str, given: &Given<String>) -> Result<(), Error> {
+    if inside == given.value {
+        return Ok(());
+    }
+    let reason = format!(
+        "the plan was made for a {what} of checksum {inside}; that of {} has checksum {}",
+        given.file.display(),
+        given.value,
+    );
+    Err(Error::input(plan, format!("inputs.{what}_checksum"), reason))
 }
 
 impl Made {
@@ -208,7 +193,7 @@ impl Made {
         let Verification { residuals, clearances } = verify(
             mission,
             scenario,
-            integrator.core(),
+            integrator,
             &plan.stage1.trajectory(),
             &plan.stage2.trajectory(),
             &Deadline::never(),
@@ -292,7 +277,7 @@ impl Made {
         let mut nodes = [TargetState::ZERO; NODES];
         let dt = self.mission.approach.duration / (NODES - 1) as f64;
         self.mission.target.tumble(
-            plan.integrator.core(),
+            plan.integrator,
             self.mission.mean_motion(),
             &scenario.target_attitude,
             &scenario.target_rate,

@@ -4,7 +4,6 @@ use crate::error::{Error, io_reason};
 use crate::formats::ModelRecord;
 use crate::memory::on_heap;
 use crate::method::{Integrator, WarmStart};
-use remora_core::advanced::dynamics;
 use remora_core::advanced::nn::{
     Memory, Model, ModelError, Network, NetworkError, Precision, ReferenceMemory, Storage,
 };
@@ -68,18 +67,18 @@ impl Learned {
 
     /// The built-in model of an integrator; every number of substeps has the same.
     pub fn built_in(integrator: Integrator) -> Self {
-        let name = match integrator.core() {
-            dynamics::Integrator::Euler => "euler.model (built in)",
-            dynamics::Integrator::Rk4 { .. } => "rk4.model (built in)",
+        let name = match integrator {
+            Integrator::Euler => "euler.model (built in)",
+            Integrator::Rk4 { .. } => "rk4.model (built in)",
         };
         Self::new(name, Self::built_in_file(integrator))
     }
 
     /// The bytes of that model's file.
     pub fn built_in_file(integrator: Integrator) -> &'static [u8] {
-        match integrator.core() {
-            dynamics::Integrator::Euler => EULER,
-            dynamics::Integrator::Rk4 { .. } => RK4,
+        match integrator {
+            Integrator::Euler => EULER,
+            Integrator::Rk4 { .. } => RK4,
         }
     }
 

@@ -2,22 +2,10 @@
 //! they have in files and on the command line, and how long it may take.
 
 use crate::choice::Choice;
-use remora_core::advanced::dynamics;
-use remora_core::advanced::stages;
+pub use remora_core::advanced::model::Integrator;
+pub use remora_core::advanced::stages::Mode;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::str::FromStr;
-
-/// What Stage 2 is asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mode {
-    /// Minimise the cost.
-    #[default]
-    Optimal,
-    /// Stop at the first feasible plan.
-    Feasible,
-}
 
 /// What the second stage is to start from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -41,98 +29,6 @@ pub enum Qp {
     Embedded,
     /// Clarabel, a sparse interior-point solver.
     Clarabel,
-}
-
-/// Discretisation of Stage 2: `euler`, `rk4` (eight substeps a node) or `rk4:M`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct Integrator(dynamics::Integrator);
-
-impl Integrator {
-    /// One explicit Euler step a node.
-    pub const EULER: Self = Self(dynamics::Integrator::Euler);
-    /// RK4 with the default number of substeps.
-    pub const RK4: Self = Self(dynamics::Integrator::RK4);
-    /// Fewest substeps a node.
-    pub const MIN_SUBSTEPS: usize = dynamics::Integrator::MIN_SUBSTEPS;
-    /// Most substeps a node.
-    pub const MAX_SUBSTEPS: usize = dynamics::Integrator::MAX_SUBSTEPS;
-
-    /// The integrator as the core takes it.
-    pub fn core(self) -> dynamics::Integrator {
-        self.0
-    }
-}
-
-impl Default for Integrator {
-    fn default() -> Self {
-        Self::RK4
-    }
-}
-
-impl fmt::Display for Integrator {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            dynamics::Integrator::Euler => f.write_str("euler"),
-            _ if *self == Self::RK4 => f.write_str("rk4"),
-            dynamics::Integrator::Rk4 { substeps } => write!(f, "rk4:{substeps}"),
-        }
-    }
-}
-
-impl FromStr for Integrator {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let substeps = match text {
-            "euler" => return Ok(Self::EULER),
-            "rk4" => return Ok(Self::RK4),
-            _ => text.strip_prefix("rk4:").and_then(|m| m.parse::<usize>().ok()),
-        };
-        match substeps {
-            Some(substeps) if substeps < Self::MIN_SUBSTEPS => Err(format!(
-                "rk4 needs at least {} substeps a node, not {substeps}",
-                Self::MIN_SUBSTEPS
-            )),
-            Some(substeps) if substeps > Self::MAX_SUBSTEPS => {
-                Err(format!("rk4 takes at most {} substeps a node", Self::MAX_SUBSTEPS))
-            }
-            Some(substeps) => Ok(Self(dynamics::Integrator::Rk4 { substeps })),
-            None => Err("expected euler, rk4 or rk4:M with a number M of substeps".into()),
-        }
-    }
-}
-
-impl TryFrom<String> for Integrator {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Integrator> for String {
-    fn from(integrator: Integrator) -> Self {
-        integrator.to_string()
-    }
-}
-
-impl Mode {
-    /// The mode as the core takes it.
-    pub fn core(self) -> stages::Mode {
-        match self {
-            Self::Optimal => stages::Mode::Optimal,
-            Self::Feasible => stages::Mode::Feasible,
-        }
-    }
-
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Optimal => "optimal",
-            Self::Feasible => "feasible",
-        }
-    }
 }
 
 impl WarmStart {
@@ -160,7 +56,7 @@ impl Choice for Mode {
     const ALL: &'static [Self] = &[Self::Optimal, Self::Feasible];
 
     fn name(self) -> &'static str {
-        self.name()
+        Mode::name(self)
     }
 
     fn help(self) -> &'static str {
@@ -266,19 +162,6 @@ pub struct Method {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn integrators_have_names() {
-        for (text, shown) in
-            [("euler", "euler"), ("rk4", "rk4"), ("rk4:8", "rk4"), ("rk4:4", "rk4:4")]
-        {
-            assert_eq!(text.parse::<Integrator>().unwrap().to_string(), shown);
-        }
-        for text in ["rk4:3", "rk4:0", "rk4:", "rk4:x", "rk4:-4", "rk4:5000", "RK4", "", "rk45"] {
-            assert!(text.parse::<Integrator>().is_err(), "{text}");
-        }
-        assert!("rk4:3".parse::<Integrator>().unwrap_err().contains("at least 4"));
-    }
 
     #[test]
     fn deadlines_are_positive_numbers() {

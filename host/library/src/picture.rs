@@ -238,7 +238,7 @@ mod tests {
         let mission = Mission::default();
         let scenario = ScenarioSet::built_in().unwrap().scenarios[0].clone();
         let method =
-            Method { mode: Mode::Feasible, integrator: Integrator::EULER, ..Method::default() };
+            Method { mode: Mode::Feasible, integrator: Integrator::Euler, ..Method::default() };
         let plan = || Planner::new().plan(&mission, &scenario, &method, None).file;
         let plan = on_large_stack(plan).unwrap();
         let drawn = svg(&plan, &mission).unwrap();

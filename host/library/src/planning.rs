@@ -4,7 +4,7 @@ use crate::backend::{ClarabelQp, Recorder, Solve};
 use crate::error::Error;
 use crate::formats::{
     self, EvidenceFile, Flight, NamedScenario, PlanFile, PlanGrid, PlanInputs, PlanStage1,
-    PlanStage2, PlanTarget, Program, Row, StageEnd, StartName,
+    PlanStage2, PlanTarget, Program, Row, StageEnd,
 };
 use crate::learned::{Learned, Memories};
 use crate::memory::{on_heap, on_large_stack};
@@ -174,7 +174,7 @@ impl Planner {
             status: report.status,
             verdict: Some(report.verdict()),
             mode: method.mode,
-            warm_start: StartName::from(report.record.start).in_tables().into(),
+            warm_start: report.record.start.in_tables().into(),
             qp: method.qp.name().into(),
             integrator: method.integrator,
             time_s: Some(spent.wall_s),
@@ -298,7 +298,7 @@ pub fn refusal(
     scenario: &NamedScenario,
     method: &Method,
 ) -> Result<Option<Refusal>, Error> {
-    match mission.check::<NODES>(&scenario.scenario(), method.integrator.core()) {
+    match mission.check::<NODES>(&scenario.scenario(), method.integrator) {
         Ok(()) => Ok(None),
         Err(refusal) if refusal.is_invalid_input() => {
             Err(Error::Scenario { id: scenario.id.clone(), reason: refusal.to_string() })
@@ -310,7 +310,7 @@ pub fn refusal(
 /// The core's options for a method.
 fn options(method: &Method) -> PlanSettings {
     let deadline_s = method.deadline.map_or(f64::INFINITY, Deadline::seconds);
-    PlanSettings { deadline_s, ..PlanSettings::new(method.mode.core(), method.integrator.core()) }
+    PlanSettings { deadline_s, ..PlanSettings::new(method.mode, method.integrator) }
 }
 
 /// All settings that a method stands for, as text: two runs with the same text plan the same,
@@ -383,7 +383,7 @@ mod tests {
         let mission = Mission::default();
         let public = ScenarioSet::built_in().unwrap().scenarios;
         let drawn = draw(300, 1, &mission).unwrap().scenarios;
-        for integrator in [Integrator::EULER, Integrator::RK4] {
+        for integrator in [Integrator::Euler, Integrator::RK4] {
             let method = Method { integrator, ..Method::default() };
             for scenario in public.iter().chain(&drawn) {
                 let refusal = refusal(&mission, scenario, &method).unwrap();
@@ -396,10 +396,10 @@ mod tests {
     #[test]
     fn what_is_refused_is_not_solved() {
         let scenario = ScenarioSet::built_in().unwrap().scenarios[0].clone();
-        let euler = Method { integrator: Integrator::EULER, ..Method::default() };
-        let integrator = euler.integrator.core();
+        let euler = Method { integrator: Integrator::Euler, ..Method::default() };
+        let integrator = euler.integrator;
         let needs = Mission::default().needs::<NODES>(&scenario.scenario(), integrator).unwrap();
-        let time = Mission::default().time_to_preset(euler.integrator.core(), NODES);
+        let time = Mission::default().time_to_preset(euler.integrator, NODES);
         let travel = 0.877_268_9;
         type Change<'a> = &'a dyn Fn(&mut Mission<LINKS>);
         let cases: [(&str, Change<'_>); 4] = [

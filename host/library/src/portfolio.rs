@@ -149,12 +149,12 @@ mod tests {
     use remora_core::advanced::time::Deadline as CoreDeadline;
 
     fn method() -> Method {
-        Method { integrator: Integrator::EULER, ..Method::default() }
+        Method { integrator: Integrator::Euler, ..Method::default() }
     }
 
     fn race(method: &Method, index: usize) -> (NamedScenario, Race) {
         let scenario = ScenarioSet::built_in().unwrap().scenarios[index].clone();
-        let model = Learned::built_in(Integrator::EULER);
+        let model = Learned::built_in(Integrator::Euler);
         let race = on_large_stack(|| {
             Portfolio::new().plan(&Mission::default(), &scenario, method, &model)
         });
@@ -168,7 +168,7 @@ mod tests {
             assert!(race.is_won);
             let deadline = Deadline::try_from(FAR_S).ok();
             let alone = Method { warm_start: race.winner, deadline, ..method() };
-            let model = Learned::built_in(Integrator::EULER);
+            let model = Learned::built_in(Integrator::Euler);
             let model = (race.winner == WarmStart::Model).then_some(&model);
             let planned = on_large_stack(|| {
                 Planner::new().plan(&Mission::default(), &scenario, &alone, model)

@@ -54,7 +54,7 @@ impl Provenance {
     pub fn gather(root: &Path) -> Self {
         let status = ["status", "--porcelain", "--untracked-files=no", "--", "."];
         let changes = git(root, &[&status[..], &REPORTS[..]].concat());
-        let models = [Integrator::EULER, Integrator::RK4].map(|integrator| {
+        let models = [Integrator::Euler, Integrator::RK4].map(|integrator| {
             let record = Learned::built_in(integrator).record();
             (record.name, record.checksum)
         });

@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn only_long_work_with_little_processor_tells_of_a_busy_machine() {
-        assert_eq!(busy_share(0.1, 0.04), Some(0.4));
+        assert_eq!(busy_share(0.5, 0.125), Some(0.25));
         assert_eq!(busy_share(0.1, 0.095), None);
         assert_eq!(busy_share(1e-3, 1e-4), None);
         assert_eq!(busy_share(0.0, 0.0), None);

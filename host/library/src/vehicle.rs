@@ -154,8 +154,8 @@ fn joint(mission: &Mission<LINKS>, integrator: Integrator, i: usize) -> Joint {
     let travel_rad = (s.capture_joint_angle[i] - s.initial_joint_angle[i]).abs();
     Joint {
         travel_rad,
-        needed_s: travel_rad / mission.planned_joint_rate(integrator.core()),
-        available_s: mission.time_to_preset(integrator.core(), NODES),
+        needed_s: travel_rad / mission.planned_joint_rate(integrator),
+        available_s: mission.time_to_preset(integrator, NODES),
     }
 }
 
@@ -189,7 +189,7 @@ fn middle(mission: &Mission<LINKS>) -> Scenario {
 }
 
 fn force(mission: &Mission<LINKS>, integrator: Integrator) -> Margin {
-    let needs = mission.needs::<NODES>(&middle(mission), integrator.core());
+    let needs = mission.needs::<NODES>(&middle(mission), integrator);
     let needed = needs.map_or(f64::NAN, |needs| needs.force);
     Margin { needed, available: mission.servicer.max_force }
 }
@@ -203,7 +203,7 @@ fn turn(mission: &Mission<LINKS>) -> Margin {
 fn refused(mission: &Mission<LINKS>, integrator: Integrator) -> Option<Refused> {
     let named =
         |refusal: Refusal| Refused { constraint: refusal.name(), reason: refusal.to_string() };
-    mission.check::<NODES>(&middle(mission), integrator.core()).err().map(named)
+    mission.check::<NODES>(&middle(mission), integrator).err().map(named)
 }
 
 #[cfg(test)]

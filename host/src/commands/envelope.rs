@@ -74,7 +74,7 @@ impl Args {
             true => Vehicle::built_in()?,
             false => Vehicle::read(&self.mission)?,
         };
-        let integrator = self.integrator.map_or_else(envelope::integrator, Ok)?;
+        let integrator = self.integrator.unwrap_or(envelope::INTEGRATOR);
         let count = if self.coarse { envelope::COARSE_COUNT } else { envelope::COUNT };
         let warm_start = self.warm_start;
         let envelope = Envelope {

@@ -91,7 +91,7 @@ impl Args {
         write(&files, &injection)?;
         let is_sound = injection.is_sound();
         match self.json.json {
-            true => Ok(Output::new(to_json(&injection)?, is_sound).as_data()),
+            true => Ok(Output::new(to_json(&injection)?, is_sound).into_data()),
             false => Ok(Output::new(report::injection_report(&injection, &files), is_sound)),
         }
     }

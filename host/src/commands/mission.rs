@@ -41,7 +41,7 @@ impl Args {
         let vehicle = Vehicle::of(&mission, self.integrator.integrator);
         let can_end = vehicle.refused.is_none();
         match self.json.json {
-            true => Ok(Output::new(to_json(&vehicle)?, can_end).as_data()),
+            true => Ok(Output::new(to_json(&vehicle)?, can_end).into_data()),
             false => Ok(Output::new(report::vehicle_report(&vehicle), can_end)),
         }
     }

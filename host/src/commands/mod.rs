@@ -133,15 +133,15 @@ impl Output {
 
     /// Data that was asked for.
     fn data(text: String) -> Self {
-        Self::new(text, true).as_data()
+        Self::new(text, true).into_data()
     }
 
     /// The same of what was planned, and the worst verdict on it.
     fn judged_data(text: String, worst: Verdict) -> Self {
-        Self::judged(text, worst).as_data()
+        Self::judged(text, worst).into_data()
     }
 
-    fn as_data(self) -> Self {
+    fn into_data(self) -> Self {
         Self { is_data: true, ..self }
     }
 }

@@ -76,7 +76,7 @@ fn clearances(planned: &Planned, mission: &Mission<LINKS>) -> String {
     let plan = &planned.file;
     let Some(clearances) = &plan.clearances else { return String::new() };
     let mut out = clearance_table(clearances).to_string();
-    if !mission.approach.clearance.is_on(plan.integrator.core())
+    if !mission.approach.clearance.is_on(plan.integrator)
         && let Some(warning) = overlap_warning(clearances)
     {
         out.push_str(&warning);

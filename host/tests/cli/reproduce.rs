@@ -66,7 +66,8 @@ fn every_table_is_made_once_and_plans_are_shared() {
         assert!(run.out.contains("3 scenarios, euler, 1 at a time."), "{}", run.out);
         assert!(run.out.lines().all(|line| line.chars().count() <= 100), "{}", run.out);
         let last = run.err.lines().last().unwrap_or_default();
-        let done: usize = last.split('/').next().unwrap().parse().unwrap();
+        let counts = last.split_whitespace().nth(1).unwrap_or_default();
+        let done: usize = counts.split('/').next().unwrap().parse().unwrap();
         let before = run.err.lines().find_map(|line| line.strip_prefix("resuming: "));
         let before = before.and_then(|line| line.split(' ').next()?.parse().ok()).unwrap_or(0);
         assert_eq!(done - before, planned, "{table}: {}", run.err);

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::math::quaternion;
 use nalgebra::Vector3;
+use remora_qp::Validate;
 
 /// Farthest that the target may turn from node to node, relative to inertial space [rad].
 pub const MAX_NODE_TURN: f64 = core::f64::consts::PI / 6.0;
@@ -56,7 +57,7 @@ impl<const NL: usize> Mission<NL> {
         scenario: &Scenario,
         integrator: Integrator,
     ) -> Result<(), Refusal> {
-        scenario.check()?;
+        scenario.validate()?;
         self.check_vehicle::<N>(integrator)?;
         self.check_start::<N>(scenario)?;
         let mut target = [TargetState::ZERO; N];
@@ -105,7 +106,7 @@ impl<const NL: usize> Mission<NL> {
         scenario: &Scenario,
         integrator: Integrator,
     ) -> Result<Needs, Refusal> {
-        scenario.check()?;
+        scenario.validate()?;
         let mut target = [TargetState::ZERO; N];
         self.tumble_of(scenario, integrator, &mut target)?;
         Ok(Needs {
@@ -247,13 +248,12 @@ impl<const NL: usize> Mission<NL> {
     }
 }
 
-impl Scenario {
+impl Validate for Scenario {
+    type Error = Refusal;
+
     /// Refuses what is no input at all: numbers that are not finite, an attitude that is not of
     /// unit length, a start from which no direction leads to the target.
-    ///
-    /// # Errors
-    /// The first field found wrong.
-    pub fn check(&self) -> Result<(), Refusal> {
+    fn validate(&self) -> Result<(), Refusal> {
         let finite = |values: &[f64], field| match values.iter().all(|v| v.is_finite()) {
             true => Ok(()),
             false => Err(Refusal::NotFinite { field }),

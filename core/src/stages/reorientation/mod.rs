@@ -40,13 +40,25 @@ impl<const N: usize, const NL: usize> ReorientationTrajectory<N, NL> {
 }
 
 /// What Stage 2 computes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Mode {
     /// Minimise the cost.
     #[default]
     Optimal,
     /// Stop at the first feasible iterate; no objective, shortest steps.
     Feasible,
+}
+
+impl Mode {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Optimal => "optimal",
+            Self::Feasible => "feasible",
+        }
+    }
 }
 
 /// Stage 2 as a problem for the SCP solver.

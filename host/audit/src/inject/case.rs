@@ -398,8 +398,8 @@ mod tests {
     use std::collections::HashSet;
 
     fn layout() -> (Layout, usize) {
-        let learned = Learned::built_in(Integrator::EULER);
-        let length = Learned::built_in_file(Integrator::EULER).len();
+        let learned = Learned::built_in(Integrator::Euler);
+        let length = Learned::built_in_file(Integrator::Euler).len();
         (Layout::new(learned.model().unwrap(), length, (96, NODES)).unwrap(), length)
     }
 

@@ -115,7 +115,7 @@ impl Injector {
                 Ok((self.record(&case, &attempt), attempt.leaked.is_some()))
             };
             let finish = |_, (record, leak_checked): (Record, bool)| {
-                progress.done(record.status == Status::Solved.into());
+                progress.done(record.status == Status::Solved);
                 leak_checks += u64::from(leak_checked);
                 records.push(record);
                 Ok(())
@@ -173,7 +173,7 @@ impl Injector {
         if self.scenarios.is_empty() {
             return Err(Error::argument("--scenarios", "there is none"));
         }
-        let options = PlanSettings::new(Mode::Optimal, self.integrator.core());
+        let options = PlanSettings::new(Mode::Optimal, self.integrator);
         let (mission, scenarios) = (&self.mission, &self.scenarios[..]);
         Ok(Bench { setup: Setup { mission, scenarios, options, file, model }, layout })
     }

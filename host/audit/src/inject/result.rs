@@ -5,7 +5,7 @@ use super::class::Class;
 use super::worker::Ran;
 use remora_host::campaign::Statistics;
 use remora_host::fingerprint::fingerprint;
-use remora_host::formats::{ModelRecord, StartName, Status};
+use remora_host::formats::{GuessRecord, ModelRecord, Status};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -42,7 +42,7 @@ pub struct Record {
     /// Whether the plan can be flown.
     pub is_verified: bool,
     /// What Stage 2 started from.
-    pub start: StartName,
+    pub start: GuessRecord,
     /// Iterations of Stage 1.
     pub stage1_iterations: usize,
     /// Iterations of Stage 2.
@@ -74,7 +74,7 @@ impl Record {
             class,
             status: ended.status,
             is_verified: ended.is_verified,
-            start: ended.start.into(),
+            start: ended.start,
             stage1_iterations: ended.iterations[0],
             stage2_iterations: ended.iterations[1],
             extra_iterations: sum(ended.iterations) - sum(baseline.iterations),

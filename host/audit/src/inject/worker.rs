@@ -346,12 +346,12 @@ mod tests {
     /// The memory's uses are counted as the cases count them: no bit flip misses.
     #[test]
     fn every_strike_of_the_networks_memory_hits() {
-        let (mission, integrator) = (Mission::default(), Integrator::EULER);
+        let (mission, integrator) = (Mission::default(), Integrator::Euler);
         let learned = Learned::built_in(integrator);
         let model = learned.model().unwrap();
         let file = Learned::built_in_file(integrator);
         let scenarios = &ScenarioSet::built_in().unwrap().scenarios[..1];
-        let options = PlanSettings::new(Mode::Feasible, integrator.core());
+        let options = PlanSettings::new(Mode::Feasible, integrator);
         let setup = Setup { mission: &mission, scenarios, options, file, model };
         let layout = Layout::new(model, file.len(), MEMORY).unwrap();
         let Machine { mut workspace, mut solver, mut network, .. } = Worker::new(&setup).machine;

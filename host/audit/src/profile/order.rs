@@ -18,7 +18,7 @@ impl Configuration {
     /// All of them: both integrators, both starts, both modes.
     pub fn all() -> Vec<Self> {
         let mut all = Vec::new();
-        for integrator in [Integrator::EULER, Integrator::RK4] {
+        for integrator in [Integrator::Euler, Integrator::RK4] {
             for mode in [Mode::Optimal, Mode::Feasible] {
                 for warm_start in [WarmStart::Heuristic, WarmStart::Model] {
                     all.push(Self { integrator, warm_start, mode });
@@ -106,7 +106,7 @@ impl Rounds {
     /// Whether a case takes part in a round. Those with fewer rounds than there are have them
     /// evenly spread, the first being the first. Instructions are counted once: they hardly vary.
     fn has(self, integrator: Integrator, case: Case, round: usize) -> bool {
-        let own = match (integrator == Integrator::EULER, case) {
+        let own = match (integrator == Integrator::Euler, case) {
             (_, Case::Counted) => return round == 0,
             (true, Case::OneCore) => self.euler,
             (true, _) => self.euler_second_core,
@@ -191,7 +191,7 @@ mod tests {
         let all = Configuration::all();
         let jobs = order(&all, 3, Rounds { euler: 4, euler_second_core: 2, rk4: 1 }, true);
         let count = |case| {
-            let is_euler = |job: &&&Job| all[job.configuration].integrator == Integrator::EULER;
+            let is_euler = |job: &&&Job| all[job.configuration].integrator == Integrator::Euler;
             let jobs: Vec<&Job> = jobs.iter().filter(|job| job.case == case).collect();
             let euler = jobs.iter().filter(is_euler).count();
             (euler, jobs.len() - euler)
@@ -205,8 +205,8 @@ mod tests {
             let is_due = |round: &usize| Rounds::DEFAULT.has(integrator, case, *round);
             (0..Rounds::DEFAULT.all()).filter(is_due).collect::<Vec<_>>()
         };
-        assert_eq!(due(Integrator::EULER, Case::OneCore).len(), 17);
-        assert_eq!(due(Integrator::EULER, Case::TwoCores), [0, 4, 7, 11, 14]);
+        assert_eq!(due(Integrator::Euler, Case::OneCore).len(), 17);
+        assert_eq!(due(Integrator::Euler, Case::TwoCores), [0, 4, 7, 11, 14]);
         assert_eq!(due(Integrator::RK4, Case::TwoPlans), [0, 9]);
         assert_eq!(due(Integrator::RK4, Case::Counted), [0]);
         assert_eq!(Rounds::of(1), Rounds { euler: 1, euler_second_core: 1, rk4: 1 });

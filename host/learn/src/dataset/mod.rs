@@ -120,7 +120,7 @@ mod tests {
         Recipe {
             count: 4,
             seed: 3,
-            integrator: Integrator::EULER,
+            integrator: Integrator::Euler,
             model: None,
             mission: Mission::default(),
             shard: SHARD,
@@ -133,7 +133,7 @@ mod tests {
     pub(super) fn plan() -> PlanFile {
         let mission = Mission::default();
         let scenario = draw_one(3, 0, &mission).unwrap();
-        let method = Method { integrator: Integrator::EULER, ..Method::default() };
+        let method = Method { integrator: Integrator::Euler, ..Method::default() };
         on_large_stack(|| Planner::new().plan(&mission, &scenario, &method, None).file).unwrap()
     }
 

@@ -90,7 +90,7 @@ fn miss(
     plan: &PlanFile,
 ) -> Option<f64> {
     let (path, target) = (plan.stage1.trajectory(), plan.target.nodes());
-    let scene = Scene::new(mission, &path, &target, integrator.core());
+    let scene = Scene::new(mission, &path, &target, integrator);
     let mut motion = ReorientationTrajectory::ZERO;
     let is_finite = model.at_work(memories, |policy| {
         policy.is_some_and(|policy| rollout(&scene, policy, SEED, &mut motion))
@@ -180,7 +180,7 @@ mod tests {
             let rows = Bench {
                 scenarios: scenarios.clone(),
                 mission,
-                integrator: Integrator::EULER,
+                integrator: Integrator::Euler,
                 jobs: NonZeroUsize::MIN,
                 out: dir.path(),
                 progress: &mut counter,

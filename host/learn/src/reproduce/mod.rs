@@ -104,7 +104,7 @@ pub fn fit_for_evaluation(
     let fits = |card: &Card| {
         let learnt = card.integrator.parse::<Integrator>();
         learnt
-            .is_ok_and(|learnt| (learnt == Integrator::EULER) == (integrator == Integrator::EULER))
+            .is_ok_and(|learnt| (learnt == Integrator::Euler) == (integrator == Integrator::Euler))
     };
     let models: Vec<Card> = models.into_iter().filter(fits).collect();
     for card in &models {
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn a_model_is_not_judged_on_what_it_was_trained_on() {
         let set = |seed| remora_host::draw::draw(3, seed, &Mission::default()).unwrap();
-        let euler = Integrator::EULER;
+        let euler = Integrator::Euler;
         let fit = |integrator, set: ScenarioSet| {
             let models = vec![card::tests::card(Decoder::Flow, 1, 2)];
             fit_for_evaluation(models, integrator, &set.scenarios)

@@ -40,12 +40,7 @@ impl Recorded {
         let groups = encoding.groups();
         let mut found = Self {
             mission: Mission::default(),
-            recipe: Recipe {
-                encoding,
-                action,
-                integrator: integrator.core(),
-                disturbance: data.disturbance,
-            },
+            recipe: Recipe { encoding, action, integrator, disturbance: data.disturbance },
             shape: Shape { nodes: NODES, groups: groups.to_vec(), states: groups[4] },
             training: Vec::new(),
             validation: Vec::new(),
@@ -94,7 +89,7 @@ impl Recorded {
     pub fn rollout(&self, model: &[u8], count: usize) -> Option<RolloutError> {
         let count = count.min(self.validation.len());
         let trajectories = &self.validation[..count];
-        rollout::measure(model, &self.mission, self.integrator.core(), trajectories)
+        rollout::measure(model, &self.mission, self.integrator, trajectories)
     }
 }
 

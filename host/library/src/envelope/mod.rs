@@ -53,12 +53,7 @@ pub const SEED: u64 = 1;
 
 /// The discretisation where nothing else is asked for. Half the substeps of the default: a map
 /// asks whether plans exist, not for their last digit.
-///
-/// # Errors
-/// None.
-pub fn integrator() -> Result<Integrator, Error> {
-    "rk4:4".parse().map_err(|reason: String| Error::argument("--integrator", reason))
-}
+pub const INTEGRATOR: Integrator = Integrator::Rk4 { substeps: 4 };
 
 /// A map to be made: the input of `remora envelope`.
 #[derive(Clone, Debug)]
@@ -111,7 +106,7 @@ impl Envelope {
             grid: Grid::coarse(),
             count: COARSE_COUNT,
             seed: SEED,
-            method: Method { integrator: integrator()?, ..Method::default() },
+            method: Method { integrator: INTEGRATOR, ..Method::default() },
             model: None,
             jobs,
         })

@@ -2,7 +2,7 @@
 
 use super::{Status, Verdict, json};
 use crate::error::{Error, FieldError};
-use remora_core::advanced::planner::{Fallback, Gain, GuessRecord, SolveRecord, StageSolveRecord};
+use remora_core::advanced::planner::{Gain, GuessRecord, SolveRecord, StageSolveRecord};
 use remora_core::advanced::stages::{NODES, size};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -42,33 +42,15 @@ pub struct EvidenceFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
     /// What Stage 2 started from.
-    pub start: StartName,
+    pub start: GuessRecord,
     /// Model that was to be used; none where the heuristic was asked for.
     pub model: Option<ModelRecord>,
     /// Stage 1.
-    pub stage1: StageRecord,
+    pub stage1: StageSolveRecord,
     /// Stage 2.
-    pub stage2: StageRecord,
+    pub stage2: StageSolveRecord,
     /// Feedback gain of each interval; none from a solver that has none.
     pub gains: Option<Vec<GainRows>>,
-}
-
-/// Record of one stage.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "an object with the record of a stage")]
-pub struct StageRecord {
-    /// How it ended.
-    pub status: Status,
-    /// Iterations.
-    pub iterations: u32,
-    /// Second-order corrections.
-    pub corrections: u32,
-    /// Iterations of the subproblems' solver.
-    pub qp_iterations: u32,
-    /// Programs that ended other than solved to full accuracy.
-    pub qp_unsolved: u32,
-    /// What stands in the place of the last iterate.
-    pub fallback: FallbackName,
 }
 
 /// A model, and why it was refused if it was.
@@ -81,100 +63,6 @@ pub struct ModelRecord {
     pub checksum: String,
     /// Why it cannot be used.
     pub refused: Option<String>,
-}
-
-/// Names of [`GuessRecord`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StartName {
-    /// The heuristic, as asked.
-    Heuristic,
-    /// The learned roll-out.
-    Model,
-    /// A trajectory handed in.
-    Given,
-    /// The heuristic: the model was refused.
-    Refused,
-    /// The heuristic: the roll-out was not finite.
-    NotFinite,
-    /// The heuristic: the roll-out was worse.
-    Worse,
-    /// The heuristic: from the roll-out Stage 2 was not solved.
-    Unsolved,
-    /// The heuristic: no time was left.
-    Deadline,
-    /// One that this version has no name for.
-    Other,
-}
-
-impl From<GuessRecord> for StartName {
-    fn from(record: GuessRecord) -> Self {
-        match record {
-            GuessRecord::Heuristic => Self::Heuristic,
-            GuessRecord::Learned => Self::Model,
-            GuessRecord::User => Self::Given,
-            GuessRecord::Refused => Self::Refused,
-            GuessRecord::NotFinite => Self::NotFinite,
-            GuessRecord::Worse => Self::Worse,
-            GuessRecord::Unsolved => Self::Unsolved,
-            GuessRecord::Deadline => Self::Deadline,
-            _ => Self::Other,
-        }
-    }
-}
-
-impl StartName {
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Heuristic => "heuristic",
-            Self::Model => "model",
-            Self::Given => "given",
-            Self::Refused => "refused",
-            Self::NotFinite => "not_finite",
-            Self::Worse => "worse",
-            Self::Unsolved => "unsolved",
-            Self::Deadline => "deadline",
-            Self::Other => "other",
-        }
-    }
-
-    /// The start as plan files and tables name it: what was used, and whether it was asked for.
-    pub fn in_tables(self) -> &'static str {
-        match self {
-            Self::Heuristic => "heuristic",
-            Self::Model => "model",
-            Self::Given => "given",
-            _ => "fallback",
-        }
-    }
-
-    /// Why the heuristic was used though a model was asked for.
-    pub fn why(self) -> Option<&'static str> {
-        match self {
-            Self::Heuristic | Self::Model | Self::Given => None,
-            Self::Refused => Some("the model was refused"),
-            Self::NotFinite => Some("the roll-out is not finite"),
-            Self::Worse => Some("the roll-out is worse than the heuristic"),
-            Self::Unsolved => Some("from the roll-out Stage 2 was not solved"),
-            Self::Deadline => Some("no time was left for a roll-out"),
-            Self::Other => Some("of a reason unknown to this version"),
-        }
-    }
-}
-
-/// Names of [`Fallback`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FallbackName {
-    /// Nothing.
-    None,
-    /// The best feasible iterate.
-    EarlierIterate,
-    /// The stage's start.
-    Start,
-    /// One that this version has no name for.
-    Other,
 }
 
 impl EvidenceFile {
@@ -199,10 +87,10 @@ impl EvidenceFile {
             status: evidence.status,
             is_verified: evidence.is_verified,
             verdict: Some(Verdict::of(evidence.is_verified, evidence.status)),
-            start: evidence.start.into(),
+            start: evidence.start,
             model,
-            stage1: evidence.translation.into(),
-            stage2: evidence.reorientation.into(),
+            stage1: evidence.translation,
+            stage2: evidence.reorientation,
             gains: gains.map(|gains| gains.iter().map(rows).collect()),
         }
     }
@@ -273,28 +161,10 @@ fn rows(gain: &Gain) -> GainRows {
     std::array::from_fn(|i| std::array::from_fn(|j| gain[(i, j)]))
 }
 
-impl From<StageSolveRecord> for StageRecord {
-    fn from(stage: StageSolveRecord) -> Self {
-        Self {
-            status: stage.status,
-            iterations: stage.iterations,
-            corrections: stage.corrections,
-            qp_iterations: stage.qp_iterations,
-            qp_unsolved: stage.qp_unsolved,
-            fallback: match stage.fallback {
-                Fallback::None => FallbackName::None,
-                Fallback::EarlierIterate => FallbackName::EarlierIterate,
-                Fallback::Start => FallbackName::Start,
-                _ => FallbackName::Other,
-            },
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use remora_core::advanced::scp::Status;
+    use remora_core::advanced::planner::Fallback;
 
     fn record(gains: Option<Vec<Gain>>) -> EvidenceFile {
         let evidence = SolveRecord {

@@ -2,7 +2,7 @@
 
 use super::mission_file::{
     Approach, Corridor, FORMAT, Horizon, Link, Margins, MissionFile, Orbit, Scenarios, Servicer,
-    Switch, Target, Tolerances, Typical, Weights, radians,
+    Target, Tolerances, Typical, Weights, radians,
 };
 use super::radius::Radius;
 use remora_core::advanced::model::{self, Mission};
@@ -47,7 +47,10 @@ impl MissionFile {
 
 impl Default for MissionFile {
     fn default() -> Self {
-        Self { approach: Approach::default(), ..Self::of(&Mission::default()) }
+        let mut file = Self::of(&Mission::default());
+        // Its keep-out distances follow from the servicer.
+        file.approach = Approach::default();
+        file
     }
 }
 
@@ -70,7 +73,7 @@ impl From<&model::Target> for Target {
             mass_kg: t.mass,
             port_position_m: t.port_position.into(),
             port_normal: t.port_normal.into(),
-            gravity_gradient: t.gravity_gradient.into(),
+            gravity_gradient: t.gravity_gradient,
         }
     }
 }
@@ -116,18 +119,8 @@ impl From<&model::Approach> for Approach {
             keep_out_far_until: a.keep_out_far_until,
             field_of_view_half_angle_deg: degrees(a.field_of_view_half_angle),
             preset_lead_intervals: a.preset_lead,
-            clearance: a.clearance.into(),
-            between_nodes: a.between_nodes.into(),
-        }
-    }
-}
-
-impl From<model::Switch> for Switch {
-    fn from(switch: model::Switch) -> Self {
-        match switch {
-            model::Switch::Auto => Self::Auto,
-            model::Switch::On => Self::On,
-            model::Switch::Off => Self::None,
+            clearance: a.clearance,
+            between_nodes: a.between_nodes,
         }
     }
 }

@@ -8,7 +8,7 @@ use super::mission_keys::key_of;
 use super::radius::Radius;
 use crate::error::{Error, FieldError};
 use nalgebra::{SVector, Vector3};
-use remora_core::advanced::model::{self, Mission};
+use remora_core::advanced::model::{self, Mission, Switch};
 use remora_core::advanced::stages::{LINKS, NODES};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -49,19 +49,6 @@ pub struct MissionFile {
     pub typical: Option<Typical>,
     /// The servicer.
     pub servicer: Servicer,
-}
-
-/// Whether a part of the problem that the paper does not have is in force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Switch {
-    /// With RK4, not with Euler.
-    Auto,
-    /// In force.
-    On,
-    /// Not in force.
-    #[serde(alias = "off")]
-    None,
 }
 
 /// `[margins]`
@@ -408,8 +395,8 @@ impl Approach {
             keep_out_far_until: self.keep_out_far_until,
             field_of_view_half_angle: radians(self.field_of_view_half_angle_deg),
             preset_lead: self.preset_lead_intervals,
-            clearance: self.clearance.into(),
-            between_nodes: self.between_nodes.into(),
+            clearance: self.clearance,
+            between_nodes: self.between_nodes,
         }
     }
 }
@@ -477,16 +464,6 @@ impl Scenarios {
     }
 }
 
-impl From<Switch> for model::Switch {
-    fn from(switch: Switch) -> Self {
-        match switch {
-            Switch::Auto => Self::Auto,
-            Switch::On => Self::On,
-            Switch::None => Self::Off,
-        }
-    }
-}
-
 impl Target {
     fn convert(&self) -> model::Target {
         model::Target {
@@ -495,7 +472,7 @@ impl Target {
             mass: self.mass_kg,
             port_position: Vector3::from(self.port_position_m),
             port_normal: Vector3::from(self.port_normal),
-            gravity_gradient: self.gravity_gradient.into(),
+            gravity_gradient: self.gravity_gradient,
         }
     }
 }

@@ -24,8 +24,7 @@ mod row;
 mod scenario_set;
 
 pub use evidence_file::{
-    EvidenceFile, FORMAT as EVIDENCE_FORMAT, FallbackName, GainRows, ModelRecord, StageRecord,
-    StartName, evidence_path,
+    EvidenceFile, FORMAT as EVIDENCE_FORMAT, GainRows, ModelRecord, evidence_path,
 };
 pub use mission_file::{
     Approach as MissionApproach, FORMAT as MISSION_FORMAT, Horizon as MissionHorizon,
@@ -38,18 +37,18 @@ pub use output::{check_writable, make_directory, remove_partials, write_atomical
 pub use plan_convert::StageEnd;
 pub use plan_file::{FORMAT as PLAN_FORMAT, PlanFile, PlanStage1, PlanStage2, PlanTarget};
 pub use plan_inputs::{
-    InForce, PlanGrid, PlanInputs, PlanScenario, Program, checksum_of_mission,
+    InForce, MadeFor, PlanGrid, PlanInputs, PlanScenario, Program, checksum_of_mission,
     checksum_of_scenario, frames,
 };
 pub use qp_convert::QpPlace;
 pub use qp_file::{
     Bounds as QpBounds, FORMAT as QP_FORMAT, QpAnswer, QpFile, QpInterval, QpNode, QpPoint, QpSize,
-    QpStatusName, Rows as QpRows,
+    Rows as QpRows,
 };
 pub use radius::Radius;
 /// The core's own types stand in files.
 pub use remora_core::advanced::{
-    planner::Verdict,
+    planner::{Fallback, GuessRecord, StageSolveRecord, Verdict},
     scp::Status,
     stages::{Clearances, Closest, Residuals},
 };

@@ -64,6 +64,15 @@ pub struct PlanGrid {
     pub preset_node: usize,
 }
 
+/// What a plan was made for, looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MadeFor {
+    /// The mission; valid.
+    pub mission: Mission<LINKS>,
+    /// The scenario.
+    pub scenario: Scenario,
+}
+
 /// The program that made a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with version and commit")]
@@ -172,7 +181,6 @@ impl PlanInputs {
         let file = MissionFile::of(mission);
         // That of the numbers in the file, which its reader compares it to.
         let written = file.mission().unwrap_or(*mission);
-        let integrator = integrator.core();
         Self {
             scenario: scenario.into(),
             scenario_checksum: checksum_of_scenario(&scenario.scenario()),
@@ -190,7 +198,7 @@ impl PlanInputs {
     ///
     /// # Errors
     /// The first field found wrong; checksums that are not those of what they stand beside.
-    pub fn read(&self, id: &str) -> Result<(Mission<LINKS>, Scenario), FieldError> {
+    pub fn read(&self, id: &str) -> Result<MadeFor, FieldError> {
         let within = |part: &str, error: FieldError| {
             FieldError::new(format!("inputs.{part}.{}", error.field), error.reason)
         };
@@ -198,8 +206,8 @@ impl PlanInputs {
             .map_err(|error| within("mission", error))?;
         let mission = self.mission.mission().map_err(|error| within("mission", error))?;
         let named = self.scenario.named(id);
-        named.validate().map_err(|(part, reason)| {
-            FieldError::new(format!("inputs.scenario.{}", key_of(part)), reason)
+        named.validate().map_err(|error| {
+            FieldError::new(format!("inputs.scenario.{}", key_of(&error.field)), error.reason)
         })?;
         let scenario = named.scenario();
         let agrees = |part: &str, said: &str, is: String| {
@@ -209,7 +217,7 @@ impl PlanInputs {
         };
         agrees("scenario", &self.scenario_checksum, checksum_of_scenario(&scenario))?;
         agrees("mission", &self.mission_checksum, checksum_of_mission(&mission))?;
-        Ok((mission, scenario))
+        Ok(MadeFor { mission, scenario })
     }
 }
 

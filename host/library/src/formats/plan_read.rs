@@ -48,8 +48,7 @@ impl PlanFile {
         let inputs = self.inputs.as_ref().ok_or_else(|| missing("inputs"))?;
         let grid = self.grid.as_ref().ok_or_else(|| missing("grid"))?;
         check_id(&self.scenario, || "scenario".into())?;
-        let (mission, _) = inputs.read(&self.scenario)?;
-        grid.check(&mission)
+        grid.check(&inputs.read(&self.scenario)?.mission)
     }
 
     fn validate(&self) -> Result<(), FieldError> {
@@ -174,7 +173,7 @@ mod tests {
 
     #[test]
     fn what_was_not_verified_in_time_is_infinite_and_null_in_the_file() {
-        let unfinished = PlanFile { residuals: Residuals::UNFINISHED.into(), ..plan() };
+        let unfinished = PlanFile { residuals: Residuals::UNFINISHED, ..plan() };
         let text = json::to_text(&unfinished).unwrap();
         let mut fields: serde_json::Value = serde_json::from_str(&text).unwrap();
         assert!(fields["residuals"]["dynamics1"].is_null());

@@ -1,14 +1,12 @@
 //! Subproblems between the core's fixed sizes and their files.
 
-use super::qp_file::{
-    Bounds, FORMAT, QpAnswer, QpFile, QpInterval, QpNode, QpPoint, QpSize, QpStatusName, Rows,
-};
+use super::qp_file::{Bounds, FORMAT, QpAnswer, QpFile, QpInterval, QpNode, QpPoint, QpSize, Rows};
 use crate::backend::Solve;
 use crate::error::FieldError;
 use crate::kkt;
 use crate::method::Method;
 use nalgebra::{SMatrix, SVector};
-use remora_core::advanced::qp::{Qp, QpStatus, Solution};
+use remora_core::advanced::qp::{Qp, Solution};
 
 /// Where a subproblem stands in its plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +49,7 @@ impl QpFile {
             nodes: (0..N).map(|k| node(qp, k)).collect(),
             intervals: (0..N - 1).map(|k| interval(qp, k)).collect(),
             solution: QpAnswer {
-                status: outcome.status.into(),
+                status: outcome.status,
                 iterations: outcome.iterations.into(),
                 point: is_usable.then(|| point(qp, solution)),
             },
@@ -195,30 +193,12 @@ fn fill<const R: usize>(vectors: &mut [SVector<f64, R>], rows: &Rows) {
     }
 }
 
-impl From<QpStatus> for QpStatusName {
-    fn from(status: QpStatus) -> Self {
-        match status {
-            QpStatus::Solved => Self::Solved,
-            QpStatus::ReducedAccuracy => Self::ReducedAccuracy,
-            QpStatus::IterationLimit => Self::IterationLimit,
-            QpStatus::TimeLimit => Self::TimeLimit,
-            QpStatus::Infeasible => Self::Infeasible,
-            QpStatus::AlmostInfeasible => Self::AlmostInfeasible,
-            QpStatus::Unbounded => Self::Unbounded,
-            QpStatus::AlmostUnbounded => Self::AlmostUnbounded,
-            QpStatus::Stalled => Self::Stalled,
-            QpStatus::Interrupted => Self::Interrupted,
-            _ => Self::NumericalFailure,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::json;
     use super::*;
     use crate::method::Method;
-    use remora_core::advanced::qp::QpOutcome;
+    use remora_core::advanced::qp::{QpOutcome, QpStatus};
 
     type Program = Qp<3, 2, 1, 1>;
     const PLACE: QpPlace<'_> = QpPlace { scenario: "a", stage: 2, iteration: 7, correction: 0 };
@@ -288,7 +268,7 @@ mod tests {
     fn without_a_solution_there_is_no_point() {
         let back = file(&program(), QpStatus::Infeasible).unwrap();
         let back = QpFile::parse(&json::to_text(&back).unwrap()).unwrap();
-        assert_eq!(back.solution.status, QpStatusName::Infeasible);
+        assert_eq!(back.solution.status, QpStatus::Infeasible);
         assert_eq!(back.point::<3, 2, 1, 1>().unwrap_err().field, "solution.point");
     }
 

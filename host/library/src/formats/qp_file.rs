@@ -3,6 +3,7 @@
 use super::{check_id, json, write_atomically};
 use crate::error::{Error, FieldError};
 use crate::method::{Integrator, Mode};
+use remora_core::advanced::qp::QpStatus;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -109,39 +110,11 @@ pub struct QpInterval {
 #[serde(deny_unknown_fields, expecting = "an object with a solver's answer")]
 pub struct QpAnswer {
     /// How it ended.
-    pub status: QpStatusName,
+    pub status: QpStatus,
     /// Interior-point iterations.
     pub iterations: u64,
     /// The solution; `None` where the status says that there is none.
     pub point: Option<QpPoint>,
-}
-
-/// How a solver ended, by the names in files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum QpStatusName {
-    /// Optimal to the requested accuracy.
-    Solved,
-    /// Optimal to a reduced accuracy.
-    ReducedAccuracy,
-    /// The iteration cap was reached first.
-    IterationLimit,
-    /// The time limit was reached first.
-    TimeLimit,
-    /// No point satisfies the constraints.
-    Infeasible,
-    /// The same, to a reduced accuracy.
-    AlmostInfeasible,
-    /// The objective has no lower bound.
-    Unbounded,
-    /// The same, to a reduced accuracy.
-    AlmostUnbounded,
-    /// Steps became too short to make progress.
-    Stalled,
-    /// Factorisation or arithmetic broke down.
-    NumericalFailure,
-    /// Stopped from outside.
-    Interrupted,
 }
 
 /// A solution with its multipliers: a row a node, or a row an interval.

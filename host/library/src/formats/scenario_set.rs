@@ -76,21 +76,20 @@ impl NamedScenario {
     ///
     /// # Errors
     /// The field and what is wrong with it.
-    pub(super) fn validate(&self) -> Result<(), (&'static str, String)> {
-        check_quaternion(&self.target.attitude, String::new)
-            .map_err(|error| ("target.attitude", error.reason))?;
-        let within = |v: &[f64; 3], most: f64, field: &'static str, unit: &str| {
+    pub(super) fn validate(&self) -> Result<(), FieldError> {
+        check_quaternion(&self.target.attitude, || "target.attitude".into())?;
+        let within = |v: &[f64; 3], most: f64, field: &str, unit: &str| {
             if v.iter().all(|x| x.abs() <= most) {
                 return Ok(());
             }
-            Err((field, format!("each component must be within {most} {unit}")))
+            Err(FieldError::new(field, format!("each component must be within {most} {unit}")))
         };
         within(&self.target.rate, MAX_RATE, "target.rate", "rad/s")?;
         within(&self.servicer.position, MAX_POSITION, "servicer.position", "m")?;
         within(&self.servicer.velocity, MAX_VELOCITY, "servicer.velocity", "m/s")?;
         if Vector3::from(self.servicer.position).amax() < 1e-3 {
             let reason = "is at the target's centre, from where nothing points at it";
-            return Err(("servicer.position", reason.into()));
+            return Err(FieldError::new("servicer.position", reason));
         }
         Ok(())
     }
@@ -151,9 +150,9 @@ impl ScenarioSet {
         let mut ids = HashSet::new();
         for (i, scenario) in self.scenarios.iter().enumerate() {
             check_id(&scenario.id, || format!("scenarios[{i}].id"))?;
-            scenario
-                .validate()
-                .map_err(|(field, why)| FieldError::new(format!("scenarios[{i}].{field}"), why))?;
+            scenario.validate().map_err(|error| {
+                FieldError::new(format!("scenarios[{i}].{}", error.field), error.reason)
+            })?;
             if !ids.insert(scenario.id.as_str()) {
                 let reason = format!("{:?} is used twice", scenario.id);
                 return Err(FieldError::new(format!("scenarios[{i}].id"), reason));

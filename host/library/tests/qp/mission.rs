@@ -52,7 +52,7 @@ fn pairs(first: usize, step: usize) -> Vec<Pair> {
     let set = ScenarioSet::built_in().unwrap();
     let mission = Mission::<LINKS>::default();
     let method =
-        Method { integrator: Integrator::EULER, qp: Choice::Embedded, ..Method::default() };
+        Method { integrator: Integrator::Euler, qp: Choice::Embedded, ..Method::default() };
     let mut planner = Planner::new();
     let mut pairs = Vec::new();
     for scenario in set.scenarios.iter().skip(first).step_by(step) {
