@@ -4,8 +4,8 @@ use crate::Memory;
 use crate::board::Board;
 use crate::output::Line;
 use remora_core::advanced::dynamics::{Integrator, Multibody, Stepping};
+use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::model::{Mission, Scenario};
-use remora_core::advanced::pair::Sequential;
 use remora_core::advanced::planner::Workspace;
 use remora_core::advanced::qp::Checksum;
 use remora_core::advanced::qp::{Qp, Solution};
@@ -32,82 +32,124 @@ pub fn run<B: Board>(
 ) {
     let w = &mut memory.workspace;
     let dt = mission.approach.duration / (NODES - 1) as f64;
-    let measure = Measure { board, id };
+    let kernels = Kernels { measure: Measure { board, id }, mission, scenario, integrator, dt };
+    kernels.initial_guess(w);
+    kernels.step(w);
+    kernels.step_jacobian(w);
+    kernels.linearise(w);
+    kernels.verify(w);
+}
 
-    measure.run("tumble", 1, || {
-        let (q, rate) = (&scenario.target_attitude, &scenario.target_rate);
-        let n = mission.mean_motion();
-        mission.target.tumble(integrator, n, q, rate, dt, &mut w.target);
-    });
-    let Workspace { target, scratch, translation: one, reorientation: two } = w;
-    let mut sum = Checksum::new();
-    for node in target.iter() {
-        sum.numbers(&node.attitude);
-        sum.numbers(&node.rate);
+/// The kernels of one scenario.
+struct Kernels<'a, B> {
+    measure: Measure<'a, B>,
+    mission: &'a Mission<LINKS>,
+    scenario: &'a Scenario,
+    integrator: Integrator,
+    dt: f64,
+}
+
+impl<B: Board> Kernels<'_, B> {
+    /// The target's motion, a translation without force, the heuristic guess.
+    fn initial_guess(&self, w: &mut Workspace) {
+        let Self { measure, mission, scenario, integrator, dt } = self;
+        measure.run("tumble", 1, || {
+            let (q, rate) = (&scenario.target_attitude, &scenario.target_rate);
+            let n = mission.mean_motion();
+            mission.target.tumble(*integrator, n, q, rate, *dt, &mut w.target);
+        });
+        let Workspace { target, translation, reorientation, .. } = w;
+        let mut sum = Checksum::new();
+        for node in target.iter() {
+            sum.numbers(&node.attitude);
+            sum.numbers(&node.rate);
+        }
+        measure.check("tumble", sum);
+
+        let formulation = Formulation::new(mission, *integrator);
+        measure.run("path", 1, || {
+            translation.trajectory = TranslationTrajectory::ZERO;
+            Translation::new(&formulation, scenario, target).project(&mut translation.trajectory);
+        });
+        measure.check("path", path(&translation.trajectory));
+        measure.run("heuristic", 1, || {
+            let out = &mut reorientation.trajectory;
+            heuristic::warm_start(mission, &translation.trajectory, target, out);
+        });
+        measure.check("heuristic", motion(&reorientation.trajectory));
     }
-    measure.check("tumble", sum);
 
-    let formulation = Formulation::new(mission, integrator);
-    measure.run("path", 1, || {
-        one.trajectory = TranslationTrajectory::ZERO;
-        Translation::new(&formulation, scenario, target).clip(&mut one.trajectory);
-    });
-    measure.check("path", path(&one.trajectory));
-    measure.run("heuristic", 1, || {
-        heuristic::warm_start(mission, &one.trajectory, target, &mut two.trajectory);
-    });
-    measure.check("heuristic", motion(&two.trajectory));
+    /// Steps of the dynamics from every node.
+    fn step(&self, w: &Workspace) {
+        let body = Multibody::new(self.mission);
+        let z = &w.reorientation.trajectory;
+        let nodes = z.states.iter().zip(&z.controls).take(NODES - 1);
+        let mut sum = Checksum::new();
+        self.measure.run("step_with_checksum", NODES - 1, || {
+            for ((state, control), force) in nodes.zip(&w.translation.trajectory.force) {
+                let next = body.step(self.integrator, self.dt, state, control, force);
+                sum.numbers(&next.attitude);
+                sum.numbers(&next.rate);
+                sum.numbers(&next.joint_angle);
+                sum.numbers(&next.joint_rate);
+            }
+        });
+        self.measure.check("step", sum);
+    }
 
-    let body = Multibody::new(mission);
-    let forces = &one.trajectory.force;
-    let nodes = || two.trajectory.states.iter().zip(&two.trajectory.controls).take(NODES - 1);
-    let mut sum = Checksum::new();
-    measure.run("step_with_checksum", NODES - 1, || {
-        for ((state, control), force) in nodes().zip(forces) {
-            let next = body.step(integrator, dt, state, control, force);
-            sum.numbers(&next.attitude);
-            sum.numbers(&next.rate);
-            sum.numbers(&next.joint_angle);
-            sum.numbers(&next.joint_rate);
-        }
-    });
-    measure.check("step", sum);
-    let mut sum = Checksum::new();
-    measure.run("step_jacobian_with_checksum", NODES - 1, || {
-        for ((state, control), force) in nodes().zip(forces) {
-            let (_, by) = body.step_jacobian::<{ size::NX }, { size::NU }>(
-                &Stepping::new(integrator, dt),
-                state,
-                control,
-                force,
-            );
-            sum.numbers(&by.state);
-            sum.numbers(&by.control);
-        }
-    });
-    measure.check("step_jacobian", sum);
+    /// Steps with their derivatives.
+    fn step_jacobian(&self, w: &Workspace) {
+        let body = Multibody::new(self.mission);
+        let z = &w.reorientation.trajectory;
+        let nodes = z.states.iter().zip(&z.controls).take(NODES - 1);
+        let mut sum = Checksum::new();
+        self.measure.run("step_jacobian_with_checksum", NODES - 1, || {
+            for ((state, control), force) in nodes.zip(&w.translation.trajectory.force) {
+                let (_, by) = body.step_jacobian::<{ size::NX }, { size::NU }>(
+                    &Stepping::new(self.integrator, self.dt),
+                    state,
+                    control,
+                    force,
+                );
+                sum.numbers(&by.state);
+                sum.numbers(&by.control);
+            }
+        });
+        self.measure.check("step_jacobian", sum);
+    }
 
-    let mut problem =
-        StageTwo::new(&formulation, &one.trajectory, target, Mode::Optimal, &Sequential);
-    measure.run("linearise", 1, || {
-        problem.linearise(&two.trajectory, None, &mut scratch.qp);
-    });
-    measure.check("linearise", program(&scratch.qp));
-    set_multipliers(&mut scratch.step);
-    measure.run("linearise_and_convexify", 1, || {
-        problem.linearise(&two.trajectory, Some(&scratch.step), &mut scratch.qp);
-    });
-    measure.check("linearise_and_convexify", program(&scratch.qp));
+    /// Subproblems of Stage 2, without and with the Lagrangian's Hessian.
+    fn linearise(&self, w: &mut Workspace) {
+        let Workspace { target, scratch, translation, reorientation } = w;
+        let formulation = Formulation::new(self.mission, self.integrator);
+        let translation = &translation.trajectory;
+        let mut problem =
+            StageTwo::new(&formulation, translation, target, Mode::Optimal, &Sequential);
+        self.measure.run("linearise", 1, || {
+            problem.linearise(&reorientation.trajectory, None, &mut scratch.qp);
+        });
+        self.measure.check("linearise", program(&scratch.qp));
+        set_multipliers(&mut scratch.step);
+        self.measure.run("linearise_and_convexify", 1, || {
+            problem.linearise(&reorientation.trajectory, Some(&scratch.step), &mut scratch.qp);
+        });
+        self.measure.check("linearise_and_convexify", program(&scratch.qp));
+    }
 
-    let mut residuals = Residuals::default();
-    measure.run("verify", 1, || {
-        let (path, motion) = (&one.trajectory, &two.trajectory);
-        let deadline = Deadline::never();
-        residuals = verify(mission, scenario, integrator, path, motion, &deadline).residuals;
-    });
-    let mut sum = Checksum::new();
-    sum.numbers(&residuals.against(&mission.tolerances).map(|(_, value, _)| value));
-    measure.check("verify", sum);
+    /// The verifier.
+    fn verify(&self, w: &Workspace) {
+        let Self { measure, mission, scenario, integrator, .. } = self;
+        let mut residuals = Residuals::default();
+        measure.run("verify", 1, || {
+            let (translation, reorientation) = (w.translation(), w.reorientation());
+            let never = Deadline::never();
+            let found = verify(mission, scenario, *integrator, translation, reorientation, &never);
+            residuals = found.residuals;
+        });
+        let mut sum = Checksum::new();
+        sum.numbers(&residuals.against(&mission.tolerances).map(|(_, value, _)| value));
+        measure.check("verify", sum);
+    }
 }
 
 struct Measure<'a, B> {

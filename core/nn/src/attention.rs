@@ -124,13 +124,25 @@ pub(super) fn attend<E: Element>(
         }
         let out = Output { data: from_mut(out, at), stride: work.out_stride };
         let weights = Input { data: work.scores, stride: cache.tokens, count: queried };
-        match queried {
-            1 => av_product::<E, 1>(&values, weights, &sums, out),
-            2 => av_product::<E, 2>(&values, weights, &sums, out),
-            3 => av_product::<E, 3>(&values, weights, &sums, out),
-            4 => av_product::<E, 4>(&values, weights, &sums, out),
-            _ => av_product::<E, 5>(&values, weights, &sums, out),
-        }
+        av_product_of(queried, &values, weights, &sums, out);
+    }
+}
+
+/// [`av_product`] for as many queried tokens.
+#[inline(always)]
+fn av_product_of<E: Element>(
+    queried: usize,
+    values: &Head<'_, E>,
+    weights: Input,
+    sums: &[f32; BATCH],
+    out: Output,
+) {
+    match queried {
+        1 => av_product::<E, 1>(values, weights, sums, out),
+        2 => av_product::<E, 2>(values, weights, sums, out),
+        3 => av_product::<E, 3>(values, weights, sums, out),
+        4 => av_product::<E, 4>(values, weights, sums, out),
+        _ => av_product::<E, 5>(values, weights, sums, out),
     }
 }
 

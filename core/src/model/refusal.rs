@@ -179,6 +179,14 @@ impl fmt::Display for Degrees {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: ", self.name())?;
+        self.write_input(f)?;
+        self.write_feasibility(f)
+    }
+}
+
+impl Refusal {
+    /// Writes what is wrong with the input; nothing for other refusals.
+    fn write_input(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::NotFinite { field } => write!(f, "the scenario's {field} is not finite"),
             Self::Attitude { norm } => {
@@ -202,6 +210,13 @@ impl fmt::Display for Refusal {
                 Degrees(travel),
                 libm::ceil(travel / rate),
             ),
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes why a valid input is infeasible; nothing for other refusals.
+    fn write_feasibility(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
             Self::CaptureView { angle, limit } => write!(
                 f,
                 "in the capture configuration the port is {} off the boresight, at most {} can be seen",
@@ -240,6 +255,7 @@ impl fmt::Display for Refusal {
                 f,
                 "to turn with the target in time takes at least {needed:.2e} N m, the limit is {limit:.2e} N m"
             ),
+            _ => Ok(()),
         }
     }
 }

@@ -167,18 +167,12 @@ impl InitialGuess<'_> {
             }
         };
         let Some(offered) = offered else {
-            return match deadline.has_passed() {
-                true => GuessRecord::Deadline,
-                false => GuessRecord::NotFinite,
-            };
+            let is_late = deadline.has_passed();
+            return if is_late { GuessRecord::Deadline } else { GuessRecord::NotFinite };
         };
-        let problem = MissionReorientation::<P>::new(
-            formulation,
-            translation,
-            target,
-            options.mode,
-            executor,
-        );
+        let mode = options.mode;
+        let problem =
+            MissionReorientation::<P>::new(formulation, translation, target, mode, executor);
         let mut merit = |trajectory: &mut _| {
             problem.project(trajectory);
             problem.residuals(trajectory, &mut w.residuals);
@@ -190,12 +184,9 @@ impl InitialGuess<'_> {
             return GuessRecord::Deadline;
         }
         if !(other <= heuristic) {
-            // Clipped twice it would not be the same to the last bit.
+            // Written again: a projection repeated would change its last bits.
             heuristic::warm_start(mission, translation, target, &mut z.trajectory);
-            return match other.is_finite() {
-                true => GuessRecord::Worse,
-                false => GuessRecord::NotFinite,
-            };
+            return if other.is_finite() { GuessRecord::Worse } else { GuessRecord::NotFinite };
         }
         mem::swap(&mut z.trajectory, &mut z.trial);
         offered

@@ -1,5 +1,5 @@
-//! The learned warm start of Stage 2: what a network sees at a node, what its answer means, and the
-//! roll-out of its answers through the dynamics of Stage 2.
+//! The learned initial guess of Stage 2: features of a node, actions, and their rollout through the
+//! dynamics of Stage 2.
 //!
 //! - [`Scene`]: all that is known of an approach once Stage 1 is planned;
 //! - [`Scene::features`]: what a node looks like, in the paper's inputs or in bus axes;
@@ -15,7 +15,7 @@ mod scene;
 mod tokens;
 
 pub use action::{ACTION, Action};
-pub use network::{NetworkPolicy, Unfit};
+pub use network::{NetworkPolicy, Unfit, check_model};
 pub use rollout::{MAX_CHUNK, Policy, rollout};
 pub use scene::Scene;
 pub use tokens::{Encoding, MAX_FEATURES};

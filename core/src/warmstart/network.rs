@@ -10,23 +10,23 @@ use remora_qp::time::Deadline;
 // A chunk that a file may ask for has room.
 const _: () = assert!(remora_nn::limit::CHUNK <= MAX_CHUNK);
 
-/// Why a network cannot say where Stage 2 starts, though it is a sound network.
+/// Why a valid model cannot be a policy of Stage 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[repr(u32)]
 pub enum Unfit {
-    /// Its inputs are none of [`Encoding`].
+    /// Its inputs are of no [`Encoding`].
     Encoding = 201,
-    /// Its outputs are none of [`Action`].
+    /// Its outputs are of no [`Action`].
     Action = 202,
-    /// Its actions have not three numbers for the bus and one a joint.
+    /// Its actions are not three numbers for the bus and one a joint.
     ActionSize = 203,
-    /// It takes another number of features than its encoding has.
+    /// Its number of features is not its encoding's.
     Features = 204,
 }
 
 impl Unfit {
-    /// Stable number of the reason; none of the network's own.
+    /// Code of the reason for records, different from those of `remora-nn`.
     pub const fn code(self) -> u32 {
         self as u32
     }
@@ -50,7 +50,7 @@ impl fmt::Display for Unfit {
 
 impl core::error::Error for Unfit {}
 
-/// A network that is fit to say where Stage 2 starts.
+/// A network as the policy of the learned initial guess.
 pub struct NetworkPolicy<'m, 'a, M> {
     network: RefCell<Network<'m, 'a, M>>,
     model: &'m Model<'a>,
@@ -60,20 +60,29 @@ pub struct NetworkPolicy<'m, 'a, M> {
 }
 
 impl<'m, 'a, M: Storage> NetworkPolicy<'m, 'a, M> {
-    /// Takes a network into service.
+    /// A policy that asks `network`.
     ///
     /// # Errors
-    /// [`Unfit`], where inputs or outputs are not what a policy has.
+    /// As [`check_model`].
     pub fn new(network: Network<'m, 'a, M>) -> Result<Self, Unfit> {
         let (model, flow_steps) = (network.model(), network.flow_steps());
-        let (header, size) = (model.header(), model.dimensions());
-        let encoding = Encoding::of_tag(header.inputs).ok_or(Unfit::Encoding)?;
-        let action = Action::of_tag(header.outputs).ok_or(Unfit::Action)?;
-        match () {
-            () if size.action != ACTION => Err(Unfit::ActionSize),
-            () if size.features != encoding.features() => Err(Unfit::Features),
-            () => Ok(Self { network: RefCell::new(network), model, flow_steps, encoding, action }),
-        }
+        let (encoding, action) = check_model(model)?;
+        Ok(Self { network: RefCell::new(network), model, flow_steps, encoding, action })
+    }
+}
+
+/// Checks that a model's inputs and outputs are those of a policy; returns what they mean.
+///
+/// # Errors
+/// The first of [`Unfit`] that applies.
+pub fn check_model(model: &Model<'_>) -> Result<(Encoding, Action), Unfit> {
+    let (header, size) = (model.header(), model.dimensions());
+    let encoding = Encoding::of_tag(header.inputs).ok_or(Unfit::Encoding)?;
+    let action = Action::of_tag(header.outputs).ok_or(Unfit::Action)?;
+    match () {
+        () if size.action != ACTION => Err(Unfit::ActionSize),
+        () if size.features != encoding.features() => Err(Unfit::Features),
+        () => Ok((encoding, action)),
     }
 }
 
@@ -90,8 +99,8 @@ impl<M: Storage> Policy for NetworkPolicy<'_, '_, M> {
         self.model.header().chunk.into()
     }
 
-    /// A linear decoder's first action alone: it is the best it knows. All that a flow draws: the
-    /// next draw may be another motion.
+    /// One action of a linear decoder, its best prediction; all actions of a flow's chunk, because the
+    /// next sample may belong to another trajectory.
     fn executed(&self) -> usize {
         match self.model.header().decoder {
             Decoder::Linear => 1,

@@ -1,4 +1,4 @@
-//! The roll-out.
+//! The rollout of a policy.
 
 use super::{ACTION, Action, Encoding, MAX_FEATURES, Scene};
 use crate::dynamics::Control;
@@ -6,43 +6,44 @@ use crate::stages::{LINKS, NODES, ReorientationTrajectory};
 use remora_qp::Checksum;
 use remora_qp::time::Deadline;
 
-/// Most actions a policy gives at once.
+/// Largest chunk: most actions a policy predicts at once.
 pub const MAX_CHUNK: usize = 8;
 
-/// Who says what to do at a node. It may remember what it has seen since [`Policy::begin`], in cells of
-/// its own.
+/// A policy: predicts actions from the features of a node. It may keep state since [`Policy::begin`], by
+/// interior mutability.
 pub trait Policy {
-    /// What its features are.
+    /// Encoding of its features.
     fn encoding(&self) -> Encoding;
 
-    /// What its actions are.
+    /// Meaning of its actions.
     fn action(&self) -> Action;
 
-    /// Actions it gives at once, at most [`MAX_CHUNK`].
+    /// Number of actions it predicts at once, at most [`MAX_CHUNK`].
     fn chunk(&self) -> usize;
 
-    /// How many of them are carried out before it is asked again.
+    /// Number of those that are executed before the next prediction.
     fn executed(&self) -> usize;
 
-    /// Adds to `checksum` what tells this policy from others.
+    /// Adds all that distinguishes this policy from others to `checksum`.
     fn identify(&self, checksum: &mut Checksum);
 
-    /// Forgets everything; `seed` is for those that draw.
+    /// Begins a rollout; `seed` is for policies that sample.
     fn begin(&self, seed: u64);
 
-    /// Looks at the features of the next node and writes the actions for it and those after, node
-    /// by node. False where it can't, or once `deadline` has passed.
+    /// Predicts the actions of the next node and those after from its features. Returns false where it
+    /// cannot, or once `deadline` has passed.
     fn act(&self, features: &[f32], actions: &mut [f32], deadline: &Deadline<'_>) -> bool;
 
-    /// Looks at the features of the next node, for which it has said before what to do. False
-    /// where it can't.
+    /// Observes the features of the next node, whose action is already predicted. Returns false where
+    /// it cannot.
     fn observe(&self, features: &[f32]) -> bool;
 }
 
 /// Rolls a policy's actions out from the initial state through the dynamics of Stage 2.
 ///
-/// False where the policy gave up, the scene's deadline passed or a number is not finite; `out` is then of no use.
-// An entry point: the stack below it has a bound of its own.
+/// Returns false where the policy failed, the scene's deadline passed or a number is not finite; `out` is
+/// then invalid.
+// Not inlined: an entry point with a stack bound of its own.
 #[inline(never)]
 pub fn rollout<P: Policy + ?Sized>(
     scene: &Scene<'_>,

@@ -1,4 +1,4 @@
-//! What is known of an approach before Stage 2 is planned.
+//! The approach after Stage 1, as the learned guess sees it.
 
 use crate::dynamics::{Integrator, Multibody, State};
 use crate::math::quaternion;
@@ -8,35 +8,35 @@ use crate::stages::{LINKS, NODES, TranslationTrajectory};
 use nalgebra::{SVector, Vector3};
 use remora_qp::time::Deadline;
 
-/// An approach as the learned start sees it: the path of Stage 1, the target's tumble, and what
+/// An approach as the learned guess sees it: Stage 1's translation, the target's motion, and what
 /// follows from them.
 pub struct Scene<'a> {
     /// The mission.
     pub mission: &'a Mission<LINKS>,
-    /// The path of the system's centre of mass.
+    /// Trajectory of the system's centre of mass.
     pub translation: &'a TranslationTrajectory<NODES>,
     /// The target at the nodes.
     pub target: &'a [TargetState; NODES],
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
-    /// When a roll-out is given up; never, but where this is set.
+    /// Deadline of a rollout; none by default.
     pub deadline: Deadline<'a>,
     /// The dynamics of bus and arm.
     pub body: Multibody<LINKS>,
     /// Duration of an interval [s].
     pub dt: f64,
-    /// The node at which the joints are to have their capture angles.
+    /// Node from which the joints have their capture angles.
     pub preset: usize,
     /// Unit vectors from the centre of mass to the docking port, RTN.
     pub(super) sight: [Vector3<f64>; NODES],
-    /// Direction that the end effector must point in at the last node, RTN.
+    /// Direction of the end effector at the last node, RTN.
     pub(super) approach: Vector3<f64>,
     /// The end effector's direction in bus axes at capture.
     pub(super) arm: Vector3<f64>,
 }
 
 impl<'a> Scene<'a> {
-    /// The scene of a planned path. Cost: a few square roots a node.
+    /// The scene of a planned translation. Cost: a few square roots a node.
     pub fn new(
         mission: &'a Mission<LINKS>,
         translation: &'a TranslationTrajectory<NODES>,
@@ -61,7 +61,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The state that every trajectory begins with: bus towards the target, all at rest.
+    /// Initial state of every trajectory: bus towards the target, all at rest.
     pub fn initial_state(&self) -> State<LINKS> {
         State {
             attitude: initial_bus_attitude(&self.translation.position[0]),
@@ -71,8 +71,8 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Distance of the end effector from the docking port at the last node [m]: the error of a
-    /// roll-out that the paper gives.
+    /// Distance of the end effector from the docking port at the last node [m], the paper's error of a
+    /// rollout.
     pub fn miss(&self, last: &State<LINKS>) -> f64 {
         let target = &self.target[NODES - 1];
         let port =

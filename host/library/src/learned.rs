@@ -7,15 +7,19 @@ use crate::method::{Integrator, WarmStart};
 use remora_core::advanced::nn::{
     Memory, Model, ModelError, Network, NetworkError, Precision, ReferenceMemory, Storage,
 };
-use remora_core::advanced::warmstart::{NetworkPolicy, Policy};
+use remora_core::advanced::warmstart::{NetworkPolicy, Policy, check_model};
 use std::path::Path;
 
-/// Memory for the largest model the bench runs, the paper's with five tokens a node; made when
-/// first asked for.
+/// The largest model that the bench runs, the paper's with five tokens a node: blocks, width, tokens.
+const LAYERS: usize = 6;
+const WIDTH: usize = 384;
+const TOKENS: usize = 300;
+
+/// Memory for the largest model that the bench runs; made when first asked for.
 #[derive(Default)]
 pub struct Memories {
-    quantised: Option<Box<Memory<6, 384, 300>>>,
-    single: Option<Box<ReferenceMemory<6, 384, 300>>>,
+    quantised: Option<Box<Memory<LAYERS, WIDTH, TOKENS>>>,
+    single: Option<Box<ReferenceMemory<LAYERS, WIDTH, TOKENS>>>,
 }
 
 /// A model with its name, or why it cannot be used.
@@ -60,7 +64,7 @@ impl Learned {
     pub fn usable(file: &Path) -> Result<Self, Error> {
         let learned = Self::read(file)?;
         match learned.refused() {
-            Some(error) => Err(Error::input(file, "", error.reason())),
+            Some(reason) => Err(Error::input(file, "", reason)),
             None => Ok(learned),
         }
     }
@@ -147,9 +151,18 @@ impl Learned {
         }
     }
 
-    /// Why it cannot be used.
-    pub fn refused(&self) -> Option<ModelError> {
-        self.model.as_ref().err().copied()
+    /// Why it cannot be used: as a model file, as a policy, or because it is too large.
+    pub fn refused(&self) -> Option<&'static str> {
+        let model = match &self.model {
+            Ok(model) => model,
+            Err(error) => return Some(error.reason()),
+        };
+        if let Err(unfit) = check_model(model) {
+            return Some(unfit.reason());
+        }
+        let size = model.dimensions();
+        let fits = size.layers <= LAYERS && size.width <= WIDTH && size.tokens <= TOKENS;
+        (!fits).then(|| NetworkError::Memory.reason())
     }
 
     /// Steps of the flow, where they are not the file's.
@@ -167,7 +180,58 @@ impl Learned {
         ModelRecord {
             name: self.name.clone(),
             checksum: format!("{:08x}", self.checksum),
-            refused: self.refused().map(|error| error.reason().into()),
+            refused: self.refused().map(Into::into),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use remora_core::advanced::nn::{
+        Decoder, Header, Layout, Provenance, VERSION, synthetic_model,
+    };
+    use remora_core::advanced::warmstart::Encoding;
+
+    fn learned(inputs: u8, features: u16, width: u16) -> Learned {
+        let header = Header {
+            version: VERSION,
+            precision: Precision::Int8,
+            layout: Layout::Fused,
+            inputs,
+            outputs: 0,
+            decoder: Decoder::Linear,
+            chunk: 1,
+            nodes: 60,
+            layers: 1,
+            heads: 2,
+            width,
+            token_types: [features].into_iter().collect(),
+            provenance: Provenance::default(),
+        };
+        let mut file = vec![0; 4 << 20];
+        let length = synthetic_model(&header, 1, &mut file).unwrap();
+        file.truncate(length);
+        Learned::new("a.model", file.leak())
+    }
+
+    /// A valid model that cannot be a policy says why in the record of a plan.
+    #[test]
+    fn an_unfit_model_is_refused_with_its_reason() {
+        let reason = |learned: Learned| {
+            assert!(learned.at_work(&mut Memories::default(), |policy| policy.is_none()));
+            learned.record().refused.unwrap()
+        };
+        assert_eq!(reason(learned(99, 36, 32)), "its inputs are of an unknown encoding");
+        let other = "it takes another number of features than its encoding has";
+        assert_eq!(reason(learned(Encoding::Paper.tag(), 7, 32)), other);
+        let too_large = "the model is larger than the memory set aside for it";
+        assert_eq!(
+            reason(learned(Encoding::Paper.tag(), Encoding::Paper.features() as u16, 512)),
+            too_large
+        );
+        let sound = learned(Encoding::Paper.tag(), Encoding::Paper.features() as u16, 32);
+        assert_eq!(sound.refused(), None);
+        assert!(sound.at_work(&mut Memories::default(), |policy| policy.is_some()));
     }
 }

@@ -33,6 +33,22 @@ fn verdict(plan: &PlanFile) -> String {
     plan.verdict.map_or("a plan", Verdict::words).into()
 }
 
+const AXES: [&str; 3] = ["x", "y", "z"];
+const JOINTS: [&str; 3] = ["joint 1", "joint 2", "joint 3"];
+
+/// A line of a panel: its name and its points.
+type Line = (String, Vec<(f64, f64)>);
+
+/// A panel with lines of limits and, where something begins at one, a moment.
+fn panel(title: &str, limits: Vec<f64>, lines: Vec<Line>, moment: Option<f64>) -> Panel {
+    Panel { title: title.into(), lines, limits, moment }
+}
+
+/// A limit of either sign.
+fn both(limit: f64) -> Vec<f64> {
+    vec![-limit, limit]
+}
+
 /// A plan with what it was made for.
 struct View<'a> {
     plan: &'a PlanFile,
@@ -55,27 +71,17 @@ impl View<'_> {
     }
 
     fn panels(&self) -> Vec<Panel> {
-        let (one, two, s) = (&self.plan.stage1, &self.plan.stage2, &self.mission.servicer);
-        let both = |limit: f64| vec![-limit, limit];
-        let axes = ["x", "y", "z"];
-        let joints = ["joint 1", "joint 2", "joint 3"];
-        let preset = Some(self.time(self.mission.approach.preset_node(NODES)));
-        let panel = |title: &str, limits: Vec<f64>, lines: Vec<_>, moment| Panel {
-            title: title.into(),
-            lines,
-            limits,
-            moment,
-        };
-        let held = |names: [&str; 3], value: &dyn Fn(usize, usize) -> f64| {
-            (0..3).map(|i| self.held(names[i], |k| value(k, i))).collect::<Vec<_>>()
-        };
-        let nodes = |names: [&str; 3], value: &dyn Fn(usize, usize) -> f64| {
-            (0..3).map(|i| self.over_nodes(names[i], |k| value(k, i))).collect::<Vec<_>>()
-        };
-        let stops = s.max_joint_angle.iter().flat_map(|stop| both(stop.to_degrees())).collect();
-        let view = self.mission.approach.field_of_view_half_angle.to_degrees();
+        let mut panels = self.translation_panels();
+        panels.extend(self.reorientation_panels());
+        panels
+    }
+
+    /// Force and distance of the centre of mass.
+    fn translation_panels(&self) -> Vec<Panel> {
+        let force = &self.plan.stage1.force;
+        let limit = self.mission.servicer.max_force;
         vec![
-            panel("force [N], RTN", both(s.max_force), held(axes, &|k, i| one.force[k][i]), None),
+            panel("force [N], RTN", both(limit), self.held_axes(AXES, &|k, i| force[k][i]), None),
             panel(
                 "distance to the target's box [m]",
                 vec![],
@@ -85,34 +91,44 @@ impl View<'_> {
                 ],
                 None,
             ),
+        ]
+    }
+
+    /// Torques, angles, rates and pointing.
+    fn reorientation_panels(&self) -> Vec<Panel> {
+        let (two, s) = (&self.plan.stage2, &self.mission.servicer);
+        let preset = Some(self.time(self.mission.approach.preset_node(NODES)));
+        let stops = s.max_joint_angle.iter().flat_map(|stop| both(stop.to_degrees())).collect();
+        let view = self.mission.approach.field_of_view_half_angle.to_degrees();
+        vec![
             panel(
                 "bus torque [mN m], bus axes",
                 both(MILLI * s.max_bus_torque),
-                held(axes, &|k, i| MILLI * two.bus_torque[k][i]),
+                self.held_axes(AXES, &|k, i| MILLI * two.bus_torque[k][i]),
                 None,
             ),
             panel(
                 "joint torque [mN m]",
                 both(MILLI * s.max_joint_torque),
-                held(joints, &|k, i| MILLI * two.joint_torque[k][i]),
+                self.held_axes(JOINTS, &|k, i| MILLI * two.joint_torque[k][i]),
                 preset,
             ),
             panel(
                 "joint angle [deg]",
                 stops,
-                nodes(joints, &|k, i| two.joint_angle[k][i].to_degrees()),
+                self.node_axes(JOINTS, &|k, i| two.joint_angle[k][i].to_degrees()),
                 preset,
             ),
             panel(
                 "joint rate [mrad/s]",
                 both(MILLI * s.max_joint_rate),
-                nodes(joints, &|k, i| MILLI * two.joint_rate[k][i]),
+                self.node_axes(JOINTS, &|k, i| MILLI * two.joint_rate[k][i]),
                 preset,
             ),
             panel(
                 "bus rate [mrad/s], RTN",
                 vec![],
-                nodes(axes, &|k, i| MILLI * two.rate[k][i]),
+                self.node_axes(AXES, &|k, i| MILLI * two.rate[k][i]),
                 None,
             ),
             panel(
@@ -122,6 +138,16 @@ impl View<'_> {
                 None,
             ),
         ]
+    }
+
+    /// Controls of three axes.
+    fn held_axes(&self, names: [&str; 3], value: &dyn Fn(usize, usize) -> f64) -> Vec<Line> {
+        (0..3).map(|i| self.held(names[i], |k| value(k, i))).collect()
+    }
+
+    /// States of three axes.
+    fn node_axes(&self, names: [&str; 3], value: &dyn Fn(usize, usize) -> f64) -> Vec<Line> {
+        (0..3).map(|i| self.over_nodes(names[i], |k| value(k, i))).collect()
     }
 
     fn target(&self, node: usize) -> Matrix3<f64> {

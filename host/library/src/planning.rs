@@ -9,7 +9,7 @@ use crate::formats::{
 use crate::learned::{Learned, Memories};
 use crate::memory::{on_heap, on_large_stack};
 use crate::method::{Deadline, Method, Qp};
-use crate::stopwatch::Stopwatch;
+use crate::stopwatch::{Spent, Stopwatch};
 use crate::threads::Threads;
 use remora_core::advanced::model::{Mission, Refusal, Scenario};
 use remora_core::advanced::planner::{
@@ -166,8 +166,37 @@ impl Planner {
             }
         };
         let spent = watched.spent();
+        let file = self.file(mission, scenario, method, &report, &spent);
         let (one, two) = (&report.translation, &report.reorientation);
-        let file = PlanFile {
+        let (log1, log2) = self.workspace.logs();
+        Planned {
+            reason: file.residuals.worst(&mission.tolerances),
+            flight: Flight::new(mission, scenario, &file),
+            file,
+            corrections: [one, two].map(|stage| stage.outcome.corrections as u64),
+            times: report.times,
+            evidence: EvidenceFile::new(
+                &scenario.id,
+                method.qp.name(),
+                model.map(Learned::record),
+                &report.record,
+                gains,
+            ),
+            logs: [log1.to_vec(), log2.to_vec()],
+        }
+    }
+
+    /// The plan file of what the workspace holds.
+    fn file(
+        &self,
+        mission: &Mission<LINKS>,
+        scenario: &NamedScenario,
+        method: &Method,
+        report: &Report,
+        spent: &Spent,
+    ) -> PlanFile {
+        let (one, two) = (&report.translation, &report.reorientation);
+        PlanFile {
             format: formats::PLAN_FORMAT.into(),
             program: Some(Program::this()),
             scenario: scenario.id.clone(),
@@ -191,22 +220,6 @@ impl Planner {
             target: PlanTarget::from(&self.workspace.target),
             residuals: report.residuals,
             clearances: Some(report.clearances),
-        };
-        let (log1, log2) = self.workspace.logs();
-        Planned {
-            reason: file.residuals.worst(&mission.tolerances),
-            flight: Flight::new(mission, scenario, &file),
-            file,
-            corrections: [one, two].map(|stage| stage.outcome.corrections as u64),
-            times: report.times,
-            evidence: EvidenceFile::new(
-                &scenario.id,
-                method.qp.name(),
-                model.map(Learned::record),
-                &report.record,
-                gains,
-            ),
-            logs: [log1.to_vec(), log2.to_vec()],
         }
     }
 }

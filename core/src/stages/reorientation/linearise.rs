@@ -19,21 +19,28 @@ const AT_LIMIT: f64 = 1e-5;
 /// Scaled value above which a path constraint counts as active.
 const CONSTRAINT_ACTIVE: f64 = -1e-3;
 
+/// State at the start of an interval, with control and force over it.
+#[derive(Clone, Copy)]
+pub(super) struct Inputs<'a, const NL: usize> {
+    pub state: &'a State<NL>,
+    pub control: &'a Control<NL>,
+    pub force: &'a Vector3<f64>,
+}
+
 impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
 {
-    /// Fills `A`, `B` and `c` of the interval after node `k`, attitude rows in RTN: from `state` under
-    /// `control` and `force` to `at`. Returns the state that the dynamics lead to.
+    /// Fills `A`, `B` and `c` of the interval after node `k`, attitude rows in RTN: from `inputs` to `at`. Returns the state that the dynamics lead to.
     // Not inlined: its frame is released before curvature is computed.
     #[inline(never)]
     pub(super) fn linearise_interval(
         &self,
         k: usize,
-        state: &State<NL>,
-        (control, force): (&Control<NL>, &Vector3<f64>),
+        inputs: Inputs<'_, NL>,
         at: &State<NL>,
         stage: &mut QpStage<NX, NU, NG>,
     ) -> State<NL> {
+        let Inputs { state, control, force } = inputs;
         // Not destructured: that would copy it.
         let step: (State<NL>, StepJacobian<NX, NU>) =
             self.body.step_jacobian(&self.stepping, state, control, force);
@@ -80,11 +87,12 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     pub(super) fn add_curvature(
         &self,
         k: usize,
-        (state, next): (&State<NL>, &State<NL>),
-        (control, force): (&Control<NL>, &Vector3<f64>),
+        inputs: Inputs<'_, NL>,
+        next: &State<NL>,
         multiplier: &SVector<f64, NX>,
         stage: &mut QpStage<NX, NU, NG>,
     ) {
+        let Inputs { state, control, force } = inputs;
         let control = Self::stacked_control(control);
         let mu = SVector::<f64, NU>::from_fn(|i, _| self.marginal_cost(i, control[i]));
         let mean = Acceleration {

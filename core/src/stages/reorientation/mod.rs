@@ -14,6 +14,7 @@ use crate::executor::{ForkJoin, Sequential};
 use crate::math::quaternion;
 use crate::model::{CostUnits, Margins, Mission, TargetState, Typical, initial_bus_attitude};
 use crate::scp::{Problem, Residuals};
+use linearise::Inputs;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
 use remora_qp::dense::clamp;
 use remora_qp::{Convexification, Qp, QpStage, Solution};
@@ -422,10 +423,10 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
             self.regularise_active_set(k, state, last, stage);
         }
         let Some(at) = z.states.get(k + 1) else { return true };
-        let held = (control, &self.translation.force[k]);
-        let next = self.linearise_interval(k, state, held, at, stage);
+        let inputs = Inputs { state, control, force: &self.translation.force[k] };
+        let next = self.linearise_interval(k, inputs, at, stage);
         if let Some(last) = multipliers {
-            self.add_curvature(k, (state, &next), held, &last.defect_multiplier[k], stage);
+            self.add_curvature(k, inputs, &next, &last.defect_multiplier[k], stage);
         }
         self.apply_chart(k, &next, at, stage);
         let control = Self::stacked_control(control);

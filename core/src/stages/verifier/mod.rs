@@ -7,7 +7,7 @@
 //! | --- | --- | --- |
 //! | target | momentum in inertial axes, Dormand-Prince with error control | body rates, RK4 |
 //! | Stage 1 | power series of HCW | its closed form |
-//! | Stage 2 | articulated bodies, substeps by their error | composite bodies, the plan's substeps |
+//! | Stage 2 | ABA, substeps by their error | CRBA, the plan's substeps |
 //! | arm, reach, initial attitude | rotation matrices, Euler angles | quaternions |
 //! | distances | search, certified by tangents | piecewise, exact |
 //!
@@ -45,21 +45,21 @@ use residuals::{RATE_SCALE, excess, worst};
 use target::Tumbling;
 use translation::{Leg, Path};
 
-/// Parts of an interval: limits are looked at where they meet.
+/// Parts of an interval; limits are checked at their ends.
 const PARTS: usize = 10;
 
-/// Clearances are looked at where so many parts end.
+/// Number of parts between checks of clearances.
 const CLEARANCE_PARTS: usize = 2;
 
 /// Residuals of a whole plan. The target is recomputed from the scenario, never taken from a plan.
 ///
-/// `deadline` is looked at once an interval. Where it has passed, nothing is confirmed: the
-/// residuals are [`Residuals::UNFINISHED`], the clearances those of what was looked at.
+/// `deadline` is checked once an interval. Once it has passed the residuals are
+/// [`Residuals::UNFINISHED`], and the clearances those found so far.
 ///
 /// Cost: for RK4 15 substeps of the articulated-body dynamics an interval (60 evaluations) where
 /// the motion is slow, twice as many for each doubling that it takes beyond that; one evaluation
 /// for Euler. The rest is less than 20 evaluations' worth.
-// Its memory is on the stack only while it runs.
+// Not inlined: its frame is released afterwards.
 #[inline(never)]
 pub fn verify<const N: usize, const NL: usize>(
     mission: &Mission<NL>,
@@ -69,10 +69,11 @@ pub fn verify<const N: usize, const NL: usize>(
     reorientation: &ReorientationTrajectory<N, NL>,
     deadline: &Deadline<'_>,
 ) -> Verification {
-    verify_some(mission, scenario, integrator, (translation, reorientation), usize::MAX, deadline)
+    let plan = Trajectories { translation, reorientation };
+    verify_some(mission, scenario, integrator, plan, usize::MAX, deadline)
 }
 
-/// The work of [`verify`] for the first interval, to see how long it takes.
+/// [`verify`] for the first interval alone, to measure its time.
 pub(crate) fn verify_first<const N: usize, const NL: usize>(
     mission: &Mission<NL>,
     scenario: &Scenario,
@@ -80,19 +81,26 @@ pub(crate) fn verify_first<const N: usize, const NL: usize>(
     translation: &TranslationTrajectory<N>,
     reorientation: &ReorientationTrajectory<N, NL>,
 ) -> Verification {
-    let (plan, never) = ((translation, reorientation), Deadline::never());
+    let (plan, never) = (Trajectories { translation, reorientation }, Deadline::never());
     verify_some(mission, scenario, integrator, plan, 1, &never)
 }
 
-/// Verifies as many intervals, from the first.
+/// The trajectories of both stages.
+struct Trajectories<'a, const N: usize, const NL: usize> {
+    translation: &'a TranslationTrajectory<N>,
+    reorientation: &'a ReorientationTrajectory<N, NL>,
+}
+
+/// Verifies at most `intervals` intervals, from the first.
 fn verify_some<const N: usize, const NL: usize>(
     mission: &Mission<NL>,
     scenario: &Scenario,
     integrator: Integrator,
-    (translation, reorientation): (&TranslationTrajectory<N>, &ReorientationTrajectory<N, NL>),
+    plan: Trajectories<'_, N, NL>,
     intervals: usize,
     deadline: &Deadline<'_>,
 ) -> Verification {
+    let Trajectories { translation, reorientation } = plan;
     let between = mission.approach.between_nodes.is_on(integrator);
     let path = Path { mission, trajectory: translation, between };
     let plan = Checked { mission, integrator, path: &path, trajectory: reorientation, between };
@@ -141,7 +149,7 @@ pub fn verify_translation<const N: usize, const NL: usize>(
     out
 }
 
-/// All there is at one instant.
+/// Target and servicer at one instant.
 struct Instant<'a, const NL: usize> {
     time_s: f64,
     target: &'a TargetState,
@@ -158,7 +166,7 @@ struct Checked<'a, const N: usize, const NL: usize> {
     between: bool,
 }
 
-/// Stage 2 over one interval: the states at its ends, the control that is held.
+/// Stage 2 over one interval: the states at its ends and the control.
 struct Held<'a, const NL: usize> {
     from: &'a State<NL>,
     to: &'a State<NL>,
@@ -186,7 +194,7 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
         out.dynamics2 = worse(out.dynamics2, difference(&initial, &self.trajectory.states[0]));
     }
 
-    /// Judges a node and what follows it up to the next.
+    /// Checks a node and the interval after it.
     fn interval(
         &self,
         leg: &Leg<'_>,
@@ -236,7 +244,7 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
         out.pointing = worse(out.pointing, worse(0.0, cosine - seen));
     }
 
-    /// The last node, and what holds towards the end.
+    /// Checks the last node and the terminal constraints.
     fn end(&self, target: &TargetState, bodies: &mut Bodies<'_, NL>, out: &mut Residuals) {
         let (last, position) =
             (&self.trajectory.states[N - 1], &self.path.trajectory.position[N - 1]);
@@ -259,8 +267,8 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
         out.ee_angle = libm::atan2(libm::sqrt(across.dot(&across)), arm.dot(&approach));
     }
 
-    /// How far the arm is from being held as at capture, scaled: to fly, its angles from the preset
-    /// on and its rates at the end; in the paper's problem, its angles at the preset and its rates
+    /// Deviation of the arm from its capture configuration, scaled: flown plans hold its angles from the
+    /// preset on and its rates at the end; the paper's problem its angles at the preset and its rates
     /// from there on.
     fn held(&self) -> f64 {
         let capture = &self.mission.servicer.capture_joint_angle;

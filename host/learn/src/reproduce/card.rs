@@ -119,9 +119,9 @@ impl Card {
     fn read(file: &Path) -> Result<Self, Error> {
         let wrong = |reason: String| Error::input(file, "", reason);
         let learned = Learned::read(file)?;
-        let model = learned.model().ok_or_else(|| {
-            wrong(learned.refused().map_or("is no model", |error| error.reason()).into())
-        })?;
+        let model = learned
+            .model()
+            .ok_or_else(|| wrong(learned.refused().unwrap_or("is no model").into()))?;
         let header = model.header();
         Source::parse_all(&header.provenance.dataset)
             .map_err(|reason| wrong(format!("provenance: dataset: {reason}")))?;

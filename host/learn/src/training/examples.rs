@@ -112,7 +112,19 @@ impl Drift {
         rates: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// `state` as far away.
+    /// The drift an interval later: its rates decay and take the pose back.
+    fn next(&self, integrator: Integrator, dt: f64) -> Self {
+        let mut next = Self { rates: self.rates * PERSISTENCE, ..*self };
+        let ahead = match integrator {
+            Integrator::Euler => self.pose + self.rates * dt,
+            Integrator::Rk4 { .. } => self.pose + (self.rates + next.rates) * (0.5 * dt),
+        };
+        next.rates -= ahead * (RECOVERY / dt);
+        next.pose = ahead;
+        next
+    }
+
+    /// `state` displaced by this drift.
     fn applied(&self, state: &State<LINKS>) -> State<LINKS> {
         let half = |v: &Vector6<f64>, from: usize| Vector3::new(v[from], v[from + 1], v[from + 2]);
         State {
@@ -155,14 +167,8 @@ pub fn example(
         let features = &mut out.features[k * width..(k + 1) * width];
         scene.features(recipe.encoding, k, &state, &previous, features);
 
-        // Where the actions lead, and where errors on top of them do.
-        let mut next = Drift { rates: drift.rates * PERSISTENCE, ..drift };
-        let ahead = match recipe.integrator {
-            Integrator::Euler => drift.pose + drift.rates * scene.dt,
-            Integrator::Rk4 { .. } => drift.pose + (drift.rates + next.rates) * (0.5 * scene.dt),
-        };
-        next.rates -= ahead * (RECOVERY / scene.dt);
-        next.pose = ahead;
+        // The actions lead to `goal`; errors on top of them lead to `reached`.
+        let mut next = drift.next(recipe.integrator, scene.dt);
         pin(&scene, k + 1, &mut next);
         let goal = next.applied(then);
         let control = match (recipe.action, is_disturbed) {
