@@ -11,10 +11,11 @@
 //! | arm, reach, initial attitude | rotation matrices, Euler angles | quaternions |
 //! | distances | search, certified by tangents | piecewise, exact |
 //!
-//! Shared are what defines the problem (mission, scenario and trajectories as data, the keep-out
-//! radius at a node, [`hcw_acceleration`](crate::model::hcw_acceleration)) and what is mathematics
-//! alone and tested as such: nalgebra, products and matrices of quaternions, Cholesky's
-//! factorisation.
+//! Shared are what defines the problem (mission, scenario and trajectories as data; the keep-out
+//! radius and the preset's node, the mean motion, the total mass and
+//! [`hcw_acceleration`](crate::model::hcw_acceleration), which the verifier's tests derive a second
+//! time) and what is mathematics alone and tested as such: nalgebra, products and matrices of
+//! quaternions, Cholesky's factorisation.
 
 mod clearance;
 mod distance;

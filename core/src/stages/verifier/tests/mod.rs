@@ -4,6 +4,7 @@ mod bodies;
 mod distance;
 mod intervals;
 mod plans;
+mod shared;
 mod target;
 
 use super::{Residuals, Verification, verify};
