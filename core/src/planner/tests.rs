@@ -1,4 +1,4 @@
-//! What is left in memory from before a plan: nothing of it counts.
+//! What is left in memory from before a plan, of which nothing counts, and what a plan is called.
 
 extern crate std;
 
@@ -7,6 +7,7 @@ use crate::dynamics::{Control, Integrator, State};
 use crate::model::TargetState;
 use crate::stages::{Mode, ReorientationTrajectory, TranslationTrajectory};
 use nalgebra::{SVector, Vector3, Vector4};
+use remora_qp::time::Clock;
 use std::boxed::Box;
 
 /// The path and the motion of which every number is the same.
@@ -66,6 +67,75 @@ fn a_plan_does_not_depend_on_what_memory_held_before() {
             let again = planned(&mut workspace, &mut solver);
             assert_eq!(again.record, first.record, "{value}");
             assert!(again == first, "{value}");
+        }
+    }
+}
+
+/// A clock by which every deadline of a second has passed once it is set.
+struct Late;
+
+impl Clock for Late {
+    fn seconds(&self) -> f64 {
+        f64::INFINITY
+    }
+}
+
+/// Residuals of which one is `value`.
+fn one_residual(which: usize, value: f64) -> Residuals {
+    let set: [fn(&mut Residuals, f64); Residuals::COUNT] = [
+        |r, value| r.dynamics1 = value,
+        |r, value| r.keep_out = value,
+        |r, value| r.dynamics2 = value,
+        |r, value| r.control = value,
+        |r, value| r.joint = value,
+        |r, value| r.joint_rate = value,
+        |r, value| r.pointing = value,
+        |r, value| r.preset = value,
+        |r, value| r.terminal_rate = value,
+        |r, value| r.ee_position = value,
+        |r, value| r.ee_angle = value,
+        |r, value| r.clearance = value,
+    ];
+    let mut residuals = Residuals::default();
+    set[which](&mut residuals, value);
+    residuals
+}
+
+/// Every way in which the stages end, with each residual beyond its tolerance, with time left and
+/// without.
+// Verifies REM-PLN-003.
+#[test]
+fn what_the_verifier_rejects_is_never_called_solved() {
+    let tolerances = Mission::<LINKS>::default().tolerances;
+    let ends = [
+        Status::Solved,
+        Status::IterationLimit,
+        Status::Infeasible,
+        Status::Deadline,
+        Status::NumericalFailure,
+    ];
+    let deadlines = [Deadline::never(), Deadline::after(&Late, 0.0)];
+    let judge = |residuals: Residuals, stages, deadline| {
+        let is_verified = residuals.are_within(&tolerances);
+        let found = Verification { residuals, clearances: Clearances::NONE };
+        (is_verified, status_of(stages, &found, is_verified, deadline))
+    };
+    for stages in ends {
+        for deadline in &deadlines {
+            assert_eq!(judge(Residuals::default(), stages, deadline), (true, stages));
+            assert_ne!(judge(Residuals::UNFINISHED, stages, deadline).1, Status::Solved);
+            for which in 0..Residuals::COUNT {
+                let (_, _, tolerance) = Residuals::default().against(&tolerances)[which];
+                assert_eq!(judge(one_residual(which, tolerance), stages, deadline).1, stages);
+                for value in [1.001 * tolerance, 1.0, f64::MAX, f64::INFINITY, f64::NAN] {
+                    let (is_verified, status) = judge(one_residual(which, value), stages, deadline);
+                    assert!(!is_verified, "{which} {value}");
+                    assert_ne!(status, Status::Solved, "{stages:?} {which} {value}");
+                    if stages != Status::Solved {
+                        assert_eq!(status, stages);
+                    }
+                }
+            }
         }
     }
 }

@@ -6,7 +6,7 @@ use super::firmware::{self, Plans};
 use super::loops::Loops;
 use super::memory::{ImageMemory, TARGETS};
 use super::record::{self, CONSTANTS, INSTRUCTIONS, Key, Record, TOOLCHAIN};
-use super::requirements::{self, Requirement};
+use super::requirements::{self, Requirement, Texts};
 use super::run::{Watcher, envelope, inject, observed_scenarios};
 use super::summary;
 use crate::inject::Injection;
@@ -65,7 +65,7 @@ pub fn check(
 ) -> Result<Checked, Error> {
     let budgets = Budgets::read(root)?;
     let rows = requirements::read(root)?;
-    let mut checked = kept(out, &budgets, &rows)?;
+    let mut checked = kept(out, &budgets, &rows, &requirements::texts(root, &rows))?;
     let then = Record::read(out)?.unwrap_or_default();
     checked.faults.extend(requirements::faults(root, &rows)?);
     checked.looked_at.push(format!("{} requirements", rows.len()));
@@ -80,11 +80,17 @@ pub fn check(
     Ok(check.checked)
 }
 
-/// Holds the pages in `out` against the record beside them, today's budgets and requirements.
+/// Holds the pages in `out` against the record beside them, today's budgets and requirements;
+/// `texts` are pages that requirements refer to.
 ///
 /// # Errors
 /// A record that is not there or cannot be understood.
-pub fn kept(out: &Path, budgets: &Budgets, rows: &[Requirement]) -> Result<Checked, Error> {
+pub fn kept(
+    out: &Path,
+    budgets: &Budgets,
+    rows: &[Requirement],
+    texts: &Texts,
+) -> Result<Checked, Error> {
     let file = out.join(record::FILE);
     let then = Record::read(out)?
         .ok_or_else(|| Error::input(&file, "", "no such file: run `remora audit` first"))?;
@@ -98,7 +104,7 @@ pub fn kept(out: &Path, budgets: &Budgets, rows: &[Requirement]) -> Result<Check
     }
     let there = std::fs::read_to_string(out.join("requirements.md")).unwrap_or_default();
     checked.looked_at.push("page requirements".into());
-    if requirements::page(rows).markdown() != there {
+    if requirements::page(rows, texts).markdown() != there {
         checked.faults.push(format!(
             "page requirements: not what {} says; write it again with \
              `REMORA_WRITE_REQUIREMENTS=1 cargo test -p remora-audit --test pages`",

@@ -5,7 +5,7 @@ use super::emulation::Emulation;
 use super::image::{proof_tables, size_tables, stack_tables};
 use super::loops::Loops;
 use super::memory::{Memory, Part};
-use super::requirements::{self, Requirement};
+use super::requirements::{self, Requirement, Texts};
 use super::section::{Numbers, Section};
 use super::summary::{self, Bar};
 use crate::inject::Injection;
@@ -65,7 +65,7 @@ pub struct Book {
 }
 
 impl Book {
-    /// Makes it of the numbers.
+    /// Makes it of the numbers; `texts` are pages that requirements refer to.
     ///
     /// # Errors
     /// Findings of another form.
@@ -73,11 +73,13 @@ impl Book {
         numbers: &Numbers,
         budgets: &Budgets,
         rows: &[Requirement],
+        texts: Texts,
     ) -> Result<Self, FieldError> {
         let (bars, measured) = (summary::bars(numbers)?, summary::measured(numbers)?);
         let mut pages = vec![summary::page(numbers, &bars, budgets, &measured)];
         pages.extend(all(numbers)?);
-        pages.push(requirements::page(rows));
+        let texts = texts.with_pages(&pages);
+        pages.push(requirements::page(rows, &texts));
         Ok(Self { pages, bars, measured })
     }
 }

@@ -203,7 +203,9 @@ impl Audit {
         requirements: &[requirements::Requirement],
     ) -> Result<Audited, Error> {
         let file = self.numbers.join("audit.json");
-        let book = Book::new(numbers, budgets, requirements).map_err(|error| error.at(&file))?;
+        let texts = requirements::texts(&self.root, requirements);
+        let book =
+            Book::new(numbers, budgets, requirements, texts).map_err(|error| error.at(&file))?;
         let mut record = Record::of(numbers, budgets).map_err(|error| error.at(&file))?;
         let Book { pages, bars, measured } = book;
 

@@ -21,7 +21,8 @@ fn copy() -> tempfile::TempDir {
 
 fn faults(out: &Path) -> Vec<String> {
     let rows = requirements::read(&root()).unwrap();
-    kept(out, &Budgets::read(&root()).unwrap(), &rows).unwrap().faults
+    let texts = requirements::texts(&root(), &rows);
+    kept(out, &Budgets::read(&root()).unwrap(), &rows, &texts).unwrap().faults
 }
 
 /// Pages, budgets and requirements are those of the record. The page of requirements is written
@@ -31,7 +32,8 @@ fn the_pages_are_as_the_audit_wrote_them() {
     let out = root().join("docs/audit");
     if std::env::var_os("REMORA_WRITE_REQUIREMENTS").is_some() {
         let rows = requirements::read(&root()).unwrap();
-        fs::write(out.join("requirements.md"), requirements::page(&rows).markdown()).unwrap();
+        let page = requirements::page(&rows, &requirements::texts(&root(), &rows));
+        fs::write(out.join("requirements.md"), page.markdown()).unwrap();
     }
     let found = faults(&out);
     assert!(found.is_empty(), "{}", found.join("\n"));

@@ -5,14 +5,15 @@
 //! `REMORA_WRITE_GOLDEN=1 cargo test --test golden`.
 
 use remora_core::advanced::model::Mission;
+use remora_core::advanced::scp::Status;
 use remora_host::formats::{NamedScenario, ScenarioSet};
 use remora_host::learned::Learned;
 use remora_host::memory::STACK_BYTES;
 use remora_host::method::{Integrator, Method, Mode, WarmStart};
 use remora_host::planning::Planner;
 use std::fmt::Write;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, OnceLock};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/golden/public.csv");
 
@@ -31,22 +32,39 @@ fn methods() -> Vec<(String, Method)> {
     methods
 }
 
-/// The row of one scenario: the checksum of each of its plans.
-fn row(planner: &mut Planner, scenario: &NamedScenario) -> String {
-    let mut row = scenario.id.clone();
-    for (_, method) in methods() {
+/// The plans of one scenario.
+#[derive(Clone, Default)]
+struct Row {
+    /// The checksum of each.
+    text: String,
+    /// Stage 2's cost of the first: Euler, optimal, from the heuristic. None where it is not solved
+    /// and verified.
+    cost: Option<f64>,
+}
+
+fn row(planner: &mut Planner, scenario: &NamedScenario) -> Row {
+    let mut row = Row { text: scenario.id.clone(), cost: None };
+    for (k, (_, method)) in methods().into_iter().enumerate() {
         let learned = method.warm_start == WarmStart::Model;
         let model = learned.then(|| Learned::built_in(method.integrator));
         let report = planner.plan_in_place(&Mission::default(), scenario, &method, model.as_ref());
-        write!(row, ",{:016x}", report.record.output).unwrap();
+        write!(row.text, ",{:016x}", report.record.output).unwrap();
+        if k == 0 && report.status == Status::Solved && report.is_verified() {
+            row.cost = Some(report.reorientation.cost);
+        }
     }
     row
 }
 
-#[test]
-fn plans_have_the_bits_they_had() {
+/// The plans of all public scenarios, made once for all tests.
+fn rows() -> &'static [Row] {
+    static ROWS: OnceLock<Vec<Row>> = OnceLock::new();
+    ROWS.get_or_init(plan_all)
+}
+
+fn plan_all() -> Vec<Row> {
     let scenarios = ScenarioSet::built_in().unwrap().scenarios;
-    let (next, rows) = (AtomicUsize::new(0), Mutex::new(vec![String::new(); scenarios.len()]));
+    let (next, rows) = (AtomicUsize::new(0), Mutex::new(vec![Row::default(); scenarios.len()]));
     std::thread::scope(|scope| {
         let work = || {
             let mut planner = Planner::new();
@@ -61,9 +79,14 @@ fn plans_have_the_bits_they_had() {
             thread.spawn_scoped(scope, work).unwrap();
         }
     });
+    rows.into_inner().unwrap()
+}
+
+#[test]
+fn plans_have_the_bits_they_had() {
     let names: Vec<String> = methods().into_iter().map(|(name, _)| name).collect();
     let mut found = format!("scenario,{}\n", names.join(","));
-    rows.into_inner().unwrap().iter().for_each(|row| writeln!(found, "{row}").unwrap());
+    rows().iter().for_each(|row| writeln!(found, "{}", row.text).unwrap());
     if std::env::var_os("REMORA_WRITE_GOLDEN").is_some() {
         std::fs::write(FILE, &found).unwrap();
     }
@@ -71,4 +94,27 @@ fn plans_have_the_bits_they_had() {
     let differing: Vec<_> = golden.lines().zip(found.lines()).filter(|(a, b)| a != b).collect();
     assert!(differing.is_empty(), "{} of 60 scenarios: {:#?}", differing.len(), differing.first());
     assert_eq!(golden.lines().count(), found.lines().count());
+}
+
+/// Costs of Stage 2 that another program found, Euler, in the scenarios' order.
+fn references() -> Vec<f64> {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/oracle/reference_public.json");
+    let json: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    let cost = |case: &serde_json::Value| case["rate_limited"]["cost"].as_f64().unwrap();
+    json["scenarios"].as_array().unwrap().iter().map(cost).collect()
+}
+
+// Verifies REM-PLN-002.
+#[test]
+fn stage_2_solves_every_public_scenario_near_the_reference() {
+    let (rows, references) = (rows(), references());
+    assert_eq!((rows.len(), references.len()), (60, 60));
+    let unsolved: Vec<&str> =
+        rows.iter().filter(|row| row.cost.is_none()).map(|row| &row.text[..7]).collect();
+    assert_eq!(unsolved, [""; 0]);
+    let ours: f64 = rows.iter().filter_map(|row| row.cost).sum();
+    let theirs: f64 = references.iter().sum();
+    println!("{ours} against {theirs}");
+    assert!(ours <= 1.05 * theirs, "{ours} against {theirs}");
 }

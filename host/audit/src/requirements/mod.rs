@@ -1,9 +1,16 @@
 //! Requirements and what verifies them: `docs/requirements.csv` against tests and report pages.
 //!
-//! A reference is `FILE#TEST`, a test function whose comment says `Verifies ID`, or `PAGE#HEADING`,
-//! a heading of a Markdown page. Both ends are looked at: a requirement without a living reference
-//! is a fault, and so is a test that names an id which does not exist.
+//! A reference is `FILE#TEST`, a test function whose comment says `Verifies ID`, or
+//! `PAGE#HEADING/ROW`: rows of a table below a heading of a Markdown page, which say whether a
+//! threshold was kept. Both ends are looked at: a requirement without a living reference is a
+//! fault, and so is a test that names an id which does not exist. A requirement that is missed is
+//! no fault where `docs/fell-short.md` names it: it is shown as missed.
 
+mod outcome;
+
+pub use outcome::Texts;
+
+use outcome::{FELL_SHORT, Outcome, is_page};
 use remora_host::error::{Error, io_reason};
 use remora_host::formats::json::read_text;
 use remora_host::report::{Align, Page, Table};
@@ -93,7 +100,7 @@ fn is_id(text: &str) -> bool {
 /// # Errors
 /// A folder of sources that cannot be read.
 pub fn faults(root: &Path, requirements: &[Requirement]) -> Result<Vec<String>, Error> {
-    let sources = Sources::read(root)?;
+    let (sources, texts) = (Sources::read(root)?, texts(root, requirements));
     let mut faults = Vec::new();
     for requirement in requirements {
         let id = &requirement.id;
@@ -101,12 +108,13 @@ pub fn faults(root: &Path, requirements: &[Requirement]) -> Result<Vec<String>, 
             faults.push(format!("{id}: nothing verifies it"));
         }
         for (file, name) in requirement.references() {
-            let fault = match file.ends_with(".md") {
-                true => heading_fault(root, file, name),
+            let fault = match is_page(file) {
+                true => texts.fault(file, name),
                 false => sources.test_fault(file, name, id),
             };
             faults.extend(fault.map(|reason| format!("{id}: {file}#{name}: {reason}")));
         }
+        faults.extend(texts.disagreement(requirement).map(|reason| format!("{id}: {reason}")));
     }
     let known = |id: &str| requirements.iter().any(|requirement| requirement.id == id);
     for (file, text) in &sources.files {
@@ -166,16 +174,29 @@ fn gather(root: &Path, folder: &Path, files: &mut BTreeMap<String, String>) -> R
     Ok(())
 }
 
-/// Why a page does not hold a heading.
-fn heading_fault(root: &Path, page: &str, heading: &str) -> Option<String> {
-    let Ok(text) = std::fs::read_to_string(root.join(page)) else {
-        return Some("no such page".into());
+/// The pages that requirements refer to, as they are in the checkout; those that cannot be read are
+/// not there.
+pub fn texts(root: &Path, requirements: &[Requirement]) -> Texts {
+    let referred = requirements.iter().flat_map(Requirement::references).map(|(file, _)| file);
+    let pages = referred.filter(|file| is_page(file)).chain([FELL_SHORT]);
+    let read = |page: &str| {
+        let text = std::fs::read_to_string(root.join(page)).ok()?;
+        Some((page.to_string(), text))
     };
-    let is_there = text
-        .lines()
-        .any(|line| line.starts_with('#') && line.trim_start_matches('#').trim() == heading);
-    (!is_there).then(|| "no such heading".into())
+    Texts(pages.filter_map(read).collect())
 }
+
+impl Texts {
+    /// The same with pages of the audit that have just been made.
+    pub fn with_pages(mut self, pages: &[Page]) -> Self {
+        let made = |page: &Page| (format!("{FOLDER}{}.md", page.name), page.markdown());
+        self.0.extend(pages.iter().map(made));
+        self
+    }
+}
+
+/// Where the pages of the audit are, from the root.
+const FOLDER: &str = "docs/audit/";
 
 /// What comes before an id in the comment of a test.
 const VERIFIES: &str = "// Verifies ";
@@ -206,12 +227,14 @@ fn claims(text: &str) -> impl Iterator<Item = (&str, &str)> {
     claims.into_iter()
 }
 
-/// The page that traces every requirement.
-pub fn page(requirements: &[Requirement]) -> Page {
+/// The page that traces every requirement, with its outcome.
+pub fn page(requirements: &[Requirement], texts: &Texts) -> Page {
     let mut page = Page::new("requirements", "Requirements");
+    let missed = requirements.iter().filter(|row| texts.outcome(row) == Outcome::Missed).count();
     page.text(format!(
-        "{} requirements, each with what verifies it. Made from `{FILE}`; a test of the host holds \
-         both ends together.",
+        "{} requirements, each with what verifies it; {missed} are missed. Made from `{FILE}`; a \
+         test of the host holds both ends together. *Met*: the rows of the audit that are named say \
+         so. *Tested*: by tests that fail where it does not hold.",
         requirements.len()
     ));
     let mut table = Table::new([
@@ -219,11 +242,12 @@ pub fn page(requirements: &[Requirement]) -> Page {
         ("requirement", Align::Left),
         ("why", Align::Left),
         ("method", Align::Left),
+        ("outcome", Align::Left),
         ("verified by", Align::Left),
     ]);
     for row in requirements {
-        let by = row.references().map(|(file, name)| match file.strip_prefix("docs/audit/") {
-            Some(page) => format!("[{name}]({page})"),
+        let by = row.references().map(|(file, name)| match file.strip_prefix(FOLDER) {
+            Some(page) => format!("[{}]({page})", name.replace('/', ": ")),
             None => format!("`{file}` {name}"),
         });
         let by = by.collect::<Vec<_>>().join("; ");
@@ -232,6 +256,7 @@ pub fn page(requirements: &[Requirement]) -> Page {
             row.text.clone(),
             row.rationale.clone(),
             format!("{:?}", row.method).to_lowercase(),
+            texts.outcome(row).label().into(),
             by,
         ]);
     }
@@ -254,7 +279,9 @@ mod tests {
         }
         fs::write(dir.path().join(FILE), format!("{HEAD}{rows}")).unwrap();
         fs::write(dir.path().join("host/tests/a.rs"), source).unwrap();
-        fs::write(dir.path().join("docs/audit/memory.md"), "# Memory\n\n## Stack\n").unwrap();
+        let page = "# Memory\n\n## Stack\n\n| a | 1 | met |\n| b | 2 | MISSED |\n";
+        fs::write(dir.path().join("docs/audit/memory.md"), page).unwrap();
+        fs::write(dir.path().join(FELL_SHORT), "| of REM-F-006 | 3 | 4 |\n").unwrap();
         dir
     }
 
@@ -267,12 +294,44 @@ mod tests {
 
     #[test]
     fn living_references_are_no_fault() {
-        let rows = "REM-A-001,t,r,Test,host/tests/a.rs#works; docs/audit/memory.md#Stack\n\
+        let rows = "REM-A-001,t,r,Test,host/tests/a.rs#works; docs/audit/memory.md#Stack/a\n\
             REM-B-002,t,r,Analysis,host/tests/a.rs#works\n";
         assert_eq!(faults_of(rows, SOUND), [""; 0]);
         let dir = checkout(rows, SOUND);
-        let page = page(&read(dir.path()).unwrap()).markdown();
-        assert!(page.contains("| REM-A-001 | t | r | test | `host/tests/a.rs` works; [Stack]"));
+        let rows = read(dir.path()).unwrap();
+        let page = page(&rows, &texts(dir.path(), &rows)).markdown();
+        let row = "| REM-A-001 | t | r | test | met | `host/tests/a.rs` works; [Stack: a]";
+        assert!(page.contains(row), "{page}");
+        assert!(page.contains("| REM-B-002 | t | r | analysis | tested | "), "{page}");
+    }
+
+    #[test]
+    fn what_is_missed_is_said_in_both_places() {
+        let rows = "REM-D-004,t,r,Test,docs/audit/memory.md#Stack\n\
+            REM-E-005,t,r,Test,docs/audit/memory.md#Stack/a\n\
+            REM-F-006,t,r,Test,docs/audit/memory.md#Stack/b\n\
+            REM-G-007,t,r,Test,docs/audit/memory.md#Stack/none\n";
+        let found = faults_of(rows, "");
+        let expected = [
+            "REM-D-004: is missed, and docs/fell-short.md does not say so",
+            "REM-G-007: docs/audit/memory.md#Stack/none: no row there says its outcome",
+        ];
+        assert_eq!(found, expected);
+        let dir = checkout(rows, "");
+        let rows = read(dir.path()).unwrap();
+        let outcomes = texts(dir.path(), &rows);
+        let outcomes: Vec<_> = rows.iter().map(|row| outcomes.outcome(row).label()).collect();
+        let missed = Outcome::Missed.label();
+        assert_eq!(outcomes[..3], [missed, "met", missed]);
+        let met = faults_of("REM-F-006,t,r,Test,docs/audit/memory.md#Stack/a\n", "");
+        assert_eq!(met, ["REM-F-006: is met, and docs/fell-short.md says otherwise"]);
+        // Pages that have just been made count, not those of before.
+        let mut page = Page::new("memory", "Memory");
+        let mut table = Table::new([("", Align::Left), ("", Align::Left)]);
+        table.row(["b".into(), "met".into()]);
+        page.heading("Stack").table(table);
+        let made = texts(dir.path(), &rows).with_pages(&[page]);
+        assert_eq!(made.disagreement(&rows[2]).unwrap(), met[0]["REM-F-006: ".len()..]);
     }
 
     #[test]

@@ -1,0 +1,146 @@
+//! What became of a requirement: verdicts in the tables of pages, and the page of what was missed.
+//!
+//! A heading proves nothing. A reference to a page names rows of a table below a heading, and each
+//! of them must say in a cell whether a threshold was kept.
+
+use super::Requirement;
+use std::collections::BTreeMap;
+
+/// The page on which every missed requirement stands.
+pub(super) const FELL_SHORT: &str = "docs/fell-short.md";
+
+/// What a row says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    Kept,
+    Missed,
+}
+
+impl Verdict {
+    /// The verdict that a cell is, where it is one.
+    fn of(cell: &str) -> Option<Self> {
+        let cell = cell.trim_matches('*').to_lowercase();
+        match cell.split(';').next().unwrap_or_default() {
+            "met" | "kept" | "proven" => Some(Self::Kept),
+            "missed" | "broken" | "exceeded" | "not measured" => Some(Self::Missed),
+            _ => None,
+        }
+    }
+}
+
+/// Texts of the pages that requirements refer to, by their paths.
+#[derive(Clone, Debug, Default)]
+pub struct Texts(pub(super) BTreeMap<String, String>);
+
+/// What became of a requirement, as its page says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// Every threshold that it refers to is kept.
+    Met,
+    /// It stands on the page of what was missed, or a threshold that it refers to is missed.
+    Missed,
+    /// Only tests verify it, which fail where it does not hold.
+    Tested,
+}
+
+impl Outcome {
+    pub(super) fn label(self) -> &'static str {
+        match self {
+            Self::Met => "met",
+            Self::Missed => "[**MISSED**](../fell-short.md)",
+            Self::Tested => "tested",
+        }
+    }
+}
+
+/// Whether a reference is to a page.
+pub(super) fn is_page(file: &str) -> bool {
+    file.ends_with(".md")
+}
+
+/// Heading and beginning of the rows that a reference to a page names.
+fn place(name: &str) -> (&str, &str) {
+    name.split_once('/').unwrap_or((name, ""))
+}
+
+/// The verdicts of rows below `heading` that begin with `row`; none where there is no heading.
+fn verdicts(text: &str, name: &str) -> Option<Vec<Verdict>> {
+    let (heading, row) = place(name);
+    let title = |line: &str| line.trim_start_matches('#').trim().to_string();
+    let mut lines = text.lines();
+    lines.find(|line| line.starts_with('#') && title(line) == heading)?;
+    let cells = |line: &str| -> Vec<String> {
+        line.trim().trim_matches('|').split('|').map(|cell| cell.trim().to_string()).collect()
+    };
+    let rows = lines.take_while(|line| !line.starts_with('#')).filter(|line| line.starts_with('|'));
+    let named = rows.map(cells).filter(|cells| cells.join(" ").starts_with(row));
+    Some(named.filter_map(|cells| cells.iter().find_map(|cell| Verdict::of(cell))).collect())
+}
+
+impl Texts {
+    /// Why a page does not verify what refers to it.
+    pub(super) fn fault(&self, page: &str, name: &str) -> Option<String> {
+        let Some(text) = self.0.get(page) else { return Some("no such page".into()) };
+        match verdicts(text, name) {
+            None => Some("no such heading".into()),
+            Some(verdicts) if verdicts.is_empty() => Some("no row there says its outcome".into()),
+            Some(_) => None,
+        }
+    }
+
+    /// Whether a threshold that a requirement refers to is missed.
+    fn misses(&self, requirement: &Requirement) -> bool {
+        let verdicts = |(page, name)| self.0.get(page).and_then(|text| verdicts(text, name));
+        let pages = requirement.references().filter(|(file, _)| is_page(file));
+        pages.filter_map(verdicts).flatten().any(|verdict| verdict == Verdict::Missed)
+    }
+
+    /// Whether the page of what was missed names a requirement.
+    fn is_told(&self, id: &str) -> bool {
+        let text = self.0.get(FELL_SHORT).map_or("", String::as_str);
+        text.lines().any(|line| line.starts_with('|') && line.contains(id))
+    }
+
+    /// Why the page of what was missed and the thresholds disagree on a requirement.
+    pub(super) fn disagreement(&self, requirement: &Requirement) -> Option<String> {
+        let by_pages = requirement.references().all(|(file, _)| is_page(file));
+        match (self.misses(requirement), self.is_told(&requirement.id)) {
+            (true, false) => Some(format!("is missed, and {FELL_SHORT} does not say so")),
+            (false, true) if by_pages => Some(format!("is met, and {FELL_SHORT} says otherwise")),
+            _ => None,
+        }
+    }
+
+    pub(super) fn outcome(&self, requirement: &Requirement) -> Outcome {
+        if self.misses(requirement) || self.is_told(&requirement.id) {
+            return Outcome::Missed;
+        }
+        match requirement.references().any(|(file, _)| is_page(file)) {
+            true => Outcome::Met,
+            false => Outcome::Tested,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PAGE: &str = "# Audit\n\n## Bars\n\n| | bar | seen | |\n| --- | --- | --- | --- |\n\
+        | speed, a | >= 1.6 x | 1.5 x | MISSED |\n| speed, b | >= 1.6 x | 1.9 x | met |\n\
+        | panics | 0 | 0 | met |\n\n## Budgets\n\n| host | code | kept; could be lowered | met |\n\
+        ## None\n\n| a | b |\n";
+
+    #[test]
+    fn rows_are_read_not_headings() {
+        use Verdict::{Kept, Missed};
+        let found = |name| verdicts(PAGE, name);
+        assert_eq!(found("Bars/speed"), Some(vec![Missed, Kept]));
+        assert_eq!(found("Bars/speed, b"), Some(vec![Kept]));
+        assert_eq!(found("Budgets/host code"), Some(vec![Kept]));
+        assert_eq!(found("Bars"), Some(vec![Missed, Kept, Kept]));
+        assert_eq!(found("Bars/gone"), Some(vec![]));
+        assert_eq!(found("None"), Some(vec![]));
+        assert_eq!(found("Gone"), None);
+    }
+}
