@@ -10,6 +10,7 @@
 //! - [`method`]: how a plan is made, by the names that files and command line use;
 //! - [`backend`]: Clarabel behind the core's solver trait, and solvers that are watched;
 //! - [`kkt`]: optimality of a subproblem's solution, whoever solved it;
+//! - [`polish`]: another solver's solution of a subproblem made exact, as a reference;
 //! - [`formats`]: scenario sets, missions, plans, tables of results; how they are read, validated
 //!   and written whole or not at all;
 //! - [`vehicle`]: what follows from a mission's numbers, and whether it can end;
@@ -52,6 +53,7 @@ pub mod method;
 pub mod perturbation;
 pub mod picture;
 pub mod planning;
+pub mod polish;
 pub mod pool;
 pub mod portfolio;
 pub mod progress;
