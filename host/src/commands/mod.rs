@@ -48,9 +48,9 @@ struct Cli {
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora                                            plan a built-in scenario
-  remora campaign --count 300 --seed 1 --out runs/a plan 300 drawn scenarios
-  remora check runs/pub-000.plan.json               verify a plan, whoever wrote it
+  remora                                             plan a built-in scenario
+  remora campaign --count 300 --seed 1 --out runs/a  plan 300 drawn scenarios
+  remora check runs/pub-000.plan.json                verify a plan, whoever wrote it
 
 A plan is one of three:
   optimal                     verified, and what was asked for was reached            exit status 0
