@@ -164,7 +164,7 @@ fn what_fails_says_so_and_leaves_nothing_behind() {
 /// could not be solved with any radius, and the plan would be given up.
 #[test]
 fn a_multiplier_beyond_its_bounds_is_not_used() {
-    for (case, kind) in [(2727, "path_multiplier"), (4799, "defect_multiplier")] {
+    for (case, kind) in [(2727, "row_multiplier"), (4799, "defect_multiplier")] {
         let record = injector(60).replay(case).unwrap().record;
         assert_eq!((record.site, record.kind.as_str()), (Site::QpSolution, kind));
         assert_eq!((record.class, record.start), (Class::Tolerated, GuessRecord::Learned));

@@ -15,7 +15,7 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 This build leaves the command out: it needs many crates and is slow to build. To get it, in a checkout:
-  cargo build --profile training --features training -p remora
+  cargo build --release --features training -p remora
 or, for an NVIDIA GPU, with --features cuda. Then: target/training/remora train --help";
 
 impl Args {

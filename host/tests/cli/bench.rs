@@ -45,7 +45,8 @@ impl Bench {
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_remora"));
         command.args(arguments.split_whitespace()).current_dir(self.0.path());
-        command.stdin(Stdio::null());
+        // What a build around the test has left is not the bench's.
+        command.stdin(Stdio::null()).env_remove("CARGO_TARGET_DIR");
         command
     }
 

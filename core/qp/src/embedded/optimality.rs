@@ -5,6 +5,7 @@ use super::riccati::Interval;
 use super::variables::{StageVariables, StageVector};
 use crate::dense::clamp;
 use crate::dense::matrix::multiply_vector_add;
+use crate::simd::multiversion;
 use crate::{Qp, QpStage};
 
 /// Largest factor on the tolerances for large states and controls: QPs come scaled.
@@ -66,35 +67,38 @@ impl Optimality {
     }
 }
 
-/// Gradient of the Lagrangian at the iterate, without the bounds' multipliers.
-///
-/// Cost: about `N (6 NX^2 + 8 NX NU + 2 NU^2)` flops.
-pub(super) fn differentiate<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-    qp: &Qp<N, NX, NU, NG>,
-    variables: &[StageVariables<NX, NU, NG>; N],
-    intervals: &[Interval<NX, NU>; N],
-    out: &mut [StageVector<NX, NU, NG>; N],
-) {
-    let mut before = [0.0; NX];
-    let each = qp.stages.iter().zip(variables).zip(intervals).zip(out).enumerate();
-    for (k, (((stage, vars), interval), out)) in each {
-        *out = own_gradient(stage, vars, k + 1 == N);
-        for i in 0..NX {
-            out.x[i] -= before[i];
-        }
-        if let Some(next) = variables.get(k + 1) {
-            let lambda = &vars.dynamics.value;
-            multiply_vector_add(&mut out.x, &interval.a_transposed, lambda);
-            multiply_vector_add(&mut out.u, &interval.b_transposed, lambda);
+multiversion! {
+    /// Gradient of the Lagrangian at the iterate, without the bounds' multipliers.
+    ///
+    /// Cost: about `N (6 NX^2 + 8 NX NU + 2 NU^2)` flops.
+    pub(super) fn differentiate<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+        qp: &Qp<N, NX, NU, NG>,
+        variables: &[StageVariables<NX, NU, NG>; N],
+        intervals: &[Interval<NX, NU>; N],
+        out: &mut [StageVector<NX, NU, NG>; N],
+    ) {
+        let mut before = [0.0; NX];
+        let each = qp.stages.iter().zip(variables).zip(intervals).zip(out).enumerate();
+        for (k, (((stage, vars), interval), out)) in each {
+            *out = own_gradient(stage, vars, k + 1 == N);
             for i in 0..NX {
-                out.dynamics[i] -= next.x.value[i];
+                out.x[i] -= before[i];
             }
-            before = *lambda;
+            if let Some(next) = variables.get(k + 1) {
+                let lambda = &vars.dynamics.value;
+                multiply_vector_add(&mut out.x, &interval.a_transposed, lambda);
+                multiply_vector_add(&mut out.u, &interval.b_transposed, lambda);
+                for i in 0..NX {
+                    out.dynamics[i] -= next.x.value[i];
+                }
+                before = *lambda;
+            }
         }
     }
 }
 
 /// One stage's share of the gradient: its cost, path constraints and side of the dynamics.
+#[inline(always)]
 fn own_gradient<const NX: usize, const NU: usize, const NG: usize>(
     stage: &QpStage<NX, NU, NG>,
     vars: &StageVariables<NX, NU, NG>,

@@ -10,6 +10,7 @@ use crate::QpStage;
 use crate::dense::matrix::{
     axpy, mirror_lower, multiply, multiply_add, multiply_vector_add, transpose,
 };
+use crate::simd::multiversion;
 use core::array::from_fn;
 
 /// The factored system of one interval, from a stage to the next.
@@ -93,47 +94,49 @@ fn mask<const NX: usize>(p: &mut [[f64; NX]; NX], free: &[f64; NX]) {
     }
 }
 
-/// Factors the Newton system of all stages by the Riccati recursion. `dual_regularisation` is added
-/// to the dynamics' `D`; `initial` becomes the factor of the first stage's states.
-///
-/// Cost a stage: `2 NX^2 (NX + NU)` for `P~ [A B]`, `2 NX^3 + 2 NX^2 NU + 2 NX NU^2` for
-/// `[A B]^T P~ [A B]`, `3 NX^2 NU` for the controls' elimination, `5 NX^3` for `P~`.
-///
-/// # Errors
-/// A block is not positive definite; all stages are visited all the same.
-pub(super) fn factorise<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-    stages: &[QpStage<NX, NU, NG>; N],
-    variables: &[StageVariables<NX, NU, NG>; N],
-    dual_regularisation: f64,
-    intervals: &mut [Interval<NX, NU>; N],
-    initial: &mut [[f64; NX]; NX],
-) -> Result<(), NotPositiveDefinite> {
-    let mut result = Ok(());
-    let mut p = [[0.0; NX]; NX];
-    for (k, ((stage, vars), interval)) in
-        stages.iter().zip(variables).zip(intervals.iter_mut()).enumerate().rev()
-    {
-        let mut block = state_block(stage, vars);
-        if k + 1 < N {
-            let scaling = vars.dynamics.scaling();
-            let after = variables.get(k + 1).map_or(Free::ALL, |next| next.free_x);
-            let d = from_fn(|i| scaling[i] + dual_regularisation);
-            let mut cost_to_go = [[0.0; NX]; NX];
-            let factored = interval.cost_to_go.schur_complement(&p, d, after, &mut cost_to_go);
-            result = result.and(factored);
-            let eliminated = eliminate(stage, vars, interval, &cost_to_go, &mut block);
-            result = result.and(eliminated);
+multiversion! {
+    /// Factors the Newton system of all stages by the Riccati recursion. `dual_regularisation` is added
+    /// to the dynamics' `D`; `initial` becomes the factor of the first stage's states.
+    ///
+    /// Cost a stage: `2 NX^2 (NX + NU)` for `P~ [A B]`, `2 NX^3 + 2 NX^2 NU + 2 NX NU^2` for
+    /// `[A B]^T P~ [A B]`, `3 NX^2 NU` for the controls' elimination, `5 NX^3` for `P~`.
+    ///
+    /// # Errors
+    /// A block is not positive definite; all stages are visited all the same.
+    pub(super) fn factorise<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+        stages: &[QpStage<NX, NU, NG>; N],
+        variables: &[StageVariables<NX, NU, NG>; N],
+        dual_regularisation: f64,
+        intervals: &mut [Interval<NX, NU>; N],
+        initial: &mut [[f64; NX]; NX],
+    ) -> Result<(), NotPositiveDefinite> {
+        let mut result = Ok(());
+        let mut p = [[0.0; NX]; NX];
+        for (k, ((stage, vars), interval)) in
+            stages.iter().zip(variables).zip(intervals.iter_mut()).enumerate().rev()
+        {
+            let mut block = state_block(stage, vars);
+            if k + 1 < N {
+                let scaling = vars.dynamics.scaling();
+                let after = variables.get(k + 1).map_or(Free::ALL, |next| next.free_x);
+                let d = from_fn(|i| scaling[i] + dual_regularisation);
+                let mut cost_to_go = [[0.0; NX]; NX];
+                let factored = interval.cost_to_go.schur_complement(&p, d, after, &mut cost_to_go);
+                result = result.and(factored);
+                let eliminated = eliminate(stage, vars, interval, &cost_to_go, &mut block);
+                result = result.and(eliminated);
+            }
+            mirror_lower(&mut block);
+            mask(&mut block, &vars.free_x.factors());
+            p = block;
         }
-        mirror_lower(&mut block);
-        mask(&mut block, &vars.free_x.factors());
-        p = block;
+        for (i, free) in variables.first().map_or([1.0; NX], |n| n.free_x.factors()).iter().enumerate()
+        {
+            p[i][i] += 1.0 - free;
+        }
+        *initial = p;
+        result.and(factor(initial))
     }
-    for (i, free) in variables.first().map_or([1.0; NX], |n| n.free_x.factors()).iter().enumerate()
-    {
-        p[i][i] += 1.0 - free;
-    }
-    *initial = p;
-    result.and(factor(initial))
 }
 
 /// Adds the next stage's `cost_to_go` to a stage's Hessian and eliminates its controls: `block`
@@ -209,73 +212,78 @@ pub(super) fn direction<const N: usize, const NX: usize, const NU: usize, const 
     forward(stages, variables, intervals, x, out);
 }
 
-/// Gradients of the costs-to-go from the last stage to the first, whose gradient is returned. `out`
-/// keeps the right-hand sides for [`forward`].
-fn backward<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-    stages: &[QpStage<NX, NU, NG>; N],
-    variables: &[StageVariables<NX, NU, NG>; N],
-    intervals: &mut [Interval<NX, NU>; N],
-    rhs: impl Fn(usize, &StageVariables<NX, NU, NG>) -> StageVector<NX, NU, NG>,
-    out: &mut [StageVector<NX, NU, NG>; N],
-) -> [f64; NX] {
-    let mut gradient = [0.0; NX];
-    for (k, (((stage, vars), interval), out)) in
-        stages.iter().zip(variables).zip(intervals.iter_mut()).zip(out.iter_mut()).enumerate().rev()
-    {
-        let b = rhs(k, vars);
-        let scaling = vars.path_scaling();
-        let mut x = b.x;
-        let weighted = from_fn(|r| b.path[r] * scaling[r]);
-        add_transposed_product(&stage.path_jacobian.data.0, &weighted, &mut x);
-        if k + 1 < N {
-            interval.cost_to_go.gradient = gradient;
-            let (_, lambda) = interval.cost_to_go.substitute(&b.dynamics);
-            let mut u = b.u;
-            multiply_vector_add(&mut x, &interval.a_transposed, &lambda);
-            multiply_vector_add(&mut u, &interval.b_transposed, &lambda);
-            for (u, free) in u.iter_mut().zip(vars.free_u.factors()) {
-                *u *= free;
+multiversion! {
+    /// Gradients of the costs-to-go from the last stage to the first, whose gradient is returned. `out`
+    /// keeps the right-hand sides for [`forward`].
+    fn backward<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+        stages: &[QpStage<NX, NU, NG>; N],
+        variables: &[StageVariables<NX, NU, NG>; N],
+        intervals: &mut [Interval<NX, NU>; N],
+        rhs: impl Fn(usize, &StageVariables<NX, NU, NG>) -> StageVector<NX, NU, NG>,
+        out: &mut [StageVector<NX, NU, NG>; N],
+    ) -> [f64; NX] {
+        let mut gradient = [0.0; NX];
+        for (k, (((stage, vars), interval), out)) in
+            stages.iter().zip(variables).zip(intervals.iter_mut()).zip(out.iter_mut()).enumerate().rev()
+        {
+            let b = rhs(k, vars);
+            let scaling = vars.path_scaling();
+            let mut x = b.x;
+            let weighted = from_fn(|r| b.path[r] * scaling[r]);
+            add_transposed_product(&stage.path_jacobian.data.0, &weighted, &mut x);
+            if k + 1 < N {
+                interval.cost_to_go.gradient = gradient;
+                let (_, lambda) = interval.cost_to_go.substitute(&b.dynamics);
+                let mut u = b.u;
+                multiply_vector_add(&mut x, &interval.a_transposed, &lambda);
+                multiply_vector_add(&mut u, &interval.b_transposed, &lambda);
+                for (u, free) in u.iter_mut().zip(vars.free_u.factors()) {
+                    *u *= free;
+                }
+                sub_product(&interval.gain, &u, &mut x);
+                interval.feedforward = u;
             }
-            sub_product(&interval.gain, &u, &mut x);
-            interval.feedforward = u;
+            let free = vars.free_x.factors();
+            gradient = from_fn(|i| x[i] * free[i]);
+            *out = b;
         }
-        let free = vars.free_x.factors();
-        gradient = from_fn(|i| x[i] * free[i]);
-        *out = b;
+        gradient
     }
-    gradient
 }
 
-/// The direction from the step `x` of the first stage to the last. `out` holds the right-hand sides
-/// on entry.
-fn forward<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-    stages: &[QpStage<NX, NU, NG>; N],
-    variables: &[StageVariables<NX, NU, NG>; N],
-    intervals: &[Interval<NX, NU>; N],
-    mut x: [f64; NX],
-    out: &mut [StageVector<NX, NU, NG>; N],
-) {
-    for (k, (((stage, vars), interval), out)) in
-        stages.iter().zip(variables).zip(intervals).zip(out.iter_mut()).enumerate()
-    {
-        let b = *out;
-        let scaling = vars.path_scaling();
-        let mut row = b.path;
-        multiply_vector_add(&mut row, &stage.path_jacobian.data.0, &x);
-        *out = StageVector { x, path: from_fn(|r| row[r] * scaling[r]), ..StageVector::ZERO };
-        if k + 1 < N {
-            let mut u = interval.feedforward.map(|u| -u);
-            solve(&interval.control, &mut u);
-            for (u, k) in u.iter_mut().zip(&interval.gain) {
-                for (k, x) in k.iter().zip(&x) {
-                    *u -= k * x;
+multiversion! {
+    /// The direction from the step `start` of the first stage to the last. `out` holds the right-hand sides
+    /// on entry.
+    fn forward<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+        stages: &[QpStage<NX, NU, NG>; N],
+        variables: &[StageVariables<NX, NU, NG>; N],
+        intervals: &[Interval<NX, NU>; N],
+        start: [f64; NX],
+        out: &mut [StageVector<NX, NU, NG>; N],
+    ) {
+        let mut x = start;
+        for (k, (((stage, vars), interval), out)) in
+            stages.iter().zip(variables).zip(intervals).zip(out.iter_mut()).enumerate()
+        {
+            let b = *out;
+            let scaling = vars.path_scaling();
+            let mut row = b.path;
+            multiply_vector_add(&mut row, &stage.path_jacobian.data.0, &x);
+            *out = StageVector { x, path: from_fn(|r| row[r] * scaling[r]), ..StageVector::ZERO };
+            if k + 1 < N {
+                let mut u = interval.feedforward.map(|u| -u);
+                solve(&interval.control, &mut u);
+                for (u, k) in u.iter_mut().zip(&interval.gain) {
+                    for (k, x) in k.iter().zip(&x) {
+                        *u -= k * x;
+                    }
                 }
+                let mut y = b.dynamics;
+                multiply_vector_add(&mut y, &stage.a.data.0, &x);
+                multiply_vector_add(&mut y, &stage.b.data.0, &u);
+                out.u = u;
+                (x, out.dynamics) = interval.cost_to_go.substitute(&y);
             }
-            let mut y = b.dynamics;
-            multiply_vector_add(&mut y, &stage.a.data.0, &x);
-            multiply_vector_add(&mut y, &stage.b.data.0, &u);
-            out.u = u;
-            (x, out.dynamics) = interval.cost_to_go.substitute(&y);
         }
     }
 }
