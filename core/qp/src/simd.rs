@@ -22,12 +22,18 @@ macro_rules! multiversion {
             $($argument:ident: $kind:ty),+ $(,)?
         ) $(-> $result:ty)? $body:block
     ) => {
+        #[cfg(not(target_arch = "x86_64"))]
+        $(#[$attribute])*
+        $visibility fn $name<$(const $size: usize),+>(
+            $($argument: $kind),+
+        ) $(-> $result)? $body
+
+        #[cfg(target_arch = "x86_64")]
         $(#[$attribute])*
         $visibility fn $name<$(const $size: usize),+>($($argument: $kind),+) $(-> $result)? {
             #[inline(always)]
             fn body<$(const $size: usize),+>($($argument: $kind),+) $(-> $result)? $body
 
-            #[cfg(target_arch = "x86_64")]
             if $crate::simd::has_avx2() {
                 #[target_feature(enable = "avx2")]
                 fn with_avx2<$(const $size: usize),+>($($argument: $kind),+) $(-> $result)? {

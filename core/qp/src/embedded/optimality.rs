@@ -98,7 +98,7 @@ multiversion! {
 }
 
 /// One stage's share of the gradient: its cost, path constraints and side of the dynamics.
-#[inline(always)]
+#[cfg_attr(target_arch = "x86_64", inline(always))]
 fn own_gradient<const NX: usize, const NU: usize, const NG: usize>(
     stage: &QpStage<NX, NU, NG>,
     vars: &StageVariables<NX, NU, NG>,
