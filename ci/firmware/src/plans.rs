@@ -4,11 +4,11 @@ use crate::board::{Board, InstructionClock, instructions_of};
 use crate::output::{Line, print_stack};
 use core::hint::black_box;
 use remora_core::advanced::dynamics::Integrator;
-use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::executor::Sequential;
+use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{
-    self, EmbeddedSolver, Platform, InitialGuess, Options, PhaseTimes, PlanSettings, Report,
-    StageSolveRecord, StageReport, Workspace,
+    self, EmbeddedSolver, InitialGuess, Options, PhaseTimes, PlanSettings, Platform, Report,
+    StageReport, StageSolveRecord, Workspace,
 };
 use remora_core::advanced::qp::Checksum;
 use remora_core::advanced::stages::{self, LINKS, Mode};
@@ -42,7 +42,17 @@ impl<'a, B: Board> Plans<'a, B> {
         let Self { board, mission, options, .. } = self;
         let board = *board;
         board.paint_stack();
-        let report = planner::plan(mission, scenario, &Options::from_parts(*options, *start, Platform { clock: &InstructionClock(board), executor: &Sequential }), self.solver, self.workspace);
+        let report = planner::plan(
+            mission,
+            scenario,
+            &Options::from_parts(
+                *options,
+                *start,
+                Platform { clock: &InstructionClock(board), executor: &Sequential },
+            ),
+            self.solver,
+            self.workspace,
+        );
         print_stack(board, "plan");
         print_result(board, id, mission, &report);
         print_phases(board, id, &report.times);
