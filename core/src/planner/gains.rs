@@ -20,7 +20,11 @@ pub type Gain = SMatrix<f64, { size::NU }, { size::NX }>;
 /// vector part of `q q_k^-1`, RTN axes), the others are differences. The gains know the
 /// dynamics, the cost and, as soft barriers, the limits that the plan comes close to; what they ask
 /// for must still be projected onto the torque limits. Costs nothing in memory: the solver keeps them.
-pub fn feedback_gain<S: Solver>(mission: &Mission<LINKS>, solver: &S, k: usize) -> Option<Gain> {
+pub fn feedback_gain<S: Solver + ?Sized>(
+    mission: &Mission<LINKS>,
+    solver: &S,
+    k: usize,
+) -> Option<Gain> {
     if k + 1 >= NODES {
         return None;
     }

@@ -41,7 +41,7 @@ use run::Run;
 
 /// QP solver of both stages. The planner resets it at the start of each.
 pub trait Solver: QpSolver<NODES, { size::NX }, { size::NU }, { size::NG }> {}
-impl<S: QpSolver<NODES, { size::NX }, { size::NU }, { size::NG }>> Solver for S {}
+impl<S: QpSolver<NODES, { size::NX }, { size::NU }, { size::NG }> + ?Sized> Solver for S {}
 
 /// Most trials of Stage 1 with less force, where the wheels cannot hold the optimum's moment.
 pub const MAX_FORCE_TRIALS: usize = 3;

@@ -153,18 +153,13 @@ impl Planner {
         let Self { workspace, embedded, clarabel, threads, memories } = self;
         let place = Place { clock, threads, model, memories, workspace };
         let watched = Stopwatch::start();
-        let (report, gains) = match method.qp {
-            Qp::Embedded => {
-                let mut solver = Recorder::new(&mut **embedded, watch);
-                let report = run(mission, scenario, method, &mut solver, place);
-                (report, gains(mission, &report, &mut solver))
-            }
-            Qp::Clarabel => {
-                let mut solver = Recorder::new(clarabel, watch);
-                let report = run(mission, scenario, method, &mut solver, place);
-                (report, gains(mission, &report, &mut solver))
-            }
+        let solver: &mut dyn Solver = match method.qp {
+            Qp::Embedded => &mut **embedded,
+            Qp::Clarabel => clarabel,
         };
+        let mut solver = Recorder::new(solver, watch);
+        let report = run(mission, scenario, method, &mut solver, place);
+        let gains = gains(mission, &report, &solver);
         let spent = watched.spent();
         let file = self.file(mission, scenario, method, &report, &spent);
         let (one, two) = (&report.translation, &report.reorientation);
@@ -233,24 +228,14 @@ struct Place<'a> {
     workspace: &'a mut Workspace,
 }
 
-/// What is planned.
-#[derive(Clone, Copy)]
-pub struct Approach<'a> {
-    /// The mission; valid.
-    pub mission: &'a Mission<LINKS>,
-    /// The scenario.
-    pub scenario: &'a Scenario,
-}
-
-/// Plans with a solver known at run time: the planner's code is compiled once for all solvers.
+/// [`planner::plan`] with a solver known at run time: its code is compiled once for all solvers.
 pub fn plan_with(
-    solver: &mut dyn Solver,
-    approach: Approach<'_>,
+    mission: &Mission<LINKS>,
+    scenario: &Scenario,
     options: &Options<'_, Threads>,
+    mut solver: &mut dyn Solver,
     workspace: &mut Workspace,
 ) -> Report {
-    let Approach { mission, scenario } = approach;
-    let mut solver = solver;
     planner::plan(mission, scenario, options, &mut solver, workspace)
 }
 
@@ -265,9 +250,8 @@ fn run(
     place.threads.prepare();
     let platform = Platform { clock: place.clock, executor: place.threads };
     let mut planned = |start: &InitialGuess<'_>| {
-        let approach = Approach { mission, scenario: &scenario.scenario() };
         let options = Options::from_parts(options(method), *start, platform);
-        plan_with(solver, approach, &options, place.workspace)
+        plan_with(mission, &scenario.scenario(), &options, solver, place.workspace)
     };
     match place.model {
         None => planned(&InitialGuess::Heuristic),
@@ -285,12 +269,12 @@ impl Default for Planner {
 }
 
 /// The gains of all intervals, where the solver has them.
-fn gains(mission: &Mission<LINKS>, report: &Report, solver: &mut dyn Solver) -> Option<Vec<Gain>> {
+fn gains(mission: &Mission<LINKS>, report: &Report, solver: &dyn Solver) -> Option<Vec<Gain>> {
     // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
     if report.reorientation.outcome.iterations == 0 {
         return None;
     }
-    (0..NODES - 1).map(|k| planner::feedback_gain(mission, &solver, k)).collect()
+    (0..NODES - 1).map(|k| planner::feedback_gain(mission, solver, k)).collect()
 }
 
 fn end(stage: &StageReport) -> StageEnd {

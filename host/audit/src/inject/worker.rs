@@ -21,7 +21,7 @@ use remora_core::advanced::warmstart::{NetworkPolicy, Scene, rollout};
 use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
 use remora_host::memory::on_heap;
-use remora_host::planning::{Approach, SEED, plan_with};
+use remora_host::planning::{SEED, plan_with};
 use remora_host::threads::Threads;
 use std::time::Instant;
 
@@ -291,9 +291,8 @@ fn fly(
     workspace: &mut Workspace,
 ) -> Flown {
     let (mission, scenario) = (setup.mission, &setup.scenarios[index].scenario());
-    let approach = Approach { mission, scenario };
     let options = Options::from_parts(setup.options, *start, BARE);
-    let report = plan_with(&mut solver, approach, &options, workspace);
+    let report = plan_with(mission, scenario, &options, &mut solver, workspace);
     let (one, two, evidence) = (&report.translation, &report.reorientation, &report.record);
     let claim = Claim {
         status: report.status,
@@ -361,12 +360,8 @@ mod tests {
             let mut faulty = FaultyMemory::new(&mut *network, Some(bit_flip));
             let policy = NetworkPolicy::new(Network::new(model, &mut faulty).unwrap()).unwrap();
             let guess = InitialGuess::Learned { policy: &policy, seed: SEED };
-            plan_with(
-                &mut *solver,
-                Approach { mission: &mission, scenario: &scenarios[0].scenario() },
-                &Options::from_parts(options, guess, BARE),
-                &mut workspace,
-            );
+            let options = Options::from_parts(options, guess, BARE);
+            plan_with(&mission, &scenarios[0].scenario(), &options, &mut *solver, &mut workspace);
             assert!(faulty.is_injected(), "{case:?}");
         };
         let sites = [Site::Activations, Site::KvCache];

@@ -22,13 +22,13 @@ pub struct Solve<'a, const N: usize, const NX: usize, const NU: usize, const NG:
 
 /// Any solver, with someone who looks at each call once it is done. The answers are the solver's
 /// own, bit for bit.
-pub struct Recorder<'a, S, F> {
+pub struct Recorder<'a, S: ?Sized, F> {
     solver: &'a mut S,
     watch: F,
     stage: usize,
 }
 
-impl<'a, S, F> Recorder<'a, S, F> {
+impl<'a, S: ?Sized, F> Recorder<'a, S, F> {
     /// `solver`, watched by `watch`.
     pub fn new(solver: &'a mut S, watch: F) -> Self {
         Self { solver, watch, stage: 0 }
@@ -38,7 +38,7 @@ impl<'a, S, F> Recorder<'a, S, F> {
 impl<S, F, const N: usize, const NX: usize, const NU: usize, const NG: usize>
     QpSolver<N, NX, NU, NG> for Recorder<'_, S, F>
 where
-    S: QpSolver<N, NX, NU, NG>,
+    S: QpSolver<N, NX, NU, NG> + ?Sized,
     F: FnMut(Solve<'_, N, NX, NU, NG>),
 {
     fn reset(&mut self) {
