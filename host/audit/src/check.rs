@@ -9,11 +9,11 @@ use super::record::{self, CONSTANTS, INSTRUCTIONS, Key, Record, TOOLCHAIN};
 use super::requirements::{self, Requirement, Texts};
 use super::run::{Watcher, envelope, inject, observed_scenarios};
 use super::summary;
-use crate::inject::Injection;
 use remora_core::advanced::model::Mission;
 use remora_host::error::Error;
 use remora_host::formats::json;
 use remora_host::method::Integrator;
+use remora_inject::Injection;
 use std::num::NonZeroUsize;
 use std::path::Path;
 

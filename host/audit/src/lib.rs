@@ -5,8 +5,8 @@
 //! the others. The file is an artefact: kept with the sources are the pages, and the [`record`] with
 //! what [`check`] makes again and compares.
 //!
-//! [`profile`] measures times phase by phase on pinned cores, [`inject`] flips bits in what the planner
-//! works on; both have commands of their own.
+//! [`profile`] measures times phase by phase on pinned cores and has a command of its own, as has the
+//! fault injection, the crate `remora-inject`.
 //!
 //! ```text
 //! OUT/README.md, PAGE.md    pages, with their plots beside them
@@ -21,13 +21,11 @@ mod check;
 pub mod emulation;
 pub mod firmware;
 pub mod image;
-pub mod inject;
 pub mod loops;
 pub mod memory;
 mod pages;
 pub mod profile;
 pub mod record;
-pub mod report;
 pub mod requirements;
 mod run;
 pub mod section;

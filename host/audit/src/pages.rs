@@ -8,15 +8,15 @@ use super::memory::{Memory, Part};
 use super::requirements::{self, Requirement, Texts};
 use super::section::{Numbers, Section};
 use super::summary::{self, Bar};
-use crate::inject::Injection;
+use crate::profile::profile_preamble;
 use crate::profile::{ConfigurationProfile, Profile};
-use crate::report::profile_preamble;
 use image_audit::Kind;
 use remora_host::envelope::Map;
 use remora_host::error::FieldError;
 use remora_host::method::Integrator;
 use remora_host::report::plot::{Bars, Distributions, Points};
 use remora_host::report::{Align, Page, Table};
+use remora_inject::Injection;
 
 /// The pages of all parts that have been measured, in the order in which they are read.
 ///

@@ -10,7 +10,6 @@ use super::record::{self, Record};
 use super::requirements;
 use super::section::{Finished, Numbers, Section};
 use super::summary::{self, Bar};
-use crate::inject::{Injector, Site};
 use crate::profile::{Configuration, Profiler, Rounds};
 use remora_core::advanced::model::Mission;
 use remora_host::choice::Choice;
@@ -24,6 +23,7 @@ use remora_host::method::Integrator;
 use remora_host::progress::Progress;
 use remora_host::provenance::Provenance;
 use remora_host::report::page;
+use remora_inject::{Injector, Site};
 use serde::Serialize;
 use serde_json::Value;
 use std::num::NonZeroUsize;
@@ -263,7 +263,7 @@ pub(super) fn inject(
     jobs: NonZeroUsize,
     alarm: fn(u64, Integrator, u64),
     progress: &mut dyn Progress,
-) -> Result<crate::inject::Injection, Error> {
+) -> Result<remora_inject::Injection, Error> {
     let injector = Injector {
         seed: SEED,
         sites: Site::ALL.to_vec(),

@@ -4,11 +4,11 @@ use super::budgets::{Budgets, Measured, Quantity};
 use super::emulation::{Emulation, IntegratorName, Phase};
 use super::memory::{ImageMemory, Memory};
 use super::section::{Numbers, Section};
-use crate::inject::Injection;
 use crate::profile::Profile;
 use remora_host::choice::Choice;
 use remora_host::error::FieldError;
 use remora_host::report::{Align, Page, Table, number, time};
+use remora_inject::Injection;
 
 /// Something that was to be reached.
 #[derive(Clone, Debug, PartialEq, Eq)]

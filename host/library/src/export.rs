@@ -1,12 +1,13 @@
 //! The subproblems of a plan as files, for solvers of any kind to be tried on.
 
 use crate::error::{Error, FieldError, io_reason};
-use crate::formats::{NamedScenario, QpFile, QpPlace, check_writable};
+use crate::formats::{NamedScenario, check_writable};
 use crate::kkt::Kkt;
 use crate::learned::Learned;
 use crate::memory::on_large_stack;
 use crate::method::Method;
 use crate::planning::{Planned, Planner, Subproblem};
+use crate::qp_file::{QpFile, QpPlace};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use std::fs;

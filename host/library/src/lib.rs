@@ -1,18 +1,13 @@
 //! The operator's library around `remora-core`: what runs on a desktop, not in flight.
 //!
-//! Data goes down this list, imports go up it:
+//! What it reads and writes, and how it shows numbers, is the crate `remora-files`, whose modules stand
+//! here too. Data goes down this list, imports go up it:
 //!
-//! - [`error`]: one line an error: file, field, reason;
-//! - [`statistics`]: estimates with their confidence intervals;
 //! - [`stopwatch`]: wall and processor time side by side;
-//! - [`choice`]: choices by their names;
-//! - [`report`]: tables, pages and plots: how numbers are shown;
-//! - [`method`]: how a plan is made, by the names that files and command line use;
 //! - [`backend`]: Clarabel behind the core's solver trait, and solvers that are watched;
 //! - [`kkt`]: optimality of a subproblem's solution, whoever solved it;
 //! - [`polish`]: another solver's solution of a subproblem made exact, as a reference;
-//! - [`formats`]: scenario sets, missions, plans, tables of results; how they are read, validated
-//!   and written whole or not at all;
+//! - [`qp_file`]: subproblems as files for other solvers;
 //! - [`vehicle`]: what follows from a mission's numbers, and whether it can end;
 //! - [`draw`]: random scenarios, the same for a seed everywhere;
 //! - [`memory`]: heaps and stacks for what is too large for a usual stack;
@@ -37,19 +32,15 @@ pub mod allocations;
 pub mod backend;
 pub mod campaign;
 pub mod checking;
-pub mod choice;
 pub mod draw;
 pub mod envelope;
-pub mod error;
 pub mod export;
 pub mod fingerprint;
-pub mod formats;
 pub mod journal;
 pub mod kkt;
 pub mod learned;
 pub mod lineage;
 pub mod memory;
-pub mod method;
 pub mod perturbation;
 pub mod picture;
 pub mod planning;
@@ -58,8 +49,9 @@ pub mod pool;
 pub mod portfolio;
 pub mod progress;
 pub mod provenance;
-pub mod report;
-pub mod statistics;
+pub mod qp_file;
 pub mod stopwatch;
 pub mod threads;
 pub mod vehicle;
+
+pub use remora_files::{choice, error, formats, method, report, statistics};

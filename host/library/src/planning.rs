@@ -228,6 +228,11 @@ struct Place<'a> {
     workspace: &'a mut Workspace,
 }
 
+/// The solver that flies, on the heap and called through a pointer: its code, too, is compiled once.
+pub fn embedded_solver() -> Box<dyn Solver + Send> {
+    on_heap(EmbeddedSolver::new)
+}
+
 /// [`planner::plan`] with a solver known at run time: its code is compiled once for all solvers.
 pub fn plan_with(
     mission: &Mission<LINKS>,

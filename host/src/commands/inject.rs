@@ -5,12 +5,11 @@ use super::options::{
 };
 use super::progress::Bar;
 use super::{Output, to_json};
-use remora_audit::inject::{Injection, Injector, MAX_COUNT, Site};
-use remora_audit::report;
 use remora_host::choice::Choice;
 use remora_host::error::Error;
 use remora_host::formats::{check_writable, json, make_directory, write_atomically};
 use remora_host::method::Integrator;
+use remora_inject::{Injection, Injector, MAX_COUNT, Site};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -81,7 +80,7 @@ impl Args {
         };
         if let Some(case) = self.case {
             let replay = injector.replay(case)?;
-            let text = report::replay_report(&replay, self.verbose);
+            let text = remora_inject::replay_report(&replay, self.verbose);
             return Ok(Output::new(text, !replay.record.class.is_forbidden()));
         }
         let files = self.files()?;
@@ -92,7 +91,7 @@ impl Args {
         let is_sound = injection.is_sound();
         match self.json.json {
             true => Ok(Output::new(to_json(&injection)?, is_sound).into_data()),
-            false => Ok(Output::new(report::injection_report(&injection, &files), is_sound)),
+            false => Ok(Output::new(remora_inject::injection_report(&injection, &files), is_sound)),
         }
     }
 

@@ -3,8 +3,7 @@
 use super::options::{ForceArgs, JsonArgs, MissionArgs, SetArgs};
 use super::progress::Bar;
 use super::{Output, to_json};
-use remora_audit::profile::{Configuration, Profiler, Rounds};
-use remora_audit::report;
+use remora_audit::profile::{Configuration, Profiler, Rounds, profile_report};
 use remora_host::error::Error;
 use remora_host::formats::{check_writable, json, make_directory, write_atomically};
 use std::num::NonZeroU16;
@@ -71,7 +70,7 @@ impl Args {
             self.force.keep(file)?;
         }
         let profile = profiler.run(&mut Bar::named("profile"))?;
-        let mut text = report::profile_report(&profile);
+        let mut text = profile_report(&profile);
         if let Some(file) = &file {
             let json = json::to_text(&profile)
                 .map_err(|error| Error::Output { file: file.clone(), reason: error.to_string() })?;

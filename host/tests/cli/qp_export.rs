@@ -4,8 +4,8 @@ use super::bench::{Bench, timeless};
 use remora_core::advanced::qp::QpSolver;
 use remora_core::advanced::time::Deadline;
 use remora_host::backend::ClarabelQp;
-use remora_host::formats::QpFile;
 use remora_host::kkt::{Kkt, objective};
+use remora_host::qp_file::QpFile;
 use std::fs;
 
 const EXPORT: &str = "qp-export --scenarios set.scenarios.json --id s1-001 --integrator euler";

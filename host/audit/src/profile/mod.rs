@@ -10,6 +10,7 @@ mod counter;
 mod machine;
 mod order;
 mod pin;
+mod report;
 mod results;
 mod run;
 mod sample;
@@ -19,6 +20,7 @@ pub use counter::Instructions;
 pub use machine::Machine;
 pub use order::{Case, Configuration, Job, Rounds};
 pub use pin::{Pinning, pin_pair};
+pub use report::{profile_preamble, profile_report};
 pub use results::{
     Bar, CaseProfile, ConfigurationProfile, PHASES, PhaseSpread, PortfolioProfile, Profile,
 };

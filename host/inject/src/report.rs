@@ -1,6 +1,6 @@
 //! What `remora inject` prints.
 
-use crate::inject::{Class, Extra, Injection, Record, Replay, Share};
+use crate::{Class, Extra, Injection, Record, Replay, Share};
 use remora_host::campaign::Statistics;
 use remora_host::report::{Align, Table, iteration_log, number};
 use std::fmt::Write;

@@ -1,7 +1,7 @@
 //! How bits of the planner's data are flipped.
 
 use nalgebra::SMatrix;
-use remora_core::advanced::planner::EmbeddedSolver;
+use remora_core::advanced::planner::Solver;
 use remora_core::advanced::qp::Checksum;
 use remora_core::advanced::qp::{Qp, QpOutcome, QpSolver, Solution};
 use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory, size};
@@ -144,7 +144,7 @@ pub(super) struct Met {
 ///
 /// A program is changed in a copy: the loop's own is as it was, and so is the next one.
 pub(super) struct FaultySolver<'a> {
-    solver: &'a mut EmbeddedSolver,
+    solver: &'a mut dyn Solver,
     copy: &'a mut Program,
     bit_flip: Option<QpBitFlip>,
     /// Programs so far.
@@ -157,7 +157,7 @@ pub(super) struct FaultySolver<'a> {
 
 impl<'a> FaultySolver<'a> {
     pub fn new(
-        solver: &'a mut EmbeddedSolver,
+        solver: &'a mut dyn Solver,
         copy: &'a mut Program,
         bit_flip: Option<QpBitFlip>,
     ) -> Self {
@@ -169,7 +169,7 @@ impl<'a> FaultySolver<'a> {
         qp: &Program,
         solution: &mut Answer,
         solve: Option<usize>,
-        mut with: impl FnMut(&mut EmbeddedSolver, &Program, &mut Answer) -> QpOutcome,
+        mut with: impl FnMut(&mut dyn Solver, &Program, &mut Answer) -> QpOutcome,
     ) -> QpOutcome {
         let bit_flip = self.bit_flip.filter(|bit_flip| bit_flip.call == self.calls);
         self.calls += 1;

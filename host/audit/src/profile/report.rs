@@ -1,6 +1,7 @@
 //! What `remora profile` prints.
 
-use crate::profile::{CaseProfile, ConfigurationProfile, PHASES, Profile, Spread};
+use super::results::{CaseProfile, ConfigurationProfile, PHASES, Profile};
+use super::spread::Spread;
 use remora_host::report::{Align, Table, number, time};
 use std::fmt::Write;
 

@@ -16,8 +16,6 @@ mod plan_file;
 mod plan_first;
 mod plan_inputs;
 mod plan_read;
-mod qp_convert;
-mod qp_file;
 mod radius;
 mod results;
 mod row;
@@ -39,11 +37,6 @@ pub use plan_file::{FORMAT as PLAN_FORMAT, PlanFile, PlanStage1, PlanStage2, Pla
 pub use plan_inputs::{
     InForce, MadeFor, PlanGrid, PlanInputs, PlanScenario, Program, checksum_of_mission,
     checksum_of_scenario, frames,
-};
-pub use qp_convert::QpPlace;
-pub use qp_file::{
-    Bounds as QpBounds, FORMAT as QP_FORMAT, QpAnswer, QpFile, QpInterval, QpNode, QpPoint, QpSize,
-    Rows as QpRows,
 };
 pub use radius::Radius;
 /// The core's own types stand in files.
@@ -74,7 +67,7 @@ fn check_quaternion(q: &[f64; 4], field: impl FnOnce() -> String) -> Result<(), 
 }
 
 /// Refuses an id that could not be part of a file name everywhere.
-fn check_id(id: &str, field: impl FnOnce() -> String) -> Result<(), FieldError> {
+pub fn check_id(id: &str, field: impl FnOnce() -> String) -> Result<(), FieldError> {
     let safe = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     let starts = id.starts_with(|c: char| c.is_ascii_alphanumeric());
     if starts && id.len() <= 64 && id.chars().all(safe) {

@@ -1,6 +1,6 @@
 //! Subproblems between the core's fixed sizes and their files.
 
-use super::qp_file::{Bounds, FORMAT, QpAnswer, QpFile, QpInterval, QpNode, QpPoint, QpSize, Rows};
+use super::{Bounds, FORMAT, QpAnswer, QpFile, QpInterval, QpNode, QpPoint, QpSize, Rows};
 use crate::backend::Solve;
 use crate::error::FieldError;
 use crate::kkt;
@@ -195,8 +195,8 @@ fn fill<const R: usize>(vectors: &mut [SVector<f64, R>], rows: &Rows) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::json;
     use super::*;
+    use crate::formats::json;
     use crate::method::Method;
     use remora_core::advanced::qp::{QpOutcome, QpStatus};
 

@@ -9,7 +9,7 @@ use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{BitFlip, FaultyMemory, Model, Network};
 use remora_core::advanced::planner::memory::NetworkMemory;
 use remora_core::advanced::planner::{
-    EmbeddedSolver, GuessRecord, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
+    GuessRecord, InitialGuess, Options, PlanSettings, Platform, Report, Solver, Workspace,
 };
 use remora_core::advanced::qp::InteriorPointSettings;
 use remora_core::advanced::scp::{Log, Problem};
@@ -21,7 +21,7 @@ use remora_core::advanced::warmstart::{NetworkPolicy, Scene, rollout};
 use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
 use remora_host::memory::on_heap;
-use remora_host::planning::{SEED, plan_with};
+use remora_host::planning::{SEED, embedded_solver, plan_with};
 use remora_host::threads::Threads;
 use std::time::Instant;
 
@@ -43,7 +43,7 @@ pub(super) struct Setup<'a> {
 /// A planner's memory.
 struct Machine {
     workspace: Box<Workspace>,
-    solver: Box<EmbeddedSolver>,
+    solver: Box<dyn Solver + Send>,
     network: Box<Flight>,
     /// Where a bit of a QP flips.
     copy: Box<Program>,
@@ -68,7 +68,7 @@ impl Worker {
     pub fn new(setup: &Setup<'_>) -> Self {
         let machine = Machine {
             workspace: on_heap(Workspace::new),
-            solver: on_heap(EmbeddedSolver::new),
+            solver: embedded_solver(),
             network: on_heap(Flight::new),
             copy: on_heap(|| Program::ZERO),
         };
@@ -234,7 +234,7 @@ impl Machine {
             Some(policy) => InitialGuess::Learned { policy, seed: SEED },
             None => InitialGuess::Refused,
         };
-        let solver = FaultySolver::new(solver, copy, program);
+        let solver = FaultySolver::new(&mut **solver, copy, program);
         fly(setup, index, &start, solver, workspace)
     }
 
@@ -247,7 +247,7 @@ impl Machine {
         program: Option<QpBitFlip>,
     ) -> Flown {
         let Self { workspace, solver, copy, .. } = self;
-        fly(setup, index, start, FaultySolver::new(solver, copy, program), workspace)
+        fly(setup, index, start, FaultySolver::new(&mut **solver, copy, program), workspace)
     }
 
     /// The roll-out along the path in the workspace, as it comes and as the loop takes it.

@@ -1,7 +1,11 @@
 //! Convex subproblems: `*.qp.json`.
 
-use super::{check_id, json, write_atomically};
+mod convert;
+
+pub use convert::QpPlace;
+
 use crate::error::{Error, FieldError};
+use crate::formats::{check_id, json, write_atomically};
 use crate::method::{Integrator, Mode};
 use remora_core::advanced::qp::QpStatus;
 use serde::{Deserialize, Serialize};

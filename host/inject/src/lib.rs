@@ -5,11 +5,13 @@
 //! of threads, and any of them can be run alone. Each is held against the same plan without the
 //! fault, and judged by the verifier with a mission and a scenario that nothing has touched.
 //! `docs/injection.md` tells what the sites and classes mean.
+#![forbid(unsafe_code)]
 
 mod bit_flip;
 mod case;
 mod class;
 mod reference;
+mod report;
 mod result;
 mod watch;
 mod worker;
@@ -17,6 +19,7 @@ mod worker;
 pub use bit_flip::{PROGRAM_FIELDS, SOLUTION_FIELDS, START_FIELDS};
 pub use case::{Case, Fault, Place, Site};
 pub use class::{Claim, Class, Judge, Plan, Seen};
+pub use report::{injection_report, replay_report};
 pub use result::{Counts, Extra, FORMAT, Injection, Record, Share};
 
 use case::{Drawn, Layout};

@@ -1,10 +1,6 @@
 //! Fault injection: what becomes of faults of each kind, and that the injector would see a plan that
 //! is not what it is said to be.
 
-use remora_audit::inject::{
-    Case, Claim, Class, Fault, Injection, Injector, Judge, PROGRAM_FIELDS, Plan, Record,
-    SOLUTION_FIELDS, START_FIELDS, Site,
-};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{BitFlip, Part};
 use remora_core::advanced::planner::{
@@ -18,6 +14,10 @@ use remora_host::formats::{GuessRecord, ScenarioSet};
 use remora_host::learned::Learned;
 use remora_host::memory::on_heap;
 use remora_host::method::Integrator;
+use remora_inject::{
+    Case, Claim, Class, Fault, Injection, Injector, Judge, PROGRAM_FIELDS, Plan, Record,
+    SOLUTION_FIELDS, START_FIELDS, Site,
+};
 use std::num::NonZeroUsize;
 
 /// Faults in the first of the built-in scenarios.

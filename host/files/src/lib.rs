@@ -1,0 +1,19 @@
+//! What Remora's operator reads and writes, and how numbers are shown. Nothing here plans.
+//!
+//! Data goes down this list, imports go up it:
+//!
+//! - [`error`]: one line an error: file, field, reason;
+//! - [`statistics`]: estimates with their confidence intervals;
+//! - [`choice`]: choices by their names;
+//! - [`report`]: tables, pages and plots: how numbers are shown;
+//! - [`method`]: how a plan is made, by the names that files and command line use;
+//! - [`formats`]: scenario sets, missions, plans, tables of results; how they are read, validated
+//!   and written whole or not at all.
+#![forbid(unsafe_code)]
+
+pub mod choice;
+pub mod error;
+pub mod formats;
+pub mod method;
+pub mod report;
+pub mod statistics;
