@@ -1,8 +1,9 @@
 # shellcheck shell=bash
-# Compilers for bare-metal targets; sourced by the scripts beside it.
+# Compilers for bare-metal targets; sourced by ci/cross.sh.
 #
 # A target that the user's own toolchain has is built with it. For the others Debian's compiler
-# builds `core` from its own source, so that no toolchain has to be fetched by hand.
+# builds `core` from its own source, so that no toolchain has to be fetched by hand. `remora firmware`
+# makes the same choice. Nothing is installed here.
 
 # Started from within cargo (or with flags meant for the host) these would leak into the build.
 unset CARGO RUSTC RUSTC_WRAPPER RUSTC_WORKSPACE_WRAPPER RUSTFLAGS CARGO_ENCODED_RUSTFLAGS \
@@ -20,23 +21,12 @@ debian_is_ready() {
         [ -d "$(/usr/bin/rustc --print sysroot)/lib/rustlib/src/rust/library/core" ]
 }
 
-# install_packages PURPOSE PACKAGE... - of Debian, as root only.
-install_packages() {
-    local purpose=$1
-    shift
-    if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then
-        echo "error: $purpose needs, as root, 'apt-get install $*'" >&2
+# require_toolchain TARGET - says what is missing where there is no compiler.
+require_toolchain() {
+    own_toolchain_has "$1" || debian_is_ready || {
+        echo "error: missing: 'rustup target add $1', or Debian's rustc-web cargo-web rust-web-src" >&2
         return 1
-    fi
-    # What it prints is no part of what a script's functions return.
-    { apt-get update && apt-get install --yes "$@"; } >&2
-}
-
-# prepare_toolchain TARGET - sees to it that there is a compiler.
-prepare_toolchain() {
-    own_toolchain_has "$1" || debian_is_ready ||
-        { install_packages "'rustup target add $1' or Debian's compiler, which" \
-            rustc-web cargo-web rust-web-src && debian_is_ready; }
+    }
 }
 
 # cargo_for TARGET COMMAND [ARGUMENT...] - cargo's COMMAND for a bare-metal target.

@@ -11,6 +11,7 @@
 
 use super::{Qp, QpStage};
 use crate::dense::{cholesky_in_place, matrix, project_positive, zeros};
+use crate::simd::multiversion;
 use nalgebra::{SMatrix, SVector};
 
 /// Curvature given to each fixed component.
@@ -35,14 +36,14 @@ struct Condensed<const NX: usize, const NU: usize> {
     schur: SMatrix<f64, NX, NU>,
 }
 
-impl<const NX: usize, const NU: usize> Condensed<NX, NU> {
+multiversion! {
     /// Adds `p`, the cost-to-go after `stage`, to its blocks. `None` where the control block is not
     /// positive definite.
-    fn new<const NG: usize>(
+    fn condense<const NX: usize, const NU: usize, const NG: usize>(
         stage: &QpStage<NX, NU, NG>,
         p: &SMatrix<f64, NX, NX>,
         convex: &SVector<f64, NU>,
-    ) -> Option<Self> {
+    ) -> Option<Condensed<NX, NU>> {
         let (mut pb, mut bt) = (zeros::<NX, NU>(), zeros::<NU, NX>());
         matrix::multiply(&mut pb.data.0, &p.data.0, &stage.b.data.0);
         matrix::transpose(&mut bt.data.0, &stage.b.data.0);
@@ -64,9 +65,11 @@ impl<const NX: usize, const NU: usize> Condensed<NX, NU> {
         matrix::multiply_add(&mut s.data.0, &at.data.0, &pb.data.0);
         let mut schur = s;
         matrix::solve_lower_transposed(&mut schur.data.0, &factor.data.0, &inverse.data.0[0]);
-        Some(Self { q, s, r, schur })
+        Some(Condensed { q, s, r, schur })
     }
+}
 
+impl<const NX: usize, const NU: usize> Condensed<NX, NU> {
     /// Leaves the Schur complement term at the stage and the rest, its cost-to-go, in `p`.
     fn split<const NG: usize>(
         &self,
@@ -158,17 +161,17 @@ impl<'a, const NX: usize, const NU: usize> Convexification<'a, NX, NU> {
 
     /// Moves the cost-to-go to `stage`, the one before it.
     fn convexify_stage<const NG: usize>(&mut self, stage: &mut QpStage<NX, NU, NG>) {
-        let mut tried = Condensed::new(stage, self.p, self.convex);
+        let mut tried = condense(stage, self.p, self.convex);
         if tried.is_none() {
             self.projected += 1;
             project_positive(self.p);
-            tried = Condensed::new(stage, self.p, self.convex);
+            tried = condense(stage, self.p, self.convex);
         }
         if tried.is_none() {
             // The stage's own curvature is indefinite: without it.
             stage.hessian_uu.fill(0.0);
             stage.hessian_ux.fill(0.0);
-            tried = Condensed::new(stage, self.p, self.convex);
+            tried = condense(stage, self.p, self.convex);
         }
         // A block that is not finite stays indefinite; the solver refuses it.
         let Some(condensed) = tried else {

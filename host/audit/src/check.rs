@@ -2,9 +2,9 @@
 
 use super::budgets::{Budgets, Measured};
 use super::emulation::{Emulation, FORMAT, ReportFile};
-use super::firmware::{self, Plans};
+use super::firmware::{self, Firmware};
 use super::loops::Loops;
-use super::memory::{ImageMemory, TARGETS};
+use super::memory::{self, ImageMemory};
 use super::record::{self, CONSTANTS, INSTRUCTIONS, Key, Record, TOOLCHAIN};
 use super::requirements::{self, Requirement, Texts};
 use super::run::{Watcher, envelope, inject, observed_scenarios};
@@ -51,7 +51,7 @@ struct Check<'a> {
 
 /// Holds the checkout in `root` against its budgets, and against the pages and the record in `out`.
 ///
-/// Images and their plans are those that `ci/firmware.sh` left last; where it left none it is run
+/// Images and their plans are those that `remora firmware` left last; where it left none they are made
 /// for one scenario.
 ///
 /// # Errors
@@ -179,8 +179,9 @@ impl Check<'_> {
         let folder = firmware::folder(self.root);
         let report = folder.join("report.json");
         if !report.exists() {
-            let log = folder.join("audit.log");
-            firmware::run(self.root, Plans::One, &log, &mut |line| watcher.line(line))?;
+            let images = Firmware::audited(self.root, firmware::Extent::One);
+            let broken = images.run(&mut |line| watcher.line(line))?.broken;
+            self.checked.faults.extend(broken);
         }
         let text = json::read_text(&report)?;
         let report_file: ReportFile =
@@ -188,7 +189,8 @@ impl Check<'_> {
         let emulation = Emulation::new(report_file).map_err(|error| error.at(&report))?;
         let mut measured = summary::of_emulation(&emulation);
         // Others have no pages: LEON3, for one.
-        for target in emulation.targets.iter().filter(|t| TARGETS.contains(&t.target.as_str())) {
+        for target in emulation.targets.iter().filter(|t| memory::images().any(|of| of == t.target))
+        {
             let name = &target.target;
             let image = ImageMemory::read(&folder, name)?;
             measured.extend(image.measured());

@@ -2,7 +2,8 @@
 //! allocated and nothing panics.
 
 use super::budgets::{Measured, Quantity};
-use super::emulation::Target;
+use super::emulation;
+use super::firmware::{HOST, Target};
 use super::image::PLANNER;
 use image_audit::{Image, Kind, Proofs, Sizes, StackBound};
 use remora_core::advanced::model::Mission;
@@ -68,9 +69,10 @@ pub struct ImageMemory {
     pub proofs: Proofs,
 }
 
-/// The images that are looked at: those of a report, with the one for the host.
-pub const TARGETS: [&str; 4] =
-    ["host", "thumbv7em-none-eabihf", "aarch64-unknown-none", "riscv64gc-unknown-none-elf"];
+/// The images that are looked at: the host's, and those of a report whose code is understood.
+pub fn images() -> impl Iterator<Item = &'static str> {
+    [HOST].into_iter().chain(Target::audited().map(|target| target.name))
+}
 
 /// Plans of each method whose requests are counted.
 const PLANS: usize = 5;
@@ -82,7 +84,7 @@ impl Memory {
     /// An image that is not there or cannot be understood; a thread that cannot be started.
     pub fn measure(folder: &Path) -> Result<Self, Error> {
         let part = |name: &str, bytes: usize| Part { name: name.into(), bytes: bytes as u64 };
-        let images = TARGETS.iter().map(|target| ImageMemory::read(folder, target));
+        let images = images().map(|target| ImageMemory::read(folder, target));
         Ok(Self {
             parts: memory::parts().map(|of| part(of.name, of.bytes)).into(),
             models: [Integrator::Euler, Integrator::RK4]
@@ -110,7 +112,7 @@ impl Memory {
 }
 
 impl ImageMemory {
-    /// Reads an image as `ci/firmware.sh` leaves it.
+    /// Reads an image as `remora firmware` leaves it.
     ///
     /// # Errors
     /// As [`Image::read`].
@@ -151,7 +153,7 @@ impl ImageMemory {
 
     /// What a painted stack showed of an entry point, less the frames of the image's functions
     /// above it; none where it was not painted.
-    pub fn mark(&self, target: &Target, entry: &str) -> Option<u64> {
+    pub fn mark(&self, target: &emulation::Target, entry: &str) -> Option<u64> {
         let above = match entry {
             "image" => 0,
             // From the image's entry on the worst chain leads to a plan.

@@ -139,7 +139,7 @@ fn memory_page(memory: &Memory, emulation: Option<&Emulation>) -> Page {
     page.text(
         "Panics: the panic handler refers to a symbol in a section of its own; the linker keeps \
          that section where any code that is kept can reach the handler. An image with a panic put \
-         in is refused by the same proof on every run of `ci/firmware.sh`.",
+         in is refused by the same proof on every run of `remora firmware`.",
     );
     for image in memory.images.iter().filter(|image| image.target != "host") {
         page.text(format!("`{}`", image.target));

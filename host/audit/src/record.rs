@@ -225,7 +225,7 @@ pub fn checksum(text: &str) -> String {
 }
 
 fn plan_name(run: &Run, plan: &PlanRecord) -> String {
-    format!("{}, {}, from the {}", plan.scenario, run.integrator.label(), run.start.label())
+    format!("{}, {}, from the {}", plan.scenario, run.integrator.label(), run.start.name())
 }
 
 /// A plan's bits, iterations, and instructions phase by phase.

@@ -1,8 +1,8 @@
 //! One part of the audit after the other.
 
 use super::budgets::Budgets;
-use super::emulation::{FORMAT, ReportFile};
-use super::firmware::{self, Plans};
+use super::emulation::ReportFile;
+use super::firmware::{self, Extent, Firmware};
 use super::loops::Loops;
 use super::memory::Memory;
 use super::pages::Book;
@@ -15,13 +15,12 @@ use remora_core::advanced::model::Mission;
 use remora_host::choice::Choice;
 use remora_host::envelope::{Envelope, Map};
 use remora_host::error::Error;
-use remora_host::formats::json;
 use remora_host::formats::{
     NamedScenario, ScenarioSet, check_writable, make_directory, write_atomically,
 };
 use remora_host::method::Integrator;
 use remora_host::progress::Progress;
-use remora_host::provenance::Provenance;
+use remora_host::provenance::{Provenance, commit_and_day};
 use remora_host::report::page;
 use remora_inject::{Injector, Site};
 use serde::Serialize;
@@ -161,16 +160,10 @@ impl Audit {
 
     fn measure(&self, section: Section, watcher: &mut dyn Watcher) -> Result<Value, Error> {
         match section {
-            Section::Instructions => {
-                self.images(Plans::Corpus, watcher)?;
-                let file = firmware::folder(&self.root).join("report.json");
-                let report: ReportFile = json::parse(&json::read_text(&file)?, FORMAT)
-                    .map_err(|error| error.at(&file))?;
-                to_value(section, &report)
-            }
+            Section::Instructions => to_value(section, &self.images(Extent::Corpus, watcher)?),
             Section::Memory => {
                 if !self.sections.contains(&Section::Instructions) {
-                    self.images(Plans::One, watcher)?;
+                    self.images(Extent::One, watcher)?;
                 }
                 to_value(section, &Memory::measure(&firmware::folder(&self.root))?)
             }
@@ -190,9 +183,14 @@ impl Audit {
         }
     }
 
-    fn images(&self, plans: Plans, watcher: &mut dyn Watcher) -> Result<(), Error> {
-        let log = self.target().join("audit/firmware.log");
-        firmware::run(&self.root, plans, &log, &mut |line| watcher.line(line))
+    /// Makes the images and has them plan.
+    fn images(&self, extent: Extent, watcher: &mut dyn Watcher) -> Result<ReportFile, Error> {
+        let images = Firmware::audited(&self.root, extent);
+        let measured = images.run(&mut |line| watcher.line(line))?;
+        match &measured.broken[..] {
+            [] => Ok(measured.report),
+            broken => Err(Error::argument("firmware images", broken.join("; "))),
+        }
     }
 
     /// Makes and writes all pages of the numbers.
@@ -226,7 +224,13 @@ impl Audit {
         record.write(&self.out)?;
         files.push(self.out.join(record::FILE));
         let html = self.numbers.join("audit.html");
-        write_atomically(&html, page::html("Remora: audit", &pages).as_bytes())?;
+        let met = bars.iter().filter(|bar| bar.is_met).count();
+        let made = format!(
+            "{met} of {} bars met; put together at {}",
+            bars.len(),
+            commit_and_day(&self.root)
+        );
+        write_atomically(&html, page::html("Remora: audit", &made, &pages).as_bytes())?;
         numbers.write(&file)?;
         files.extend([html, file]);
 

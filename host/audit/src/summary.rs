@@ -1,7 +1,7 @@
 //! Bars, budgets, and where each part was measured.
 
 use super::budgets::{Budgets, Measured, Quantity};
-use super::emulation::{Emulation, IntegratorName, Phase};
+use super::emulation::{Emulation, Phase};
 use super::memory::{ImageMemory, Memory};
 use super::section::{Numbers, Section};
 use crate::profile::Profile;
@@ -160,11 +160,7 @@ pub fn of_emulation(emulation: &Emulation) -> Measured {
         for run in &target.runs {
             let first = run.plans.iter().find(|plan| plan.scenario == FIRST);
             let Some(first) = first else { continue };
-            let integrator = match run.integrator {
-                IntegratorName::Euler => "euler",
-                IntegratorName::Rk4 => "rk4",
-            };
-            let kind = format!("{integrator}_{}", run.start.label());
+            let kind = format!("{}_{}", run.integrator.name(), run.start.name());
             add(format!("instructions_{kind}"), first.instructions.of(Phase::Total));
         }
     }

@@ -195,7 +195,8 @@ pub fn is_unwinding(name: &str) -> bool {
     [".ARM.ex", ".eh_frame", ".gcc_except"].iter().any(|prefix| name.starts_with(prefix))
 }
 
-fn broken(cause: object::Error) -> String {
+/// The reason of a file that is not what it says it is.
+pub fn broken(cause: object::Error) -> String {
     format!("is no sound ELF file: {cause}")
 }
 
@@ -225,7 +226,8 @@ fn of<H: FileHeader<Endian = Endianness>>(file: &ElfFile<'_, H>) -> Result<Elf, 
     Ok(Elf { machine, is_hosted, entry, sections, symbols, relocations })
 }
 
-fn sections<H: FileHeader<Endian = Endianness>>(
+/// The sections of a file that lie in memory.
+pub fn sections<H: FileHeader<Endian = Endianness>>(
     file: &ElfFile<'_, H>,
 ) -> object::Result<Vec<Section>> {
     let mut sections = Vec::new();
@@ -255,6 +257,17 @@ fn sections<H: FileHeader<Endian = Endianness>>(
     Ok(sections)
 }
 
+/// What a symbol stands for by its flags.
+pub fn symbol_kind(flags: SymbolFlags<object::SectionIndex, object::SymbolIndex>) -> SymbolKind {
+    let SymbolFlags::Elf { st_info, .. } = flags else { return SymbolKind::Other };
+    match st_info.st_type() {
+        STT_FUNC => SymbolKind::Function,
+        STT_OBJECT => SymbolKind::Object,
+        STT_NOTYPE => SymbolKind::Label,
+        _ => SymbolKind::Other,
+    }
+}
+
 fn symbols<H: FileHeader<Endian = Endianness>>(
     file: &ElfFile<'_, H>,
     machine: Machine,
@@ -262,15 +275,9 @@ fn symbols<H: FileHeader<Endian = Endianness>>(
 ) -> object::Result<Vec<Symbol>> {
     let mut symbols = Vec::new();
     for symbol in file.symbols() {
-        let SymbolFlags::Elf { st_info, .. } = symbol.flags() else { continue };
         let index = symbol.section_index().map(|index| index.0);
         let Some(section) = sections.iter().position(|s| Some(s.index) == index) else { continue };
-        let kind = match st_info.st_type() {
-            STT_FUNC => SymbolKind::Function,
-            STT_OBJECT => SymbolKind::Object,
-            STT_NOTYPE => SymbolKind::Label,
-            _ => SymbolKind::Other,
-        };
+        let kind = symbol_kind(symbol.flags());
         let is_code = kind == SymbolKind::Function;
         let address = symbol.address();
         symbols.push(Symbol {

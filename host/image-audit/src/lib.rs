@@ -3,7 +3,7 @@
 //!
 //! Data goes down this list, imports go up it: names of symbols (`names`), the ELF file (`elf`) and the
 //! remarks (`remarks`), instructions (`decode`), functions and what they call (`functions`, `graph`), then
-//! `sizes`, `stack` and `proofs`. `docs/stack.md` of Remora tells how bounds are made.
+//! `sizes`, `stack` and `proofs`; `outline` is what can be told of any processor's image. `docs/stack.md` of Remora tells how bounds are made.
 #![forbid(unsafe_code)]
 
 mod decode;
@@ -12,6 +12,7 @@ mod error;
 mod functions;
 mod graph;
 mod names;
+mod outline;
 mod proofs;
 mod remarks;
 mod sizes;
@@ -22,6 +23,7 @@ mod tests;
 pub use elf::{Kind, Machine};
 pub use error::ImageError;
 pub use names::Origin;
+pub use outline::Outline;
 pub use proofs::{Proof, Proofs, Verdict};
 pub use sizes::{Named, Share, Sizes};
 pub use stack::{
@@ -147,6 +149,8 @@ impl Image {
 
     /// What its symbols prove.
     pub fn proofs(&self) -> Proofs {
-        proofs::of(&self.elf, &self.subject)
+        let symbols = self.elf.symbols.iter().filter(|s| s.kind != elf::SymbolKind::Other);
+        let names = symbols.map(|symbol| symbol.name.as_str()).collect();
+        proofs::of(names, self.elf.is_hosted, &self.subject)
     }
 }

@@ -114,6 +114,12 @@ impl Machine {
 }
 
 /// What `git` answers in `root`, where it does.
+/// Commit of the checkout in `root` and its day, for people; both unknown outside of one.
+pub fn commit_and_day(root: &Path) -> String {
+    let asked = git(root, &["log", "-1", "--format=`%h` of %cs"]);
+    asked.unwrap_or_else(|| "an unknown commit".into())
+}
+
 fn git(root: &Path, arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").arg("-C").arg(root).args(arguments).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;

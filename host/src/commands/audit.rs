@@ -1,7 +1,7 @@
 //! `remora audit`
 
 use super::Output;
-use super::options::{JobsArgs, choice};
+use super::options::{JobsArgs, RootArgs, choice};
 use super::progress::{Bar, is_shown_live, tell};
 use indicatif::{ProgressBar, ProgressStyle};
 use remora_audit::{Audit, Section, Watcher, check, firmware, summary_table};
@@ -26,9 +26,8 @@ pub(super) struct Args {
     /// the pages, target/audit for all numbers]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// The checkout [default: the one around the working folder]
-    #[arg(long, value_name = "DIR")]
-    root: Option<PathBuf>,
+    #[command(flatten)]
+    root: RootArgs,
     #[command(flatten)]
     jobs: JobsArgs,
 }
@@ -39,20 +38,14 @@ Examples:
   remora audit --only latency       one part again; leave the machine alone meanwhile
   remora audit --check              what CI does
 
-Builds and emulates firmware images (ci/firmware.sh), which installs what it needs as root. An
-audit that was interrupted goes on where it stopped.
+Builds and emulates firmware images, as `remora firmware` does; what that needs and is not there is
+named, nothing is installed. An audit that was interrupted goes on where it stopped.
 
 Exit status: 0 done and no hard bar or budget broken, 1 something is broken or stale, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let root = match self.root {
-            Some(root) => root,
-            None => checkout()?,
-        };
-        if !root.join("ci/firmware.sh").is_file() {
-            return Err(Error::input(&root, "", "is no checkout: there is no ci/firmware.sh"));
-        }
+        let root = self.root.checkout()?;
         // All numbers are kept out of the sources, but beside the pages where these are asked for.
         let target = firmware::folder(&root).with_file_name("audit");
         let numbers = self.out.clone().unwrap_or(target);
@@ -83,17 +76,6 @@ fn faults(faults: &[String]) -> String {
         0 => "no hard bar and no budget is broken\n".into(),
         _ => faults.iter().map(|fault| format!("BROKEN: {fault}\n")).collect(),
     }
-}
-
-/// The checkout around the working folder.
-fn checkout() -> Result<PathBuf, Error> {
-    let here = std::env::current_dir()
-        .map_err(|cause| Error::argument("--root", format!("no working folder: {cause}")))?;
-    let is_checkout = |folder: &&std::path::Path| folder.join("ci/firmware.sh").is_file();
-    let found = here.ancestors().find(is_checkout).map(std::path::Path::to_path_buf);
-    found.ok_or_else(|| {
-        Error::argument("--root", "the working folder is in no checkout of the sources; name one")
-    })
 }
 
 /// Progress on standard error: the part, then what it does.

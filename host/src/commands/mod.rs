@@ -11,6 +11,7 @@ mod dataset;
 mod documented;
 mod draw;
 mod envelope;
+mod firmware;
 mod inject;
 #[cfg(not(feature = "training"))]
 mod left_out;
@@ -75,6 +76,7 @@ enum Command {
     Dataset(dataset::Args),
     Reproduce(reproduce::Args),
     Inject(inject::Args),
+    Firmware(firmware::Args),
     #[cfg(feature = "training")]
     Train(train::Args),
     #[cfg(not(feature = "training"))]
@@ -206,6 +208,7 @@ impl Command {
             Self::Dataset(args) => args.run(),
             Self::Reproduce(args) => args.run(),
             Self::Inject(args) => args.run(),
+            Self::Firmware(args) => args.run(),
             Self::Train(args) => args.run(),
         }
     }

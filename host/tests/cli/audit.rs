@@ -5,14 +5,12 @@ use super::bench::Bench;
 /// A checkout around a test and its folder of requirements.
 fn checkout() -> Bench {
     let bench = Bench::new();
-    for folder in ["ci", "docs", "core", "host/tests"] {
+    for folder in ["ci/firmware", "docs", "core", "host/tests"] {
         std::fs::create_dir_all(bench.path(folder)).unwrap();
     }
     std::fs::create_dir_all(bench.path("fixtures/scenarios")).unwrap();
     bench.write("fixtures/scenarios/audit.scenarios.json", &bench.read("set.scenarios.json"));
-    bench.write("ci/firmware.sh", "#!/bin/sh\necho no emulator here\nexit 3\n");
-    let executable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
-    std::fs::set_permissions(bench.path("ci/firmware.sh"), executable).unwrap();
+    bench.write("ci/firmware/Cargo.toml", "[package]\nname = \"remora-firmware\"\n");
     bench.write(
         "ci/budgets.toml",
         "format = \"remora-budgets/1\"\n[[budget]]\ntarget = \"m7\"\nquantity = \"code_bytes\"\n\
@@ -58,10 +56,13 @@ fn one_part_is_measured_and_written_as_pages() {
     // A requirement that nothing verifies any more is a fault, a page that was edited is stale.
     bench.write("host/tests/a.rs", "fn works() {}\n");
     bench.write("pages/loops.md", "# Loops\n");
-    let run = bench.run("audit --check --out pages --root .");
-    // It ends where it would build images.
-    assert_eq!(run.status, 2, "{}", run.out);
-    assert!(run.err.contains("ci/firmware.sh") && run.err.contains("no emulator"), "{}", run.err);
+    // It ends where it would build images: nothing to build them with is on the path.
+    for arguments in ["audit --check --out pages --root .", "firmware --root ."] {
+        let output = bench.command(arguments).env("PATH", bench.path("pages")).output().unwrap();
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{err}");
+        assert!(err.contains("error: firmware images: missing: a Rust toolchain"), "{err}");
+    }
 }
 
 #[test]
@@ -69,6 +70,9 @@ fn what_an_audit_cannot_be_made_of_is_refused() {
     let bench = checkout();
     bench.refuses("audit --root docs", "docs: is no checkout");
     bench.refuses("audit --check --out none --root .", "none/record.csv: no such file: run");
+    bench.refuses("firmware --root docs", "docs: is no checkout");
+    bench.refuses("firmware --target z80", "invalid value 'z80'");
+    bench.refuses("firmware --extent many", "invalid value 'many'");
     bench.refuses("audit --only everything", "invalid value 'everything'");
     bench.refuses("audit --check --only loops", "the argument '--check' cannot be used with");
     bench.write("ci/budgets.toml", "format = \"remora-budgets/1\"\nbudget = 3\n");

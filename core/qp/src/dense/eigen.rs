@@ -1,5 +1,6 @@
 //! Projection of small symmetric matrices onto the positive semidefinite cone.
 
+use crate::simd::multiversion;
 use nalgebra::SMatrix;
 
 /// Sweeps of Jacobi rotations: convergence is quadratic, and dozens of sizes need fewer.
@@ -8,46 +9,48 @@ pub const MAX_SWEEPS: usize = 12;
 /// Squared cosine of the angle between two columns that count as orthogonal.
 const ORTHOGONAL: f64 = 1e-28;
 
-/// Projects symmetric `a` onto the positive semidefinite cone: negative eigenvalues become zero.
-///
-/// Hestenes' one-sided Jacobi method on `a + 2 |a| I`, which is well conditioned: rotations from
-/// the right make its columns orthogonal, so that they end as eigenvectors, as long as their
-/// eigenvalues. A round rotates `D / 2` pairs of columns that have none in common: columns lie side
-/// by side in memory, and no rotation of a round waits for another. The order is fixed: the same
-/// bits everywhere. Cost: about `5 D^3` flops a sweep, some six sweeps. What is not finite is left
-/// as it is.
-// Not inlined: it is seldom called and needs a large frame.
-#[inline(never)]
-pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
-    let shift = 2.0 * libm::sqrt(a.iter().map(|x| x * x).sum());
-    // Written so that NaN fails.
-    if !(shift > 0.0 && shift < f64::INFINITY) {
-        return;
-    }
-    let mut columns = a.data.0;
-    for (i, column) in columns.iter_mut().enumerate() {
-        column.get_mut(i).into_iter().for_each(|entry| *entry += shift);
-    }
-    // Bound: sweeps.
-    for _ in 0..MAX_SWEEPS {
-        let mut rotated = false;
-        let mut squares = columns.map(|column| dot(&column, &column));
-        for round in 0..rounds(D) {
-            rotated |= rotate_round(&mut columns, &mut squares, round);
+multiversion! {
+    /// Projects symmetric `a` onto the positive semidefinite cone: negative eigenvalues become zero.
+    ///
+    /// Hestenes' one-sided Jacobi method on `a + 2 |a| I`, which is well conditioned: rotations from
+    /// the right make its columns orthogonal, so that they end as eigenvectors, as long as their
+    /// eigenvalues. A round rotates `D / 2` pairs of columns that have none in common: columns lie side
+    /// by side in memory, and no rotation of a round waits for another. The order is fixed: the same
+    /// bits everywhere. Cost: about `5 D^3` flops a sweep, some six sweeps. What is not finite is left
+    /// as it is.
+    // Not inlined: it is seldom called and needs a large frame.
+    #[inline(never)]
+    pub fn project_positive<const D: usize>(a: &mut SMatrix<f64, D, D>) {
+        let shift = 2.0 * libm::sqrt(a.iter().map(|x| x * x).sum());
+        // Written so that NaN fails.
+        if !(shift > 0.0 && shift < f64::INFINITY) {
+            return;
         }
-        if !rotated {
-            break;
+        let mut columns = a.data.0;
+        for (i, column) in columns.iter_mut().enumerate() {
+            column.get_mut(i).into_iter().for_each(|entry| *entry += shift);
         }
-    }
-    for column in &columns {
-        let square = dot(column, column);
-        let value = square * inverse_root(square) - shift;
-        if value < 0.0 {
-            let v = SMatrix::<f64, D, 1>::from(*column);
-            *a -= v * v.transpose() * (value / square);
+        // Bound: sweeps.
+        for _ in 0..MAX_SWEEPS {
+            let mut rotated = false;
+            let mut squares = columns.map(|column| dot(&column, &column));
+            for round in 0..rounds(D) {
+                rotated |= rotate_round(&mut columns, &mut squares, round);
+            }
+            if !rotated {
+                break;
+            }
         }
+        for column in &columns {
+            let square = dot(column, column);
+            let value = square * inverse_root(square) - shift;
+            if value < 0.0 {
+                let v = SMatrix::<f64, D, 1>::from(*column);
+                *a -= v * v.transpose() * (value / square);
+            }
+        }
+        *a = (*a + a.transpose()) * 0.5;
     }
-    *a = (*a + a.transpose()) * 0.5;
 }
 
 /// Number of rounds of a round-robin tournament of `count` columns.

@@ -98,6 +98,8 @@ multiversion! {
 }
 
 /// One stage's share of the gradient: its cost, path constraints and side of the dynamics.
+// Inlined where its caller is compiled for AVX2; elsewhere callers share it, which spares the
+// Cortex-M7's image 10 kB.
 #[cfg_attr(target_arch = "x86_64", inline(always))]
 fn own_gradient<const NX: usize, const NU: usize, const NG: usize>(
     stage: &QpStage<NX, NU, NG>,

@@ -1,6 +1,7 @@
-//! The report of `ci/firmware.sh`, `remora-firmware/2`, as it is written.
+//! The report of firmware images, `remora-firmware/2`, as it is written.
 
 use super::Phase;
+use remora_host::error::FieldError;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -98,6 +99,14 @@ pub enum IntegratorName {
 }
 
 impl IntegratorName {
+    /// As files spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Euler => "euler",
+            Self::Rk4 => "rk4",
+        }
+    }
+
     /// As people write it.
     pub fn label(self) -> &'static str {
         match self {
@@ -118,8 +127,8 @@ pub enum StartName {
 }
 
 impl StartName {
-    /// As people write it.
-    pub fn label(self) -> &'static str {
+    /// As files and people write it.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Heuristic => "heuristic",
             Self::Model => "model",
@@ -211,6 +220,25 @@ pub struct Instructions {
 }
 
 impl Instructions {
+    /// Those of each phase, by its name in an image's log.
+    ///
+    /// # Errors
+    /// The first phase that there is nothing of.
+    pub fn by(count: impl Fn(&str) -> Option<u64>) -> Result<Self, FieldError> {
+        let of = |name: &str| count(name).ok_or_else(|| FieldError::new(name, "missing"));
+        Ok(Self {
+            translation: of("translation")?,
+            start: of("start")?,
+            inference: of("inference")?,
+            linearise: of("linearise")?,
+            qp: of("qp")?,
+            step: of("step")?,
+            verify: of("verify")?,
+            rest: of("rest")?,
+            total: of("total")?,
+        })
+    }
+
     /// Those of one phase.
     pub fn of(&self, phase: Phase) -> u64 {
         match phase {

@@ -1,4 +1,4 @@
-//! Instructions under emulation: what `ci/firmware.sh --corpus` measured, by target and phase.
+//! Instructions under emulation: what the images of the corpus measured, by target and phase.
 //!
 //! The largest number of a phase is the *observed maximum, emulated*: the most that any scenario of
 //! the corpus took. No scenario outside it is bounded by that, and an instruction is not a cycle.
@@ -178,7 +178,7 @@ impl Observed {
 }
 
 impl Emulation {
-    /// Reads the report that `ci/firmware.sh` left, `firmware/report.json` in the target folder.
+    /// Reads the report that images left, `firmware/report.json` in the target folder.
     ///
     /// # Errors
     /// The file and the first field or line that cannot be understood; a run without plans.

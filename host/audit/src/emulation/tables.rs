@@ -20,7 +20,7 @@ impl Emulation {
         }
         for (integrator, start) in kinds {
             let runs = self.targets.iter().filter_map(|t| Some((t, t.run(integrator, start)?)));
-            let (integrator, start) = (integrator.label(), start.label());
+            let (integrator, start) = (integrator.label(), start.name());
             tables.push((
                 format!("Instructions [10^6]: {integrator}, start from the {start}"),
                 phases(runs),
@@ -79,7 +79,7 @@ impl Emulation {
             table.row([
                 target.cpu.clone(),
                 run.integrator.label().into(),
-                run.start.label().into(),
+                run.start.name().into(),
                 format!("{} of {}", run.solved, run.scenarios),
                 run.fell_back.to_string(),
                 if run.same_bits_as_host { "yes" } else { "NO" }.into(),
@@ -108,7 +108,7 @@ impl Emulation {
                 table.row([
                     target.cpu.clone(),
                     run.integrator.label().into(),
-                    run.start.label().into(),
+                    run.start.name().into(),
                     entry.clone(),
                     used.to_string(),
                 ]);

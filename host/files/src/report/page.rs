@@ -115,29 +115,32 @@ const STYLE: &str = "\
 body{font:16px/1.5 system-ui,sans-serif;margin:0 auto;max-width:76rem;padding:0 1.5rem 4rem}
 nav{position:sticky;top:0;padding:.7rem 0;background:Canvas;border-bottom:1px solid #8886}
 nav a{margin-right:1.2rem}
+header{padding-top:1rem}
 h1{margin-top:3rem}
+.met{color:light-dark(#1a6e33,#7fd08f);font-weight:600}
+.missed{color:light-dark(#b3261e,#ff9c92);font-weight:600}
 table{border-collapse:collapse;margin:1rem 0;font-size:.9rem;display:block;overflow-x:auto}
 th,td{padding:.25rem .7rem;border-bottom:1px solid #8884;text-align:left;vertical-align:top}
 th.r,td.r{text-align:right;font-variant-numeric:tabular-nums}
 figure{margin:1.5rem 0}
-figure svg{max-width:100%;height:auto;background:#fff}
+figure svg{max-width:100%;height:auto}
 .again{font-size:.9rem;opacity:.8}
 code{font-size:.9em}
 ";
 
-/// Pages in one document that loads nothing.
-pub fn html(title: &str, pages: &[Page]) -> String {
+/// Pages in one document that loads nothing; `made` says by what and when, below the title.
+pub fn html(title: &str, made: &str, pages: &[Page]) -> String {
     let links: String = pages
         .iter()
         .map(|page| format!("<a href=\"#{}\">{}</a>\n", page.name, inline(&page.title)))
         .collect();
     let sections: String = pages.iter().map(Page::html).collect();
-    let title = escaped(title);
+    let (title, made) = (escaped(title), inline(made));
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
          <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <nav>\n{links}</nav>\n{sections}</body>\n</html>\n"
+         <header><strong>{title}</strong> {made}</header>\n<nav>\n{links}</nav>\n{sections}</body>\n</html>\n"
     )
 }
 
@@ -215,9 +218,10 @@ mod tests {
 
     #[test]
     fn html_holds_everything() {
-        let html = html("Audit", &[page()]);
+        let html = html("Audit", "Made at `abc`, 2026-11-22.", &[page()]);
         for part in [
             "<title>Audit</title>",
+            "<strong>Audit</strong> Made at <code>abc</code>, 2026-11-22.",
             "<strong>static</strong>",
             "<a href=\"#stack\">stack</a> &amp; more",
             "<td>code <code>a&lt;b&gt;</code></td><td class=\"r\">12</td>",

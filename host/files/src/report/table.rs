@@ -3,6 +3,27 @@
 use super::page::inline;
 use std::fmt;
 
+/// Whether a cell says that something is as it must be, as a class of HTML.
+fn verdict(cell: &str) -> Option<&'static str> {
+    match cell {
+        "met" | "proven" | "tested" => Some("met"),
+        "missed" | "MISSED" | "REFUTED" | "BROKEN" => Some("missed"),
+        _ => None,
+    }
+}
+
+/// A whole number of five digits or more in groups of three, with narrow spaces that do not break.
+fn grouped(cell: &str) -> String {
+    if cell.len() < 5 || !cell.bytes().all(|byte| byte.is_ascii_digit()) {
+        return cell.into();
+    }
+    let digits = cell.char_indices().flat_map(|(i, digit)| {
+        let is_first_of_three = i > 0 && (cell.len() - i).is_multiple_of(3);
+        is_first_of_three.then_some('\u{202f}').into_iter().chain([digit])
+    });
+    digits.collect()
+}
+
 /// How a column is aligned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
@@ -50,8 +71,13 @@ impl Table {
         };
         let line = |tag: &str, cells: Vec<&str>| {
             let cells = cells.into_iter().enumerate();
-            let cells = cells
-                .map(|(i, cell)| format!("<{tag}{}>{}</{tag}>", class(i), inline(cell.trim())));
+            let cells = cells.map(|(i, cell)| {
+                let cell = cell.trim();
+                match verdict(cell) {
+                    Some(class) => format!("<{tag} class=\"{class}\">{}</{tag}>", inline(cell)),
+                    None => format!("<{tag}{}>{}</{tag}>", class(i), inline(&grouped(cell))),
+                }
+            });
             format!("<tr>{}</tr>\n", cells.collect::<String>())
         };
         let head = line("th", self.head.iter().map(|(name, _)| name.as_str()).collect());

@@ -1,6 +1,6 @@
 //! Bars made of parts.
 
-use super::{Area, Drawn, FONT, TITLE, colour, to_svg};
+use super::{Area, Drawn, FONT, Mark, colour, headed, to_svg};
 use crate::error::Error;
 use plotters::prelude::*;
 
@@ -27,19 +27,14 @@ impl Bars {
         if !(longest > 0.0 && longest.is_finite()) {
             return Err(Error::Plot { reason: "no bar has a length".into() });
         }
-        to_svg(|area| self.draw(area, 1.03 * longest))
+        to_svg(&self.title, |area| self.draw(area, 1.03 * longest))
     }
 
     fn draw(&self, area: &Area<'_>, longest: f64) -> Drawn {
-        // The legend stands above: bars leave no corner free.
-        let (legend, area) = area.split_vertically(34 + 20 * self.parts.len().div_ceil(3) as u32);
-        legend.draw(&Text::new(self.title.clone(), (12, 12), TITLE))?;
-        for (i, name) in self.parts.iter().enumerate() {
-            let (x, y) = (14 + 245 * (i % 3) as i32, 40 + 20 * (i / 3) as i32);
-            let patch = [(x, y), (x + 12, y + 12)];
-            legend.draw(&Rectangle::new(patch, colour(i).filled()))?;
-            legend.draw(&Text::new(name.clone(), (x + 18, y - 1), FONT))?;
-        }
+        let parts = self.parts.iter().enumerate();
+        let parts: Vec<_> =
+            parts.map(|(i, name)| (name.as_str(), Mark::Patch(colour(i)))).collect();
+        let area = headed(area, &self.title, &parts)?;
         let bottom = self.bars.len() as f64 - 0.5;
         let mut chart = ChartBuilder::on(&area)
             .margin(12)

@@ -1,6 +1,6 @@
 //! Cumulative distributions.
 
-use super::{Area, Drawn, FONT, TITLE, colour, draw_legend, to_svg};
+use super::{Area, Drawn, FONT, Mark, colour, headed, ticks, to_svg};
 use crate::error::Error;
 use plotters::prelude::*;
 
@@ -26,16 +26,20 @@ impl Distributions {
         if !(left > 0.0 && left < right && right.is_finite()) {
             return Err(Error::Plot { reason: "no positive numbers to draw".into() });
         }
-        to_svg(|area| self.draw(area, left, right))
+        to_svg(&self.title, |area| self.draw(area, left, right))
     }
 
     fn draw(&self, area: &Area<'_>, left: f64, right: f64) -> Drawn {
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, TITLE)
+        let series = self.series.iter().enumerate();
+        let names: Vec<_> =
+            series.map(|(i, (name, _))| (name.as_str(), Mark::Line(colour(i)))).collect();
+        let area = headed(area, &self.title, &names)?;
+        let axis = (left..right).log_scale().with_key_points(ticks(left, right));
+        let mut chart = ChartBuilder::on(&area)
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(64)
-            .build_cartesian_2d((left..right).log_scale(), 0.0..1.0)?;
+            .build_cartesian_2d(axis, 0.0..1.0)?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
@@ -45,7 +49,7 @@ impl Distributions {
             .y_desc("share of the plans")
             .label_style(FONT)
             .draw()?;
-        for (number, (name, values)) in self.series.iter().enumerate() {
+        for (number, (_, values)) in self.series.iter().enumerate() {
             let colour = colour(number);
             let mut sorted = values.clone();
             sorted.sort_by(f64::total_cmp);
@@ -53,11 +57,9 @@ impl Distributions {
                 .iter()
                 .enumerate()
                 .flat_map(|(i, x)| [i, i + 1].map(|rank| (*x, rank as f64 / values.len() as f64)));
-            chart.draw_series(LineSeries::new(steps, colour.stroke_width(2)))?.label(name).legend(
-                move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)),
-            );
+            chart.draw_series(LineSeries::new(steps, colour.stroke_width(2)))?;
         }
-        draw_legend(&mut chart)
+        Ok(())
     }
 }
 

@@ -37,6 +37,8 @@ const LEAST_WIDTH: i32 = 560;
 
 /// Colours of nothing, half and all: orange, white, blue.
 const ENDS: [(f64, f64, f64); 3] = [(213.0, 94.0, 0.0), (246.0, 240.0, 224.0), (0.0, 114.0, 178.0)];
+/// What stands on a light cell, on a dark page too: not the black that changes with the page.
+const INK: RGBColor = RGBColor(1, 1, 1);
 const NO_NUMBER: RGBColor = RGBColor(224, 224, 224);
 
 impl Heat {
@@ -53,7 +55,8 @@ impl Heat {
         let width = CORNER.0 + CELL.0 * self.x.len() as i32 + 20;
         let lines = wrapped(&self.footer).len() as i32;
         let height = CORNER.1 + CELL.1 * self.y.len() as i32 + BELOW + LINE * lines;
-        to_svg_of((width.max(LEAST_WIDTH) as u32, height as u32), |area| self.draw(area))
+        let size = (width.max(LEAST_WIDTH) as u32, height as u32);
+        to_svg_of(size, &self.title, |area| self.draw(area))
     }
 
     fn draw(&self, area: &Area<'_>) -> Drawn {
@@ -72,7 +75,7 @@ impl Heat {
                 let x = CORNER.0 + CELL.0 * column as i32;
                 let box_ = [(x + 1, y + 1), (x + CELL.0 - 1, y + CELL.1 - 1)];
                 area.draw(&Rectangle::new(box_, colour_of(*share).filled()))?;
-                let ink = if is_dark(*share) { WHITE } else { BLACK };
+                let ink = if is_dark(*share) { WHITE } else { INK };
                 let label = share.map_or("-".into(), |share| format!("{:.0}", 100.0 * share));
                 let middle = (x + CELL.0 / 2, y + CELL.1 / 2);
                 area.draw(&Text::new(label, middle, centred(15, ink)))?;

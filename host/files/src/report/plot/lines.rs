@@ -1,6 +1,6 @@
 //! Points with error bars over categories.
 
-use super::{Area, Drawn, FONT, TITLE, colour, draw_legend, to_svg};
+use super::{Area, Drawn, FONT, Mark, colour, headed, to_svg};
 use crate::error::Error;
 use crate::statistics::Estimate;
 use plotters::prelude::*;
@@ -40,13 +40,17 @@ impl Lines {
         let all = points.map(|(_, estimate)| estimate).chain(reference);
         let ends = all.flat_map(|estimate| [estimate.low, estimate.value, estimate.high]);
         let top = ends.filter(|x| x.is_finite()).fold(f64::MIN_POSITIVE, f64::max);
-        to_svg(|area| self.draw(area, 1.1 * top))
+        to_svg(&self.title, |area| self.draw(area, 1.1 * top))
     }
 
     fn draw(&self, area: &Area<'_>, top: f64) -> Drawn {
         let right = self.x.len() as f64 - 0.5;
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, TITLE)
+        let reference = self.reference.iter().map(|(name, _)| (name.as_str(), Mark::Dashed));
+        let series = self.series.iter().enumerate();
+        let series = series.map(|(i, series)| (series.name.as_str(), Mark::Line(colour(i))));
+        let names: Vec<_> = reference.chain(series).collect();
+        let area = headed(area, &self.title, &names)?;
+        let mut chart = ChartBuilder::on(&area)
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(64)
@@ -62,18 +66,11 @@ impl Lines {
             .y_desc(&self.y_label)
             .label_style(FONT)
             .draw()?;
-        if let Some((name, Estimate { value, low, high })) = &self.reference {
+        if let Some((_, Estimate { value, low, high })) = &self.reference {
             let band = Rectangle::new([(-0.5, *low), (right, *high)], BLACK.mix(0.12).filled());
             chart.draw_series([band])?;
-            chart
-                .draw_series(DashedLineSeries::new(
-                    [(-0.5, *value), (right, *value)],
-                    6,
-                    4,
-                    BLACK.stroke_width(1),
-                ))?
-                .label(name)
-                .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLACK.stroke_width(1)));
+            let ends = [(-0.5, *value), (right, *value)];
+            chart.draw_series(DashedLineSeries::new(ends, 6, 4, BLACK.stroke_width(1)))?;
         }
         for (number, series) in self.series.iter().enumerate() {
             let colour = colour(number);
@@ -81,12 +78,7 @@ impl Lines {
             let aside = 0.05 * (number as f64 - 0.5 * (self.series.len() as f64 - 1.0));
             let at = |x: usize| x as f64 + aside;
             let line = series.points.iter().map(|(x, y)| (at(*x), y.value));
-            chart
-                .draw_series(LineSeries::new(line, colour.stroke_width(2)))?
-                .label(&series.name)
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))
-                });
+            chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
             chart.draw_series(series.points.iter().map(|(x, y)| {
                 let Estimate { value, low, high } = *y;
                 // Where an end is not known, the bar is but a point.
@@ -94,7 +86,7 @@ impl Lines {
                 ErrorBar::new_vertical(at(*x), low, value, high, colour.filled(), 8)
             }))?;
         }
-        draw_legend(&mut chart)
+        Ok(())
     }
 
     /// The category at a number of the axis; nothing between two of them.

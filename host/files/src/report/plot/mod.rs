@@ -16,7 +16,6 @@ pub use points::Points;
 
 use crate::error::Error;
 use plotters::coord::Shift;
-use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (760, 460);
@@ -43,29 +42,108 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// What drawing into a string may answer.
 type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-fn to_svg(draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String, Error> {
-    to_svg_of(SIZE, draw)
+/// What readers of a dark page see: paper and ink change places, colours stay.
+const STYLE: &str = "\
+<style>@media (prefers-color-scheme:dark){rect[fill=\"#FFFFFF\"]{fill:#12181e}\
+text[fill=\"#000000\"]{fill:#e4eaf0}[stroke=\"#000000\"]{stroke:#e4eaf0}}</style>";
+
+fn to_svg(title: &str, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String, Error> {
+    to_svg_of(SIZE, title, draw)
 }
 
 /// The same of another size.
-fn to_svg_of(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String, Error> {
+fn to_svg_of(
+    size: (u32, u32),
+    title: &str,
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<String, Error> {
     let mut svg = String::new();
     let drawn = {
         let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         area.fill(&WHITE).and_then(|()| draw(&area)).and_then(|()| area.present())
     };
-    drawn.map(|()| svg).map_err(|error| Error::Plot { reason: error.to_string() })
+    drawn.map_err(|error| Error::Plot { reason: error.to_string() })?;
+    // Plotters writes neither the document's title nor a style.
+    let (head, body) = svg.split_at(svg.find('>').map_or(0, |at| at + 1));
+    let title = title.replace('&', "&amp;").replace('<', "&lt;");
+    Ok(format!("{head}\n<title>{title}</title>\n{STYLE}{body}"))
 }
 
-/// Names of the series, in a corner.
-fn draw_legend<'b, X: Ranged, Y: Ranged>(
-    chart: &mut ChartContext<'b, SVGBackend<'b>, Cartesian2d<X, Y>>,
-) -> Drawn {
-    chart
-        .configure_series_labels()
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK.mix(0.3))
-        .label_font(FONT)
-        .position(SeriesLabelPosition::LowerRight)
-        .draw()
+/// How a series is drawn, for the legend.
+#[derive(Clone, Copy)]
+enum Mark {
+    Line(RGBColor),
+    Dashed,
+    Dot(RGBColor),
+    Patch(RGBColor),
+}
+
+/// Names a row of a legend.
+const NAMES: usize = 3;
+
+/// Draws title and legend; the plot's place is below them, so that no name hides a curve.
+fn headed<'a>(
+    area: &Area<'a>,
+    title: &str,
+    names: &[(&str, Mark)],
+) -> Result<Area<'a>, DrawingAreaErrorKind<std::io::Error>> {
+    let (head, below) = area.split_vertically(34 + 20 * names.len().div_ceil(NAMES) as u32);
+    head.draw(&Text::new(title.to_string(), (12, 12), TITLE))?;
+    for (i, (name, mark)) in names.iter().enumerate() {
+        let (x, y) = (14 + 245 * (i % NAMES) as i32, 40 + 20 * (i / NAMES) as i32);
+        let line = [(x, y + 6), (x + 12, y + 6)];
+        match *mark {
+            Mark::Patch(colour) => {
+                head.draw(&Rectangle::new([(x, y), (x + 12, y + 12)], colour.filled()))?;
+            }
+            Mark::Dot(colour) => head.draw(&Circle::new((x + 6, y + 6), 4, colour.filled()))?,
+            Mark::Line(colour) => head.draw(&PathElement::new(line, colour.stroke_width(3)))?,
+            Mark::Dashed => {
+                head.draw(&PathElement::new([line[0], (x + 5, y + 6)], BLACK.stroke_width(1)))?;
+                head.draw(&PathElement::new([(x + 8, y + 6), line[1]], BLACK.stroke_width(1)))?;
+            }
+        }
+        head.draw(&Text::new(name.to_string(), (x + 18, y - 1), FONT))?;
+    }
+    Ok(below)
+}
+
+/// Where a logarithmic axis is labelled: once, twice and five times the powers of ten; every digit
+/// where these would be few.
+fn ticks(left: f64, right: f64) -> Vec<f64> {
+    let powers = left.log10().floor() as i32..=right.log10().ceil() as i32;
+    let of = |digits: &[f64]| -> Vec<f64> {
+        let all = powers.clone().flat_map(|power| {
+            digits.iter().map(move |digit| match power {
+                0.. => digit * 10_f64.powi(power),
+                _ => digit / 10_f64.powi(-power),
+            })
+        });
+        all.filter(|x| (left..=right).contains(x)).collect()
+    };
+    match of(&[1.0, 2.0, 5.0]) {
+        few if few.len() < 3 => of(&[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]),
+        enough => enough,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_logarithmic_axis_has_labels_however_short() {
+        assert_eq!(ticks(0.9, 110.0), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]);
+        assert_eq!(ticks(0.02, 0.3), [0.02, 0.05, 0.1, 0.2]);
+        assert_eq!(ticks(2.2, 7.5), [2.5, 3.0, 4.0, 5.0, 6.0, 7.0]);
+    }
+
+    #[test]
+    fn a_plot_has_a_title_and_both_inks() {
+        let svg = to_svg("a < b & c", |area| area.draw(&Text::new("x", (5, 5), FONT))).unwrap();
+        assert!(svg.starts_with("<svg") && svg.contains("<title>a &lt; b &amp; c</title>"));
+        // What the style names is what plotters writes.
+        assert!(svg.contains("prefers-color-scheme:dark"));
+        assert!(svg.contains("fill=\"#FFFFFF\"") && svg.contains("fill=\"#000000\""), "{svg}");
+    }
 }

@@ -49,11 +49,7 @@ impl Sheet {
     /// Where there is nothing to draw.
     pub fn svg(&self) -> Result<String, Error> {
         let rows = self.panels.len().div_ceil(2) as u32;
-        let svg = to_svg_of((WIDTH, PICTURE + rows * PANEL), |area| self.draw(area))?;
-        // Plotters writes no title of the document.
-        let end = svg.find('>').map_or(0, |at| at + 1);
-        let title = self.title.replace('&', "&amp;").replace('<', "&lt;");
-        Ok(format!("{}\n<title>{title}</title>{}", &svg[..end], &svg[end..]))
+        to_svg_of((WIDTH, PICTURE + rows * PANEL), &self.title, |area| self.draw(area))
     }
 
     fn draw(&self, area: &Area<'_>) -> Drawn {

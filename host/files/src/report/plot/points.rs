@@ -1,6 +1,6 @@
 //! Points over two axes.
 
-use super::{Area, Drawn, FONT, TITLE, colour, draw_legend, to_svg};
+use super::{Area, Drawn, FONT, Mark, colour, headed, to_svg};
 use crate::error::Error;
 use plotters::prelude::*;
 
@@ -30,12 +30,15 @@ impl Points {
         if !(right > 0.0 && top > 0.0 && right.is_finite() && top.is_finite()) {
             return Err(Error::Plot { reason: "no positive numbers to draw".into() });
         }
-        to_svg(|area| self.draw(area, 1.05 * right, 1.05 * top))
+        to_svg(&self.title, |area| self.draw(area, 1.05 * right, 1.05 * top))
     }
 
     fn draw(&self, area: &Area<'_>, right: f64, top: f64) -> Drawn {
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, TITLE)
+        let series = self.series.iter().enumerate();
+        let names: Vec<_> =
+            series.map(|(i, (name, _))| (name.as_str(), Mark::Dot(colour(i)))).collect();
+        let area = headed(area, &self.title, &names)?;
+        let mut chart = ChartBuilder::on(&area)
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(64)
@@ -48,15 +51,12 @@ impl Points {
             .y_desc(&self.y_label)
             .label_style(FONT)
             .draw()?;
-        for (number, (name, points)) in self.series.iter().enumerate() {
+        for (number, (_, points)) in self.series.iter().enumerate() {
             let colour = colour(number);
             let dots = points.iter().map(|point| Circle::new(*point, 2, colour.mix(0.5).filled()));
-            chart
-                .draw_series(dots)?
-                .label(name)
-                .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
+            chart.draw_series(dots)?;
         }
-        draw_legend(&mut chart)
+        Ok(())
     }
 }
 

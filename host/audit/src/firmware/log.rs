@@ -1,0 +1,260 @@
+//! What an image prints: lines of a kind and `key=value`, the last of them `end`.
+
+use crate::emulation::{Counter, Instructions, Part, PlanRecord, StageCounts};
+use remora_host::error::{Error, FieldError, io_reason};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::str::FromStr;
+
+/// Kinds of lines that must be the same text on every processor: the same bits.
+const RESULTS: [&str; 5] = ["stage", "plan", "residual", "verified", "kernel"];
+
+/// What one run of an image printed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Log {
+    /// The board that it ran on.
+    pub board: String,
+    /// Memory of planner, solver and network [bytes].
+    pub workspace_bytes: u64,
+    /// The solver's.
+    pub solver_bytes: u64,
+    /// The network's.
+    pub network_bytes: u64,
+    /// The instruction counter against a loop of known length.
+    pub counter: Option<Counter>,
+    /// Largest mark of the stack by entry point [bytes].
+    pub stack_bytes: BTreeMap<String, u64>,
+    /// Room for the stack [bytes].
+    pub stack_size_bytes: u64,
+    /// What was called and counted on its own.
+    pub parts: Vec<Part>,
+    /// The plans, in their order.
+    pub plans: Vec<PlanRecord>,
+    /// Lines that must be the same everywhere.
+    pub results: Vec<String>,
+}
+
+/// A log with what was read of the plan that has not ended: its stages and phases.
+#[derive(Default)]
+struct Reader {
+    log: Log,
+    stages: BTreeMap<String, StageCounts>,
+    phases: BTreeMap<String, u64>,
+    plan: Option<PlanLine>,
+}
+
+/// What the line of a plan says.
+struct PlanLine {
+    scenario: String,
+    status: u32,
+    verified: bool,
+    start: u32,
+    output: String,
+}
+
+/// Name of the count of opening a model.
+const OPEN_MODEL: &str = "open_model";
+
+impl Log {
+    /// Reads a log that was written to its end.
+    ///
+    /// # Errors
+    /// A file that cannot be read; a run that ended early, with the last thing it said; a line that
+    /// cannot be understood.
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        let text = std::fs::read(file).map_err(|e| Error::input(file, "", io_reason(&e)))?;
+        Self::parse(&String::from_utf8_lossy(&text)).map_err(|error| error.at(file))
+    }
+
+    /// The same of a text.
+    fn parse(text: &str) -> Result<Self, FieldError> {
+        let lines: Vec<&str> = text.lines().collect();
+        match lines.split_last() {
+            Some((&"end", lines)) => {
+                let mut reader = Reader::default();
+                for (i, line) in lines.iter().enumerate() {
+                    reader.take(line).map_err(|error| FieldError {
+                        field: format!("line {}: {}", i + 1, error.field),
+                        ..error
+                    })?;
+                }
+                Ok(reader.log)
+            }
+            Some((last, _)) => Err(FieldError::new("", format!("ended early, after: {last}"))),
+            None => Err(FieldError::new("", "ended early: it is empty")),
+        }
+    }
+
+    /// Instructions of opening the model, where one was opened.
+    pub fn open_model_instructions(&self) -> Option<u64> {
+        self.parts.iter().find(|part| part.name == OPEN_MODEL).map(|part| part.instructions)
+    }
+}
+
+impl Reader {
+    fn take(&mut self, line: &str) -> Result<(), FieldError> {
+        let (kind, rest) = line.split_once(' ').unwrap_or((line, ""));
+        let words = Words(rest.split(' ').filter_map(|word| word.split_once('=')).collect());
+        if RESULTS.contains(&kind) {
+            self.log.results.push(line.into());
+        }
+        match kind {
+            "image" => self.log.board = words.text("board")?.into(),
+            "size" => {
+                self.log.workspace_bytes = words.number("workspace")?;
+                self.log.solver_bytes = words.number("solver")?;
+                self.log.network_bytes = words.number("network")?;
+            }
+            "calibration" => {
+                self.log.counter = Some(Counter {
+                    expected: words.number("expected")?,
+                    counted: words.number("counted")?,
+                    resolution: words.number("resolution")?,
+                });
+            }
+            "stack" => {
+                self.log.stack_size_bytes = words.number("size")?;
+                let used = words.number("used")?;
+                let most = self.log.stack_bytes.entry(words.text("entry")?.into()).or_insert(used);
+                *most = used.max(*most);
+            }
+            "count" => self.log.parts.push(Part {
+                name: words.text("name")?.into(),
+                calls: words.number("calls")?,
+                instructions: words.number("instructions")?,
+            }),
+            "stage" => {
+                self.stages.insert(words.text("name")?.into(), words.stage()?);
+            }
+            "plan" => self.plan = Some(words.plan()?),
+            "phase" => self.take_phase(&words)?,
+            // For people, and for the comparison alone.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The phases of a plan come after it, the last of them in all.
+    fn take_phase(&mut self, words: &Words<'_>) -> Result<(), FieldError> {
+        let name = words.text("name")?;
+        self.phases.insert(name.into(), words.number("instructions")?);
+        if name != "total" {
+            return Ok(());
+        }
+        let phases = std::mem::take(&mut self.phases);
+        let mut stages = std::mem::take(&mut self.stages);
+        let mut stage = |name: &str| {
+            stages.remove(name).ok_or_else(|| FieldError::new("stage", format!("none of {name}")))
+        };
+        let plan =
+            self.plan.take().ok_or_else(|| FieldError::new("plan", "none before its phases"))?;
+        self.log.plans.push(PlanRecord {
+            scenario: plan.scenario,
+            status: plan.status,
+            verified: plan.verified,
+            start: plan.start,
+            output: plan.output,
+            translation: stage("translation")?,
+            reorientation: stage("reorientation")?,
+            instructions: Instructions::by(|name| phases.get(name).copied())?,
+        });
+        Ok(())
+    }
+}
+
+/// The words of a line.
+struct Words<'a>(Vec<(&'a str, &'a str)>);
+
+impl Words<'_> {
+    fn text(&self, key: &'static str) -> Result<&str, FieldError> {
+        let found = self.0.iter().find(|(known, _)| *known == key);
+        found.map(|(_, value)| *value).ok_or_else(|| FieldError::new(key, "missing"))
+    }
+
+    fn number<T: FromStr>(&self, key: &'static str) -> Result<T, FieldError> {
+        let text = self.text(key)?;
+        text.parse().map_err(|_| FieldError::new(key, format!("'{text}' is not a whole number")))
+    }
+
+    fn stage(&self) -> Result<StageCounts, FieldError> {
+        Ok(StageCounts {
+            status: self.number("status")?,
+            iterations: self.number("iterations")?,
+            corrections: self.number("corrections")?,
+            qp_iterations: self.number("qp_iterations")?,
+        })
+    }
+
+    fn plan(&self) -> Result<PlanLine, FieldError> {
+        Ok(PlanLine {
+            scenario: self.text("scenario")?.into(),
+            status: self.number("status")?,
+            verified: self.number::<u8>("verified")? == 1,
+            start: self.number("start")?,
+            output: self.text("output")?.into(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLANNED: &str = "\
+image board=mps2-an500
+size workspace=436896 solver=544088 network=64560
+calibration expected=2000000 counted=2000040 resolution=40
+count name=open_model calls=1 instructions=77
+stack entry=plan used=27688 size=262144
+stage scenario=pub-000 name=translation status=0 iterations=4 corrections=0 qp_iterations=28 cost=3f(8e-4)
+stage scenario=pub-000 name=reorientation status=0 iterations=9 corrections=1 qp_iterations=91 cost=3f(2e-1)
+plan scenario=pub-000 status=0 verified=1 start=1 input=9e settings=57 output=e5a5f9ce46963a5d
+residual scenario=pub-000 dynamics1=3d64aa0000000000(5.87e-13)
+phase scenario=pub-000 name=translation instructions=1
+phase scenario=pub-000 name=start instructions=2
+phase scenario=pub-000 name=inference instructions=3
+phase scenario=pub-000 name=linearise instructions=4
+phase scenario=pub-000 name=qp instructions=5
+phase scenario=pub-000 name=step instructions=6
+phase scenario=pub-000 name=verify instructions=7
+phase scenario=pub-000 name=rest instructions=8
+phase scenario=pub-000 name=total instructions=36
+stack entry=plan used=27700 size=262144
+verified scenario=pub-000 residuals=af9ecf86c2b85ff5
+end
+";
+
+    #[test]
+    fn a_log_is_read_to_its_end() {
+        let log = Log::parse(PLANNED).unwrap();
+        assert_eq!((log.board.as_str(), log.solver_bytes), ("mps2-an500", 544_088));
+        assert!(log.counter.unwrap().is_right());
+        assert_eq!((log.stack_bytes["plan"], log.stack_size_bytes), (27_700, 262_144));
+        assert_eq!(log.open_model_instructions(), Some(77));
+        let [plan] = &log.plans[..] else { panic!("{log:?}") };
+        assert!(plan.is_solved() && plan.start == 1 && plan.reorientation.corrections == 1);
+        assert_eq!(plan.qp_iterations(), 28 + 91);
+        // Two stages, the plan, a residual, and what the verifier found.
+        assert_eq!(log.results.len(), 5);
+    }
+
+    #[test]
+    fn a_log_that_ended_early_or_is_damaged_is_refused() {
+        let reason = |text: &str| {
+            let FieldError { field, reason } = Log::parse(text).unwrap_err();
+            format!("{field}: {reason}")
+        };
+        assert!(reason("").contains("is empty"));
+        assert!(
+            reason(&PLANNED.replace("end\n", "fault 3\n")).contains("ended early, after: fault 3")
+        );
+        let damaged = PLANNED.replace("solver=544088", "solver=x");
+        assert_eq!(reason(&damaged), "line 2: solver: 'x' is not a whole number");
+        let damaged = PLANNED.replace("used=27688 ", "");
+        assert_eq!(reason(&damaged), "line 5: used: missing");
+        let damaged = PLANNED.replace("name=verify", "name=verified");
+        assert!(reason(&damaged).ends_with("verify: missing"), "{}", reason(&damaged));
+        let damaged = PLANNED.replace("plan scenario", "plans scenario");
+        assert!(reason(&damaged).contains("none before its phases"));
+    }
+}
