@@ -76,8 +76,9 @@ struct State {
 }
 
 impl Helped {
-    /// Starts a helper. Both threads have then handed work over and waited for it once: the first
-    /// time they do, they allocate.
+    /// Starts a helper. Both threads have then handed work over, and looked for the other's: the first
+    /// time they do, they allocate. That the calling one looks is not left to chance: where it waits
+    /// for the helper it mostly finds the work done.
     fn new() -> Option<Self> {
         let pool = ThreadPoolBuilder::new()
             .num_threads(2)
@@ -85,6 +86,8 @@ impl Helped {
             .stack_size(STACK_BYTES)
             .build()
             .ok()?;
+        // Before there is any work, which it would take.
+        pool.install(rayon::yield_now);
         let state = Arc::new(State::default());
         // On a single core a thread that stays awake is in the way.
         if thread::available_parallelism().is_ok_and(|cores| cores > NonZeroUsize::MIN) {
