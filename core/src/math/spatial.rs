@@ -36,12 +36,6 @@ impl<T: Scalar> Vec3<T> {
     pub fn scaled(self, factor: f64) -> Self {
         Self([self.0[0] * factor, self.0[1] * factor, self.0[2] * factor])
     }
-
-    /// Component-wise product with constants: a diagonal matrix applied to the vector.
-    #[inline]
-    pub fn scale_each(self, factors: &Vector3<f64>) -> Self {
-        Self([self.0[0] * factors.x, self.0[1] * factors.y, self.0[2] * factors.z])
-    }
 }
 
 impl Vec3<f64> {

@@ -69,11 +69,6 @@ impl Section {
             Self::Envelope => "envelope",
         }
     }
-
-    /// Whether its numbers depend on the machine and its load.
-    pub fn depends_on_machine(self) -> bool {
-        self == Self::Latency
-    }
 }
 
 /// A part that has been measured.

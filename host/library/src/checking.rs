@@ -260,13 +260,14 @@ impl Made {
         let force = &plan.stage1.force;
         let changes: Vec<[f64; 3]> =
             force.windows(2).map(|pair| std::array::from_fn(|i| pair[1][i] - pair[0][i])).collect();
-        let one =
+        let translation =
             w.force * squares(force, units.force) + w.force_change * squares(&changes, units.force);
-        let two = w.bus_torque * squares(&plan.stage2.bus_torque, units.bus_torque)
+        let reorientation = w.bus_torque * squares(&plan.stage2.bus_torque, units.bus_torque)
             + w.joint_torque * squares(&plan.stage2.joint_torque, units.joint_torque);
-        for (field, said, is) in
-            [("stage1.cost", plan.stage1.cost, one), ("stage2.cost", plan.stage2.cost, two)]
-        {
+        for (field, said, is) in [
+            ("stage1.cost", plan.stage1.cost, translation),
+            ("stage2.cost", plan.stage2.cost, reorientation),
+        ] {
             if !within(said - is, RELATIVE * is.abs() + 1e-12) {
                 found.add(field, format!("says {said:.6e}, is {is:.6e}"));
             }

@@ -96,7 +96,7 @@ impl View<'_> {
 
     /// Torques, angles, rates and pointing.
     fn reorientation_panels(&self) -> Vec<Panel> {
-        let (two, s) = (&self.plan.stage2, &self.mission.servicer);
+        let (reorientation, s) = (&self.plan.stage2, &self.mission.servicer);
         let preset = Some(self.time(self.mission.approach.preset_node(NODES)));
         let stops = s.max_joint_angle.iter().flat_map(|stop| both(stop.to_degrees())).collect();
         let view = self.mission.approach.field_of_view_half_angle.to_degrees();
@@ -104,31 +104,31 @@ impl View<'_> {
             panel(
                 "bus torque [mN m], bus axes",
                 both(MILLI * s.max_bus_torque),
-                self.held_axes(AXES, &|k, i| MILLI * two.bus_torque[k][i]),
+                self.held_axes(AXES, &|k, i| MILLI * reorientation.bus_torque[k][i]),
                 None,
             ),
             panel(
                 "joint torque [mN m]",
                 both(MILLI * s.max_joint_torque),
-                self.held_axes(JOINTS, &|k, i| MILLI * two.joint_torque[k][i]),
+                self.held_axes(JOINTS, &|k, i| MILLI * reorientation.joint_torque[k][i]),
                 preset,
             ),
             panel(
                 "joint angle [deg]",
                 stops,
-                self.node_axes(JOINTS, &|k, i| two.joint_angle[k][i].to_degrees()),
+                self.node_axes(JOINTS, &|k, i| reorientation.joint_angle[k][i].to_degrees()),
                 preset,
             ),
             panel(
                 "joint rate [mrad/s]",
                 both(MILLI * s.max_joint_rate),
-                self.node_axes(JOINTS, &|k, i| MILLI * two.joint_rate[k][i]),
+                self.node_axes(JOINTS, &|k, i| MILLI * reorientation.joint_rate[k][i]),
                 preset,
             ),
             panel(
                 "bus rate [mrad/s], RTN",
                 vec![],
-                self.node_axes(AXES, &|k, i| MILLI * two.rate[k][i]),
+                self.node_axes(AXES, &|k, i| MILLI * reorientation.rate[k][i]),
                 None,
             ),
             panel(

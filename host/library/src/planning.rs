@@ -162,13 +162,13 @@ impl Planner {
         let gains = gains(mission, &report, &solver);
         let spent = watched.spent();
         let file = self.file(mission, scenario, method, &report, &spent);
-        let (one, two) = (&report.translation, &report.reorientation);
+        let (translation, reorientation) = (&report.translation, &report.reorientation);
         let (log1, log2) = self.workspace.logs();
         Planned {
             reason: file.residuals.worst(&mission.tolerances),
             flight: Flight::new(mission, scenario, &file),
             file,
-            corrections: [one, two].map(|stage| stage.outcome.corrections as u64),
+            corrections: [translation, reorientation].map(|stage| stage.outcome.corrections as u64),
             times: report.times,
             evidence: EvidenceFile::new(
                 &scenario.id,
@@ -190,7 +190,7 @@ impl Planner {
         report: &Report,
         spent: &Spent,
     ) -> PlanFile {
-        let (one, two) = (&report.translation, &report.reorientation);
+        let (translation, reorientation) = (&report.translation, &report.reorientation);
         PlanFile {
             format: formats::PLAN_FORMAT.into(),
             program: Some(Program::this()),
@@ -206,9 +206,9 @@ impl Planner {
             inputs: Some(PlanInputs::new(mission, scenario, method.integrator)),
             grid: Some(PlanGrid::of(mission)),
             frames: Some(formats::frames()),
-            stage1: PlanStage1::new(end(one), self.workspace.translation()),
+            stage1: PlanStage1::new(end(translation), self.workspace.translation()),
             stage2: PlanStage2::new(
-                end(two),
+                end(reorientation),
                 report.times.inference_s,
                 self.workspace.reorientation(),
             ),

@@ -71,18 +71,18 @@ fn statistics(summary: &Summary) -> Table {
         let [mean, std, median, p99, max] = [s.mean, s.std, s.median, s.p99, s.max].map(show);
         table.row([name.into(), mean, std, median, p99, max]);
     };
-    let (one, two) = (&summary.stage1, &summary.stage2);
-    row("stage 1 iterations", &one.iterations, number);
-    row("stage 1 corrections", &one.corrections, number);
-    row("stage 1 time", &one.time_s, time);
-    row("stage 1 cost (solved)", &one.cost, number);
-    row("stage 2 iterations", &two.iterations, number);
-    row("stage 2 corrections", &two.corrections, number);
-    row("stage 2 time", &two.time_s, time);
+    let (translation, reorientation) = (&summary.stage1, &summary.stage2);
+    row("stage 1 iterations", &translation.iterations, number);
+    row("stage 1 corrections", &translation.corrections, number);
+    row("stage 1 time", &translation.time_s, time);
+    row("stage 1 cost (solved)", &translation.cost, number);
+    row("stage 2 iterations", &reorientation.iterations, number);
+    row("stage 2 corrections", &reorientation.corrections, number);
+    row("stage 2 time", &reorientation.time_s, time);
     if summary.inference_s.max > 0.0 {
         row("  of it inference", &summary.inference_s, time);
     }
-    row("stage 2 cost (solved)", &two.cost, number);
+    row("stage 2 cost (solved)", &reorientation.cost, number);
     row("whole plan time", &summary.time_s, time);
     row("  of it processor", &summary.cpu_time_s, time);
     table

@@ -16,7 +16,7 @@ pub fn refusal_report(scenario: &str, refusal: &Refusal) -> String {
 /// Verdict, stages, residuals, clearances and the path of the file.
 pub fn plan_report(planned: &Planned, mission: &Mission<LINKS>, file: &Path) -> String {
     let plan = &planned.file;
-    let (one, two) = (&plan.stage1, &plan.stage2);
+    let (translation, reorientation) = (&plan.stage1, &plan.stage2);
     let mut stages = Table::new([
         ("stage", Align::Left),
         ("status", Align::Left),
@@ -32,8 +32,20 @@ pub fn plan_report(planned: &Planned, mission: &Mission<LINKS>, file: &Path) -> 
         stages.row([name, status, iterations, corrections, cost, time(time_s)]);
     };
     let [c1, c2] = planned.corrections;
-    stage("1 translation", one.status, [one.iterations, c1], one.cost, one.time_s);
-    stage("2 reorientation", two.status, [two.iterations, c2], two.cost, two.time_s);
+    stage(
+        "1 translation",
+        translation.status,
+        [translation.iterations, c1],
+        translation.cost,
+        translation.time_s,
+    );
+    stage(
+        "2 reorientation",
+        reorientation.status,
+        [reorientation.iterations, c2],
+        reorientation.cost,
+        reorientation.time_s,
+    );
     format!(
         "scenario {}: {}\nverdict: {}\n{} mode, {}, {}, {}\n\n{stages}{}\n{}\n{}\nwritten: {}\n",
         plan.scenario,

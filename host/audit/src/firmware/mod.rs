@@ -1,8 +1,8 @@
 //! The images: built for each processor, run under QEMU, held against the host bit for bit.
 //!
-//! Data goes down this list: [`target`] (what is particular to a processor), [`toolchain`] (compilers,
-//! linkers, emulators; what is missing is named, nothing is installed), [`plans`] (what is asked of an
-//! image), [`image`] (build it, read it), [`emulator`] (run it), [`log`] (what it printed), [`bars`].
+//! Data goes down this list: `target` (what is particular to a processor), `toolchain` (compilers,
+//! linkers, emulators; what is missing is named, nothing is installed), `plans` (what is asked of an
+//! image), `image` (build it, read it), `emulator` (run it), `log` (what it printed), `bars`.
 //! What is measured, and how, is told in `docs/firmware.md`.
 
 mod bars;
