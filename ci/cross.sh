@@ -20,7 +20,7 @@ source ci/toolchain.sh
 export CARGO_TARGET_DIR=$out
 # Whether it compiles is asked; that it links and runs is shown by `remora firmware`, whose images are
 # made from the same code.
-export CARGO_PROFILE_DEV_PANIC=abort
+export CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false CARGO_PROFILE_DEV_PANIC=abort
 
 # The proof. A library may use an allocator without anyone noticing until it is linked into an
 # image, so this links (well, checks: the compiler looks for an allocator before it makes any code)

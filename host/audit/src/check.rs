@@ -22,7 +22,7 @@ use std::path::Path;
 const MOST_PADDING: u64 = 64;
 
 /// What a check found.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Checked {
     /// What was looked at, a line each.
     pub looked_at: Vec<String>,

@@ -47,7 +47,7 @@ pub struct Audit {
 }
 
 /// What came of an audit.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct Audited {
     /// Bars with what was seen.
     pub bars: Vec<Bar>,

@@ -11,7 +11,7 @@ use remora_host::report::{Align, Page, Table, number, time};
 use remora_inject::Injection;
 
 /// Something that was to be reached.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Bar {
     /// What is looked at.
     pub what: String,

@@ -9,7 +9,7 @@ use remora_host::error::FieldError;
 use remora_host::formats::{ModelBuilder, ModelFile, NamedTensor, Values};
 
 /// What quantisation did to one tensor.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Quantised {
     /// Name.
     pub name: String,

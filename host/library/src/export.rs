@@ -40,7 +40,7 @@ pub struct Exported {
 }
 
 /// The subproblems of one stage.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub struct ExportedStage {
     /// Subproblems, corrections included.
     pub programs: usize,

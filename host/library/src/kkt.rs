@@ -14,7 +14,7 @@ use remora_core::advanced::qp::{Qp, Solution};
 
 /// Largest violation of each optimality condition, in the program's own (scaled) units. Infinite
 /// where something is not a number.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Kkt {
     /// Component of the Lagrangian's gradient.
     pub stationarity: f64,

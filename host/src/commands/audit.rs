@@ -1,7 +1,7 @@
 //! `remora audit`
 
 use super::Output;
-use super::options::{JobsArgs, RootArgs, choice};
+use super::options::{JobsArgs, JsonArgs, RootArgs, choice};
 use super::progress::{Bar, is_shown_live, tell};
 use indicatif::{ProgressBar, ProgressStyle};
 use remora_audit::{Audit, Section, Watcher, check, firmware, summary_table};
@@ -30,6 +30,8 @@ pub(super) struct Args {
     root: RootArgs,
     #[command(flatten)]
     jobs: JobsArgs,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -57,7 +59,7 @@ impl Args {
             screen.clear();
             let text = checked.looked_at.iter().map(|line| format!("looked at: {line}\n"));
             let text = text.collect::<String>() + &faults(&checked.faults);
-            return Ok(Output::new(text, checked.faults.is_empty()));
+            return Output::either(self.json, &checked, text, checked.faults.is_empty());
         }
         let sections = if self.only.is_empty() { Section::ALL.to_vec() } else { self.only };
         let audit = Audit { root, out, numbers, sections, jobs, alarm: super::inject::hung };
@@ -67,7 +69,8 @@ impl Args {
         for file in &audited.files {
             let _ = writeln!(text, "written: {}", file.display());
         }
-        Ok(Output::new(text + &faults(&audited.faults), audited.faults.is_empty()))
+        text += &faults(&audited.faults);
+        Output::either(self.json, &audited, text, audited.faults.is_empty())
     }
 }
 

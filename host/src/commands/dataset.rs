@@ -1,7 +1,7 @@
 //! `remora dataset`
 
 use super::Output;
-use super::options::{COUNT, IntegratorArgs, JobsArgs, MissionArgs, SEED};
+use super::options::{COUNT, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED};
 use super::progress::Bar;
 use crate::report;
 use remora_host::draw::MAX_COUNT;
@@ -36,6 +36,8 @@ pub(super) struct Args {
     /// Directory of the results; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -65,6 +67,6 @@ impl Args {
         let started = Instant::now();
         let made = recipe.make(&mut Bar::named("dataset"))?;
         let text = report::dataset_report(&made, started.elapsed().as_secs_f64(), &recipe.out);
-        Ok(Output::new(text, true))
+        Output::either(self.json, &made, text, true)
     }
 }

@@ -1,8 +1,8 @@
 //! `remora firmware`
 
+use super::Output;
 use super::options::{JsonArgs, RootArgs, choice};
 use super::progress::tell;
-use super::{Output, to_json};
 use remora_audit::firmware::{Extent, Firmware, Target, parts_tables, report_tables};
 use remora_host::choice::Choice;
 use remora_host::error::Error;
@@ -54,10 +54,6 @@ impl Args {
         let images = Firmware { root, targets, plans: extent.plans(), is_repeated: self.twice };
         let measured = images.run(&mut |line| tell(line))?;
         let is_sound = measured.broken.is_empty();
-        if self.json.json {
-            let text = to_json(&measured.report)?;
-            return Ok(Output { is_data: true, ..Output::new(text, is_sound) });
-        }
         let mut tables = report_tables(&measured.report);
         if self.parts {
             tables.extend(parts_tables(&measured.report));
@@ -70,6 +66,6 @@ impl Args {
         for line in &measured.broken {
             let _ = writeln!(text, "BROKEN: {line}");
         }
-        Ok(Output::new(text, is_sound))
+        Output::either(self.json, &measured.report, text, is_sound)
     }
 }

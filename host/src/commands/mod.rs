@@ -27,6 +27,7 @@ mod reproduce;
 mod train;
 
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
+use options::JsonArgs;
 use remora_host::error::Error;
 use remora_host::formats::{Verdict, json};
 use serde::Serialize;
@@ -141,6 +142,19 @@ impl Output {
     /// The same of what was planned, and the worst verdict on it.
     fn judged_data(text: String, worst: Verdict) -> Self {
         Self::judged(text, worst).into_data()
+    }
+
+    /// A report, or the same as JSON where that is asked for.
+    fn either(
+        json: JsonArgs,
+        value: &impl Serialize,
+        text: String,
+        success: bool,
+    ) -> Result<Self, Error> {
+        match json.json {
+            true => Ok(Self::new(to_json(value)?, success).into_data()),
+            false => Ok(Self::new(text, success)),
+        }
     }
 
     fn into_data(self) -> Self {

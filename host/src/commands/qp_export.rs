@@ -1,7 +1,7 @@
 //! `remora qp-export`
 
-use super::Output;
-use super::options::{ForceArgs, MethodArgs, MissionArgs, ScenarioArgs};
+use super::options::{ForceArgs, JsonArgs, MethodArgs, MissionArgs, ScenarioArgs};
+use super::{Output, to_json};
 use crate::report;
 use remora_host::error::Error;
 use remora_host::export::ExportJob;
@@ -25,6 +25,8 @@ pub(super) struct Args {
     out: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -53,6 +55,9 @@ impl Args {
         };
         let exported = job.run()?;
         let verdict = exported.planned.file.verdict.unwrap_or_default();
-        Ok(Output::judged(report::export_report(&exported, &job.out), verdict))
+        match self.json.json {
+            true => Ok(Output::judged_data(to_json(&exported.stages)?, verdict)),
+            false => Ok(Output::judged(report::export_report(&exported, &job.out), verdict)),
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! `remora quantise`
 
 use super::Output;
-use super::options::ForceArgs;
+use super::options::{ForceArgs, JsonArgs};
 use remora_host::error::Error;
 use remora_host::formats::{ModelFile, check_writable};
 use remora_host::lineage::{self, Lineage};
@@ -21,6 +21,8 @@ pub(super) struct Args {
     out: PathBuf,
     #[command(flatten)]
     force: ForceArgs,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -45,7 +47,7 @@ impl Args {
             let file = known.write_beside(&self.out, checksum(&quantised.bytes()))?;
             text += &format!("written: {}\n", file.display());
         }
-        Ok(Output::new(text, true))
+        Output::either(self.json, &tensors, text, true)
     }
 }
 

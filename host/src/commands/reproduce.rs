@@ -1,7 +1,7 @@
 //! `remora reproduce`
 
 use super::Output;
-use super::options::{COUNT, IntegratorArgs, MissionArgs, SEED, choice, drawn};
+use super::options::{COUNT, IntegratorArgs, JsonArgs, MissionArgs, SEED, choice, drawn};
 use super::progress::Bar;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
@@ -39,6 +39,8 @@ pub(super) struct Args {
     /// Directory of the results; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -72,6 +74,6 @@ impl Args {
         for file in findings.write(&self.out, self.table.name())? {
             let _ = writeln!(text, "written: {}", file.display());
         }
-        Ok(Output::new(text, true))
+        Output::either(self.json, &findings.numbers, text, true)
     }
 }

@@ -33,6 +33,9 @@ fn one_thread_or_two_write_the_same_bytes() {
     // What is complete is not planned again.
     let run = bench.solves(&format!("{DATASET} --out sets/1"));
     assert!(run.out.contains("\n0 planned in"), "{}", run.out);
+    let run = bench.solves(&format!("{DATASET} --json --out sets/1"));
+    let made: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!((&made["tried"], &made["kept"], &made["now"]), (&6.into(), &6.into(), &0.into()));
     assert!(one == contents(&bench, "sets/1"));
     let manifest = bench.json("sets/1/dataset.json");
     assert_eq!((&manifest["seed"], &manifest["integrator"]), (&3.into(), &"euler".into()));

@@ -67,7 +67,9 @@ fn a_quantised_model_acts_like_the_one_it_was() {
 #[test]
 fn a_file_taken_apart_and_put_together_is_the_same() {
     let bench = bench();
-    bench.solves("quantise in.model out.model");
+    let run = bench.solves("quantise in.model out.model --json");
+    let tensors: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert!(tensors[0]["name"].is_string() && tensors[0]["bytes"][1].is_u64(), "{tensors}");
     for name in ["in.model", "out.model"] {
         let bytes = fs::read(bench.path(name)).unwrap();
         let file = ModelFile::read(&bench.path(name)).unwrap();

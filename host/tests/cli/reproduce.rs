@@ -81,6 +81,9 @@ fn every_table_is_made_once_and_plans_are_shared() {
         let run = bench.solves(&format!("reproduce {table} {COMMON}"));
         assert!(run.err.lines().all(|line| line.starts_with("resuming: ")), "{}", run.err);
         assert_eq!(bench.read(&format!("paper/{table}.json")), numbers);
+        let run = bench.solves(&format!("reproduce {table} {COMMON} --json"));
+        let printed: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+        assert_eq!(printed, bench.json(&format!("paper/{table}.json"))["numbers"]);
     }
 }
 

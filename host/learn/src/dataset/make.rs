@@ -40,7 +40,7 @@ pub struct Recipe {
 }
 
 /// A dataset that is complete.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Made {
     /// Scenarios that were tried, in all runs.
     pub tried: u64,
