@@ -1,7 +1,7 @@
 //! Whether budgets are kept and the record is what the code of today would make.
 
 use super::budgets::{Budgets, Measured};
-use super::emulation::{Emulation, FORMAT, ReportFile};
+use super::emulation::Emulation;
 use super::firmware::{self, Firmware};
 use super::loops::Loops;
 use super::memory::{self, ImageMemory};
@@ -11,7 +11,6 @@ use super::run::{Watcher, envelope, inject, observed_scenarios};
 use super::summary;
 use remora_core::advanced::model::Mission;
 use remora_host::error::Error;
-use remora_host::formats::json;
 use remora_host::method::Integrator;
 use remora_inject::Injection;
 use std::num::NonZeroUsize;
@@ -183,10 +182,7 @@ impl Check<'_> {
             let broken = images.run(&mut |line| watcher.line(line))?.broken;
             self.checked.faults.extend(broken);
         }
-        let text = json::read_text(&report)?;
-        let report_file: ReportFile =
-            json::parse(&text, FORMAT).map_err(|error| error.at(&report))?;
-        let emulation = Emulation::new(report_file).map_err(|error| error.at(&report))?;
+        let emulation = Emulation::read(&report)?;
         let mut measured = summary::of_emulation(&emulation);
         // Others have no pages: LEON3, for one.
         for target in emulation.targets.iter().filter(|t| memory::images().any(|of| of == t.target))

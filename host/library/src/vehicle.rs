@@ -1,6 +1,7 @@
 //! What follows from a mission's numbers: how far the arm reaches, what its actuators leave to
 //! spare, and whether an approach can end at all.
 
+use crate::formats::MissionTypical;
 use crate::method::Integrator;
 use nalgebra::{Matrix3, Vector3};
 use remora_core::advanced::math::quaternion;
@@ -39,7 +40,7 @@ pub struct Vehicle {
     /// The way of each joint.
     pub joints: [Joint; LINKS],
     /// What steps of the optimisation are divided by, the mission's own or derived.
-    pub typical: Magnitudes,
+    pub typical: MissionTypical,
     /// Angular momentum [N m s].
     pub spin_up: Margin,
     /// Force [N].
@@ -48,27 +49,6 @@ pub struct Vehicle {
     pub turn: Margin,
     /// Why no approach of the mission can end, where that is so.
     pub refused: Option<Refused>,
-}
-
-/// Typical magnitudes, as a mission's table `[typical]` gives them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Magnitudes {
-    /// Position [m].
-    pub length_m: f64,
-    /// Velocity [m/s].
-    pub velocity_m_s: f64,
-    /// Force [N].
-    pub force_n: f64,
-    /// Attitude and joint angles [rad].
-    pub angle_rad: f64,
-    /// Bus rate [rad/s].
-    pub rate_rad_s: f64,
-    /// Joint rates [rad/s].
-    pub joint_rate_rad_s: f64,
-    /// Bus torque [N m].
-    pub bus_torque_n_m: f64,
-    /// Joint torques [N m].
-    pub joint_torque_n_m: f64,
 }
 
 /// The way of a joint from the start to the preset.
@@ -126,26 +106,12 @@ impl Vehicle {
             inertia_at_start_kg_m2: rows(s.system_inertia(&s.initial_joint_angle)),
             inertia_at_capture_kg_m2: rows(s.system_inertia(&s.capture_joint_angle)),
             joints: std::array::from_fn(|i| joint(mission, integrator, i)),
-            typical: typical(mission),
+            typical: MissionTypical::from(&mission.typical()),
             spin_up: spin_up(mission),
             force: force(mission, integrator),
             turn: turn(mission),
             refused: refused(mission, integrator),
         }
-    }
-}
-
-fn typical(mission: &Mission<LINKS>) -> Magnitudes {
-    let typical = mission.typical();
-    Magnitudes {
-        length_m: typical.length,
-        velocity_m_s: typical.velocity,
-        force_n: typical.force,
-        angle_rad: typical.angle,
-        rate_rad_s: typical.rate,
-        joint_rate_rad_s: typical.joint_rate,
-        bus_torque_n_m: typical.bus_torque,
-        joint_torque_n_m: typical.joint_torque,
     }
 }
 

@@ -59,7 +59,7 @@ impl Args {
             screen.clear();
             let text = checked.looked_at.iter().map(|line| format!("looked at: {line}\n"));
             let text = text.collect::<String>() + &faults(&checked.faults);
-            return Output::either(self.json, &checked, text, checked.faults.is_empty());
+            return Output::new(text, checked.faults.is_empty()).or_json(self.json.json, &checked);
         }
         let sections = if self.only.is_empty() { Section::ALL.to_vec() } else { self.only };
         let audit = Audit { root, out, numbers, sections, jobs, alarm: super::inject::hung };
@@ -70,7 +70,7 @@ impl Args {
             let _ = writeln!(text, "written: {}", file.display());
         }
         text += &faults(&audited.faults);
-        Output::either(self.json, &audited, text, audited.faults.is_empty())
+        Output::new(text, audited.faults.is_empty()).or_json(self.json.json, &audited)
     }
 }
 

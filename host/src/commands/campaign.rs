@@ -1,8 +1,8 @@
 //! `remora campaign`
 
+use super::Output;
 use super::options::{DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SetArgs};
 use super::progress::Bar;
-use super::{Output, to_json};
 use crate::report;
 use remora_host::campaign::Campaign;
 use remora_host::error::Error;
@@ -72,9 +72,7 @@ impl Args {
         };
         let results = campaign.run(&mut Bar::named("campaign"))?;
         let worst = results.rows.iter().map(|row| row.verdict).max().unwrap_or(Verdict::Optimal);
-        match self.json.json {
-            true => Ok(Output::judged_data(to_json(&results.summary)?, worst)),
-            false => Ok(Output::judged(report::campaign_report(&results), worst)),
-        }
+        Output::judged(report::campaign_report(&results), worst)
+            .or_json(self.json.json, &results.summary)
     }
 }

@@ -1,7 +1,7 @@
 //! `remora check`
 
+use super::Output;
 use super::options::JsonArgs;
-use super::{Output, to_json};
 use crate::report;
 use remora_host::checking::{Check, Checked, Checks, Given};
 use remora_host::error::Error;
@@ -69,9 +69,7 @@ impl Args {
             true => Verdict::NotFlyable,
             false => checked.iter().map(|plan| plan.verdict).max().unwrap_or(Verdict::Optimal),
         };
-        match self.json.json {
-            true => Ok(Output::judged_data(to_json(&Checks::new(&checked))?, worst)),
-            false => Ok(Output::judged(report::check_report(&checked), worst)),
-        }
+        Output::judged(report::check_report(&checked), worst)
+            .or_json(self.json.json, &Checks::new(&checked))
     }
 }

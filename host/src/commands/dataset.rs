@@ -67,6 +67,6 @@ impl Args {
         let started = Instant::now();
         let made = recipe.make(&mut Bar::named("dataset"))?;
         let text = report::dataset_report(&made, started.elapsed().as_secs_f64(), &recipe.out);
-        Output::either(self.json, &made, text, true)
+        Output::new(text, true).or_json(self.json.json, &made)
     }
 }

@@ -1,7 +1,7 @@
 //! `remora draw`
 
+use super::Output;
 use super::options::{COUNT, ForceArgs, JsonArgs, MissionArgs, SEED, drawn, is_stdout};
-use super::{Output, to_json};
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::formats::{ScenarioSet, check_writable};
@@ -46,11 +46,8 @@ impl Args {
             }
             set.write(&self.out)?;
         }
-        if self.json.json || is_stdout(&self.out) {
-            return Ok(Output::data(to_json(&set)?));
-        }
         let text = format!("{} scenarios\nwritten: {}\n", self.count, self.out.display());
-        Ok(Output::new(text, true))
+        Output::new(text, true).or_json(self.json.json || is_stdout(&self.out), &set)
     }
 }
 

@@ -1,8 +1,8 @@
 //! `remora envelope`
 
+use super::Output;
 use super::options::{COUNT, JobsArgs, JsonArgs, SEED, choice};
 use super::progress::Bar;
-use super::{Output, to_json};
 use crate::report;
 use remora_host::draw::MAX_COUNT;
 use remora_host::envelope::{self, Envelope, Grid, Number, Vehicle};
@@ -89,10 +89,7 @@ impl Args {
         let default = if self.coarse { "runs/envelope-coarse" } else { "runs/envelope" };
         let out = self.out.unwrap_or_else(|| default.into());
         let made = envelope.run(&out, &mut Bar::named("envelope"))?;
-        match self.json.json {
-            true => Ok(Output::data(to_json(&made.map)?)),
-            false => Ok(Output::new(report::envelope_report(&made), true)),
-        }
+        Output::new(report::envelope_report(&made), true).or_json(self.json.json, &made.map)
     }
 
     fn grid(&self) -> Result<Grid, Error> {

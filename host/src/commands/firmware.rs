@@ -66,6 +66,6 @@ impl Args {
         for line in &measured.broken {
             let _ = writeln!(text, "BROKEN: {line}");
         }
-        Output::either(self.json, &measured.report, text, is_sound)
+        Output::new(text, is_sound).or_json(self.json.json, &measured.report)
     }
 }

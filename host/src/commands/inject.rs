@@ -1,10 +1,10 @@
 //! `remora inject`
 
+use super::Output;
 use super::options::{
     ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED, choice, set_or_built_in,
 };
 use super::progress::Bar;
-use super::{Output, to_json};
 use remora_host::choice::Choice;
 use remora_host::error::Error;
 use remora_host::formats::{check_writable, json, make_directory, write_atomically};
@@ -89,10 +89,8 @@ impl Args {
         let injection = injector.run(self.cases, self.jobs.jobs(), bar, &alarm)?;
         write(&files, &injection)?;
         let is_sound = injection.is_sound();
-        match self.json.json {
-            true => Ok(Output::new(to_json(&injection)?, is_sound).into_data()),
-            false => Ok(Output::new(remora_inject::injection_report(&injection, &files), is_sound)),
-        }
+        Output::new(remora_inject::injection_report(&injection, &files), is_sound)
+            .or_json(self.json.json, &injection)
     }
 
     /// The files to be written, which can be.

@@ -1,7 +1,7 @@
 //! `remora mission`
 
+use super::Output;
 use super::options::{IntegratorArgs, JsonArgs};
-use super::{Output, to_json};
 use crate::report;
 use remora_host::error::Error;
 use remora_host::formats::read_mission;
@@ -40,9 +40,6 @@ impl Args {
         let mission = read_mission(self.file.as_deref())?;
         let vehicle = Vehicle::of(&mission, self.integrator.integrator);
         let can_end = vehicle.refused.is_none();
-        match self.json.json {
-            true => Ok(Output::new(to_json(&vehicle)?, can_end).into_data()),
-            false => Ok(Output::new(report::vehicle_report(&vehicle), can_end)),
-        }
+        Output::new(report::vehicle_report(&vehicle), can_end).or_json(self.json.json, &vehicle)
     }
 }

@@ -27,7 +27,6 @@ mod reproduce;
 mod train;
 
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
-use options::JsonArgs;
 use remora_host::error::Error;
 use remora_host::formats::{Verdict, json};
 use serde::Serialize;
@@ -139,21 +138,11 @@ impl Output {
         Self::new(text, true).into_data()
     }
 
-    /// The same of what was planned, and the worst verdict on it.
-    fn judged_data(text: String, worst: Verdict) -> Self {
-        Self::judged(text, worst).into_data()
-    }
-
-    /// A report, or the same as JSON where that is asked for.
-    fn either(
-        json: JsonArgs,
-        value: &impl Serialize,
-        text: String,
-        success: bool,
-    ) -> Result<Self, Error> {
-        match json.json {
-            true => Ok(Self::new(to_json(value)?, success).into_data()),
-            false => Ok(Self::new(text, success)),
+    /// The report, or in its place `value` as JSON where that is asked for; it ends the same way.
+    fn or_json(self, is_asked: bool, value: &impl Serialize) -> Result<Self, Error> {
+        match is_asked {
+            true => Ok(Self { text: to_json(value)?, ..self }.into_data()),
+            false => Ok(self),
         }
     }
 

@@ -1,9 +1,9 @@
 //! `remora plan`
 
+use super::Output;
 use super::options::{
     DeadlineArgs, ForceArgs, JsonArgs, MethodArgs, MissionArgs, ScenarioArgs, choice, is_stdout,
 };
-use super::{Output, to_json};
 use crate::report;
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, check_writable, make_directory, write_atomically};
@@ -85,10 +85,8 @@ impl Args {
             write_atomically(plot, svg.as_bytes())?;
         }
         let verdict = planned.file.verdict.unwrap_or_default();
-        if self.json.json || is_stdout(&job.out) {
-            return Ok(Output::judged_data(to_json(&planned.file)?, verdict));
-        }
-        Ok(Output::judged(self.report(&planned, &job), verdict))
+        let is_data = self.json.json || is_stdout(&job.out);
+        Output::judged(self.report(&planned, &job), verdict).or_json(is_data, &planned.file)
     }
 
     fn job(&self) -> Result<PlanJob, Error> {

@@ -1,8 +1,8 @@
 //! `remora profile`
 
+use super::Output;
 use super::options::{ForceArgs, JsonArgs, MissionArgs, SetArgs};
 use super::progress::Bar;
-use super::{Output, to_json};
 use remora_audit::profile::{Configuration, Profiler, Rounds, profile_report};
 use remora_host::error::Error;
 use remora_host::formats::{check_writable, json, make_directory, write_atomically};
@@ -77,10 +77,7 @@ impl Args {
             write_atomically(file, json.as_bytes())?;
             text.push_str(&format!("written: {}\n", file.display()));
         }
-        match self.json.json {
-            true => Ok(Output::data(to_json(&profile)?)),
-            false => Ok(Output::new(text, true)),
-        }
+        Output::new(text, true).or_json(self.json.json, &profile)
     }
 
     fn rounds(&self) -> Rounds {

@@ -1,7 +1,7 @@
 //! `remora qp-export`
 
+use super::Output;
 use super::options::{ForceArgs, JsonArgs, MethodArgs, MissionArgs, ScenarioArgs};
-use super::{Output, to_json};
 use crate::report;
 use remora_host::error::Error;
 use remora_host::export::ExportJob;
@@ -55,9 +55,7 @@ impl Args {
         };
         let exported = job.run()?;
         let verdict = exported.planned.file.verdict.unwrap_or_default();
-        match self.json.json {
-            true => Ok(Output::judged_data(to_json(&exported.stages)?, verdict)),
-            false => Ok(Output::judged(report::export_report(&exported, &job.out), verdict)),
-        }
+        Output::judged(report::export_report(&exported, &job.out), verdict)
+            .or_json(self.json.json, &exported.stages)
     }
 }

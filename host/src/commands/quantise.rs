@@ -47,7 +47,7 @@ impl Args {
             let file = known.write_beside(&self.out, checksum(&quantised.bytes()))?;
             text += &format!("written: {}\n", file.display());
         }
-        Output::either(self.json, &tensors, text, true)
+        Output::new(text, true).or_json(self.json.json, &tensors)
     }
 }
 

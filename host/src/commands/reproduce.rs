@@ -74,6 +74,6 @@ impl Args {
         for file in findings.write(&self.out, self.table.name())? {
             let _ = writeln!(text, "written: {}", file.display());
         }
-        Output::either(self.json, &findings.numbers, text, true)
+        Output::new(text, true).or_json(self.json.json, &findings.numbers)
     }
 }

@@ -4,6 +4,7 @@ use super::target::{HOST, Target};
 use super::toolchain::Toolchain;
 use crate::image::PLANNER;
 use image_audit::{ImageError, Kind, Outline, Verdict};
+use remora_host::choice::Choice;
 use remora_host::error::{Error, io_reason};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -69,7 +70,7 @@ pub fn build(
     if kit == Kit::Tests {
         command.args(["--features", "kernels,with-panic"]);
     }
-    if let Some(linker) = Target::named(target).and_then(|target| toolchain.linker(target)) {
+    if let Some(linker) = <&Target>::of_name(target).and_then(|target| toolchain.linker(target)) {
         command.env(format!("{variable}_LINKER"), linker);
     }
     let image = folders.image(target, kit);
@@ -89,7 +90,7 @@ pub fn build(
 /// The compiler's flags.
 fn flags(target: &str) -> String {
     let remarks = "-C remark=prologepilog";
-    match Target::named(target) {
+    match <&Target>::of_name(target) {
         // Names that tell the modules of generic code, as the other compiler's do.
         None => format!("{remarks} -C symbol-mangling-version=v0 -C link-arg=-Wl,--emit-relocs"),
         Some(target) => {

@@ -119,11 +119,6 @@ impl Choice for &'static Target {
 }
 
 impl Target {
-    /// The target of this name.
-    pub fn named(name: &str) -> Option<&'static Self> {
-        TARGETS.iter().find(|target| target.name == name)
-    }
-
     /// Those that the audit has pages of.
     pub fn audited() -> impl Iterator<Item = &'static Self> {
         TARGETS.iter().filter(|target| target.is_audited)

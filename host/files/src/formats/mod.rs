@@ -27,8 +27,8 @@ pub use evidence_file::{
 pub use mission_file::{
     Approach as MissionApproach, FORMAT as MISSION_FORMAT, Horizon as MissionHorizon,
     Link as MissionLink, MissionFile, Orbit as MissionOrbit, Servicer as MissionServicer,
-    Target as MissionTarget, Tolerances as MissionTolerances, Weights as MissionWeights,
-    read_mission,
+    Target as MissionTarget, Tolerances as MissionTolerances, Typical as MissionTypical,
+    Weights as MissionWeights, read_mission,
 };
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout, read_model};
 pub use output::{check_writable, make_directory, remove_partials, write_atomically};
