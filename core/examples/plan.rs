@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         target_attitude: Vector4::new(0.0, 0.0, 0.0, 1.0),
         target_rate: Vector3::new(2.0e-4, 0.0, 1.0e-3),
         position: Vector3::new(8.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
+        ..Scenario::default()
     }
     .validated()?;
     let options = Options::builder().mode(Mode::Optimal).integrator(Integrator::RK4).build()?;

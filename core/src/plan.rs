@@ -4,8 +4,8 @@ use crate::dynamics::{Control, State};
 use crate::executor::ForkJoin;
 use crate::model::{Mission, Refusal, Scenario};
 use crate::planner::{
-    self, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Options, Report, Session, SolveRecord,
-    Solver, StageReport, Verdict, Workspace,
+    self, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Nominal, Options, Report, Session,
+    SolveRecord, Solver, StageReport, Verdict, Workspace,
 };
 use crate::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, verify,
@@ -28,7 +28,7 @@ use remora_qp::time::Deadline;
 ///     target_attitude: Vector4::new(0.0, 0.0, 0.0, 1.0),
 ///     target_rate: Vector3::new(0.0, 0.0, 1.0e-3),
 ///     position: Vector3::new(8.0, 0.0, 0.0),
-///     velocity: Vector3::zeros(),
+///     ..Scenario::default()
 /// }
 /// .validated()?;
 /// let options = Options::builder().mode(Mode::Feasible).integrator(Integrator::RK4).build()?;
@@ -78,7 +78,10 @@ impl<S: Solver> Planner<S> {
         let report = planner::plan(mission, scenario, options, solver, workspace);
         match report.refusal {
             Some(refusal) => Err(refusal),
-            None => Ok(Plan { planner: self, mission: **mission, report }),
+            None => {
+                let duration = mission.grid(scenario, NODES).duration;
+                Ok(Plan { planner: self, mission: **mission, duration, report })
+            }
         }
     }
 
@@ -140,6 +143,7 @@ impl<S: Solver> Planner<S> {
 pub struct Plan<'p, S = EmbeddedSolver> {
     planner: &'p Planner<S>,
     mission: Mission<LINKS>,
+    duration: f64,
     report: Report,
 }
 
@@ -180,6 +184,12 @@ impl<S: Solver> Plan<'_, S> {
     /// Torques of bus and joints over the intervals [N m].
     pub fn controls(&self) -> &[Control<LINKS>] {
         self.planner.reorientation().controls.get(..NODES - 1).unwrap_or_default()
+    }
+
+    /// The plan as the initial guess of the next one.
+    #[must_use]
+    pub fn nominal(&self) -> Nominal {
+        Nominal { reorientation: *self.planner.reorientation(), duration: self.duration }
     }
 
     /// Feedback gain of an interval for a tracking controller, see [`planner::feedback_gain`]; `None`

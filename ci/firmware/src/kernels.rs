@@ -31,7 +31,7 @@ pub fn run<B: Board>(
     memory: &mut Memory,
 ) {
     let w = &mut memory.workspace;
-    let dt = mission.approach.duration / (NODES - 1) as f64;
+    let dt = mission.grid(scenario, NODES).interval();
     let kernels = Kernels { measure: Measure { board, id }, mission, scenario, integrator, dt };
     kernels.initial_guess(w);
     kernels.step(w);
@@ -66,15 +66,15 @@ impl<B: Board> Kernels<'_, B> {
         }
         measure.check("tumble", sum);
 
-        let formulation = Formulation::new(mission, *integrator);
+        let formulation = Formulation::new(mission, scenario, *integrator);
         measure.run("path", 1, || {
             translation.trajectory = TranslationTrajectory::ZERO;
-            Translation::new(&formulation, scenario, target).project(&mut translation.trajectory);
+            Translation::new(&formulation, target).project(&mut translation.trajectory);
         });
         measure.check("path", path(&translation.trajectory));
         measure.run("heuristic", 1, || {
             let out = &mut reorientation.trajectory;
-            heuristic::warm_start(mission, &translation.trajectory, target, out);
+            heuristic::warm_start(mission, scenario, &translation.trajectory, target, out);
         });
         measure.check("heuristic", motion(&reorientation.trajectory));
     }
@@ -121,7 +121,7 @@ impl<B: Board> Kernels<'_, B> {
     /// Subproblems of Stage 2, without and with the Lagrangian's Hessian.
     fn linearise(&self, w: &mut Workspace) {
         let Workspace { target, scratch, translation, reorientation } = w;
-        let formulation = Formulation::new(self.mission, self.integrator);
+        let formulation = Formulation::new(self.mission, self.scenario, self.integrator);
         let translation = &translation.trajectory;
         let mut problem =
             StageTwo::new(&formulation, translation, target, Mode::Optimal, &Sequential);

@@ -18,5 +18,6 @@ fn scenario(row: &[f64; 13]) -> Scenario {
         target_rate: [wx, wy, wz].into(),
         position: [x, y, z].into(),
         velocity: [vx, vy, vz].into(),
+        ..Scenario::default()
     }
 }

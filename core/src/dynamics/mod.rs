@@ -32,7 +32,7 @@ pub use step::{StepJacobian, Stepping};
 pub use system::{EndEffectorPose, SystemRates, SystemState};
 
 use crate::math::quaternion;
-use crate::model::Servicer;
+use crate::model::{Mission, Scenario, Servicer, Start};
 use nalgebra::{SVector, Vector3, Vector4};
 use remora_qp::dense::clamp;
 
@@ -57,6 +57,26 @@ impl<const NL: usize> State<NL> {
         rate: Vector3::new(0.0, 0.0, 0.0),
         joint_rate: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
     };
+
+    /// State of a scenario at t = 0.
+    pub fn at_start(mission: &Mission<NL>, scenario: &Scenario<NL>) -> Self {
+        Self {
+            attitude: mission.bus_attitude_at_start(scenario),
+            joint_angle: mission.joint_angle_at_start(scenario),
+            rate: scenario.start.bus_rate,
+            joint_rate: scenario.start.joint_rate,
+        }
+    }
+
+    /// It as the start of a scenario.
+    pub fn as_start(&self) -> Start<NL> {
+        Start {
+            bus_attitude: Some(self.attitude),
+            bus_rate: self.rate,
+            joint_angle: Some(self.joint_angle),
+            joint_rate: self.joint_rate,
+        }
+    }
 
     /// The midpoint between this state and a near one.
     pub fn midpoint(&self, other: &Self) -> Self {

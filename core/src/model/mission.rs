@@ -1,10 +1,11 @@
 //! Everything that is the same for every approach of a mission.
 
+#[cfg(doc)]
+use super::Grid;
 use super::{Orbit, Servicer, Switch, Target, Typical};
 use core::fmt;
 use nalgebra::Vector3;
 use remora_qp::Validate;
-use remora_qp::dense::clamp;
 
 /// The approach itself: how long, how far off, how well seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,12 +16,15 @@ pub struct Approach {
     pub keep_out_far: f64,
     /// The same during the last part of the approach [m].
     pub keep_out_near: f64,
-    /// Fraction of the duration up to which (inclusive) the far distance holds.
-    pub keep_out_far_until: f64,
+    /// Time before the end from which the near distance holds [s].
+    pub keep_out_near_time: f64,
     /// Half angle of the cone about the boresight that must contain the docking port [rad].
     pub field_of_view_half_angle: f64,
-    /// Number of intervals before the end at which the arm is in its capture configuration.
-    pub preset_lead: usize,
+    /// Time before the end from which the arm is in its capture configuration, at the node before at
+    /// the latest [s].
+    pub preset_time: f64,
+    /// Time within which a given [start](super::Start) is led back into limits that it violates [s].
+    pub recovery_time: f64,
     /// Whether bus and arm must stay clear of the target, and the arm of its own bus.
     pub clearance: Switch,
     /// Whether limits hold between the nodes too, and planning keeps [`Margins`] from them.
@@ -33,38 +37,13 @@ impl Default for Approach {
             duration: 1200.0,
             keep_out_far: 1.85,
             keep_out_near: 1.46,
-            keep_out_far_until: 0.7,
+            keep_out_near_time: 360.0,
             field_of_view_half_angle: 20.0 * core::f64::consts::PI / 180.0,
-            preset_lead: 4,
+            preset_time: 80.0,
+            recovery_time: 80.0,
             clearance: Switch::Auto,
             between_nodes: Switch::Auto,
         }
-    }
-}
-
-impl Approach {
-    /// The node of `nodes` from which the arm has its capture configuration: never the first.
-    pub fn preset_node(&self, nodes: usize) -> usize {
-        nodes.saturating_sub(1).saturating_sub(self.preset_lead).max(1)
-    }
-
-    /// Keep-out distance [m] at node `k` (from 0) of `nodes`.
-    pub fn keep_out(&self, k: usize, nodes: usize) -> f64 {
-        // In node counts, so that a node exactly at the switch is not lost to rounding of times.
-        let fraction = k as f64 / (nodes - 1) as f64;
-        if fraction <= self.keep_out_far_until { self.keep_out_far } else { self.keep_out_near }
-    }
-
-    /// Share of the margins in force at `time` [s] on a horizon of `nodes`. They fade in over the
-    /// first [`Approach::preset_lead`] intervals, since the start is given, and out over the part
-    /// with the near keep-out distance, since the end is at the port: with the square of the time
-    /// left, as a distance does that a constant force closes, so that fading costs next to nothing.
-    pub fn margin_share(&self, time: f64, nodes: usize) -> f64 {
-        let ramp = self.duration * self.preset_lead as f64 / (nodes - 1) as f64;
-        let near = ((1.0 - self.keep_out_far_until) * self.duration).max(ramp);
-        let (begun, left) =
-            (clamp(time / ramp, 0.0, 1.0), clamp((self.duration - time) / near, 0.0, 1.0));
-        begun.min(left * left)
     }
 }
 
@@ -76,7 +55,7 @@ pub struct Margins {
     pub joint_angle: f64,
     /// Share of the joint rate limit that is left unused.
     pub joint_rate: f64,
-    /// From the keep-out distances [m]; it fades as [`Approach::margin_share`] says.
+    /// From the keep-out distances [m]; it fades as [`Grid::margin_share`] says.
     pub keep_out: f64,
     /// From the edge of the field of view [rad].
     pub field_of_view: f64,
@@ -392,17 +371,14 @@ impl<const NL: usize> Mission<NL> {
         Check::positive(a.duration, "approach.duration")?;
         Check::non_negative(a.keep_out_far, "approach.keep_out_far")?;
         Check::non_negative(a.keep_out_near, "approach.keep_out_near")?;
-        Check::that(
-            (0.0..=1.0).contains(&a.keep_out_far_until),
-            "approach.keep_out_far_until",
-            "must lie in [0, 1]",
-        )?;
+        Check::non_negative(a.keep_out_near_time, "approach.keep_out_near_time")?;
         Check::that(
             a.field_of_view_half_angle > 0.0 && a.field_of_view_half_angle <= core::f64::consts::PI,
             "approach.field_of_view_half_angle",
             "must lie in (0, pi]",
         )?;
-        Check::that(a.preset_lead >= 1, "approach.preset_lead", "must be at least 1")
+        Check::positive(a.preset_time, "approach.preset_time")?;
+        Check::non_negative(a.recovery_time, "approach.recovery_time")
     }
 
     fn validate_margins(&self) -> Result<(), InvalidField> {
@@ -463,12 +439,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_default_is_valid_and_switches_keep_out_after_node_42() {
-        let mission = Mission::default();
-        mission.validate().unwrap();
-        // One-based node 42 of 60 is at 41/59 = 0.695 of the duration, node 43 at 0.712.
-        assert_eq!(mission.approach.keep_out(41, 60), 1.85);
-        assert_eq!(mission.approach.keep_out(42, 60), 1.46);
+    fn the_default_is_valid() {
+        Mission::default().validate().unwrap();
     }
 
     #[test]
@@ -484,7 +456,7 @@ mod tests {
         assert_eq!(field(|m| m.target.inertia.x = 50.0), "target.inertia");
         assert_eq!(field(|m| m.servicer.max_joint_angle[1] = 0.1), "servicer.initial_joint_angle");
         assert_eq!(field(|m| m.approach.duration = 0.0), "approach.duration");
-        assert_eq!(field(|m| m.approach.preset_lead = 0), "approach.preset_lead");
+        assert_eq!(field(|m| m.approach.preset_time = 0.0), "approach.preset_time");
         assert_eq!(field(|m| m.orbit.eccentricity = 1.0), "orbit.eccentricity");
         assert_eq!(field(|m| m.weights.force = 0.0), "weights.force");
         assert_eq!(field(|m| m.tolerances.dynamics = 0.0), "tolerances.dynamics");

@@ -6,9 +6,11 @@
 
 mod feasibility;
 mod formulation;
+mod grid;
 mod keep_out;
 mod mission;
 mod orbit;
+mod recovery;
 mod refusal;
 mod scenario;
 mod segment;
@@ -18,13 +20,15 @@ mod typical;
 
 pub use feasibility::{MAX_NODE_TURN, Needs};
 pub use formulation::{Integrator, InvalidIntegrator, Switch};
+pub use grid::Grid;
 pub use keep_out::{SignedDistance, signed_distance_to_box};
 pub use mission::{
     Approach, Corridor, InvalidField, Margins, Mission, ScenarioRanges, Tolerances, Weights,
 };
 pub use orbit::{HcwTransition, Orbit, hcw_acceleration};
+pub use recovery::{RECOVERY_NAMES, Recovery};
 pub use refusal::Refusal;
-pub use scenario::{Scenario, initial_bus_attitude};
+pub use scenario::{Scenario, Start, initial_bus_attitude};
 pub use segment::{SegmentDistance, segment_to_box};
 pub use servicer::{CaptureGeometry, Link, Servicer};
 pub use target::{MAX_TUMBLE_SUBSTEPS, Target, TargetState};

@@ -23,6 +23,11 @@ pub enum Refusal {
         /// Distance from the centre [m].
         distance: f64,
     },
+    /// The time to capture is not one.
+    Duration {
+        /// The time to capture [s].
+        duration: f64,
+    },
     /// Nodes are too far apart for the orbit.
     NodeInterval {
         /// From node to node [s].
@@ -131,6 +136,7 @@ impl Refusal {
             Self::Reach { .. } => 12,
             Self::Force { .. } => 13,
             Self::BusTorque { .. } => 14,
+            Self::Duration { .. } => 15,
         }
     }
 
@@ -151,6 +157,7 @@ impl Refusal {
             Self::Reach { .. } => "reach",
             Self::Force { .. } => "force",
             Self::BusTorque { .. } => "bus_torque",
+            Self::Duration { .. } => "duration",
         }
     }
 
@@ -161,6 +168,7 @@ impl Refusal {
             Self::NotFinite { .. }
                 | Self::Attitude { .. }
                 | Self::Position { .. }
+                | Self::Duration { .. }
                 | Self::NodeInterval { .. }
                 | Self::PresetLead { .. }
         )
@@ -190,7 +198,10 @@ impl Refusal {
         match *self {
             Self::NotFinite { field } => write!(f, "the scenario's {field} is not finite"),
             Self::Attitude { norm } => {
-                write!(f, "the target's is not a unit quaternion: its norm is {norm}")
+                write!(f, "not a unit quaternion, of target or bus: its norm is {norm}")
+            }
+            Self::Duration { duration } => {
+                write!(f, "{duration} s is no time to capture: from 1 s to 1e6 s")
             }
             Self::Position { distance } => write!(
                 f,

@@ -1,9 +1,8 @@
 //! The initial guess of Stage 2.
 
-use super::{PlanSettings, Workspace};
+use super::{Nominal, PlanSettings, Workspace};
 use crate::dynamics::{Control, State};
 use crate::executor::ForkJoin;
-use crate::model::Mission;
 use crate::scp::Problem;
 use crate::stages::{
     Formulation, LINKS, MissionReorientation, NODES, ReorientationTrajectory, heuristic,
@@ -29,6 +28,14 @@ pub enum InitialGuess<'a> {
     /// A trajectory of the user's, such as an earlier plan, or the heuristic where that is better. It
     /// need not satisfy any constraint: it is projected onto limits and fixed values, as every guess.
     User(&'a ReorientationTrajectory<NODES, LINKS>),
+    /// What is left of the plan in force `elapsed` seconds after its start, or the heuristic where that is
+    /// better.
+    Nominal {
+        /// The plan in force.
+        plan: &'a Nominal,
+        /// Time since its first node [s].
+        elapsed: f64,
+    },
     /// A trajectory of the user's, used without comparison to the heuristic. For fault injection.
     Unchecked(&'a ReorientationTrajectory<NODES, LINKS>),
 }
@@ -58,6 +65,8 @@ pub enum GuessRecord {
     /// The user's trajectory.
     #[cfg_attr(feature = "serde", serde(rename = "given"))]
     User = 7,
+    /// What is left of the plan in force.
+    Nominal = 8,
 }
 
 impl GuessRecord {
@@ -72,6 +81,7 @@ impl GuessRecord {
             Self::Heuristic => "heuristic",
             Self::Learned => "model",
             Self::User => "given",
+            Self::Nominal => "nominal",
             Self::Refused => "refused",
             Self::NotFinite => "not_finite",
             Self::Worse => "worse",
@@ -88,7 +98,7 @@ impl GuessRecord {
     /// Why the heuristic was used though something else was asked for.
     pub fn why(self) -> Option<&'static str> {
         match self {
-            Self::Heuristic | Self::Learned | Self::User => None,
+            Self::Heuristic | Self::Learned | Self::User | Self::Nominal => None,
             Self::Refused => Some("the model was refused"),
             Self::NotFinite => Some("the rollout is not finite"),
             Self::Worse => Some("the rollout is worse than the heuristic"),
@@ -105,7 +115,7 @@ impl GuessRecord {
     /// Whether the offered guess was used, not the heuristic: it has SCP settings of its own and the
     /// heuristic as fallback.
     pub(super) fn is_offered(self) -> bool {
-        matches!(self, Self::Learned | Self::User)
+        matches!(self, Self::Learned | Self::User | Self::Nominal)
     }
 }
 
@@ -128,6 +138,11 @@ impl InitialGuess<'_> {
                 sum.integer(4);
                 identify(reorientation, sum);
             }
+            Self::Nominal { plan, elapsed } => {
+                sum.integer(5);
+                sum.numbers([&plan.duration, elapsed]);
+                identify(&plan.reorientation, sum);
+            }
         }
     }
 
@@ -143,8 +158,8 @@ impl InitialGuess<'_> {
         executor: &P,
         workspace: &mut Workspace,
     ) -> GuessRecord {
-        let Formulation { mission, integrator, deadline, .. } = *formulation;
-        write_heuristic(mission, workspace);
+        let Formulation { mission, scenario, integrator, deadline, .. } = *formulation;
+        write_heuristic(formulation, workspace);
         let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
         let translation = &translation.trajectory;
         let offered = match self {
@@ -156,7 +171,7 @@ impl InitialGuess<'_> {
             }
             _ if deadline.has_passed() => return GuessRecord::Deadline,
             Self::Learned { policy, seed } => {
-                let mut scene = Scene::new(mission, translation, target, integrator);
+                let mut scene = Scene::new(mission, scenario, translation, target, integrator);
                 scene.deadline = deadline;
                 warmstart::rollout(&scene, *policy, *seed, &mut z.trial)
                     .then_some(GuessRecord::Learned)
@@ -164,6 +179,10 @@ impl InitialGuess<'_> {
             Self::User(reorientation) => {
                 z.trial = **reorientation;
                 is_finite(reorientation).then_some(GuessRecord::User)
+            }
+            Self::Nominal { plan, elapsed } => {
+                plan.resample(*elapsed, &formulation.grid(NODES), &mut z.trial);
+                is_finite(&z.trial).then_some(GuessRecord::Nominal)
             }
         };
         let Some(offered) = offered else {
@@ -180,12 +199,12 @@ impl InitialGuess<'_> {
         };
         let (other, heuristic) = (merit(&mut z.trial), merit(&mut z.trajectory));
         if deadline.has_passed() {
-            heuristic::warm_start(mission, translation, target, &mut z.trajectory);
+            heuristic::warm_start(mission, scenario, translation, target, &mut z.trajectory);
             return GuessRecord::Deadline;
         }
         if !(other <= heuristic) {
             // Written again: a projection repeated would change its last bits.
-            heuristic::warm_start(mission, translation, target, &mut z.trajectory);
+            heuristic::warm_start(mission, scenario, translation, target, &mut z.trajectory);
             return if other.is_finite() { GuessRecord::Worse } else { GuessRecord::NotFinite };
         }
         mem::swap(&mut z.trajectory, &mut z.trial);
@@ -213,8 +232,9 @@ fn identify(reorientation: &ReorientationTrajectory<NODES, LINKS>, sum: &mut Che
 }
 
 /// Writes the heuristic guess to the workspace, along the translation in it.
-pub(super) fn write_heuristic(mission: &Mission<LINKS>, workspace: &mut Workspace) {
+pub(super) fn write_heuristic(formulation: &Formulation<'_, LINKS>, workspace: &mut Workspace) {
+    let Formulation { mission, scenario, .. } = *formulation;
     let Workspace { target, translation, reorientation, .. } = workspace;
     let reorientation = &mut reorientation.trajectory;
-    heuristic::warm_start(mission, &translation.trajectory, target, reorientation);
+    heuristic::warm_start(mission, scenario, &translation.trajectory, target, reorientation);
 }

@@ -6,6 +6,7 @@
 mod gains;
 mod guess;
 pub mod memory;
+mod nominal;
 mod options;
 mod record;
 mod report;
@@ -18,6 +19,7 @@ mod workspace;
 
 pub use gains::{Gain, feedback_gain};
 pub use guess::{GuessRecord, InitialGuess};
+pub use nominal::Nominal;
 pub use options::{Options, OptionsBuilder, PlanSettings, Platform};
 pub use record::{
     Fallback, SolveRecord, StageSolveRecord, VERSION, mission_checksum, output_checksum,
@@ -73,14 +75,17 @@ pub fn plan<S: Solver, P: ForkJoin>(
     record::add_options(&mut settings, options);
     guess.identify(&mut settings);
     solver.identify(&mut settings);
-    let record = SolveRecord::new(record::input_checksum(mission, scenario), settings.value());
+    let input = record::input_checksum(mission, scenario);
+    let recovery = mission.recovery(scenario, mission.grid(scenario, NODES).keep_out(0)).code();
+    let record = SolveRecord { recovery, ..SolveRecord::new(input, settings.value()) };
     if let Err(refusal) = mission.check::<NODES>(scenario, options.integrator) {
         return refused(refusal, record, workspace);
     }
     let deadline = Deadline::after(clock, options.deadline_s);
-    let formulation = Formulation { deadline, ..Formulation::new(mission, options.integrator) };
+    let formulation = Formulation::new(mission, scenario, options.integrator);
+    let formulation = Formulation { deadline, ..formulation };
     let executor = platform.executor;
-    let mut run = Run { formulation, deadline, scenario, options, solver, executor, workspace };
+    let mut run = Run { formulation, deadline, options, solver, executor, workspace };
     let mut report = run.plan(guess, record);
     report.times.total_s = clock.seconds() - started;
     report
@@ -127,13 +132,15 @@ fn status_of(
 /// Plans Stage 2 alone, from the trajectory in the workspace along the translation in it.
 pub fn plan_reorientation<S: Solver, P: ForkJoin>(
     mission: &Mission<LINKS>,
+    scenario: &Scenario,
     options: &PlanSettings,
     solver: &mut S,
     platform: &Platform<P>,
     workspace: &mut Workspace,
 ) -> StageReport {
     let deadline = Deadline::after(platform.clock, options.deadline_s);
-    let formulation = Formulation { deadline, ..Formulation::new(mission, options.integrator) };
+    let formulation = Formulation::new(mission, scenario, options.integrator);
+    let formulation = Formulation { deadline, ..formulation };
     run::reorient(
         &formulation,
         options.mode,

@@ -6,11 +6,12 @@
 use super::{GuessRecord, PlanSettings, StageReport};
 use crate::dynamics::Integrator;
 use crate::model::{
-    Approach, Corridor, Link, Margins, Mission, Orbit, Scenario, Servicer, Target, Tolerances,
-    Typical, Weights,
+    Approach, Corridor, Grid, Link, Margins, Mission, Orbit, Scenario, Servicer, Start, Target,
+    Tolerances, Typical, Weights,
 };
 use crate::scp::{Log, Settings, Status};
 use crate::stages::{LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory};
+use nalgebra::SVector;
 use remora_qp::Checksum;
 use remora_qp::{QpOutcome, QpStatus};
 
@@ -106,6 +107,9 @@ pub struct SolveRecord {
     pub status: Status,
     /// Whether the verifier found every residual within its tolerance.
     pub is_verified: bool,
+    /// Limits that the given start violates and the plan leads back into, a bit each, in the order of
+    /// [`RECOVERY_NAMES`](crate::model::RECOVERY_NAMES).
+    pub recovery: u32,
     /// Initial guess of Stage 2.
     pub start: GuessRecord,
     /// Stage 1.
@@ -124,6 +128,7 @@ impl SolveRecord {
             output: 0,
             status: Status::default(),
             is_verified: false,
+            recovery: 0,
             start: GuessRecord::default(),
             translation: StageSolveRecord::default(),
             reorientation: StageSolveRecord::default(),
@@ -195,7 +200,7 @@ fn add_mission(sum: &mut Checksum, mission: &Mission<LINKS>) {
     add_orbit(sum, orbit);
     add_target(sum, target);
     add_servicer(sum, servicer);
-    add_approach(sum, approach);
+    add_approach(sum, approach, &mission.own_grid(NODES));
     add_weights(sum, weights);
     add_tolerances(sum, tolerances);
     let Margins { joint_angle, joint_rate, keep_out, field_of_view, clearance } = margins;
@@ -210,11 +215,23 @@ fn add_mission(sum: &mut Checksum, mission: &Mission<LINKS>) {
 }
 
 fn add_scenario(sum: &mut Checksum, scenario: &Scenario) {
-    let Scenario { target_attitude, target_rate, position, velocity } = scenario;
+    let Scenario { target_attitude, target_rate, position, velocity, start, duration } = scenario;
     sum.numbers(target_attitude);
     sum.numbers(target_rate);
     sum.numbers(position);
     sum.numbers(velocity);
+    // What is not given adds nothing: records of scenarios without it keep their checksums.
+    let Start { bus_attitude, bus_rate, joint_angle, joint_rate } = start;
+    if start.is_given() {
+        sum.integer(u64::from(bus_attitude.is_some()) + 2 * u64::from(joint_angle.is_some()));
+        sum.numbers(&bus_attitude.unwrap_or_default());
+        sum.numbers(bus_rate);
+        sum.numbers(&joint_angle.unwrap_or_else(SVector::zeros));
+        sum.numbers(joint_rate);
+    }
+    if let Some(duration) = duration {
+        sum.numbers([duration]);
+    }
 }
 
 /// Adds a plan's settings to a checksum.
@@ -322,22 +339,34 @@ fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
     sum.numbers([max_joint_rate, max_force, max_bus_torque, max_joint_torque]);
 }
 
-fn add_approach(sum: &mut Checksum, approach: &Approach) {
+fn add_approach(sum: &mut Checksum, approach: &Approach, grid: &Grid) {
     let Approach {
         duration,
         keep_out_far,
         keep_out_near,
-        keep_out_far_until,
+        keep_out_near_time,
         field_of_view_half_angle,
-        preset_lead,
+        preset_time,
+        recovery_time,
         clearance,
         between_nodes,
     } = approach;
     sum.integer(*clearance as u64);
     sum.integer(*between_nodes as u64);
-    sum.numbers([duration, keep_out_far, keep_out_near, keep_out_far_until]);
+    // As fraction and intervals of the mission's own horizon, as older records have them.
+    let near = 1.0 - keep_out_near_time / duration;
+    let lead = grid.preset_lead();
+    sum.numbers([duration, keep_out_far, keep_out_near, &near]);
     sum.numbers([field_of_view_half_angle]);
-    sum.integer(*preset_lead as u64);
+    sum.integer(lead as u64);
+    // What older missions could not say.
+    let usual = Approach::default();
+    if *preset_time != usual.preset_time && *preset_time != lead as f64 * grid.interval() {
+        sum.numbers([preset_time]);
+    }
+    if *recovery_time != usual.recovery_time {
+        sum.numbers([recovery_time]);
+    }
 }
 
 fn add_weights(sum: &mut Checksum, weights: &Weights) {

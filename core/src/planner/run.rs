@@ -7,7 +7,6 @@ use super::{
     status_of,
 };
 use crate::executor::ForkJoin;
-use crate::model::Scenario;
 use crate::scp::{self, Outcome, Settings, Status};
 use crate::stages::{
     Formulation, LINKS, MissionReorientation, Mode, NODES, Translation, Verification, verify,
@@ -28,7 +27,6 @@ pub(super) struct Run<'a, 'w, S, P> {
     pub formulation: Formulation<'a, LINKS>,
     /// Deadline of the whole plan.
     pub deadline: Deadline<'a>,
-    pub scenario: &'a Scenario,
     pub options: &'a PlanSettings,
     pub solver: &'w mut S,
     pub executor: &'a P,
@@ -90,7 +88,7 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
             let left = reorientation.left(&self.options.reorientation);
             let settings = match change {
                 Change::Gentler => {
-                    guess::write_heuristic(self.formulation.mission, self.workspace);
+                    guess::write_heuristic(&self.formulation, self.workspace);
                     &self.options.reorientation
                 }
                 _ => &self.options.learned,
@@ -132,13 +130,13 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
 
     /// Propagates the target's attitude to the nodes.
     pub fn propagate_target(&mut self) {
-        let mission = self.formulation.mission;
+        let Formulation { mission, scenario, integrator, .. } = self.formulation;
         mission.target.tumble(
-            self.formulation.integrator,
+            integrator,
             mission.mean_motion(),
-            &self.scenario.target_attitude,
-            &self.scenario.target_rate,
-            self.formulation.interval(NODES),
+            &scenario.target_attitude,
+            &scenario.target_rate,
+            self.formulation.grid(NODES).interval(),
             &mut self.workspace.target,
         );
     }
@@ -150,12 +148,12 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
         if !self.deadline.is_finite() {
             return;
         }
-        let Formulation { mission, integrator, .. } = self.formulation;
-        guess::write_heuristic(mission, self.workspace);
+        let Formulation { mission, scenario, integrator, .. } = self.formulation;
+        guess::write_heuristic(&self.formulation, self.workspace);
         let from = self.deadline.seconds();
         let (translation, reorientation) =
             (self.workspace.translation(), self.workspace.reorientation());
-        let _ = verify_first(mission, self.scenario, integrator, translation, reorientation);
+        let _ = verify_first(mission, scenario, integrator, translation, reorientation);
         let each = self.deadline.seconds() - from;
         self.formulation.deadline = self.deadline.earlier_by(RESERVE * NODES as f64 * each);
     }
@@ -163,11 +161,11 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
     /// Runs the verifier and adds its time.
     fn verify(&self, times: &mut PhaseTimes) -> Verification {
         let from = self.deadline.seconds();
-        let Formulation { mission, integrator, .. } = self.formulation;
+        let Formulation { mission, scenario, integrator, .. } = self.formulation;
         let (translation, reorientation) =
             (self.workspace.translation(), self.workspace.reorientation());
         let found =
-            verify(mission, self.scenario, integrator, translation, reorientation, &self.deadline);
+            verify(mission, scenario, integrator, translation, reorientation, &self.deadline);
         times.verify_s += self.deadline.seconds() - from;
         found
     }
@@ -192,8 +190,8 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
                 Some(if both { Change::BothStages } else { Change::ReorientationMargins })
             }
             Status::Infeasible if found.residuals.dynamics2 > limits.dynamics => {
-                let Formulation { mission, integrator, .. } = self.formulation;
-                let needs = mission.needs::<NODES>(self.scenario, integrator).ok()?;
+                let Formulation { mission, scenario, integrator, .. } = self.formulation;
+                let needs = mission.needs::<NODES>(scenario, integrator).ok()?;
                 self.formulation =
                     gentler(&self.formulation, self.workspace.translation(), needs.force)?;
                 Some(Change::Gentler)
@@ -212,7 +210,7 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
         if stage.report.outcome.status != Status::Solved {
             return stage;
         }
-        let Ok(needs) = free.mission.needs::<NODES>(self.scenario, free.integrator) else {
+        let Ok(needs) = free.mission.needs::<NODES>(free.scenario, free.integrator) else {
             return stage;
         };
         let Some([mut max_force, largest]) = force_limit_of_wheels(&free, translation, needs.force)
@@ -244,7 +242,7 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
         let deadline = self.formulation.deadline;
         let started = deadline.seconds();
         let Workspace { target, scratch: w, translation: z, .. } = &mut *self.workspace;
-        let mut problem = Translation::new(&self.formulation, self.scenario, target);
+        let mut problem = Translation::new(&self.formulation, target);
         let solver = &mut *self.solver;
         solver.reset();
         let start =
@@ -291,7 +289,7 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
                 Next::Continue => self.reorient(&options.learned, left).after(&first),
                 Next::Heuristic => {
                     guess_record = GuessRecord::Unsolved;
-                    guess::write_heuristic(self.formulation.mission, self.workspace);
+                    guess::write_heuristic(&self.formulation, self.workspace);
                     self.reorient(&options.reorientation, left).after(&first)
                 }
             }

@@ -47,9 +47,11 @@ impl<P: ForkJoin> Session<'_, P> {
         let (settings, platform) = (self.options.settings(), self.options.platform());
         self.mission.check::<NODES>(self.scenario, settings.integrator)?;
         let deadline = Deadline::after(platform.clock, settings.deadline_s);
-        let formulation =
-            Formulation { deadline, ..Formulation::new(self.mission, settings.integrator) };
-        let (scenario, options, executor) = (self.scenario, settings, platform.executor);
-        Ok(Run { formulation, deadline, scenario, options, solver, executor, workspace })
+        let formulation = Formulation {
+            deadline,
+            ..Formulation::new(self.mission, self.scenario, settings.integrator)
+        };
+        let (options, executor) = (settings, platform.executor);
+        Ok(Run { formulation, deadline, options, solver, executor, workspace })
     }
 }

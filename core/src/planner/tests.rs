@@ -46,6 +46,7 @@ fn a_plan_does_not_depend_on_what_memory_held_before() {
         target_rate: Vector3::new(4e-4, -3e-4, 6e-4),
         position: Vector3::new(0.3, -0.4, 5.5),
         velocity: Vector3::new(1e-3, 2e-3, -1e-3),
+        ..Scenario::default()
     };
     let mission = Mission::default();
     for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {

@@ -83,8 +83,9 @@ pub(super) fn force_limit_of_wheels<const NL: usize>(
     translation: &TranslationTrajectory<NODES>,
     least: f64,
 ) -> Option<[f64; 2]> {
-    let servicer = &formulation.mission.servicer;
-    let lever = [&servicer.initial_joint_angle, &servicer.capture_joint_angle]
+    let (mission, scenario) = (formulation.mission, formulation.scenario);
+    let servicer = &mission.servicer;
+    let lever = [&mission.joint_angle_at_start(scenario), &servicer.capture_joint_angle]
         .map(|angles| servicer.center_of_mass_and_end_effector(angles).0)
         .iter()
         .map(|center| libm::sqrt(center.dot(center)))
@@ -106,13 +107,13 @@ fn largest_force(translation: &TranslationTrajectory<NODES>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Margins, Mission};
+    use crate::model::{Margins, Mission, Scenario};
 
     fn wider(change: fn(&mut Residuals), integrator: Integrator) -> Option<Margins> {
-        let mission = Mission::default();
+        let (mission, scenario) = (Mission::default(), Scenario::default());
         let mut found = Residuals::default();
         change(&mut found);
-        tightened(&Formulation::new(&mission, integrator), &found)
+        tightened(&Formulation::new(&mission, &scenario, integrator), &found)
             .map(|wider| Margins { clearance: 0.03 + wider.extra_clearance, ..wider.margins })
     }
 
@@ -134,8 +135,9 @@ mod tests {
 
     #[test]
     fn a_gentler_path_keeps_the_force_it_needs() {
-        let mission = Mission::default();
-        let formulation = Formulation::new(&mission, Integrator::Rk4 { substeps: 4 });
+        let (mission, scenario) = (Mission::default(), Scenario::default());
+        let rk4 = Integrator::Rk4 { substeps: 4 };
+        let formulation = Formulation::new(&mission, &scenario, rk4);
         let mut translation = TranslationTrajectory::<NODES>::ZERO;
         translation.force[3].y = -0.2;
         let gentle = gentler(&formulation, &translation, 0.1).unwrap();
@@ -145,8 +147,9 @@ mod tests {
 
     #[test]
     fn a_path_is_held_by_the_wheels_where_it_can_be() {
-        let mission = Mission::default();
-        let formulation = Formulation::new(&mission, Integrator::Rk4 { substeps: 4 });
+        let (mission, scenario) = (Mission::default(), Scenario::default());
+        let rk4 = Integrator::Rk4 { substeps: 4 };
+        let formulation = Formulation::new(&mission, &scenario, rk4);
         let mut translation = TranslationTrajectory::<NODES>::ZERO;
         translation.force[3].y = -0.02;
         assert!(force_limit_of_wheels(&formulation, &translation, 0.01).is_none());

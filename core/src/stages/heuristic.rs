@@ -1,26 +1,28 @@
 //! The heuristic start of Stage 2 (section 9).
 
 use super::{ReorientationTrajectory, TranslationTrajectory};
-use crate::dynamics::Control;
+use crate::dynamics::{Control, State};
 use crate::math::quaternion;
-use crate::model::{Mission, TargetState, initial_bus_attitude};
+use crate::model::{Mission, Scenario, TargetState};
 use nalgebra::Vector3;
 
 /// Writes the heuristic start: the bus's +z axis follows the docking port's line of sight without
 /// roll about it (parallel transport from the initial attitude), the joints move linearly to their
 /// capture angles at the preset node, rates are finite differences of the pose, controls are zero.
 ///
-/// The initial state is the mission's, at rest relative to RTN.
+/// The initial state is the scenario's.
 pub fn warm_start<const N: usize, const NL: usize>(
     mission: &Mission<NL>,
+    scenario: &Scenario<NL>,
     translation: &TranslationTrajectory<N>,
     target: &[TargetState; N],
     out: &mut ReorientationTrajectory<N, NL>,
 ) {
     let servicer = &mission.servicer;
-    let preset = mission.approach.preset_node(N);
-    let dt = mission.approach.duration / (N - 1) as f64;
-    let mut attitude = initial_bus_attitude(&translation.position[0]);
+    let grid = mission.grid(scenario, N);
+    let (preset, dt) = (grid.preset_node(), grid.interval());
+    let initial = State::at_start(mission, scenario);
+    let mut attitude = initial.attitude;
     for k in 0..N {
         if k > 0 {
             let sight = line_of_sight(mission, &translation.position[k], &target[k]);
@@ -31,9 +33,9 @@ pub fn warm_start<const N: usize, const NL: usize>(
             ));
         }
         let progress = (k as f64 / preset as f64).min(1.0);
-        let travel = servicer.capture_joint_angle - servicer.initial_joint_angle;
+        let travel = servicer.capture_joint_angle - initial.joint_angle;
         out.states[k].attitude = attitude;
-        out.states[k].joint_angle = servicer.initial_joint_angle + travel * progress;
+        out.states[k].joint_angle = initial.joint_angle + travel * progress;
         out.controls[k] = Control::ZERO;
     }
     for k in 0..N {

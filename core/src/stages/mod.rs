@@ -1,7 +1,7 @@
 //! The two stages as problems for the SCP solver, the heuristic initial guess, and the independent
 //! verifier.
 
-use crate::model::{Integrator, Margins, Mission};
+use crate::model::{Grid, Integrator, Margins, Mission, Scenario};
 use remora_qp::time::Deadline;
 
 mod clearance;
@@ -26,6 +26,8 @@ fn worse(a: f64, b: f64) -> f64 {
 pub struct Formulation<'a, const NL: usize> {
     /// The mission.
     pub mission: &'a Mission<NL>,
+    /// The scenario.
+    pub scenario: &'a Scenario<NL>,
     /// Discretisation of Stage 2; it also says what [`Switch::Auto`](crate::model::Switch) means.
     pub integrator: Integrator,
     /// Margins of planning to the verifier's limits; the mission's at first.
@@ -40,9 +42,14 @@ pub struct Formulation<'a, const NL: usize> {
 
 impl<'a, const NL: usize> Formulation<'a, NL> {
     /// The formulation with the mission's own margins and no deadline.
-    pub fn new(mission: &'a Mission<NL>, integrator: Integrator) -> Self {
+    pub fn new(
+        mission: &'a Mission<NL>,
+        scenario: &'a Scenario<NL>,
+        integrator: Integrator,
+    ) -> Self {
         Self {
             mission,
+            scenario,
             integrator,
             margins: mission.margins,
             extra_clearance: 0.0,
@@ -51,9 +58,9 @@ impl<'a, const NL: usize> Formulation<'a, NL> {
         }
     }
 
-    /// Duration of an interval [s].
-    pub(crate) fn interval(&self, nodes: usize) -> f64 {
-        self.mission.approach.duration / (nodes - 1) as f64
+    /// The time grid of `nodes` nodes.
+    pub(crate) fn grid(&self, nodes: usize) -> Grid {
+        self.mission.grid(self.scenario, nodes)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Stage 1: the translation of the system's centre of mass (section 5).
 
 use crate::math::quaternion;
-use crate::model::{HcwTransition, Mission, Scenario, TargetState, signed_distance_to_box};
+use crate::model::{Grid, HcwTransition, TargetState, signed_distance_to_box};
 use crate::scp::{Problem, Residuals};
 use nalgebra::{Matrix3, Matrix3x6, SVector, Vector3, Vector4};
 use remora_qp::dense::clamp;
@@ -52,10 +52,12 @@ const CONTROLS: usize = 3;
 /// cost is a stage cost. The dynamics are linear and hard, and trajectories are rollouts of the forces,
 /// so that only keep-out is non-convex. The other states and controls (see [`super::size`]) are padding:
 /// controls are fixed at zero, states at the first stage only, from where the dynamics keep them zero.
-pub struct Translation<'a, const N: usize, const NL: usize> {
+pub struct Translation<'a, const N: usize> {
     target: &'a [TargetState; N],
     half_extents: Vector3<f64>,
-    mission: &'a Mission<NL>,
+    grid: Grid,
+    /// Whether the start is within the keep-out distance, and led back.
+    is_recovering: bool,
     /// Keep-out distance at the nodes, and within the intervals before them.
     keep_out: [[f64; 2]; N],
     /// Margin on the keep-out distance; `None` where it does not hold between nodes.
@@ -81,31 +83,32 @@ pub struct Translation<'a, const N: usize, const NL: usize> {
     constrained: bool,
 }
 
-impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
+impl<'a, const N: usize> Translation<'a, N> {
     /// The problem of one scenario; `target` is the target's motion at the nodes.
-    pub fn new(
+    pub fn new<const NL: usize>(
         formulation: &Formulation<'a, NL>,
-        scenario: &Scenario,
         target: &'a [TargetState; N],
     ) -> Self {
         const { assert!(NX >= STATES && NU >= CONTROLS, "Stage 1 needs more") };
-        let Formulation { mission, integrator, margins, max_force, .. } = *formulation;
+        let Formulation { mission, scenario, integrator, margins, max_force, .. } = *formulation;
+        let grid = formulation.grid(N);
         let end = &target[N - 1];
         let capture = mission.servicer.capture_geometry();
         let port = mission.target.port_position + mission.target.port_normal * capture.reach;
         let position = quaternion::rotation_matrix(&end.attitude) * port;
         let (approach, n) = (&mission.approach, mission.mean_motion());
-        let dt = formulation.interval(N);
+        let dt = grid.interval();
         let (typical, cost_unit) = (mission.typical(), mission.cost_units().force);
         // The end lies at the reach from the port, whatever the near distance.
-        let at_end = approach.keep_out(N - 1, N).min(capture.reach);
+        let at_end = grid.keep_out(N - 1).min(capture.reach);
         let keep_out = core::array::from_fn(|k| {
-            let (at, before) = (approach.keep_out(k, N), approach.keep_out(k.max(1) - 1, N));
+            let (at, before) = (grid.keep_out(k), grid.keep_out(k.max(1) - 1));
             [at, if k + 1 == N { at_end } else { at.min(before) }]
         });
         let inverse_unit = cost_unit / typical.force;
         Self {
-            mission,
+            is_recovering: mission.recovery(scenario, grid.keep_out(0)).keep_out,
+            grid,
             margin: approach.between_nodes.is_on(integrator).then_some(margins.keep_out),
             back: WITHIN.map(|share| HcwTransition::new(n, -share * dt)),
             dt,
@@ -217,7 +220,10 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
                 + by_force * force;
             attitude = self.attitude_within(target, last, *share);
         }
-        let margin = self.margin.unwrap_or(0.0) * self.mission.approach.margin_share(time, N);
+        if self.is_recovering && self.grid.is_recovering(time) {
+            return (-1.0, Vector3::zeros());
+        }
+        let margin = self.margin.unwrap_or(0.0) * self.grid.margin_share(time);
         let rotation = quaternion::rotation_matrix(&attitude);
         let local = rotation.tr_mul(&position);
         let distance = signed_distance_to_box(&self.half_extents, &local);
@@ -274,7 +280,7 @@ impl<'a, const N: usize, const NL: usize> Translation<'a, N, NL> {
     }
 }
 
-impl<const N: usize, const NL: usize> Problem<N, NX, NU, NG> for Translation<'_, N, NL> {
+impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
     type Trajectory = TranslationTrajectory<N>;
 
     fn project(&self, trajectory: &mut Self::Trajectory) {

@@ -2,10 +2,10 @@
 
 use crate::dynamics::{Integrator, Multibody, State};
 use crate::math::quaternion;
-use crate::model::{Mission, TargetState, initial_bus_attitude};
+use crate::model::{Mission, Scenario, TargetState};
 use crate::stages::heuristic::line_of_sight;
 use crate::stages::{LINKS, NODES, TranslationTrajectory};
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 use remora_qp::time::Deadline;
 
 /// An approach as the learned guess sees it: Stage 1's translation, the target's motion, and what
@@ -13,6 +13,8 @@ use remora_qp::time::Deadline;
 pub struct Scene<'a> {
     /// The mission.
     pub mission: &'a Mission<LINKS>,
+    /// The scenario.
+    pub scenario: &'a Scenario<LINKS>,
     /// Trajectory of the system's centre of mass.
     pub translation: &'a TranslationTrajectory<NODES>,
     /// The target at the nodes.
@@ -39,20 +41,23 @@ impl<'a> Scene<'a> {
     /// The scene of a planned translation. Cost: a few square roots a node.
     pub fn new(
         mission: &'a Mission<LINKS>,
+        scenario: &'a Scenario<LINKS>,
         translation: &'a TranslationTrajectory<NODES>,
         target: &'a [TargetState; NODES],
         integrator: Integrator,
     ) -> Self {
         let last = &target[NODES - 1];
+        let grid = mission.grid(scenario, NODES);
         Self {
             mission,
+            scenario,
             translation,
             target,
             integrator,
             deadline: Deadline::never(),
             body: Multibody::new(mission),
-            dt: mission.approach.duration / (NODES - 1) as f64,
-            preset: mission.approach.preset_node(NODES),
+            dt: grid.interval(),
+            preset: grid.preset_node(),
             sight: core::array::from_fn(|k| {
                 line_of_sight(mission, &translation.position[k], &target[k])
             }),
@@ -61,14 +66,9 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Initial state of every trajectory: bus towards the target, all at rest.
+    /// Initial state of every trajectory.
     pub fn initial_state(&self) -> State<LINKS> {
-        State {
-            attitude: initial_bus_attitude(&self.translation.position[0]),
-            joint_angle: self.mission.servicer.initial_joint_angle,
-            rate: Vector3::zeros(),
-            joint_rate: SVector::zeros(),
-        }
+        State::at_start(self.mission, self.scenario)
     }
 
     /// Distance of the end effector from the docking port at the last node [m], the paper's error of a

@@ -14,7 +14,6 @@
 use super::{ACTION, Scene};
 use crate::dynamics::State;
 use crate::math::quaternion;
-use crate::model::initial_bus_attitude;
 use crate::stages::{LINKS, NODES};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -122,7 +121,7 @@ impl Scene<'_> {
 
     /// The attitude with the sign that is continuous along an approach, positive `w` at its start.
     fn bus_attitude(&self, state: &State<LINKS>) -> Vector4<f64> {
-        let start = initial_bus_attitude(&self.translation.position[0]);
+        let start = self.mission.bus_attitude_at_start(self.scenario);
         let upright = (state.attitude.dot(&start) >= 0.0) == (start.w >= 0.0);
         state.attitude * if upright { 1.0 } else { -1.0 }
     }

@@ -170,7 +170,7 @@ impl Worker {
         };
         let flown = machine.learned(setup, index, setup.model, None, None);
         lap();
-        let (rolled, clipped) = machine.rollout(setup);
+        let (rolled, clipped) = machine.rollout(setup, index);
         let mut reference = Reference {
             learned: flown.ended,
             given: flown.ended,
@@ -254,21 +254,23 @@ impl Machine {
     fn rollout(
         &mut self,
         setup: &Setup<'_>,
+        index: usize,
     ) -> (Box<ReorientationTrajectory<NODES, LINKS>>, Box<ReorientationTrajectory<NODES, LINKS>>)
     {
         let Self { workspace, network, .. } = self;
         let Workspace { target, translation, .. } = &**workspace;
         let (mission, options) = (setup.mission, &setup.options);
+        let scenario = setup.scenarios[index].scenario();
         let path = &translation.trajectory;
         let mut rolled = Box::new(ReorientationTrajectory::ZERO);
-        let scene = Scene::new(mission, path, target, options.integrator);
+        let scene = Scene::new(mission, &scenario, path, target, options.integrator);
         let network = Network::new(setup.model, &mut **network).ok();
         if let Some(policy) = network.and_then(|network| NetworkPolicy::new(network).ok()) {
             rollout(&scene, &policy, SEED, &mut rolled);
         }
         let mut clipped = rolled.clone();
         let problem = MissionReorientation::new(
-            &Formulation::new(mission, options.integrator),
+            &Formulation::new(mission, &scenario, options.integrator),
             path,
             target,
             options.mode,

@@ -8,7 +8,7 @@ use remora_core::advanced::dynamics::{
     Acceleration, Control, Integrator, Multibody, State, Stepping,
 };
 use remora_core::advanced::executor::Sequential;
-use remora_core::advanced::model::Mission;
+use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{
     InitialGuess, Options, PlanSettings, Platform, Workspace, plan as make_plan,
 };
@@ -107,17 +107,21 @@ fn dynamics(c: &mut Criterion) {
     }
 }
 
-/// A whole Stage 2 workspace after a few iterations on the first public scenario.
-fn workspace(integrator: Integrator) -> Box<Workspace> {
+/// The first public scenario.
+fn scenario() -> Scenario {
     let path =
         concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/scenarios/public.scenarios.json");
-    let scenario = ScenarioSet::read(Path::new(path)).unwrap().scenarios[0].scenario();
+    ScenarioSet::read(Path::new(path)).unwrap().scenarios[0].scenario()
+}
+
+/// A whole Stage 2 workspace after a few iterations on it.
+fn workspace(integrator: Integrator) -> Box<Workspace> {
     let mut options = PlanSettings::new(Mode::Optimal, integrator);
     options.reorientation = Settings::with_max_iterations(&options.reorientation, ITERATIONS);
     let mut workspace = Box::new(Workspace::new());
     make_plan(
         &Mission::default(),
-        &scenario,
+        &scenario(),
         &Options::from_parts(options, InitialGuess::Heuristic, Platform::BARE),
         &mut ClarabelQp::default(),
         &mut workspace,
@@ -136,7 +140,7 @@ fn phases(c: &mut Criterion) {
         let motion = &workspace.reorientation.trajectory;
         let step = &workspace.scratch.step;
         let mut problem = Reorientation::<Sequential, NODES, LINKS, NX, NU>::new(
-            &Formulation::new(&mission, integrator),
+            &Formulation::new(&mission, &scenario(), integrator),
             path,
             &workspace.target,
             Mode::Optimal,

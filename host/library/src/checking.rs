@@ -276,7 +276,7 @@ impl Made {
 
     fn compare_target(&self, plan: &PlanFile, scenario: &Scenario, found: &mut Findings) {
         let mut nodes = [TargetState::ZERO; NODES];
-        let dt = self.mission.approach.duration / (NODES - 1) as f64;
+        let dt = self.mission.grid(scenario, NODES).interval();
         self.mission.target.tumble(
             plan.integrator,
             self.mission.mean_motion(),

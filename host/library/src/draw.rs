@@ -96,7 +96,12 @@ fn candidate(numbers: &mut Uniform, id: String, mission: &Mission<LINKS>) -> Nam
     NamedScenario {
         id,
         target: TargetStart { attitude: attitude.into(), rate: rate.into() },
-        servicer: ServicerStart { position: position.into(), velocity: velocity.into() },
+        servicer: ServicerStart {
+            position: position.into(),
+            velocity: velocity.into(),
+            ..ServicerStart::default()
+        },
+        duration_s: None,
     }
 }
 
@@ -113,7 +118,7 @@ pub fn starts_well(scenario: &NamedScenario, mission: &Mission<LINKS>) -> bool {
     let seen = sight.dot(&(bus * mission.servicer.boresight));
     // The core's cosine has the same bits everywhere.
     let (_, cosine) = Scalar::sin_cos(mission.approach.field_of_view_half_angle);
-    clearance >= mission.approach.keep_out(0, NODES) && seen >= cosine
+    clearance >= mission.grid(&start, NODES).keep_out(0) && seen >= cosine
 }
 
 #[cfg(test)]

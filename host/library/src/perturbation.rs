@@ -2,9 +2,10 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use remora_core::advanced::dynamics::{Control, Integrator, Multibody};
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
+use remora_core::advanced::dynamics::{Control, Multibody};
+use remora_core::advanced::stages::{
+    Formulation, LINKS, NODES, ReorientationTrajectory, TranslationTrajectory,
+};
 
 /// Factor on the errors of joint torques beside those of the bus: the outer joints are light, and
 /// a few per cent of a torque would fling them away.
@@ -20,8 +21,7 @@ const TERMS: u32 = 4;
 /// `sum_j g_j cos(pi j t) / (1 + j)`, `j = 0..3`, `g_j` standard normal from `seed`, `t` from 0 to
 /// 1 over the plan; joint torques a further factor 0.02. Limits are not enforced.
 pub fn disturb(
-    mission: &Mission<LINKS>,
-    integrator: Integrator,
+    formulation: &Formulation<'_, LINKS>,
     path: &TranslationTrajectory<NODES>,
     motion: &mut ReorientationTrajectory<NODES, LINKS>,
     size: f64,
@@ -50,8 +50,9 @@ pub fn disturb(
             }
         }
     }
+    let Formulation { mission, scenario, integrator, .. } = *formulation;
     let body = Multibody::new(mission);
-    let dt = mission.approach.duration / steps as f64;
+    let dt = mission.grid(scenario, NODES).interval();
     for k in 0..steps {
         let (state, control) = (&motion.states[k], &motion.controls[k]);
         motion.states[k + 1] = body.step(integrator, dt, state, control, &path.force[k]);

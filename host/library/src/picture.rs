@@ -5,7 +5,7 @@ use crate::formats::{PlanFile, Verdict};
 use crate::report::plot::{Outline, Panel, Sheet};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Mission, signed_distance_to_box};
+use remora_core::advanced::model::{Grid, Mission, Scenario, signed_distance_to_box};
 use remora_core::advanced::stages::{LINKS, NODES};
 
 /// Nodes at which bus and arm are drawn.
@@ -19,7 +19,9 @@ const MILLI: f64 = 1e3;
 /// # Errors
 /// Where it cannot be drawn.
 pub fn svg(plan: &PlanFile, mission: &Mission<LINKS>) -> Result<String, Error> {
-    let view = View { plan, mission };
+    let scenario = plan.inputs.as_ref().map(|inputs| inputs.scenario.named(&plan.scenario));
+    let scenario = scenario.map_or_else(Scenario::default, |named| named.scenario());
+    let view = View { plan, mission, grid: mission.grid(&scenario, NODES) };
     Sheet {
         title: format!("{}: {} ({})", plan.scenario, verdict(plan), plan.integrator),
         axes: ("towards the start [m]".into(), "across, in the plane of the port [m]".into()),
@@ -53,11 +55,12 @@ fn both(limit: f64) -> Vec<f64> {
 struct View<'a> {
     plan: &'a PlanFile,
     mission: &'a Mission<LINKS>,
+    grid: Grid,
 }
 
 impl View<'_> {
     fn time(&self, node: usize) -> f64 {
-        self.mission.approach.duration * node as f64 / (NODES - 1) as f64
+        self.grid.time(node)
     }
 
     fn over_nodes(&self, name: &str, value: impl Fn(usize) -> f64) -> (String, Vec<(f64, f64)>) {
@@ -87,7 +90,7 @@ impl View<'_> {
                 vec![],
                 vec![
                     self.over_nodes("centre of mass", |k| self.distance(k)),
-                    self.over_nodes("keep-out", |k| self.mission.approach.keep_out(k, NODES)),
+                    self.over_nodes("keep-out", |k| self.grid.keep_out(k)),
                 ],
                 None,
             ),
@@ -97,7 +100,7 @@ impl View<'_> {
     /// Torques, angles, rates and pointing.
     fn reorientation_panels(&self) -> Vec<Panel> {
         let (reorientation, s) = (&self.plan.stage2, &self.mission.servicer);
-        let preset = Some(self.time(self.mission.approach.preset_node(NODES)));
+        let preset = Some(self.time(self.grid.preset_node()));
         let stops = s.max_joint_angle.iter().flat_map(|stop| both(stop.to_degrees())).collect();
         let view = self.mission.approach.field_of_view_half_angle.to_degrees();
         vec![
@@ -274,7 +277,7 @@ mod tests {
         }
         assert_eq!(drawn, svg(&plan, &mission).unwrap());
         // The arm's end is where the planner has it: at the port.
-        let view = View { plan: &plan, mission: &mission };
+        let view = View { plan: &plan, mission: &mission, grid: mission.own_grid(NODES) };
         let tip = *view.servicer(NODES - 1).1.last().unwrap();
         let port = view.target(NODES - 1) * mission.target.port_position;
         assert!((tip - port).norm() < 1e-3, "{tip} {port}");

@@ -204,7 +204,7 @@ impl Planner {
             time_s: Some(spent.wall_s),
             cpu_time_s: spent.cpu_s,
             inputs: Some(PlanInputs::new(mission, scenario, method.integrator)),
-            grid: Some(PlanGrid::of(mission)),
+            grid: Some(PlanGrid::of(mission, &scenario.scenario())),
             frames: Some(formats::frames()),
             stage1: PlanStage1::new(end(translation), self.workspace.translation()),
             stage2: PlanStage2::new(
@@ -401,7 +401,8 @@ mod tests {
         let euler = Method { integrator: Integrator::Euler, ..Method::default() };
         let integrator = euler.integrator;
         let needs = Mission::default().needs::<NODES>(&scenario.scenario(), integrator).unwrap();
-        let time = Mission::default().time_to_preset(euler.integrator, NODES);
+        let time = Mission::default()
+            .time_to_preset(euler.integrator, &Mission::default().own_grid(NODES));
         let travel = 0.877_268_9;
         type Change<'a> = &'a dyn Fn(&mut Mission<LINKS>);
         let cases: [(&str, Change<'_>); 4] = [

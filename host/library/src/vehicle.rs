@@ -121,7 +121,7 @@ fn joint(mission: &Mission<LINKS>, integrator: Integrator, i: usize) -> Joint {
     Joint {
         travel_rad,
         needed_s: travel_rad / mission.planned_joint_rate(integrator),
-        available_s: mission.time_to_preset(integrator, NODES),
+        available_s: mission.time_to_preset(integrator, &mission.own_grid(NODES)),
     }
 }
 
@@ -150,7 +150,7 @@ fn middle(mission: &Mission<LINKS>) -> Scenario {
         target_rate: Vector3::repeat(rate),
         position: mission.target.port_position
             + mission.target.port_normal * mission.scenarios.standoff,
-        velocity: Vector3::zeros(),
+        ..Scenario::default()
     }
 }
 
@@ -161,7 +161,7 @@ fn force(mission: &Mission<LINKS>, integrator: Integrator) -> Margin {
 }
 
 fn turn(mission: &Mission<LINKS>) -> Margin {
-    let interval = mission.approach.duration / (NODES - 1) as f64;
+    let interval = mission.own_grid(NODES).interval();
     let turn = (fastest(mission) + mission.mean_motion()) * interval;
     Margin { needed: turn.to_degrees(), available: MAX_NODE_TURN.to_degrees() }
 }

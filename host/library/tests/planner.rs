@@ -5,14 +5,14 @@ use nalgebra::{SVector, Vector3};
 use remora_core::advanced::dynamics::{Integrator, Multibody};
 use remora_core::advanced::executor::{ForkJoin, Sequential};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::Mission;
+use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{
     EmbeddedSolver, Fallback, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
     feedback_gain, output_checksum, plan, plan_reorientation,
 };
 use remora_core::advanced::qp::Validate;
 use remora_core::advanced::scp::{Settings, Status};
-use remora_core::advanced::stages::{LINKS, Mode, NODES, Residuals, verify};
+use remora_core::advanced::stages::{Formulation, LINKS, Mode, NODES, Residuals, verify};
 use remora_core::advanced::time::{Clock, Deadline};
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
@@ -51,6 +51,10 @@ impl Bench {
             workspace: Box::new(Workspace::new()),
             solver: ClarabelQp::default(),
         }
+    }
+
+    fn scenario(&self, k: usize) -> Scenario {
+        self.set.scenarios[k].scenario()
     }
 
     fn plan(&mut self, scenario: usize, options: &PlanSettings) -> Report {
@@ -110,12 +114,15 @@ fn a_disturbed_plan_is_a_better_start_than_the_heuristic() {
     let (mut heuristic, mut disturbed) = (0, 0);
     for k in [0, 7, 21, 33, 48] {
         heuristic += bench.plan(k, &options).reorientation.outcome.iterations;
+        let scenario = bench.scenario(k);
         let Workspace { translation, reorientation, .. } = &mut *bench.workspace;
         let (path, motion) = (&translation.trajectory, &mut reorientation.trajectory);
-        disturb(&bench.mission, options.integrator, path, motion, 0.05, k as u64);
+        let formulation = Formulation::new(&bench.mission, &scenario, options.integrator);
+        disturb(&formulation, path, motion, 0.05, k as u64);
         let solver = &mut bench.solver;
         let again = plan_reorientation(
             &bench.mission,
+            &scenario,
             &options,
             solver,
             &Platform::BARE,
@@ -209,9 +216,10 @@ fn a_start_that_is_not_a_number_is_not_a_success() {
     let options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
     bench.plan(0, &options);
     bench.workspace.reorientation.trajectory.states[20].rate.x = f64::NAN;
-    let solver = &mut bench.solver;
+    let (scenario, solver) = (bench.scenario(0), &mut bench.solver);
+    let (mission, workspace) = (&bench.mission, &mut bench.workspace);
     let report =
-        plan_reorientation(&bench.mission, &options, solver, &Platform::BARE, &mut bench.workspace);
+        plan_reorientation(mission, &scenario, &options, solver, &Platform::BARE, workspace);
     assert_eq!(report.outcome.status, Status::NumericalFailure);
 }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::Mission;
+use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{
     EmbeddedSolver, GuessRecord, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
     plan,
@@ -90,6 +90,8 @@ fn limited(settings: &Valid<Settings>, iterations: usize) -> Valid<Settings> {
 struct Bench {
     mission: Mission<LINKS>,
     set: ScenarioSet,
+    /// The one last planned.
+    scenario: Scenario,
     workspace: Box<Workspace>,
     solver: Box<EmbeddedSolver>,
 }
@@ -99,6 +101,7 @@ impl Bench {
         Self {
             mission: Mission::default(),
             set: ScenarioSet::built_in().unwrap(),
+            scenario: Scenario::default(),
             workspace: on_heap(Workspace::new),
             solver: on_heap(EmbeddedSolver::new),
         }
@@ -120,6 +123,7 @@ impl Bench {
         start: &InitialGuess<'_>,
     ) -> Report {
         let scenario = self.set.scenarios[scenario].scenario();
+        self.scenario = scenario;
         let Self { mission, workspace, solver, .. } = self;
         plan(
             mission,
@@ -142,7 +146,7 @@ impl Bench {
 
     fn scene(&self, integrator: Integrator) -> Scene<'_> {
         let Workspace { target, translation, .. } = &*self.workspace;
-        Scene::new(&self.mission, &translation.trajectory, target, integrator)
+        Scene::new(&self.mission, &self.scenario, &translation.trajectory, target, integrator)
     }
 }
 
@@ -308,8 +312,14 @@ fn bus_axes_do_not_see_where_the_approach_points() {
         turned_target[k].attitude = quaternion::product(&turn, &target[k].attitude);
         turned_target[k].rate = rotation * target[k].rate;
     }
-    let scene = Scene::new(&bench.mission, path, target, Integrator::Euler);
-    let turned = Scene::new(&bench.mission, &turned_path, &turned_target, Integrator::Euler);
+    let scene = Scene::new(&bench.mission, &bench.scenario, path, target, Integrator::Euler);
+    let turned = Scene::new(
+        &bench.mission,
+        &bench.scenario,
+        &turned_path,
+        &turned_target,
+        Integrator::Euler,
+    );
     for k in [0, 7, 30, 57, 58, 59] {
         let state = bench.workspace.reorientation().states[k];
         let mut turned_state = state;
@@ -333,7 +343,13 @@ fn the_paper_sees_attitudes_of_one_sign() {
     let mut bench = Bench::new();
     bench.plan(2, Integrator::Euler, &InitialGuess::Heuristic);
     let Workspace { target, translation, .. } = &*bench.workspace;
-    let scene = Scene::new(&bench.mission, &translation.trajectory, target, Integrator::Euler);
+    let scene = Scene::new(
+        &bench.mission,
+        &bench.scenario,
+        &translation.trajectory,
+        target,
+        Integrator::Euler,
+    );
     let state = bench.workspace.reorientation().states[20];
     let opposite = remora_core::advanced::dynamics::State { attitude: -state.attitude, ..state };
     let [mut a, mut b] = [[0.0f32; MAX_FEATURES]; 2];

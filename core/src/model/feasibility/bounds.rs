@@ -3,8 +3,7 @@
 use super::{SLACK, norm};
 use crate::math::quaternion;
 use crate::model::{
-    HcwTransition, Mission, Refusal, Scenario, TargetState, initial_bus_attitude,
-    signed_distance_to_box,
+    Grid, HcwTransition, Mission, Refusal, Scenario, TargetState, signed_distance_to_box,
 };
 use nalgebra::{SVector, Vector3, Vector6};
 
@@ -20,19 +19,14 @@ impl<const NL: usize> Mission<NL> {
     /// From the terminal state one interval back: no force leads farther out than `before`. Nor does
     /// one that Stage 2 could follow, whose moment would turn the bus away, if it takes the centre of
     /// mass farther than it typically goes.
-    pub(super) fn check_reach<const N: usize>(
-        &self,
-        target: &[TargetState; N],
-    ) -> Result<(), Refusal> {
-        if N < 2 {
-            return Ok(());
-        }
+    pub(super) fn check_reach(&self, grid: &Grid, target: &[TargetState]) -> Result<(), Refusal> {
+        let [.., previous, last] = target else { return Ok(()) };
         let box_distance = |state: &TargetState, position: &Vector3<f64>| {
             let local = quaternion::rotation_matrix(&state.attitude).transpose() * position;
             signed_distance_to_box(&self.target.half_extents, &local).value
         };
-        let (n, interval) = (self.mean_motion(), self.approach.duration / (N - 1) as f64);
-        let (goal, velocity) = self.goal(&target[N - 1]);
+        let (n, interval) = (self.mean_motion(), grid.interval());
+        let (goal, velocity) = self.goal(last);
         let back = HcwTransition::new(n, -interval).state;
         let coasting = back * stacked(&goal, &velocity);
         let thrust = back * HcwTransition::new(n, interval).input / self.servicer.total_mass();
@@ -40,10 +34,10 @@ impl<const NL: usize> Mission<NL> {
         let most = Vector3::from_fn(|i, _| reach(i) * self.servicer.max_force);
         let coasting = Vector3::new(coasting[0], coasting[1], coasting[2]);
         let most = norm(&most).min(self.typical().velocity * interval);
-        let before = box_distance(&target[N - 2], &coasting) + most;
-        let limit = self.approach.keep_out(N - 2, N);
+        let before = box_distance(previous, &coasting) + most;
+        let limit = grid.keep_out(grid.last() - 1);
         if before < limit - self.tolerances.keep_out - SLACK {
-            let distance = box_distance(&target[N - 1], &goal);
+            let distance = box_distance(last, &goal);
             return Err(Refusal::Reach { distance, before, limit });
         }
         Ok(())
@@ -54,20 +48,22 @@ impl<const NL: usize> Mission<NL> {
     /// Along any direction `c` of the final `[r; v]`, a force moves the end by no more than the sum
     /// of `|c^T Phi^j Gamma|_1 f / m`. Directions that turn their sign after a part of the horizon
     /// give the bound of thrusting one way and then braking.
-    pub(super) fn least_force<const N: usize>(
+    pub(super) fn least_force(
         &self,
-        scenario: &Scenario,
-        target: &[TargetState; N],
+        scenario: &Scenario<NL>,
+        grid: &Grid,
+        target: &[TargetState],
     ) -> f64 {
-        let duration = self.approach.duration;
-        let transition = HcwTransition::new(self.mean_motion(), duration / (N - 1) as f64);
+        let Some(last) = target.last() else { return 0.0 };
+        let duration = grid.duration;
+        let transition = HcwTransition::new(self.mean_motion(), grid.interval());
         let (state, input) = (transition.state.transpose(), transition.input.transpose());
-        let (position, velocity) = self.goal(&target[N - 1]);
+        let (position, velocity) = self.goal(last);
         let goal = stacked(&position, &velocity);
         let start = stacked(&scenario.position, &scenario.velocity);
         let needed = |direction: Vector6<f64>| {
             let (mut c, mut effect) = (direction, 0.0);
-            for _ in 0..N - 1 {
+            for _ in 0..grid.last() {
                 let push = input * c;
                 effect += push.x.abs() + push.y.abs() + push.z.abs();
                 c = state * c;
@@ -88,18 +84,21 @@ impl<const NL: usize> Mission<NL> {
 
     /// The least bus torque, each component, with which the system's angular momentum can become
     /// that of capture [N m]; negative where gravity and the thrusters' lever may do alone.
-    pub(super) fn least_bus_torque<const N: usize>(
+    pub(super) fn least_bus_torque(
         &self,
-        scenario: &Scenario,
-        target: &[TargetState; N],
+        scenario: &Scenario<NL>,
+        grid: &Grid,
+        target: &[TargetState],
     ) -> f64 {
+        let Some(last) = target.last() else { return f64::NEG_INFINITY };
         let (s, n) = (&self.servicer, self.mean_motion());
         let orbit = Vector3::new(0.0, 0.0, n);
         // The system's least moment of inertia is not below its bus's.
         let least = s.bus_inertia.x.min(s.bus_inertia.y).min(s.bus_inertia.z);
-        let after = least * norm(&(target[N - 1].rate + orbit));
-        let bus = quaternion::rotation_matrix(&initial_bus_attitude(&scenario.position));
-        let before = norm(&(s.system_inertia(&s.initial_joint_angle) * (bus.transpose() * orbit)));
+        let after = least * norm(&(last.rate + orbit));
+        let bus = quaternion::rotation_matrix(&self.bus_attitude_at_start(scenario));
+        let inertia = s.system_inertia(&self.joint_angle_at_start(scenario));
+        let before = norm(&(inertia * (bus.transpose() * (scenario.start.bus_rate + orbit))));
         // Over all angles of the arm: the bus from the centre of mass, and the largest inertia.
         let (mut lever, mut largest) = (0.0, largest_of(&s.bus_inertia));
         let mut out = norm(&s.arm_base);
@@ -111,7 +110,9 @@ impl<const NL: usize> Mission<NL> {
         }
         let root = libm::sqrt(3.0);
         let others = 1.5 * n * n * largest + root * s.max_force * lever;
-        ((after - before) / self.approach.duration - others) / root
+        // The arm's own motion adds no more than as much as if all of it turned about its base.
+        let arm = largest * scenario.start.joint_rate.iter().map(|rate| rate.abs()).sum::<f64>();
+        ((after - before - arm) / grid.duration - others) / root
     }
 }
 

@@ -6,11 +6,10 @@
 mod bounds;
 
 use super::{
-    Integrator, Mission, Refusal, Scenario, TargetState, initial_bus_attitude,
-    signed_distance_to_box,
+    Grid, Integrator, Mission, Refusal, Scenario, Start, TargetState, signed_distance_to_box,
 };
 use crate::math::quaternion;
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 use remora_qp::Validate;
 
 /// Farthest that the target may turn from node to node, relative to inertial space [rad].
@@ -24,6 +23,9 @@ const NEAREST: f64 = 1e-3;
 const NODE_INTERVAL: f64 = 0.1;
 /// What geometry is granted beside the verifier's tolerances [m or rad].
 const SLACK: f64 = 1e-3;
+/// Shortest and longest approach [s].
+const MIN_DURATION: f64 = 1.0;
+const MAX_DURATION: f64 = 1e6;
 /// Share by which a limit must be missed.
 const SHARE: f64 = 0.01;
 
@@ -54,23 +56,28 @@ impl<const NL: usize> Mission<NL> {
     #[inline(never)]
     pub fn check<const N: usize>(
         &self,
-        scenario: &Scenario,
+        scenario: &Scenario<NL>,
         integrator: Integrator,
     ) -> Result<(), Refusal> {
         scenario.validate()?;
-        self.check_vehicle::<N>(integrator)?;
-        self.check_start::<N>(scenario)?;
+        let grid = self.grid(scenario, N);
+        self.check_interval(&grid)?;
+        self.check_arm(&grid, scenario, integrator)?;
+        self.check_capture(integrator)?;
+        self.check_start(&grid, scenario)?;
         let mut target = [TargetState::ZERO; N];
-        self.tumble_of(scenario, integrator, &mut target)?;
-        self.check_turn(&target)?;
-        self.check_reach(&target)?;
+        self.tumble_of(scenario, integrator, &grid, &mut target)?;
+        self.check_turn(&grid, &target)?;
+        if !scenario.start.is_given() {
+            self.check_reach(&grid, &target)?;
+        }
         let limit = self.servicer.max_force;
-        let needed = self.least_force(scenario, &target);
+        let needed = self.least_force(scenario, &grid, &target);
         if needed > limit * (1.0 + SHARE) {
             return Err(Refusal::Force { needed, limit });
         }
         let limit = self.servicer.max_bus_torque;
-        let needed = self.least_bus_torque(scenario, &target);
+        let needed = self.least_bus_torque(scenario, &grid, &target);
         if needed > limit * (1.0 + SHARE) {
             return Err(Refusal::BusTorque { needed, limit });
         }
@@ -83,17 +90,19 @@ impl<const NL: usize> Mission<NL> {
     /// # Errors
     /// The first thing found impossible.
     pub fn check_vehicle<const N: usize>(&self, integrator: Integrator) -> Result<(), Refusal> {
-        let interval = self.approach.duration / (N - 1) as f64;
+        let grid = self.own_grid(N);
+        self.check_interval(&grid)?;
+        self.check_arm(&grid, &Scenario::default(), integrator)?;
+        self.check_capture(integrator)
+    }
+
+    fn check_interval(&self, grid: &Grid) -> Result<(), Refusal> {
+        let interval = grid.interval();
         let limit = NODE_INTERVAL * 2.0 * core::f64::consts::PI / self.mean_motion();
         if !(interval <= limit * (1.0 + 1e-9)) {
             return Err(Refusal::NodeInterval { interval, limit });
         }
-        let (lead, limit) = (self.approach.preset_lead, N.saturating_sub(2));
-        if lead > limit {
-            return Err(Refusal::PresetLead { lead, limit });
-        }
-        self.check_joints::<N>(integrator)?;
-        self.check_capture(integrator)
+        Ok(())
     }
 
     /// What an approach takes at least; the scenario must be one that [`Mission::check`] accepts
@@ -103,16 +112,17 @@ impl<const NL: usize> Mission<NL> {
     /// Where the target tumbles too fast to be followed.
     pub fn needs<const N: usize>(
         &self,
-        scenario: &Scenario,
+        scenario: &Scenario<NL>,
         integrator: Integrator,
     ) -> Result<Needs, Refusal> {
         scenario.validate()?;
+        let grid = self.grid(scenario, N);
         let mut target = [TargetState::ZERO; N];
-        self.tumble_of(scenario, integrator, &mut target)?;
+        self.tumble_of(scenario, integrator, &grid, &mut target)?;
         Ok(Needs {
-            force: self.least_force(scenario, &target),
-            bus_torque: self.least_bus_torque(scenario, &target),
-            turn: self.largest_turn(&target),
+            force: self.least_force(scenario, &grid, &target),
+            bus_torque: self.least_bus_torque(scenario, &grid, &target),
+            turn: self.largest_turn(&grid, &target),
         })
     }
 
@@ -127,28 +137,47 @@ impl<const NL: usize> Mission<NL> {
 
     /// Time that the arm has until its preset [s]: with Euler none of the first interval, over
     /// which the rate is that of the start.
-    pub fn time_to_preset(&self, integrator: Integrator, nodes: usize) -> f64 {
-        let interval = self.approach.duration / (nodes - 1) as f64;
+    pub fn time_to_preset(&self, integrator: Integrator, grid: &Grid) -> f64 {
         let lost = usize::from(!integrator.is_flown());
-        let intervals = (nodes - 1).saturating_sub(self.approach.preset_lead + lost);
-        intervals as f64 * interval
+        let intervals = grid.preset_node().saturating_sub(lost);
+        intervals as f64 * grid.interval()
     }
 
     /// The joint with the longest way is the one that decides.
-    fn check_joints<const N: usize>(&self, integrator: Integrator) -> Result<(), Refusal> {
-        let way = self.servicer.capture_joint_angle - self.servicer.initial_joint_angle;
+    fn check_arm(
+        &self,
+        grid: &Grid,
+        scenario: &Scenario<NL>,
+        integrator: Integrator,
+    ) -> Result<(), Refusal> {
+        let is_given = scenario.start.is_given();
+        let (lead, limit) = (grid.preset_lead(), grid.nodes.saturating_sub(2));
+        if lead > limit && !is_given {
+            return Err(Refusal::PresetLead { lead, limit });
+        }
+        // While it recovers its rate, a joint turns faster than it may.
+        if self.recovery(scenario, 0.0).joint_rate.contains(&true) {
+            return Ok(());
+        }
+        // Over the first interval of Euler an arm goes on as it began.
+        let lost = if integrator.is_flown() { 0.0 } else { grid.interval() };
+        let way = self.servicer.capture_joint_angle - self.joint_angle_at_start(scenario);
         let (mut joint, mut travel) = (0, 0.0);
         for i in 0..NL {
-            if way[i].abs() > travel {
-                (joint, travel) = (i + 1, way[i].abs());
+            let left = way[i].abs() - lost * scenario.start.joint_rate[i].abs();
+            if left > travel {
+                (joint, travel) = (i + 1, left);
             }
         }
-        let rate = self.planned_joint_rate(integrator);
-        let time = self.time_to_preset(integrator, N);
+        let rate = match is_given {
+            true => self.servicer.max_joint_rate,
+            false => self.planned_joint_rate(integrator),
+        };
+        let time = self.time_to_preset(integrator, grid);
         if travel <= rate * time + SLACK {
             return Ok(());
         }
-        let duration = libm::ceil(self.approach.duration * travel / (rate * time));
+        let duration = libm::ceil(grid.duration * travel / (rate * time));
         Err(Refusal::JointRate { joint, travel, rate, time, duration })
     }
 
@@ -193,19 +222,17 @@ impl<const NL: usize> Mission<NL> {
         farthest + across * core::f64::consts::PI / ROLLS as f64
     }
 
-    fn check_start<const N: usize>(&self, scenario: &Scenario) -> Result<(), Refusal> {
-        let a = &self.approach;
-        let rotation = quaternion::rotation_matrix(&scenario.target_attitude);
-        let local = rotation.transpose() * scenario.position;
-        let distance = signed_distance_to_box(&self.target.half_extents, &local).value;
-        let limit = a.keep_out(0, N);
+    /// A start that is given is led back; one that follows from the position is refused.
+    fn check_start(&self, grid: &Grid, scenario: &Scenario<NL>) -> Result<(), Refusal> {
+        if scenario.start.is_given() {
+            return Ok(());
+        }
+        let (distance, limit) = (self.distance_at_start(scenario), grid.keep_out(0));
         if !(distance >= limit - self.tolerances.keep_out) {
             return Err(Refusal::KeepOut { distance, limit });
         }
-        let sight = rotation * self.target.port_position - scenario.position;
-        let bus = quaternion::rotation_matrix(&initial_bus_attitude(&scenario.position));
-        let seen = sight.dot(&(bus * self.servicer.boresight)) / norm(&sight);
-        let limit = a.field_of_view_half_angle;
+        let seen = self.pointing_at_start(scenario);
+        let limit = self.approach.field_of_view_half_angle;
         if !(seen >= libm::cos(limit) - self.tolerances.pointing) {
             return Err(Refusal::FieldOfView { angle: libm::acos(seen), limit });
         }
@@ -213,46 +240,45 @@ impl<const NL: usize> Mission<NL> {
     }
 
     /// The target's tumble, unless it begins too fast to be worth integrating.
-    fn tumble_of<const N: usize>(
+    fn tumble_of(
         &self,
-        scenario: &Scenario,
+        scenario: &Scenario<NL>,
         integrator: Integrator,
-        target: &mut [TargetState; N],
+        grid: &Grid,
+        target: &mut [TargetState],
     ) -> Result<(), Refusal> {
-        let n = self.mean_motion();
-        let interval = self.approach.duration / (N - 1) as f64;
+        let (n, interval) = (self.mean_motion(), grid.interval());
         let (attitude, rate) = (&scenario.target_attitude, &scenario.target_rate);
         let orbit = quaternion::rotation_matrix(attitude).transpose() * Vector3::new(0.0, 0.0, n);
-        self.turn_within(norm(&(rate + orbit)) * interval)?;
+        turn_within(grid, norm(&(rate + orbit)) * interval)?;
         self.target.tumble(integrator, n, attitude, rate, interval, target);
         Ok(())
     }
 
-    fn turn_within(&self, turn: f64) -> Result<(), Refusal> {
-        let limit = MAX_NODE_TURN;
-        if turn <= limit {
-            return Ok(());
-        }
-        let duration = libm::floor(self.approach.duration * limit / turn);
-        Err(Refusal::Tumble { turn, limit, duration })
-    }
-
-    fn largest_turn<const N: usize>(&self, target: &[TargetState; N]) -> f64 {
-        let interval = self.approach.duration / (N - 1) as f64;
+    fn largest_turn(&self, grid: &Grid, target: &[TargetState]) -> f64 {
+        let interval = grid.interval();
         let orbit = Vector3::new(0.0, 0.0, self.mean_motion());
         target.iter().fold(0.0, |most, x| f64::max(most, norm(&(x.rate + orbit)) * interval))
     }
 
-    fn check_turn<const N: usize>(&self, target: &[TargetState; N]) -> Result<(), Refusal> {
-        self.turn_within(self.largest_turn(target))
+    fn check_turn(&self, grid: &Grid, target: &[TargetState]) -> Result<(), Refusal> {
+        turn_within(grid, self.largest_turn(grid, target))
     }
 }
 
-impl Validate for Scenario {
+fn turn_within(grid: &Grid, turn: f64) -> Result<(), Refusal> {
+    let limit = MAX_NODE_TURN;
+    if turn <= limit {
+        return Ok(());
+    }
+    Err(Refusal::Tumble { turn, limit, duration: libm::floor(grid.duration * limit / turn) })
+}
+
+impl<const NL: usize> Validate for Scenario<NL> {
     type Error = Refusal;
 
     /// Refuses what is no input at all: numbers that are not finite, an attitude that is not of
-    /// unit length, a start from which no direction leads to the target.
+    /// unit length, a start from which no direction leads to the target, no time.
     fn validate(&self) -> Result<(), Refusal> {
         let finite = |values: &[f64], field| match values.iter().all(|v| v.is_finite()) {
             true => Ok(()),
@@ -262,9 +288,21 @@ impl Validate for Scenario {
         finite(self.target_rate.as_slice(), "target rate")?;
         finite(self.position.as_slice(), "position")?;
         finite(self.velocity.as_slice(), "velocity")?;
-        let length = quaternion::norm(&self.target_attitude);
-        if !((length - 1.0).abs() <= QUATERNION) {
-            return Err(Refusal::Attitude { norm: length });
+        let Start { bus_attitude, bus_rate, joint_angle, joint_rate } = &self.start;
+        finite(bus_attitude.unwrap_or_default().as_slice(), "bus attitude")?;
+        finite(bus_rate.as_slice(), "bus rate")?;
+        finite(joint_angle.unwrap_or_else(SVector::zeros).as_slice(), "joint angles")?;
+        finite(joint_rate.as_slice(), "joint rates")?;
+        for attitude in [Some(self.target_attitude), *bus_attitude].iter().flatten() {
+            let length = quaternion::norm(attitude);
+            if !((length - 1.0).abs() <= QUATERNION) {
+                return Err(Refusal::Attitude { norm: length });
+            }
+        }
+        if let Some(duration) = self.duration
+            && !(MIN_DURATION..=MAX_DURATION).contains(&duration)
+        {
+            return Err(Refusal::Duration { duration });
         }
         let distance = norm(&self.position);
         if !(distance >= NEAREST) {

@@ -13,7 +13,7 @@ fn scenario() -> Scenario {
         target_attitude: quaternion::IDENTITY,
         target_rate: Vector3::new(5e-4, -3e-4, 2e-4),
         position: Vector3::new(0.3, -0.2, 5.2),
-        velocity: Vector3::zeros(),
+        ..Scenario::default()
     }
 }
 
@@ -43,9 +43,14 @@ fn input_that_is_none_is_refused_as_such() {
     assert_eq!(centre.name(), "position");
     let coarse = refused(|m, _| m.approach.duration = 1e5);
     assert_eq!(coarse.name(), "node_interval");
-    let early = refused(|m, _| m.approach.preset_lead = 59);
+    let early = refused(|m, _| m.approach.preset_time = 1190.0);
     assert_eq!(early.name(), "preset_lead");
-    for refusal in [nan, long, centre, coarse, early] {
+    let short = refused(|_, s| s.duration = Some(0.5));
+    assert_eq!(short.to_string(), "duration: 0.5 s is no time to capture: from 1 s to 1e6 s");
+    let bus = refused(|_, s| s.start.bus_attitude = Some(Vector4::new(0.0, 0.0, 0.0, 2.0)));
+    assert_eq!(bus.name(), "attitude");
+    assert_eq!(refused(|_, s| s.start.joint_rate[1] = f64::INFINITY).name(), "not_finite");
+    for refusal in [nan, long, centre, coarse, early, short, bus] {
         assert!(refusal.is_invalid_input(), "{refusal}");
     }
     let mut close = scenario();
@@ -119,7 +124,7 @@ fn bus_torque_is_refused_where_nothing_else_can_turn_the_bus() {
 fn the_switches_decide_what_holds() {
     let mut mission = Mission::default();
     // 90 % of this rate is too little, all of it is not.
-    let time = mission.time_to_preset(RK4, 60);
+    let time = mission.time_to_preset(RK4, &mission.own_grid(60));
     mission.servicer.max_joint_rate = 1.05 * 0.877 / time;
     assert_eq!(mission.check_vehicle::<60>(RK4).unwrap_err().name(), "joint_rate");
     mission.approach.between_nodes = Switch::Off;

@@ -202,11 +202,11 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         };
         let bounds = &last.bound_multiplier_x[k];
         for i in 0..NL {
-            let limit = self.joint_limit(i);
+            let limit = self.joint_limit(k, i);
             if state.joint_angle[i].abs() > limit * (1.0 - AT_LIMIT) {
                 stage.hessian_xx[(3 + i, 3 + i)] += held(bounds[3 + i]);
             }
-            let limit = self.joint_rate_limit();
+            let limit = self.joint_rate_limit(k, i);
             if state.joint_rate[i].abs() > limit * (1.0 - AT_LIMIT) {
                 stage.hessian_xx[(6 + NL + i, 6 + NL + i)] += held(bounds[6 + NL + i]);
             }

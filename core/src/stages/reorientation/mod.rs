@@ -12,7 +12,7 @@ use super::{Formulation, TranslationTrajectory};
 use crate::dynamics::{Control, Integrator, Multibody, State, Stepping};
 use crate::executor::{ForkJoin, Sequential};
 use crate::math::quaternion;
-use crate::model::{CostUnits, Margins, Mission, TargetState, Typical, initial_bus_attitude};
+use crate::model::{CostUnits, Grid, Margins, Mission, Recovery, TargetState, Typical};
 use crate::scp::{Problem, Residuals};
 use linearise::Inputs;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
@@ -77,6 +77,12 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
     margins: Margins,
     extra_clearance: f64,
     stepping: Stepping<'a>,
+    grid: Grid,
+    /// State at the first node.
+    initial: State<NL>,
+    /// Whether the scenario gives its start: margins fade in behind it.
+    is_given: bool,
+    recovery: Recovery<NL>,
     mode: Mode,
     preset: usize,
     sight: [Vector3<f64>; N],
@@ -139,8 +145,10 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         executor: &'a P,
     ) -> Self {
         const { assert!(NX == 6 + 2 * NL && NU == 3 + NL, "sizes of state and control") };
-        let Formulation { mission, integrator, margins, extra_clearance, deadline, .. } =
-            *formulation;
+        let Formulation {
+            mission, scenario, integrator, margins, extra_clearance, deadline, ..
+        } = *formulation;
+        let grid = formulation.grid(N);
         let servicer = &mission.servicer;
         let last = &target[N - 1];
         let approach = -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal);
@@ -161,8 +169,12 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
             mode,
             margins,
             extra_clearance,
-            stepping: Stepping { integrator, dt: formulation.interval(N), deadline },
-            preset: mission.approach.preset_node(N),
+            stepping: Stepping { integrator, dt: grid.interval(), deadline },
+            initial: State::at_start(mission, scenario),
+            is_given: scenario.start.is_given(),
+            recovery: mission.recovery(scenario, grid.keep_out(0)),
+            preset: grid.preset_node(),
+            grid,
             sight: core::array::from_fn(|k| {
                 line_of_sight(mission, &translation.position[k], &target[k])
             }),
@@ -273,10 +285,15 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         )
     }
 
-    /// Angle limit of joint `i` in planning [rad]: less the margin, at least the given angles.
-    fn joint_limit(&self, i: usize) -> f64 {
+    /// Angle limit of joint `i` in planning at node `k` [rad]: less the margin, at least the
+    /// mission's own angles. Behind a given start the whole range counts, and none where the start is
+    /// beyond it.
+    fn joint_limit(&self, k: usize, i: usize) -> f64 {
         let (s, margin) = (&self.mission.servicer, self.margins.joint_angle);
         let limit = s.max_joint_angle[i];
+        if self.is_behind_start(k) {
+            return if self.recovery.joint[i] { f64::INFINITY } else { limit };
+        }
         match self.has_margins {
             true => (limit - margin)
                 .max(s.initial_joint_angle[i].abs())
@@ -285,10 +302,19 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         }
     }
 
-    /// Joint rate limit in planning [rad/s].
-    fn joint_rate_limit(&self) -> f64 {
+    /// Rate limit of joint `i` in planning at node `k` [rad/s], likewise.
+    fn joint_rate_limit(&self, k: usize, i: usize) -> f64 {
+        let limit = self.mission.servicer.max_joint_rate;
+        if self.is_behind_start(k) {
+            return if self.recovery.joint_rate[i] { f64::INFINITY } else { limit };
+        }
         let margin = if self.has_margins { self.margins.joint_rate } else { 0.0 };
-        self.mission.servicer.max_joint_rate * (1.0 - margin)
+        limit * (1.0 - margin)
+    }
+
+    /// Whether node `k` comes so soon after a given start that this one counts.
+    fn is_behind_start(&self, k: usize) -> bool {
+        self.is_given && k < self.grid.recovery_node()
     }
 
     /// Whether an equality constraint fixes component `i` of the state at node `k`.
@@ -448,20 +474,15 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         let servicer = &self.mission.servicer;
         for (k, state) in z.states.iter_mut().enumerate() {
             for i in 0..NL {
-                let limit = self.joint_limit(i);
+                let limit = self.joint_limit(k, i);
                 state.joint_angle[i] = clamp(state.joint_angle[i], -limit, limit);
-                let limit = self.joint_rate_limit();
+                let limit = self.joint_rate_limit(k, i);
                 state.joint_rate[i] = clamp(state.joint_rate[i], -limit, limit);
             }
             self.fix_arm(k, state);
             state.attitude = quaternion::normalized(&state.attitude);
         }
-        z.states[0] = State {
-            attitude: initial_bus_attitude(&self.translation.position[0]),
-            joint_angle: servicer.initial_joint_angle,
-            rate: Vector3::zeros(),
-            joint_rate: SVector::zeros(),
-        };
+        z.states[0] = self.initial;
         self.fix_terminal(&mut z.states[N - 1]);
         for control in &mut z.controls {
             *control = control.within_limits(servicer);
@@ -511,7 +532,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
                     _ if self.is_fixed(k, i) => (0.0, 0.0),
                     i if i < 3 => (-reach, reach),
                     i if i < 3 + NL => {
-                        let (at, limit) = (state.joint_angle[i - 3], self.joint_limit(i - 3));
+                        let (at, limit) = (state.joint_angle[i - 3], self.joint_limit(k, i - 3));
                         (
                             ((-limit - at) / self.typical.angle).max(-reach),
                             ((limit - at) / self.typical.angle).min(reach),
@@ -519,7 +540,8 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
                     }
                     i if i < 6 + NL => (f64::NEG_INFINITY, f64::INFINITY),
                     _ => {
-                        let (at, limit) = (state.joint_rate[i - 6 - NL], self.joint_rate_limit());
+                        let (at, limit) =
+                            (state.joint_rate[i - 6 - NL], self.joint_rate_limit(k, i - 6 - NL));
                         let scale = self.typical.joint_rate;
                         ((-limit - at) / scale, (limit - at) / scale)
                     }

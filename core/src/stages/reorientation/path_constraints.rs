@@ -93,7 +93,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     /// planning margin where that is larger.
     pub(super) fn path_tolerances(&self, k: usize) -> SVector<f64, NG> {
         let t = &self.mission.tolerances;
-        let share = self.mission.approach.margin_share(k as f64 * self.stepping.dt, N);
+        let share = self.grid.margin_share(k as f64 * self.stepping.dt);
         let clearance = self.clearance.unwrap_or(0.0) * share * SHARE_OF_MARGIN;
         let mut out = SVector::repeat(t.clearance.max(clearance) / CLEARANCE_SCALE);
         out[0] = t.pointing / COSINE_SCALE;
@@ -104,12 +104,16 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     fn cos_field_of_view(&self, k: usize) -> f64 {
         let approach = &self.mission.approach;
         let margin = if self.has_margins { self.margins.field_of_view } else { 0.0 };
-        let share = approach.margin_share(k as f64 * self.stepping.dt, N);
+        let share = self.grid.margin_share(k as f64 * self.stepping.dt);
         libm::cos(approach.field_of_view_half_angle - margin * share)
     }
 
-    /// Pointing constraint `cos(fov) - sight . R b` and its gradient by the attitude step, scaled.
+    /// Pointing constraint `cos(fov) - sight . R b` and its gradient by the attitude step, scaled;
+    /// inactive while a given start is led back.
     fn pointing_constraint(&self, k: usize, state: &State<NL>) -> (f64, Vector3<f64>) {
+        if self.recovery.pointing && self.is_behind_start(k) {
+            return (-1.0, Vector3::zeros());
+        }
         let boresight =
             quaternion::rotation_matrix(&state.attitude) * self.mission.servicer.boresight;
         let gradient = self.sight[k].cross(&boresight);
@@ -121,9 +125,8 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
 
     /// Clearance that planning keeps between bodies at `time` [m].
     fn clearance_at(&self, margin: f64, time: f64) -> f64 {
-        let left = (self.mission.approach.duration - time) / self.stepping.dt;
-        margin * self.mission.approach.margin_share(time, N)
-            + self.extra_clearance * clamp(left - 1.0, 0.0, 1.0)
+        let left = (self.grid.duration - time) / self.stepping.dt;
+        margin * self.grid.margin_share(time) + self.extra_clearance * clamp(left - 1.0, 0.0, 1.0)
     }
 
     /// The nearest pair of bodies of each group about node `k`, at constant rates, and the nearest of the

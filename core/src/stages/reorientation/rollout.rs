@@ -128,7 +128,6 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     ) -> (Vector3<f64>, SVector<f64, NL>) {
         let at = &from.states[k + 1];
         let d = step.x[k + 1].component_mul(&self.scale_x);
-        let limit = self.joint_rate_limit();
         let drift = self.drift(k, from, step, state);
         let turning = match k + 2 < N {
             true => {
@@ -146,6 +145,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         };
         let rate = Vector3::from_fn(|i, _| at.rate[i] + d[3 + NL + i] + turning[i]);
         let joint_rate = SVector::<f64, NL>::from_fn(|i, _| {
+            let limit = self.joint_rate_limit(k + 1, i);
             clamp(at.joint_rate[i] + d[6 + NL + i] + bending[i], -limit, limit)
         });
         (rate, joint_rate)
@@ -153,10 +153,10 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
 
     /// Adds the subproblem's slack of the dynamics to the state at node `k + 1`.
     fn add_slack(&self, k: usize, slack: &SVector<f64, NX>, next: &mut State<NL>) {
-        let limit = self.joint_rate_limit();
         let turn = self.axes(k + 1) * Vector3::new(slack[0], slack[1], slack[2]);
         next.attitude = quaternion::product(&quaternion::exp(&turn), &next.attitude);
         for i in 0..NL {
+            let limit = self.joint_rate_limit(k + 1, i);
             next.joint_angle[i] += slack[3 + i];
             next.joint_rate[i] = clamp(next.joint_rate[i] + slack[6 + NL + i], -limit, limit);
         }
@@ -176,7 +176,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
             gap.turn = -self.fix_terminal(state);
         }
         for i in 0..NL {
-            let limit = self.joint_limit(i);
+            let limit = self.joint_limit(k, i);
             state.joint_angle[i] = clamp(state.joint_angle[i], -limit, limit);
         }
         state.attitude = quaternion::normalized(&state.attitude);

@@ -22,6 +22,7 @@ mod distance;
 mod posture;
 mod reorientation;
 mod residuals;
+mod start;
 mod target;
 #[cfg(test)]
 mod tests;
@@ -38,11 +39,12 @@ use crate::dynamics::{Control, Integrator, State};
 use crate::math::quaternion;
 use crate::model::{Mission, Scenario, TargetState};
 use clearance::Bodies;
-use nalgebra::{SVector, Vector3};
-use posture::{Posture, initial_bus_attitude};
+use nalgebra::Vector3;
+use posture::Posture;
 use remora_qp::time::Deadline;
 use reorientation::{Interval, difference};
 use residuals::{RATE_SCALE, excess, worst};
+use start::{Beyond, initial_state};
 use target::Tumbling;
 use translation::{Leg, Path};
 
@@ -64,7 +66,7 @@ const CLEARANCE_PARTS: usize = 2;
 #[inline(never)]
 pub fn verify<const N: usize, const NL: usize>(
     mission: &Mission<NL>,
-    scenario: &Scenario,
+    scenario: &Scenario<NL>,
     integrator: Integrator,
     translation: &TranslationTrajectory<N>,
     reorientation: &ReorientationTrajectory<N, NL>,
@@ -77,7 +79,7 @@ pub fn verify<const N: usize, const NL: usize>(
 /// [`verify`] for the first interval alone, to measure its time.
 pub(crate) fn verify_first<const N: usize, const NL: usize>(
     mission: &Mission<NL>,
-    scenario: &Scenario,
+    scenario: &Scenario<NL>,
     integrator: Integrator,
     translation: &TranslationTrajectory<N>,
     reorientation: &ReorientationTrajectory<N, NL>,
@@ -95,7 +97,7 @@ struct Trajectories<'a, const N: usize, const NL: usize> {
 /// Verifies at most `intervals` intervals, from the first.
 fn verify_some<const N: usize, const NL: usize>(
     mission: &Mission<NL>,
-    scenario: &Scenario,
+    scenario: &Scenario<NL>,
     integrator: Integrator,
     plan: Trajectories<'_, N, NL>,
     intervals: usize,
@@ -103,8 +105,11 @@ fn verify_some<const N: usize, const NL: usize>(
 ) -> Verification {
     let Trajectories { translation, reorientation } = plan;
     let between = mission.approach.between_nodes.is_on(integrator);
-    let path = Path { mission, trajectory: translation, between };
-    let plan = Checked { mission, integrator, path: &path, trajectory: reorientation, between };
+    let grid = mission.grid(scenario, N);
+    let beyond = &Beyond::of(mission, scenario, &grid);
+    let path = Path { mission, grid, trajectory: translation, between, beyond };
+    let plan =
+        Checked { mission, integrator, path: &path, trajectory: reorientation, between, beyond };
     let mut target = Tumbling::new(mission, scenario, integrator);
     let mut bodies = Bodies { mission, found: Clearances::NONE };
     let mut out = Residuals::default();
@@ -133,12 +138,14 @@ fn verify_some<const N: usize, const NL: usize>(
 /// Residuals of Stage 1 alone; those of Stage 2 are left zero (`control` is that of the force).
 pub fn verify_translation<const N: usize, const NL: usize>(
     mission: &Mission<NL>,
-    scenario: &Scenario,
+    scenario: &Scenario<NL>,
     integrator: Integrator,
     trajectory: &TranslationTrajectory<N>,
 ) -> Residuals {
     let between = mission.approach.between_nodes.is_on(integrator);
-    let path = Path { mission, trajectory, between };
+    let grid = mission.grid(scenario, N);
+    let beyond = &Beyond::of(mission, scenario, &grid);
+    let path = Path { mission, grid, trajectory, between, beyond };
     let mut target = Tumbling::new(mission, scenario, integrator);
     let mut out = Residuals::default();
     path.begin(scenario, &mut out);
@@ -165,6 +172,7 @@ struct Checked<'a, const N: usize, const NL: usize> {
     path: &'a Path<'a, N, NL>,
     trajectory: &'a ReorientationTrajectory<N, NL>,
     between: bool,
+    beyond: &'a Beyond<NL>,
 }
 
 /// Stage 2 over one interval: the states at its ends and the control.
@@ -185,13 +193,8 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
         })
     }
 
-    fn begin(&self, scenario: &Scenario, out: &mut Residuals) {
-        let initial = State {
-            attitude: initial_bus_attitude(&scenario.position),
-            joint_angle: self.mission.servicer.initial_joint_angle,
-            rate: Vector3::zeros(),
-            joint_rate: SVector::zeros(),
-        };
+    fn begin(&self, scenario: &Scenario<NL>, out: &mut Residuals) {
+        let initial = initial_state(self.mission, scenario);
         out.dynamics2 = worse(out.dynamics2, difference(&initial, &self.trajectory.states[0]));
     }
 
@@ -232,12 +235,20 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
     /// Joint stops, joint rates and pointing.
     fn limits(&self, at: &Instant<'_, NL>, out: &mut Residuals) {
         let servicer = &self.mission.servicer;
+        let is_recovering = self.path.grid.is_recovering(at.time_s);
         for i in 0..NL {
-            let beyond = at.state.joint_angle[i].abs() - servicer.max_joint_angle[i];
-            out.joint = worse(out.joint, worse(0.0, beyond));
+            if !(is_recovering && self.beyond.joint[i]) {
+                let beyond = at.state.joint_angle[i].abs() - servicer.max_joint_angle[i];
+                out.joint = worse(out.joint, worse(0.0, beyond));
+            }
+            if !(is_recovering && self.beyond.joint_rate[i]) {
+                let rate = excess(&[at.state.joint_rate[i]], servicer.max_joint_rate);
+                out.joint_rate = worse(out.joint_rate, rate);
+            }
         }
-        let rate = excess(at.state.joint_rate.as_slice(), servicer.max_joint_rate);
-        out.joint_rate = worse(out.joint_rate, rate);
+        if is_recovering && self.beyond.pointing {
+            return;
+        }
         let sight = self.port(at.target) - at.position;
         let boresight = quaternion::rotation_matrix(&at.state.attitude) * servicer.boresight;
         let seen = sight.dot(&boresight) / libm::sqrt(sight.dot(&sight));
@@ -249,7 +260,7 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
     fn end(&self, target: &TargetState, bodies: &mut Bodies<'_, NL>, out: &mut Residuals) {
         let (last, position) =
             (&self.trajectory.states[N - 1], &self.path.trajectory.position[N - 1]);
-        let time_s = self.mission.approach.duration;
+        let time_s = self.path.grid.duration;
         let at = Instant { time_s, target, position, state: last };
         self.limits(&at, out);
         bodies.look(&at);
@@ -273,7 +284,7 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
     /// from there on.
     fn held(&self) -> f64 {
         let capture = &self.mission.servicer.capture_joint_angle;
-        let preset = self.mission.approach.preset_node(N);
+        let preset = self.path.grid.preset_node();
         let (angles_until, rates_from) =
             if self.integrator.is_flown() { (N - 1, N - 1) } else { (preset, preset) };
         let mut worst_held = 0.0;

@@ -65,7 +65,7 @@ impl<'a> Tumbling<'a> {
     /// At t = 0.
     pub fn new<const NL: usize>(
         mission: &'a Mission<NL>,
-        scenario: &Scenario,
+        scenario: &Scenario<NL>,
         integrator: Integrator,
     ) -> Self {
         let (target, n) = (&mission.target, mission.mean_motion());

@@ -4,8 +4,9 @@ use super::PARTS;
 use super::distance::point_to_box;
 use super::posture::Posture;
 use super::residuals::{RATE_SCALE, Residuals, excess, worst};
+use super::start::Beyond;
 use crate::math::quaternion;
-use crate::model::{Mission, Scenario, TargetState, hcw_acceleration};
+use crate::model::{Grid, Mission, Scenario, TargetState, hcw_acceleration};
 use crate::stages::TranslationTrajectory;
 use crate::stages::worse;
 use nalgebra::Vector3;
@@ -13,8 +14,10 @@ use nalgebra::Vector3;
 /// A path, and whether limits hold between its nodes.
 pub(super) struct Path<'a, const N: usize, const NL: usize> {
     pub mission: &'a Mission<NL>,
+    pub grid: Grid,
     pub trajectory: &'a TranslationTrajectory<N>,
     pub between: bool,
+    pub beyond: &'a Beyond<NL>,
 }
 
 /// The path over one interval: the states at its ends, the force that is held.
@@ -28,7 +31,7 @@ pub(super) struct Leg<'a> {
 impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
     /// Length of an interval [s].
     pub fn dt(&self) -> f64 {
-        self.mission.approach.duration / (N - 1) as f64
+        self.grid.interval()
     }
 
     /// The intervals, from the first on.
@@ -43,7 +46,7 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
             .map(|(k, ((position, velocity), force))| Leg { k, position, velocity, force })
     }
 
-    pub fn begin(&self, scenario: &Scenario, out: &mut Residuals) {
+    pub fn begin(&self, scenario: &Scenario<NL>, out: &mut Residuals) {
         let t = self.trajectory;
         let position = t.position[0] - scenario.position;
         out.dynamics1 = worse(out.dynamics1, error(position, t.velocity[0] - scenario.velocity));
@@ -68,13 +71,14 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
         out.dynamics1 = worse(out.dynamics1, defect);
         out.control = worse(out.control, excess(force.as_slice(), mission.servicer.max_force));
 
-        let at_node = mission.approach.keep_out(leg.k, N);
-        self.keep_out(at_node, &target[0], &positions[0], out);
-        if self.between {
-            let radius = self.radius_after(leg.k);
-            for part in 1..PARTS {
-                self.keep_out(radius, &target[part], &positions[part], out);
+        let (at_node, within) = (self.grid.keep_out(leg.k), self.radius_after(leg.k));
+        for part in 0..if self.between { PARTS } else { 1 } {
+            let time = (leg.k as f64 + part as f64 / PARTS as f64) * self.dt();
+            if self.beyond.keep_out && self.grid.is_recovering(time) {
+                continue;
             }
+            let radius = if part == 0 { at_node } else { within };
+            self.keep_out(radius, &target[part], &positions[part], out);
         }
         positions
     }
@@ -84,7 +88,7 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
     pub fn radius_after(&self, k: usize) -> f64 {
         let (servicer, approach) = (&self.mission.servicer, &self.mission.approach);
         let (here, there) = if k + 2 < N {
-            (approach.keep_out(k, N), approach.keep_out(k + 1, N))
+            (self.grid.keep_out(k), self.grid.keep_out(k + 1))
         } else {
             (approach.keep_out_near, Posture::at_capture(servicer).reach())
         };

@@ -2,6 +2,7 @@
 
 use super::{Status, Verdict, json};
 use crate::error::{Error, FieldError};
+use remora_core::advanced::model::RECOVERY_NAMES;
 use remora_core::advanced::planner::{Gain, GuessRecord, SolveRecord, StageSolveRecord};
 use remora_core::advanced::stages::{NODES, size};
 use serde::{Deserialize, Serialize};
@@ -41,6 +42,9 @@ pub struct EvidenceFile {
     /// What the plan is good for; records of older versions do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
+    /// Limits that the scenario's start violates and the plan leads back into, by the residuals' names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub recovered: Vec<String>,
     /// What Stage 2 started from.
     pub start: GuessRecord,
     /// Model that was to be used; none where the heuristic was asked for.
@@ -87,6 +91,7 @@ impl EvidenceFile {
             status: evidence.status,
             is_verified: evidence.is_verified,
             verdict: Some(Verdict::of(evidence.is_verified, evidence.status)),
+            recovered: recovered(evidence.recovery),
             start: evidence.start,
             model,
             stage1: evidence.translation,
@@ -157,6 +162,12 @@ pub fn evidence_path(plan: &Path) -> PathBuf {
     plan.with_file_name(format!("{stem}.evidence.json"))
 }
 
+/// Names of the limits whose bits are set.
+fn recovered(code: u32) -> Vec<String> {
+    let named = RECOVERY_NAMES.iter().enumerate();
+    named.filter(|(bit, _)| code >> bit & 1 == 1).map(|(_, name)| name.to_string()).collect()
+}
+
 fn rows(gain: &Gain) -> GainRows {
     std::array::from_fn(|i| std::array::from_fn(|j| gain[(i, j)]))
 }
@@ -174,6 +185,7 @@ mod tests {
             output: 0xfeed,
             status: Status::Deadline,
             is_verified: true,
+            recovery: 0b0110,
             start: GuessRecord::Worse,
             translation: Default::default(),
             reorientation: StageSolveRecord {
@@ -197,6 +209,7 @@ mod tests {
             assert_eq!(EvidenceFile::parse(&text).unwrap(), record);
             assert!(text.contains("\"output\": \"000000000000feed\""), "{text}");
             assert!(text.contains("\"fallback\": \"earlier_iterate\""), "{text}");
+            assert_eq!(record.recovered, ["joint_rate", "pointing"]);
         }
     }
 

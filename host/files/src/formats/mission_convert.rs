@@ -116,9 +116,12 @@ impl From<&model::Approach> for Approach {
         Self {
             keep_out_far_m: Radius::Metres(a.keep_out_far),
             keep_out_near_m: Radius::Metres(a.keep_out_near),
-            keep_out_far_until: a.keep_out_far_until,
+            keep_out_near_s: Some(a.keep_out_near_time),
+            keep_out_far_until: None,
             field_of_view_half_angle_deg: degrees(a.field_of_view_half_angle),
-            preset_lead_intervals: a.preset_lead,
+            preset_s: Some(a.preset_time),
+            preset_lead_intervals: None,
+            recovery_s: Some(a.recovery_time),
             clearance: a.clearance,
             between_nodes: a.between_nodes,
         }
@@ -235,7 +238,14 @@ impl Default for Approach {
     /// Its keep-out distances follow from the servicer.
     fn default() -> Self {
         let given = Self::from(&model::Approach::default());
-        Self { keep_out_far_m: Radius::Auto, keep_out_near_m: Radius::Auto, ..given }
+        Self {
+            keep_out_far_m: Radius::Auto,
+            keep_out_near_m: Radius::Auto,
+            keep_out_near_s: None,
+            preset_s: None,
+            recovery_s: None,
+            ..given
+        }
     }
 }
 
@@ -341,6 +351,25 @@ mod tests {
     }
 
     #[test]
+    fn older_missions_say_when_in_fractions_and_intervals() {
+        let approach = |text: &str| {
+            let file = MissionFile::parse(&format!("[horizon]\nduration_s = 600\n{text}")).unwrap();
+            file.mission().unwrap().approach
+        };
+        let old = approach("[approach]\nkeep_out_far_until = 0.75\npreset_lead_intervals = 5");
+        assert_eq!((old.keep_out_near_time, old.preset_time), (150.0, 5.0 * 600.0 / 59.0));
+        let new = approach("[approach]\nkeep_out_near_s = 150\npreset_s = 70\nrecovery_s = 30");
+        assert_eq!((new.keep_out_near_time, new.preset_time), (150.0, 70.0));
+        assert_eq!(new.recovery_time, 30.0);
+        let usual = approach("");
+        assert_eq!((usual.keep_out_near_time, usual.preset_time), (360.0, 80.0));
+        let twice = "[approach]\npreset_s = 70\npreset_lead_intervals = 4";
+        let error = MissionFile::parse(twice).and_then(|file| file.mission()).unwrap_err();
+        assert_eq!(error.field, "approach.preset_lead_intervals");
+        assert_eq!(error.reason, "preset_s says it already");
+    }
+
+    #[test]
     fn nonsense_is_named_by_the_files_keys() {
         let field = |text: &str| {
             let error = MissionFile::parse(text).and_then(|file| file.mission()).unwrap_err();
@@ -360,6 +389,10 @@ mod tests {
             field("[approach]\npreset_lead_intervals = 0"),
             "approach.preset_lead_intervals"
         );
+        assert_eq!(field("[approach]\npreset_s = 0"), "approach.preset_s");
+        assert_eq!(field("[approach]\nkeep_out_near_s = -1"), "approach.keep_out_near_s");
+        assert_eq!(field("[approach]\nkeep_out_far_until = 2"), "approach.keep_out_far_until");
+        assert_eq!(field("[approach]\nrecovery_s = nan"), "approach.recovery_s");
         assert_eq!(field("[orbit]\nspeed = 1"), "orbit.speed");
         assert_eq!(field("[orbit]\neccentricity = \"low\""), "orbit.eccentricity");
         assert_eq!(field("format = \"remora-mission/9\"\nnew = 1"), "format");

@@ -235,12 +235,24 @@ pub struct Approach {
     pub keep_out_far_m: Radius,
     /// Keep-out distance afterwards [m].
     pub keep_out_near_m: Radius,
-    /// Fraction of the duration up to which (inclusive) the far distance holds.
-    pub keep_out_far_until: f64,
+    /// Time before the end from which the near distance holds [s]; 360 where it is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keep_out_near_s: Option<f64>,
+    /// The same in older missions: the fraction of the duration up to which the far distance holds.
+    #[serde(skip_serializing)]
+    pub keep_out_far_until: Option<f64>,
     /// Half angle of the field of view [deg].
     pub field_of_view_half_angle_deg: f64,
-    /// Intervals before the end at which the arm is in its capture configuration.
-    pub preset_lead_intervals: usize,
+    /// Time before the end from which the arm is in its capture configuration [s]; 80 where it is not
+    /// given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset_s: Option<f64>,
+    /// The same in older missions: intervals before the end.
+    #[serde(skip_serializing)]
+    pub preset_lead_intervals: Option<usize>,
+    /// Time within which a start beyond a limit is led back into it [s]; 80 where it is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recovery_s: Option<f64>,
     /// Whether bus and arm must stay clear of the target, and the arm of its own bus.
     pub clearance: Switch,
     /// Whether limits hold between the nodes too.
@@ -335,10 +347,7 @@ impl MissionFile {
             let reason = format!("this program is built for {NODES} nodes");
             return Err(FieldError::new("horizon.nodes", reason));
         }
-        if self.approach.preset_lead_intervals > NODES - 2 {
-            let reason = format!("must be at most {}", NODES - 2);
-            return Err(FieldError::new("approach.preset_lead_intervals", reason));
-        }
+        self.approach.validate()?;
         let mut mission = self.convert()?;
         mission
             .validate()
@@ -386,15 +395,42 @@ impl Orbit {
 }
 
 impl Approach {
+    /// Refuses what is said twice, and what older missions could not say.
+    fn validate(&self) -> Result<(), FieldError> {
+        let twice = |new: &str, old: &str| {
+            Err(FieldError::new(format!("approach.{old}"), format!("{new} says it already")))
+        };
+        if self.keep_out_near_s.and(self.keep_out_far_until).is_some() {
+            return twice("keep_out_near_s", "keep_out_far_until");
+        }
+        if self.preset_s.is_some() && self.preset_lead_intervals.is_some() {
+            return twice("preset_s", "preset_lead_intervals");
+        }
+        if self.keep_out_far_until.is_some_and(|share| !(0.0..=1.0).contains(&share)) {
+            return Err(FieldError::new("approach.keep_out_far_until", "must lie in [0, 1]"));
+        }
+        let lead = 1..=NODES - 2;
+        if self.preset_lead_intervals.is_some_and(|intervals| !lead.contains(&intervals)) {
+            let reason = format!("must lie in [1, {}]", lead.end());
+            return Err(FieldError::new("approach.preset_lead_intervals", reason));
+        }
+        Ok(())
+    }
+
     /// The approach without its keep-out distances, which follow from the servicer.
     fn convert(&self, duration: f64) -> model::Approach {
+        let usual = model::Approach::default();
+        let near = self.keep_out_far_until.map(|share| (1.0 - share) * duration);
+        let interval = duration / (NODES - 1) as f64;
+        let preset = self.preset_lead_intervals.map(|intervals| intervals as f64 * interval);
         model::Approach {
             duration,
             keep_out_far: 0.0,
             keep_out_near: 0.0,
-            keep_out_far_until: self.keep_out_far_until,
+            keep_out_near_time: self.keep_out_near_s.or(near).unwrap_or(usual.keep_out_near_time),
             field_of_view_half_angle: radians(self.field_of_view_half_angle_deg),
-            preset_lead: self.preset_lead_intervals,
+            preset_time: self.preset_s.or(preset).unwrap_or(usual.preset_time),
+            recovery_time: self.recovery_s.unwrap_or(usual.recovery_time),
             clearance: self.clearance,
             between_nodes: self.between_nodes,
         }

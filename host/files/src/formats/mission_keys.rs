@@ -4,7 +4,7 @@ use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 
 /// The core's fields whose key in the file is another.
-const KEYS: [(&str, &str); 51] = [
+const KEYS: [(&str, &str); 53] = [
     ("servicer.bus_half_extents", "servicer.bus_half_extents_m"),
     ("servicer.links.radius", "servicer.links.radius_m"),
     ("tolerances.clearance", "tolerances.clearance_m"),
@@ -53,7 +53,9 @@ const KEYS: [(&str, &str); 51] = [
     ("approach.keep_out_far", "approach.keep_out_far_m"),
     ("approach.keep_out_near", "approach.keep_out_near_m"),
     ("approach.field_of_view_half_angle", "approach.field_of_view_half_angle_deg"),
-    ("approach.preset_lead", "approach.preset_lead_intervals"),
+    ("approach.keep_out_near_time", "approach.keep_out_near_s"),
+    ("approach.preset_time", "approach.preset_s"),
+    ("approach.recovery_time", "approach.recovery_s"),
     ("tolerances.end_effector_position", "tolerances.ee_position_m"),
     ("tolerances.end_effector_angle", "tolerances.ee_angle_rad"),
 ];

@@ -48,7 +48,8 @@ pub use remora_core::advanced::{
 pub use results::{COLUMNS, TableOrigin, csv, csv_metadata, parquet_bytes};
 pub use row::{Flight, Row, StageRow};
 pub use scenario_set::{
-    FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet, ServicerStart, TargetStart,
+    FIRST_FORMAT as FIRST_SCENARIO_FORMAT, FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet,
+    ServicerStart, TargetStart,
 };
 
 /// How far a quaternion's norm may be from one in a file.

@@ -38,6 +38,21 @@ pub struct PlanScenario {
     pub servicer_position_rtn_m: [f64; 3],
     /// Its velocity relative to RTN [m/s].
     pub servicer_velocity_rtn_m_s: [f64; 3],
+    /// The bus's attitude at t = 0, where it was given, `[x, y, z, w]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bus_attitude_body_to_rtn: Option<[f64; 4]>,
+    /// Its angular velocity relative to RTN, where it was given [rad/s].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bus_rate_rtn_rad_s: Option<[f64; 3]>,
+    /// The joint angles at t = 0, where they were given [rad].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint_angle_rad: Option<[f64; LINKS]>,
+    /// The joint rates at t = 0, where they were given [rad/s].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint_rate_rad_s: Option<[f64; LINKS]>,
+    /// The time to capture, where it was given [s].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
 }
 
 /// Which parts of the problem that the paper does not have the plan was made with.
@@ -113,20 +128,21 @@ pub fn frames() -> BTreeMap<String, String> {
 }
 
 impl PlanGrid {
-    /// The grid of a mission.
-    pub fn of(mission: &Mission<LINKS>) -> Self {
-        Self {
-            nodes: NODES,
-            dt_s: mission.approach.duration / (NODES - 1) as f64,
-            preset_node: mission.approach.preset_node(NODES),
-        }
+    /// The grid of a scenario's plan.
+    pub fn of(mission: &Mission<LINKS>, scenario: &Scenario) -> Self {
+        let grid = mission.grid(scenario, NODES);
+        Self { nodes: NODES, dt_s: grid.interval(), preset_node: grid.preset_node() }
     }
 
-    /// Refuses a grid that is not the mission's.
-    pub(super) fn check(&self, mission: &Mission<LINKS>) -> Result<(), FieldError> {
-        let is = Self::of(mission);
+    /// Refuses a grid that is not that of mission and scenario.
+    pub(super) fn check(
+        &self,
+        mission: &Mission<LINKS>,
+        scenario: &Scenario,
+    ) -> Result<(), FieldError> {
+        let is = Self::of(mission, scenario);
         let differs = |field: &str, said: String, is: String| {
-            let reason = format!("is {said}, the mission's is {is}");
+            let reason = format!("is {said}, that of its inputs is {is}");
             Err(FieldError::new(format!("grid.{field}"), reason))
         };
         if self.nodes != is.nodes {
@@ -159,7 +175,12 @@ impl PlanScenario {
             servicer: ServicerStart {
                 position: self.servicer_position_rtn_m,
                 velocity: self.servicer_velocity_rtn_m_s,
+                bus_attitude_body_to_rtn: self.bus_attitude_body_to_rtn,
+                bus_rate_rtn_rad_s: self.bus_rate_rtn_rad_s,
+                joint_angle_rad: self.joint_angle_rad,
+                joint_rate_rad_s: self.joint_rate_rad_s,
             },
+            duration_s: self.duration_s,
         }
     }
 }
@@ -171,6 +192,11 @@ impl From<&NamedScenario> for PlanScenario {
             target_rate_body_rad_s: scenario.target.rate,
             servicer_position_rtn_m: scenario.servicer.position,
             servicer_velocity_rtn_m_s: scenario.servicer.velocity,
+            bus_attitude_body_to_rtn: scenario.servicer.bus_attitude_body_to_rtn,
+            bus_rate_rtn_rad_s: scenario.servicer.bus_rate_rtn_rad_s,
+            joint_angle_rad: scenario.servicer.joint_angle_rad,
+            joint_rate_rad_s: scenario.servicer.joint_rate_rad_s,
+            duration_s: scenario.duration_s,
         }
     }
 }
@@ -222,12 +248,13 @@ impl PlanInputs {
 }
 
 /// A plan's key for a field of a scenario set.
-fn key_of(field: &str) -> &'static str {
+fn key_of(field: &str) -> &str {
     match field {
         "target.attitude" => "target_attitude_body_to_rtn",
         "target.rate" => "target_rate_body_rad_s",
         "servicer.position" => "servicer_position_rtn_m",
-        _ => "servicer_velocity_rtn_m_s",
+        "servicer.velocity" => "servicer_velocity_rtn_m_s",
+        _ => field.strip_prefix("servicer.").unwrap_or(field),
     }
 }
 

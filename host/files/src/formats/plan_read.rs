@@ -48,7 +48,8 @@ impl PlanFile {
         let inputs = self.inputs.as_ref().ok_or_else(|| missing("inputs"))?;
         let grid = self.grid.as_ref().ok_or_else(|| missing("grid"))?;
         check_id(&self.scenario, || "scenario".into())?;
-        grid.check(&inputs.read(&self.scenario)?.mission)
+        let made_for = inputs.read(&self.scenario)?;
+        grid.check(&made_for.mission, &made_for.scenario)
     }
 
     fn validate(&self) -> Result<(), FieldError> {
@@ -125,7 +126,7 @@ mod tests {
         Status, Verdict,
     };
     use crate::method::{Integrator, Mode};
-    use remora_core::advanced::model::{Mission, TargetState};
+    use remora_core::advanced::model::{Mission, Scenario, TargetState};
     use remora_core::advanced::stages::{
         Clearances, Closest, ReorientationTrajectory, TranslationTrajectory,
     };
@@ -142,7 +143,7 @@ mod tests {
             program: Some(Program::this()),
             scenario: "a".into(),
             inputs: Some(PlanInputs::new(&Mission::default(), scenario, Integrator::RK4)),
-            grid: Some(PlanGrid::of(&Mission::default())),
+            grid: Some(PlanGrid::of(&Mission::default(), &Scenario::default())),
             frames: None,
             time_s: Some(0.25),
             cpu_time_s: None,

@@ -88,7 +88,7 @@ impl Flight {
         let peak =
             |rows: &[[f64; 3]]| rows.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
         let (one, two) = (&plan.stage1, &plan.stage2);
-        let dt = mission.approach.duration / (NODES - 1) as f64;
+        let dt = mission.grid(&scenario.scenario(), NODES).interval();
         let impulse = one.force.iter().map(norm).sum::<f64>() * dt;
         Self {
             peak_force_n: peak(&one.force),

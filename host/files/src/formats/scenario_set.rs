@@ -4,26 +4,36 @@ use super::{check_id, check_quaternion, json, write_atomically};
 use crate::error::{Error, FieldError};
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::Scenario;
+use remora_core::advanced::model::{Scenario, Start};
+use remora_core::advanced::stages::LINKS;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// The `format` of the scenario sets this version reads and writes.
-pub const FORMAT: &str = "remora-scenarios/1";
+/// The `format` of scenario sets whose scenarios give what version 1 could not say: how bus and arm
+/// move at t = 0, and the time to capture.
+pub const FORMAT: &str = "remora-scenarios/2";
+
+/// The `format` of sets without that, written so that older programs read them.
+pub const FIRST_FORMAT: &str = "remora-scenarios/1";
 
 /// Farthest start that is still an approach [m]; the relative motion model ends long before.
 const MAX_POSITION: f64 = 1e6;
 /// Fastest start [m/s].
 const MAX_VELOCITY: f64 = 1e4;
-/// Fastest tumble [rad/s]; the nodes are too coarse for it long before.
+/// Fastest tumble, of target and bus, and fastest joint [rad/s]; the nodes are too coarse for it long
+/// before.
 const MAX_RATE: f64 = 1.0;
+/// Farthest that a joint can be wound up [rad].
+const MAX_ANGLE: f64 = 100.0;
+/// Shortest and longest time to capture [s].
+const DURATION: std::ops::RangeInclusive<f64> = 1.0..=1e6;
 
 /// A set of scenarios, as in its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a scenario set")]
 pub struct ScenarioSet {
-    /// [`FORMAT`].
+    /// [`FORMAT`] or [`FIRST_FORMAT`].
     pub format: String,
     /// The scenarios; ids are unique.
     pub scenarios: Vec<NamedScenario>,
@@ -39,6 +49,9 @@ pub struct NamedScenario {
     pub target: TargetStart,
     /// Where the servicer starts.
     pub servicer: ServicerStart,
+    /// Time to capture [s]; the mission's where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
 }
 
 /// The target at t = 0.
@@ -51,14 +64,39 @@ pub struct TargetStart {
     pub rate: [f64; 3],
 }
 
-/// The servicer's system centre of mass at t = 0.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The servicer at t = 0: its centre of mass, and where they are given bus and arm.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with position and velocity")]
 pub struct ServicerStart {
     /// Position in RTN [m].
     pub position: [f64; 3],
     /// Velocity relative to RTN, in RTN [m/s].
     pub velocity: [f64; 3],
+    /// Attitude of the bus, body to RTN, `[x, y, z, w]`; towards the target where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bus_attitude_body_to_rtn: Option<[f64; 4]>,
+    /// Rate of the bus relative to RTN, in RTN [rad/s]; at rest where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bus_rate_rtn_rad_s: Option<[f64; 3]>,
+    /// Joint angles [rad]; the mission's where they are not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint_angle_rad: Option<[f64; LINKS]>,
+    /// Joint rates [rad/s]; at rest where they are not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint_rate_rad_s: Option<[f64; LINKS]>,
+}
+
+impl ServicerStart {
+    /// Bus and arm as the planner takes them.
+    fn start(&self) -> Start {
+        let attitude = self.bus_attitude_body_to_rtn;
+        Start {
+            bus_attitude: attitude.map(|q| quaternion::normalized(&Vector4::from(q))),
+            bus_rate: self.bus_rate_rtn_rad_s.unwrap_or_default().into(),
+            joint_angle: self.joint_angle_rad.map(Into::into),
+            joint_rate: self.joint_rate_rad_s.unwrap_or_default().into(),
+        }
+    }
 }
 
 impl NamedScenario {
@@ -69,7 +107,16 @@ impl NamedScenario {
             target_rate: Vector3::from(self.target.rate),
             position: Vector3::from(self.servicer.position),
             velocity: Vector3::from(self.servicer.velocity),
+            start: self.servicer.start(),
+            duration: self.duration_s,
         }
+    }
+
+    /// Whether it gives what the first format could not say.
+    fn is_of_second_format(&self) -> bool {
+        let ServicerStart { position, velocity, .. } = self.servicer;
+        self.duration_s.is_some()
+            || self.servicer != ServicerStart { position, velocity, ..ServicerStart::default() }
     }
 
     /// Refuses numbers that are no start of an approach.
@@ -91,14 +138,44 @@ impl NamedScenario {
             let reason = "is at the target's centre, from where nothing points at it";
             return Err(FieldError::new("servicer.position", reason));
         }
+        self.validate_start()
+    }
+
+    fn validate_start(&self) -> Result<(), FieldError> {
+        let ServicerStart {
+            bus_attitude_body_to_rtn: attitude,
+            bus_rate_rtn_rad_s: bus_rate,
+            joint_angle_rad: angle,
+            joint_rate_rad_s: joint_rate,
+            ..
+        } = &self.servicer;
+        if let Some(attitude) = attitude {
+            check_quaternion(attitude, || "servicer.bus_attitude_body_to_rtn".into())?;
+        }
+        let within = |v: Option<&[f64]>, most: f64, field: &str, unit: &str| {
+            if v.is_none_or(|v| v.iter().all(|x| x.abs() <= most)) {
+                return Ok(());
+            }
+            Err(FieldError::new(field, format!("each component must be within {most} {unit}")))
+        };
+        let bus_rate = bus_rate.as_ref().map(|v| v.as_slice());
+        within(bus_rate, MAX_RATE, "servicer.bus_rate_rtn_rad_s", "rad/s")?;
+        let angle = angle.as_ref().map(|v| v.as_slice());
+        within(angle, MAX_ANGLE, "servicer.joint_angle_rad", "rad")?;
+        let joint_rate = joint_rate.as_ref().map(|v| v.as_slice());
+        within(joint_rate, MAX_RATE, "servicer.joint_rate_rad_s", "rad/s")?;
+        if self.duration_s.is_some_and(|duration| !DURATION.contains(&duration)) {
+            return Err(FieldError::new("duration_s", "must lie in [1, 1e6] s"));
+        }
         Ok(())
     }
 }
 
 impl ScenarioSet {
-    /// A set of the current format.
+    /// A set, of the first format where that says all.
     pub fn new(scenarios: Vec<NamedScenario>) -> Self {
-        Self { format: FORMAT.into(), scenarios }
+        let is_second = scenarios.iter().any(NamedScenario::is_of_second_format);
+        Self { format: if is_second { FORMAT } else { FIRST_FORMAT }.into(), scenarios }
     }
 
     /// Parses and validates a set.
@@ -107,7 +184,11 @@ impl ScenarioSet {
     /// The first field found wrong: unknown format or field, numbers that are not, quaternions
     /// not of unit length, ids used twice or unfit for a file name, no scenario at all.
     pub fn parse(text: &str) -> Result<Self, FieldError> {
-        let set: Self = json::parse(text, FORMAT)?;
+        let format = match json::format_of(text).as_deref() {
+            Some(FIRST_FORMAT) => FIRST_FORMAT,
+            _ => FORMAT,
+        };
+        let set: Self = json::parse(text, format)?;
         set.validate()?;
         Ok(set)
     }
@@ -149,6 +230,10 @@ impl ScenarioSet {
         }
         let mut ids = HashSet::new();
         for (i, scenario) in self.scenarios.iter().enumerate() {
+            if self.format == FIRST_FORMAT && scenario.is_of_second_format() {
+                let reason = format!("gives a start or a duration: the format must be {FORMAT:?}");
+                return Err(FieldError::new(format!("scenarios[{i}]"), reason));
+            }
             check_id(&scenario.id, || format!("scenarios[{i}].id"))?;
             scenario.validate().map_err(|error| {
                 FieldError::new(format!("scenarios[{i}].{}", error.field), error.reason)
@@ -170,7 +255,8 @@ mod tests {
         let mut scenario = NamedScenario {
             id: "a".into(),
             target: TargetStart { attitude: [0.0, 0.0, 0.0, 1.0], rate: [0.0; 3] },
-            servicer: ServicerStart { position: [0.0, 0.0, 5.0], velocity: [0.0; 3] },
+            servicer: ServicerStart { position: [0.0, 0.0, 5.0], ..ServicerStart::default() },
+            duration_s: None,
         };
         change(&mut scenario);
         json::to_text(&ScenarioSet::new(vec![scenario])).unwrap()
@@ -199,6 +285,48 @@ mod tests {
     }
 
     #[test]
+    fn a_start_and_a_duration_need_the_second_format() {
+        let moving = |s: &mut NamedScenario| {
+            s.servicer.bus_attitude_body_to_rtn = Some([0.0, 0.6, 0.0, 0.8]);
+            s.servicer.bus_rate_rtn_rad_s = Some([1e-4, 0.0, -2e-4]);
+            s.servicer.joint_angle_rad = Some([-0.5, 0.4, 0.3]);
+            s.servicer.joint_rate_rad_s = Some([1e-3, 0.0, 0.0]);
+            s.duration_s = Some(700.0);
+        };
+        let written = text(moving);
+        let set = ScenarioSet::parse(&written).unwrap();
+        assert_eq!(set.format, FORMAT);
+        let scenario = set.scenarios[0].scenario();
+        assert_eq!(scenario.duration, Some(700.0));
+        assert_eq!(scenario.start.joint_angle, Some([-0.5, 0.4, 0.3].into()));
+        assert_eq!(scenario.start.bus_rate, Vector3::new(1e-4, 0.0, -2e-4));
+        assert_eq!(ScenarioSet::parse(&text(|_| ())).unwrap().format, FIRST_FORMAT);
+        let error = ScenarioSet::parse(&written.replace(FORMAT, FIRST_FORMAT)).unwrap_err();
+        assert_eq!(error.field, "scenarios[0]");
+        assert!(error.reason.contains(FORMAT), "{}", error.reason);
+
+        let field = |change| ScenarioSet::parse(&text(change)).unwrap_err().field;
+        let servicer = "scenarios[0].servicer";
+        assert_eq!(
+            field(|s| s.servicer.bus_attitude_body_to_rtn = Some([0.0; 4])),
+            format!("{servicer}.bus_attitude_body_to_rtn")
+        );
+        assert_eq!(
+            field(|s| s.servicer.bus_rate_rtn_rad_s = Some([2.0, 0.0, 0.0])),
+            format!("{servicer}.bus_rate_rtn_rad_s")
+        );
+        assert_eq!(
+            field(|s| s.servicer.joint_angle_rad = Some([0.0, 101.0, 0.0])),
+            format!("{servicer}.joint_angle_rad")
+        );
+        assert_eq!(
+            field(|s| s.servicer.joint_rate_rad_s = Some([0.0, 0.0, -3.0])),
+            format!("{servicer}.joint_rate_rad_s")
+        );
+        assert_eq!(field(|s| s.duration_s = Some(0.0)), "scenarios[0].duration_s");
+    }
+
+    #[test]
     fn unknown_fields_and_missing_numbers_are_named() {
         let parse = |text: &str| ScenarioSet::parse(text).unwrap_err();
         let good = text(|_| ());
@@ -210,7 +338,7 @@ mod tests {
         let servicer = good.find("\"servicer\"").unwrap();
         let rows = format!("{}\"servicer\": [[0,0,5],[0,0,0]]}}]}}", &good[..servicer]);
         assert_eq!(parse(&rows).field, "scenarios[0].servicer");
-        assert_eq!(parse(&good.replace(FORMAT, "remora-scenarios/2")).field, "format");
+        assert_eq!(parse(&good.replace(FIRST_FORMAT, "remora-scenarios/3")).field, "format");
         let empty = json::to_text(&ScenarioSet::new(Vec::new())).unwrap();
         assert_eq!(parse(&empty).field, "scenarios");
     }

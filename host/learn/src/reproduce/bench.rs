@@ -1,7 +1,7 @@
 //! The laboratory that plans: a campaign a run, kept in a folder.
 
 use super::laboratory::{Laboratory, Run, Start};
-use remora_core::advanced::model::Mission;
+use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory};
 use remora_core::advanced::warmstart::{Scene, rollout};
 use remora_host::campaign::{Campaign, run_together};
@@ -90,7 +90,8 @@ fn miss(
     plan: &PlanFile,
 ) -> Option<f64> {
     let (path, target) = (plan.stage1.trajectory(), plan.target.nodes());
-    let scene = Scene::new(mission, &path, &target, integrator);
+    let scenario = Scenario { position: path.position[0], ..Scenario::default() };
+    let scene = Scene::new(mission, &scenario, &path, &target, integrator);
     let mut motion = ReorientationTrajectory::ZERO;
     let is_finite = model.at_work(memories, |policy| {
         policy.is_some_and(|policy| rollout(&scene, policy, SEED, &mut motion))

@@ -10,7 +10,7 @@ use nalgebra::{Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
 use remora_core::advanced::dynamics::{Acceleration, Control, Integrator, State};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Mission, TargetState};
+use remora_core::advanced::model::{Mission, Scenario, TargetState};
 use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
 use remora_core::advanced::warmstart::{ACTION, Action, Encoding, Scene};
 use remora_host::perturbation::{normal, uniform};
@@ -59,6 +59,7 @@ pub struct Example {
 
 /// A trajectory in the core's types.
 pub(super) struct Recorded {
+    pub(super) scenario: Scenario,
     pub(super) path: TranslationTrajectory<NODES>,
     pub(super) target: [TargetState; NODES],
     pub(super) motion: ReorientationTrajectory<NODES, LINKS>,
@@ -69,6 +70,8 @@ impl Recorded {
         let vector = |v: &[f32; 3]| Vector3::from(v.map(f64::from));
         let attitude = |q: &[f32; 4]| quaternion::normalized(&q.map(f64::from).into());
         let mut recorded = Self {
+            // All that a scene takes from it: where it began, at rest.
+            scenario: Scenario { position: vector(&trajectory.position[0]), ..Scenario::default() },
             path: TranslationTrajectory::ZERO,
             target: [TargetState { attitude: quaternion::IDENTITY, rate: Vector3::zeros() }; NODES],
             motion: ReorientationTrajectory::ZERO,
@@ -144,7 +147,13 @@ pub fn example(
     random: &mut ChaCha8Rng,
 ) -> Example {
     let recorded = Recorded::new(trajectory);
-    let scene = Scene::new(mission, &recorded.path, &recorded.target, recipe.integrator);
+    let scene = Scene::new(
+        mission,
+        &recorded.scenario,
+        &recorded.path,
+        &recorded.target,
+        recipe.integrator,
+    );
     let sizes = recipe.encoding.groups();
     let (width, state_size) = (recipe.encoding.features(), sizes[4]);
     let mut out = Example {

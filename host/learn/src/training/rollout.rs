@@ -43,7 +43,8 @@ pub fn measure(
     let mut out = on_heap(|| ReorientationTrajectory::ZERO);
     for trajectory in trajectories {
         let recorded = examples::Recorded::new(trajectory);
-        let scene = Scene::new(mission, &recorded.path, &recorded.target, integrator);
+        let scene =
+            Scene::new(mission, &recorded.scenario, &recorded.path, &recorded.target, integrator);
         if rollout(&scene, &policy, trajectory.scenario, &mut out) {
             errors.push(scene.miss(&out.states[NODES - 1]));
             torque += distance(&out, &recorded.motion);

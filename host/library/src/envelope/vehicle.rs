@@ -86,9 +86,8 @@ impl Vehicle {
 
 /// Why the arm cannot be in its capture configuration in time, where it cannot.
 fn too_slow(mission: &Mission<LINKS>) -> Option<String> {
-    let (s, a) = (&mission.servicer, &mission.approach);
-    let intervals = a.preset_node(NODES);
-    let time = a.duration * intervals as f64 / (NODES - 1) as f64;
+    let (s, grid) = (&mission.servicer, mission.own_grid(NODES));
+    let time = grid.time(grid.preset_node());
     let travel = (s.capture_joint_angle - s.initial_joint_angle).abs();
     let joint = travel.imax();
     let needed = travel[joint] / time;

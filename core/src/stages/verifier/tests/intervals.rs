@@ -3,12 +3,13 @@
 use super::super::PARTS;
 use super::super::posture::{Posture, initial_bus_attitude};
 use super::super::reorientation::{Interval, difference};
+use super::super::start::Beyond;
 use super::super::translation::Path;
 use super::super::{Residuals, verify, verify_translation};
 use super::{FLOWN, FREE, posed, rolled_out, scenario, verified};
 use crate::dynamics::{Control, Integrator, State, articulated};
 use crate::math::quaternion;
-use crate::model::{self, Mission, Switch};
+use crate::model::{self, Mission, Scenario, Switch};
 use crate::stages::TranslationTrajectory;
 use core::sync::atomic::{AtomicU32, Ordering};
 use nalgebra::{SVector, Vector3};
@@ -19,6 +20,7 @@ use remora_qp::time::{Clock, Deadline};
 fn mission(seconds: f64, between_nodes: Switch) -> Mission<3> {
     let mut mission = Mission::default();
     mission.approach.duration = seconds;
+    mission.approach.keep_out_near_time = 0.3 * seconds;
     mission.approach.between_nodes = between_nodes;
     mission.approach.clearance = Switch::Off;
     mission
@@ -52,7 +54,9 @@ fn keep_out_holds_between_the_nodes() {
 fn the_radius_between_nodes_is_the_smaller_and_at_the_end_that_of_the_terminal_state() {
     let mission = Mission::default();
     let trajectory = &TranslationTrajectory::<60>::ZERO;
-    let path = Path { mission: &mission, trajectory, between: true };
+    let grid = mission.own_grid(60);
+    let beyond = &Beyond::of(&mission, &Scenario::default(), &grid);
+    let path = Path { mission: &mission, grid, trajectory, between: true, beyond };
     assert_eq!([40, 41, 42].map(|k| path.radius_after(k)), [1.85, 1.46, 1.46]);
     let reach = mission.servicer.capture_geometry().reach;
     assert!((path.radius_after(58) - reach.min(1.46)).abs() < 1e-14);

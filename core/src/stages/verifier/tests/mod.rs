@@ -23,7 +23,7 @@ type Plan<const N: usize> = (TranslationTrajectory<N>, ReorientationTrajectory<N
 /// A target that rests in RTN at t = 0, aligned with it, and the servicer at `position`.
 fn scenario(position: Vector3<f64>, velocity: Vector3<f64>) -> Scenario {
     let target_attitude = quaternion::IDENTITY;
-    Scenario { target_attitude, target_rate: Vector3::zeros(), position, velocity }
+    Scenario { target_attitude, position, velocity, ..Scenario::default() }
 }
 
 /// A state at rest in RTN and aligned with it.

@@ -21,6 +21,7 @@ fn planned() -> (Scenario, Plan<NODES>) {
         target_rate: Vector3::new(4e-4, -3e-4, 6e-4),
         position: Vector3::new(0.3, -0.4, 5.5),
         velocity: Vector3::new(1e-3, 2e-3, -1e-3),
+        ..Scenario::default()
     };
     let (mut workspace, mut solver) = (Box::new(Workspace::new()), Box::new(EmbeddedSolver::new()));
     let options = PlanSettings::new(Mode::Feasible, FREE);

@@ -8,16 +8,20 @@ use nalgebra::Vector3;
 /// more than seven tenths of the horizon have passed, the near one after that.
 #[test]
 fn keep_out_and_preset_are_those_of_the_problem() {
-    let approach = Mission::<3>::default().approach;
     for nodes in [20, 41, 60, 61, 100] {
+        let grid = Mission::<3>::default().own_grid(nodes);
         for node in 1..=nodes {
             let passed_tenths = 10 * (node - 1);
             let is_far = passed_tenths <= 7 * (nodes - 1);
             let radius = if is_far { 1.85 } else { 1.46 };
             assert_eq!(is_far && nodes == 60, node <= 42 && nodes == 60);
-            assert_eq!(approach.keep_out(node - 1, nodes), radius, "{node} of {nodes}");
+            assert_eq!(grid.keep_out(node - 1), radius, "{node} of {nodes}");
         }
-        assert_eq!(approach.preset_node(nodes), nodes - 4 - 1, "{nodes}");
+        // The last node that leaves 80 s of the 1200, and the arm a step.
+        let at_least_80_s = |node: usize| 1200 * (nodes - node) >= 80 * (nodes - 1);
+        let preset = (1..=nodes).rev().find(|node| at_least_80_s(*node)).unwrap();
+        assert_eq!(grid.preset_node() + 1, preset, "{nodes}");
+        assert!(nodes != 60 || preset == 56);
     }
 }
 

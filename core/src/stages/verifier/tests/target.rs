@@ -16,8 +16,7 @@ fn scenario(rate: Vector3<f64>) -> Scenario {
     Scenario {
         target_attitude: quaternion::normalized(&Vector4::new(0.2, -0.5, 0.1, 0.7)),
         target_rate: rate,
-        position: Vector3::new(0.0, 0.0, 5.0),
-        velocity: Vector3::zeros(),
+        ..Scenario::default()
     }
 }
 

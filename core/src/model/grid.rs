@@ -1,0 +1,166 @@
+//! The time grid of a plan, and when what is in force on it.
+
+use super::{Approach, Mission, Scenario};
+use remora_qp::dense::clamp;
+
+/// Share of an interval by which a node may miss an instant and still be at it: rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Nodes at equal intervals from t = 0 to capture. What depends on the phase of the approach counts in
+/// time from the end, whatever the horizon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// Time from the first node to the last [s].
+    pub duration: f64,
+    /// Nodes, at least two.
+    pub nodes: usize,
+    keep_out: [f64; 2],
+    near_time: f64,
+    preset_time: f64,
+    /// How long limits that a given start violates may stay so [s]; none for the default start.
+    recovery_time: Option<f64>,
+}
+
+impl Grid {
+    /// The grid of an approach of so long.
+    fn new(approach: &Approach, duration: f64, nodes: usize) -> Self {
+        Self {
+            duration,
+            nodes,
+            keep_out: [approach.keep_out_far, approach.keep_out_near],
+            near_time: approach.keep_out_near_time,
+            preset_time: approach.preset_time,
+            recovery_time: None,
+        }
+    }
+
+    /// Duration of an interval [s].
+    pub fn interval(&self) -> f64 {
+        self.duration / (self.nodes - 1) as f64
+    }
+
+    /// Time of node `k` [s].
+    pub fn time(&self, k: usize) -> f64 {
+        self.duration * k as f64 / (self.nodes - 1) as f64
+    }
+
+    /// Last node: capture.
+    pub fn last(&self) -> usize {
+        self.nodes - 1
+    }
+
+    /// Whole intervals that hold `time` [s].
+    fn intervals_in(&self, time: f64) -> usize {
+        // Saturates: more than there are is all of them.
+        libm::ceil(time / self.interval() - ROUNDING) as usize
+    }
+
+    /// Intervals before the end from which the arm has its capture configuration, as the mission asks.
+    pub fn preset_lead(&self) -> usize {
+        self.intervals_in(self.preset_time)
+    }
+
+    /// The node from which the arm has its capture configuration: never the first, and after a given
+    /// start no earlier than recovery ends.
+    pub fn preset_node(&self) -> usize {
+        self.last().saturating_sub(self.preset_lead()).max(self.recovery_node()).max(1)
+    }
+
+    /// The node from which limits hold that a given start violates; the first without a given start,
+    /// the last at the latest.
+    pub fn recovery_node(&self) -> usize {
+        self.recovery_time.map_or(0, |time| self.intervals_in(time).min(self.last()))
+    }
+
+    /// Whether limits that the start violates need not hold yet at `time` [s].
+    pub fn is_recovering(&self, time: f64) -> bool {
+        let step = self.interval();
+        time < (self.recovery_node() as f64 - ROUNDING) * step
+    }
+
+    /// Fraction of the duration up to which the far keep-out distance holds; negative where the
+    /// approach begins later.
+    fn far_until(&self) -> f64 {
+        1.0 - self.near_time / self.duration
+    }
+
+    /// Keep-out distance [m] at node `k` (from 0).
+    pub fn keep_out(&self, k: usize) -> f64 {
+        // In node counts, so that a node exactly at the switch is not lost to rounding of times.
+        let fraction = k as f64 / (self.nodes - 1) as f64;
+        let [far, near] = self.keep_out;
+        if fraction <= self.far_until() { far } else { near }
+    }
+
+    /// Share of the margins in force at `time` [s]. They fade in over as long as the arm is preset
+    /// before the end, since the start is given, and out over the part with the near keep-out distance,
+    /// since the end is at the port: with the square of the time left, as a distance does that a
+    /// constant force closes, so that fading costs next to nothing.
+    pub fn margin_share(&self, time: f64) -> f64 {
+        let ramp = self.duration * self.preset_lead() as f64 / (self.nodes - 1) as f64;
+        let near = ((1.0 - self.far_until()) * self.duration).max(ramp);
+        let (begun, left) =
+            (clamp(time / ramp, 0.0, 1.0), clamp((self.duration - time) / near, 0.0, 1.0));
+        begun.min(left * left)
+    }
+}
+
+impl<const NL: usize> Mission<NL> {
+    /// The grid of a scenario's plan.
+    pub fn grid(&self, scenario: &Scenario<NL>, nodes: usize) -> Grid {
+        let duration = scenario.duration.unwrap_or(self.approach.duration);
+        let recovery_time = scenario.start.is_given().then_some(self.approach.recovery_time);
+        Grid { recovery_time, ..Grid::new(&self.approach, duration, nodes) }
+    }
+
+    /// The grid of plans of the mission's duration from the default start.
+    pub fn own_grid(&self, nodes: usize) -> Grid {
+        Grid::new(&self.approach, self.approach.duration, nodes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Start;
+
+    #[test]
+    fn the_default_switches_keep_out_after_node_42_and_presets_the_arm_at_56() {
+        let grid = Mission::default().own_grid(60);
+        // One-based node 42 of 60 is at 41/59 = 0.695 of the duration, node 43 at 0.712.
+        assert_eq!((grid.keep_out(41), grid.keep_out(42)), (1.85, 1.46));
+        assert_eq!((grid.preset_node(), grid.preset_lead(), grid.recovery_node()), (55, 4, 0));
+        assert!(!grid.is_recovering(0.0));
+    }
+
+    #[test]
+    fn phases_count_from_the_end_whatever_the_horizon() {
+        let mission = Mission::default();
+        for (duration, nodes) in [(300.0, 60), (1200.0, 20), (3600.0, 60), (7200.0, 30)] {
+            let scenario = Scenario { duration: Some(duration), ..Scenario::default() };
+            let grid = mission.grid(&scenario, nodes);
+            let left = |k: usize| duration - grid.time(k);
+            let preset = grid.preset_node();
+            assert!(left(preset) >= 80.0 && (left(preset + 1) < 80.0), "{duration} {nodes}");
+            for k in 0..nodes {
+                let far = left(k) >= 360.0 - 1e-6;
+                assert_eq!(grid.keep_out(k), if far { 1.85 } else { 1.46 }, "{duration} {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_arm_is_set_once_recovery_is_over_and_at_the_end_at_the_latest() {
+        let mission = Mission::default();
+        let start = Start { bus_rate: [1e-5, 0.0, 0.0].into(), ..Start::default() };
+        let of = |duration: f64| {
+            let scenario = Scenario { start, duration: Some(duration), ..Scenario::default() };
+            mission.grid(&scenario, 60)
+        };
+        let grid = of(1200.0);
+        assert_eq!((grid.recovery_node(), grid.preset_node()), (4, 55));
+        assert!(grid.is_recovering(3.99 * grid.interval()) && !grid.is_recovering(grid.time(4)));
+        assert_eq!((of(100.0).recovery_node(), of(100.0).preset_node()), (48, 48));
+        assert_eq!((of(60.0).recovery_node(), of(60.0).preset_node()), (59, 59));
+    }
+}

@@ -1,0 +1,62 @@
+//! The start: section 8 a second time, and which limits a given start violates.
+
+use super::distance::point_to_box;
+use super::posture::initial_bus_attitude;
+use super::residuals::excess;
+use crate::dynamics::State;
+use crate::math::quaternion;
+use crate::model::{Grid, Mission, Scenario};
+
+/// The state that Stage 2 begins with.
+pub(super) fn initial_state<const NL: usize>(
+    mission: &Mission<NL>,
+    scenario: &Scenario<NL>,
+) -> State<NL> {
+    let start = &scenario.start;
+    State {
+        attitude: start.bus_attitude.unwrap_or_else(|| initial_bus_attitude(&scenario.position)),
+        joint_angle: start.joint_angle.unwrap_or(mission.servicer.initial_joint_angle),
+        rate: start.bus_rate,
+        joint_rate: start.joint_rate,
+    }
+}
+
+/// Limits that a given start violates by more than their tolerance. Until recovery is over they are
+/// not in force.
+pub(super) struct Beyond<const NL: usize> {
+    pub joint: [bool; NL],
+    pub joint_rate: [bool; NL],
+    pub pointing: bool,
+    pub keep_out: bool,
+}
+
+impl<const NL: usize> Beyond<NL> {
+    pub fn of(mission: &Mission<NL>, scenario: &Scenario<NL>, grid: &Grid) -> Self {
+        let is_given = scenario.start.is_given();
+        let (s, t) = (&mission.servicer, &mission.tolerances);
+        let x = initial_state(mission, scenario);
+        let target = quaternion::rotation_matrix(&scenario.target_attitude);
+        let local = target.transpose() * scenario.position;
+        let (distance, _) = point_to_box(&mission.target.half_extents, &local, &local);
+        let seen = pointing(mission, scenario, &x);
+        let cosine = libm::cos(mission.approach.field_of_view_half_angle);
+        Self {
+            joint: core::array::from_fn(|i| {
+                is_given && x.joint_angle[i].abs() - s.max_joint_angle[i] > t.joint
+            }),
+            joint_rate: core::array::from_fn(|i| {
+                is_given && excess(&[x.joint_rate[i]], s.max_joint_rate) > t.joint_rate
+            }),
+            pointing: is_given && cosine - seen > t.pointing,
+            keep_out: is_given && grid.keep_out(0) - distance > t.keep_out,
+        }
+    }
+}
+
+/// Cosine between boresight and line of sight to the port.
+fn pointing<const NL: usize>(mission: &Mission<NL>, scenario: &Scenario<NL>, x: &State<NL>) -> f64 {
+    let target = quaternion::rotation_matrix(&scenario.target_attitude);
+    let sight = target * mission.target.port_position - scenario.position;
+    let boresight = quaternion::rotation_matrix(&x.attitude) * mission.servicer.boresight;
+    sight.dot(&boresight) / libm::sqrt(sight.dot(&sight))
+}
