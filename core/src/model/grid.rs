@@ -19,6 +19,8 @@ pub struct Grid {
     preset_time: f64,
     /// How long limits that a given start violates may stay so [s]; none for the default start.
     recovery_time: Option<f64>,
+    /// Time that a given start leaves the arm's slowest joint to need at its planned rate [s].
+    arm_time: f64,
 }
 
 impl Grid {
@@ -31,6 +33,7 @@ impl Grid {
             near_time: approach.keep_out_near_time,
             preset_time: approach.preset_time,
             recovery_time: None,
+            arm_time: 0.0,
         }
     }
 
@@ -60,10 +63,16 @@ impl Grid {
         self.intervals_in(self.preset_time)
     }
 
-    /// The node from which the arm has its capture configuration: never the first, and after a given
-    /// start no earlier than recovery ends.
+    /// The node from which the arm has its capture configuration: never the first. After a given start no
+    /// earlier than recovery ends, and where the arm is behind a node later than its slowest joint needs.
     pub fn preset_node(&self) -> usize {
-        self.last().saturating_sub(self.preset_lead()).max(self.recovery_node()).max(1)
+        let asked = self.last().saturating_sub(self.preset_lead()).max(1);
+        // One interval more than needed: joints push each other.
+        let needed = match self.arm_time > 0.0 {
+            true => self.intervals_in(self.arm_time).saturating_add(1).min(self.last()),
+            false => 0,
+        };
+        asked.max(needed).max(self.recovery_node())
     }
 
     /// The node from which limits hold that a given start violates; the first without a given start,
@@ -109,8 +118,34 @@ impl<const NL: usize> Mission<NL> {
     /// The grid of a scenario's plan.
     pub fn grid(&self, scenario: &Scenario<NL>, nodes: usize) -> Grid {
         let duration = scenario.duration.unwrap_or(self.approach.duration);
-        let recovery_time = scenario.start.is_given().then_some(self.approach.recovery_time);
-        Grid { recovery_time, ..Grid::new(&self.approach, duration, nodes) }
+        let grid = Grid::new(&self.approach, duration, nodes);
+        if !scenario.start.is_given() {
+            return grid;
+        }
+        let rate = self.servicer.max_joint_rate * (1.0 - self.margins.joint_rate);
+        Grid {
+            recovery_time: Some(self.approach.recovery_time),
+            arm_time: self.arm_time(scenario, rate),
+            ..grid
+        }
+    }
+
+    /// Time that the slowest joint needs to its capture angle, turning no faster than `rate`: speeding up,
+    /// turning on and braking, with half its torque against all that it carries, the arm straight [s].
+    fn arm_time(&self, scenario: &Scenario<NL>, rate: f64) -> f64 {
+        let s = &self.servicer;
+        let way = s.capture_joint_angle - self.joint_angle_at_start(scenario);
+        let mut slowest = 0.0;
+        for (i, travel) in way.iter().enumerate() {
+            let acceleration = 0.5 * s.max_joint_torque / s.inertia_beyond(i);
+            let speed = rate.min(libm::sqrt(acceleration * travel.abs()));
+            let now = scenario.start.joint_rate[i] * travel.signum();
+            let missing = speed - clamp(now, -speed, speed);
+            let lost = 0.5 * (speed + missing * missing / speed) / acceleration;
+            // A joint that is there has no time to lose, and no number.
+            slowest = f64::max(slowest, travel.abs() / speed + lost);
+        }
+        slowest
     }
 
     /// The grid of plans of the mission's duration from the default start.

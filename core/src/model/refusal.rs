@@ -55,6 +55,15 @@ pub enum Refusal {
         /// A horizon that gives it time enough [s].
         duration: f64,
     },
+    /// The start has a joint farther beyond its stop than it can come back in time.
+    JointStop {
+        /// The joint, from 1.
+        joint: usize,
+        /// How far it is beyond its stop [rad].
+        beyond: f64,
+        /// The time within which it has to be back [s].
+        time: f64,
+    },
     /// At capture the port is out of the camera's sight.
     CaptureView {
         /// Between boresight and port [rad].
@@ -137,6 +146,7 @@ impl Refusal {
             Self::Force { .. } => 13,
             Self::BusTorque { .. } => 14,
             Self::Duration { .. } => 15,
+            Self::JointStop { .. } => 16,
         }
     }
 
@@ -158,6 +168,7 @@ impl Refusal {
             Self::Force { .. } => "force",
             Self::BusTorque { .. } => "bus_torque",
             Self::Duration { .. } => "duration",
+            Self::JointStop { .. } => "joint",
         }
     }
 
@@ -228,6 +239,11 @@ impl Refusal {
     /// Writes why a valid input is infeasible; nothing for other refusals.
     fn write_feasibility(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
+            Self::JointStop { joint, beyond, time } => write!(
+                f,
+                "joint {joint} starts {} beyond its stop, too far to be back within {time:.0} s",
+                Degrees(beyond),
+            ),
             Self::CaptureView { angle, limit } => write!(
                 f,
                 "in the capture configuration the port is {} off the boresight, at most {} can be seen",

@@ -143,6 +143,18 @@ impl<const NL: usize> Servicer<NL> {
         sum
     }
 
+    /// Moment of inertia of all that joint `i` carries, about it, the arm straight: the largest of any
+    /// axis of each body [kg m^2].
+    pub fn inertia_beyond(&self, i: usize) -> f64 {
+        let (mut joint, mut sum) = (Vector3::zeros(), 0.0);
+        for link in self.links.iter().skip(i) {
+            let center = joint + link.center_of_mass;
+            sum += link.inertia.max() + link.mass * center.dot(&center);
+            joint += link.tip;
+        }
+        sum
+    }
+
     /// Farthest that the end effector gets from the system's centre of mass [m]: joint by joint
     /// over a grid of angles within the stops, from the straight arm on, which is the least.
     ///
@@ -214,6 +226,16 @@ mod tests {
         let straight = Servicer::default().extension();
         assert!(servicer.extension() > (tip - com).norm() + 0.1);
         assert!(servicer.extension() < straight + 0.1);
+    }
+
+    #[test]
+    fn a_joint_carries_what_comes_after_it() {
+        let servicer = Servicer::default();
+        let own = |i: usize| servicer.links[i].inertia.x;
+        let last = own(2) + 10.0 * 0.15 * 0.15;
+        assert!((servicer.inertia_beyond(2) - last).abs() < 1e-12);
+        let two = own(1) + own(2) + 10.0 * (0.375_f64.powi(2) + 0.9 * 0.9);
+        assert!((servicer.inertia_beyond(1) - two).abs() < 1e-12);
     }
 
     #[test]

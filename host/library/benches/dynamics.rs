@@ -134,13 +134,13 @@ fn phases(c: &mut Criterion) {
     for (name, integrator) in
         [("euler", Integrator::Euler), ("rk4:4", Integrator::Rk4 { substeps: 4 })]
     {
-        let mission = Mission::default();
+        let (mission, scenario) = (Mission::default(), scenario());
         let workspace = workspace(integrator);
         let path = &workspace.translation.trajectory;
         let motion = &workspace.reorientation.trajectory;
         let step = &workspace.scratch.step;
         let mut problem = Reorientation::<Sequential, NODES, LINKS, NX, NU>::new(
-            &Formulation::new(&mission, &scenario(), integrator),
+            &Formulation::new(&mission, &scenario, integrator),
             path,
             &workspace.target,
             Mode::Optimal,

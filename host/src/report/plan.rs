@@ -47,7 +47,7 @@ pub fn plan_report(planned: &Planned, mission: &Mission<LINKS>, file: &Path) -> 
         reorientation.time_s,
     );
     format!(
-        "scenario {}: {}\nverdict: {}\n{} mode, {}, {}, {}\n\n{stages}{}\n{}\n{}\nwritten: {}\n",
+        "scenario {}: {}\nverdict: {}\n{} mode, {}, {}, {}\n{}\n{stages}{}\n{}\n{}\nwritten: {}\n",
         plan.scenario,
         plan.status,
         verdict(planned),
@@ -55,11 +55,23 @@ pub fn plan_report(planned: &Planned, mission: &Mission<LINKS>, file: &Path) -> 
         start(planned),
         plan.integrator,
         plan.qp,
+        recovered(planned, mission),
         spent(plan),
         residual_table(&plan.residuals, &mission.tolerances),
         clearances(planned, mission),
         file.display(),
     )
+}
+
+/// The limits that the start violates, and until when.
+fn recovered(planned: &Planned, mission: &Mission<LINKS>) -> String {
+    match planned.evidence.recovered.as_slice() {
+        [] => String::new(),
+        limits => {
+            let time = mission.approach.recovery_time;
+            format!("start beyond limits, led back: {} (within {time} s)\n", limits.join(", "))
+        }
+    }
 }
 
 /// Time of the whole plan, and whether something else was running on the machine.

@@ -11,6 +11,7 @@ mod foreign;
 mod inject;
 mod mission;
 mod missions;
+mod moving;
 mod plan;
 mod profile;
 mod qp_export;

@@ -222,10 +222,11 @@ impl<const NL: usize> Mission<NL> {
         farthest + across * core::f64::consts::PI / ROLLS as f64
     }
 
-    /// A start that is given is led back; one that follows from the position is refused.
+    /// A start that is given is led back, where a joint's rate allows it; one that follows from the
+    /// position is refused.
     fn check_start(&self, grid: &Grid, scenario: &Scenario<NL>) -> Result<(), Refusal> {
         if scenario.start.is_given() {
-            return Ok(());
+            return self.check_stops(grid, scenario);
         }
         let (distance, limit) = (self.distance_at_start(scenario), grid.keep_out(0));
         if !(distance >= limit - self.tolerances.keep_out) {
@@ -235,6 +236,19 @@ impl<const NL: usize> Mission<NL> {
         let limit = self.approach.field_of_view_half_angle;
         if !(seen >= libm::cos(limit) - self.tolerances.pointing) {
             return Err(Refusal::FieldOfView { angle: libm::acos(seen), limit });
+        }
+        Ok(())
+    }
+
+    fn check_stops(&self, grid: &Grid, scenario: &Scenario<NL>) -> Result<(), Refusal> {
+        let (s, time) = (&self.servicer, grid.time(grid.recovery_node()));
+        let angle = self.joint_angle_at_start(scenario);
+        for i in 0..NL {
+            let beyond = angle[i].abs() - s.max_joint_angle[i];
+            let rate = s.max_joint_rate.max(scenario.start.joint_rate[i].abs());
+            if beyond > rate * time + SLACK {
+                return Err(Refusal::JointStop { joint: i + 1, beyond, time });
+            }
         }
         Ok(())
     }

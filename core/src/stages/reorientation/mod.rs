@@ -285,36 +285,41 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         )
     }
 
-    /// Angle limit of joint `i` in planning at node `k` [rad]: less the margin, at least the
-    /// mission's own angles. Behind a given start the whole range counts, and none where the start is
-    /// beyond it.
+    /// Angle limit of joint `i` in planning at node `k` [rad]: less the margin, at least the mission's
+    /// own angles. Behind a given start the margin fades in; behind one beyond the
+    /// stop there is no limit.
     fn joint_limit(&self, k: usize, i: usize) -> f64 {
         let (s, margin) = (&self.mission.servicer, self.margins.joint_angle);
-        let limit = s.max_joint_angle[i];
-        if self.is_behind_start(k) {
-            return if self.recovery.joint[i] { f64::INFINITY } else { limit };
-        }
-        match self.has_margins {
-            true => (limit - margin)
+        let stop = s.max_joint_angle[i];
+        let limit = match self.has_margins {
+            true => (stop - margin)
                 .max(s.initial_joint_angle[i].abs())
                 .max(s.capture_joint_angle[i].abs()),
-            false => limit,
+            false => stop,
+        };
+        match self.share_of_start(k) {
+            Some(_) if self.recovery.joint[i] => f64::INFINITY,
+            // An arm that brakes for the margin and is beside its plan needs all there is.
+            Some(share) => limit + (stop - limit).max(0.0) * share * (2.0 - share),
+            None => limit,
         }
     }
 
-    /// Rate limit of joint `i` in planning at node `k` [rad/s], likewise.
+    /// Rate limit of joint `i` in planning at node `k` [rad/s]: less the margin. A given start beyond that
+    /// is led back at an even pace.
     fn joint_rate_limit(&self, k: usize, i: usize) -> f64 {
-        let limit = self.mission.servicer.max_joint_rate;
-        if self.is_behind_start(k) {
-            return if self.recovery.joint_rate[i] { f64::INFINITY } else { limit };
-        }
         let margin = if self.has_margins { self.margins.joint_rate } else { 0.0 };
-        limit * (1.0 - margin)
+        let limit = self.mission.servicer.max_joint_rate * (1.0 - margin);
+        match self.share_of_start(k) {
+            Some(share) => limit + (self.initial.joint_rate[i].abs() - limit).max(0.0) * share,
+            None => limit,
+        }
     }
 
-    /// Whether node `k` comes so soon after a given start that this one counts.
-    fn is_behind_start(&self, k: usize) -> bool {
-        self.is_given && k < self.grid.recovery_node()
+    /// How much of a given start's excess node `k` may still have; `None` once it is led back.
+    fn share_of_start(&self, k: usize) -> Option<f64> {
+        let until = self.grid.recovery_node();
+        (self.is_given && k < until).then(|| 1.0 - k as f64 / until as f64)
     }
 
     /// Whether an equality constraint fixes component `i` of the state at node `k`.

@@ -111,7 +111,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     /// Pointing constraint `cos(fov) - sight . R b` and its gradient by the attitude step, scaled;
     /// inactive while a given start is led back.
     fn pointing_constraint(&self, k: usize, state: &State<NL>) -> (f64, Vector3<f64>) {
-        if self.recovery.pointing && self.is_behind_start(k) {
+        if self.recovery.pointing && self.share_of_start(k).is_some() {
             return (-1.0, Vector3::zeros());
         }
         let boresight =

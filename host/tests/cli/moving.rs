@@ -1,0 +1,71 @@
+//! Scenarios that begin in the middle of a motion.
+
+use super::bench::Bench;
+use serde_json::json;
+
+/// The first public scenario with its arm moving too fast, and less time to go.
+fn bench() -> Bench {
+    let bench = Bench::new();
+    let set = json!({
+        "format": "remora-scenarios/2",
+        "scenarios": [{
+            "id": "later",
+            "target": { "attitude": [0.0, 0.0, 0.0, 1.0], "rate": [1e-4, 0.0, -3e-4] },
+            "servicer": {
+                "position": [0.1, 0.0, 4.5],
+                "velocity": [0.0, 1e-3, -2e-3],
+                "bus_attitude_body_to_rtn": [1.0, 0.0, 0.0, 0.0],
+                "bus_rate_rtn_rad_s": [0.0, 2e-4, 0.0],
+                "joint_angle_rad": [-0.4, 0.7, -0.1],
+                "joint_rate_rad_s": [0.0, 0.0, 7e-3],
+            },
+            "duration_s": 900.0,
+        }],
+    });
+    bench.write("later.scenarios.json", &set.to_string());
+    bench
+}
+
+// Verifies REM-PLN-016.
+#[test]
+fn a_moving_start_is_planned_checked_and_recorded() {
+    let bench = bench();
+    let plan = "plan --scenarios later.scenarios.json --id later --integrator rk4:4";
+    let run = bench.solves(&format!("{plan} --out a.plan.json"));
+    assert!(run.out.contains("led back: joint_rate"), "{}", run.out);
+    let plan = bench.json("a.plan.json");
+    assert_eq!(plan["inputs"]["scenario"]["joint_rate_rad_s"], json!([0.0, 0.0, 7e-3]));
+    assert_eq!(plan["inputs"]["scenario"]["duration_s"], 900.0);
+    let dt = plan["grid"]["dt_s"].as_f64().unwrap();
+    assert!((dt - 900.0 / 59.0).abs() < 1e-9, "{dt}");
+    assert_eq!(bench.json("a.evidence.json")["recovered"], json!(["joint_rate"]));
+    assert_eq!(plan["stage2"]["joint_rate_rad_s"][0], json!([0.0, 0.0, 7e-3]));
+    bench.solves("check --strict a.plan.json");
+    bench.solves("check --strict --scenarios later.scenarios.json a.plan.json");
+}
+
+#[test]
+fn a_campaign_keeps_the_starts() {
+    let bench = bench();
+    let arguments = "campaign --scenarios later.scenarios.json --integrator rk4:4 --out runs";
+    bench.solves(arguments);
+    let kept = bench.json("runs/campaign.scenarios.json");
+    assert_eq!(kept["format"], "remora-scenarios/2");
+    assert_eq!(kept["scenarios"][0]["duration_s"], 900.0);
+}
+
+#[test]
+fn nonsense_in_a_start_is_named() {
+    let bench = bench();
+    let refuses = |from: &str, to: &str, message: &str| {
+        let text = bench.read("later.scenarios.json");
+        assert!(text.contains(from), "{from}");
+        bench.write("bad.scenarios.json", &text.replace(from, to));
+        let message = format!("bad.scenarios.json: {message}");
+        bench.refuses("plan --scenarios bad.scenarios.json --id later --out x.json", &message);
+    };
+    refuses("900.0", "0.1", "scenarios[0].duration_s: must lie in [1, 1e6] s");
+    refuses("scenarios/2", "scenarios/1", "scenarios[0]: gives a start or a duration");
+    refuses("0.7,", "700.0,", "scenarios[0].servicer.joint_angle_rad: each component");
+    refuses("joint_rate_rad_s", "joint_rate", "scenarios[0].servicer.joint_rate: unknown field");
+}
