@@ -34,7 +34,6 @@ struct Bench {
 struct InForce {
     nominal: Nominal,
     translation: Box<TranslationTrajectory<NODES>>,
-    scenario: Scenario,
     target: Box<[TargetState; NODES]>,
     report: Report,
 }
@@ -66,7 +65,6 @@ impl InForce {
             velocity: self.translation.velocity[node] + direction(random) * velocity,
             start: state.as_start(),
             duration: Some(duration * (NODES - 1 - node) as f64 / (NODES - 1) as f64),
-            ..self.scenario
         }
     }
 }
@@ -96,7 +94,6 @@ impl Bench {
         InForce {
             nominal: Nominal { reorientation: *self.workspace.reorientation(), duration },
             translation: Box::new(*self.workspace.translation()),
-            scenario,
             target: Box::new(self.workspace.target),
             report,
         }
