@@ -315,7 +315,10 @@ mod tests {
         }
         let (mut written, mut known) = (Vec::new(), Vec::new());
         keys(&toml::Value::Table(toml::from_str(DEFAULT).unwrap()), "", &mut written);
-        keys(&toml::Value::try_from(MissionFile::default()).unwrap(), "", &mut known);
+        // Phases that are not given follow from the horizon; keep-out distances from the servicer.
+        let mut file = MissionFile::of(&Mission::default());
+        file.approach.keep_out_far_m = Radius::Auto;
+        keys(&toml::Value::try_from(file).unwrap(), "", &mut known);
         written.sort();
         known.sort();
         assert_eq!(written, known);
@@ -362,7 +365,10 @@ mod tests {
         assert_eq!((new.keep_out_near_time, new.preset_time), (150.0, 70.0));
         assert_eq!(new.recovery_time, 30.0);
         let usual = approach("");
-        assert_eq!((usual.keep_out_near_time, usual.preset_time), (360.0, 80.0));
+        assert_eq!((usual.keep_out_near_time, usual.preset_time), (180.0, 40.0));
+        let long = MissionFile::parse("[horizon]\nduration_s = 3600").unwrap().mission().unwrap();
+        let phases = (long.approach.keep_out_near_time, long.approach.recovery_time);
+        assert_eq!(phases, (360.0, 80.0));
         let twice = "[approach]\npreset_s = 70\npreset_lead_intervals = 4";
         let error = MissionFile::parse(twice).and_then(|file| file.mission()).unwrap_err();
         assert_eq!(error.field, "approach.preset_lead_intervals");

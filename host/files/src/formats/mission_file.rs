@@ -235,7 +235,8 @@ pub struct Approach {
     pub keep_out_far_m: Radius,
     /// Keep-out distance afterwards [m].
     pub keep_out_near_m: Radius,
-    /// Time before the end from which the near distance holds [s]; 360 where it is not given.
+    /// Time before the end from which the near distance holds [s]; where it is not given 360, less on a
+    /// horizon below 1200 s in proportion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep_out_near_s: Option<f64>,
     /// The same in older missions: the fraction of the duration up to which the far distance holds.
@@ -243,14 +244,15 @@ pub struct Approach {
     pub keep_out_far_until: Option<f64>,
     /// Half angle of the field of view [deg].
     pub field_of_view_half_angle_deg: f64,
-    /// Time before the end from which the arm is in its capture configuration [s]; 80 where it is not
-    /// given.
+    /// Time before the end from which the arm is in its capture configuration [s]; where it is not given
+    /// 80, likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset_s: Option<f64>,
     /// The same in older missions: intervals before the end.
     #[serde(skip_serializing)]
     pub preset_lead_intervals: Option<usize>,
-    /// Time within which a start beyond a limit is led back into it [s]; 80 where it is not given.
+    /// Time within which a start beyond a limit is led back into it [s]; 80 where it is not given,
+    /// likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recovery_s: Option<f64>,
     /// Whether bus and arm must stay clear of the target, and the arm of its own bus.
@@ -417,20 +419,24 @@ impl Approach {
         Ok(())
     }
 
-    /// The approach without its keep-out distances, which follow from the servicer.
+    /// The approach without its keep-out distances, which follow from the servicer. On a horizon shorter
+    /// than the usual one, phases that are not given are shorter too.
     fn convert(&self, duration: f64) -> model::Approach {
         let usual = model::Approach::default();
+        let shorter = (duration / usual.duration).min(1.0);
         let near = self.keep_out_far_until.map(|share| (1.0 - share) * duration);
         let interval = duration / (NODES - 1) as f64;
         let preset = self.preset_lead_intervals.map(|intervals| intervals as f64 * interval);
+        let given =
+            |new: Option<f64>, old: Option<f64>, usual: f64| new.or(old).unwrap_or(usual * shorter);
         model::Approach {
             duration,
             keep_out_far: 0.0,
             keep_out_near: 0.0,
-            keep_out_near_time: self.keep_out_near_s.or(near).unwrap_or(usual.keep_out_near_time),
+            keep_out_near_time: given(self.keep_out_near_s, near, usual.keep_out_near_time),
             field_of_view_half_angle: radians(self.field_of_view_half_angle_deg),
-            preset_time: self.preset_s.or(preset).unwrap_or(usual.preset_time),
-            recovery_time: self.recovery_s.unwrap_or(usual.recovery_time),
+            preset_time: given(self.preset_s, preset, usual.preset_time),
+            recovery_time: given(self.recovery_s, None, usual.recovery_time),
             clearance: self.clearance,
             between_nodes: self.between_nodes,
         }
