@@ -7,7 +7,8 @@ pub use crate::nalgebra::{Vector3, Vector4};
 pub use crate::plan::{Plan, Planner};
 pub use crate::planner::memory::NetworkMemory;
 pub use crate::planner::{
-    GuessRecord, InitialGuess, Options, OptionsBuilder, Report, SolveRecord, StageReport, Verdict,
+    GuessRecord, InitialGuess, Nominal, Options, OptionsBuilder, Report, SolveRecord, StageReport,
+    Verdict,
 };
 pub use crate::scp::Status;
 pub use crate::stages::{Mode, Verification};

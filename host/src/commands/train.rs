@@ -1,17 +1,19 @@
 //! `remora train`
 
 use super::Output;
+use super::options::JsonArgs;
 use super::progress::{is_shown_live, tell};
 use indicatif::{ProgressBar, ProgressStyle};
 use remora_host::error::Error;
 use remora_learn::training::checkpoint::LossRow;
 use remora_learn::training::model::Origin;
 use remora_learn::training::network::Losses;
+use remora_learn::training::output::Summary;
 use remora_learn::training::recorded::Recorded;
 use remora_learn::training::rollout::RolloutError;
 use remora_learn::training::shape::Shape;
 use remora_learn::training::source::{ExampleSource, Synthetic};
-use remora_learn::training::{Config, Cpu, Observer, Outcome, Run, output};
+use remora_learn::training::{Config, Cpu, Observer, Outcome, Run};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -39,6 +41,8 @@ pub(super) struct Args {
     /// Stop after so many steps, with a checkpoint
     #[arg(long, value_name = "STEPS")]
     stop_after: Option<u64>,
+    #[command(flatten)]
+    json: JsonArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -71,7 +75,8 @@ impl Args {
             rollout: &|model| data.rollout(model, count),
         };
         let outcome = self.device.train(&run, &mut Progress::default())?;
-        output::summary(&run.out, &run.config, &outcome)?;
+        let summary = Summary::of(&run.config, &outcome);
+        summary.write(&run.out)?;
         let last = outcome.checkpoint.rows.last().cloned().unwrap_or_default();
         let text = format!(
             "{} steps, {:.0} s, validation loss {:.5}\nwritten: {}\n",
@@ -80,7 +85,7 @@ impl Args {
             last.validation,
             run.out.display(),
         );
-        Ok(Output::new(text, outcome.complete))
+        Output::new(text, outcome.complete).or_json(self.json.json, &summary)
     }
 }
 

@@ -68,9 +68,9 @@ fn csv(rows: &[LossRow]) -> String {
     text
 }
 
-/// `summary.json`.
-#[derive(Serialize)]
-struct Summary<'a> {
+/// How a training ended: `summary.json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary<'a> {
     format: &'static str,
     complete: bool,
     data: String,
@@ -89,31 +89,37 @@ struct Summary<'a> {
     last: Option<&'a LossRow>,
 }
 
-/// Writes `summary.json`.
-///
-/// # Errors
-/// The file with the reason.
-pub fn summary(out: &Path, config: &Config, outcome: &Outcome) -> Result<(), Error> {
-    let state = &outcome.checkpoint;
-    let steps = state.optimiser.step;
-    let summary = Summary {
-        format: "remora-training/1",
-        complete: outcome.complete,
-        data: config.data.path.display().to_string(),
-        count: config.data.count,
-        learnt_from: &state.origin.dataset,
-        parent: &state.origin.parent,
-        ancestors: &state.origin.ancestors,
-        seed: config.training.seed,
-        steps,
-        examples: steps * (config.training.batch * config.training.accumulation) as u64,
-        parameters: outcome.table.len(),
-        parameters_of_model: outcome.table.inference_len(),
-        config_digest: &state.digest,
-        revision: revision(),
-        training_s: state.elapsed_s,
-        last: state.rows.last(),
-    };
-    let text = serde_json::to_string_pretty(&summary).unwrap_or_default() + "\n";
-    write_atomically(&out.join("summary.json"), text.as_bytes())
+impl<'a> Summary<'a> {
+    /// Of a training's configuration and end.
+    pub fn of(config: &'a Config, outcome: &'a Outcome) -> Self {
+        let state = &outcome.checkpoint;
+        let steps = state.optimiser.step;
+        Self {
+            format: "remora-training/1",
+            complete: outcome.complete,
+            data: config.data.path.display().to_string(),
+            count: config.data.count,
+            learnt_from: &state.origin.dataset,
+            parent: &state.origin.parent,
+            ancestors: &state.origin.ancestors,
+            seed: config.training.seed,
+            steps,
+            examples: steps * (config.training.batch * config.training.accumulation) as u64,
+            parameters: outcome.table.len(),
+            parameters_of_model: outcome.table.inference_len(),
+            config_digest: &state.digest,
+            revision: revision(),
+            training_s: state.elapsed_s,
+            last: state.rows.last(),
+        }
+    }
+
+    /// Writes `summary.json` to the directory of a training.
+    ///
+    /// # Errors
+    /// The file with the reason.
+    pub fn write(&self, out: &Path) -> Result<(), Error> {
+        let text = serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
+        write_atomically(&out.join("summary.json"), text.as_bytes())
+    }
 }
