@@ -187,7 +187,8 @@ mod tests {
     #[test]
     fn the_arm_is_set_once_recovery_is_over_and_at_the_end_at_the_latest() {
         let mission = Mission::default();
-        let start = Start { bus_rate: [1e-5, 0.0, 0.0].into(), ..Start::default() };
+        let there = Some(mission.servicer.capture_joint_angle);
+        let start = Start { joint_angle: there, ..Start::default() };
         let of = |duration: f64| {
             let scenario = Scenario { start, duration: Some(duration), ..Scenario::default() };
             mission.grid(&scenario, 60)
@@ -197,5 +198,10 @@ mod tests {
         assert!(grid.is_recovering(3.99 * grid.interval()) && !grid.is_recovering(grid.time(4)));
         assert_eq!((of(100.0).recovery_node(), of(100.0).preset_node()), (48, 48));
         assert_eq!((of(60.0).recovery_node(), of(60.0).preset_node()), (59, 59));
+        // An arm that is not there yet is set once its slowest joint can be: the second, 0.88 rad away.
+        let start = Start { bus_rate: [1e-5, 0.0, 0.0].into(), ..Start::default() };
+        let scenario = Scenario { start, duration: Some(300.0), ..Scenario::default() };
+        let grid = mission.grid(&scenario, 60);
+        assert!(grid.time(grid.preset_node()) > 0.877 / 4.5e-3 && grid.preset_node() < 59);
     }
 }
