@@ -125,6 +125,10 @@ mod tests {
         assert_eq!(names, ["default", "strong", "small"]);
         let mut expected = Mission::default();
         expected.approach.duration = 600.0;
+        // What the vehicle does not say of phases shrinks with its horizon.
+        expected.approach.keep_out_near_time /= 2.0;
+        expected.approach.preset_time /= 2.0;
+        expected.approach.recovery_time /= 2.0;
         expected.scenarios.standoff = 30.0;
         expected.scenarios.rate_norm = Some(1.0 * std::f64::consts::PI / 180.0);
         assert_eq!(*vehicles[0].at(&place(600.0)).unwrap(), expected);
