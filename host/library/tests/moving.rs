@@ -7,14 +7,14 @@ use remora_core::advanced::dynamics::State;
 use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{
-    Integrator, Mission, RECOVERY_NAMES, Scenario, TargetState, initial_bus_attitude,
+    Integrator, Mission, Scenario, TargetState, initial_bus_attitude,
 };
 use remora_core::advanced::planner::{
     EmbeddedSolver, InitialGuess, Nominal, Options, PlanSettings, Platform, Report, Workspace, plan,
 };
 use remora_core::advanced::stages::{LINKS, Mode, NODES, TranslationTrajectory};
 use remora_core::prelude::{GuessRecord, Start, Status, Validate};
-use remora_host::formats::ScenarioSet;
+use remora_host::formats::{ScenarioSet, recovered};
 use remora_host::memory::on_heap;
 use remora_host::perturbation::{normal, uniform};
 use remora_host::planning::WallClock;
@@ -189,12 +189,6 @@ fn starting(change: impl FnOnce(&mut Start)) -> Scenario {
     scenario
 }
 
-/// The names of the limits that a report says were recovered.
-fn recovered(report: &Report) -> Vec<&'static str> {
-    let named = RECOVERY_NAMES.iter().enumerate();
-    named.filter(|(bit, _)| report.record.recovery >> bit & 1 == 1).map(|(_, name)| *name).collect()
-}
-
 // Verifies REM-PLN-016.
 #[test]
 fn a_joint_measured_beyond_its_stop_is_no_reason_to_have_no_plan() {
@@ -203,7 +197,7 @@ fn a_joint_measured_beyond_its_stop_is_no_reason_to_have_no_plan() {
     let beyond = starting(|start| start.joint_angle = Some([-0.3, stop + 1e-4, 0.0].into()));
     let report = bench.plan(&beyond, RK4, InitialGuess::Heuristic);
     assert!(report.is_verified(), "{:?}", report.residuals);
-    assert_eq!(recovered(&report), ["joint"]);
+    assert_eq!(recovered(report.record.recovery), ["joint"]);
     // Behind recovery, 80 s, it is within the stop.
     for state in &bench.workspace.reorientation().states[4..] {
         assert!(state.joint_angle[1] <= stop);
@@ -221,7 +215,7 @@ fn a_start_too_fast_or_out_of_view_is_led_back_and_the_record_says_so() {
     let fast = starting(|start| start.joint_rate[2] = 1.5 * limit);
     let report = bench.plan(&fast, RK4, InitialGuess::Heuristic);
     assert!(report.is_verified(), "{:?}", report.residuals);
-    assert_eq!(recovered(&report), ["joint_rate"]);
+    assert_eq!(recovered(report.record.recovery), ["joint_rate"]);
     for state in &bench.workspace.reorientation().states[4..] {
         assert!(state.joint_rate[2].abs() <= limit);
     }
@@ -234,7 +228,7 @@ fn a_start_too_fast_or_out_of_view_is_led_back_and_the_record_says_so() {
     assert!(bench.mission.pointing_at_start(&unseen) < (20.0 * DEGREE).cos());
     let report = bench.plan(&unseen, RK4, InitialGuess::Heuristic);
     assert!(report.is_verified(), "{:?}", report.residuals);
-    assert_eq!(recovered(&report), ["pointing"]);
+    assert_eq!(recovered(report.record.recovery), ["pointing"]);
     // A start that is not given is refused for the same.
     let usual = bench.plan(&scenario, RK4, InitialGuess::Heuristic);
     assert_eq!((usual.refusal, usual.record.recovery), (None, 0));

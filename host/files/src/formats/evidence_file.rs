@@ -162,8 +162,8 @@ pub fn evidence_path(plan: &Path) -> PathBuf {
     plan.with_file_name(format!("{stem}.evidence.json"))
 }
 
-/// Names of the limits whose bits are set.
-fn recovered(code: u32) -> Vec<String> {
+/// Names of the limits that a record says the plan leads back into.
+pub fn recovered(code: u32) -> Vec<String> {
     let named = RECOVERY_NAMES.iter().enumerate();
     named.filter(|(bit, _)| code >> bit & 1 == 1).map(|(_, name)| name.to_string()).collect()
 }

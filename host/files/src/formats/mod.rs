@@ -22,7 +22,7 @@ mod row;
 mod scenario_set;
 
 pub use evidence_file::{
-    EvidenceFile, FORMAT as EVIDENCE_FORMAT, GainRows, ModelRecord, evidence_path,
+    EvidenceFile, FORMAT as EVIDENCE_FORMAT, GainRows, ModelRecord, evidence_path, recovered,
 };
 pub use mission_file::{
     Approach as MissionApproach, FORMAT as MISSION_FORMAT, Horizon as MissionHorizon,

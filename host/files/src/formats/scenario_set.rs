@@ -125,12 +125,6 @@ impl NamedScenario {
     /// The field and what is wrong with it.
     pub(super) fn validate(&self) -> Result<(), FieldError> {
         check_quaternion(&self.target.attitude, || "target.attitude".into())?;
-        let within = |v: &[f64; 3], most: f64, field: &str, unit: &str| {
-            if v.iter().all(|x| x.abs() <= most) {
-                return Ok(());
-            }
-            Err(FieldError::new(field, format!("each component must be within {most} {unit}")))
-        };
         within(&self.target.rate, MAX_RATE, "target.rate", "rad/s")?;
         within(&self.servicer.position, MAX_POSITION, "servicer.position", "m")?;
         within(&self.servicer.velocity, MAX_VELOCITY, "servicer.velocity", "m/s")?;
@@ -142,33 +136,29 @@ impl NamedScenario {
     }
 
     fn validate_start(&self) -> Result<(), FieldError> {
-        let ServicerStart {
-            bus_attitude_body_to_rtn: attitude,
-            bus_rate_rtn_rad_s: bus_rate,
-            joint_angle_rad: angle,
-            joint_rate_rad_s: joint_rate,
-            ..
-        } = &self.servicer;
-        if let Some(attitude) = attitude {
+        let s = &self.servicer;
+        if let Some(attitude) = &s.bus_attitude_body_to_rtn {
             check_quaternion(attitude, || "servicer.bus_attitude_body_to_rtn".into())?;
         }
-        let within = |v: Option<&[f64]>, most: f64, field: &str, unit: &str| {
-            if v.is_none_or(|v| v.iter().all(|x| x.abs() <= most)) {
-                return Ok(());
-            }
-            Err(FieldError::new(field, format!("each component must be within {most} {unit}")))
-        };
-        let bus_rate = bus_rate.as_ref().map(|v| v.as_slice());
-        within(bus_rate, MAX_RATE, "servicer.bus_rate_rtn_rad_s", "rad/s")?;
-        let angle = angle.as_ref().map(|v| v.as_slice());
-        within(angle, MAX_ANGLE, "servicer.joint_angle_rad", "rad")?;
-        let joint_rate = joint_rate.as_ref().map(|v| v.as_slice());
-        within(joint_rate, MAX_RATE, "servicer.joint_rate_rad_s", "rad/s")?;
+        // What is not given is at rest, and within.
+        let (angle, joint_rate) = (s.joint_angle_rad, s.joint_rate_rad_s);
+        let bus_rate = s.bus_rate_rtn_rad_s.unwrap_or_default();
+        within(&bus_rate, MAX_RATE, "servicer.bus_rate_rtn_rad_s", "rad/s")?;
+        within(&angle.unwrap_or_default(), MAX_ANGLE, "servicer.joint_angle_rad", "rad")?;
+        within(&joint_rate.unwrap_or_default(), MAX_RATE, "servicer.joint_rate_rad_s", "rad/s")?;
         if self.duration_s.is_some_and(|duration| !DURATION.contains(&duration)) {
             return Err(FieldError::new("duration_s", "must lie in [1, 1e6] s"));
         }
         Ok(())
     }
+}
+
+/// Refuses components beyond `most`, and what is no number.
+fn within(values: &[f64], most: f64, field: &str, unit: &str) -> Result<(), FieldError> {
+    if values.iter().all(|x| x.abs() <= most) {
+        return Ok(());
+    }
+    Err(FieldError::new(field, format!("each component must be within {most} {unit}")))
 }
 
 impl ScenarioSet {
