@@ -2,7 +2,7 @@
 
 use crate::dynamics::{Control, State};
 use crate::executor::ForkJoin;
-use crate::model::{Mission, Refusal, Scenario};
+use crate::model::{Grid, Mission, Refusal, Scenario};
 use crate::planner::{
     self, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Nominal, Options, Report, Session,
     SolveRecord, Solver, StageReport, Verdict, Workspace,
@@ -79,8 +79,8 @@ impl<S: Solver> Planner<S> {
         match report.refusal {
             Some(refusal) => Err(refusal),
             None => {
-                let duration = mission.grid(scenario, NODES).duration;
-                Ok(Plan { planner: self, mission: **mission, duration, report })
+                let grid = mission.grid(scenario);
+                Ok(Plan { planner: self, mission: **mission, grid, report })
             }
         }
     }
@@ -143,7 +143,7 @@ impl<S: Solver> Planner<S> {
 pub struct Plan<'p, S = EmbeddedSolver> {
     planner: &'p Planner<S>,
     mission: Mission<LINKS>,
-    duration: f64,
+    grid: Grid,
     report: Report,
 }
 
@@ -163,33 +163,34 @@ impl<S: Solver> Plan<'_, S> {
 
     /// Positions of the centre of mass at the nodes, RTN [m].
     pub fn positions(&self) -> &[Vector3<f64>] {
-        &self.planner.translation().position
+        self.planner.translation().position.get(..self.grid.nodes).unwrap_or_default()
     }
 
     /// Velocities of the centre of mass at the nodes, relative to RTN, in RTN [m/s].
     pub fn velocities(&self) -> &[Vector3<f64>] {
-        &self.planner.translation().velocity
+        self.planner.translation().velocity.get(..self.grid.nodes).unwrap_or_default()
     }
 
     /// Forces over the intervals, RTN [N].
     pub fn forces(&self) -> &[Vector3<f64>] {
-        self.planner.translation().force.get(..NODES - 1).unwrap_or_default()
+        self.planner.translation().force.get(..self.grid.last()).unwrap_or_default()
     }
 
     /// Attitude, joint angles and rates at the nodes.
     pub fn states(&self) -> &[State<LINKS>] {
-        &self.planner.reorientation().states
+        self.planner.reorientation().states.get(..self.grid.nodes).unwrap_or_default()
     }
 
     /// Torques of bus and joints over the intervals [N m].
     pub fn controls(&self) -> &[Control<LINKS>] {
-        self.planner.reorientation().controls.get(..NODES - 1).unwrap_or_default()
+        self.planner.reorientation().controls.get(..self.grid.last()).unwrap_or_default()
     }
 
     /// The plan as the initial guess of the next one.
     #[must_use]
     pub fn nominal(&self) -> Nominal {
-        Nominal { reorientation: *self.planner.reorientation(), duration: self.duration }
+        let Grid { nodes, duration, .. } = self.grid;
+        Nominal { reorientation: *self.planner.reorientation(), nodes, duration }
     }
 
     /// Feedback gain of an interval for a tracking controller, see [`planner::feedback_gain`]; `None`

@@ -209,11 +209,11 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX
         convex: &SVector<f64, NU>,
         is_fixed: impl Fn(usize, usize) -> bool,
     ) -> usize {
-        let Some((last, stages)) = self.stages.split_last_mut() else { return 0 };
+        let Some((last, stages)) = self.used_mut().split_last_mut() else { return 0 };
         let mut convexification = Convexification::new(last, convex);
         convexification.advance(0, stages, usize::MAX, is_fixed);
         let (constant, projected) = convexification.finish();
         self.constant += constant;
-        projected.unwrap_or(N)
+        projected.unwrap_or(self.nodes())
     }
 }

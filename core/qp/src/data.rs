@@ -58,13 +58,15 @@ impl<const NX: usize, const NU: usize, const NG: usize> QpStage<NX, NU, NG> {
     };
 }
 
-/// A QP of `N` stages with `NX` states, `NU` controls and `NG` soft path constraints each.
+/// A QP of up to `N` stages with `NX` states, `NU` controls and `NG` soft path constraints each.
 ///
 /// Memory: `8 N (2 NX^2 + 2 NX NU + NU^2 + 4 NX + 3 NU + NG (NX + 1))` bytes.
 #[derive(Clone, Debug)]
 pub struct Qp<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
-    /// The stages in order.
+    /// The stages in order, of which [`Qp::unused`] at the end are storage alone.
     pub stages: [QpStage<NX, NU, NG>; N],
+    /// How many stages at the end are no part of the QP: what they hold has no meaning.
+    pub unused: usize,
     /// Constant part of the objective.
     pub constant: f64,
     /// L1 penalty parameter of the dynamics' slack; infinite where the dynamics are hard.
@@ -77,18 +79,35 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX
     /// Storage, to be filled: all bits zero.
     pub const ZERO: Self = Self {
         stages: [QpStage { path_offset: zeros(), ..QpStage::ZERO }; N],
+        unused: 0,
         constant: 0.0,
         defect_penalty: 0.0,
         path_penalty: 0.0,
     };
 
+    /// Number of stages of the QP.
+    pub fn nodes(&self) -> usize {
+        N - self.unused.min(N)
+    }
+
+    /// The stages of the QP.
+    pub fn used(&self) -> &[QpStage<NX, NU, NG>] {
+        &self.stages[..self.nodes()]
+    }
+
+    /// The stages of the QP, to be filled.
+    pub fn used_mut(&mut self) -> &mut [QpStage<NX, NU, NG>] {
+        let nodes = self.nodes();
+        &mut self.stages[..nodes]
+    }
+
     /// Smooth part of the objective at `point`.
     pub fn cost(&self, point: &Solution<N, NX, NU, NG>) -> f64 {
         let mut sum = self.constant;
-        for (k, stage) in self.stages.iter().enumerate() {
+        for (k, stage) in self.used().iter().enumerate() {
             let x = &point.x[k];
             sum += 0.5 * x.dot(&(stage.hessian_xx * x)) + stage.gradient_x.dot(x);
-            if k + 1 < N {
+            if k + 1 < self.nodes() {
                 let u = &point.u[k];
                 sum += 0.5 * u.dot(&(stage.hessian_uu * u))
                     + u.dot(&(stage.hessian_ux * x))
@@ -103,12 +122,12 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX
         let term = |(k, stage): (usize, &QpStage<NX, NU, NG>)| {
             stage.gradient_x.dot(&point.x[k]) + stage.gradient_u.dot(&point.u[k])
         };
-        self.stages.iter().enumerate().map(term).sum()
+        self.used().iter().enumerate().map(term).sum()
     }
 
     /// L1 norm of the dynamics' slack at `point`.
     pub fn defect_norm(&self, point: &Solution<N, NX, NU, NG>) -> f64 {
-        (0..N - 1).map(|k| self.slack(point, k).abs().sum()).sum()
+        (1..self.nodes()).map(|k| self.slack(point, k - 1).abs().sum()).sum()
     }
 
     /// L1 norm of the path constraints' violation at `point`.
@@ -119,22 +138,25 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX
                 .map(|v| v.max(0.0))
                 .sum::<f64>()
         };
-        self.stages.iter().enumerate().map(violation).sum()
+        self.used().iter().enumerate().map(violation).sum()
     }
 
     /// Slack of the dynamics from stage `k` to the next: `x_{k+1} - A x_k - B u_k - c`; zero
     /// beyond the horizon.
     pub fn slack(&self, point: &Solution<N, NX, NU, NG>, k: usize) -> SVector<f64, NX> {
         let (Some(stage), Some(x), Some(u), Some(next)) =
-            (self.stages.get(k), point.x.get(k), point.u.get(k), point.x.get(k + 1))
+            (self.used().get(k), point.x.get(k), point.u.get(k), point.x.get(k + 1))
         else {
             return zeros();
         };
+        if k + 1 == self.nodes() {
+            return zeros();
+        }
         next - stage.a * x - stage.b * u - stage.c
     }
 }
 
-/// A primal-dual point of the QP.
+/// A primal-dual point of the QP; zero beyond its stages.
 #[derive(Clone, Debug)]
 pub struct Solution<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
     /// States.
@@ -162,6 +184,16 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Solution
         bound_multiplier_u: [zeros(); N],
         path_multiplier: [zeros(); N],
     };
+
+    /// Sets everything from stage `first` on to zero: what no QP of fewer stages determines.
+    pub fn clear_from(&mut self, first: usize) {
+        self.x.iter_mut().skip(first).for_each(|x| *x = zeros());
+        self.u.iter_mut().skip(first).for_each(|u| *u = zeros());
+        self.defect_multiplier.iter_mut().skip(first).for_each(|m| *m = zeros());
+        self.bound_multiplier_x.iter_mut().skip(first).for_each(|m| *m = zeros());
+        self.bound_multiplier_u.iter_mut().skip(first).for_each(|m| *m = zeros());
+        self.path_multiplier.iter_mut().skip(first).for_each(|m| *m = zeros());
+    }
 
     /// Sets all multipliers to zero.
     pub fn clear_multipliers(&mut self) {

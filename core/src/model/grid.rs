@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-9;
 pub struct Grid {
     /// Time from the first node to the last [s].
     pub duration: f64,
-    /// Nodes, at least two.
+    /// Nodes, at least two; the mission's or the scenario's.
     pub nodes: usize,
     keep_out: [f64; 2],
     near_time: f64,
@@ -28,7 +28,7 @@ impl Grid {
     fn new(approach: &Approach, duration: f64, nodes: usize) -> Self {
         Self {
             duration,
-            nodes,
+            nodes: nodes.max(2),
             keep_out: [approach.keep_out_far, approach.keep_out_near],
             near_time: approach.keep_out_near_time,
             preset_time: approach.preset_time,
@@ -116,8 +116,9 @@ impl Grid {
 
 impl<const NL: usize> Mission<NL> {
     /// The grid of a scenario's plan.
-    pub fn grid(&self, scenario: &Scenario<NL>, nodes: usize) -> Grid {
+    pub fn grid(&self, scenario: &Scenario<NL>) -> Grid {
         let duration = scenario.duration.unwrap_or(self.approach.duration);
+        let nodes = scenario.nodes.unwrap_or(self.approach.nodes);
         let grid = Grid::new(&self.approach, duration, nodes);
         if !scenario.start.is_given() {
             return grid;
@@ -149,8 +150,8 @@ impl<const NL: usize> Mission<NL> {
     }
 
     /// The grid of plans of the mission's duration from the default start.
-    pub fn own_grid(&self, nodes: usize) -> Grid {
-        Grid::new(&self.approach, self.approach.duration, nodes)
+    pub fn own_grid(&self) -> Grid {
+        Grid::new(&self.approach, self.approach.duration, self.approach.nodes)
     }
 }
 
@@ -161,7 +162,7 @@ mod tests {
 
     #[test]
     fn the_default_switches_keep_out_after_node_42_and_presets_the_arm_at_56() {
-        let grid = Mission::default().own_grid(60);
+        let grid = Mission::default().own_grid();
         // One-based node 42 of 60 is at 41/59 = 0.695 of the duration, node 43 at 0.712.
         assert_eq!((grid.keep_out(41), grid.keep_out(42)), (1.85, 1.46));
         assert_eq!((grid.preset_node(), grid.preset_lead(), grid.recovery_node()), (55, 4, 0));
@@ -172,8 +173,9 @@ mod tests {
     fn phases_count_from_the_end_whatever_the_horizon() {
         let mission = Mission::default();
         for (duration, nodes) in [(300.0, 60), (1200.0, 20), (3600.0, 60), (7200.0, 30)] {
-            let scenario = Scenario { duration: Some(duration), ..Scenario::default() };
-            let grid = mission.grid(&scenario, nodes);
+            let scenario =
+                Scenario { duration: Some(duration), nodes: Some(nodes), ..Scenario::default() };
+            let grid = mission.grid(&scenario);
             let left = |k: usize| duration - grid.time(k);
             let preset = grid.preset_node();
             assert!(left(preset) >= 80.0 && (left(preset + 1) < 80.0), "{duration} {nodes}");
@@ -191,7 +193,7 @@ mod tests {
         let start = Start { joint_angle: there, ..Start::default() };
         let of = |duration: f64| {
             let scenario = Scenario { start, duration: Some(duration), ..Scenario::default() };
-            mission.grid(&scenario, 60)
+            mission.grid(&scenario)
         };
         let grid = of(1200.0);
         assert_eq!((grid.recovery_node(), grid.preset_node()), (4, 55));
@@ -201,7 +203,7 @@ mod tests {
         // An arm that is not there yet is set once its slowest joint can be: the second, 0.88 rad away.
         let start = Start { bus_rate: [1e-5, 0.0, 0.0].into(), ..Start::default() };
         let scenario = Scenario { start, duration: Some(300.0), ..Scenario::default() };
-        let grid = mission.grid(&scenario, 60);
+        let grid = mission.grid(&scenario);
         assert!(grid.time(grid.preset_node()) > 0.877 / 4.5e-3 && grid.preset_node() < 59);
     }
 }

@@ -2,7 +2,7 @@
 
 #[cfg(doc)]
 use super::Grid;
-use super::{Orbit, Servicer, Switch, Target, Typical};
+use super::{MIN_NODES, Orbit, Servicer, Switch, Target, Typical};
 use core::fmt;
 use nalgebra::Vector3;
 use remora_qp::Validate;
@@ -12,6 +12,8 @@ use remora_qp::Validate;
 pub struct Approach {
     /// Time from the first node to the last [s].
     pub duration: f64,
+    /// Nodes of a plan, from [`MIN_NODES`] to what a build has room for.
+    pub nodes: usize,
     /// Keep-out distance of the system centre of mass from the target's box while far [m].
     pub keep_out_far: f64,
     /// The same during the last part of the approach [m].
@@ -35,6 +37,7 @@ impl Default for Approach {
     fn default() -> Self {
         Self {
             duration: 1200.0,
+            nodes: 60,
             keep_out_far: 1.85,
             keep_out_near: 1.46,
             keep_out_near_time: 360.0,
@@ -369,6 +372,7 @@ impl<const NL: usize> Mission<NL> {
     fn validate_approach(&self) -> Result<(), InvalidField> {
         let a = &self.approach;
         Check::positive(a.duration, "approach.duration")?;
+        Check::that(a.nodes >= MIN_NODES, "approach.nodes", "must be at least 4")?;
         Check::non_negative(a.keep_out_far, "approach.keep_out_far")?;
         Check::non_negative(a.keep_out_near, "approach.keep_out_near")?;
         Check::non_negative(a.keep_out_near_time, "approach.keep_out_near_time")?;

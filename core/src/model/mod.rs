@@ -18,7 +18,7 @@ mod servicer;
 mod target;
 mod typical;
 
-pub use feasibility::{MAX_NODE_TURN, Needs};
+pub use feasibility::{MAX_NODE_TURN, MIN_NODES, Needs};
 pub use formulation::{Integrator, InvalidIntegrator, Switch};
 pub use grid::Grid;
 pub use keep_out::{SignedDistance, signed_distance_to_box};

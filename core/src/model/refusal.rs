@@ -1,5 +1,6 @@
 //! Why an approach cannot be planned, as far as that is known before planning.
 
+use super::MIN_NODES;
 use core::fmt;
 
 /// What cannot be planned, whatever the planner tries, with the numbers that show it.
@@ -27,6 +28,13 @@ pub enum Refusal {
     Duration {
         /// The time to capture [s].
         duration: f64,
+    },
+    /// Too few nodes for a plan, or more than this build has room for.
+    Nodes {
+        /// Nodes asked for.
+        nodes: usize,
+        /// The most there is room for.
+        most: usize,
     },
     /// Nodes are too far apart for the orbit.
     NodeInterval {
@@ -147,6 +155,7 @@ impl Refusal {
             Self::BusTorque { .. } => 14,
             Self::Duration { .. } => 15,
             Self::JointStop { .. } => 16,
+            Self::Nodes { .. } => 17,
         }
     }
 
@@ -169,6 +178,7 @@ impl Refusal {
             Self::BusTorque { .. } => "bus_torque",
             Self::Duration { .. } => "duration",
             Self::JointStop { .. } => "joint",
+            Self::Nodes { .. } => "nodes",
         }
     }
 
@@ -180,6 +190,7 @@ impl Refusal {
                 | Self::Attitude { .. }
                 | Self::Position { .. }
                 | Self::Duration { .. }
+                | Self::Nodes { .. }
                 | Self::NodeInterval { .. }
                 | Self::PresetLead { .. }
         )
@@ -213,6 +224,9 @@ impl Refusal {
             }
             Self::Duration { duration } => {
                 write!(f, "{duration} s is no time to capture: from 1 s to 1e6 s")
+            }
+            Self::Nodes { nodes, most } => {
+                write!(f, "{nodes} nodes are no plan for this build: from {MIN_NODES} to {most}")
             }
             Self::Position { distance } => write!(
                 f,

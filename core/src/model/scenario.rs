@@ -38,6 +38,8 @@ pub struct Scenario<const NL: usize = 3> {
     pub start: Start<NL>,
     /// Time from t = 0 to capture [s]; `None`: the mission's.
     pub duration: Option<f64>,
+    /// Nodes of the plan; `None`: the mission's.
+    pub nodes: Option<usize>,
 }
 
 impl<const NL: usize> Default for Scenario<NL> {
@@ -50,6 +52,7 @@ impl<const NL: usize> Default for Scenario<NL> {
             velocity: Vector3::zeros(),
             start: Start::default(),
             duration: None,
+            nodes: None,
         }
     }
 }

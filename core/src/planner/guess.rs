@@ -67,6 +67,8 @@ pub enum GuessRecord {
     User = 7,
     /// What is left of the plan in force.
     Nominal = 8,
+    /// The heuristic: the model is for plans of another number of nodes.
+    Unfit = 9,
 }
 
 impl GuessRecord {
@@ -87,6 +89,7 @@ impl GuessRecord {
             Self::Worse => "worse",
             Self::Unsolved => "unsolved",
             Self::Deadline => "deadline",
+            Self::Unfit => "unfit",
         }
     }
 
@@ -104,6 +107,7 @@ impl GuessRecord {
             Self::Worse => Some("the rollout is worse than the heuristic"),
             Self::Unsolved => Some("from the rollout Stage 2 was not solved"),
             Self::Deadline => Some("no time was left for a rollout"),
+            Self::Unfit => Some("the model is for plans of another number of nodes"),
         }
     }
 
@@ -141,6 +145,9 @@ impl InitialGuess<'_> {
             Self::Nominal { plan, elapsed } => {
                 sum.integer(5);
                 sum.numbers([&plan.duration, elapsed]);
+                if plan.nodes != NODES {
+                    sum.integer(plan.nodes as u64);
+                }
                 identify(&plan.reorientation, sum);
             }
         }
@@ -159,6 +166,7 @@ impl InitialGuess<'_> {
         workspace: &mut Workspace,
     ) -> GuessRecord {
         let Formulation { mission, scenario, integrator, deadline, .. } = *formulation;
+        let nodes = formulation.grid().nodes;
         write_heuristic(formulation, workspace);
         let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
         let translation = &translation.trajectory;
@@ -169,6 +177,7 @@ impl InitialGuess<'_> {
                 z.trajectory = **reorientation;
                 return GuessRecord::User;
             }
+            Self::Learned { policy, .. } if policy.nodes() != nodes => return GuessRecord::Unfit,
             _ if deadline.has_passed() => return GuessRecord::Deadline,
             Self::Learned { policy, seed } => {
                 let mut scene = Scene::new(mission, scenario, translation, target, integrator);
@@ -178,11 +187,11 @@ impl InitialGuess<'_> {
             }
             Self::User(reorientation) => {
                 z.trial = **reorientation;
-                is_finite(reorientation).then_some(GuessRecord::User)
+                is_finite(reorientation, nodes).then_some(GuessRecord::User)
             }
             Self::Nominal { plan, elapsed } => {
-                plan.resample(*elapsed, &formulation.grid(NODES), &mut z.trial);
-                is_finite(&z.trial).then_some(GuessRecord::Nominal)
+                plan.resample(*elapsed, &formulation.grid(), &mut z.trial);
+                is_finite(&z.trial, nodes).then_some(GuessRecord::Nominal)
             }
         };
         let Some(offered) = offered else {
@@ -212,9 +221,9 @@ impl InitialGuess<'_> {
     }
 }
 
-fn is_finite(reorientation: &ReorientationTrajectory<NODES, LINKS>) -> bool {
-    reorientation.states.iter().all(State::is_finite)
-        && reorientation.controls.iter().all(Control::is_finite)
+fn is_finite(reorientation: &ReorientationTrajectory<NODES, LINKS>, nodes: usize) -> bool {
+    reorientation.states.iter().take(nodes).all(State::is_finite)
+        && reorientation.controls.iter().take(nodes).all(Control::is_finite)
 }
 
 /// Adds every bit of a user's trajectory to a checksum.

@@ -76,7 +76,7 @@ pub fn plan<S: Solver, P: ForkJoin>(
     guess.identify(&mut settings);
     solver.identify(&mut settings);
     let input = record::input_checksum(mission, scenario);
-    let recovery = mission.recovery(scenario, mission.grid(scenario, NODES).keep_out(0)).code();
+    let recovery = mission.recovery(scenario, mission.grid(scenario).keep_out(0)).code();
     let record = SolveRecord { recovery, ..SolveRecord::new(input, settings.value()) };
     if let Err(refusal) = mission.check::<NODES>(scenario, options.integrator) {
         return refused(refusal, record, workspace);
@@ -99,7 +99,7 @@ fn refused(refusal: Refusal, record: SolveRecord, workspace: &mut Workspace) -> 
     workspace.reorientation.trajectory = ReorientationTrajectory::BLANK;
     workspace.reorientation.log.clear();
     let status = Status::Infeasible;
-    let output = output_checksum(workspace.translation(), workspace.reorientation());
+    let output = output_checksum(NODES, workspace.translation(), workspace.reorientation());
     Report {
         status,
         refusal: Some(refusal),

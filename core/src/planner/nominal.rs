@@ -2,10 +2,13 @@
 
 use crate::dynamics::{Control, State};
 use crate::math::quaternion;
-use crate::model::Grid;
+use crate::model::{Grid, MIN_NODES};
 use crate::stages::{LINKS, NODES, ReorientationTrajectory};
 use nalgebra::{SVector, Vector3};
 use remora_qp::dense::clamp;
+
+/// Share of an interval that is rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// A plan in force: bus and arm over its horizon, for as long as the next plan is made.
 ///
@@ -20,11 +23,14 @@ use remora_qp::dense::clamp;
 /// let nominal = plan.nominal();
 /// // 300 s later, a little beside the plan: position and velocity measured, bus and arm as planned.
 /// let later = nominal.at(300.0);
+/// let (duration, nodes) = nominal.left(300.0);
+/// assert_eq!((duration, nodes), (900.0, 46));
 /// let scenario = Scenario {
 ///     position: Vector3::new(0.01, 0.0, 3.6),
 ///     velocity: Vector3::new(0.0, 1.0e-3, -4.0e-3),
 ///     start: later.as_start(),
-///     duration: Some(900.0),
+///     duration: Some(duration),
+///     nodes: Some(nodes),
 ///     ..Scenario::default()
 /// }
 /// .validated()?;
@@ -35,22 +41,38 @@ use remora_qp::dense::clamp;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nominal {
-    /// Bus and arm at the nodes.
+    /// Bus and arm at the nodes, of which the first [`Nominal::nodes`] are the plan's.
     pub reorientation: ReorientationTrajectory<NODES, LINKS>,
+    /// Its nodes, at least two.
+    pub nodes: usize,
     /// Time from its first node to its last [s].
     pub duration: f64,
 }
 
 impl Nominal {
     fn interval(&self) -> f64 {
-        self.duration / (NODES - 1) as f64
+        self.duration / self.last() as f64
+    }
+
+    /// The last node, not the first.
+    fn last(&self) -> usize {
+        self.nodes.clamp(2, NODES) - 1
+    }
+
+    /// What is left of it `elapsed` [s] after its start: the time [s], and nodes that are no farther apart
+    /// than its own. Both are meant for the scenario that plans again, see [`Nominal`].
+    pub fn left(&self, elapsed: f64) -> (f64, usize) {
+        let time = f64::max(self.duration - elapsed, 0.0);
+        // Saturates, and makes nothing of NaN.
+        let intervals = libm::ceil(time / self.interval() - ROUNDING) as usize;
+        (time, intervals.saturating_add(1).clamp(MIN_NODES, NODES))
     }
 
     /// Interval that holds `time`, and the share of it that has passed by then.
     fn place(&self, time: f64) -> (usize, f64) {
-        let at = clamp(time / self.interval(), 0.0, (NODES - 1) as f64);
+        let at = clamp(time / self.interval(), 0.0, self.last() as f64);
         // Of a number that is none, zero.
-        let k = (at as usize).min(NODES - 2);
+        let k = (at as usize).min(self.last() - 1);
         (k, at - k as f64)
     }
 
@@ -106,7 +128,8 @@ impl Nominal {
         out: &mut ReorientationTrajectory<NODES, LINKS>,
     ) {
         let time = |k: usize| elapsed + grid.time(k);
-        for (k, (state, control)) in out.states.iter_mut().zip(&mut out.controls).enumerate() {
+        let nodes = out.states.iter_mut().zip(&mut out.controls).enumerate().take(grid.nodes);
+        for (k, (state, control)) in nodes {
             *state = self.at(time(k));
             *control = match k < grid.last() {
                 true => self.mean_control(time(k), time(k + 1)),
@@ -134,7 +157,7 @@ mod tests {
             state.joint_rate[1] = 1e-4 + 2e-7 * t;
             reorientation.controls[k].bus_torque.x = k as f64;
         }
-        Nominal { reorientation, duration: 1180.0 }
+        Nominal { reorientation, nodes: NODES, duration: 1180.0 }
     }
 
     #[test]
@@ -154,7 +177,7 @@ mod tests {
     #[test]
     fn what_is_left_keeps_its_times_and_its_impulse() {
         let plan = nominal();
-        let mut grid = Mission::default().own_grid(NODES);
+        let mut grid = Mission::default().own_grid();
         let mut left = ReorientationTrajectory::ZERO;
         grid.duration = 580.0;
         plan.resample(600.0, &grid, &mut left);

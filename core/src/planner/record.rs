@@ -139,24 +139,27 @@ impl SolveRecord {
 /// Version of this crate.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Checksum of a plan: positions, velocities and forces, then attitudes, joint angles, rates, joint
+/// Checksum of a plan of so many `nodes`: positions, velocities and forces, then attitudes, joint angles, rates, joint
 /// rates and torques, in the order and number of a plan file's rows. Cost: 13 kB of FNV-1a.
 pub fn output_checksum<const N: usize, const NL: usize>(
+    nodes: usize,
     translation: &TranslationTrajectory<N>,
     reorientation: &ReorientationTrajectory<N, NL>,
 ) -> u64 {
     let mut sum = Checksum::new();
     // The last controls are not part of the plan.
-    let intervals = N.saturating_sub(1);
-    translation.position.iter().for_each(|r| sum.numbers(r));
-    translation.velocity.iter().for_each(|v| sum.numbers(v));
+    let intervals = nodes.saturating_sub(1);
+    let states = || reorientation.states.iter().take(nodes);
+    let controls = || reorientation.controls.iter().take(intervals);
+    translation.position.iter().take(nodes).for_each(|r| sum.numbers(r));
+    translation.velocity.iter().take(nodes).for_each(|v| sum.numbers(v));
     translation.force.iter().take(intervals).for_each(|f| sum.numbers(f));
-    reorientation.states.iter().for_each(|x| sum.numbers(&x.attitude));
-    reorientation.states.iter().for_each(|x| sum.numbers(&x.joint_angle));
-    reorientation.states.iter().for_each(|x| sum.numbers(&x.rate));
-    reorientation.states.iter().for_each(|x| sum.numbers(&x.joint_rate));
-    reorientation.controls.iter().take(intervals).for_each(|u| sum.numbers(&u.bus_torque));
-    reorientation.controls.iter().take(intervals).for_each(|u| sum.numbers(&u.joint_torque));
+    states().for_each(|x| sum.numbers(&x.attitude));
+    states().for_each(|x| sum.numbers(&x.joint_angle));
+    states().for_each(|x| sum.numbers(&x.rate));
+    states().for_each(|x| sum.numbers(&x.joint_rate));
+    controls().for_each(|u| sum.numbers(&u.bus_torque));
+    controls().for_each(|u| sum.numbers(&u.joint_torque));
     sum.value()
 }
 
@@ -200,7 +203,7 @@ fn add_mission(sum: &mut Checksum, mission: &Mission<LINKS>) {
     add_orbit(sum, orbit);
     add_target(sum, target);
     add_servicer(sum, servicer);
-    add_approach(sum, approach, &mission.own_grid(NODES));
+    add_approach(sum, approach, &mission.own_grid());
     add_weights(sum, weights);
     add_tolerances(sum, tolerances);
     let Margins { joint_angle, joint_rate, keep_out, field_of_view, clearance } = margins;
@@ -215,7 +218,8 @@ fn add_mission(sum: &mut Checksum, mission: &Mission<LINKS>) {
 }
 
 fn add_scenario(sum: &mut Checksum, scenario: &Scenario) {
-    let Scenario { target_attitude, target_rate, position, velocity, start, duration } = scenario;
+    let Scenario { target_attitude, target_rate, position, velocity, start, duration, nodes } =
+        scenario;
     sum.numbers(target_attitude);
     sum.numbers(target_rate);
     sum.numbers(position);
@@ -231,6 +235,9 @@ fn add_scenario(sum: &mut Checksum, scenario: &Scenario) {
     }
     if let Some(duration) = duration {
         sum.numbers([duration]);
+    }
+    if let Some(nodes) = nodes {
+        sum.integer(*nodes as u64);
     }
 }
 
@@ -342,6 +349,7 @@ fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
 fn add_approach(sum: &mut Checksum, approach: &Approach, grid: &Grid) {
     let Approach {
         duration,
+        nodes,
         keep_out_far,
         keep_out_near,
         keep_out_near_time,
@@ -363,6 +371,9 @@ fn add_approach(sum: &mut Checksum, approach: &Approach, grid: &Grid) {
     let usual = Approach::default();
     if *preset_time != usual.preset_time && *preset_time != lead as f64 * grid.interval() {
         sum.numbers([preset_time]);
+    }
+    if *nodes != usual.nodes {
+        sum.integer(*nodes as u64);
     }
     if *recovery_time != usual.recovery_time {
         sum.numbers([recovery_time]);

@@ -114,7 +114,9 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
         let is_verified = residuals.are_within(&self.formulation.mission.tolerances);
         let stages = translation.report.outcome.status.max(reorientation.report.outcome.status);
         let status = status_of(stages, &found, is_verified, &self.deadline);
-        let output = output_checksum(self.workspace.translation(), self.workspace.reorientation());
+        let nodes = self.formulation.grid().nodes;
+        let output =
+            output_checksum(nodes, self.workspace.translation(), self.workspace.reorientation());
         let record = SolveRecord {
             output,
             status,
@@ -131,13 +133,14 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
     /// Propagates the target's attitude to the nodes.
     pub fn propagate_target(&mut self) {
         let Formulation { mission, scenario, integrator, .. } = self.formulation;
+        let grid = self.formulation.grid();
         mission.target.tumble(
             integrator,
             mission.mean_motion(),
             &scenario.target_attitude,
             &scenario.target_rate,
-            self.formulation.grid(NODES).interval(),
-            &mut self.workspace.target,
+            grid.interval(),
+            &mut self.workspace.target[..grid.nodes.min(NODES)],
         );
     }
 
@@ -155,7 +158,8 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
             (self.workspace.translation(), self.workspace.reorientation());
         let _ = verify_first(mission, scenario, integrator, translation, reorientation);
         let each = self.deadline.seconds() - from;
-        self.formulation.deadline = self.deadline.earlier_by(RESERVE * NODES as f64 * each);
+        let nodes = self.formulation.grid().nodes;
+        self.formulation.deadline = self.deadline.earlier_by(RESERVE * nodes as f64 * each);
     }
 
     /// Runs the verifier and adds its time.
@@ -261,6 +265,7 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
             }
         };
         outcome.iterations += 1;
+        z.trajectory.clear_from(self.formulation.grid().nodes);
         let cost = problem.cost(&z.trajectory.force);
         let report = StageReport { outcome, cost, time_s: deadline.seconds() - started };
         let mut record = StageSolveRecord::new(&report, &z.log);
@@ -366,6 +371,7 @@ pub(super) fn reorient<S: Solver, P: ForkJoin>(
         MissionReorientation::<P>::new(formulation, translation, target, mode, executor);
     solver.reset();
     let outcome = scp::solve(&mut problem, solver, settings, &deadline, w, z);
+    z.trajectory.clear_from(formulation.grid().nodes);
     let cost = problem.cost(&z.trajectory.controls);
     StageReport { outcome, cost, time_s: deadline.seconds() - started }
 }

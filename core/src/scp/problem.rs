@@ -8,9 +8,9 @@ use remora_qp::{Qp, Solution};
 pub struct Residuals<const N: usize, const NX: usize, const NG: usize> {
     /// The objective.
     pub cost: f64,
-    /// `F(x_k, u_k) - x_{k+1}`, scaled; the last is zero.
+    /// `F(x_k, u_k) - x_{k+1}`, scaled; zero at the last node and beyond.
     pub defect: [SVector<f64, NX>; N],
-    /// Values of the path constraints `h(x_k) <= 0`, scaled.
+    /// Values of the path constraints `h(x_k) <= 0`, scaled; zero beyond the last node.
     pub path: [SVector<f64, NG>; N],
     /// Defects up to these do not count in the merit: a fraction of their tolerances.
     pub ignored_defect: SVector<f64, NX>,
@@ -27,6 +27,12 @@ impl<const N: usize, const NX: usize, const NG: usize> Residuals<N, NX, NG> {
         ignored_defect: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NX]; 1])),
         ignored_path: SMatrix::from_array_storage(nalgebra::ArrayStorage([[0.0; NG]; 1])),
     };
+
+    /// Sets defects and path constraints to zero.
+    pub fn clear(&mut self) {
+        self.defect.iter_mut().for_each(|defect| defect.fill(0.0));
+        self.path.iter_mut().for_each(|row| row.fill(0.0));
+    }
 
     /// L1 norm of defects and path violations beyond the ignored ones. NaN where any of them is.
     pub fn l1_violation(&self) -> f64 {

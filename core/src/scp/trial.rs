@@ -32,9 +32,8 @@ where
     /// added to its right-hand sides. Keeps the best trial.
     pub(super) fn correct(&mut self, record: &mut IterationRecord) {
         let w = &mut *self.w;
-        for k in 0..N {
-            w.c[k] = w.qp.stages[k].c;
-            w.path_offset[k] = w.qp.stages[k].path_offset;
+        for ((c, offset), stage) in w.c.iter_mut().zip(&mut w.path_offset).zip(w.qp.used()) {
+            (*c, *offset) = (stage.c, stage.path_offset);
         }
         // Bound: corrections.
         while record.corrections < self.settings.max_corrections
@@ -46,9 +45,8 @@ where
             }
         }
         let w = &mut *self.w;
-        for k in 0..N {
-            w.qp.stages[k].c = w.c[k];
-            w.qp.stages[k].path_offset = w.path_offset[k];
+        for ((c, offset), stage) in w.c.iter().zip(&w.path_offset).zip(w.qp.used_mut()) {
+            (stage.c, stage.path_offset) = (*c, *offset);
         }
     }
 
@@ -56,8 +54,8 @@ where
     fn correct_once(&mut self, record: &mut IterationRecord) -> bool {
         let (w, z) = (&mut *self.w, &mut *self.z);
         let step = if record.corrections == 0 { &w.step } else { &w.correction };
-        for k in 0..N {
-            if k + 1 < N {
+        for k in 0..w.qp.nodes() {
+            if k + 1 < w.qp.nodes() {
                 let linear = -w.qp.slack(step, k);
                 w.qp.stages[k].c += w.trial_residuals.defect[k] - linear;
             }

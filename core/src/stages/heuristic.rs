@@ -19,11 +19,11 @@ pub fn warm_start<const N: usize, const NL: usize>(
     out: &mut ReorientationTrajectory<N, NL>,
 ) {
     let servicer = &mission.servicer;
-    let grid = mission.grid(scenario, N);
-    let (preset, dt) = (grid.preset_node(), grid.interval());
+    let grid = mission.grid(scenario);
+    let (preset, dt, nodes) = (grid.preset_node(), grid.interval(), grid.nodes.min(N));
     let initial = State::at_start(mission, scenario);
     let mut attitude = initial.attitude;
-    for k in 0..N {
+    for k in 0..nodes {
         if k > 0 {
             let sight = line_of_sight(mission, &translation.position[k], &target[k]);
             let axis = quaternion::rotation_matrix(&attitude) * Vector3::z();
@@ -38,9 +38,9 @@ pub fn warm_start<const N: usize, const NL: usize>(
         out.states[k].joint_angle = initial.joint_angle + travel * progress;
         out.controls[k] = Control::ZERO;
     }
-    for k in 0..N {
+    for k in 0..nodes {
         // The pose of the last node says nothing about its rate; the terminal constraints do.
-        let next = (k + 1).min(N - 1);
+        let next = (k + 1).min(nodes - 1);
         let turn = quaternion::product(
             &out.states[next].attitude,
             &quaternion::conjugate(&out.states[k].attitude),

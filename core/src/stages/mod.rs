@@ -58,18 +58,18 @@ impl<'a, const NL: usize> Formulation<'a, NL> {
         }
     }
 
-    /// The time grid of `nodes` nodes.
-    pub(crate) fn grid(&self, nodes: usize) -> Grid {
-        self.mission.grid(self.scenario, nodes)
+    /// The time grid.
+    pub(crate) fn grid(&self) -> Grid {
+        self.mission.grid(self.scenario)
     }
 }
 
-/// Nodes of the mission's horizon.
+/// Most nodes of a plan: what this build has room for.
 pub const NODES: usize = 60;
 /// Links of the mission's arm.
 pub const LINKS: usize = 3;
 
-/// Stage 2 at the size of the mission's horizon and arm.
+/// Stage 2 at the size of this build's horizon and arm.
 pub type MissionReorientation<'a, P> =
     Reorientation<'a, P, NODES, LINKS, { size::NX }, { size::NU }>;
 

@@ -30,6 +30,14 @@ impl<const N: usize> TranslationTrajectory<N> {
         velocity: [Vector3::new(0.0, 0.0, 0.0); N],
         force: [Vector3::new(0.0, 0.0, 0.0); N],
     };
+
+    /// Sets all from node `first` on to zero: what a plan of fewer nodes leaves open.
+    pub(crate) fn clear_from(&mut self, first: usize) {
+        let Self { position, velocity, force } = self;
+        for values in [position, velocity, force] {
+            values.iter_mut().skip(first).for_each(|value| *value = Vector3::zeros());
+        }
+    }
 }
 
 /// Scaled cost of one interval's typical force: the whole is typically one.
@@ -91,8 +99,9 @@ impl<'a, const N: usize> Translation<'a, N> {
     ) -> Self {
         const { assert!(NX >= STATES && NU >= CONTROLS, "Stage 1 needs more") };
         let Formulation { mission, scenario, integrator, margins, max_force, .. } = *formulation;
-        let grid = formulation.grid(N);
-        let end = &target[N - 1];
+        let grid = formulation.grid();
+        let last = grid.nodes.min(N).saturating_sub(1);
+        let end = &target[last];
         let capture = mission.servicer.capture_geometry();
         let port = mission.target.port_position + mission.target.port_normal * capture.reach;
         let position = quaternion::rotation_matrix(&end.attitude) * port;
@@ -100,10 +109,10 @@ impl<'a, const N: usize> Translation<'a, N> {
         let dt = grid.interval();
         let (typical, cost_unit) = (mission.typical(), mission.cost_units().force);
         // The end lies at the reach from the port, whatever the near distance.
-        let at_end = grid.keep_out(N - 1).min(capture.reach);
+        let at_end = grid.keep_out(last).min(capture.reach);
         let keep_out = core::array::from_fn(|k| {
             let (at, before) = (grid.keep_out(k), grid.keep_out(k.max(1) - 1));
-            [at, if k + 1 == N { at_end } else { at.min(before) }]
+            [at, if k == last { at_end } else { at.min(before) }]
         });
         let inverse_unit = cost_unit / typical.force;
         Self {
@@ -160,18 +169,29 @@ impl<'a, const N: usize> Translation<'a, N> {
     /// Cost of a force profile, as section 5 defines it.
     pub fn cost(&self, force: &[Vector3<f64>; N]) -> f64 {
         let scaled = |k: usize| force[k] / self.cost_unit;
-        let effort: f64 = (0..N - 1).map(|k| scaled(k).norm_squared()).sum();
-        let change: f64 = (0..N - 2).map(|k| (scaled(k + 1) - scaled(k)).norm_squared()).sum();
+        let last = self.last();
+        let effort: f64 = (0..last).map(|k| scaled(k).norm_squared()).sum();
+        let change: f64 = (1..last).map(|k| (scaled(k) - scaled(k - 1)).norm_squared()).sum();
         self.force_weight * effort + self.change_weight * change
+    }
+
+    /// Nodes of the plan.
+    fn nodes(&self) -> usize {
+        self.grid.nodes.min(N)
+    }
+
+    /// The last node.
+    fn last(&self) -> usize {
+        self.nodes().saturating_sub(1)
     }
 
     /// Rolls the forces out to positions and velocities.
     fn rollout(&self, trajectory: &mut TranslationTrajectory<N>) {
         let (mut r, mut v) = self.start;
-        for k in 0..N {
+        for k in 0..self.nodes() {
             trajectory.position[k] = r;
             trajectory.velocity[k] = v;
-            if k + 1 < N {
+            if k < self.last() {
                 let mut x = SVector::<f64, 6>::zeros();
                 x.fixed_rows_mut::<3>(0).copy_from(&r);
                 x.fixed_rows_mut::<3>(3).copy_from(&v);
@@ -192,7 +212,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         i: usize,
         trajectory: &TranslationTrajectory<N>,
     ) -> (f64, Vector3<f64>) {
-        let exempt = if i == 0 { k + 1 == N } else { k == 0 || self.margin.is_none() };
+        let exempt = if i == 0 { k == self.last() } else { k == 0 || self.margin.is_none() };
         // All indices are in range; `get` keeps panics out of the image.
         let before = k.saturating_sub(1);
         let (Some(target), Some(last), Some([radius, radius_within])) =
@@ -274,8 +294,8 @@ impl<'a, const N: usize> Translation<'a, N> {
 
     /// End state error over its scale.
     fn end_error(&self, trajectory: &TranslationTrajectory<N>) -> (Vector3<f64>, Vector3<f64>) {
-        let r = self.end.0 - trajectory.position[N - 1];
-        let v = self.end.1 - trajectory.velocity[N - 1];
+        let r = self.end.0 - trajectory.position[self.last()];
+        let v = self.end.1 - trajectory.velocity[self.last()];
         (r / self.scale[0], v / self.scale[1])
     }
 }
@@ -302,11 +322,12 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
         let unit = f / self.cost_unit;
         let effort = 2.0 * self.cost_scale * self.force_weight * unit * unit;
         let change = 2.0 * self.cost_scale * self.change_weight * unit * unit;
-        for k in 0..N {
+        qp.unused = N - self.nodes();
+        for k in 0..self.nodes() {
             let stage = &mut qp.stages[k];
             *stage = QpStage::ZERO;
             self.keep_out_constraints(k, trajectory, stage);
-            if k + 1 == N {
+            if k == self.last() {
                 continue;
             }
             for j in 0..6 {
@@ -345,13 +366,13 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
     fn bound(&self, trajectory: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NG>) {
         let (r, v) = self.end_error(trajectory);
         let [r_scale, _, f_scale] = self.scale;
-        for (k, stage) in qp.stages.iter_mut().enumerate() {
+        for (k, stage) in qp.stages.iter_mut().enumerate().take(self.nodes()) {
             stage.lower_x.fill(f64::NEG_INFINITY);
             stage.upper_x.fill(f64::INFINITY);
             if k == 0 {
                 stage.lower_x.fill(0.0);
                 stage.upper_x.fill(0.0);
-            } else if k + 1 == N {
+            } else if k == self.last() {
                 for i in 0..3 {
                     (stage.lower_x[i], stage.upper_x[i]) = (r[i], r[i]);
                     (stage.lower_x[3 + i], stage.upper_x[3 + i]) = (v[i], v[i]);
@@ -377,11 +398,11 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
         step: &Solution<N, NX, NU, NG>,
         to: &mut Self::Trajectory,
     ) {
-        for k in 0..N - 1 {
+        for k in 0..self.last() {
             let force = from.force[k] + step.u[k].fixed_rows::<3>(0) * self.scale[2];
             to.force[k] = force.map(|f| clamp(f, -self.max_force, self.max_force));
         }
-        to.force[N - 1] = Vector3::zeros();
+        to.force[self.last()] = Vector3::zeros();
         self.rollout(to);
     }
 
@@ -389,15 +410,16 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
         out.cost = self.cost_scale * self.cost(&trajectory.force);
         out.ignored_defect.fill(0.0);
         out.ignored_path.fill(0.0);
-        for k in 0..N {
-            out.defect[k].fill(0.0);
+        out.clear();
+        for k in 0..self.nodes() {
             out.path[k] = SVector::from_fn(|i, _| self.keep_out_constraint(k, i, trajectory).0);
         }
         // A rollout's only defect is against the fixed terminal state.
         let (r, v) = self.end_error(trajectory);
+        let end = &mut out.defect[self.last().saturating_sub(1)];
         for i in 0..3 {
-            out.defect[N - 2][i] = r[i];
-            out.defect[N - 2][3 + i] = v[i];
+            end[i] = r[i];
+            end[3 + i] = v[i];
         }
     }
 
@@ -406,12 +428,12 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
             .path
             .iter()
             .fold(0.0, |worst, row| row.iter().fold(worst, |worst, r| worse(worst, *r)));
-        let end = residuals.defect[N - 2].iter().fold(0.0, |worst, d| worse(worst, d.abs()));
+        let end = residuals.defect[self.last().saturating_sub(1)].iter().fold(0.0, |worst, d| worse(worst, d.abs()));
         worse(keep_out / self.keep_out_tolerance, end / self.end_tolerance) / MARGIN
     }
 
     fn step_length(&self, step: &Solution<N, NX, NU, NG>) -> f64 {
-        step.x[1..N - 1].iter().map(|x| x.fixed_rows::<3>(0).amax()).fold(0.0, f64::max)
+        step.x[..self.last()].iter().skip(1).map(|x| x.fixed_rows::<3>(0).amax()).fold(0.0, f64::max)
             * self.scale[0]
     }
 }

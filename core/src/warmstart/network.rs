@@ -95,6 +95,10 @@ impl<M: Storage> Policy for NetworkPolicy<'_, '_, M> {
         self.action
     }
 
+    fn nodes(&self) -> usize {
+        self.model.header().nodes.into()
+    }
+
     fn chunk(&self) -> usize {
         self.model.header().chunk.into()
     }

@@ -18,6 +18,9 @@ pub trait Policy {
     /// Meaning of its actions.
     fn action(&self) -> Action;
 
+    /// Number of nodes of the plans it is for.
+    fn nodes(&self) -> usize;
+
     /// Number of actions it predicts at once, at most [`MAX_CHUNK`].
     fn chunk(&self) -> usize;
 
@@ -60,7 +63,8 @@ pub fn rollout<P: Policy + ?Sized>(
     let mut held = Control::ZERO;
     policy.begin(seed);
     out.states[0] = scene.initial_state();
-    for k in 0..NODES - 1 {
+    let last = scene.last.min(NODES - 1);
+    for k in 0..last {
         let state = out.states[k];
         scene.features(encoding, k, &state, &previous, &mut features);
         let (Some(features), Some(answer)) =
@@ -87,6 +91,6 @@ pub fn rollout<P: Policy + ?Sized>(
         out.controls[k] = control;
         out.states[k + 1] = next;
     }
-    out.controls[NODES - 1] = Control::ZERO;
+    out.controls[last] = Control::ZERO;
     true
 }

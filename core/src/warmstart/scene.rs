@@ -27,6 +27,8 @@ pub struct Scene<'a> {
     pub body: Multibody<LINKS>,
     /// Duration of an interval [s].
     pub dt: f64,
+    /// The last node.
+    pub last: usize,
     /// Node from which the joints have their capture angles.
     pub preset: usize,
     /// Unit vectors from the centre of mass to the docking port, RTN.
@@ -46,8 +48,9 @@ impl<'a> Scene<'a> {
         target: &'a [TargetState; NODES],
         integrator: Integrator,
     ) -> Self {
-        let last = &target[NODES - 1];
-        let grid = mission.grid(scenario, NODES);
+        let grid = mission.grid(scenario);
+        let end = grid.nodes.min(NODES).saturating_sub(1);
+        let last = &target[end];
         Self {
             mission,
             scenario,
@@ -57,6 +60,7 @@ impl<'a> Scene<'a> {
             deadline: Deadline::never(),
             body: Multibody::new(mission),
             dt: grid.interval(),
+            last: end,
             preset: grid.preset_node(),
             sight: core::array::from_fn(|k| {
                 line_of_sight(mission, &translation.position[k], &target[k])
@@ -74,11 +78,15 @@ impl<'a> Scene<'a> {
     /// Distance of the end effector from the docking port at the last node [m], the paper's error of a
     /// rollout.
     pub fn miss(&self, last: &State<LINKS>) -> f64 {
-        let target = &self.target[NODES - 1];
+        let (Some(target), Some(position)) =
+            (self.target.get(self.last), self.translation.position.get(self.last))
+        else {
+            return f64::NAN;
+        };
         let port =
             quaternion::rotation_matrix(&target.attitude) * self.mission.target.port_position;
         let arm = self.body.end_effector(last).position;
-        let miss = self.translation.position[NODES - 1] + arm - port;
+        let miss = position + arm - port;
         libm::sqrt(miss.dot(&miss))
     }
 }

@@ -98,7 +98,7 @@ impl Scene<'_> {
         for value in previous {
             out.put(if k == 0 { 0.0 } else { f64::from(*value) });
         }
-        out.put((NODES - 1).saturating_sub(k) as f64 * self.dt);
+        out.put(self.last.saturating_sub(k) as f64 * self.dt);
         match encoding {
             Encoding::Paper => self.paper_features(k, state, &mut out),
             Encoding::Body => self.body_features(k, state, &mut out),
@@ -140,14 +140,19 @@ impl Scene<'_> {
         self.what_is_left(k, state, &to_body, out);
     }
 
+    /// What holds at node `k`, or at the last node where that comes before.
+    fn at_or_last<'v, T>(&self, values: &'v [T; NODES], k: usize) -> &'v T {
+        &values[k.min(self.last).min(NODES - 1)]
+    }
+
     /// Lines of sight and the target's last attitude and rate.
     fn target_ahead(&self, k: usize, to_body: &Matrix3<f64>, out: &mut Writer<'_>) {
         for ahead in SIGHTS_AHEAD {
-            out.put_all((to_body * self.sight[(k + ahead).min(NODES - 1)]).as_slice());
+            out.put_all((to_body * self.at_or_last(&self.sight, k + ahead)).as_slice());
         }
-        out.put_all((to_body * self.sight[NODES - 1]).as_slice());
+        out.put_all((to_body * self.at_or_last(&self.sight, NODES)).as_slice());
         out.put_all((to_body * self.approach).as_slice());
-        out.put_all((to_body * self.target[NODES - 1].rate).as_slice());
+        out.put_all((to_body * self.at_or_last(self.target, NODES).rate).as_slice());
     }
 
     /// Turn to be made until the end effector points at the port, and the mean rates that would
@@ -159,7 +164,7 @@ impl Scene<'_> {
         to_body: &Matrix3<f64>,
         out: &mut Writer<'_>,
     ) {
-        let time = (NODES - 1).saturating_sub(k).max(1) as f64 * self.dt;
+        let time = self.last.saturating_sub(k).max(1) as f64 * self.dt;
         let turn = quaternion::log(&quaternion::between(&self.arm, &(to_body * self.approach)));
         out.put_all(turn.as_slice());
         out.put_all((turn / time).as_slice());
@@ -171,7 +176,7 @@ impl Scene<'_> {
 
     /// Mean force over intervals `from..to`, those beyond the horizon left out.
     fn mean_force(&self, from: usize, to: usize) -> Vector3<f64> {
-        let forces = self.translation.force.get(from..to.min(NODES - 1)).unwrap_or(&[]);
+        let forces = self.translation.force.get(from..to.min(self.last)).unwrap_or(&[]);
         let sum = forces.iter().fold(Vector3::zeros(), |sum: Vector3<f64>, f| sum + f);
         sum / forces.len().max(1) as f64
     }

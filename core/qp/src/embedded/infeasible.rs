@@ -15,8 +15,8 @@ const ROUNDING: f64 = 1e-9;
 /// bounds (Farkas' lemma). False where nothing is proved. Cost: `N (2 NX^2 + 2 NX NU)` flops.
 pub(super) fn is_proved<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     qp: &Qp<N, NX, NU, NG>,
-    variables: &[StageVariables<NX, NU, NG>; N],
-    intervals: &[Interval<NX, NU>; N],
+    variables: &[StageVariables<NX, NU, NG>],
+    intervals: &[Interval<NX, NU>],
 ) -> bool {
     let size = variables
         .iter()
@@ -35,15 +35,15 @@ pub(super) fn is_proved<const N: usize, const NX: usize, const NU: usize, const 
         }
     };
     let mut before = [0.0; NX];
-    for (k, ((stage, vars), interval)) in qp.stages.iter().zip(variables).zip(intervals).enumerate()
+    for (k, ((stage, vars), interval)) in qp.used().iter().zip(variables).zip(intervals).enumerate()
     {
-        let y: [f64; NX] = match k + 1 < N {
+        let y: [f64; NX] = match k + 1 < qp.nodes() {
             true => from_fn(|i| vars.dynamics.value[i] / size),
             false => [0.0; NX],
         };
         let mut x: [f64; NX] = from_fn(|i| -before[i]);
         let mut u = [0.0; NU];
-        if k + 1 < N {
+        if k + 1 < qp.nodes() {
             multiply_vector_add(&mut x, &interval.a_transposed, &y);
             multiply_vector_add(&mut u, &interval.b_transposed, &y);
             for i in 0..NU {

@@ -64,7 +64,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         // Bound: solver_iterations.
         loop {
             differentiate(qp, &self.variables, &self.intervals, &mut self.gradient);
-            let at = Optimality::of(&self.variables, &self.gradient, self.pairs);
+            let at = self.optimality();
             let grows = at.residual > before && at.residual > 0.3 * settings.tolerance;
             let solved = at.is_within(settings.tolerance, settings.complementarity)
                 || (grows && at.is_within(settings.tolerance, ROUNDING_COMPLEMENTARITY));
@@ -114,7 +114,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         self.compute_direction(qp, StepDirection::Affine);
         let length = self.longest_step(StepDirection::Affine).min(1.0);
         let mut sum = StageVector::<NX, NU, NG>::ZERO;
-        for (vars, affine) in self.variables.iter().zip(&self.affine) {
+        for (vars, affine) in self.used().zip(&self.affine) {
             vars.add_complementarity_after(affine, Centering::AFFINE, affine, length, &mut sum);
         }
         // Mehrotra's rule sigma = (mu_aff / mu)^3, bounded below where only rounding would be gained.
@@ -138,7 +138,9 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         if !(length > MIN_STEP) {
             return Err(QpStatus::Stalled);
         }
-        for ((vars, affine), step) in self.variables.iter_mut().zip(&self.affine).zip(&self.step) {
+        let nodes = self.nodes();
+        let each = self.variables.iter_mut().take(nodes).zip(&self.affine).zip(&self.step);
+        for ((vars, affine), step) in each {
             vars.advance(step, centering, affine, length);
         }
         Ok(())
@@ -150,7 +152,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         // Bound: factorisations.
         for _ in 0..MAX_FACTORISATIONS {
             let Self { variables, intervals, initial, .. } = self;
-            if riccati::factorise(&qp.stages, variables, regularisation, intervals, initial).is_ok()
+            if riccati::factorise(qp.used(), variables, regularisation, intervals, initial).is_ok()
             {
                 return Ok(());
             }
@@ -170,12 +172,12 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         };
         if matches!(direction, StepDirection::Affine) {
             let rhs = |k: usize, vars: &_| condensed(k, vars, &StageVector::ZERO);
-            riccati::direction(&qp.stages, variables, intervals, initial, rhs, affine);
+            riccati::direction(qp.used(), variables, intervals, initial, rhs, affine);
         } else {
             let rhs = |k: usize, vars: &_| {
                 condensed(k, vars, affine.get(k).unwrap_or(&StageVector::ZERO))
             };
-            riccati::direction(&qp.stages, variables, intervals, initial, rhs, step);
+            riccati::direction(qp.used(), variables, intervals, initial, rhs, step);
         }
     }
 
@@ -188,7 +190,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
     fn longest_step(&self, direction: StepDirection) -> f64 {
         let centering = direction.centering();
         let mut worst = StageVector::<NX, NU, NG>::ZERO;
-        for ((vars, affine), step) in self.variables.iter().zip(&self.affine).zip(&self.step) {
+        for ((vars, affine), step) in self.used().zip(&self.affine).zip(&self.step) {
             let step = if matches!(direction, StepDirection::Affine) { affine } else { step };
             vars.limit_step(step, centering, affine, &mut worst);
         }

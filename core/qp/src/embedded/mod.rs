@@ -61,6 +61,8 @@ pub struct EmbeddedQp<const N: usize, const NX: usize, const NU: usize, const NG
     step: [StageVector<NX, NU, NG>; N],
     /// Number of complementarity pairs, at least one.
     pairs: f64,
+    /// How many stages at the end the QP leaves out.
+    unused: usize,
     /// Whether the last QP since [`QpSolver::reset`] was solved.
     solved: bool,
 }
@@ -83,6 +85,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
             affine: [StageVector::ZERO; N],
             step: [StageVector::ZERO; N],
             pairs: 0.0,
+            unused: 0,
             solved: false,
         }
     }
@@ -112,8 +115,9 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         if !(sound && qp.constant.is_finite()) {
             return Err(Unusable::InvalidProblem);
         }
+        self.unused = qp.unused;
         let mut pairs = 0;
-        for (k, vars) in self.variables.iter_mut().enumerate() {
+        for (k, vars) in self.variables.iter_mut().enumerate().take(qp.nodes()) {
             vars.initialise(k, qp, from, point)?;
             pairs += vars.pairs();
         }
@@ -143,12 +147,28 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
     /// Largest KKT residual at the iterate.
     fn residual(&mut self, qp: &Qp<N, NX, NU, NG>) -> f64 {
         differentiate(qp, &self.variables, &self.intervals, &mut self.gradient);
-        Optimality::of(&self.variables, &self.gradient, self.pairs).residual
+        self.optimality().residual
+    }
+
+    /// KKT residuals at the iterate of the last gradient.
+    fn optimality(&self) -> Optimality {
+        let nodes = self.nodes();
+        Optimality::of(&self.variables[..nodes], &self.gradient, self.pairs)
+    }
+
+    /// Number of stages of the QP.
+    fn nodes(&self) -> usize {
+        N - self.unused.min(N)
+    }
+
+    /// The variables of the QP's stages.
+    fn used(&self) -> core::slice::Iter<'_, StageVariables<NX, NU, NG>> {
+        self.variables[..self.nodes()].iter()
     }
 
     /// Copies the iterate to `solution`.
     fn write(&self, solution: &mut Solution<N, NX, NU, NG>) {
-        for (k, (vars, gradient)) in self.variables.iter().zip(&self.gradient).enumerate() {
+        for (k, (vars, gradient)) in self.used().zip(&self.gradient).enumerate() {
             solution.x[k].data.0[0] = vars.x.value;
             solution.u[k].data.0[0] = vars.u.value;
             solution.defect_multiplier[k].data.0[0] = vars.dynamics.value;
@@ -167,6 +187,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
                     if is_fixed { -gradient.u[i] } else { bounds[i] };
             }
         }
+        solution.clear_from(self.nodes());
     }
 
     /// Iterates from the current iterate and copies the result to `solution`. Restarts where that
@@ -244,7 +265,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver
     ) -> QpOutcome {
         let warm = self.settings().warm_start && self.solved;
         self.solved = false;
-        for (interval, stage) in self.intervals.iter_mut().zip(&qp.stages) {
+        for (interval, stage) in self.intervals.iter_mut().zip(qp.used()) {
             interval.pack(stage);
         }
         let started = match warm {
@@ -270,7 +291,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver
             return self.solve(qp, solution, deadline);
         }
         let mu = clamp(0.01 * self.residual(qp), InitialPoint::WARM.mu, InitialPoint::COLD.mu);
-        for vars in &mut self.variables {
+        let nodes = self.nodes();
+        for vars in &mut self.variables[..nodes] {
             vars.recentre(mu);
         }
         self.finish(qp, solution, true, deadline)
@@ -279,7 +301,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver
     /// The Riccati gain of the last iteration, barriers included; `None` where the last QP was not
     /// solved.
     fn gain(&self, k: usize) -> Option<SMatrix<f64, NU, NX>> {
-        let interval = self.intervals.get(k).filter(|_| k + 1 < N && self.solved)?;
+        let interval = self.intervals.get(k).filter(|_| k + 1 < self.nodes() && self.solved)?;
         Some(SMatrix::from_fn(|i, j| -interval.gain[i][j]))
     }
 

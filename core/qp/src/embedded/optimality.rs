@@ -29,9 +29,9 @@ pub(super) struct Optimality {
 impl Optimality {
     /// Those of the iterate `variables`, at which the Lagrangian has `gradient`. NaN where any number
     /// is not finite. Cost: about `N (12 NX + 6 NU)` flops.
-    pub fn of<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-        variables: &[StageVariables<NX, NU, NG>; N],
-        gradient: &[StageVector<NX, NU, NG>; N],
+    pub fn of<const NX: usize, const NU: usize, const NG: usize>(
+        variables: &[StageVariables<NX, NU, NG>],
+        gradient: &[StageVector<NX, NU, NG>],
         pairs: f64,
     ) -> Self {
         let (mut worst, mut sum) =
@@ -73,18 +73,18 @@ multiversion! {
     /// Cost: about `N (6 NX^2 + 8 NX NU + 2 NU^2)` flops.
     pub(super) fn differentiate<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         qp: &Qp<N, NX, NU, NG>,
-        variables: &[StageVariables<NX, NU, NG>; N],
-        intervals: &[Interval<NX, NU>; N],
-        out: &mut [StageVector<NX, NU, NG>; N],
+        variables: &[StageVariables<NX, NU, NG>],
+        intervals: &[Interval<NX, NU>],
+        out: &mut [StageVector<NX, NU, NG>],
     ) {
         let mut before = [0.0; NX];
-        let each = qp.stages.iter().zip(variables).zip(intervals).zip(out).enumerate();
+        let each = qp.used().iter().zip(variables).zip(intervals).zip(out).enumerate();
         for (k, (((stage, vars), interval), out)) in each {
-            *out = own_gradient(stage, vars, k + 1 == N);
+            *out = own_gradient(stage, vars, k + 1 == qp.nodes());
             for i in 0..NX {
                 out.x[i] -= before[i];
             }
-            if let Some(next) = variables.get(k + 1) {
+            if let Some(next) = variables.get(k + 1).filter(|_| k + 1 < qp.nodes()) {
                 let lambda = &vars.dynamics.value;
                 multiply_vector_add(&mut out.x, &interval.a_transposed, lambda);
                 multiply_vector_add(&mut out.u, &interval.b_transposed, lambda);

@@ -103,11 +103,11 @@ multiversion! {
     ///
     /// # Errors
     /// A block is not positive definite; all stages are visited all the same.
-    pub(super) fn factorise<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-        stages: &[QpStage<NX, NU, NG>; N],
-        variables: &[StageVariables<NX, NU, NG>; N],
+    pub(super) fn factorise<const NX: usize, const NU: usize, const NG: usize>(
+        stages: &[QpStage<NX, NU, NG>],
+        variables: &[StageVariables<NX, NU, NG>],
         dual_regularisation: f64,
-        intervals: &mut [Interval<NX, NU>; N],
+        intervals: &mut [Interval<NX, NU>],
         initial: &mut [[f64; NX]; NX],
     ) -> Result<(), NotPositiveDefinite> {
         let mut result = Ok(());
@@ -116,7 +116,7 @@ multiversion! {
             stages.iter().zip(variables).zip(intervals.iter_mut()).enumerate().rev()
         {
             let mut block = state_block(stage, vars);
-            if k + 1 < N {
+            if k + 1 < stages.len() {
                 let scaling = vars.dynamics.scaling();
                 let after = variables.get(k + 1).map_or(Free::ALL, |next| next.free_x);
                 let d = from_fn(|i| scaling[i] + dual_regularisation);
@@ -198,13 +198,13 @@ fn eliminate<const NX: usize, const NU: usize, const NG: usize>(
 /// vanishes; `rhs.dynamics` is the residual of the dynamics.
 ///
 /// Cost a stage: about `16 NX^2 + 12 NX NU + 4 NU^2` flops.
-pub(super) fn direction<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-    stages: &[QpStage<NX, NU, NG>; N],
-    variables: &[StageVariables<NX, NU, NG>; N],
-    intervals: &mut [Interval<NX, NU>; N],
+pub(super) fn direction<const NX: usize, const NU: usize, const NG: usize>(
+    stages: &[QpStage<NX, NU, NG>],
+    variables: &[StageVariables<NX, NU, NG>],
+    intervals: &mut [Interval<NX, NU>],
     initial: &[[f64; NX]; NX],
     rhs: impl Fn(usize, &StageVariables<NX, NU, NG>) -> StageVector<NX, NU, NG>,
-    out: &mut [StageVector<NX, NU, NG>; N],
+    out: &mut [StageVector<NX, NU, NG>],
 ) {
     let gradient = backward(stages, variables, intervals, rhs, out);
     let mut x = gradient.map(|s| -s);
@@ -215,12 +215,12 @@ pub(super) fn direction<const N: usize, const NX: usize, const NU: usize, const 
 multiversion! {
     /// Gradients of the costs-to-go from the last stage to the first, whose gradient is returned. `out`
     /// keeps the right-hand sides for [`forward`].
-    fn backward<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-        stages: &[QpStage<NX, NU, NG>; N],
-        variables: &[StageVariables<NX, NU, NG>; N],
-        intervals: &mut [Interval<NX, NU>; N],
+    fn backward<const NX: usize, const NU: usize, const NG: usize>(
+        stages: &[QpStage<NX, NU, NG>],
+        variables: &[StageVariables<NX, NU, NG>],
+        intervals: &mut [Interval<NX, NU>],
         rhs: impl Fn(usize, &StageVariables<NX, NU, NG>) -> StageVector<NX, NU, NG>,
-        out: &mut [StageVector<NX, NU, NG>; N],
+        out: &mut [StageVector<NX, NU, NG>],
     ) -> [f64; NX] {
         let mut gradient = [0.0; NX];
         for (k, (((stage, vars), interval), out)) in
@@ -231,7 +231,7 @@ multiversion! {
             let mut x = b.x;
             let weighted = from_fn(|r| b.path[r] * scaling[r]);
             add_transposed_product(&stage.path_jacobian.data.0, &weighted, &mut x);
-            if k + 1 < N {
+            if k + 1 < stages.len() {
                 interval.cost_to_go.gradient = gradient;
                 let (_, lambda) = interval.cost_to_go.substitute(&b.dynamics);
                 let mut u = b.u;
@@ -254,12 +254,12 @@ multiversion! {
 multiversion! {
     /// The direction from the step `start` of the first stage to the last. `out` holds the right-hand sides
     /// on entry.
-    fn forward<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-        stages: &[QpStage<NX, NU, NG>; N],
-        variables: &[StageVariables<NX, NU, NG>; N],
-        intervals: &[Interval<NX, NU>; N],
+    fn forward<const NX: usize, const NU: usize, const NG: usize>(
+        stages: &[QpStage<NX, NU, NG>],
+        variables: &[StageVariables<NX, NU, NG>],
+        intervals: &[Interval<NX, NU>],
         start: [f64; NX],
-        out: &mut [StageVector<NX, NU, NG>; N],
+        out: &mut [StageVector<NX, NU, NG>],
     ) {
         let mut x = start;
         for (k, (((stage, vars), interval), out)) in
@@ -270,7 +270,7 @@ multiversion! {
             let mut row = b.path;
             multiply_vector_add(&mut row, &stage.path_jacobian.data.0, &x);
             *out = StageVector { x, path: from_fn(|r| row[r] * scaling[r]), ..StageVector::ZERO };
-            if k + 1 < N {
+            if k + 1 < stages.len() {
                 let mut u = interval.feedforward.map(|u| -u);
                 solve(&interval.control, &mut u);
                 for (u, k) in u.iter_mut().zip(&interval.gain) {

@@ -183,7 +183,7 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
     ) -> Result<(), Unusable> {
         let known = |m: f64| if point.warm && m.abs() <= MAX_WARM_MULTIPLIER { m } else { 0.0 };
         let (Some(stage), Some(bound_x), Some(row)) =
-            (qp.stages.get(k), from.bound_multiplier_x.get(k), from.path_multiplier.get(k))
+            (qp.used().get(k), from.bound_multiplier_x.get(k), from.path_multiplier.get(k))
         else {
             return Err(Unusable::InvalidProblem);
         };
@@ -205,7 +205,7 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
             }
         }
         let (Some(bound_u), Some(dynamics), true) =
-            (from.bound_multiplier_u.get(k), from.defect_multiplier.get(k), k + 1 < N)
+            (from.bound_multiplier_u.get(k), from.defect_multiplier.get(k), k + 1 < qp.nodes())
         else {
             // Nothing writes them later, so a flipped bit would stay for all QPs to come.
             (self.u, self.dynamics, self.free_u) = (Bounded::FREE, Bounded::FREE, Free::NONE);

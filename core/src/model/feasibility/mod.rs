@@ -26,6 +26,8 @@ const SLACK: f64 = 1e-3;
 /// Shortest and longest approach [s].
 const MIN_DURATION: f64 = 1.0;
 const MAX_DURATION: f64 = 1e6;
+/// Fewest nodes of a plan.
+pub const MIN_NODES: usize = 4;
 /// Share by which a limit must be missed.
 const SHARE: f64 = 0.01;
 
@@ -60,24 +62,26 @@ impl<const NL: usize> Mission<NL> {
         integrator: Integrator,
     ) -> Result<(), Refusal> {
         scenario.validate()?;
-        let grid = self.grid(scenario, N);
+        let grid = self.grid(scenario);
+        check_nodes(grid.nodes, N)?;
         self.check_interval(&grid)?;
         self.check_arm(&grid, scenario, integrator)?;
         self.check_capture(integrator)?;
         self.check_start(&grid, scenario)?;
         let mut target = [TargetState::ZERO; N];
-        self.tumble_of(scenario, integrator, &grid, &mut target)?;
-        self.check_turn(&grid, &target)?;
+        let target = &mut target[..grid.nodes.min(N)];
+        self.tumble_of(scenario, integrator, &grid, target)?;
+        self.check_turn(&grid, target)?;
         if !scenario.start.is_given() {
-            self.check_reach(&grid, &target)?;
+            self.check_reach(&grid, target)?;
         }
         let limit = self.servicer.max_force;
-        let needed = self.least_force(scenario, &grid, &target);
+        let needed = self.least_force(scenario, &grid, target);
         if needed > limit * (1.0 + SHARE) {
             return Err(Refusal::Force { needed, limit });
         }
         let limit = self.servicer.max_bus_torque;
-        let needed = self.least_bus_torque(scenario, &grid, &target);
+        let needed = self.least_bus_torque(scenario, &grid, target);
         if needed > limit * (1.0 + SHARE) {
             return Err(Refusal::BusTorque { needed, limit });
         }
@@ -90,7 +94,8 @@ impl<const NL: usize> Mission<NL> {
     /// # Errors
     /// The first thing found impossible.
     pub fn check_vehicle<const N: usize>(&self, integrator: Integrator) -> Result<(), Refusal> {
-        let grid = self.own_grid(N);
+        let grid = self.own_grid();
+        check_nodes(grid.nodes, N)?;
         self.check_interval(&grid)?;
         self.check_arm(&grid, &Scenario::default(), integrator)?;
         self.check_capture(integrator)
@@ -116,13 +121,15 @@ impl<const NL: usize> Mission<NL> {
         integrator: Integrator,
     ) -> Result<Needs, Refusal> {
         scenario.validate()?;
-        let grid = self.grid(scenario, N);
+        let grid = self.grid(scenario);
+        check_nodes(grid.nodes, N)?;
         let mut target = [TargetState::ZERO; N];
-        self.tumble_of(scenario, integrator, &grid, &mut target)?;
+        let target = &mut target[..grid.nodes.min(N)];
+        self.tumble_of(scenario, integrator, &grid, target)?;
         Ok(Needs {
-            force: self.least_force(scenario, &grid, &target),
-            bus_torque: self.least_bus_torque(scenario, &grid, &target),
-            turn: self.largest_turn(&grid, &target),
+            force: self.least_force(scenario, &grid, target),
+            bus_torque: self.least_bus_torque(scenario, &grid, target),
+            turn: self.largest_turn(&grid, target),
         })
     }
 
@@ -277,6 +284,14 @@ impl<const NL: usize> Mission<NL> {
 
     fn check_turn(&self, grid: &Grid, target: &[TargetState]) -> Result<(), Refusal> {
         turn_within(grid, self.largest_turn(grid, target))
+    }
+}
+
+/// A plan needs [`MIN_NODES`], and a build has room for `most`.
+fn check_nodes(nodes: usize, most: usize) -> Result<(), Refusal> {
+    match (MIN_NODES..=most).contains(&nodes) {
+        true => Ok(()),
+        false => Err(Refusal::Nodes { nodes, most }),
     }
 }
 

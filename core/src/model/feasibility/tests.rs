@@ -124,7 +124,7 @@ fn bus_torque_is_refused_where_nothing_else_can_turn_the_bus() {
 fn the_switches_decide_what_holds() {
     let mut mission = Mission::default();
     // 90 % of this rate is too little, all of it is not.
-    let time = mission.time_to_preset(RK4, &mission.own_grid(60));
+    let time = mission.time_to_preset(RK4, &mission.own_grid());
     mission.servicer.max_joint_rate = 1.05 * 0.877 / time;
     assert_eq!(mission.check_vehicle::<60>(RK4).unwrap_err().name(), "joint_rate");
     mission.approach.between_nodes = Switch::Off;

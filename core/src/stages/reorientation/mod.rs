@@ -38,6 +38,12 @@ impl<const N: usize, const NL: usize> ReorientationTrajectory<N, NL> {
         states: [State { attitude: Vector4::new(0.0, 0.0, 0.0, 0.0), ..State::ZERO }; N],
         controls: [Control::ZERO; N],
     };
+
+    /// Sets all from node `first` on to [`Self::ZERO`]: what a plan of fewer nodes leaves open.
+    pub(crate) fn clear_from(&mut self, first: usize) {
+        self.states.iter_mut().skip(first).for_each(|state| *state = State::ZERO);
+        self.controls.iter_mut().skip(first).for_each(|control| *control = Control::ZERO);
+    }
 }
 
 /// What Stage 2 computes.
@@ -148,9 +154,9 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         let Formulation {
             mission, scenario, integrator, margins, extra_clearance, deadline, ..
         } = *formulation;
-        let grid = formulation.grid(N);
+        let grid = formulation.grid();
         let servicer = &mission.servicer;
-        let last = &target[N - 1];
+        let last = &target[grid.nodes.min(N).saturating_sub(1)];
         let approach = -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal);
         let across = quaternion::any_normal(&approach);
         let t = &mission.tolerances;
@@ -205,10 +211,20 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         )
     }
 
+    /// Nodes of the plan.
+    fn nodes(&self) -> usize {
+        self.grid.nodes.min(N)
+    }
+
+    /// The last node.
+    fn last(&self) -> usize {
+        self.nodes().saturating_sub(1)
+    }
+
     /// Cost of a torque profile, as section 6 defines it.
     pub fn cost(&self, controls: &[Control<NL>; N]) -> f64 {
         let (w, units) = (&self.mission.weights, &self.cost_units);
-        controls[..N - 1]
+        controls[..self.last()]
             .iter()
             .map(|u| {
                 w.bus_torque * (u.bus_torque / units.bus_torque).norm_squared()
@@ -246,7 +262,7 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
 
     /// Axes in which attitude steps at node `k` are resolved, as columns in RTN.
     fn axes(&self, k: usize) -> Matrix3<f64> {
-        if k + 1 == N { self.terminal_axes } else { Matrix3::identity() }
+        if k == self.last() { self.terminal_axes } else { Matrix3::identity() }
     }
 
     /// `F(x_k, u_k) - x_{k+1}`, scaled, in the axes of node `k + 1`.
@@ -325,11 +341,11 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
     /// Whether an equality constraint fixes component `i` of the state at node `k`.
     fn is_fixed(&self, k: usize, i: usize) -> bool {
         let (angle, rate) = ((3..3 + NL).contains(&i), i >= 6 + NL);
-        let (after, last) = (k >= self.preset, k + 1 == N);
+        let (after, last) = (k >= self.preset, k == self.last());
         k == 0
             || (angle && if self.is_held { after } else { k == self.preset })
             || (rate && if self.is_held { last } else { after })
-            || (k == N - 1 && (i == 1 || i == 2 || (3 + NL..6 + NL).contains(&i)))
+            || (last && (i == 1 || i == 2 || (3 + NL..6 + NL).contains(&i)))
     }
 
     /// Sets the arm of `state` at node `k` to the values that are fixed there.
@@ -359,14 +375,13 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         defects: &mut [SVector<f64, NX>],
         paths: &mut [SVector<f64, NG>],
     ) {
-        for ((k, defect), row) in (first..N).zip(defects).zip(paths) {
+        for ((k, defect), row) in (first..self.nodes()).zip(defects).zip(paths) {
             // The result is not used after the deadline.
             if self.stepping.deadline.has_passed() {
                 return;
             }
             self.path_values(k, &z.states[k], row);
-            defect.fill(0.0);
-            if k + 1 < N {
+            if k < self.last() {
                 let (state, control) = (&z.states[k], &z.controls[k]);
                 let force = &self.translation.force[k];
                 let Stepping { integrator, dt, .. } = self.stepping;
@@ -390,8 +405,8 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
     ) {
         let linearise =
             |k, stage: &mut QpStage<NX, NU, NG>| self.linearise_at(k, z, Some(multipliers), stage);
-        let Some((last, stages)) = qp.stages.split_last_mut() else { return };
-        linearise(N - 1, last);
+        let Some((last, stages)) = qp.used_mut().split_last_mut() else { return };
+        linearise(self.last(), last);
         let mut convexification = Convexification::new(last, convex);
         // Nodes from `filled` on are linearised, those from `swept` on also convexified.
         let (mut filled, mut swept) = (stages.len(), stages.len());
@@ -453,7 +468,7 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
             self.add_pointing_curvature(k, state, last.path_multiplier[k][0], stage);
             self.regularise_active_set(k, state, last, stage);
         }
-        let Some(at) = z.states.get(k + 1) else { return true };
+        let Some(at) = z.states.get(k + 1).filter(|_| k < self.last()) else { return true };
         let inputs = Inputs { state, control, force: &self.translation.force[k] };
         let next = self.linearise_interval(k, inputs, at, stage);
         if let Some(last) = multipliers {
@@ -477,7 +492,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
 
     fn project(&self, z: &mut Self::Trajectory) {
         let servicer = &self.mission.servicer;
-        for (k, state) in z.states.iter_mut().enumerate() {
+        for (k, state) in z.states.iter_mut().enumerate().take(self.nodes()) {
             for i in 0..NL {
                 let limit = self.joint_limit(k, i);
                 state.joint_angle[i] = clamp(state.joint_angle[i], -limit, limit);
@@ -488,11 +503,11 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
             state.attitude = quaternion::normalized(&state.attitude);
         }
         z.states[0] = self.initial;
-        self.fix_terminal(&mut z.states[N - 1]);
+        self.fix_terminal(&mut z.states[self.last()]);
         for control in &mut z.controls {
             *control = control.within_limits(servicer);
         }
-        z.controls[N - 1] = Control::ZERO;
+        z.controls[self.last()] = Control::ZERO;
     }
 
     fn linearise(
@@ -503,6 +518,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     ) {
         qp.defect_penalty = 1.0;
         qp.constant = 0.0;
+        qp.unused = N - self.nodes();
         let own = SVector::<f64, NU>::from_fn(|i, _| {
             let unit = self.scale_u[i] / self.cost_unit(i);
             2.0 * self.cost_scale * self.weight(i) * unit * unit
@@ -513,9 +529,10 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         {
             return self.linearise_convex(z, multipliers, &convex, qp);
         }
-        let (early, late) = qp.stages.split_at_mut(N / 2);
+        let middle = self.nodes() / 2;
+        let (early, late) = qp.stages[..self.nodes()].split_at_mut(middle);
         let half = |first: usize, stages: &mut [QpStage<NX, NU, NG>]| {
-            for (k, stage) in (first..N).zip(stages) {
+            for (k, stage) in (first..).zip(stages) {
                 if !self.linearise_at(k, z, None, stage) {
                     return;
                 }
@@ -525,11 +542,11 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
                 }
             }
         };
-        self.executor.join(|| half(0, early), || half(N / 2, late));
+        self.executor.join(|| half(0, early), || half(middle, late));
     }
 
     fn bound(&self, z: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NG>) {
-        for (k, stage) in qp.stages.iter_mut().enumerate() {
+        for (k, stage) in qp.stages.iter_mut().enumerate().take(self.nodes()) {
             let state = &z.states[k];
             for i in 0..NX {
                 let reach = radius / self.typical.angle;
@@ -587,10 +604,12 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         };
         out.ignored_defect = self.tolerance_x.component_div(&self.scale_x) * IGNORED;
         out.ignored_path = self.path_tolerances(0) * IGNORED;
-        let (early_defects, late_defects) = out.defect.split_at_mut(N / 2);
-        let (early_paths, late_paths) = out.path.split_at_mut(N / 2);
+        out.clear();
+        let middle = self.nodes() / 2;
+        let (early_defects, late_defects) = out.defect.split_at_mut(middle);
+        let (early_paths, late_paths) = out.path.split_at_mut(middle);
         let early = || self.residuals_from(0, z, early_defects, early_paths);
-        let late = || self.residuals_from(N / 2, z, late_defects, late_paths);
+        let late = || self.residuals_from(middle, z, late_defects, late_paths);
         match self.stepping.integrator {
             // Too little work for two cores.
             Integrator::Euler => Sequential.join(early, late),

@@ -78,7 +78,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         let mut gap = RateOffset::<NL>::ZERO;
         let mut known = to.states[0];
         to.states[0] = from.states[0];
-        for k in 0..N - 1 {
+        for k in 0..self.last() {
             // The result is not used after the deadline.
             if self.stepping.deadline.has_passed() {
                 return gap;
@@ -113,7 +113,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
             to.states[k + 1] = next;
             to.controls[k] = control;
         }
-        to.controls[N - 1] = Control::ZERO;
+        to.controls[self.last()] = Control::ZERO;
         gap
     }
 
@@ -129,9 +129,9 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         let at = &from.states[k + 1];
         let d = step.x[k + 1].component_mul(&self.scale_x);
         let drift = self.drift(k, from, step, state);
-        let turning = match k + 2 < N {
+        let turning = match k + 1 < self.last() {
             true => {
-                offset.turn * self.blending_weight(k + 1, N - 1)
+                offset.turn * self.blending_weight(k + 1, self.last())
                     - drift.turn * (TRACKING_GAIN / self.stepping.dt)
             }
             false => Vector3::zeros(),
@@ -172,7 +172,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
             gap.joint = state.joint_angle - self.mission.servicer.capture_joint_angle;
         }
         self.fix_arm(k, state);
-        if k + 1 == N {
+        if k == self.last() {
             gap.turn = -self.fix_terminal(state);
         }
         for i in 0..NL {

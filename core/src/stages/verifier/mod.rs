@@ -105,7 +105,7 @@ fn verify_some<const N: usize, const NL: usize>(
 ) -> Verification {
     let Trajectories { translation, reorientation } = plan;
     let between = mission.approach.between_nodes.is_on(integrator);
-    let grid = mission.grid(scenario, N);
+    let grid = mission.grid(scenario);
     let beyond = &Beyond::of(mission, scenario, &grid);
     let path = Path { mission, grid, trajectory: translation, between, beyond };
     let plan =
@@ -143,7 +143,7 @@ pub fn verify_translation<const N: usize, const NL: usize>(
     trajectory: &TranslationTrajectory<N>,
 ) -> Residuals {
     let between = mission.approach.between_nodes.is_on(integrator);
-    let grid = mission.grid(scenario, N);
+    let grid = mission.grid(scenario);
     let beyond = &Beyond::of(mission, scenario, &grid);
     let path = Path { mission, grid, trajectory, between, beyond };
     let mut target = Tumbling::new(mission, scenario, integrator);
@@ -258,8 +258,9 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
 
     /// Checks the last node and the terminal constraints.
     fn end(&self, target: &TargetState, bodies: &mut Bodies<'_, NL>, out: &mut Residuals) {
+        let last = self.path.last();
         let (last, position) =
-            (&self.trajectory.states[N - 1], &self.path.trajectory.position[N - 1]);
+            (&self.trajectory.states[last], &self.path.trajectory.position[last]);
         let time_s = self.path.grid.duration;
         let at = Instant { time_s, target, position, state: last };
         self.limits(&at, out);
@@ -284,11 +285,11 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
     /// from there on.
     fn held(&self) -> f64 {
         let capture = &self.mission.servicer.capture_joint_angle;
-        let preset = self.path.grid.preset_node();
+        let (preset, last) = (self.path.grid.preset_node(), self.path.last());
         let (angles_until, rates_from) =
-            if self.integrator.is_flown() { (N - 1, N - 1) } else { (preset, preset) };
+            if self.integrator.is_flown() { (last, last) } else { (preset, preset) };
         let mut worst_held = 0.0;
-        for (k, state) in self.trajectory.states.iter().enumerate().skip(preset) {
+        for (k, state) in self.trajectory.states.iter().enumerate().take(last + 1).skip(preset) {
             if k <= angles_until {
                 let off = state.joint_angle - capture;
                 worst_held = worse(worst_held, worst(off.as_slice()));

@@ -34,6 +34,11 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
         self.grid.interval()
     }
 
+    /// The last node.
+    pub fn last(&self) -> usize {
+        self.grid.last().min(N - 1)
+    }
+
     /// The intervals, from the first on.
     pub fn legs(&self) -> impl Iterator<Item = Leg<'a>> {
         let TranslationTrajectory { position, velocity, force } = self.trajectory;
@@ -42,6 +47,7 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
         positions
             .zip(velocities)
             .zip(force)
+            .take(self.last())
             .enumerate()
             .map(|(k, ((position, velocity), force))| Leg { k, position, velocity, force })
     }
@@ -87,7 +93,7 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
     /// none but its place, at reach from the port.
     pub fn radius_after(&self, k: usize) -> f64 {
         let (servicer, approach) = (&self.mission.servicer, &self.mission.approach);
-        let (here, there) = if k + 2 < N {
+        let (here, there) = if k + 1 < self.last() {
             (self.grid.keep_out(k), self.grid.keep_out(k + 1))
         } else {
             (approach.keep_out_near, Posture::at_capture(servicer).reach())
@@ -113,7 +119,7 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
         let reach = Posture::at_capture(&self.mission.servicer).reach();
         let goal = quaternion::rotation_matrix(&target.attitude)
             * (body.port_position + body.port_normal * reach);
-        let miss = error(t.position[N - 1] - goal, t.velocity[N - 1] - target.rate.cross(&goal));
+        let miss = error(t.position[self.last()] - goal, t.velocity[self.last()] - target.rate.cross(&goal));
         out.dynamics1 = worse(out.dynamics1, miss);
     }
 }
