@@ -6,6 +6,10 @@ use remora_qp::dense::clamp;
 /// Share of an interval by which a node may miss an instant and still be at it: rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// The first node whose pose the torques change with every integrator: Euler's at node 1 follows from the
+/// start's rates.
+const FREE_POSE: usize = 2;
+
 /// Nodes at equal intervals from t = 0 to capture. What depends on the phase of the approach counts in
 /// time from the end, whatever the horizon.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,9 +80,10 @@ impl Grid {
     }
 
     /// The node from which limits hold that a given start violates; the first without a given start,
-    /// the last at the latest.
+    /// else the second at the earliest and the last at the latest.
     pub fn recovery_node(&self) -> usize {
-        self.recovery_time.map_or(0, |time| self.intervals_in(time).min(self.last()))
+        let nodes = |time| self.intervals_in(time).max(FREE_POSE).min(self.last());
+        self.recovery_time.map_or(0, nodes)
     }
 
     /// Whether limits that the start violates need not hold yet at `time` [s].

@@ -23,6 +23,23 @@ impl<const NL: usize> Recovery<NL> {
     pub const NONE: Self =
         Self { joint: [false; NL], joint_rate: [false; NL], pointing: false, keep_out: false };
 
+    /// With the limits that a pose violates, too: joint angles [rad], and the cosine between boresight and
+    /// line of sight.
+    pub(crate) fn and_pose(
+        mut self,
+        mission: &Mission<NL>,
+        joint_angle: &SVector<f64, NL>,
+        seen: f64,
+    ) -> Self {
+        let (s, t) = (&mission.servicer, &mission.tolerances);
+        for (i, is_beyond) in self.joint.iter_mut().enumerate() {
+            *is_beyond |= joint_angle[i].abs() > s.max_joint_angle[i] + t.joint;
+        }
+        let cosine = libm::cos(mission.approach.field_of_view_half_angle);
+        self.pointing |= seen < cosine - t.pointing;
+        self
+    }
+
     /// Which limits, a bit each, in the order of [`RECOVERY_NAMES`].
     pub fn code(&self) -> u32 {
         let any = |joints: &[bool]| joints.iter().any(|is_beyond| *is_beyond);
@@ -72,15 +89,15 @@ impl<const NL: usize> Mission<NL> {
             return Recovery::NONE;
         }
         let (s, t) = (&self.servicer, &self.tolerances);
-        let angle = self.joint_angle_at_start(scenario);
-        let cosine = libm::cos(self.approach.field_of_view_half_angle);
-        Recovery {
-            joint: core::array::from_fn(|i| angle[i].abs() > s.max_joint_angle[i] + t.joint),
+        let start_only = Recovery {
+            joint: [false; NL],
             joint_rate: core::array::from_fn(|i| {
                 start.joint_rate[i].abs() > s.max_joint_rate * (1.0 + t.joint_rate)
             }),
-            pointing: self.pointing_at_start(scenario) < cosine - t.pointing,
+            pointing: false,
             keep_out: self.distance_at_start(scenario) < keep_out - t.keep_out,
-        }
+        };
+        let seen = self.pointing_at_start(scenario);
+        start_only.and_pose(self, &self.joint_angle_at_start(scenario), seen)
     }
 }

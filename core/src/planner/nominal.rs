@@ -59,6 +59,11 @@ impl Nominal {
         self.nodes.clamp(2, NODES) - 1
     }
 
+    /// Time of node `k` [s].
+    pub fn time(&self, k: usize) -> f64 {
+        self.duration * k as f64 / self.last() as f64
+    }
+
     /// What is left of it `elapsed` [s] after its start: the time [s], and nodes that are no farther apart
     /// than its own. Both are meant for the scenario that plans again, see [`Nominal`].
     pub fn left(&self, elapsed: f64) -> (f64, usize) {

@@ -9,8 +9,8 @@ use super::{
 use crate::executor::ForkJoin;
 use crate::scp::{self, Outcome, Settings, Status};
 use crate::stages::{
-    Formulation, LINKS, MissionReorientation, Mode, NODES, Translation, Verification, verify,
-    verify_first,
+    Formulation, LINKS, MissionReorientation, Mode, NODES, Translation, Verification, recovery,
+    verify, verify_first,
 };
 use remora_qp::Valid;
 use remora_qp::time::Deadline;
@@ -117,8 +117,11 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
         let nodes = self.formulation.grid().nodes;
         let output =
             output_checksum(nodes, self.workspace.translation(), self.workspace.reorientation());
+        let recovery =
+            recovery(&self.formulation, self.workspace.translation(), &self.workspace.target);
         let record = SolveRecord {
             output,
+            recovery: recovery.code(),
             status,
             is_verified,
             translation: translation.record,

@@ -6,10 +6,12 @@ use remora_qp::time::Deadline;
 
 mod clearance;
 pub mod heuristic;
+mod recovery;
 mod reorientation;
 mod translation;
 mod verifier;
 
+pub(crate) use recovery::recovery;
 pub use reorientation::{Mode, Reorientation, ReorientationTrajectory};
 pub use translation::{Translation, TranslationTrajectory};
 pub(crate) use verifier::verify_first;

@@ -428,12 +428,18 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
             .path
             .iter()
             .fold(0.0, |worst, row| row.iter().fold(worst, |worst, r| worse(worst, *r)));
-        let end = residuals.defect[self.last().saturating_sub(1)].iter().fold(0.0, |worst, d| worse(worst, d.abs()));
+        let end = residuals.defect[self.last().saturating_sub(1)]
+            .iter()
+            .fold(0.0, |worst, d| worse(worst, d.abs()));
         worse(keep_out / self.keep_out_tolerance, end / self.end_tolerance) / MARGIN
     }
 
     fn step_length(&self, step: &Solution<N, NX, NU, NG>) -> f64 {
-        step.x[..self.last()].iter().skip(1).map(|x| x.fixed_rows::<3>(0).amax()).fold(0.0, f64::max)
+        step.x[..self.last()]
+            .iter()
+            .skip(1)
+            .map(|x| x.fixed_rows::<3>(0).amax())
+            .fold(0.0, f64::max)
             * self.scale[0]
     }
 }

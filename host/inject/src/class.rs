@@ -155,7 +155,7 @@ impl Judge<'_> {
         // A NaN is a NaN, whatever its bits.
         let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
         let honest = pairs.zip(said).all(|((_, found, _), (_, said, _))| same(found, said));
-        let sum = output_checksum(plan.path, plan.motion);
+        let sum = output_checksum(mission.grid(scenario).nodes, plan.path, plan.motion);
         (claimed && !feasible) || !honest || sum != claim.output
     }
 }

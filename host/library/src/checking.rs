@@ -9,7 +9,7 @@ use crate::formats::{
 use crate::method::Integrator;
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::model::{Mission, Scenario, TargetState, Tolerances};
-use remora_core::advanced::stages::{LINKS, NODES, Residuals, Verification, verify};
+use remora_core::advanced::stages::{LINKS, Residuals, Verification, verify};
 use remora_core::advanced::time::Deadline;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -275,14 +275,14 @@ impl Made {
     }
 
     fn compare_target(&self, plan: &PlanFile, scenario: &Scenario, found: &mut Findings) {
-        let mut nodes = [TargetState::ZERO; NODES];
-        let dt = self.mission.grid(scenario, NODES).interval();
+        let grid = self.mission.grid(scenario);
+        let mut nodes = vec![TargetState::ZERO; grid.nodes];
         self.mission.target.tumble(
             plan.integrator,
             self.mission.mean_motion(),
             &scenario.target_attitude,
             &scenario.target_rate,
-            dt,
+            grid.interval(),
             &mut nodes,
         );
         let keys = if plan.inputs.is_some() { KEYS } else { FIRST_KEYS };
@@ -292,11 +292,11 @@ impl Made {
             (said - is).amax().min((said + is).amax())
         };
         let rate = |k: usize| (Vector3::from(plan.target.rate[k]) - nodes[k].rate).amax();
-        if let Some(k) = (0..NODES).find(|k| !within(attitude(*k), ATTITUDE)) {
+        if let Some(k) = (0..grid.nodes).find(|k| !within(attitude(*k), ATTITUDE)) {
             found
                 .add(&format!("target.{}[{k}]", keys[0]), format!("is off by {:.1e}", attitude(k)));
         }
-        if let Some(k) = (0..NODES).find(|k| !within(rate(*k), RATE)) {
+        if let Some(k) = (0..grid.nodes).find(|k| !within(rate(*k), RATE)) {
             found.add(
                 &format!("target.{}[{k}]", keys[1]),
                 format!("is off by {:.1e} rad/s", rate(k)),

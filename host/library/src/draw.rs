@@ -13,7 +13,7 @@ use remora_core::advanced::math::{Scalar, quaternion};
 use remora_core::advanced::model::{
     Mission, TargetState, initial_bus_attitude, signed_distance_to_box,
 };
-use remora_core::advanced::stages::{LINKS, NODES, heuristic};
+use remora_core::advanced::stages::{LINKS, heuristic};
 
 /// Most scenarios a set.
 pub const MAX_COUNT: u64 = 1_000_000;
@@ -102,6 +102,7 @@ fn candidate(numbers: &mut Uniform, id: String, mission: &Mission<LINKS>) -> Nam
             ..ServicerStart::default()
         },
         duration_s: None,
+        nodes: None,
     }
 }
 
@@ -118,7 +119,7 @@ pub fn starts_well(scenario: &NamedScenario, mission: &Mission<LINKS>) -> bool {
     let seen = sight.dot(&(bus * mission.servicer.boresight));
     // The core's cosine has the same bits everywhere.
     let (_, cosine) = Scalar::sin_cos(mission.approach.field_of_view_half_angle);
-    clearance >= mission.grid(&start, NODES).keep_out(0) && seen >= cosine
+    clearance >= mission.grid(&start).keep_out(0) && seen >= cosine
 }
 
 #[cfg(test)]

@@ -36,17 +36,18 @@ impl Kkt {
         point: &Solution<N, NX, NU, NG>,
     ) -> Self {
         let mut kkt = Self::default();
-        for k in 0..N {
+        for k in 0..qp.nodes() {
             kkt.node(qp, point, k);
-            if k + 1 < N {
+            if k + 1 < qp.nodes() {
                 kkt.interval(qp, point, k);
             }
         }
         // What belongs to no interval is zero by definition.
-        let (u, l) = (&point.u[N - 1], &point.defect_multiplier[N - 1]);
-        u.iter().for_each(|v| note(&mut kkt.primal, *v));
-        l.iter().for_each(|v| note(&mut kkt.dual, *v));
-        point.bound_multiplier_u[N - 1].iter().for_each(|v| note(&mut kkt.dual, *v));
+        for k in qp.nodes() - 1..N {
+            point.u[k].iter().for_each(|v| note(&mut kkt.primal, *v));
+            point.defect_multiplier[k].iter().for_each(|v| note(&mut kkt.dual, *v));
+            point.bound_multiplier_u[k].iter().for_each(|v| note(&mut kkt.dual, *v));
+        }
         kkt
     }
 
@@ -81,7 +82,7 @@ impl Kkt {
         if k > 0 {
             gradient -= point.defect_multiplier[k - 1];
         }
-        if k + 1 < N {
+        if k + 1 < qp.nodes() {
             gradient +=
                 stage.hessian_ux.tr_mul(&point.u[k]) + stage.a.tr_mul(&point.defect_multiplier[k]);
         }

@@ -28,7 +28,8 @@ pub fn disturb(
     seed: u64,
 ) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let steps = NODES - 1;
+    let grid = formulation.mission.grid(formulation.scenario);
+    let steps = grid.last();
     let read = |u: &Control<LINKS>, c: usize| match c {
         0..3 => u.bus_torque[c],
         _ => u.joint_torque[c - 3],
@@ -50,9 +51,9 @@ pub fn disturb(
             }
         }
     }
-    let Formulation { mission, scenario, integrator, .. } = *formulation;
+    let Formulation { mission, integrator, .. } = *formulation;
     let body = Multibody::new(mission);
-    let dt = mission.grid(scenario, NODES).interval();
+    let dt = grid.interval();
     for k in 0..steps {
         let (state, control) = (&motion.states[k], &motion.controls[k]);
         motion.states[k + 1] = body.step(integrator, dt, state, control, &path.force[k]);

@@ -6,10 +6,10 @@ use crate::report::plot::{Outline, Panel, Sheet};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Grid, Mission, Scenario, signed_distance_to_box};
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::LINKS;
 
-/// Nodes at which bus and arm are drawn.
-const SHOWN: [usize; 6] = [0, 20, 35, 47, 54, NODES - 1];
+/// Nodes of sixty at which bus and arm are drawn; of fewer, those that are as far.
+const SHOWN: [usize; 6] = [0, 20, 35, 47, 54, 59];
 
 /// Milliradians of a radian, and newton metres in thousandths.
 const MILLI: f64 = 1e3;
@@ -21,7 +21,7 @@ const MILLI: f64 = 1e3;
 pub fn svg(plan: &PlanFile, mission: &Mission<LINKS>) -> Result<String, Error> {
     let scenario = plan.inputs.as_ref().map(|inputs| inputs.scenario.named(&plan.scenario));
     let scenario = scenario.map_or_else(Scenario::default, |named| named.scenario());
-    let view = View { plan, mission, grid: mission.grid(&scenario, NODES) };
+    let view = View { plan, mission, grid: mission.grid(&scenario) };
     Sheet {
         title: format!("{}: {} ({})", plan.scenario, verdict(plan), plan.integrator),
         axes: ("towards the start [m]".into(), "across, in the plane of the port [m]".into()),
@@ -64,13 +64,13 @@ impl View<'_> {
     }
 
     fn over_nodes(&self, name: &str, value: impl Fn(usize) -> f64) -> (String, Vec<(f64, f64)>) {
-        (name.into(), (0..NODES).map(|k| (self.time(k), value(k))).collect())
+        (name.into(), (0..self.grid.nodes).map(|k| (self.time(k), value(k))).collect())
     }
 
     /// A control, which is held over each interval.
     fn held(&self, name: &str, value: impl Fn(usize) -> f64) -> (String, Vec<(f64, f64)>) {
         let ends = |k: usize| [(self.time(k), value(k)), (self.time(k + 1), value(k))];
-        (name.into(), (0..NODES - 1).flat_map(ends).collect())
+        (name.into(), (0..self.grid.last()).flat_map(ends).collect())
     }
 
     fn panels(&self) -> Vec<Panel> {
@@ -182,7 +182,7 @@ impl View<'_> {
     /// The plane of the picture: through start and target, as the port looks at the end.
     fn plane(&self) -> [Vector3<f64>; 2] {
         let start = self.position(0).normalize();
-        let port = self.target(NODES - 1) * self.mission.target.port_normal;
+        let port = self.target(self.grid.last()) * self.mission.target.port_normal;
         let across = port - start * start.dot(&port);
         let across = match across.norm() > 1e-3 {
             true => across.normalize(),
@@ -199,26 +199,26 @@ impl View<'_> {
             colour,
             width,
         };
-        let path: Vec<_> = (0..NODES).map(|k| self.position(k)).collect();
+        let path: Vec<_> = (0..self.grid.nodes).map(|k| self.position(k)).collect();
         let mut outlines = vec![line(&path, Some(5), 2)];
         for edge in self.target_edges() {
             outlines.push(line(&edge, None, 1));
         }
-        for node in SHOWN {
-            let (bus, arm) = self.servicer(node);
+        for share in SHOWN {
+            let (bus, arm) = self.servicer(share * self.grid.last() / SHOWN[5]);
             bus.iter().for_each(|edge| outlines.push(line(edge, Some(0), 1)));
             outlines.push(line(&arm, Some(2), 3));
         }
         // Last, so that nothing hides it: the port and where it looks.
         let (port, normal) = (self.mission.target.port_position, self.mission.target.port_normal);
-        let last = self.target(NODES - 1);
+        let last = self.target(self.grid.last());
         outlines.push(line(&[last * port, last * (port + 0.4 * normal)], Some(1), 2));
         outlines
     }
 
     /// The edges of the target's box at capture.
     fn target_edges(&self) -> Vec<[Vector3<f64>; 2]> {
-        let turn = self.target(NODES - 1);
+        let turn = self.target(self.grid.last());
         edges(&self.mission.target.half_extents, |corner| turn * corner)
     }
 
@@ -277,9 +277,9 @@ mod tests {
         }
         assert_eq!(drawn, svg(&plan, &mission).unwrap());
         // The arm's end is where the planner has it: at the port.
-        let view = View { plan: &plan, mission: &mission, grid: mission.own_grid(NODES) };
-        let tip = *view.servicer(NODES - 1).1.last().unwrap();
-        let port = view.target(NODES - 1) * mission.target.port_position;
+        let view = View { plan: &plan, mission: &mission, grid: mission.own_grid() };
+        let tip = *view.servicer(view.grid.last()).1.last().unwrap();
+        let port = view.target(view.grid.last()) * mission.target.port_position;
         assert!((tip - port).norm() < 1e-3, "{tip} {port}");
         assert_eq!(view.target_edges().len(), 12);
     }

@@ -159,7 +159,8 @@ impl Planner {
         };
         let mut solver = Recorder::new(solver, watch);
         let report = run(mission, scenario, method, &mut solver, place);
-        let gains = gains(mission, &report, &solver);
+        let last = mission.grid(&scenario.scenario()).last();
+        let gains = gains(mission, last, &report, &solver);
         let spent = watched.spent();
         let file = self.file(mission, scenario, method, &report, &spent);
         let (translation, reorientation) = (&report.translation, &report.reorientation);
@@ -191,6 +192,8 @@ impl Planner {
         spent: &Spent,
     ) -> PlanFile {
         let (translation, reorientation) = (&report.translation, &report.reorientation);
+        let grid = PlanGrid::of(mission, &scenario.scenario());
+        let nodes = grid.nodes;
         PlanFile {
             format: formats::PLAN_FORMAT.into(),
             program: Some(Program::this()),
@@ -204,15 +207,16 @@ impl Planner {
             time_s: Some(spent.wall_s),
             cpu_time_s: spent.cpu_s,
             inputs: Some(PlanInputs::new(mission, scenario, method.integrator)),
-            grid: Some(PlanGrid::of(mission, &scenario.scenario())),
+            grid: Some(grid),
             frames: Some(formats::frames()),
-            stage1: PlanStage1::new(end(translation), self.workspace.translation()),
+            stage1: PlanStage1::new(end(translation), nodes, self.workspace.translation()),
             stage2: PlanStage2::new(
                 end(reorientation),
                 report.times.inference_s,
+                nodes,
                 self.workspace.reorientation(),
             ),
-            target: PlanTarget::from(&self.workspace.target),
+            target: PlanTarget::from(&self.workspace.target[..nodes]),
             residuals: report.residuals,
             clearances: Some(report.clearances),
         }
@@ -274,12 +278,17 @@ impl Default for Planner {
 }
 
 /// The gains of all intervals, where the solver has them.
-fn gains(mission: &Mission<LINKS>, report: &Report, solver: &dyn Solver) -> Option<Vec<Gain>> {
+fn gains(
+    mission: &Mission<LINKS>,
+    intervals: usize,
+    report: &Report,
+    solver: &dyn Solver,
+) -> Option<Vec<Gain>> {
     // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
     if report.reorientation.outcome.iterations == 0 {
         return None;
     }
-    (0..NODES - 1).map(|k| planner::feedback_gain(mission, solver, k)).collect()
+    (0..intervals).map(|k| planner::feedback_gain(mission, solver, k)).collect()
 }
 
 fn end(stage: &StageReport) -> StageEnd {
@@ -401,8 +410,8 @@ mod tests {
         let euler = Method { integrator: Integrator::Euler, ..Method::default() };
         let integrator = euler.integrator;
         let needs = Mission::default().needs::<NODES>(&scenario.scenario(), integrator).unwrap();
-        let time = Mission::default()
-            .time_to_preset(euler.integrator, &Mission::default().own_grid(NODES));
+        let time =
+            Mission::default().time_to_preset(euler.integrator, &Mission::default().own_grid());
         let travel = 0.877_268_9;
         type Change<'a> = &'a dyn Fn(&mut Mission<LINKS>);
         let cases: [(&str, Change<'_>); 4] = [

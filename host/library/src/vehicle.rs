@@ -121,7 +121,7 @@ fn joint(mission: &Mission<LINKS>, integrator: Integrator, i: usize) -> Joint {
     Joint {
         travel_rad,
         needed_s: travel_rad / mission.planned_joint_rate(integrator),
-        available_s: mission.time_to_preset(integrator, &mission.own_grid(NODES)),
+        available_s: mission.time_to_preset(integrator, &mission.own_grid()),
     }
 }
 
@@ -161,7 +161,7 @@ fn force(mission: &Mission<LINKS>, integrator: Integrator) -> Margin {
 }
 
 fn turn(mission: &Mission<LINKS>) -> Margin {
-    let interval = mission.own_grid(NODES).interval();
+    let interval = mission.own_grid().interval();
     let turn = (fastest(mission) + mission.mean_motion()) * interval;
     Margin { needed: turn.to_degrees(), available: MAX_NODE_TURN.to_degrees() }
 }

@@ -75,7 +75,7 @@ fn path_at_end(
     let mut x = SVector::<f64, 6>::zeros();
     x.rows_mut(0, 3).copy_from(&scenario.position);
     x.rows_mut(3, 3).copy_from(&scenario.velocity);
-    let h = mission.grid(scenario, NODES).duration / ((NODES - 1) * SUBSTEPS) as f64;
+    let h = mission.grid(scenario).duration / ((NODES - 1) * SUBSTEPS) as f64;
     for f in &force[..NODES - 1] {
         let a = f / mass;
         for _ in 0..SUBSTEPS {
@@ -97,7 +97,7 @@ fn path_at_end(
 /// Misses of one plan over its mission's tolerances: dynamics, end effector.
 fn misses(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &Workspace) -> [f64; 2] {
     let (path, motion) = (workspace.translation(), workspace.reorientation());
-    let dt = mission.grid(scenario, NODES).interval();
+    let dt = mission.grid(scenario).interval();
     let body = Multibody::new(mission);
     let fine = Integrator::Rk4 { substeps: 40 };
     let mut worst = 0.0;

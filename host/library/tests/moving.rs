@@ -57,14 +57,15 @@ impl InForce {
         };
         let target = &self.target[node];
         let to_body = quaternion::rotation_matrix(&target.attitude).transpose();
-        let duration = self.nominal.duration;
+        let (duration, nodes) = self.nominal.left(self.nominal.time(node));
         Scenario {
             target_attitude: target.attitude,
             target_rate: to_body * target.rate,
             position: self.translation.position[node] + direction(random) * position,
             velocity: self.translation.velocity[node] + direction(random) * velocity,
             start: state.as_start(),
-            duration: Some(duration * (NODES - 1 - node) as f64 / (NODES - 1) as f64),
+            duration: Some(duration),
+            nodes: Some(nodes),
         }
     }
 }
@@ -92,7 +93,11 @@ impl Bench {
         let report = self.plan(&scenario, integrator, InitialGuess::Heuristic);
         let duration = self.mission.approach.duration;
         InForce {
-            nominal: Nominal { reorientation: *self.workspace.reorientation(), duration },
+            nominal: Nominal {
+                reorientation: *self.workspace.reorientation(),
+                nodes: NODES,
+                duration,
+            },
             translation: Box::new(*self.workspace.translation()),
             target: Box::new(self.workspace.target),
             report,
@@ -126,7 +131,7 @@ fn replanned(
         assert!(plan.report.is_verified());
         for &node in nodes {
             let scenario = plan.left(node, &mut random).validated().unwrap();
-            let elapsed = plan.nominal.duration * node as f64 / (NODES - 1) as f64;
+            let elapsed = plan.nominal.time(node);
             let guess = InitialGuess::Nominal { plan: &plan.nominal, elapsed };
             let report = bench.plan(&scenario, integrator, guess);
             let heuristic = bench.plan(&scenario, integrator, InitialGuess::Heuristic);
@@ -245,7 +250,7 @@ fn the_plan_in_force_is_its_own_best_guess() {
         scenario.position = plan.translation.position[elapsed_nodes];
         scenario.velocity = plan.translation.velocity[elapsed_nodes];
         scenario.start = plan.nominal.reorientation.states[elapsed_nodes].as_start();
-        let elapsed = plan.nominal.duration * elapsed_nodes as f64 / (NODES - 1) as f64;
+        let elapsed = plan.nominal.time(elapsed_nodes);
         let guess = InitialGuess::Nominal { plan: &plan.nominal, elapsed };
         let nominal = bench.plan(&scenario, RK4, guess);
         assert_eq!((nominal.status, nominal.record.start), (Status::Solved, GuessRecord::Nominal));

@@ -327,7 +327,7 @@ fn evidence_follows_what_it_is_evidence_of() {
     let first = bench.plan(2, &options).record;
     assert_eq!(
         first.output,
-        output_checksum(bench.workspace.translation(), bench.workspace.reorientation())
+        output_checksum(NODES, bench.workspace.translation(), bench.workspace.reorientation())
     );
     assert!(first.is_verified && first.translation.qp_iterations > 0);
     assert_eq!(first.reorientation.qp_unsolved, 0);

@@ -50,6 +50,10 @@ impl Policy for Script {
         self.action
     }
 
+    fn nodes(&self) -> usize {
+        NODES
+    }
+
     fn chunk(&self) -> usize {
         self.chunk
     }

@@ -8,7 +8,7 @@ use super::clearance::Bodies;
 use super::heuristic::line_of_sight;
 use super::size::NG;
 use super::worse;
-use super::{Formulation, TranslationTrajectory};
+use super::{Formulation, TranslationTrajectory, recovery};
 use crate::dynamics::{Control, Integrator, Multibody, State, Stepping};
 use crate::executor::{ForkJoin, Sequential};
 use crate::math::quaternion;
@@ -178,7 +178,7 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
             stepping: Stepping { integrator, dt: grid.interval(), deadline },
             initial: State::at_start(mission, scenario),
             is_given: scenario.start.is_given(),
-            recovery: mission.recovery(scenario, grid.keep_out(0)),
+            recovery: recovery(formulation, translation, target),
             preset: grid.preset_node(),
             grid,
             sight: core::array::from_fn(|k| {

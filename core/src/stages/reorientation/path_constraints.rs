@@ -139,7 +139,9 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     ) -> [ClearanceConstraint<NL>; CONSTRAINTS] {
         let far = ClearanceConstraint { value: -NEAR, ahead: 0.0, nearest: Clearance::FAR };
         let mut constraints = [far; CONSTRAINTS];
-        let (Some(margin), true) = (self.clearance, k > 0 && k < self.last()) else { return constraints };
+        let (Some(margin), true) = (self.clearance, k > 0 && k < self.last()) else {
+            return constraints;
+        };
         for share in AROUND {
             let ahead = share * self.stepping.dt;
             let time = k as f64 * self.stepping.dt + ahead;

@@ -106,7 +106,13 @@ fn verify_some<const N: usize, const NL: usize>(
     let Trajectories { translation, reorientation } = plan;
     let between = mission.approach.between_nodes.is_on(integrator);
     let grid = mission.grid(scenario);
-    let beyond = &Beyond::of(mission, scenario, &grid);
+    let mut beyond = Beyond::of(mission, scenario, &grid);
+    if let (false, Some(position)) = (integrator.is_flown(), translation.position.get(1)) {
+        let dt = grid.interval();
+        let first = Tumbling::new(mission, scenario, integrator).along(0, dt);
+        beyond = beyond.and_euler_pose(mission, scenario, dt, position, &first[PARTS]);
+    }
+    let beyond = &beyond;
     let path = Path { mission, grid, trajectory: translation, between, beyond };
     let plan =
         Checked { mission, integrator, path: &path, trajectory: reorientation, between, beyond };

@@ -5,7 +5,8 @@ use super::posture::initial_bus_attitude;
 use super::residuals::excess;
 use crate::dynamics::State;
 use crate::math::quaternion;
-use crate::model::{Grid, Mission, Scenario};
+use crate::model::{Grid, Mission, Scenario, TargetState};
+use nalgebra::Vector3;
 
 /// The state that Stage 2 begins with.
 pub(super) fn initial_state<const NL: usize>(
@@ -31,6 +32,39 @@ pub(super) struct Beyond<const NL: usize> {
 }
 
 impl<const NL: usize> Beyond<NL> {
+    /// With the limits that node 1 violates under Euler, whose pose there follows from the start's rates:
+    /// `position` and `target` are those of node 1, `dt` after the start [s].
+    pub fn and_euler_pose(
+        mut self,
+        mission: &Mission<NL>,
+        scenario: &Scenario<NL>,
+        dt: f64,
+        position: &Vector3<f64>,
+        target: &TargetState,
+    ) -> Self {
+        if !scenario.start.is_given() {
+            return self;
+        }
+        let (s, t) = (&mission.servicer, &mission.tolerances);
+        let x = initial_state(mission, scenario);
+        for i in 0..NL {
+            let angle = x.joint_angle[i] + dt * x.joint_rate[i];
+            self.joint[i] |= angle.abs() - s.max_joint_angle[i] > t.joint;
+        }
+        // A chord of the quaternion's circle, back on it: less than the rate's own turn.
+        let speed = libm::sqrt(x.rate.dot(&x.rate));
+        let turn = 2.0 * libm::atan(0.5 * dt * speed);
+        let axis = if speed > 0.0 { x.rate / speed } else { Vector3::z() };
+        let turned = quaternion::rotation_matrix(&quaternion::exp(&(axis * turn)))
+            * quaternion::rotation_matrix(&x.attitude);
+        let port = quaternion::rotation_matrix(&target.attitude) * mission.target.port_position;
+        let sight = port - position;
+        let seen = sight.dot(&(turned * s.boresight)) / libm::sqrt(sight.dot(&sight));
+        let cosine = libm::cos(mission.approach.field_of_view_half_angle);
+        self.pointing |= cosine - seen > t.pointing;
+        self
+    }
+
     pub fn of(mission: &Mission<NL>, scenario: &Scenario<NL>, grid: &Grid) -> Self {
         let is_given = scenario.start.is_given();
         let (s, t) = (&mission.servicer, &mission.tolerances);

@@ -119,7 +119,10 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
         let reach = Posture::at_capture(&self.mission.servicer).reach();
         let goal = quaternion::rotation_matrix(&target.attitude)
             * (body.port_position + body.port_normal * reach);
-        let miss = error(t.position[self.last()] - goal, t.velocity[self.last()] - target.rate.cross(&goal));
+        let miss = error(
+            t.position[self.last()] - goal,
+            t.velocity[self.last()] - target.rate.cross(&goal),
+        );
         out.dynamics1 = worse(out.dynamics1, miss);
     }
 }

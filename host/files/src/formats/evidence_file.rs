@@ -2,7 +2,7 @@
 
 use super::{Status, Verdict, json};
 use crate::error::{Error, FieldError};
-use remora_core::advanced::model::RECOVERY_NAMES;
+use remora_core::advanced::model::{MIN_NODES, RECOVERY_NAMES};
 use remora_core::advanced::planner::{Gain, GuessRecord, SolveRecord, StageSolveRecord};
 use remora_core::advanced::stages::{NODES, size};
 use serde::{Deserialize, Serialize};
@@ -137,8 +137,9 @@ impl EvidenceFile {
             }
         }
         match &self.gains {
-            Some(gains) if gains.len() != NODES - 1 => {
-                let reason = format!("has {} entries; expected {}", gains.len(), NODES - 1);
+            Some(gains) if !(MIN_NODES..=NODES).contains(&(gains.len() + 1)) => {
+                let (least, most) = (MIN_NODES - 1, NODES - 1);
+                let reason = format!("has {} entries; expected {least} to {most}", gains.len());
                 Err(FieldError::new("gains", reason))
             }
             _ => Ok(()),

@@ -6,7 +6,7 @@ use super::mission_file::{
 };
 use super::radius::Radius;
 use remora_core::advanced::model::{self, Mission};
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::LINKS;
 use std::f64::consts::PI;
 
 /// The degrees that a file's reader turns into exactly these radians, the shortest of those next to
@@ -27,10 +27,10 @@ impl MissionFile {
     /// The file of a mission with every number given: nothing is left to be derived but whether a
     /// part that is `auto` is in force.
     pub fn of(mission: &Mission<LINKS>) -> Self {
-        let duration_s = mission.approach.duration;
+        let model::Approach { nodes, duration: duration_s, .. } = mission.approach;
         Self {
             format: FORMAT.into(),
-            horizon: Horizon { nodes: NODES, duration_s },
+            horizon: Horizon { nodes, duration_s },
             orbit: Orbit::from(&mission.orbit),
             target: Target::from(&mission.target),
             approach: Approach::from(&mission.approach),
@@ -230,7 +230,8 @@ default_is_the_problems!(
 
 impl Default for Horizon {
     fn default() -> Self {
-        Self { nodes: NODES, duration_s: model::Approach::default().duration }
+        let model::Approach { nodes, duration, .. } = model::Approach::default();
+        Self { nodes, duration_s: duration }
     }
 }
 

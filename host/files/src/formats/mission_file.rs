@@ -8,7 +8,7 @@ use super::mission_keys::key_of;
 use super::radius::Radius;
 use crate::error::{Error, FieldError};
 use nalgebra::{SVector, Vector3};
-use remora_core::advanced::model::{self, Mission, Switch};
+use remora_core::advanced::model::{self, MIN_NODES, Mission, Switch};
 use remora_core::advanced::stages::{LINKS, NODES};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -138,7 +138,7 @@ pub struct Scenarios {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Horizon {
-    /// Number of nodes; must be the compiled [`NODES`].
+    /// Number of nodes, from [`MIN_NODES`] to the compiled [`NODES`].
     pub nodes: usize,
     /// Time from the first node to the last [s].
     pub duration_s: f64,
@@ -345,11 +345,13 @@ impl MissionFile {
     /// # Errors
     /// The first field, by its key in the file, whose value makes no sense.
     pub fn mission(&self) -> Result<Mission<LINKS>, FieldError> {
-        if self.horizon.nodes != NODES {
-            let reason = format!("this program is built for {NODES} nodes");
+        let nodes = self.horizon.nodes;
+        if !(MIN_NODES..=NODES).contains(&nodes) {
+            let reason =
+                format!("must lie in [{MIN_NODES}, {NODES}], what this program is built for");
             return Err(FieldError::new("horizon.nodes", reason));
         }
-        self.approach.validate()?;
+        self.approach.validate(nodes)?;
         let mut mission = self.convert()?;
         mission
             .validate()
@@ -361,7 +363,7 @@ impl MissionFile {
         mission
             .validate()
             .map_err(|error| FieldError::new(key_of(error.field, &mission), error.reason))?;
-        let step = mission.mean_motion() * self.horizon.duration_s / (NODES - 1) as f64;
+        let step = mission.mean_motion() * self.horizon.duration_s / (nodes - 1) as f64;
         if step > MAX_NODE_INTERVAL {
             let reason = "too long: from node to node it is more than a tenth of an orbit";
             return Err(FieldError::new("horizon.duration_s", reason));
@@ -374,7 +376,7 @@ impl MissionFile {
             orbit: self.orbit.convert(),
             target: self.target.convert(),
             servicer: self.servicer.convert()?,
-            approach: self.approach.convert(self.horizon.duration_s),
+            approach: self.approach.convert(&self.horizon),
             weights: self.weights.convert(),
             tolerances: self.tolerances.convert(),
             margins: self.margins.convert(),
@@ -398,7 +400,7 @@ impl Orbit {
 
 impl Approach {
     /// Refuses what is said twice, and what older missions could not say.
-    fn validate(&self) -> Result<(), FieldError> {
+    fn validate(&self, nodes: usize) -> Result<(), FieldError> {
         let twice = |new: &str, old: &str| {
             Err(FieldError::new(format!("approach.{old}"), format!("{new} says it already")))
         };
@@ -411,7 +413,7 @@ impl Approach {
         if self.keep_out_far_until.is_some_and(|share| !(0.0..=1.0).contains(&share)) {
             return Err(FieldError::new("approach.keep_out_far_until", "must lie in [0, 1]"));
         }
-        let lead = 1..=NODES - 2;
+        let lead = 1..=nodes - 2;
         if self.preset_lead_intervals.is_some_and(|intervals| !lead.contains(&intervals)) {
             let reason = format!("must lie in [1, {}]", lead.end());
             return Err(FieldError::new("approach.preset_lead_intervals", reason));
@@ -421,16 +423,18 @@ impl Approach {
 
     /// The approach without its keep-out distances, which follow from the servicer. On a horizon shorter
     /// than the usual one, phases that are not given are shorter too.
-    fn convert(&self, duration: f64) -> model::Approach {
+    fn convert(&self, horizon: &Horizon) -> model::Approach {
+        let Horizon { nodes, duration_s: duration } = *horizon;
         let usual = model::Approach::default();
         let shorter = (duration / usual.duration).min(1.0);
         let near = self.keep_out_far_until.map(|share| (1.0 - share) * duration);
-        let interval = duration / (NODES - 1) as f64;
+        let interval = duration / (nodes - 1) as f64;
         let preset = self.preset_lead_intervals.map(|intervals| intervals as f64 * interval);
         let given =
             |new: Option<f64>, old: Option<f64>, usual: f64| new.or(old).unwrap_or(usual * shorter);
         model::Approach {
             duration,
+            nodes,
             keep_out_far: 0.0,
             keep_out_near: 0.0,
             keep_out_near_time: given(self.keep_out_near_s, near, usual.keep_out_near_time),

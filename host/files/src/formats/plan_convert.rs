@@ -11,6 +11,11 @@ fn rows<T, const M: usize>(items: &[T], row: impl Fn(&T) -> [f64; M]) -> Vec<[f6
     items.iter().map(row).collect()
 }
 
+/// The first of them; all where there are no more.
+fn first<T>(items: &[T], count: usize) -> &[T] {
+    items.get(..count).unwrap_or(items)
+}
+
 /// How a stage ended, for either stage's section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StageEnd {
@@ -25,17 +30,17 @@ pub struct StageEnd {
 }
 
 impl PlanStage1 {
-    /// The section of a trajectory.
-    pub fn new(end: StageEnd, t: &TranslationTrajectory<NODES>) -> Self {
+    /// The section of the first `nodes` nodes of a trajectory.
+    pub fn new(end: StageEnd, nodes: usize, t: &TranslationTrajectory<NODES>) -> Self {
         let StageEnd { status, iterations, cost, time_s } = end;
         Self {
             status,
             iterations,
             cost,
             time_s,
-            position: rows(&t.position, |v| (*v).into()),
-            velocity: rows(&t.velocity, |v| (*v).into()),
-            force: rows(&t.force[..NODES - 1], |v| (*v).into()),
+            position: rows(first(&t.position, nodes), |v| (*v).into()),
+            velocity: rows(first(&t.velocity, nodes), |v| (*v).into()),
+            force: rows(first(&t.force, nodes - 1), |v| (*v).into()),
         }
     }
 
@@ -50,20 +55,25 @@ impl PlanStage1 {
 }
 
 impl PlanStage2 {
-    /// The section of a trajectory.
-    pub fn new(end: StageEnd, inference_s: f64, t: &ReorientationTrajectory<NODES, LINKS>) -> Self {
+    /// The section of the first `nodes` nodes of a trajectory.
+    pub fn new(
+        end: StageEnd,
+        inference_s: f64,
+        nodes: usize,
+        t: &ReorientationTrajectory<NODES, LINKS>,
+    ) -> Self {
         let StageEnd { status, iterations, cost, time_s } = end;
-        let controls = &t.controls[..NODES - 1];
+        let (states, controls) = (first(&t.states, nodes), first(&t.controls, nodes - 1));
         Self {
             status,
             iterations,
             cost,
             time_s,
             inference_s,
-            attitude: rows(&t.states, |x| x.attitude.into()),
-            joint_angle: rows(&t.states, |x| x.joint_angle.into()),
-            rate: rows(&t.states, |x| x.rate.into()),
-            joint_rate: rows(&t.states, |x| x.joint_rate.into()),
+            attitude: rows(states, |x| x.attitude.into()),
+            joint_angle: rows(states, |x| x.joint_angle.into()),
+            rate: rows(states, |x| x.rate.into()),
+            joint_rate: rows(states, |x| x.joint_rate.into()),
             bus_torque: rows(controls, |u| u.bus_torque.into()),
             joint_torque: rows(controls, |u| u.joint_torque.into()),
         }
@@ -98,8 +108,8 @@ impl PlanTarget {
     }
 }
 
-impl From<&[TargetState; NODES]> for PlanTarget {
-    fn from(nodes: &[TargetState; NODES]) -> Self {
+impl From<&[TargetState]> for PlanTarget {
+    fn from(nodes: &[TargetState]) -> Self {
         Self { attitude: rows(nodes, |x| x.attitude.into()), rate: rows(nodes, |x| x.rate.into()) }
     }
 }

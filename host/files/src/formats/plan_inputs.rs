@@ -6,7 +6,7 @@ use crate::error::FieldError;
 use crate::method::Integrator;
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{mission_checksum, scenario_checksum};
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::LINKS;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -53,6 +53,9 @@ pub struct PlanScenario {
     /// The time to capture, where it was given [s].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
+    /// The number of nodes, where it was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<usize>,
 }
 
 /// Which parts of the problem that the paper does not have the plan was made with.
@@ -130,8 +133,8 @@ pub fn frames() -> BTreeMap<String, String> {
 impl PlanGrid {
     /// The grid of a scenario's plan.
     pub fn of(mission: &Mission<LINKS>, scenario: &Scenario) -> Self {
-        let grid = mission.grid(scenario, NODES);
-        Self { nodes: NODES, dt_s: grid.interval(), preset_node: grid.preset_node() }
+        let grid = mission.grid(scenario);
+        Self { nodes: grid.nodes, dt_s: grid.interval(), preset_node: grid.preset_node() }
     }
 
     /// Refuses a grid that is not that of mission and scenario.
@@ -181,6 +184,7 @@ impl PlanScenario {
                 joint_rate_rad_s: self.joint_rate_rad_s,
             },
             duration_s: self.duration_s,
+            nodes: self.nodes,
         }
     }
 }
@@ -197,6 +201,7 @@ impl From<&NamedScenario> for PlanScenario {
             joint_angle_rad: scenario.servicer.joint_angle_rad,
             joint_rate_rad_s: scenario.servicer.joint_rate_rad_s,
             duration_s: scenario.duration_s,
+            nodes: scenario.nodes,
         }
     }
 }

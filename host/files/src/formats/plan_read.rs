@@ -60,18 +60,20 @@ impl PlanFile {
 
     fn check_rows(&self) -> Result<(), FieldError> {
         let (one, two, target) = (&self.stage1, &self.stage2, &self.target);
+        // Plans of the first format have no grid and one number of nodes.
+        let nodes = self.grid.map_or(NODES, |grid| grid.nodes);
         for (section, first_key, key, found, expected) in [
-            ("stage1", "position", "position_rtn_m", one.position.len(), NODES),
-            ("stage1", "velocity", "velocity_rtn_m_s", one.velocity.len(), NODES),
-            ("stage1", "force", "force_rtn_n", one.force.len(), NODES - 1),
-            ("stage2", "attitude", "attitude_body_to_rtn", two.attitude.len(), NODES),
-            ("stage2", "joint_angle", "joint_angle_rad", two.joint_angle.len(), NODES),
-            ("stage2", "rate", "rate_rtn_rad_s", two.rate.len(), NODES),
-            ("stage2", "joint_rate", "joint_rate_rad_s", two.joint_rate.len(), NODES),
-            ("stage2", "bus_torque", "bus_torque_body_n_m", two.bus_torque.len(), NODES - 1),
-            ("stage2", "joint_torque", "joint_torque_n_m", two.joint_torque.len(), NODES - 1),
-            ("target", "attitude", "attitude_body_to_rtn", target.attitude.len(), NODES),
-            ("target", "rate", "rate_rtn_rad_s", target.rate.len(), NODES),
+            ("stage1", "position", "position_rtn_m", one.position.len(), nodes),
+            ("stage1", "velocity", "velocity_rtn_m_s", one.velocity.len(), nodes),
+            ("stage1", "force", "force_rtn_n", one.force.len(), nodes - 1),
+            ("stage2", "attitude", "attitude_body_to_rtn", two.attitude.len(), nodes),
+            ("stage2", "joint_angle", "joint_angle_rad", two.joint_angle.len(), nodes),
+            ("stage2", "rate", "rate_rtn_rad_s", two.rate.len(), nodes),
+            ("stage2", "joint_rate", "joint_rate_rad_s", two.joint_rate.len(), nodes),
+            ("stage2", "bus_torque", "bus_torque_body_n_m", two.bus_torque.len(), nodes - 1),
+            ("stage2", "joint_torque", "joint_torque_n_m", two.joint_torque.len(), nodes - 1),
+            ("target", "attitude", "attitude_body_to_rtn", target.attitude.len(), nodes),
+            ("target", "rate", "rate_rtn_rad_s", target.rate.len(), nodes),
         ] {
             if found != expected {
                 let key = if self.inputs.is_some() { key } else { first_key };
@@ -152,9 +154,9 @@ mod tests {
             warm_start: "heuristic".into(),
             qp: "clarabel".into(),
             integrator: Integrator::RK4,
-            stage1: PlanStage1::new(end, &TranslationTrajectory::ZERO),
-            stage2: PlanStage2::new(end, 0.0, &ReorientationTrajectory::ZERO),
-            target: PlanTarget::from(&[TargetState::ZERO; NODES]),
+            stage1: PlanStage1::new(end, NODES, &TranslationTrajectory::ZERO),
+            stage2: PlanStage2::new(end, 0.0, NODES, &ReorientationTrajectory::ZERO),
+            target: PlanTarget::from([TargetState::ZERO; NODES].as_slice()),
             residuals,
             verdict: Some(Verdict::Optimal),
             clearances: Some(clearances),

@@ -2,7 +2,7 @@
 
 use super::{Clearances, NamedScenario, PlanFile, Residuals, Status, Verdict};
 use remora_core::advanced::model::{Mission, Refusal};
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::LINKS;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// What a campaign keeps of one plan.
@@ -88,7 +88,7 @@ impl Flight {
         let peak =
             |rows: &[[f64; 3]]| rows.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
         let (one, two) = (&plan.stage1, &plan.stage2);
-        let dt = mission.grid(&scenario.scenario(), NODES).interval();
+        let dt = mission.grid(&scenario.scenario()).interval();
         let impulse = one.force.iter().map(norm).sum::<f64>() * dt;
         Self {
             peak_force_n: peak(&one.force),

@@ -4,8 +4,8 @@ use super::{check_id, check_quaternion, json, write_atomically};
 use crate::error::{Error, FieldError};
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Scenario, Start};
-use remora_core::advanced::stages::LINKS;
+use remora_core::advanced::model::{MIN_NODES, Scenario, Start};
+use remora_core::advanced::stages::{LINKS, NODES};
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::path::Path;
@@ -52,6 +52,9 @@ pub struct NamedScenario {
     /// Time to capture [s]; the mission's where it is not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
+    /// Number of nodes; the mission's where it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<usize>,
 }
 
 /// The target at t = 0.
@@ -109,6 +112,7 @@ impl NamedScenario {
             velocity: Vector3::from(self.servicer.velocity),
             start: self.servicer.start(),
             duration: self.duration_s,
+            nodes: self.nodes,
         }
     }
 
@@ -116,6 +120,7 @@ impl NamedScenario {
     fn is_of_second_format(&self) -> bool {
         let ServicerStart { position, velocity, .. } = self.servicer;
         self.duration_s.is_some()
+            || self.nodes.is_some()
             || self.servicer != ServicerStart { position, velocity, ..ServicerStart::default() }
     }
 
@@ -148,6 +153,11 @@ impl NamedScenario {
         within(&joint_rate.unwrap_or_default(), MAX_RATE, "servicer.joint_rate_rad_s", "rad/s")?;
         if self.duration_s.is_some_and(|duration| !DURATION.contains(&duration)) {
             return Err(FieldError::new("duration_s", "must lie in [1, 1e6] s"));
+        }
+        if self.nodes.is_some_and(|nodes| !(MIN_NODES..=NODES).contains(&nodes)) {
+            let reason =
+                format!("must lie in [{MIN_NODES}, {NODES}], what this program is built for");
+            return Err(FieldError::new("nodes", reason));
         }
         Ok(())
     }
@@ -221,7 +231,8 @@ impl ScenarioSet {
         let mut ids = HashSet::new();
         for (i, scenario) in self.scenarios.iter().enumerate() {
             if self.format == FIRST_FORMAT && scenario.is_of_second_format() {
-                let reason = format!("gives a start or a duration: the format must be {FORMAT:?}");
+                let reason =
+                    format!("gives a start, a duration or nodes: the format must be {FORMAT:?}");
                 return Err(FieldError::new(format!("scenarios[{i}]"), reason));
             }
             check_id(&scenario.id, || format!("scenarios[{i}].id"))?;
@@ -247,6 +258,7 @@ mod tests {
             target: TargetStart { attitude: [0.0, 0.0, 0.0, 1.0], rate: [0.0; 3] },
             servicer: ServicerStart { position: [0.0, 0.0, 5.0], ..ServicerStart::default() },
             duration_s: None,
+            nodes: None,
         };
         change(&mut scenario);
         json::to_text(&ScenarioSet::new(vec![scenario])).unwrap()

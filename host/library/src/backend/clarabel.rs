@@ -165,8 +165,8 @@ fn is_sound<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     };
     qp.defect_penalty > 0.0
         && finite(&[qp.constant, qp.path_penalty])
-        && qp.stages.iter().all(node)
-        && qp.stages[..N - 1].iter().all(interval)
+        && qp.used().iter().all(node)
+        && qp.used().iter().take(qp.nodes() - 1).all(interval)
 }
 
 /// Entries of the blocks that may differ from zero, over all nodes.
@@ -222,8 +222,8 @@ impl Pattern {
             dynamics: vec![false; NX * nz],
             rows: vec![false; NG * NX],
         };
-        for (k, stage) in qp.stages.iter().enumerate() {
-            let last = k + 1 == N;
+        for (k, stage) in qp.used().iter().enumerate() {
+            let last = k + 1 == qp.nodes();
             let width = if last { NX } else { nz };
             for j in 0..width {
                 for i in 0..=j {
@@ -252,6 +252,7 @@ impl Pattern {
 
 /// The structure of the sparse program and where each of its numbers comes from.
 struct Layout {
+    nodes: usize,
     pattern: Pattern,
     bounds: Vec<Bounds>,
     soft: bool,
@@ -271,8 +272,8 @@ struct Built {
 fn all_bounds<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     qp: &Qp<N, NX, NU, NG>,
 ) -> impl Iterator<Item = Bounds> + '_ {
-    qp.stages.iter().enumerate().flat_map(|(k, stage)| {
-        let width = if k + 1 == N { NX } else { NX + NU };
+    qp.used().iter().enumerate().flat_map(|(k, stage)| {
+        let width = if k + 1 == qp.nodes() { NX } else { NX + NU };
         (0..width).map(move |i| {
             let (lower, upper) = stage.bounds(i);
             bounds_of(lower, upper)
@@ -285,7 +286,8 @@ impl Layout {
         &self,
         qp: &Qp<N, NX, NU, NG>,
     ) -> bool {
-        self.soft == qp.defect_penalty.is_finite()
+        self.nodes == qp.nodes()
+            && self.soft == qp.defect_penalty.is_finite()
             && all_bounds(qp).eq(self.bounds.iter().copied())
             && self.pattern.covers(&Pattern::of(qp))
     }
@@ -327,9 +329,6 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
 {
     /// States and controls of a node.
     const NZ: usize = NX + NU;
-    /// The first slack: behind states and controls, of which the last node has none.
-    const SLACK: usize = N * NX + (N - 1) * NU;
-
     fn new(qp: &'a Qp<N, NX, NU, NG>) -> Self {
         let soft = qp.defect_penalty.is_finite();
         let mut assembly = Self {
@@ -342,15 +341,21 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
             a: Columns(Vec::new()),
             b: Vec::new(),
         };
-        let variables = assembly.row_slack() + N * NG;
+        let variables = assembly.row_slack() + qp.nodes() * NG;
         assembly.p.0.resize(variables, Vec::new());
         assembly.a.0.resize(variables, Vec::new());
         assembly
     }
 
+    /// The first slack: behind states and controls, of which the last node has none.
+    fn slack(&self) -> usize {
+        let nodes = self.qp.nodes();
+        nodes * NX + (nodes - 1) * NU
+    }
+
     /// The first slack of the soft rows: behind those of soft dynamics, two for each.
     fn row_slack(&self) -> usize {
-        Self::SLACK + if self.soft { 2 * (N - 1) * NX } else { 0 }
+        self.slack() + if self.soft { 2 * (self.qp.nodes() - 1) * NX } else { 0 }
     }
 
     fn variables(&self) -> usize {
@@ -358,8 +363,8 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
     }
 
     fn objective(&mut self) {
-        for k in 0..N {
-            let width = if k + 1 == N { NX } else { Self::NZ };
+        for k in 0..self.qp.nodes() {
+            let width = if k + 1 == self.qp.nodes() { NX } else { Self::NZ };
             for j in 0..width {
                 self.q.push(Source::Gradient(k, j));
                 for i in 0..=j {
@@ -376,7 +381,7 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
 
     /// The dynamics, then the pinned variables; returns how many there are.
     fn equalities(&mut self) -> usize {
-        for k in 0..N - 1 {
+        for k in 0..self.qp.nodes() - 1 {
             for i in 0..NX {
                 let row = self.b.len();
                 for j in 0..Self::NZ {
@@ -386,7 +391,7 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
                 }
                 self.a.0[(k + 1) * Self::NZ + i].push((row, Source::Constant(1.0)));
                 if self.soft {
-                    let at = Self::SLACK + 2 * (k * NX + i);
+                    let at = self.slack() + 2 * (k * NX + i);
                     self.a.0[at].push((row, Source::Constant(-1.0)));
                     self.a.0[at + 1].push((row, Source::Constant(1.0)));
                 }
@@ -413,7 +418,7 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
             }
         }
         let row_slack = self.row_slack();
-        for k in 0..N {
+        for k in 0..self.qp.nodes() {
             for i in 0..NG {
                 for j in 0..NX {
                     if self.pattern.rows[i * NX + j] {
@@ -424,7 +429,7 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
                 self.row(row_slack + k * NG + i, -1.0, Source::RowOffset(k, i));
             }
         }
-        for v in Self::SLACK..self.variables() {
+        for v in self.slack()..self.variables() {
             self.row(v, -1.0, Source::Constant(0.0));
         }
     }
@@ -453,7 +458,7 @@ impl Built {
         ];
         let (mut p_matrix, p) = p.compress(variables);
         let (mut a_matrix, a) = a.compress(b.len());
-        let layout = Layout { pattern, bounds, soft, p, q, a, b };
+        let layout = Layout { nodes: qp.nodes(), pattern, bounds, soft, p, q, a, b };
         fill(&layout.p, qp, &mut p_matrix.nzval);
         fill(&layout.a, qp, &mut a_matrix.nzval);
         let (mut q, mut b) = (Vec::new(), Vec::new());
@@ -483,21 +488,18 @@ impl Built {
         &self,
         out: &mut Solution<N, NX, NU, NG>,
     ) {
-        let nz = NX + NU;
+        let (nz, nodes) = (NX + NU, self.layout.nodes);
         let solution = &self.solver.solution;
-        for k in 0..N {
+        *out = Solution::ZERO;
+        for k in 0..nodes {
             out.x[k].copy_from_slice(&solution.x[k * nz..k * nz + NX]);
-            if k + 1 < N {
+            if k + 1 < nodes {
                 out.u[k].copy_from_slice(&solution.x[k * nz + NX..(k + 1) * nz]);
                 // Clarabel's multiplier belongs to `x+ - A x - B u - xi - c`.
                 for i in 0..NX {
                     out.defect_multiplier[k][i] = -solution.z[k * NX + i];
                 }
             }
-        }
-        for k in 0..N {
-            out.bound_multiplier_x[k].fill(0.0);
-            out.bound_multiplier_u[k].fill(0.0);
         }
         for (source, z) in self.layout.b.iter().zip(&solution.z) {
             let (k, i, multiplier) = match *source {

@@ -4,7 +4,7 @@ use super::cell::{Place, State};
 use crate::error::{Error, FieldError};
 use crate::formats::{MissionFile, json};
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::LINKS;
 use std::path::{Path, PathBuf};
 
 /// A vehicle with its mission.
@@ -86,7 +86,7 @@ impl Vehicle {
 
 /// Why the arm cannot be in its capture configuration in time, where it cannot.
 fn too_slow(mission: &Mission<LINKS>) -> Option<String> {
-    let (s, grid) = (&mission.servicer, mission.own_grid(NODES));
+    let (s, grid) = (&mission.servicer, mission.own_grid());
     let time = grid.time(grid.preset_node());
     let travel = (s.capture_joint_angle - s.initial_joint_angle).abs();
     let joint = travel.imax();

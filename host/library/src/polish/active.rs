@@ -118,7 +118,8 @@ pub(super) fn read<const N: usize, const NX: usize, const NU: usize, const NG: u
             Some((side, tolerance)) => soft.next(side, tolerance),
             None => soft.guess(),
         };
-        let (is_last, rows) = (k + 1 == N, stage.path_jacobian * point.x[k] + stage.path_offset);
+        let (is_last, rows) =
+            (k + 1 == qp.nodes(), stage.path_jacobian * point.x[k] + stage.path_offset);
         let slack = qp.slack(point, k);
         Active {
             x: (0..NX)
@@ -158,5 +159,5 @@ pub(super) fn read<const N: usize, const NX: usize, const NU: usize, const NG: u
                 .collect(),
         }
     };
-    (0..N).map(node).collect()
+    (0..qp.nodes()).map(node).collect()
 }

@@ -179,7 +179,7 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
         if k > 0 {
             of_x -= point.defect_multiplier[k - 1];
         }
-        if k + 1 == N {
+        if k + 1 == self.qp.nodes() {
             return (of_x.as_slice().to_vec(), Vec::new());
         }
         let l = &point.defect_multiplier[k];

@@ -42,12 +42,12 @@ impl QpFile {
             stage: place.stage,
             iteration: place.iteration,
             correction: place.correction,
-            size: QpSize { nodes: N, states: NX, controls: NU, rows: NG },
+            size: QpSize { nodes: qp.nodes(), states: NX, controls: NU, rows: NG },
             constant: qp.constant,
             defect_weight: (qp.defect_penalty != f64::INFINITY).then_some(qp.defect_penalty),
             row_weight: qp.path_penalty,
-            nodes: (0..N).map(|k| node(qp, k)).collect(),
-            intervals: (0..N - 1).map(|k| interval(qp, k)).collect(),
+            nodes: (0..qp.nodes()).map(|k| node(qp, k)).collect(),
+            intervals: (0..qp.nodes() - 1).map(|k| interval(qp, k)).collect(),
             solution: QpAnswer {
                 status: outcome.status,
                 iterations: outcome.iterations.into(),
@@ -67,6 +67,7 @@ impl QpFile {
     ) -> Result<Box<Qp<N, NX, NU, NG>>, FieldError> {
         self.check_size(QpSize { nodes: N, states: NX, controls: NU, rows: NG })?;
         let mut qp = Box::new(Qp::<N, NX, NU, NG>::ZERO);
+        qp.unused = N - self.size.nodes;
         qp.constant = self.constant;
         qp.defect_penalty = self.defect_weight.unwrap_or(f64::INFINITY);
         qp.path_penalty = self.row_weight;
@@ -111,8 +112,10 @@ impl QpFile {
         Ok(out)
     }
 
+    /// Refuses other sizes; fewer nodes have room.
     fn check_size(&self, wanted: QpSize) -> Result<(), FieldError> {
-        match self.size == wanted {
+        let has_room = (2..=wanted.nodes).contains(&self.size.nodes);
+        match has_room && (QpSize { nodes: wanted.nodes, ..self.size }) == wanted {
             true => Ok(()),
             false => Err(FieldError::new("size", format!("is {:?}, not {wanted:?}", self.size))),
         }
@@ -155,14 +158,15 @@ fn point<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     qp: &Qp<N, NX, NU, NG>,
     solution: &Solution<N, NX, NU, NG>,
 ) -> QpPoint {
+    let nodes = qp.nodes();
     QpPoint {
         objective: kkt::objective(qp, solution),
-        x: vectors(&solution.x),
-        u: vectors(&solution.u[..N - 1]),
-        defect_multiplier: vectors(&solution.defect_multiplier[..N - 1]),
-        bound_multiplier_x: vectors(&solution.bound_multiplier_x),
-        bound_multiplier_u: vectors(&solution.bound_multiplier_u[..N - 1]),
-        row_multiplier: vectors(&solution.path_multiplier),
+        x: vectors(&solution.x[..nodes]),
+        u: vectors(&solution.u[..nodes - 1]),
+        defect_multiplier: vectors(&solution.defect_multiplier[..nodes - 1]),
+        bound_multiplier_x: vectors(&solution.bound_multiplier_x[..nodes]),
+        bound_multiplier_u: vectors(&solution.bound_multiplier_u[..nodes - 1]),
+        row_multiplier: vectors(&solution.path_multiplier[..nodes]),
     }
 }
 

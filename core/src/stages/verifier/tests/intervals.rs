@@ -6,7 +6,7 @@ use super::super::reorientation::{Interval, difference};
 use super::super::start::Beyond;
 use super::super::translation::Path;
 use super::super::{Residuals, verify, verify_translation};
-use super::{FLOWN, FREE, posed, rolled_out, scenario, verified};
+use super::{FLOWN, FREE, posed, rolled_out, scenario, verified, with_nodes};
 use crate::dynamics::{Control, Integrator, State, articulated};
 use crate::math::quaternion;
 use crate::model::{self, Mission, Scenario, Switch};
@@ -39,7 +39,7 @@ fn keep_out_holds_between_the_nodes() {
             let state = posed([0.0; 3]);
             let plan = rolled_out::<4>(&mission, integrator, &start, state, Control::ZERO);
             let residuals = verified(&mission, integrator, &start, &plan).residuals;
-            let alone = verify_translation(&mission, &start, integrator, &plan.0);
+            let alone = verify_translation(&with_nodes(&mission, 4), &start, integrator, &plan.0);
             assert_eq!(alone.keep_out, residuals.keep_out);
             assert_eq!(alone.dynamics1, residuals.dynamics1);
             residuals.keep_out
@@ -54,7 +54,7 @@ fn keep_out_holds_between_the_nodes() {
 fn the_radius_between_nodes_is_the_smaller_and_at_the_end_that_of_the_terminal_state() {
     let mission = Mission::default();
     let trajectory = &TranslationTrajectory::<60>::ZERO;
-    let grid = mission.own_grid(60);
+    let grid = mission.own_grid();
     let beyond = &Beyond::of(&mission, &Scenario::default(), &grid);
     let path = Path { mission: &mission, grid, trajectory, between: true, beyond };
     assert_eq!([40, 41, 42].map(|k| path.radius_after(k)), [1.85, 1.46, 1.46]);

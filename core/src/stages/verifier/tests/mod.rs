@@ -10,7 +10,7 @@ mod target;
 use super::{Residuals, Verification, verify};
 use crate::dynamics::{Control, Integrator, Multibody, State};
 use crate::math::quaternion;
-use crate::model::{HcwTransition, Mission, Scenario};
+use crate::model::{Approach, HcwTransition, Mission, Scenario};
 use crate::stages::{ReorientationTrajectory, TranslationTrajectory};
 use nalgebra::{SVector, Vector3};
 use remora_qp::time::Deadline;
@@ -57,13 +57,19 @@ fn rolled_out<const N: usize>(
     (path, motion)
 }
 
+/// The mission with plans of so many nodes.
+fn with_nodes(mission: &Mission<3>, nodes: usize) -> Mission<3> {
+    Mission { approach: Approach { nodes, ..mission.approach }, ..*mission }
+}
+
 fn verified<const N: usize>(
     mission: &Mission<3>,
     integrator: Integrator,
     scenario: &Scenario,
     plan: &Plan<N>,
 ) -> Verification {
-    verify(mission, scenario, integrator, &plan.0, &plan.1, &Deadline::never())
+    let mission = with_nodes(mission, N);
+    verify(&mission, scenario, integrator, &plan.0, &plan.1, &Deadline::never())
 }
 
 fn residual(of: &Residuals, name: &str) -> (f64, f64) {

@@ -9,7 +9,9 @@ use nalgebra::Vector3;
 #[test]
 fn keep_out_and_preset_are_those_of_the_problem() {
     for nodes in [20, 41, 60, 61, 100] {
-        let grid = Mission::<3>::default().own_grid(nodes);
+        let mut mission = Mission::<3>::default();
+        mission.approach.nodes = nodes;
+        let grid = mission.own_grid();
         for node in 1..=nodes {
             let passed_tenths = 10 * (node - 1);
             let is_far = passed_tenths <= 7 * (nodes - 1);
