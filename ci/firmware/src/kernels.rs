@@ -31,7 +31,7 @@ pub fn run<B: Board>(
     memory: &mut Memory,
 ) {
     let w = &mut memory.workspace;
-    let dt = mission.grid(scenario, NODES).interval();
+    let dt = mission.grid(scenario).interval();
     let kernels = Kernels { measure: Measure { board, id }, mission, scenario, integrator, dt };
     kernels.initial_guess(w);
     kernels.step(w);

@@ -1,6 +1,7 @@
 //! Plans that begin in the middle of a motion: what is left of a plan, from where a disturbed state is.
 
 use nalgebra::Vector3;
+use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use remora_core::advanced::dynamics::State;
@@ -260,5 +261,76 @@ fn the_plan_in_force_is_its_own_best_guess() {
         assert!(ours.outcome.iterations < theirs.outcome.iterations);
         assert!(ours.outcome.iterations <= 4, "{}", ours.outcome.iterations);
         assert!(ours.cost <= theirs.cost * 1.01, "{} {}", ours.cost, theirs.cost);
+    }
+}
+
+/// Costs of both stages from `node` on.
+fn rest(mission: &Mission<LINKS>, plan: &InForce, node: usize) -> [f64; 2] {
+    let (w, units) = (&mission.weights, mission.cost_units());
+    let (from, to) = (node, NODES - 1);
+    let force = |k: usize| plan.translation.force[k] / units.force;
+    let effort: f64 = (from..to).map(|k| force(k).norm_squared()).sum();
+    let change: f64 = (from + 1..to).map(|k| (force(k) - force(k - 1)).norm_squared()).sum();
+    let torque = |k: usize| {
+        let control = &plan.nominal.reorientation.controls[k];
+        w.bus_torque * (control.bus_torque / units.bus_torque).norm_squared()
+            + w.joint_torque * (control.joint_torque / units.joint_torque).norm_squared()
+    };
+    [w.force * effort + w.force_change * change, (from..to).map(torque).sum()]
+}
+
+/// Plans the rest of plans again, undisturbed; returns the largest ratios of its costs to those of the rest
+/// of the plan in force.
+fn replanned_rest(integrator: Integrator, scenarios: &[usize], nodes: &[usize]) -> [f64; 2] {
+    let mut bench = Bench::new();
+    let mut worst = [0.0, 0.0];
+    for &k in scenarios {
+        let plan = bench.in_force(k, integrator);
+        for &node in nodes {
+            let mut scenario = plan.left(node, &mut ChaCha8Rng::seed_from_u64(0));
+            scenario.position = plan.translation.position[node];
+            scenario.velocity = plan.translation.velocity[node];
+            scenario.start = plan.nominal.reorientation.states[node].as_start();
+            let elapsed = plan.nominal.time(node);
+            let guess = InitialGuess::Nominal { plan: &plan.nominal, elapsed };
+            let report = bench.plan(&scenario, integrator, guess);
+            assert!(report.is_verified(), "{k} from node {node}: {:?}", report.residuals);
+            let costs = [report.translation.cost, report.reorientation.cost];
+            for ((worst, new), old) in
+                worst.iter_mut().zip(costs).zip(rest(&bench.mission, &plan, node))
+            {
+                // Costs that are rounding have no ratio.
+                *worst = f64::max(*worst, (new - 1e-9) / old);
+            }
+        }
+    }
+    worst
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    // Verifies REM-PLN-017.
+    #[test]
+    fn the_rest_of_a_plan_planned_again_is_no_costlier(
+        scenario in 0..60_usize,
+        node in 1..=NODES - 4,
+        flown in any::<bool>(),
+    ) {
+        let integrator = if flown { RK4 } else { Integrator::Euler };
+        let worst = replanned_rest(integrator, &[scenario], &[node]);
+        prop_assert!(worst[0] <= 1.01 && worst[1] <= 1.01, "{worst:?}");
+    }
+}
+
+/// The whole of it: `cargo test --release --test moving -- --ignored --nocapture`.
+#[test]
+#[ignore = "6720 plans"]
+fn the_rest_of_every_plan_is_no_costlier() {
+    let (all, nodes): (Vec<_>, Vec<_>) = ((0..60).collect(), (1..=NODES - 4).collect());
+    for integrator in [Integrator::Euler, RK4] {
+        let worst = replanned_rest(integrator, &all, &nodes);
+        println!("{integrator:?}: costs over those of the rest, at most {worst:.4?}");
+        assert!(worst[0] <= 1.01 && worst[1] <= 1.01, "{worst:?}");
     }
 }
