@@ -104,11 +104,10 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX
     /// Smooth part of the objective at `point`.
     pub fn cost(&self, point: &Solution<N, NX, NU, NG>) -> f64 {
         let mut sum = self.constant;
-        for (k, stage) in self.used().iter().enumerate() {
-            let x = &point.x[k];
+        let each = self.used().iter().zip(&point.x).zip(&point.u).enumerate();
+        for (k, ((stage, x), u)) in each {
             sum += 0.5 * x.dot(&(stage.hessian_xx * x)) + stage.gradient_x.dot(x);
             if k + 1 < self.nodes() {
-                let u = &point.u[k];
                 sum += 0.5 * u.dot(&(stage.hessian_uu * u))
                     + u.dot(&(stage.hessian_ux * x))
                     + stage.gradient_u.dot(u);

@@ -100,7 +100,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         const { assert!(NX >= STATES && NU >= CONTROLS, "Stage 1 needs more") };
         let Formulation { mission, scenario, integrator, margins, max_force, .. } = *formulation;
         let grid = formulation.grid();
-        let last = grid.nodes.min(N).saturating_sub(1);
+        let last = grid.last().min(N - 1);
         let end = &target[last];
         let capture = mission.servicer.capture_geometry();
         let port = mission.target.port_position + mission.target.port_normal * capture.reach;
@@ -177,12 +177,12 @@ impl<'a, const N: usize> Translation<'a, N> {
 
     /// Nodes of the plan.
     fn nodes(&self) -> usize {
-        self.grid.nodes.min(N)
+        self.last() + 1
     }
 
     /// The last node.
     fn last(&self) -> usize {
-        self.nodes().saturating_sub(1)
+        self.grid.last().min(N - 1)
     }
 
     /// Rolls the forces out to positions and velocities.

@@ -49,7 +49,7 @@ impl<'a> Scene<'a> {
         integrator: Integrator,
     ) -> Self {
         let grid = mission.grid(scenario);
-        let end = grid.nodes.min(NODES).saturating_sub(1);
+        let end = grid.last().min(NODES - 1);
         let last = &target[end];
         Self {
             mission,

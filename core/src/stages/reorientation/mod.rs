@@ -156,7 +156,7 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         } = *formulation;
         let grid = formulation.grid();
         let servicer = &mission.servicer;
-        let last = &target[grid.nodes.min(N).saturating_sub(1)];
+        let last = &target[grid.last().min(N - 1)];
         let approach = -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal);
         let across = quaternion::any_normal(&approach);
         let t = &mission.tolerances;
@@ -213,12 +213,12 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
 
     /// Nodes of the plan.
     fn nodes(&self) -> usize {
-        self.grid.nodes.min(N)
+        self.last() + 1
     }
 
     /// The last node.
     fn last(&self) -> usize {
-        self.nodes().saturating_sub(1)
+        self.grid.last().min(N - 1)
     }
 
     /// Cost of a torque profile, as section 6 defines it.
@@ -375,9 +375,9 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         defects: &mut [SVector<f64, NX>],
         paths: &mut [SVector<f64, NG>],
     ) {
-        for ((k, defect), row) in (first..self.nodes()).zip(defects).zip(paths) {
+        for ((k, defect), row) in (first..N).zip(defects).zip(paths) {
             // The result is not used after the deadline.
-            if self.stepping.deadline.has_passed() {
+            if k > self.last() || self.stepping.deadline.has_passed() {
                 return;
             }
             self.path_values(k, &z.states[k], row);

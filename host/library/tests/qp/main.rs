@@ -3,6 +3,7 @@
 
 mod clarabel;
 mod degenerate;
+mod fewer;
 mod limits;
 mod mission;
 mod programs;
