@@ -199,6 +199,22 @@ fn a_chunk_is_carried_out_before_the_next_is_asked_for() {
     }
 }
 
+/// A policy for plans of other nodes is not asked.
+// Verifies REM-PLN-020.
+#[test]
+fn a_model_for_other_nodes_gives_way_to_the_heuristic() {
+    let mut bench = Bench::new();
+    bench.plan(3, Integrator::Euler, &InitialGuess::Heuristic);
+    let script = Script::of(Action::Rate, bench.workspace.reorientation());
+    bench.mission.approach.nodes = 30;
+    let heuristic = bench.plan(3, Integrator::Euler, &InitialGuess::Heuristic);
+    let start = InitialGuess::Learned { policy: &script, seed: 0 };
+    let learned = bench.plan(3, Integrator::Euler, &start);
+    let record = learned.record;
+    assert_eq!((record.start, record.output), (GuessRecord::Unfit, heuristic.record.output));
+    assert!(record.start.is_fallback() && record.start.why().is_some());
+}
+
 #[test]
 fn a_plan_is_a_good_start_for_itself() {
     let mut bench = Bench::new();

@@ -59,7 +59,7 @@ impl Args {
             seed: self.seed,
             integrator: self.integrator.integrator,
             model: self.model.as_deref().map(Learned::usable).transpose()?,
-            mission: self.mission.mission()?,
+            mission: self.mission.of_all_nodes()?,
             shard: self.shard,
             jobs: self.jobs.jobs(),
             out: self.out,

@@ -75,7 +75,7 @@ impl Args {
             seed: self.seed,
             sites: if self.site.is_empty() { Site::ALL.to_vec() } else { self.site.clone() },
             scenarios: set.scenarios,
-            mission: self.mission.mission()?,
+            mission: self.mission.of_all_nodes()?,
             integrator,
         };
         if let Some(case) = self.case {

@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
+use remora_core::advanced::stages::{LINKS, NODES};
 use remora_host::choice::Choice;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
@@ -161,6 +161,19 @@ pub(super) struct MissionArgs {
 impl MissionArgs {
     pub(super) fn mission(&self) -> Result<Mission<LINKS>, Error> {
         read_mission(self.mission.as_deref())
+    }
+
+    /// The mission, where its plans have all the nodes of this build: what trajectories are recorded for and
+    /// models are made for.
+    pub(super) fn of_all_nodes(&self) -> Result<Mission<LINKS>, Error> {
+        let mission = self.mission()?;
+        match (&self.mission, mission.approach.nodes) {
+            (Some(file), nodes) if nodes != NODES => {
+                let reason = format!("is {nodes}; this command needs {NODES}");
+                Err(Error::input(file, "horizon.nodes", reason))
+            }
+            _ => Ok(mission),
+        }
     }
 }
 

@@ -57,7 +57,7 @@ Exit status: 0 done, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = self.mission.mission()?;
+        let mission = self.mission.of_all_nodes()?;
         let set = match &self.scenarios {
             Some(file) => ScenarioSet::read(file)?,
             None => drawn(self.count, self.seed, &mission)?,

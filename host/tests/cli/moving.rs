@@ -44,6 +44,35 @@ fn a_moving_start_is_planned_checked_and_recorded() {
     bench.solves("check --strict --scenarios later.scenarios.json a.plan.json");
 }
 
+// Verifies REM-PLN-019.
+#[test]
+fn fewer_nodes_are_planned_checked_and_read_again() {
+    let bench = bench();
+    let text = bench.read("later.scenarios.json").replace("900.0", "900.0, \"nodes\": 31");
+    bench.write("few.scenarios.json", &text);
+    bench.write("few.mission.toml", "[horizon]\nnodes = 46\n");
+    for qp in ["embedded", "clarabel"] {
+        let plan = format!("plan --qp {qp} --integrator rk4:4 --mission few.mission.toml");
+        bench
+            .solves(&format!("{plan} --scenarios few.scenarios.json --id later --out a.plan.json"));
+        let plan = bench.json("a.plan.json");
+        assert_eq!((&plan["grid"]["nodes"], &plan["grid"]["dt_s"]), (&json!(31), &json!(30.0)));
+        let rows = |stage: &str, key: &str| plan[stage][key].as_array().unwrap().len();
+        assert_eq!(rows("stage1", "position_rtn_m"), 31);
+        assert_eq!(rows("stage2", "joint_torque_n_m"), 30);
+        assert_eq!(rows("target", "rate_rtn_rad_s"), 31);
+        bench.solves("check --strict a.plan.json");
+    }
+    let run = bench.solves("plan --mission few.mission.toml --integrator euler --out b.plan.json");
+    assert_eq!(bench.json("b.plan.json")["grid"]["nodes"], 46);
+    assert_eq!(bench.json("b.plan.json")["warm_start"], "fallback", "{}", run.out);
+    assert!(run.out.contains("another number of nodes"), "{}", run.out);
+    for command in ["dataset --count 1 --seed 1 --out d", "inject --cases 1"] {
+        let refused = "few.mission.toml: horizon.nodes: is 46; this command needs 60";
+        bench.refuses(&format!("{command} --mission few.mission.toml"), refused);
+    }
+}
+
 #[test]
 fn a_campaign_keeps_the_starts() {
     let bench = bench();
@@ -65,7 +94,9 @@ fn nonsense_in_a_start_is_named() {
         bench.refuses("plan --scenarios bad.scenarios.json --id later --out x.json", &message);
     };
     refuses("900.0", "0.1", "scenarios[0].duration_s: must lie in [1, 1e6] s");
-    refuses("scenarios/2", "scenarios/1", "scenarios[0]: gives a start or a duration");
+    refuses("900.0", "900.0, \"nodes\": 61", "scenarios[0].nodes: must lie in [4, 60]");
+    refuses("900.0", "900.0, \"nodes\": 3", "scenarios[0].nodes: must lie in [4, 60]");
+    refuses("scenarios/2", "scenarios/1", "scenarios[0]: gives a start, a duration or nodes");
     refuses("0.7,", "700.0,", "scenarios[0].servicer.joint_angle_rad: each component");
     refuses("joint_rate_rad_s", "joint_rate", "scenarios[0].servicer.joint_rate: unknown field");
 }

@@ -98,7 +98,10 @@ fn missions() {
     refuses("[servicer]\nbus_mass_kg = -1.0", "servicer.bus_mass_kg: must be positive and finite");
     refuses("[target]\nmass_kg = nan", "target.mass_kg: must be positive and finite");
     refuses("[target]\nport_normal = [0, 0, 2]", "target.port_normal: must be a unit vector");
-    refuses("[horizon]\nnodes = 61", "horizon.nodes: this program is built for 60 nodes");
+    refuses(
+        "[horizon]\nnodes = 61",
+        "horizon.nodes: must lie in [4, 60], what this program is built for",
+    );
     refuses("[servicer]\nlinks = []", "servicer.links: has 0 entries; this program is built for 3");
     refuses("[servicer]\njoint_angle_limit_rad = [1, 1]", "servicer.joint_angle_limit_rad: ");
     refuses("[servicer]\nwheels = 4", "servicer.wheels: unknown field `wheels`");
