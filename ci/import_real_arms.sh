@@ -25,8 +25,8 @@ fi
 packages=$("$work/venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
 robots=$packages/cmeel.prefix/share/example-robot-data/robots
 
-# held NAME URDF END_EFFECTOR HELD FLAGS: HELD for Pinocchio, which follows no mimics; FLAGS for us.
-held() {
+# check NAME URDF END_EFFECTOR HELD FLAGS: HELD for Pinocchio, which follows no mimics; FLAGS for us.
+check() {
     local name=$1 urdf=$2 end_effector=$3 locks=$4 flags=$5
     local reference=$work/$name.pinocchio.json
     # shellcheck disable=SC2086 # The locks are words.
@@ -42,8 +42,8 @@ limits=''
 for joint in 1 2 3 4 5 6 7; do
     limits+=" --limit Joint_$joint=-3,3,0.1,100"
 done
-held spartpy "$packages/SPARTpy/urdf/floating_7dof_manipulator.urdf" Link_EE '' "${limits# }"
-held ur5 "$robots/ur_description/urdf/ur5_robot.urdf" tool0 '' '--end-effector tool0'
-held panda "$robots/panda_description/urdf/panda.urdf" panda_hand_tcp \
+check spartpy "$packages/SPARTpy/urdf/floating_7dof_manipulator.urdf" Link_EE '' "${limits# }"
+check ur5 "$robots/ur_description/urdf/ur5_robot.urdf" tool0 '' '--end-effector tool0'
+check panda "$robots/panda_description/urdf/panda.urdf" panda_hand_tcp \
     '--hold panda_finger_joint1=0.02 --hold panda_finger_joint2=0.02' \
     '--end-effector panda_hand_tcp --hold panda_finger_joint1=0.02'

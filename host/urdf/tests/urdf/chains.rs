@@ -166,7 +166,7 @@ proptest! {
         prop_assert!((found.center_of_mass() - expected.center_of_mass()).norm() < 1e-12);
         for is_free in [false, true] {
             let matrix = expected.mass_matrix(is_free);
-            let difference = (found.mass_matrix(is_free) - &matrix).amax();
+            let difference = (found.mass_matrix(is_free) - matrix).amax();
             prop_assert!(difference < 1e-12 * matrix.amax(), "{difference:e}");
         }
     }
@@ -182,6 +182,6 @@ proptest! {
         let expected = Vector3::from(xyz) + rotation(rpy) * bare.end_effector.0;
         prop_assert!((found.end_effector.0 - expected).norm() < 1e-12);
         let expected = bare.mass_matrix(false);
-        prop_assert!((found.mass_matrix(false) - &expected).amax() < 1e-12 * expected.amax());
+        prop_assert!((found.mass_matrix(false) - expected).amax() < 1e-12 * expected.amax());
     }
 }

@@ -47,7 +47,7 @@ fn differences(arm: &Arm, reference: &Value) -> [f64; 4] {
             if let Some(part) = state.get(part) {
                 let expected = mass_matrix(&part["mass_matrix"], before);
                 let found = scene.mass_matrix(before == 0);
-                worst[2 + i] = worst[2 + i].max((found - &expected).amax() / expected.amax());
+                worst[2 + i] = worst[2 + i].max((found - expected).amax() / expected.amax());
             }
         }
     }
