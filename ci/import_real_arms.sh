@@ -47,3 +47,9 @@ check ur5 "$robots/ur_description/urdf/ur5_robot.urdf" tool0 '' '--end-effector 
 check panda "$robots/panda_description/urdf/panda.urdf" panda_hand_tcp \
     '--hold panda_finger_joint1=0.02 --hold panda_finger_joint2=0.02' \
     '--end-effector panda_hand_tcp --hold panda_finger_joint1=0.02'
+check xarm7 "$robots/xarm_description/urdf/xarm7.urdf" link7 '' ''
+check z1 "$robots/z1_description/urdf/z1.urdf" gripperMover '' ''
+check kinova "$robots/kinova_description/robots/kinova.urdf" j2s6s200_end_effector '' \
+    '--end-effector j2s6s200_end_effector'
+check talos_left_arm "$robots/talos_data/robots/talos_left_arm.urdf" arm_left_7_link '' \
+    '--end-effector arm_left_7_link'

@@ -5,6 +5,7 @@ use crate::body::Body;
 use crate::fault::{Fault, Place};
 use crate::hull::{Bounds, Hull};
 use crate::limits::{limits, near_pi};
+use crate::links::Links;
 use crate::note::{Findings, Note};
 use crate::options::Options;
 use crate::pose::Pose;
@@ -12,8 +13,7 @@ use crate::selection::Selection;
 use crate::tree::Tree;
 use crate::written::Written;
 use nalgebra::{Matrix3, Vector3};
-use std::collections::BTreeSet;
-use urdf_rs::{Inertial, JointType};
+use urdf_rs::JointType;
 
 /// All that an arm is made of.
 pub struct Chain<'a> {
@@ -40,10 +40,10 @@ impl Chain<'_> {
     /// The arm, if nothing was found wrong, and the links that were looked at.
     pub fn assemble(&self, name: &str, found: &mut Findings) -> (Option<Arm>, Vec<LinkRow>) {
         // A body that was not understood makes others look wrong.
-        let broken: BTreeSet<Place> = found.faults.iter().filter_map(place).cloned().collect();
+        let links = Links::new(self.tree, self.written, &found.faults);
         let poses = self.poses(&mut found.notes);
-        let (carriers, rows) = self.carriers(&poses, &broken, found);
-        if broken.is_empty() {
+        let (carriers, rows) = self.carriers(&poses, &links, found);
+        if links.are_understood() {
             self.bodies(&carriers, &mut found.faults);
         }
         let base = self.base(&carriers[0], &mut found.notes);
@@ -91,7 +91,7 @@ impl Chain<'_> {
     fn carriers(
         &self,
         poses: &[Pose],
-        broken: &BTreeSet<Place>,
+        links: &Links,
         found: &mut Findings,
     ) -> (Vec<Carrier>, Vec<LinkRow>) {
         let carrier = |link: usize| Carrier {
@@ -113,12 +113,10 @@ impl Chain<'_> {
                 of_link[link] = of_link[self.tree.parent_link(joint)];
             }
             let into = &mut carriers[of_link[link]];
-            let row = self.row(link, self.tree.name(into.link), found);
-            if !broken.contains(&Place::Link(row.name.clone())) {
-                found.faults.extend(fault(&row.name, &row.body));
-            }
+            let hulls = links.hulls(link);
+            let row = links.row(link, self.tree.name(into.link), &hulls, found);
             into.body = into.body.merged(&row.body.seen_from(&poses[link]));
-            into.hulls.extend(self.hulls(link, &poses[link]));
+            into.hulls.extend(hulls.iter().map(|hull| hull.seen_from(&poses[link])));
             into.has_meshes |= self.written.meshes.contains_key(&row.name);
             if into.link != link && row.body.mass > 0.0 {
                 let (link, into) = (row.name.clone(), row.part_of.clone());
@@ -127,39 +125,6 @@ impl Chain<'_> {
             rows.push(row);
         }
         (carriers, rows)
-    }
-
-    fn hulls(&self, link: usize, pose: &Pose) -> Vec<Hull> {
-        let shapes = self.tree.links[link].collision.iter();
-        let hull = |collision: &urdf_rs::Collision| {
-            let own = Pose::from_xyz_rpy(*collision.origin.xyz, *collision.origin.rpy);
-            Hull::new(&collision.geometry, &pose.then(&own))
-        };
-        shapes.filter_map(hull).collect()
-    }
-
-    /// Looks at a link by itself.
-    fn row(&self, link: usize, part_of: String, found: &mut Findings) -> LinkRow {
-        let notes = &mut found.notes;
-        let name = self.tree.name(link);
-        let body = body(&self.tree.links[link].inertial);
-        let bounds = Bounds::of(&self.hulls(link, &Pose::identity()));
-        let joints = self.tree.joints_of(link).iter();
-        let reach = joints.map(|j| Vector3::from(*self.tree.joints[*j].origin.xyz).norm());
-        let extent =
-            bounds.map_or_else(|| reach.fold(0.0, f64::max), |b| (b.upper - b.lower).norm());
-        if !self.written.inertial.contains(&name) {
-            notes.push(Note::NoInertial { link: name.clone() });
-        }
-        let meshes = self.written.meshes.get(&name).copied();
-        notes.extend(meshes.map(|count| Note::Meshes { link: name.clone(), count }));
-        let has_shapes = bounds.is_some();
-        let gyration = body.radii_of_gyration()[2];
-        let most = if has_shapes { 0.5 * extent } else { extent };
-        if extent > 0.0 && gyration > most {
-            notes.push(Note::Gyration { link: name.clone(), gyration, extent });
-        }
-        LinkRow { name, part_of, body, extent, has_shapes }
     }
 
     /// Looks at each body that moves, or is the bus, as a whole.
@@ -235,38 +200,6 @@ impl Chain<'_> {
         let tip = next - carrier.joint;
         Some(Joint { name, link, axis, tip, body, limits, armature: 0.0, radius })
     }
-}
-
-/// The link or joint of which something was not understood.
-fn place(fault: &Fault) -> Option<&Place> {
-    match fault {
-        Fault::Missing { place, .. }
-        | Fault::WrittenTwice { place, .. }
-        | Fault::Number { place, .. } => Some(place),
-        _ => None,
-    }
-}
-
-/// What is wrong with the mass or inertia of a link, if something is.
-fn fault(name: &str, body: &Body) -> Option<Fault> {
-    let (link, mass) = (name.to_owned(), body.mass);
-    if mass < 0.0 {
-        Some(Fault::NegativeMass { link, mass })
-    } else if mass == 0.0 && body.inertia != Matrix3::zeros() {
-        Some(Fault::InertiaWithoutMass { link })
-    } else if !body.is_possible() {
-        Some(Fault::Inertia { link, moments: body.principal_moments() })
-    } else {
-        None
-    }
-}
-
-/// The body of a link, in its own axes.
-fn body(inertial: &Inertial) -> Body {
-    let i = &inertial.inertia;
-    let inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
-    let own = Body { mass: inertial.mass.value, center_of_mass: Vector3::zeros(), inertia };
-    own.seen_from(&Pose::from_xyz_rpy(*inertial.origin.xyz, *inertial.origin.rpy))
 }
 
 /// A joint's unit axis, in the link's axes; x for a zero vector, which is a fault already.

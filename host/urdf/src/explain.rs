@@ -67,7 +67,8 @@ fn link_cells(row: &LinkRow) -> Vec<String> {
     let gyration = if body.mass > 0.0 { format!("{a:.4} {b:.4} {c:.4}") } else { "-".to_owned() };
     let verdict = match (body.is_possible(), body.has_extent()) {
         (false, _) => "impossible",
-        (true, false) => "zero",
+        (true, _) if body.mass == 0.0 => "-",
+        (true, false) => "not definite",
         (true, true) => "possible",
     };
     let (name, part_of) = (row.name.clone(), row.part_of.clone());

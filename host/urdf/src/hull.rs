@@ -27,7 +27,13 @@ impl Hull {
             Geometry::Sphere { radius } => (vec![Vector3::zeros()], *radius),
             Geometry::Mesh { .. } => return None,
         };
-        Some(Self { points: points.iter().map(|point| pose.point(point)).collect(), margin })
+        Some(Self { points, margin }.seen_from(pose))
+    }
+
+    /// The same shape in the frame in which its own has the pose `pose`.
+    pub fn seen_from(&self, pose: &Pose) -> Self {
+        let points = self.points.iter().map(|point| pose.point(point)).collect();
+        Self { points, margin: self.margin }
     }
 
     /// A point.

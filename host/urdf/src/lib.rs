@@ -8,6 +8,7 @@ mod explain;
 mod fault;
 mod hull;
 mod limits;
+mod links;
 mod note;
 mod options;
 mod pose;
@@ -28,6 +29,7 @@ pub use text::{MAX_ATTRIBUTES, MAX_BYTES, MAX_DEPTH, MAX_NODES, MAX_NUMBER};
 
 use arm::LinkRow;
 use chain::Chain;
+use links::Links;
 use note::Findings;
 use tree::Tree;
 
@@ -83,7 +85,10 @@ fn read_text(text: &str, options: &Options, found: &mut Findings) -> Option<Read
         }
     };
     let tree = Tree::new(&robot, &mut found.faults)?;
-    let selection = selection::select(&tree, &written, options, found)?;
+    let Some(selection) = selection::select(&tree, &written, options, found) else {
+        let links = Links::new(&tree, &written, &found.faults).all(found);
+        return Some(Reading { links, arm: None });
+    };
     let chain = Chain { tree: &tree, selection: &selection, written: &written, options };
     let (arm, links) = chain.assemble(&robot.name, found);
     Some(Reading { links, arm })

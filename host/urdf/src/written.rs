@@ -117,8 +117,11 @@ impl<'a, 'input> Look<'a, 'input> {
         }
         if let Some(axis) = self.child("axis", faults) {
             written.axis.insert(name.to_owned());
-            if axis.numbers("xyz", 3, true, faults).is_some_and(|xyz| xyz.iter().all(|x| *x == 0.0))
-            {
+            let xyz = axis.numbers("xyz", 3, true, faults);
+            // Programs write a zero axis for joints that do not move.
+            let needs_axis = ["revolute", "continuous", "prismatic"];
+            let is_needed = self.node.attribute("type").is_some_and(|t| needs_axis.contains(&t));
+            if is_needed && xyz.is_some_and(|xyz| xyz.iter().all(|x| *x == 0.0)) {
                 faults.push(Fault::ZeroAxis { place: self.place.clone() });
             }
         }
