@@ -51,5 +51,5 @@ check xarm7 "$robots/xarm_description/urdf/xarm7.urdf" link7 '' ''
 check z1 "$robots/z1_description/urdf/z1.urdf" gripperMover '' ''
 check kinova "$robots/kinova_description/robots/kinova.urdf" j2s6s200_end_effector '' \
     '--end-effector j2s6s200_end_effector'
-check talos_left_arm "$robots/talos_data/robots/talos_left_arm.urdf" arm_left_7_link '' \
-    '--end-effector arm_left_7_link'
+check talos_left_arm "$robots/talos_data/robots/talos_left_arm.urdf" arm_left_7_link \
+    '--hold gripper_left_joint=-0.3' '--end-effector arm_left_7_link --hold gripper_left_joint=-0.3'

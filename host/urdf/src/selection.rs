@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::tree::Tree;
 use crate::written::Written;
 use std::collections::{BTreeMap, BTreeSet};
-use urdf_rs::JointType;
+use urdf_rs::{Joint, JointType};
 
 /// Most joints of an arm.
 pub const MAX_JOINTS: usize = 7;
@@ -104,7 +104,8 @@ fn held(
     found: &mut Findings,
 ) -> BTreeMap<usize, f64> {
     let mut held = BTreeMap::new();
-    for (i, joint) in tree.joints.iter().enumerate() {
+    let can_move = |(_, joint): &(usize, &Joint)| joint.joint_type != JointType::Fixed;
+    for (i, joint) in tree.joints.iter().enumerate().filter(can_move) {
         let name = &joint.name;
         let mimic = written.mimics.get(name);
         let leader = mimic.and_then(|m| options.held.get(&m.leader).map(|value| (m, *value)));

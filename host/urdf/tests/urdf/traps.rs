@@ -129,7 +129,10 @@ fn what_other_programs_add_is_no_hindrance() {
              <material name='m'/><material/></robot>",
         )
         .replace("<link name=\"tool\"/>", "<link name='tool'><visual/><sensor x='&lt;'/><![CDATA[x]]></link>");
-    let added = added.replace("<child link=\"tool\"/>", "<child link='tool'/><axis xyz='0 0 0'/>");
+    let added = added.replace(
+        "<child link=\"tool\"/>",
+        "<child link='tool'/><axis xyz='0 0 0'/><limit/><mimic joint='elbow'/>",
+    );
     assert_eq!(read(&added, "").unwrap(), read(&text("planar.urdf"), "").unwrap());
     let marked = format!("\u{feff}{}", text("planar.urdf"));
     assert!(read(&marked, "").is_ok());
