@@ -1,0 +1,245 @@
+//! What is actually written in a file: `urdf-rs` answers zeros for what is not, and ends at the first
+//! fault. This looks at every element and number that is read, and collects what is wrong.
+
+use crate::fault::{Fault, Place};
+use crate::text::number;
+use roxmltree::{Document, Node};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Kinds of joints, as URDF spells them.
+const JOINT_TYPES: [&str; 7] =
+    ["revolute", "continuous", "fixed", "prismatic", "planar", "floating", "spherical"];
+
+const MOMENTS: [&str; 6] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
+
+/// The attributes of a `<limit>`, where they are written.
+#[derive(Debug, Default)]
+pub struct LimitText {
+    pub lower: Option<String>,
+    pub upper: Option<String>,
+    pub velocity: Option<String>,
+    pub effort: Option<String>,
+}
+
+/// A `<mimic>`: this joint's angle is `multiplier` times the leader's, plus `offset`.
+#[derive(Debug)]
+pub struct Mimic {
+    pub leader: String,
+    pub multiplier: f64,
+    pub offset: f64,
+}
+
+/// What cannot be told from what `urdf-rs` gives.
+#[derive(Debug, Default)]
+pub struct Written {
+    /// Links with an `<inertial>`.
+    pub inertial: BTreeSet<String>,
+    /// Collision meshes by link.
+    pub meshes: BTreeMap<String, usize>,
+    /// Joints with an `<axis>`.
+    pub axis: BTreeSet<String>,
+    /// Joints with a `<limit>`.
+    pub limits: BTreeMap<String, LimitText>,
+    /// Joints with a `<mimic>`.
+    pub mimics: BTreeMap<String, Mimic>,
+    /// Joints with damping or friction.
+    pub dynamics: BTreeMap<String, (f64, f64)>,
+}
+
+/// Walks over the document.
+pub fn look(document: &Document, faults: &mut Vec<Fault>) -> Written {
+    let mut written = Written::default();
+    for node in document.root_element().children().filter(Node::is_element) {
+        let (element, place): (_, fn(String) -> Place) = match node.tag_name().name() {
+            "link" => ("link", Place::Link),
+            "joint" => ("joint", Place::Joint),
+            _ => continue,
+        };
+        let Some(name) = node.attribute("name") else {
+            faults.push(Fault::NoName { element });
+            continue;
+        };
+        let look = Look { node, place: place(name.to_owned()) };
+        if element == "link" {
+            look.link(name, &mut written, faults);
+        } else {
+            look.joint(name, &mut written, faults);
+        }
+    }
+    written
+}
+
+/// An element, and what it belongs to.
+struct Look<'a, 'input> {
+    node: Node<'a, 'input>,
+    place: Place,
+}
+
+impl<'a, 'input> Look<'a, 'input> {
+    fn link(&self, name: &str, written: &mut Written, faults: &mut Vec<Fault>) {
+        if let Some(inertial) = self.child("inertial", faults) {
+            written.inertial.insert(name.to_owned());
+            inertial.origin(faults);
+            if let Some(mass) = inertial.needed("mass", faults) {
+                mass.number("value", faults);
+            }
+            if let Some(inertia) = inertial.needed("inertia", faults) {
+                MOMENTS.iter().for_each(|moment| inertia.number(moment, faults));
+            }
+        }
+        for node in self.children("collision") {
+            let collision = Look { node, place: self.place.clone() };
+            collision.origin(faults);
+            let Some(geometry) = collision.needed("geometry", faults) else { continue };
+            match geometry.node.children().find(Node::is_element) {
+                Some(node) if node.tag_name().name() == "mesh" => {
+                    *written.meshes.entry(name.to_owned()).or_default() += 1;
+                }
+                Some(node) => Look { node, place: self.place.clone() }.shape(faults),
+                None => faults.push(geometry.missing("box, cylinder, sphere, capsule or mesh")),
+            }
+        }
+    }
+
+    fn joint(&self, name: &str, written: &mut Written, faults: &mut Vec<Fault>) {
+        match self.node.attribute("type") {
+            None => faults.push(self.missing("type")),
+            Some(kind) if JOINT_TYPES.contains(&kind) => {}
+            Some(kind) => faults
+                .push(Fault::JointType { place: self.place.clone(), written: kind.to_owned() }),
+        }
+        self.origin(faults);
+        for end in ["parent", "child"] {
+            let link = self.needed(end, faults);
+            faults.extend(
+                link.filter(|l| l.node.attribute("link").is_none()).map(|l| l.missing("link")),
+            );
+        }
+        if let Some(axis) = self.child("axis", faults) {
+            written.axis.insert(name.to_owned());
+            let xyz = axis.numbers("xyz", 3, true, faults);
+            // Programs write a zero axis for joints that do not move.
+            let needs_axis = ["revolute", "continuous", "prismatic"];
+            let is_needed = self.node.attribute("type").is_some_and(|t| needs_axis.contains(&t));
+            if is_needed && xyz.is_some_and(|xyz| xyz.iter().all(|x| *x == 0.0)) {
+                faults.push(Fault::ZeroAxis { place: self.place.clone() });
+            }
+        }
+        if let Some(limit) = self.child("limit", faults) {
+            let text = |field: &str| limit.node.attribute(field).map(str::to_owned);
+            let [lower, upper] = ["lower", "upper"].map(text);
+            let [velocity, effort] = ["velocity", "effort"].map(text);
+            written.limits.insert(name.to_owned(), LimitText { lower, upper, velocity, effort });
+        }
+        if let Some(mimic) = self.child("mimic", faults) {
+            let multiplier = mimic.optional("multiplier", faults).unwrap_or(1.0);
+            let offset = mimic.optional("offset", faults).unwrap_or(0.0);
+            let leader = mimic.node.attribute("joint").unwrap_or_default().to_owned();
+            written.mimics.insert(name.to_owned(), Mimic { leader, multiplier, offset });
+        }
+        if let Some(dynamics) = self.child("dynamics", faults) {
+            let value = |field, faults: &mut _| dynamics.optional(field, faults).unwrap_or(0.0);
+            let both = (value("damping", faults), value("friction", faults));
+            if both != (0.0, 0.0) {
+                written.dynamics.insert(name.to_owned(), both);
+            }
+        }
+    }
+
+    fn origin(&self, faults: &mut Vec<Fault>) {
+        if let Some(origin) = self.child("origin", faults) {
+            origin.numbers("xyz", 3, false, faults);
+            origin.numbers("rpy", 3, false, faults);
+            origin.numbers("quat_xyzw", 4, false, faults);
+        }
+    }
+
+    fn shape(&self, faults: &mut Vec<Fault>) {
+        let fields: &[(&str, usize)] = match self.node.tag_name().name() {
+            "box" => &[("size", 3)],
+            "sphere" => &[("radius", 1)],
+            "cylinder" | "capsule" => &[("radius", 1), ("length", 1)],
+            _ => return,
+        };
+        for (field, count) in fields {
+            let values = self.numbers(field, *count, true, faults).unwrap_or_default();
+            let negative = values.into_iter().find(|value| *value < 0.0);
+            faults.extend(negative.map(|value| Fault::Negative {
+                place: self.place.clone(),
+                field: format!("{}/{field}", self.node.tag_name().name()),
+                value,
+            }));
+        }
+    }
+
+    fn children(
+        &self,
+        name: &'static str,
+    ) -> impl Iterator<Item = Node<'a, 'input>> + use<'a, 'input> {
+        self.node.children().filter(move |child| child.tag_name().name() == name)
+    }
+
+    /// The one element of this name inside, if there is one.
+    fn child(&self, name: &'static str, faults: &mut Vec<Fault>) -> Option<Self> {
+        let mut found = self.children(name);
+        let first = found.next();
+        if found.next().is_some() {
+            faults
+                .push(Fault::WrittenTwice { place: self.place.clone(), element: name.to_owned() });
+        }
+        first.map(|node| Look { node, place: self.place.clone() })
+    }
+
+    fn needed(&self, name: &'static str, faults: &mut Vec<Fault>) -> Option<Self> {
+        let found = self.child(name, faults);
+        if found.is_none() {
+            faults.push(self.missing(name));
+        }
+        found
+    }
+
+    fn missing(&self, field: &str) -> Fault {
+        Fault::Missing { place: self.place.clone(), field: self.path(field) }
+    }
+
+    /// The name of a field, behind that of its element if that is inside a link or joint.
+    fn path(&self, field: &str) -> String {
+        match self.node.tag_name().name() {
+            "link" | "joint" => field.to_owned(),
+            element => format!("{element}/{field}"),
+        }
+    }
+
+    fn number(&self, field: &str, faults: &mut Vec<Fault>) {
+        self.numbers(field, 1, true, faults);
+    }
+
+    fn optional(&self, field: &str, faults: &mut Vec<Fault>) -> Option<f64> {
+        self.numbers(field, 1, false, faults).and_then(|values| values.first().copied())
+    }
+
+    /// The numbers of an attribute; a fault if they are not as many, or none where one is needed.
+    fn numbers(
+        &self,
+        field: &str,
+        count: usize,
+        is_needed: bool,
+        faults: &mut Vec<Fault>,
+    ) -> Option<Vec<f64>> {
+        let Some(text) = self.node.attribute(field) else {
+            faults.extend(is_needed.then(|| self.missing(field)));
+            return None;
+        };
+        let values: Option<Vec<f64>> = text.split_whitespace().map(number).collect();
+        let values = values.filter(|values| values.len() == count);
+        if values.is_none() {
+            faults.push(Fault::Number {
+                place: self.place.clone(),
+                field: self.path(field),
+                written: text.chars().take(80).collect(),
+                expects: ["", "one number", "", "three numbers", "four numbers"][count],
+            });
+        }
+        values
+    }
+}
