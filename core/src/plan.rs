@@ -4,8 +4,8 @@ use crate::dynamics::{Control, State};
 use crate::executor::ForkJoin;
 use crate::model::{Mission, Refusal, Scenario};
 use crate::planner::{
-    self, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Nominal, Options, Report, Session,
-    SolveRecord, Solver, StageReport, Verdict, Workspace,
+    self, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Nominal, Options, Report, Scales,
+    Session, SolveRecord, Solver, StageReport, Verdict, Workspace,
 };
 use crate::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, verify,
@@ -80,7 +80,7 @@ impl<S: Solver> Planner<S> {
             Some(refusal) => Err(refusal),
             None => {
                 let duration = mission.grid(scenario, NODES).duration;
-                Ok(Plan { planner: self, mission: **mission, duration, report })
+                Ok(Plan { planner: self, scales: Scales::of(mission), duration, report })
             }
         }
     }
@@ -142,7 +142,7 @@ impl<S: Solver> Planner<S> {
 #[must_use]
 pub struct Plan<'p, S = EmbeddedSolver> {
     planner: &'p Planner<S>,
-    mission: Mission<LINKS>,
+    scales: Scales,
     duration: f64,
     report: Report,
 }
@@ -200,7 +200,7 @@ impl<S: Solver> Plan<'_, S> {
         if self.report.reorientation.outcome.iterations == 0 {
             return None;
         }
-        planner::feedback_gain(&self.mission, &self.planner.solver, interval)
+        self.scales.gain(&self.planner.solver, interval)
     }
 
     /// Status, residuals, clearances, iterations, times.

@@ -12,7 +12,7 @@ use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};
 use physics::{Case, Point, about_center, cloud, lively, mean, on_mission, stacked};
 use proptest::prelude::*;
 use remora_core::advanced::dynamics::{
-    Acceleration, Control, Integrator, State, Stepping, SystemState, articulated,
+    Acceleration, Control, Integrator, Multibody, State, Stepping, SystemState, articulated,
 };
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::hcw_acceleration;
@@ -82,6 +82,9 @@ fn balance<const NL: usize, const NX: usize, const NU: usize>(
         moment += s.cross(&tide) * *mass;
         jacobi += mass * (v.dot(v) - n * n * (3.0 * s.x * s.x - s.z * s.z)) / 2.0;
     }
+    for (link, rate) in case.servicer.links.iter().zip(&state.joint_rate) {
+        jacobi += link.armature * rate * rate / 2.0;
+    }
     // The force acts at the bus centre of mass.
     moment += torque - center.position.cross(&case.force);
     let power = torque.dot(&state.rate) + control.joint_torque.dot(&state.joint_rate)
@@ -149,7 +152,9 @@ fn newtons_law_holds_for_every_point_mass<const NL: usize, const NX: usize, cons
     let (n, state) = (case.mean_motion, &case.state);
     let (position, velocity) = (Vector3::new(3.0, -2.0, 1.0), Vector3::new(0.3, 0.1, -0.2));
     let full = SystemState { position, velocity, internal: *state };
-    let rates = case.body().system_rates(&full, &case.control, &case.force);
+    let mission = case.mission();
+    let body = Multibody::new(&mission);
+    let rates = body.system_rates(&full, &case.control, &case.force);
 
     // A curve through the state with the rates and accelerations found.
     let along = |t: f64| {
@@ -201,13 +206,17 @@ fn newtons_law_holds_for_every_point_mass<const NL: usize, const NX: usize, cons
             case.control.joint_torque[j - 3]
         };
         let displaced = cloud(&case.servicer, &unit);
-        let work: f64 = displaced.iter().zip(&left_over).map(|(d, f)| d.velocity.dot(f)).sum();
+        let mut work: f64 = displaced.iter().zip(&left_over).map(|(d, f)| d.velocity.dot(f)).sum();
+        // The rotors' share: on each joint the torque that turns its own.
+        for (i, link) in case.servicer.links.iter().enumerate() {
+            work += link.armature * rates.joint_rate[i] * unit.joint_rate[i];
+        }
         let error = (work - expected).abs();
         assert!(error < tolerance, "degree of freedom {j}: {error:e} N m");
     }
 
     // The system's centre of mass, as the code under test has it, to rounding.
-    let (offset, offset_rate) = case.body().center_of_mass(state);
+    let (offset, offset_rate) = body.center_of_mass(state);
     let (center, center_rate) = (mean(&points, |p| p.position), mean(&points, |p| p.velocity));
     assert!((offset - center).norm() < 1e-14);
     assert!((offset_rate - center_rate).norm() < 1e-14);
@@ -230,7 +239,8 @@ fn two_algorithms_agree<const NL: usize, const NX: usize, const NU: usize>(
 fn torques_invert_accelerations<const NL: usize, const NX: usize, const NU: usize>(
     case: &Case<NL, NX, NU>,
 ) {
-    let body = case.body();
+    let mission = case.mission();
+    let body = Multibody::new(&mission);
     let acceleration = body.acceleration(&case.state, &case.control, &case.force);
     let back = body.torques(&case.state, &case.force, &acceleration);
     // Torques are differences of inertial moments of up to some 100 N m, each rounded.
@@ -263,7 +273,8 @@ fn assert_derivative<const R: usize>(
 fn acceleration_derivatives<const NL: usize, const NX: usize, const NU: usize>(
     case: &Case<NL, NX, NU>,
 ) {
-    let (body, size) = (case.body(), case.acceleration().norm());
+    let (mission, size) = (case.mission(), case.acceleration().norm());
+    let body = Multibody::new(&mission);
     let Case { state, control, force, .. } = case;
     let (value, by) = body.acceleration_jacobian::<NX, NU>(state, control, force);
     assert_eq!(value, body.acceleration(state, control, force));
@@ -303,7 +314,8 @@ fn check_step_derivatives<const NL: usize, const NX: usize, const NU: usize>(
     dt: f64,
     steps: &Steps,
 ) {
-    let body = case.body();
+    let mission = case.mission();
+    let body = Multibody::new(&mission);
     let Case { state, control, force, .. } = case;
     let (next, by) =
         body.step_jacobian::<NX, NU>(&Stepping::new(integrator, dt), state, control, force);
@@ -390,7 +402,8 @@ fn nonsense_in_gives_nonsense_out<const NL: usize, const NX: usize, const NU: us
 fn finite_results<const NL: usize, const NX: usize, const NU: usize>(
     case: &Case<NL, NX, NU>,
 ) -> Vec<String> {
-    let body = case.body();
+    let mission = case.mission();
+    let body = Multibody::new(&mission);
     let Case { servicer, mean_motion, state, control, force } = case;
     let sound = |a: Acceleration<NL>| stacked::<NL, NU>(&a).iter().all(|x| x.is_finite());
     let acceleration = body.acceleration(state, control, force);

@@ -4,8 +4,9 @@
 use super::Grid;
 use super::{Orbit, Servicer, Switch, Target, Typical};
 use core::fmt;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use remora_qp::Validate;
+use remora_qp::dense::cholesky_in_place;
 
 /// The approach itself: how long, how far off, how well seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -247,6 +248,9 @@ impl fmt::Display for InvalidField {
 
 impl core::error::Error for InvalidField {}
 
+/// Share of an inertia's trace by which rounding may make a flat body's second mass moment negative.
+const FLAT: f64 = 1e-12;
+
 /// Collects checks so that each is one line.
 struct Check;
 
@@ -274,12 +278,22 @@ impl Check {
     }
 
     fn inertia(v: &Vector3<f64>, field: &'static str) -> Result<(), InvalidField> {
+        Self::inertia_tensor(&Matrix3::from_diagonal(v), field)
+    }
+
+    /// The tensor must be symmetric and positive definite, and so must, but for rounding, be the body's
+    /// second mass moments: no principal moment is then above the sum of the other two.
+    fn inertia_tensor(m: &Matrix3<f64>, field: &'static str) -> Result<(), InvalidField> {
         for i in 0..3 {
-            Self::positive(v[i], field)?;
+            Self::positive(m[(i, i)], field)?;
         }
-        let triangle = v.x + v.y >= v.z && v.y + v.z >= v.x && v.z + v.x >= v.y;
+        Self::finite(m.as_slice(), field)?;
+        Self::that(*m == m.transpose(), field, "must be symmetric")?;
+        let is_positive = |m: &Matrix3<f64>| cholesky_in_place(&mut m.clone_owned()).is_ok();
+        Self::that(is_positive(m), field, "must be positive definite")?;
+        let second = Matrix3::from_diagonal_element((0.5 + FLAT) * m.trace()) - m;
         Self::that(
-            triangle,
+            is_positive(&second),
             field,
             "no body has such moments: each must be at most the sum of the other two",
         )
@@ -336,7 +350,7 @@ impl<const NL: usize> Mission<NL> {
     fn validate_servicer(&self) -> Result<(), InvalidField> {
         let s = &self.servicer;
         Check::positive(s.bus_mass, "servicer.bus_mass")?;
-        Check::inertia(&s.bus_inertia, "servicer.bus_inertia")?;
+        Check::inertia_tensor(&s.bus_inertia, "servicer.bus_inertia")?;
         for i in 0..3 {
             Check::positive(s.bus_half_extents[i], "servicer.bus_half_extents")?;
         }
@@ -346,22 +360,27 @@ impl<const NL: usize> Mission<NL> {
             Check::finite(link.tip.as_slice(), "servicer.links.tip")?;
             Check::finite(link.center_of_mass.as_slice(), "servicer.links.center_of_mass")?;
             Check::positive(link.mass, "servicer.links.mass")?;
-            Check::inertia(&link.inertia, "servicer.links.inertia")?;
+            Check::inertia_tensor(&link.inertia, "servicer.links.inertia")?;
+            Check::non_negative(link.armature, "servicer.links.armature")?;
             Check::unit(&link.axis, "servicer.links.axis")?;
             Check::non_negative(link.radius, "servicer.links.radius")?;
         }
         for i in 0..NL {
-            let limit = s.max_joint_angle[i];
-            Check::positive(limit, "servicer.max_joint_angle")?;
-            let within = |angle: f64| angle.abs() <= limit;
-            let reason = "must lie within max_joint_angle";
+            let (lower, upper) = (s.min_joint_angle[i], s.max_joint_angle[i]);
+            Check::finite(&[lower, upper], "servicer.max_joint_angle")?;
+            let reason = "the lower stop must be below the upper one";
+            Check::that(lower < upper, "servicer.max_joint_angle", reason)?;
+            let within = |angle: f64| (lower..=upper).contains(&angle);
+            let reason = "must lie within the joint's stops";
             Check::that(within(s.initial_joint_angle[i]), "servicer.initial_joint_angle", reason)?;
             Check::that(within(s.capture_joint_angle[i]), "servicer.capture_joint_angle", reason)?;
+            Check::positive(s.max_joint_rate[i], "servicer.max_joint_rate")?;
+            Check::positive(s.max_joint_torque[i], "servicer.max_joint_torque")?;
         }
-        Check::positive(s.max_joint_rate, "servicer.max_joint_rate")?;
-        Check::positive(s.max_force, "servicer.max_force")?;
-        Check::positive(s.max_bus_torque, "servicer.max_bus_torque")?;
-        Check::positive(s.max_joint_torque, "servicer.max_joint_torque")?;
+        for i in 0..3 {
+            Check::positive(s.max_force[i], "servicer.max_force")?;
+            Check::positive(s.max_bus_torque[i], "servicer.max_bus_torque")?;
+        }
         let reach = s.capture_geometry().reach;
         Check::positive(reach, "servicer.capture_joint_angle")
     }

@@ -75,9 +75,9 @@ impl<const NL: usize> Mission<NL> {
         let angle = self.joint_angle_at_start(scenario);
         let cosine = libm::cos(self.approach.field_of_view_half_angle);
         Recovery {
-            joint: core::array::from_fn(|i| angle[i].abs() > s.max_joint_angle[i] + t.joint),
+            joint: core::array::from_fn(|i| s.beyond_stop(i, angle[i]) > t.joint),
             joint_rate: core::array::from_fn(|i| {
-                start.joint_rate[i].abs() > s.max_joint_rate * (1.0 + t.joint_rate)
+                start.joint_rate[i].abs() > s.max_joint_rate[i] * (1.0 + t.joint_rate)
             }),
             pointing: self.pointing_at_start(scenario) < cosine - t.pointing,
             keep_out: self.distance_at_start(scenario) < keep_out - t.keep_out,

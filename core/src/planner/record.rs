@@ -312,6 +312,7 @@ fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
         boresight,
         arm_base,
         links,
+        min_joint_angle,
         max_joint_angle,
         max_joint_rate,
         initial_joint_angle,
@@ -321,22 +322,55 @@ fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
         max_joint_torque,
     } = servicer;
     sum.numbers([bus_mass]);
-    sum.numbers(bus_inertia);
+    sum.numbers(&bus_inertia.diagonal());
     sum.numbers(bus_half_extents);
     sum.numbers(boresight);
     sum.numbers(arm_base);
-    for Link { tip, center_of_mass, mass, inertia, axis, radius } in links {
+    for Link { tip, center_of_mass, mass, inertia, axis, armature: _, radius } in links {
         sum.numbers([radius]);
         sum.numbers(tip);
         sum.numbers(center_of_mass);
         sum.numbers([mass]);
-        sum.numbers(inertia);
+        sum.numbers(&inertia.diagonal());
         sum.numbers(axis);
     }
     sum.numbers(max_joint_angle);
     sum.numbers(initial_joint_angle);
     sum.numbers(capture_joint_angle);
-    sum.numbers([max_joint_rate, max_force, max_bus_torque, max_joint_torque]);
+    // As one limit for all joints and axes, as older records have them: the first.
+    sum.numbers([&max_joint_rate[0], &max_force[0], &max_bus_torque[0], &max_joint_torque[0]]);
+    // What older missions could not say: each only where it differs from what they said, with a number
+    // of its own before it.
+    if *min_joint_angle != -max_joint_angle {
+        sum.integer(1);
+        sum.numbers(min_joint_angle);
+    }
+    let limits = [
+        max_joint_rate.as_slice(),
+        max_force.as_slice(),
+        max_bus_torque.as_slice(),
+        max_joint_torque.as_slice(),
+    ];
+    for (tag, limits) in (2..).zip(limits) {
+        if limits.iter().any(|limit| Some(limit) != limits.first()) {
+            sum.integer(tag);
+            sum.numbers(limits);
+        }
+    }
+    let inertias = core::iter::once(bus_inertia).chain(links.iter().map(|link| &link.inertia));
+    for (tag, inertia) in (6..).zip(inertias) {
+        let products = [&inertia[(0, 1)], &inertia[(0, 2)], &inertia[(1, 2)]];
+        if products != [&0.0; 3] {
+            sum.integer(tag);
+            sum.numbers(products);
+        }
+    }
+    for (tag, link) in (100..).zip(links) {
+        if link.armature != 0.0 {
+            sum.integer(tag);
+            sum.numbers([&link.armature]);
+        }
+    }
 }
 
 fn add_approach(sum: &mut Checksum, approach: &Approach, grid: &Grid) {

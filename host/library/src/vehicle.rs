@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn a_servicer_that_cannot_end_is_refused() {
         let mut mission = Mission::default();
-        mission.servicer.max_joint_rate = 5e-4;
+        mission.servicer.max_joint_rate.fill(5e-4);
         let refused = Vehicle::of(&mission, Integrator::RK4).refused.unwrap();
         assert_eq!(refused.constraint, "joint_rate");
         assert!(refused.reason.starts_with("joint_rate: joint 2"), "{}", refused.reason);

@@ -2,7 +2,7 @@
 
 use super::distance::point_to_box;
 use super::posture::initial_bus_attitude;
-use super::residuals::excess;
+use super::residuals::{beyond_stops, excess};
 use crate::dynamics::State;
 use crate::math::quaternion;
 use crate::model::{Grid, Mission, Scenario};
@@ -42,10 +42,11 @@ impl<const NL: usize> Beyond<NL> {
         let cosine = libm::cos(mission.approach.field_of_view_half_angle);
         Self {
             joint: core::array::from_fn(|i| {
-                is_given && x.joint_angle[i].abs() - s.max_joint_angle[i] > t.joint
+                let (lower, upper) = (s.min_joint_angle[i], s.max_joint_angle[i]);
+                is_given && beyond_stops(x.joint_angle[i], lower, upper) > t.joint
             }),
             joint_rate: core::array::from_fn(|i| {
-                is_given && excess(&[x.joint_rate[i]], s.max_joint_rate) > t.joint_rate
+                is_given && excess(&[x.joint_rate[i]], &[s.max_joint_rate[i]]) > t.joint_rate
             }),
             pointing: is_given && cosine - seen > t.pointing,
             keep_out: is_given && grid.keep_out(0) - distance > t.keep_out,

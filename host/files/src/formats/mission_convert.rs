@@ -349,7 +349,7 @@ mod tests {
         assert_eq!(file.mission().unwrap(), expected);
         let file = MissionFile::parse("[servicer]\nforce_limit_n = 2\n").unwrap();
         let mut expected = Mission::default();
-        expected.servicer.max_force = 2.0;
+        expected.servicer.max_force.fill(2.0);
         assert_eq!(file.mission().unwrap(), expected);
     }
 

@@ -56,7 +56,7 @@ mod tests {
             let mut mission = Mission::default();
             mission.approach.duration = 120.0;
             mission.scenarios.standoff = 30.0;
-            mission.servicer.max_force = force;
+            mission.servicer.max_force.fill(force);
             let scenario = draw_one(1, 0, &mission).unwrap();
             let method = Method::default();
             on_large_stack(|| is_proved(&mut Planner::new(), &mission, &scenario, &method)).unwrap()
