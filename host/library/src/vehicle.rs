@@ -120,7 +120,7 @@ fn joint(mission: &Mission<LINKS>, integrator: Integrator, i: usize) -> Joint {
     let travel_rad = (s.capture_joint_angle[i] - s.initial_joint_angle[i]).abs();
     Joint {
         travel_rad,
-        needed_s: travel_rad / mission.planned_joint_rate(integrator),
+        needed_s: travel_rad / mission.planned_joint_rate(integrator)[i],
         available_s: mission.time_to_preset(integrator, &mission.own_grid(NODES)),
     }
 }
@@ -138,7 +138,7 @@ fn spin_up(mission: &Mission<LINKS>) -> Margin {
     let largest = inertia.symmetric_eigenvalues().max();
     Margin {
         needed: largest * fastest(mission),
-        available: 3f64.sqrt() * s.max_bus_torque * mission.approach.duration,
+        available: s.max_bus_torque.norm() * mission.approach.duration,
     }
 }
 
@@ -157,7 +157,7 @@ fn middle(mission: &Mission<LINKS>) -> Scenario {
 fn force(mission: &Mission<LINKS>, integrator: Integrator) -> Margin {
     let needs = mission.needs::<NODES>(&middle(mission), integrator);
     let needed = needs.map_or(f64::NAN, |needs| needs.force);
-    Margin { needed, available: mission.servicer.max_force }
+    Margin { needed, available: mission.servicer.max_force.max() }
 }
 
 fn turn(mission: &Mission<LINKS>) -> Margin {

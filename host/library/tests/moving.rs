@@ -211,7 +211,7 @@ fn a_joint_measured_beyond_its_stop_is_no_reason_to_have_no_plan() {
 #[test]
 fn a_start_too_fast_or_out_of_view_is_led_back_and_the_record_says_so() {
     let mut bench = Bench::new();
-    let limit = bench.mission.servicer.max_joint_rate;
+    let limit = bench.mission.servicer.max_joint_rate[2];
     let fast = starting(|start| start.joint_rate[2] = 1.5 * limit);
     let report = bench.plan(&fast, RK4, InitialGuess::Heuristic);
     assert!(report.is_verified(), "{:?}", report.residuals);

@@ -4,6 +4,7 @@ use super::mission_file::{
     Approach, Corridor, FORMAT, Horizon, Link, Margins, MissionFile, Orbit, Scenarios, Servicer,
     Target, Tolerances, Typical, Weights, radians,
 };
+use super::quantities::{Inertia, Limits, Stops};
 use super::radius::Radius;
 use remora_core::advanced::model::{self, Mission};
 use remora_core::advanced::stages::{LINKS, NODES};
@@ -82,17 +83,18 @@ impl From<&model::Servicer<LINKS>> for Servicer {
     fn from(s: &model::Servicer<LINKS>) -> Self {
         Self {
             bus_mass_kg: s.bus_mass,
-            bus_inertia_kg_m2: s.bus_inertia.into(),
+            bus_inertia_kg_m2: Inertia::from(&s.bus_inertia),
             bus_half_extents_m: s.bus_half_extents.into(),
             boresight: s.boresight.into(),
             arm_base_m: s.arm_base.into(),
-            joint_angle_limit_rad: s.max_joint_angle.into(),
-            joint_rate_limit_rad_s: s.max_joint_rate,
+            arm_base_rotation: None,
+            joint_angle_limit_rad: Stops::of(&s.min_joint_angle, &s.max_joint_angle),
+            joint_rate_limit_rad_s: Limits::from(&s.max_joint_rate),
             initial_joint_angle_rad: s.initial_joint_angle.into(),
             capture_joint_angle_rad: s.capture_joint_angle.into(),
-            force_limit_n: s.max_force,
-            bus_torque_limit_n_m: s.max_bus_torque,
-            joint_torque_limit_n_m: s.max_joint_torque,
+            force_limit_n: Limits::from(&s.max_force),
+            bus_torque_limit_n_m: Limits::from(&s.max_bus_torque),
+            joint_torque_limit_n_m: Limits::from(&s.max_joint_torque),
             links: s.links.iter().map(Link::from).collect(),
         }
     }
@@ -104,8 +106,9 @@ impl From<&model::Link> for Link {
             tip_m: link.tip.into(),
             center_of_mass_m: link.center_of_mass.into(),
             mass_kg: link.mass,
-            inertia_kg_m2: link.inertia.into(),
+            inertia_kg_m2: Inertia::from(&link.inertia),
             axis: link.axis.into(),
+            armature_kg_m2: link.armature,
             radius_m: link.radius,
         }
     }

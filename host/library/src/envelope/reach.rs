@@ -29,7 +29,7 @@ pub(super) fn is_proved(
 ) -> bool {
     // The planner refuses a force that is too small, so that there may be no program to look at.
     let needs = mission.needs::<NODES>(&scenario.scenario(), method.integrator);
-    if needs.is_ok_and(|needs| needs.force > 1.01 * mission.servicer.max_force) {
+    if needs.is_ok_and(|needs| needs.force > 1.01 * mission.servicer.max_force.max()) {
         return true;
     }
     let is_over = AtomicBool::new(false);
