@@ -51,6 +51,7 @@ for_any_arm!(
     newtons_law_holds_for_every_point_mass,
     two_algorithms_agree,
     torques_invert_accelerations,
+    axes_of_the_bus_are_a_matter_of_taste,
     acceleration_derivatives,
     step_derivatives,
     nonsense_in_gives_nonsense_out,
@@ -246,6 +247,29 @@ fn torques_invert_accelerations<const NL: usize, const NX: usize, const NU: usiz
     // Torques are differences of inertial moments of up to some 100 N m, each rounded.
     assert!((back.bus_torque - case.control.bus_torque).norm() < 1e-12);
     assert!((back.joint_torque - case.control.joint_torque).norm() < 1e-12);
+}
+
+/// The same servicer with its bus and links resolved in other axes, turned by a third of a turn and then
+/// some.
+fn axes_of_the_bus_are_a_matter_of_taste<const NL: usize, const NX: usize, const NU: usize>(
+    case: &Case<NL, NX, NU>,
+) {
+    let turn = quaternion::exp(&Vector3::new(1.1, -0.7, 1.6));
+    let (to, mut other) = (quaternion::rotation_matrix(&turn), case.clone());
+    let s = &mut other.servicer;
+    s.bus_inertia = to * s.bus_inertia * to.transpose();
+    s.arm_base = to * s.arm_base;
+    for link in &mut s.links {
+        link.inertia = to * link.inertia * to.transpose();
+        (link.tip, link.axis) = (to * link.tip, to * link.axis);
+        link.center_of_mass = to * link.center_of_mass;
+    }
+    other.control.bus_torque = to * other.control.bus_torque;
+    let state = &mut other.state;
+    state.attitude = quaternion::product(&state.attitude, &quaternion::conjugate(&turn));
+    let (ours, theirs) = (case.acceleration(), other.acceleration());
+    let error = (ours - theirs).norm();
+    assert!(error < 1e-12 * ours.norm(), "{error:e} of {:e}", ours.norm());
 }
 
 /// Derivative at zero by sixth-order central differences of step `h`.

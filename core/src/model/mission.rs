@@ -456,6 +456,7 @@ impl<const NL: usize> Mission<NL> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::quaternion;
 
     #[test]
     fn the_default_is_valid() {
@@ -474,10 +475,48 @@ mod tests {
         assert_eq!(field(|m| m.servicer.links[2].axis.y = 0.9), "servicer.links.axis");
         assert_eq!(field(|m| m.target.inertia.x = 50.0), "target.inertia");
         assert_eq!(field(|m| m.servicer.max_joint_angle[1] = 0.1), "servicer.initial_joint_angle");
+        assert_eq!(field(|m| m.servicer.min_joint_angle[0] = 4.0), "servicer.max_joint_angle");
+        assert_eq!(field(|m| m.servicer.max_joint_angle[2] = f64::NAN), "servicer.max_joint_angle");
+        assert_eq!(field(|m| m.servicer.min_joint_angle[2] = 0.1), "servicer.initial_joint_angle");
+        assert_eq!(field(|m| m.servicer.min_joint_angle[0] = -0.5), "servicer.capture_joint_angle");
+        assert_eq!(field(|m| m.servicer.max_joint_rate[2] = 0.0), "servicer.max_joint_rate");
+        assert_eq!(field(|m| m.servicer.max_force.z = -1.0), "servicer.max_force");
+        assert_eq!(field(|m| m.servicer.max_bus_torque.y = f64::NAN), "servicer.max_bus_torque");
+        assert_eq!(field(|m| m.servicer.links[1].armature = -1.0), "servicer.links.armature");
         assert_eq!(field(|m| m.approach.duration = 0.0), "approach.duration");
         assert_eq!(field(|m| m.approach.preset_time = 0.0), "approach.preset_time");
         assert_eq!(field(|m| m.orbit.eccentricity = 1.0), "orbit.eccentricity");
         assert_eq!(field(|m| m.weights.force = 0.0), "weights.force");
         assert_eq!(field(|m| m.tolerances.dynamics = 0.0), "tolerances.dynamics");
+    }
+
+    #[test]
+    fn inertias_are_those_of_bodies_in_any_axes() {
+        let judged = |inertia: Matrix3<f64>| {
+            let mut mission = Mission::default();
+            mission.servicer.bus_inertia = inertia;
+            mission.validate().map_err(|error| (error.field, error.reason))
+        };
+        let refused = |inertia| judged(inertia).unwrap_err().1;
+        let axes = quaternion::rotation_matrix(&quaternion::exp(&Vector3::new(0.4, -1.1, 0.7)));
+        let turned = |moments: [f64; 3]| {
+            let tensor = axes * Matrix3::from_diagonal(&moments.into()) * axes.transpose();
+            (tensor + tensor.transpose()) * 0.5
+        };
+        // A plate's moments are one the sum of the others, in any axes.
+        judged(turned([30.0, 40.0, 70.0])).unwrap();
+        judged(Matrix3::from_diagonal(&Vector3::new(30.0, 40.0, 70.0))).unwrap();
+        let no_body = "no body has such moments: each must be at most the sum of the other two";
+        assert_eq!(refused(turned([30.0, 40.0, 70.1])), no_body);
+        assert_eq!(refused(Matrix3::from_diagonal(&Vector3::new(30.0, 40.0, 70.1))), no_body);
+        assert_eq!(refused(turned([40.0, 40.0, -1.0])), "must be positive definite");
+        let mut skew = turned([30.0, 40.0, 50.0]);
+        skew[(0, 1)] += 1e-3;
+        assert_eq!(refused(skew), "must be symmetric");
+        skew[(0, 1)] = f64::NAN;
+        assert_eq!(refused(skew), "must be finite");
+        skew[(0, 0)] = f64::NAN;
+        assert_eq!(refused(skew), "must be positive and finite");
+        assert_eq!(judged(skew).unwrap_err().0, "servicer.bus_inertia");
     }
 }

@@ -271,6 +271,25 @@ mod tests {
     }
 
     #[test]
+    fn an_arm_whose_stops_hold_no_zero_extends_within_them() {
+        let mut servicer = Servicer::default();
+        servicer.min_joint_angle[1] = 0.5;
+        let bent = SVector::from([0.0, 0.5, 0.0]);
+        let (com, tip) = servicer.center_of_mass_and_end_effector(&bent);
+        let (extension, straight) = (servicer.extension(), Servicer::default().extension());
+        assert!(extension >= (tip - com).norm() && extension < straight - 0.01, "{extension}");
+    }
+
+    #[test]
+    fn bounds_of_moments_hold_in_any_axes() {
+        let axes = quaternion::rotation_matrix(&quaternion::exp(&Vector3::new(0.9, 0.3, -0.5)));
+        let principal = principal_inertia(2.0, 3.0, 4.0);
+        assert_eq!(moment_bounds(&principal), [2.0, 4.0]);
+        let [least, largest] = moment_bounds(&(axes * principal * axes.transpose()));
+        assert!((0.0..2.0).contains(&least) && largest > 4.0, "{least} {largest}");
+    }
+
+    #[test]
     fn a_joint_carries_what_comes_after_it() {
         let servicer = Servicer::default();
         let own = |i: usize| servicer.links[i].inertia[(0, 0)];
@@ -278,6 +297,10 @@ mod tests {
         assert!((servicer.inertia_beyond(2) - last).abs() < 1e-12);
         let two = own(1) + own(2) + 10.0 * (0.375_f64.powi(2) + 0.9 * 0.9);
         assert!((servicer.inertia_beyond(1) - two).abs() < 1e-12);
+        let mut geared = servicer;
+        geared.links[1].armature = 0.7;
+        assert!((geared.inertia_beyond(1) - two - 0.7).abs() < 1e-12);
+        assert_eq!(geared.inertia_beyond(0), servicer.inertia_beyond(0));
     }
 
     #[test]
