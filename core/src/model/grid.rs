@@ -1,7 +1,6 @@
 //! The time grid of a plan, and when what is in force on it.
 
 use super::{Approach, Mission, Scenario};
-use nalgebra::SVector;
 use remora_qp::dense::clamp;
 
 /// Share of an interval by which a node may miss an instant and still be at it: rounding.
@@ -123,24 +122,24 @@ impl<const NL: usize> Mission<NL> {
         if !scenario.start.is_given() {
             return grid;
         }
-        let rate = self.servicer.max_joint_rate * (1.0 - self.margins.joint_rate);
         Grid {
             recovery_time: Some(self.approach.recovery_time),
-            arm_time: self.arm_time(scenario, &rate),
+            arm_time: self.arm_time(scenario),
             ..grid
         }
     }
 
-    /// Time that the slowest joint needs to its capture angle, none turning faster than its `rate`:
+    /// Time that the slowest joint needs to its capture angle, none turning faster than in plans:
     /// speeding up, turning on and braking, with half its torque against all that it carries, the arm
     /// straight [s].
-    fn arm_time(&self, scenario: &Scenario<NL>, rate: &SVector<f64, NL>) -> f64 {
+    fn arm_time(&self, scenario: &Scenario<NL>) -> f64 {
         let s = &self.servicer;
         let way = s.capture_joint_angle - self.joint_angle_at_start(scenario);
         let mut slowest = 0.0;
         for (i, travel) in way.iter().enumerate() {
             let acceleration = 0.5 * s.max_joint_torque[i] / s.inertia_beyond(i);
-            let speed = rate[i].min(libm::sqrt(acceleration * travel.abs()));
+            let rate = s.max_joint_rate[i] * (1.0 - self.margins.joint_rate);
+            let speed = rate.min(libm::sqrt(acceleration * travel.abs()));
             let now = scenario.start.joint_rate[i] * travel.signum();
             let missing = speed - clamp(now, -speed, speed);
             let lost = 0.5 * (speed + missing * missing / speed) / acceleration;

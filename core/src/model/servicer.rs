@@ -50,6 +50,8 @@ pub fn principal_inertia(x: f64, y: f64, z: f64) -> Matrix3<f64> {
 
 /// Bounds of a body's principal moments of inertia, from the tensor in any axes (Gershgorin's): the
 /// least and the largest moment themselves where the axes are principal ones [kg m^2].
+// Not inlined: before planning time does not count, and an image's room does.
+#[inline(never)]
 pub(super) fn moment_bounds(inertia: &Matrix3<f64>) -> [f64; 2] {
     let (x, y, z) = (inertia[(0, 0)], inertia[(1, 1)], inertia[(2, 2)]);
     let (xy, xz, yz) = (inertia[(0, 1)].abs(), inertia[(0, 2)].abs(), inertia[(1, 2)].abs());
@@ -59,6 +61,8 @@ pub(super) fn moment_bounds(inertia: &Matrix3<f64>) -> [f64; 2] {
 }
 
 /// The largest of an actuator's limits by axis, and each as a share of it.
+// Not inlined, as `moment_bounds`.
+#[inline(never)]
 pub(super) fn largest_and_shares(limits: &Vector3<f64>) -> (f64, Vector3<f64>) {
     let largest = limits.max();
     (largest, limits / largest)

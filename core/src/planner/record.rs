@@ -339,37 +339,30 @@ fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
     sum.numbers(capture_joint_angle);
     // As one limit for all joints and axes, as older records have them: the first.
     sum.numbers([&max_joint_rate[0], &max_force[0], &max_bus_torque[0], &max_joint_torque[0]]);
-    // What older missions could not say: each only where it differs from what they said, with a number
-    // of its own before it.
-    if *min_joint_angle != -max_joint_angle {
-        sum.integer(1);
-        sum.numbers(min_joint_angle);
-    }
-    let limits = [
-        max_joint_rate.as_slice(),
-        max_force.as_slice(),
-        max_bus_torque.as_slice(),
-        max_joint_torque.as_slice(),
-    ];
+    // What older missions could not say.
+    add_new(sum, 1, min_joint_angle.as_slice(), (-max_joint_angle).as_slice());
+    let joints = [max_joint_rate.as_slice(), max_joint_torque.as_slice()];
+    let axes = [max_force.as_slice(), max_bus_torque.as_slice()];
+    let limits = joints.into_iter().chain(axes);
     for (tag, limits) in (2..).zip(limits) {
-        if limits.iter().any(|limit| Some(limit) != limits.first()) {
-            sum.integer(tag);
-            sum.numbers(limits);
-        }
+        add_new(sum, tag, limits, limits.get(..1).unwrap_or_default());
     }
     let inertias = core::iter::once(bus_inertia).chain(links.iter().map(|link| &link.inertia));
-    for (tag, inertia) in (6..).zip(inertias) {
-        let products = [&inertia[(0, 1)], &inertia[(0, 2)], &inertia[(1, 2)]];
-        if products != [&0.0; 3] {
-            sum.integer(tag);
-            sum.numbers(products);
-        }
+    for (tag, m) in (6..).zip(inertias) {
+        add_new(sum, tag, &[m[(0, 1)], m[(0, 2)], m[(1, 2)]], &[0.0]);
     }
     for (tag, link) in (100..).zip(links) {
-        if link.armature != 0.0 {
-            sum.integer(tag);
-            sum.numbers([&link.armature]);
-        }
+        add_new(sum, tag, &[link.armature], &[0.0]);
+    }
+}
+
+/// Adds numbers that older missions could not say, after one that tells them apart, where they are not
+/// what those meant, one for each or one for all: checksums of older missions stay.
+#[inline(never)]
+fn add_new(sum: &mut Checksum, tag: u64, numbers: &[f64], meant: &[f64]) {
+    if numbers.iter().zip(meant.iter().cycle()).any(|(number, meant)| number != meant) {
+        sum.integer(tag);
+        sum.numbers(numbers);
     }
 }
 
