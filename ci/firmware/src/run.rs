@@ -71,16 +71,15 @@ pub fn run<B: Board>(board: &B, request: Request, models: &Models<'_>, memory: &
 
     // Missions are data: were this one a constant, the compiler could prove bounds with it that no
     // other mission has. So are models.
-    let mission = Mission::<LINKS>::default();
-    let mission = black_box(&mission);
+    let mission = black_box(Mission::<LINKS>::default());
     let file = black_box(match request.integrator {
         Integrator::Rk4 { .. } => models.rk4,
         _ => models.euler,
     });
-    plan_all(board, request, mission, file, memory);
+    plan_all(board, request, &mission, file, memory);
     #[cfg(feature = "kernels")]
     for (id, scenario) in scenarios::all().take(1) {
-        crate::kernels::run(board, id, mission, &scenario, request.integrator, memory);
+        crate::kernels::run(board, id, &mission, &scenario, request.integrator, memory);
         crate::network::run(board, &mut memory.synthetic_model);
     }
     #[cfg(feature = "with-panic")]
