@@ -59,6 +59,8 @@ impl<const NL: usize> Mission<NL> {
     /// What controls are divided by in the cost: their limits, as in the paper, but no more than a
     /// multiple of what is typical. A limit that is never near is no measure, and were it one, the
     /// stronger actuator would be free to chatter.
+    // Not inlined: both stages ask once, before they begin.
+    #[inline(never)]
     pub fn cost_units(&self) -> CostUnits<NL> {
         let (typical, servicer) = (self.typical(), &self.servicer);
         CostUnits {
