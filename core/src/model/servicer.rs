@@ -179,6 +179,8 @@ impl<const NL: usize> Servicer<NL> {
 
     /// Moment of inertia of all that joint `i` carries, about it, the arm straight, and of its own rotor:
     /// a bound of the largest of any axis of each body [kg m^2].
+    // Not inlined, as `moment_bounds`.
+    #[inline(never)]
     pub fn inertia_beyond(&self, i: usize) -> f64 {
         let (mut joint, mut sum) = (Vector3::zeros(), 0.0);
         if let Some(link) = self.links.get(i) {

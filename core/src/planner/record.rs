@@ -11,7 +11,7 @@ use crate::model::{
 };
 use crate::scp::{Log, Settings, Status};
 use crate::stages::{LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory};
-use nalgebra::SVector;
+use nalgebra::{Matrix3, SVector};
 use remora_qp::Checksum;
 use remora_qp::{QpOutcome, QpStatus};
 
@@ -354,13 +354,21 @@ fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
     for (tag, limits) in (2..).zip(limits) {
         add_new(sum, tag, limits, limits.get(..1).unwrap_or_default());
     }
-    let inertias = core::iter::once(bus_inertia).chain(links.iter().map(|link| &link.inertia));
-    for (tag, m) in (6..).zip(inertias) {
-        add_new(sum, tag, &[m[(0, 1)], m[(0, 2)], m[(1, 2)]], &[0.0]);
+    add_new(sum, 6, &products(bus_inertia), &[0.0]);
+    for (tag, link) in (10..).zip(links) {
+        add_new_of_link(sum, tag, link);
     }
-    for (tag, link) in (100..).zip(links) {
-        add_new(sum, tag, &[link.armature], &[0.0]);
-    }
+}
+
+/// Products of inertia.
+fn products(inertia: &Matrix3<f64>) -> [f64; 3] {
+    [inertia[(0, 1)], inertia[(0, 2)], inertia[(1, 2)]]
+}
+
+#[inline(never)]
+fn add_new_of_link(sum: &mut Checksum, tag: u64, link: &Link) {
+    add_new(sum, tag, &products(&link.inertia), &[0.0]);
+    add_new(sum, 100 + tag, &[link.armature], &[0.0]);
 }
 
 /// Adds numbers that older missions could not say, after one that tells them apart, where they are not

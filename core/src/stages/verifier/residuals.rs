@@ -205,6 +205,8 @@ pub(super) fn worst(values: &[f64]) -> f64 {
 }
 
 /// By how much any value leaves plus and minus its own limit, relative to that.
+// Not inlined: an image has room for one.
+#[inline(never)]
 pub(super) fn excess(values: &[f64], limits: &[f64]) -> f64 {
     let pairs = values.iter().zip(limits);
     pairs.fold(0.0, |most, (value, limit)| worse(most, value.abs() / limit - 1.0))
