@@ -70,6 +70,7 @@ fn beyond(workspace: &Workspace) -> [usize; 5] {
     count
 }
 
+// Verifies REM-PLN-018.
 #[test]
 fn limits_of_one_joint_or_axis_are_kept() {
     for integrator in [Integrator::Euler, RK4] {
@@ -105,6 +106,7 @@ axis = [1.0, 0.0, 0.0]
     )
 }
 
+// Verifies REM-PLN-018.
 #[test]
 fn an_arm_given_in_turned_axes_is_the_same_arm() {
     let links: String = [0.75, 0.75, 0.30].map(turned_link).concat();
@@ -129,6 +131,7 @@ fn an_arm_given_in_turned_axes_is_the_same_arm() {
 
 /// Rotors that are as heavy to turn as the arm itself, and a bus and links whose axes are no principal
 /// ones.
+// Verifies REM-PLN-018.
 #[test]
 fn an_arm_with_rotors_and_a_skew_bus_is_planned() {
     let mut mission = Mission::default();
