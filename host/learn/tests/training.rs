@@ -233,6 +233,23 @@ fn an_interrupted_training_ends_with_the_same_bits() {
     }
 }
 
+/// By the clock this one would end with its first step.
+#[test]
+fn the_clock_leaves_the_least_steps() {
+    let mut config = config(Layout::Fused, Decoder::Linear, 1);
+    config.training.steps = 1000;
+    config.training.minutes = Some(1e-9);
+    let dir = tempfile::tempdir().unwrap();
+    let steps = |config: &Config, name: &str| {
+        let outcome = train(config, &dir.path().join(name), false, None);
+        assert!(outcome.complete);
+        outcome.checkpoint.optimiser.step
+    };
+    assert_eq!(steps(&config, "clock"), 1);
+    config.training.least_steps = Some(7);
+    assert_eq!(steps(&config, "least"), 7);
+}
+
 #[test]
 fn a_network_learns() {
     let mut config = config(Layout::Fused, Decoder::Linear, 1);

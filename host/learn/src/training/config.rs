@@ -125,6 +125,9 @@ pub struct Training {
     /// learning rate follows whichever is further. The result then depends on the clock.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub minutes: Option<f64>,
+    /// Steps that `minutes` must leave time for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_steps: Option<u64>,
     /// Seed of everything random.
     pub seed: u64,
     /// Minutes between checkpoints.

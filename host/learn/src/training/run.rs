@@ -259,8 +259,11 @@ impl<B: Kernels> Running<'_, B> {
     /// How far the schedule is, from 0 to 1: by steps, or by the clock where it is asked to be.
     fn progress(&self) -> f64 {
         let training = &self.run.config.training;
-        let steps = self.state.optimiser.step as f64 / training.steps as f64;
-        training.minutes.map_or(steps, |minutes| steps.max(self.elapsed() / (60.0 * minutes)))
+        let done = self.state.optimiser.step as f64;
+        let steps = done / training.steps as f64;
+        let least = training.least_steps.map_or(f64::INFINITY, |least| done / least as f64);
+        let clock = |minutes: f64| (self.elapsed() / (60.0 * minutes)).min(least);
+        training.minutes.map_or(steps, |minutes| steps.max(clock(minutes)))
     }
 
     fn step(
