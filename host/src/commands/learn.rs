@@ -24,7 +24,7 @@ pub(super) struct Args {
     integrator: IntegratorArgs,
     #[arg(long, value_name = "S", default_value_t = 5000, help = SEED)]
     seed: u64,
-    /// Start from random numbers, not from the built-in model: for an arm that is altogether another
+    /// Start from random numbers, not from the built-in model
     #[arg(long)]
     anew: bool,
     #[command(flatten)]
@@ -50,10 +50,13 @@ Examples:
   remora learn mine.mission.toml --hours 2 --integrator euler --jobs 2 --out mine-euler.model
   remora plan --mission mine.mission.toml --model mine.model
 
-Half of the hours go to planning scenarios, two fifths to training (as long as is left of nine tenths; it ends early after 100 passes), a tenth to
-planning other scenarios from the heuristic and from the model. However few the hours, at least 200
-scenarios are planned (more where too few would be held out), 50 steps trained and 20 scenarios tested.
-Interrupt it at any time: the same command goes on where it stopped, and hours count on. The result depends on the clock.
+Half of the hours go to planning scenarios, what is left of nine tenths to training (which ends early
+after 100 passes), the last tenth to planning other scenarios from the heuristic and from the model.
+However few the hours, 200 scenarios are planned (more where none of them would be held out), 50 steps
+trained and 20 scenarios tested.
+
+Interrupt it at any time: the same command goes on where it stopped, and the hours count on. Other
+arguments or another mission are refused. The result depends on the clock.
 
 Exit status: 0 done, also where the model is worse than the heuristic (it says so); 2 bad input.";
 

@@ -72,6 +72,7 @@ pub struct Hands<'a> {
 /// What was learnt.
 #[derive(Clone, Debug, Serialize)]
 pub struct Learnt {
+    format: &'static str,
     /// The model.
     pub model: PathBuf,
     /// Its checksum.
@@ -107,6 +108,7 @@ impl Learning {
         let card = Card::read(&self.out)?;
         let (test_seed, test) = self.test(&card, sizes, hands)?;
         Ok(Learnt {
+            format: "remora-learnt/1",
             model: self.out.clone(),
             checksum: card.checksum,
             scenarios: sizes.count,
