@@ -125,7 +125,7 @@ mod tests {
     use remora_host::memory::on_large_stack;
     use remora_host::method::{Integrator, Method};
     use remora_host::planning::Planner;
-    use std::num::NonZeroUsize;
+    use std::num::{NonZeroU32, NonZeroUsize};
 
     fn recipe(out: &Path) -> Recipe {
         Recipe {
