@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut mission = Mission::default();
     mission.servicer.bus_mass = 350.0;
     mission.servicer.bus_inertia *= 0.7;
-    mission.servicer.max_bus_torque = 0.02;
+    mission.servicer.max_bus_torque.fill(0.02);
     let lighter = mission.validated()?;
     let plan = planner.plan(&lighter, &scenario, &options)?;
     println!("a lighter bus: {}", plan.verdict().name());
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // ... and what no plan can end well where it is to be planned.
     mission.servicer.bus_mass = 350.0;
-    mission.servicer.max_joint_rate = 1e-5;
+    mission.servicer.max_joint_rate.fill(1e-5);
     match planner.plan(&mission.validated()?, &scenario, &options) {
         Err(refusal) => println!("refused: {refusal}"),
         Ok(plan) => println!("{}", plan.verdict().name()),

@@ -4,8 +4,8 @@ use crate::dynamics::{Control, State};
 use crate::executor::ForkJoin;
 use crate::model::{Grid, Mission, Refusal, Scenario};
 use crate::planner::{
-    self, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Nominal, Options, Report, Session,
-    SolveRecord, Solver, StageReport, Verdict, Workspace,
+    self, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Nominal, Options, Report, Scales,
+    Session, SolveRecord, Solver, StageReport, Verdict, Workspace,
 };
 use crate::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, verify,
@@ -80,7 +80,7 @@ impl<S: Solver> Planner<S> {
             Some(refusal) => Err(refusal),
             None => {
                 let grid = mission.grid(scenario);
-                Ok(Plan { planner: self, mission: **mission, grid, report })
+                Ok(Plan { planner: self, scales: Scales::of(mission), grid, report })
             }
         }
     }
@@ -142,7 +142,7 @@ impl<S: Solver> Planner<S> {
 #[must_use]
 pub struct Plan<'p, S = EmbeddedSolver> {
     planner: &'p Planner<S>,
-    mission: Mission<LINKS>,
+    scales: Scales,
     grid: Grid,
     report: Report,
 }
@@ -201,7 +201,7 @@ impl<S: Solver> Plan<'_, S> {
         if self.report.reorientation.outcome.iterations == 0 {
             return None;
         }
-        planner::feedback_gain(&self.mission, &self.planner.solver, interval)
+        self.scales.gain(&self.planner.solver, interval)
     }
 
     /// Status, residuals, clearances, iterations, times.

@@ -12,7 +12,7 @@ use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};
 use physics::{Case, Point, about_center, cloud, lively, mean, on_mission, stacked};
 use proptest::prelude::*;
 use remora_core::advanced::dynamics::{
-    Acceleration, Control, Integrator, State, Stepping, SystemState, articulated,
+    Acceleration, Control, Integrator, Multibody, State, Stepping, SystemState, articulated,
 };
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::hcw_acceleration;
@@ -51,6 +51,7 @@ for_any_arm!(
     newtons_law_holds_for_every_point_mass,
     two_algorithms_agree,
     torques_invert_accelerations,
+    axes_of_the_bus_are_a_matter_of_taste,
     acceleration_derivatives,
     step_derivatives,
     nonsense_in_gives_nonsense_out,
@@ -81,6 +82,9 @@ fn balance<const NL: usize, const NX: usize, const NU: usize>(
         let tide = (Vector3::new(3.0 * s.x, 0.0, 0.0) - s) * (n * n);
         moment += s.cross(&tide) * *mass;
         jacobi += mass * (v.dot(v) - n * n * (3.0 * s.x * s.x - s.z * s.z)) / 2.0;
+    }
+    for (link, rate) in case.servicer.links.iter().zip(&state.joint_rate) {
+        jacobi += link.armature * rate * rate / 2.0;
     }
     // The force acts at the bus centre of mass.
     moment += torque - center.position.cross(&case.force);
@@ -149,7 +153,9 @@ fn newtons_law_holds_for_every_point_mass<const NL: usize, const NX: usize, cons
     let (n, state) = (case.mean_motion, &case.state);
     let (position, velocity) = (Vector3::new(3.0, -2.0, 1.0), Vector3::new(0.3, 0.1, -0.2));
     let full = SystemState { position, velocity, internal: *state };
-    let rates = case.body().system_rates(&full, &case.control, &case.force);
+    let mission = case.mission();
+    let body = Multibody::new(&mission);
+    let rates = body.system_rates(&full, &case.control, &case.force);
 
     // A curve through the state with the rates and accelerations found.
     let along = |t: f64| {
@@ -201,13 +207,17 @@ fn newtons_law_holds_for_every_point_mass<const NL: usize, const NX: usize, cons
             case.control.joint_torque[j - 3]
         };
         let displaced = cloud(&case.servicer, &unit);
-        let work: f64 = displaced.iter().zip(&left_over).map(|(d, f)| d.velocity.dot(f)).sum();
+        let mut work: f64 = displaced.iter().zip(&left_over).map(|(d, f)| d.velocity.dot(f)).sum();
+        // The rotors' share: on each joint the torque that turns its own.
+        for (i, link) in case.servicer.links.iter().enumerate() {
+            work += link.armature * rates.joint_rate[i] * unit.joint_rate[i];
+        }
         let error = (work - expected).abs();
         assert!(error < tolerance, "degree of freedom {j}: {error:e} N m");
     }
 
     // The system's centre of mass, as the code under test has it, to rounding.
-    let (offset, offset_rate) = case.body().center_of_mass(state);
+    let (offset, offset_rate) = body.center_of_mass(state);
     let (center, center_rate) = (mean(&points, |p| p.position), mean(&points, |p| p.velocity));
     assert!((offset - center).norm() < 1e-14);
     assert!((offset_rate - center_rate).norm() < 1e-14);
@@ -230,12 +240,36 @@ fn two_algorithms_agree<const NL: usize, const NX: usize, const NU: usize>(
 fn torques_invert_accelerations<const NL: usize, const NX: usize, const NU: usize>(
     case: &Case<NL, NX, NU>,
 ) {
-    let body = case.body();
+    let mission = case.mission();
+    let body = Multibody::new(&mission);
     let acceleration = body.acceleration(&case.state, &case.control, &case.force);
     let back = body.torques(&case.state, &case.force, &acceleration);
     // Torques are differences of inertial moments of up to some 100 N m, each rounded.
     assert!((back.bus_torque - case.control.bus_torque).norm() < 1e-12);
     assert!((back.joint_torque - case.control.joint_torque).norm() < 1e-12);
+}
+
+/// The same servicer with its bus and links resolved in other axes, turned by a third of a turn and then
+/// some.
+fn axes_of_the_bus_are_a_matter_of_taste<const NL: usize, const NX: usize, const NU: usize>(
+    case: &Case<NL, NX, NU>,
+) {
+    let turn = quaternion::exp(&Vector3::new(1.1, -0.7, 1.6));
+    let (to, mut other) = (quaternion::rotation_matrix(&turn), case.clone());
+    let s = &mut other.servicer;
+    s.bus_inertia = to * s.bus_inertia * to.transpose();
+    s.arm_base = to * s.arm_base;
+    for link in &mut s.links {
+        link.inertia = to * link.inertia * to.transpose();
+        (link.tip, link.axis) = (to * link.tip, to * link.axis);
+        link.center_of_mass = to * link.center_of_mass;
+    }
+    other.control.bus_torque = to * other.control.bus_torque;
+    let state = &mut other.state;
+    state.attitude = quaternion::product(&state.attitude, &quaternion::conjugate(&turn));
+    let (ours, theirs) = (case.acceleration(), other.acceleration());
+    let error = (ours - theirs).norm();
+    assert!(error < 1e-12 * ours.norm(), "{error:e} of {:e}", ours.norm());
 }
 
 /// Derivative at zero by sixth-order central differences of step `h`.
@@ -263,7 +297,8 @@ fn assert_derivative<const R: usize>(
 fn acceleration_derivatives<const NL: usize, const NX: usize, const NU: usize>(
     case: &Case<NL, NX, NU>,
 ) {
-    let (body, size) = (case.body(), case.acceleration().norm());
+    let (mission, size) = (case.mission(), case.acceleration().norm());
+    let body = Multibody::new(&mission);
     let Case { state, control, force, .. } = case;
     let (value, by) = body.acceleration_jacobian::<NX, NU>(state, control, force);
     assert_eq!(value, body.acceleration(state, control, force));
@@ -303,7 +338,8 @@ fn check_step_derivatives<const NL: usize, const NX: usize, const NU: usize>(
     dt: f64,
     steps: &Steps,
 ) {
-    let body = case.body();
+    let mission = case.mission();
+    let body = Multibody::new(&mission);
     let Case { state, control, force, .. } = case;
     let (next, by) =
         body.step_jacobian::<NX, NU>(&Stepping::new(integrator, dt), state, control, force);
@@ -390,7 +426,8 @@ fn nonsense_in_gives_nonsense_out<const NL: usize, const NX: usize, const NU: us
 fn finite_results<const NL: usize, const NX: usize, const NU: usize>(
     case: &Case<NL, NX, NU>,
 ) -> Vec<String> {
-    let body = case.body();
+    let mission = case.mission();
+    let body = Multibody::new(&mission);
     let Case { servicer, mean_motion, state, control, force } = case;
     let sound = |a: Acceleration<NL>| stacked::<NL, NU>(&a).iter().all(|x| x.is_finite());
     let acceleration = body.acceleration(state, control, force);

@@ -84,8 +84,8 @@ impl Body {
     }
 }
 
-fn rotated_inertia(rotation: &Matrix3<f64>, moments: &Vector3<f64>) -> Matrix3<f64> {
-    rotation * Matrix3::from_diagonal(moments) * rotation.transpose()
+fn rotated_inertia(rotation: &Matrix3<f64>, inertia: &Matrix3<f64>) -> Matrix3<f64> {
+    rotation * inertia * rotation.transpose()
 }
 
 /// One joint with its link, in Featherstone's symbols. Motions and forces are about the bus centre of
@@ -102,7 +102,7 @@ struct Joint {
     link_bias: Vector6<f64>,
     /// `U = I^A S`, with the articulated inertia.
     momentum: Vector6<f64>,
-    /// `D = S . U`.
+    /// `D = S . U`, and the rotor's own inertia.
     inertia: f64,
     /// `u`: torque that is left for acceleration.
     torque: f64,
@@ -186,6 +186,7 @@ fn outward<const NL: usize>(
             center: position + rotation * link.center_of_mass,
             velocity,
         };
+        joint.inertia = link.armature;
         joint.link_inertia = body.spatial_inertia();
         joint.link_bias = body.bias(n);
         position += rotation * link.tip;
@@ -204,7 +205,7 @@ fn inward<const NL: usize>(
         inertia += joint.link_inertia;
         bias += joint.link_bias;
         joint.momentum = inertia * joint.motion;
-        joint.inertia = joint.motion.dot(&joint.momentum);
+        joint.inertia += joint.motion.dot(&joint.momentum);
         joint.torque = control.joint_torque[i] - joint.motion.dot(&bias);
         inertia -= joint.momentum * joint.momentum.transpose() / joint.inertia;
         bias += inertia * joint.bias_acceleration + joint.momentum * (joint.torque / joint.inertia);

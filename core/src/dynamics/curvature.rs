@@ -12,7 +12,7 @@
 //! takes one pass outwards and one inwards; no geometry is differentiated.
 
 use super::inverse::{Motion, Rnea, SpatialAcceleration, Wrench};
-use super::kinematics::{Kinematics, LinkKinematics, second_moments};
+use super::kinematics::{Kinematics, LinkKinematics, second_moment};
 use super::multibody::BusFrame;
 use super::{Acceleration, Multibody, State};
 use crate::math::{Mat3, Vec3};
@@ -139,7 +139,7 @@ fn symmetric(m: &Mat3<f64>, s: f64, v: Vec3<f64>) -> Vec3<f64> {
     m.apply(v) + m.apply_transposed(v) - v.scaled(2.0 * s * m.trace())
 }
 
-impl<const NL: usize> Multibody<NL> {
+impl<const NL: usize> Multibody<'_, NL> {
     /// Second derivatives of `mu . torques(state, force, acceleration)`, `mu` in the units
     /// `[1 / (N m)]` on `[bus torque (bus axes), joint torques]`.
     ///
@@ -229,9 +229,8 @@ impl<const NL: usize> Multibody<NL> {
             out.moments[i] = subtree;
             subtree.shift(link.lever);
         }
-        let second = second_moments(&self.bus_inertia);
-        let [x, y, z] = Mat3::cross_matrix(bus_mu).0;
-        subtree.gradient += Mat3([x.scaled(second.x), y.scaled(second.y), z.scaled(second.z)]);
+        let second = second_moment(&self.servicer.bus_inertia);
+        subtree.gradient += Mat3::cross_matrix(bus_mu).product(&second);
         subtree.linear = total;
         out.bus = subtree;
         out
@@ -493,18 +492,20 @@ mod tests {
     use proptest::prelude::*;
 
     /// A servicer whose arm is not planar, so that nothing cancels by symmetry.
-    fn body() -> Multibody<3> {
+    fn mission() -> Mission<3> {
         let mut mission = Mission::default();
         let tilt = |a: f64| Vector3::new(libm::sin(a), libm::cos(a), 0.0);
         for (i, link) in mission.servicer.links.iter_mut().enumerate() {
             link.axis = tilt(0.7 * i as f64);
-            link.inertia += Vector3::new(0.1, 0.0, 0.05);
+            link.inertia += Matrix3::new(0.1, 0.02, -0.03, 0.02, 0.0, 0.01, -0.03, 0.01, 0.05);
+            link.armature = 0.2;
             link.center_of_mass.x += 0.04;
         }
-        mission.servicer.bus_inertia = Vector3::new(80.0, 95.0, 110.0);
+        mission.servicer.bus_inertia =
+            Matrix3::new(80.0, 6.0, -9.0, 6.0, 95.0, 4.0, -9.0, 4.0, 110.0);
         // A fast orbit, so that the tidal terms count.
         mission.orbit.semi_major_axis = 1.5e5;
-        Multibody::new(&mission)
+        mission
     }
 
     fn moved(x: &State<3>, d: &SVector<f64, 12>) -> State<3> {
@@ -523,7 +524,8 @@ mod tests {
         fn hessian_matches_differences_on_the_manifold(
             numbers in proptest::array::uniform32(-1.0..1.0f64),
         ) {
-            let body = body();
+            let mission = mission();
+            let body = Multibody::new(&mission);
             let at = |i: usize| Vector3::new(numbers[i], numbers[i + 1], numbers[i + 2]);
             let q = Vector4::new(numbers[0], numbers[1], numbers[2], 1.5);
             let x = State {

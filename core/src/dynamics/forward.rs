@@ -49,7 +49,7 @@ pub(super) struct Evaluation<const NL: usize> {
     pub motion: Motion<f64, NL>,
 }
 
-impl<const NL: usize> Multibody<NL> {
+impl<const NL: usize> Multibody<'_, NL> {
     /// Accelerations in `state` under `control` and actuator force `force` (RTN, N), by the CRBA.
     ///
     /// Not finite where the input is not. Cost: O(NL) for the recursions plus `NL^3 / 3` for the
@@ -109,13 +109,14 @@ impl<const NL: usize> Multibody<NL> {
                 // About the joint before, and at last about the bus centre of mass.
                 angular += other.lever.cross(link.momentum);
             }
+            joint[(k, k)] += self.servicer.links[k].armature;
             let row = angular - h.cross(recoil);
             coupling.set_row(k, &row.to_vector().transpose());
         }
         let columns = [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])]
             .map(|e| kinematics.whole.inertia(e) + h.cross(h.cross(e)).scaled(inverse_mass));
         let mut bus = Matrix3::from_columns(&columns.map(Vec3::to_vector));
-        bus += Matrix3::from_diagonal(&self.bus_inertia);
+        bus += self.servicer.bus_inertia;
         // Inertia matrices are positive definite for every valid servicer; where the input is
         // not finite the factors are not either, and the caller sees it in the result.
         let _ = cholesky_in_place(&mut joint);
@@ -130,7 +131,11 @@ impl<const NL: usize> Multibody<NL> {
 impl<const NL: usize> Evaluation<NL> {
     /// The accelerations in the state's components: bus rate relative to RTN, RTN axes.
     #[inline]
-    pub(super) fn acceleration(&self, body: &Multibody<NL>, state: &State<NL>) -> Acceleration<NL> {
+    pub(super) fn acceleration(
+        &self,
+        body: &Multibody<'_, NL>,
+        state: &State<NL>,
+    ) -> Acceleration<NL> {
         let inertial = self.rotation * self.motion.bus_acceleration.to_vector();
         Acceleration {
             bus: inertial - body.frame_rate().cross(&state.rate),

@@ -4,7 +4,7 @@
 //! linear in `x` too, so that one matrix a body holds angular acceleration, rate and orbit; force and
 //! moment on the body are that matrix times its mass moments.
 
-use super::kinematics::{Kinematics, LinkKinematics, second_moments};
+use super::kinematics::{Kinematics, LinkKinematics, second_moment};
 use super::multibody::BusFrame;
 use super::{Acceleration, Control, Integrator, Multibody, State, Stepping};
 use crate::math::{Mat3, Scalar, Vec3, quaternion};
@@ -76,7 +76,7 @@ impl<T: Scalar> SpatialAcceleration<T> {
     /// The integral of `s x (gradient s)` over a body with this second mass moment about its
     /// centre.
     #[inline]
-    fn moment(&self, second: &Mat3<f64>) -> Vec3<T> {
+    pub(super) fn moment(&self, second: &Mat3<f64>) -> Vec3<T> {
         let a = |i: usize, k: usize| self.gradient.0[k].0[i];
         let product = |i: usize, j: usize| {
             let s = second.0[j].0;
@@ -84,14 +84,6 @@ impl<T: Scalar> SpatialAcceleration<T> {
         };
         let turn = |i: usize, j: usize| product(i, j) - product(j, i);
         Vec3([turn(2, 1), turn(0, 2), turn(1, 0)])
-    }
-
-    /// Moment on the bus about its centre, along its principal axes.
-    #[inline]
-    pub(super) fn principal_moment(&self, inertia: &Vector3<f64>) -> Vec3<T> {
-        let second = second_moments(inertia);
-        let a = |i: usize, j: usize| self.gradient.0[j].0[i] * second[j];
-        Vec3([a(2, 1) - a(1, 2), a(0, 2) - a(2, 0), a(1, 0) - a(0, 1)])
     }
 }
 
@@ -111,7 +103,7 @@ impl<T: Scalar> Wrench<T> {
     }
 }
 
-impl<const NL: usize> Multibody<NL> {
+impl<const NL: usize> Multibody<'_, NL> {
     /// Bus and joint torques that produce `acceleration` in `state` under actuator force `force`
     /// (RTN, N), by the RNEA: the inverse of [`Multibody::acceleration`].
     /// Cost: O(NL), about 500 flops a link.
@@ -178,11 +170,12 @@ impl<const NL: usize> Multibody<NL> {
             links[i].at += base;
             wrenches[i].force += base.scaled(link.subtree.mass);
             wrenches[i].moment += link.subtree.first.cross(base);
-            joint[i] = link.axis.dot(wrenches[i].moment);
+            joint[i] = link.axis.dot(wrenches[i].moment)
+                + self.servicer.links[i].armature * motion.joint_acceleration[i];
         }
         let moment = wrench.moment + kinematics.whole.first.cross(base);
-        let generalized_force =
-            GeneralizedForce { bus: bus.principal_moment(&self.bus_inertia) + moment, joint };
+        let second = second_moment(&self.servicer.bus_inertia);
+        let generalized_force = GeneralizedForce { bus: bus.moment(&second) + moment, joint };
         Rnea { bus, links, wrenches, generalized_force }
     }
 }
@@ -198,7 +191,7 @@ pub struct Transition<'a, const NL: usize> {
     pub reached: &'a State<NL>,
 }
 
-impl<const NL: usize> Multibody<NL> {
+impl<const NL: usize> Multibody<'_, NL> {
     /// Inverse-dynamics tracking: the control that takes the rates of `state` to `goal` over one step of
     /// the integrator, to 1e-8 rad/s, and the state it leads to. `known` is a near transition under the
     /// same force.

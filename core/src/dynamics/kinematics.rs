@@ -2,7 +2,7 @@
 
 use super::{Multibody, State};
 use crate::math::{Mat3, Vec3};
-use nalgebra::Vector3;
+use nalgebra::Matrix3;
 
 /// One link and its subtree, bus axes.
 #[derive(Clone, Copy)]
@@ -70,22 +70,26 @@ impl MassMoments {
     }
 }
 
-/// Second mass moments along a body's principal axes from its moments of inertia.
+/// Second mass moment of a body, the integral of `s s^T`, from its inertia tensor.
 #[inline]
-pub(super) fn second_moments(inertia: &Vector3<f64>) -> Vector3<f64> {
-    let half_trace = 0.5 * (inertia.x + inertia.y + inertia.z);
-    Vector3::new(half_trace - inertia.x, half_trace - inertia.y, half_trace - inertia.z)
+pub(super) fn second_moment(inertia: &Matrix3<f64>) -> Mat3<f64> {
+    let half_trace = 0.5 * (inertia[(0, 0)] + inertia[(1, 1)] + inertia[(2, 2)]);
+    let (xy, xz, yz) = (0.0 - inertia[(1, 0)], 0.0 - inertia[(2, 0)], 0.0 - inertia[(2, 1)]);
+    Mat3([
+        Vec3([half_trace - inertia[(0, 0)], xy, xz]),
+        Vec3([xy, half_trace - inertia[(1, 1)], yz]),
+        Vec3([xz, yz, half_trace - inertia[(2, 2)]]),
+    ])
 }
 
-/// `R diag(moments) R^T`.
+/// `R S R^T`.
 #[inline]
-fn turned(rotation: &Mat3<f64>, moments: &Vector3<f64>) -> Mat3<f64> {
-    let Mat3([x, y, z]) = *rotation;
-    let (mx, my, mz) = (x.scaled(moments.x), y.scaled(moments.y), z.scaled(moments.z));
+fn turned(rotation: &Mat3<f64>, second: &Mat3<f64>) -> Mat3<f64> {
+    let (Mat3([x, y, z]), Mat3([mx, my, mz])) = (*rotation, rotation.product(second));
     Mat3::outer(mx, x) + Mat3::outer(my, y) + Mat3::outer(mz, z)
 }
 
-impl<const NL: usize> Multibody<NL> {
+impl<const NL: usize> Multibody<'_, NL> {
     /// Computes the arm's kinematics in `state`. Cost: about 250 flops a link and a sine and cosine.
     #[inline]
     pub(super) fn kinematics(&self, state: &State<NL>) -> Kinematics<NL> {
@@ -93,11 +97,11 @@ impl<const NL: usize> Multibody<NL> {
         let mut links = [LinkKinematics::ZERO; NL];
         let mut subtree = MassMoments::ZERO;
         for i in (0..NL).rev() {
-            let (link, pose) = (&self.links[i], &poses[i]);
+            let (link, pose) = (&self.servicer.links[i], &poses[i]);
             let before = if i == 0 { Vec3::ZERO } else { poses[i - 1].joint };
             let lever = pose.joint - before;
             let offset = pose.center - pose.joint;
-            let second_moment = turned(&pose.rotation, &second_moments(&link.inertia));
+            let second_moment = turned(&pose.rotation, &second_moment(&link.inertia));
             subtree.add(link.mass, &second_moment, offset);
             links[i] = LinkKinematics {
                 axis: pose.axis,

@@ -9,7 +9,7 @@
 
 use super::forward::Evaluation;
 use super::inverse::{GeneralizedForce, Rnea, SpatialAcceleration, Wrench};
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, second_moment};
 use super::{Acceleration, Control, Multibody, State};
 use crate::math::{Lanes, Mat3, Scalar, Vec3};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -53,7 +53,7 @@ struct Seed {
     specific_force: Vec3<Both>,
 }
 
-impl<const NL: usize> Multibody<NL> {
+impl<const NL: usize> Multibody<'_, NL> {
     /// Accelerations and their derivatives with respect to state and torques.
     ///
     /// Exact to rounding. Cost: about 150 flops for each pair of state and link, and `NX + NU`
@@ -227,7 +227,7 @@ impl<const NL: usize> Multibody<NL> {
         }
         let mut bus = wrench.moment + kinematics.whole.first.lift().cross(base);
         if seed.joint.is_none() {
-            bus += seed.spatial.principal_moment(&self.bus_inertia);
+            bus += seed.spatial.moment(&second_moment(&self.servicer.bus_inertia));
         }
         GeneralizedForce { bus, joint }
     }

@@ -115,10 +115,10 @@ impl<const NL: usize> Control<NL> {
 
     /// The control projected onto the torque limits; NaN stays NaN.
     pub(crate) fn within_limits(&self, servicer: &Servicer<NL>) -> Self {
-        let (bus, joint) = (servicer.max_bus_torque, servicer.max_joint_torque);
+        let within = |torque: f64, limit: f64| clamp(torque, -limit, limit);
         Self {
-            bus_torque: self.bus_torque.map(|t| clamp(t, -bus, bus)),
-            joint_torque: self.joint_torque.map(|t| clamp(t, -joint, joint)),
+            bus_torque: self.bus_torque.zip_map(&servicer.max_bus_torque, within),
+            joint_torque: self.joint_torque.zip_map(&servicer.max_joint_torque, within),
         }
     }
 

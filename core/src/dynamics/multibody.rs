@@ -2,15 +2,14 @@
 
 use super::State;
 use crate::math::{Mat3, Scalar, Vec3, quaternion};
-use crate::model::{Link, Mission};
+use crate::model::{Mission, Servicer};
 use nalgebra::{Matrix3, SVector, Vector3};
 
-/// Constants of a bus with a serial arm of `NL` joints in orbit.
+/// A bus with a serial arm of `NL` joints in orbit. It borrows its mission's servicer: a copy would be
+/// the largest part of what planning has on the stack.
 #[derive(Clone, Copy, Debug)]
-pub struct Multibody<const NL: usize> {
-    pub(super) bus_inertia: Vector3<f64>,
-    pub(super) arm_base: Vector3<f64>,
-    pub(super) links: [Link; NL],
+pub struct Multibody<'a, const NL: usize> {
+    pub(super) servicer: &'a Servicer<NL>,
     pub(super) total_mass: f64,
     pub(super) mean_motion: f64,
 }
@@ -48,17 +47,11 @@ pub(super) struct BusFrame<T> {
     pub specific_force: Vec3<T>,
 }
 
-impl<const NL: usize> Multibody<NL> {
+impl<'a, const NL: usize> Multibody<'a, NL> {
     /// The multibody system of a mission's servicer in its orbit.
-    pub fn new(mission: &Mission<NL>) -> Self {
+    pub fn new(mission: &'a Mission<NL>) -> Self {
         let servicer = &mission.servicer;
-        Self {
-            bus_inertia: servicer.bus_inertia,
-            arm_base: servicer.arm_base,
-            links: servicer.links,
-            total_mass: servicer.total_mass(),
-            mean_motion: mission.mean_motion(),
-        }
+        Self { servicer, total_mass: servicer.total_mass(), mean_motion: mission.mean_motion() }
     }
 
     /// Mass of bus and arm together [kg].
@@ -92,8 +85,8 @@ impl<const NL: usize> Multibody<NL> {
     pub(super) fn link_poses<T: Scalar>(&self, joint_angle: &[T; NL]) -> [LinkPose<T>; NL] {
         let mut poses = [LinkPose::ZERO; NL];
         let mut rotation = Mat3::constant(&Matrix3::identity());
-        let mut joint = Vec3::constant(&self.arm_base);
-        for ((pose, link), angle) in poses.iter_mut().zip(&self.links).zip(joint_angle) {
+        let mut joint = Vec3::constant(&self.servicer.arm_base);
+        for ((pose, link), angle) in poses.iter_mut().zip(&self.servicer.links).zip(joint_angle) {
             // The axis is the same in the link's axes and in those of the body before it.
             let axis = rotation.apply_constant(&link.axis);
             rotation = rotation.product(&Mat3::rotation(&link.axis, angle.sin_cos()));
@@ -107,7 +100,7 @@ impl<const NL: usize> Multibody<NL> {
     /// First mass moment of the arm about the bus centre of mass, bus axes [kg m].
     pub(super) fn first_moment(&self, poses: &[LinkPose<f64>; NL]) -> Vec3<f64> {
         let mut moment = Vec3::ZERO;
-        for (link, pose) in self.links.iter().zip(poses) {
+        for (link, pose) in self.servicer.links.iter().zip(poses) {
             moment += pose.center * link.mass;
         }
         moment

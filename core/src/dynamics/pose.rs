@@ -36,20 +36,20 @@ impl<const NL: usize> ArmPose<NL> {
     }
 }
 
-impl<const NL: usize> Multibody<NL> {
+impl<const NL: usize> Multibody<'_, NL> {
     /// The arm at `joint_angle`. Cost: a sine and cosine and about 200 flops a link.
     pub fn arm_pose(&self, joint_angle: &SVector<f64, NL>) -> ArmPose<NL> {
         let poses = self.link_poses(&Self::angles(joint_angle));
         let mut pose = ArmPose::<NL> {
             joint: core::array::from_fn(|i| poses[i].joint.to_vector()),
             axis: core::array::from_fn(|i| poses[i].axis.to_vector()),
-            end: self.arm_base,
+            end: self.servicer.arm_base,
             center: self.first_moment(&poses).to_vector() / self.total_mass,
             center_by_joint: SMatrix::zeros(),
         };
         // Mass and first moment of a link and its subtree.
         let (mut mass, mut moment) = (0.0, Vector3::zeros());
-        for (i, (link, at)) in self.links.iter().zip(&poses).enumerate().rev() {
+        for (i, (link, at)) in self.servicer.links.iter().zip(&poses).enumerate().rev() {
             if i + 1 == NL {
                 pose.end = pose.joint[i] + at.rotation.apply_constant(&link.tip).to_vector();
             }

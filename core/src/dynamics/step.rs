@@ -62,7 +62,7 @@ impl<const NL: usize> State<NL> {
     }
 }
 
-impl<const NL: usize> Multibody<NL> {
+impl<const NL: usize> Multibody<'_, NL> {
     /// The state `dt` seconds after `state`, with `control` (body axes) and `force` (RTN, N) held.
     ///
     /// Cost: one evaluation of the dynamics (Euler) or four a substep (RK4).

@@ -38,7 +38,7 @@ pub struct EndEffectorPose {
     pub rotation: Matrix3<f64>,
 }
 
-impl<const NL: usize> Multibody<NL> {
+impl<const NL: usize> Multibody<'_, NL> {
     /// System centre of mass relative to the bus centre of mass, and its velocity, in RTN
     /// [m, m/s].
     pub fn center_of_mass(&self, state: &State<NL>) -> (Vector3<f64>, Vector3<f64>) {
@@ -49,7 +49,7 @@ impl<const NL: usize> Multibody<NL> {
         let mut drift = Vector3::zeros();
         for (j, pose) in poses.iter().enumerate() {
             let axis = pose.axis.to_vector() * state.joint_rate[j];
-            for (link, subtree) in self.links.iter().zip(&poses).skip(j) {
+            for (link, subtree) in self.servicer.links.iter().zip(&poses).skip(j) {
                 let lever = (subtree.center - pose.joint).to_vector();
                 drift += axis.cross(&lever) * (link.mass / self.total_mass);
             }
@@ -62,9 +62,9 @@ impl<const NL: usize> Multibody<NL> {
         let r = quaternion::rotation_matrix(&state.attitude);
         let poses = self.link_poses(&Self::angles(&state.joint_angle));
         let center = self.first_moment(&poses).to_vector() / self.total_mass;
-        let mut tip = self.arm_base;
+        let mut tip = self.servicer.arm_base;
         let mut rotation = Matrix3::identity();
-        for (link, pose) in self.links.iter().zip(&poses) {
+        for (link, pose) in self.servicer.links.iter().zip(&poses) {
             rotation = Matrix3::from_columns(&pose.rotation.0.map(|c| c.to_vector()));
             tip = pose.joint.to_vector() + rotation * link.tip;
         }
@@ -111,7 +111,7 @@ impl<const NL: usize> Multibody<NL> {
             rate += axis * state.joint_rate[k];
             let lever = r * (pose.center - pose.joint).to_vector();
             let center = linear + angular.cross(&lever) + rate.cross(&rate.cross(&lever));
-            sum += center * self.links[k].mass;
+            sum += center * self.servicer.links[k].mass;
         }
         sum / self.total_mass
     }

@@ -128,22 +128,23 @@ impl<const NL: usize> Mission<NL> {
         if !scenario.start.is_given() {
             return grid;
         }
-        let rate = self.servicer.max_joint_rate * (1.0 - self.margins.joint_rate);
         Grid {
             recovery_time: Some(self.approach.recovery_time),
-            arm_time: self.arm_time(scenario, rate),
+            arm_time: self.arm_time(scenario),
             ..grid
         }
     }
 
-    /// Time that the slowest joint needs to its capture angle, turning no faster than `rate`: speeding up,
-    /// turning on and braking, with half its torque against all that it carries, the arm straight [s].
-    fn arm_time(&self, scenario: &Scenario<NL>, rate: f64) -> f64 {
+    /// Time that the slowest joint needs to its capture angle, none turning faster than in plans:
+    /// speeding up, turning on and braking, with half its torque against all that it carries, the arm
+    /// straight [s].
+    fn arm_time(&self, scenario: &Scenario<NL>) -> f64 {
         let s = &self.servicer;
         let way = s.capture_joint_angle - self.joint_angle_at_start(scenario);
         let mut slowest = 0.0;
         for (i, travel) in way.iter().enumerate() {
-            let acceleration = 0.5 * s.max_joint_torque / s.inertia_beyond(i);
+            let acceleration = 0.5 * s.max_joint_torque[i] / s.inertia_beyond(i);
+            let rate = s.max_joint_rate[i] * (1.0 - self.margins.joint_rate);
             let speed = rate.min(libm::sqrt(acceleration * travel.abs()));
             let now = scenario.start.joint_rate[i] * travel.signum();
             let missing = speed - clamp(now, -speed, speed);

@@ -4,8 +4,9 @@
 use super::Grid;
 use super::{MIN_NODES, Orbit, Servicer, Switch, Target, Typical};
 use core::fmt;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use remora_qp::Validate;
+use remora_qp::dense::cholesky_in_place;
 
 /// The approach itself: how long, how far off, how well seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -250,6 +251,9 @@ impl fmt::Display for InvalidField {
 
 impl core::error::Error for InvalidField {}
 
+/// Share of an inertia's trace by which rounding may make a flat body's second mass moment negative.
+const FLAT: f64 = 1e-12;
+
 /// Collects checks so that each is one line.
 struct Check;
 
@@ -277,12 +281,22 @@ impl Check {
     }
 
     fn inertia(v: &Vector3<f64>, field: &'static str) -> Result<(), InvalidField> {
+        Self::inertia_tensor(&Matrix3::from_diagonal(v), field)
+    }
+
+    /// The tensor must be symmetric and positive definite, and so must, but for rounding, be the body's
+    /// second mass moments: no principal moment is then above the sum of the other two.
+    fn inertia_tensor(m: &Matrix3<f64>, field: &'static str) -> Result<(), InvalidField> {
         for i in 0..3 {
-            Self::positive(v[i], field)?;
+            Self::positive(m[(i, i)], field)?;
         }
-        let triangle = v.x + v.y >= v.z && v.y + v.z >= v.x && v.z + v.x >= v.y;
+        Self::finite(m.as_slice(), field)?;
+        Self::that(*m == m.transpose(), field, "must be symmetric")?;
+        let is_positive = |m: &Matrix3<f64>| cholesky_in_place(&mut m.clone_owned()).is_ok();
+        Self::that(is_positive(m), field, "must be positive definite")?;
+        let second = Matrix3::from_diagonal_element((0.5 + FLAT) * m.trace()) - m;
         Self::that(
-            triangle,
+            is_positive(&second),
             field,
             "no body has such moments: each must be at most the sum of the other two",
         )
@@ -339,7 +353,7 @@ impl<const NL: usize> Mission<NL> {
     fn validate_servicer(&self) -> Result<(), InvalidField> {
         let s = &self.servicer;
         Check::positive(s.bus_mass, "servicer.bus_mass")?;
-        Check::inertia(&s.bus_inertia, "servicer.bus_inertia")?;
+        Check::inertia_tensor(&s.bus_inertia, "servicer.bus_inertia")?;
         for i in 0..3 {
             Check::positive(s.bus_half_extents[i], "servicer.bus_half_extents")?;
         }
@@ -349,22 +363,27 @@ impl<const NL: usize> Mission<NL> {
             Check::finite(link.tip.as_slice(), "servicer.links.tip")?;
             Check::finite(link.center_of_mass.as_slice(), "servicer.links.center_of_mass")?;
             Check::positive(link.mass, "servicer.links.mass")?;
-            Check::inertia(&link.inertia, "servicer.links.inertia")?;
+            Check::inertia_tensor(&link.inertia, "servicer.links.inertia")?;
+            Check::non_negative(link.armature, "servicer.links.armature")?;
             Check::unit(&link.axis, "servicer.links.axis")?;
             Check::non_negative(link.radius, "servicer.links.radius")?;
         }
         for i in 0..NL {
-            let limit = s.max_joint_angle[i];
-            Check::positive(limit, "servicer.max_joint_angle")?;
-            let within = |angle: f64| angle.abs() <= limit;
-            let reason = "must lie within max_joint_angle";
+            let (lower, upper) = (s.min_joint_angle[i], s.max_joint_angle[i]);
+            Check::finite(&[lower, upper], "servicer.max_joint_angle")?;
+            let reason = "the lower stop must be below the upper one";
+            Check::that(lower < upper, "servicer.max_joint_angle", reason)?;
+            let within = |angle: f64| (lower..=upper).contains(&angle);
+            let reason = "must lie within the joint's stops";
             Check::that(within(s.initial_joint_angle[i]), "servicer.initial_joint_angle", reason)?;
             Check::that(within(s.capture_joint_angle[i]), "servicer.capture_joint_angle", reason)?;
+            Check::positive(s.max_joint_rate[i], "servicer.max_joint_rate")?;
+            Check::positive(s.max_joint_torque[i], "servicer.max_joint_torque")?;
         }
-        Check::positive(s.max_joint_rate, "servicer.max_joint_rate")?;
-        Check::positive(s.max_force, "servicer.max_force")?;
-        Check::positive(s.max_bus_torque, "servicer.max_bus_torque")?;
-        Check::positive(s.max_joint_torque, "servicer.max_joint_torque")?;
+        for i in 0..3 {
+            Check::positive(s.max_force[i], "servicer.max_force")?;
+            Check::positive(s.max_bus_torque[i], "servicer.max_bus_torque")?;
+        }
         let reach = s.capture_geometry().reach;
         Check::positive(reach, "servicer.capture_joint_angle")
     }
@@ -441,6 +460,7 @@ impl<const NL: usize> Mission<NL> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::quaternion;
 
     #[test]
     fn the_default_is_valid() {
@@ -459,10 +479,48 @@ mod tests {
         assert_eq!(field(|m| m.servicer.links[2].axis.y = 0.9), "servicer.links.axis");
         assert_eq!(field(|m| m.target.inertia.x = 50.0), "target.inertia");
         assert_eq!(field(|m| m.servicer.max_joint_angle[1] = 0.1), "servicer.initial_joint_angle");
+        assert_eq!(field(|m| m.servicer.min_joint_angle[0] = 4.0), "servicer.max_joint_angle");
+        assert_eq!(field(|m| m.servicer.max_joint_angle[2] = f64::NAN), "servicer.max_joint_angle");
+        assert_eq!(field(|m| m.servicer.min_joint_angle[2] = 0.1), "servicer.initial_joint_angle");
+        assert_eq!(field(|m| m.servicer.min_joint_angle[0] = -0.5), "servicer.capture_joint_angle");
+        assert_eq!(field(|m| m.servicer.max_joint_rate[2] = 0.0), "servicer.max_joint_rate");
+        assert_eq!(field(|m| m.servicer.max_force.z = -1.0), "servicer.max_force");
+        assert_eq!(field(|m| m.servicer.max_bus_torque.y = f64::NAN), "servicer.max_bus_torque");
+        assert_eq!(field(|m| m.servicer.links[1].armature = -1.0), "servicer.links.armature");
         assert_eq!(field(|m| m.approach.duration = 0.0), "approach.duration");
         assert_eq!(field(|m| m.approach.preset_time = 0.0), "approach.preset_time");
         assert_eq!(field(|m| m.orbit.eccentricity = 1.0), "orbit.eccentricity");
         assert_eq!(field(|m| m.weights.force = 0.0), "weights.force");
         assert_eq!(field(|m| m.tolerances.dynamics = 0.0), "tolerances.dynamics");
+    }
+
+    #[test]
+    fn inertias_are_those_of_bodies_in_any_axes() {
+        let judged = |inertia: Matrix3<f64>| {
+            let mut mission = Mission::default();
+            mission.servicer.bus_inertia = inertia;
+            mission.validate().map_err(|error| (error.field, error.reason))
+        };
+        let refused = |inertia| judged(inertia).unwrap_err().1;
+        let axes = quaternion::rotation_matrix(&quaternion::exp(&Vector3::new(0.4, -1.1, 0.7)));
+        let turned = |moments: [f64; 3]| {
+            let tensor = axes * Matrix3::from_diagonal(&moments.into()) * axes.transpose();
+            (tensor + tensor.transpose()) * 0.5
+        };
+        // A plate's moments are one the sum of the others, in any axes.
+        judged(turned([30.0, 40.0, 70.0])).unwrap();
+        judged(Matrix3::from_diagonal(&Vector3::new(30.0, 40.0, 70.0))).unwrap();
+        let no_body = "no body has such moments: each must be at most the sum of the other two";
+        assert_eq!(refused(turned([30.0, 40.0, 70.1])), no_body);
+        assert_eq!(refused(Matrix3::from_diagonal(&Vector3::new(30.0, 40.0, 70.1))), no_body);
+        assert_eq!(refused(turned([40.0, 40.0, -1.0])), "must be positive definite");
+        let mut skew = turned([30.0, 40.0, 50.0]);
+        skew[(0, 1)] += 1e-3;
+        assert_eq!(refused(skew), "must be symmetric");
+        skew[(0, 1)] = f64::NAN;
+        assert_eq!(refused(skew), "must be finite");
+        skew[(0, 0)] = f64::NAN;
+        assert_eq!(refused(skew), "must be positive and finite");
+        assert_eq!(judged(skew).unwrap_err().0, "servicer.bus_inertia");
     }
 }

@@ -30,6 +30,7 @@ pub use recovery::{RECOVERY_NAMES, Recovery};
 pub use refusal::Refusal;
 pub use scenario::{Scenario, Start, initial_bus_attitude};
 pub use segment::{SegmentDistance, segment_to_box};
-pub use servicer::{CaptureGeometry, Link, Servicer};
+pub use servicer::{CaptureGeometry, Link, Servicer, principal_inertia};
+use servicer::{largest_and_shares, moment_bounds};
 pub use target::{MAX_TUMBLE_SUBSTEPS, Target, TargetState};
 pub use typical::{CostUnits, Typical};

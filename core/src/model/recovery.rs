@@ -33,7 +33,7 @@ impl<const NL: usize> Recovery<NL> {
     ) -> Self {
         let (s, t) = (&mission.servicer, &mission.tolerances);
         for (i, is_beyond) in self.joint.iter_mut().enumerate() {
-            *is_beyond |= joint_angle[i].abs() > s.max_joint_angle[i] + t.joint;
+            *is_beyond |= s.beyond_stop(i, joint_angle[i]) > t.joint;
         }
         let cosine = libm::cos(mission.approach.field_of_view_half_angle);
         self.pointing |= seen < cosine - t.pointing;
@@ -92,7 +92,7 @@ impl<const NL: usize> Mission<NL> {
         let start_only = Recovery {
             joint: [false; NL],
             joint_rate: core::array::from_fn(|i| {
-                start.joint_rate[i].abs() > s.max_joint_rate * (1.0 + t.joint_rate)
+                start.joint_rate[i].abs() > s.max_joint_rate[i] * (1.0 + t.joint_rate)
             }),
             pointing: false,
             keep_out: self.distance_at_start(scenario) < keep_out - t.keep_out,

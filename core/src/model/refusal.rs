@@ -121,16 +121,16 @@ pub enum Refusal {
     },
     /// The thrusters are too weak to be in front of the port in time.
     Force {
-        /// The least force, each component [N].
+        /// The least force, on the axis with the largest limit, all used in proportion to theirs [N].
         needed: f64,
-        /// What there is [N].
+        /// What there is on that axis [N].
         limit: f64,
     },
     /// The bus cannot be turned as fast as the target in time.
     BusTorque {
-        /// The least torque, each component [N m].
+        /// The least torque, on the axis with the largest limit, all used in proportion to theirs [N m].
         needed: f64,
-        /// What there is [N m].
+        /// What there is on that axis [N m].
         limit: f64,
     },
 }

@@ -2,6 +2,7 @@
 
 use crate::math::quaternion;
 use nalgebra::{Matrix3, SVector, Vector3};
+use remora_qp::dense::clamp;
 
 /// One link of the arm. Its frame sits at its own joint, which turns it relative to the body
 /// before it; at zero angle all frames are parallel to the bus body frame.
@@ -14,10 +15,13 @@ pub struct Link {
     pub center_of_mass: Vector3<f64>,
     /// Mass [kg].
     pub mass: f64,
-    /// Principal moments of inertia about the centre of mass, along the link's axes [kg m^2].
-    pub inertia: Vector3<f64>,
+    /// Inertia tensor about the centre of mass, link axes [kg m^2]; symmetric.
+    pub inertia: Matrix3<f64>,
     /// Unit joint axis, in link axes.
     pub axis: Vector3<f64>,
+    /// Inertia of the joint's rotor about the joint axis, times the gear ratio squared [kg m^2]: what it
+    /// adds to the joint's own inertia.
+    pub armature: f64,
     /// Radius of the capsule about the line from joint to tip that holds the link [m].
     pub radius: f64,
 }
@@ -30,11 +34,38 @@ impl Link {
             tip: Vector3::new(0.0, 0.0, length),
             center_of_mass: Vector3::new(0.0, 0.0, 0.5 * length),
             mass,
-            inertia: Vector3::new(across, across, 0.5 * mass * radius * radius),
+            inertia: principal_inertia(across, across, 0.5 * mass * radius * radius),
             axis: Vector3::y(),
+            armature: 0.0,
             radius,
         }
     }
+}
+
+/// Inertia tensor of a body whose principal axes are those it is resolved in, from its principal
+/// moments [kg m^2].
+pub fn principal_inertia(x: f64, y: f64, z: f64) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&Vector3::new(x, y, z))
+}
+
+/// Bounds of a body's principal moments of inertia, from the tensor in any axes (Gershgorin's): the
+/// least and the largest moment themselves where the axes are principal ones [kg m^2].
+// Not inlined: before planning time does not count, and an image's room does.
+#[inline(never)]
+pub(super) fn moment_bounds(inertia: &Matrix3<f64>) -> [f64; 2] {
+    let (x, y, z) = (inertia[(0, 0)], inertia[(1, 1)], inertia[(2, 2)]);
+    let (xy, xz, yz) = (inertia[(0, 1)].abs(), inertia[(0, 2)].abs(), inertia[(1, 2)].abs());
+    let least = (x - (xy + xz)).min(y - (xy + yz)).min(z - (xz + yz));
+    let largest = (x + (xy + xz)).max(y + (xy + yz)).max(z + (xz + yz));
+    [least.max(0.0), largest]
+}
+
+/// The largest of an actuator's limits by axis, and each as a share of it.
+// Not inlined, as `moment_bounds`.
+#[inline(never)]
+pub(super) fn largest_and_shares(limits: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    let largest = limits.max();
+    (largest, limits / largest)
 }
 
 /// A spacecraft bus with a serial arm of `NL` revolute joints.
@@ -42,8 +73,8 @@ impl Link {
 pub struct Servicer<const NL: usize> {
     /// Bus mass [kg].
     pub bus_mass: f64,
-    /// Bus principal moments of inertia about its centre of mass, body axes [kg m^2].
-    pub bus_inertia: Vector3<f64>,
+    /// Bus inertia tensor about its centre of mass, body axes [kg m^2]; symmetric.
+    pub bus_inertia: Matrix3<f64>,
     /// Half edge lengths of the box about the bus's centre of mass that holds it [m].
     pub bus_half_extents: Vector3<f64>,
     /// Unit boresight of the camera, bus axes.
@@ -52,20 +83,22 @@ pub struct Servicer<const NL: usize> {
     pub arm_base: Vector3<f64>,
     /// The arm, from the bus outwards.
     pub links: [Link; NL],
-    /// Joint angles are kept within plus and minus these [rad].
+    /// Lower stops: least joint angles [rad].
+    pub min_joint_angle: SVector<f64, NL>,
+    /// Upper stops: largest joint angles [rad].
     pub max_joint_angle: SVector<f64, NL>,
-    /// Joint rates are kept within plus and minus this [rad/s].
-    pub max_joint_rate: f64,
+    /// Joint rates are kept within plus and minus these [rad/s].
+    pub max_joint_rate: SVector<f64, NL>,
     /// Joint angles at the start of the approach, at rest [rad].
     pub initial_joint_angle: SVector<f64, NL>,
     /// Joint angles at capture [rad].
     pub capture_joint_angle: SVector<f64, NL>,
-    /// Largest force component, RTN axes [N].
-    pub max_force: f64,
-    /// Largest bus torque component, body axes [N m].
-    pub max_bus_torque: f64,
-    /// Largest joint torque [N m].
-    pub max_joint_torque: f64,
+    /// Largest force along each axis, RTN axes [N].
+    pub max_force: Vector3<f64>,
+    /// Largest bus torque about each axis, body axes [N m].
+    pub max_bus_torque: Vector3<f64>,
+    /// Largest joint torques [N m].
+    pub max_joint_torque: SVector<f64, NL>,
 }
 
 impl Default for Servicer<3> {
@@ -74,18 +107,19 @@ impl Default for Servicer<3> {
         use core::f64::consts::PI;
         Self {
             bus_mass: 500.0,
-            bus_inertia: Vector3::new(83.3, 83.3, 83.3),
+            bus_inertia: principal_inertia(83.3, 83.3, 83.3),
             bus_half_extents: Vector3::new(0.5, 0.5, 0.5),
             boresight: Vector3::z(),
             arm_base: Vector3::new(0.0, 0.0, 0.116),
             links: [0.75, 0.75, 0.30].map(|length| Link::cylinder(length, 10.0, 0.05)),
+            min_joint_angle: SVector::from([-PI, -PI / 2.0, -1.75]),
             max_joint_angle: SVector::from([PI, PI / 2.0, 1.75]),
-            max_joint_rate: 5e-3,
+            max_joint_rate: SVector::repeat(5e-3),
             initial_joint_angle: SVector::from([-PI / 9.0, PI / 5.0, 0.0]),
             capture_joint_angle: SVector::from([-0.752_793_7, 1.505_587_4, -0.752_793_7]),
-            max_force: 2.5,
-            max_bus_torque: 5e-3,
-            max_joint_torque: 5e-3,
+            max_force: Vector3::repeat(2.5),
+            max_bus_torque: Vector3::repeat(5e-3),
+            max_joint_torque: SVector::repeat(5e-3),
         }
     }
 }
@@ -130,33 +164,44 @@ impl<const NL: usize> Servicer<NL> {
         let about = |own: Matrix3<f64>, mass: f64, at: Vector3<f64>| {
             own + (Matrix3::identity() * at.dot(&at) - at * at.transpose()) * mass
         };
-        let mut sum = about(Matrix3::from_diagonal(&self.bus_inertia), self.bus_mass, -com);
+        let mut sum = about(self.bus_inertia, self.bus_mass, -com);
         let mut joint = self.arm_base;
         let mut attitude = quaternion::IDENTITY;
         for (link, angle) in self.links.iter().zip(angles.iter()) {
             attitude = quaternion::product(&attitude, &quaternion::exp(&(link.axis * *angle)));
             let rotation = quaternion::rotation_matrix(&attitude);
-            let own = rotation * Matrix3::from_diagonal(&link.inertia) * rotation.transpose();
+            let own = rotation * link.inertia * rotation.transpose();
             sum += about(own, link.mass, joint + rotation * link.center_of_mass - com);
             joint += rotation * link.tip;
         }
         sum
     }
 
-    /// Moment of inertia of all that joint `i` carries, about it, the arm straight: the largest of any
-    /// axis of each body [kg m^2].
+    /// Moment of inertia of all that joint `i` carries, about it, the arm straight, and of its own rotor:
+    /// a bound of the largest of any axis of each body [kg m^2].
+    // Not inlined, as `moment_bounds`.
+    #[inline(never)]
     pub fn inertia_beyond(&self, i: usize) -> f64 {
         let (mut joint, mut sum) = (Vector3::zeros(), 0.0);
+        if let Some(link) = self.links.get(i) {
+            sum += link.armature;
+        }
         for link in self.links.iter().skip(i) {
             let center = joint + link.center_of_mass;
-            sum += link.inertia.max() + link.mass * center.dot(&center);
+            let [_, largest] = moment_bounds(&link.inertia);
+            sum += largest + link.mass * center.dot(&center);
             joint += link.tip;
         }
         sum
     }
 
+    /// How far joint `i` is beyond the nearer of its stops at `angle`; negative within them [rad].
+    pub(super) fn beyond_stop(&self, i: usize, angle: f64) -> f64 {
+        (angle - self.max_joint_angle[i]).max(self.min_joint_angle[i] - angle)
+    }
+
     /// Farthest that the end effector gets from the system's centre of mass [m]: joint by joint
-    /// over a grid of angles within the stops, from the straight arm on, which is the least.
+    /// over a grid of angles within the stops, from the straightest arm on, which is the least.
     ///
     /// Cost: a few hundred evaluations of the arm's geometry; not for flight.
     pub fn extension(&self) -> f64 {
@@ -167,7 +212,10 @@ impl<const NL: usize> Servicer<NL> {
             libm::sqrt((tip - com).dot(&(tip - com)))
         };
         let mut farthest = 0.0;
-        for start in [SVector::zeros(), self.initial_joint_angle, self.capture_joint_angle] {
+        let (lower, upper) = (&self.min_joint_angle, &self.max_joint_angle);
+        let straight = SVector::from_fn(|i, _| clamp(0.0, lower[i], upper[i]));
+        let (middle, half) = ((upper + lower) * 0.5, (upper - lower) * 0.5);
+        for start in [straight, self.initial_joint_angle, self.capture_joint_angle] {
             let mut best = start;
             let mut reached = distance(&best);
             for _ in 0..ROUNDS {
@@ -176,7 +224,7 @@ impl<const NL: usize> Servicer<NL> {
                     for step in 0..=STEPS {
                         let mut angles = best;
                         let share = 2.0 * step as f64 / STEPS as f64 - 1.0;
-                        angles[i] = share * self.max_joint_angle[i];
+                        angles[i] = middle[i] + share * half[i];
                         let found = distance(&angles);
                         if found > reached {
                             (best, reached) = (angles, found);
@@ -229,13 +277,36 @@ mod tests {
     }
 
     #[test]
+    fn an_arm_whose_stops_hold_no_zero_extends_within_them() {
+        let mut servicer = Servicer::default();
+        servicer.min_joint_angle[1] = 0.5;
+        let bent = SVector::from([0.0, 0.5, 0.0]);
+        let (com, tip) = servicer.center_of_mass_and_end_effector(&bent);
+        let (extension, straight) = (servicer.extension(), Servicer::default().extension());
+        assert!(extension >= (tip - com).norm() && extension < straight - 0.01, "{extension}");
+    }
+
+    #[test]
+    fn bounds_of_moments_hold_in_any_axes() {
+        let axes = quaternion::rotation_matrix(&quaternion::exp(&Vector3::new(0.9, 0.3, -0.5)));
+        let principal = principal_inertia(2.0, 3.0, 4.0);
+        assert_eq!(moment_bounds(&principal), [2.0, 4.0]);
+        let [least, largest] = moment_bounds(&(axes * principal * axes.transpose()));
+        assert!((0.0..2.0).contains(&least) && largest > 4.0, "{least} {largest}");
+    }
+
+    #[test]
     fn a_joint_carries_what_comes_after_it() {
         let servicer = Servicer::default();
-        let own = |i: usize| servicer.links[i].inertia.x;
+        let own = |i: usize| servicer.links[i].inertia[(0, 0)];
         let last = own(2) + 10.0 * 0.15 * 0.15;
         assert!((servicer.inertia_beyond(2) - last).abs() < 1e-12);
         let two = own(1) + own(2) + 10.0 * (0.375_f64.powi(2) + 0.9 * 0.9);
         assert!((servicer.inertia_beyond(1) - two).abs() < 1e-12);
+        let mut geared = servicer;
+        geared.links[1].armature = 0.7;
+        assert!((geared.inertia_beyond(1) - two - 0.7).abs() < 1e-12);
+        assert_eq!(geared.inertia_beyond(0), servicer.inertia_beyond(0));
     }
 
     #[test]
@@ -246,7 +317,7 @@ mod tests {
         // The straight arm along z: centres of mass at 0.491, 1.241 and 1.766 m.
         let across = 500.0 * com.z * com.z
             + [0.491, 1.241, 1.766].map(|z: f64| 10.0 * (z - com.z).powi(2)).iter().sum::<f64>();
-        let own = 83.3 + servicer.links.iter().map(|link| link.inertia.x).sum::<f64>();
+        let own = 83.3 + servicer.links.iter().map(|link| link.inertia[(0, 0)]).sum::<f64>();
         assert!((inertia[(0, 0)] - across - own).abs() < 1e-9, "{inertia}");
         assert!((inertia[(2, 2)] - 83.3 - 0.0375).abs() < 1e-9, "{inertia}");
     }

@@ -1,6 +1,7 @@
 //! Typical magnitudes of an approach: what steps of the optimisation are divided by.
 
-use super::Mission;
+use super::{Mission, moment_bounds};
+use nalgebra::{SVector, Vector3};
 
 /// Typical magnitudes. They follow from time, travel and inertia, not from limits: a stronger
 /// servicer moves no faster for it, and its subproblems look the same.
@@ -45,37 +46,43 @@ mod factor {
 
 /// What controls are divided by in the cost [N, N m].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CostUnits {
-    /// Force.
-    pub force: f64,
-    /// Bus torque.
-    pub bus_torque: f64,
+pub struct CostUnits<const NL: usize> {
+    /// Force, RTN axes.
+    pub force: Vector3<f64>,
+    /// Bus torque, body axes.
+    pub bus_torque: Vector3<f64>,
     /// Joint torques.
-    pub joint_torque: f64,
+    pub joint_torque: SVector<f64, NL>,
 }
 
 impl<const NL: usize> Mission<NL> {
     /// What controls are divided by in the cost: their limits, as in the paper, but no more than a
     /// multiple of what is typical. A limit that is never near is no measure, and were it one, the
     /// stronger actuator would be free to chatter.
-    pub fn cost_units(&self) -> CostUnits {
+    // Not inlined: both stages ask once, before they begin.
+    #[inline(never)]
+    pub fn cost_units(&self) -> CostUnits<NL> {
         let (typical, servicer) = (self.typical(), &self.servicer);
         CostUnits {
-            force: servicer.max_force.min(factor::MOST_FORCE * typical.force),
-            bus_torque: servicer.max_bus_torque.min(factor::MOST_TORQUE * typical.bus_torque),
-            joint_torque: servicer.max_joint_torque.min(factor::MOST_TORQUE * typical.joint_torque),
+            force: servicer.max_force.map(|f| f.min(factor::MOST_FORCE * typical.force)),
+            bus_torque: servicer
+                .max_bus_torque
+                .map(|t| t.min(factor::MOST_TORQUE * typical.bus_torque)),
+            joint_torque: servicer
+                .max_joint_torque
+                .map(|t| t.min(factor::MOST_TORQUE * typical.joint_torque)),
         }
     }
 
     /// Typical magnitudes: the mission's own, or those that follow from it. None is above the
-    /// limit that concerns it.
+    /// largest limit that concerns it; what an axis or a joint is scaled by is not above its own.
     pub fn typical(&self) -> Typical {
         let (servicer, time) = (&self.servicer, self.approach.duration);
-        let (mut arm, mut whole) = (0.0, servicer.bus_inertia.max());
+        let (mut arm, mut whole) = (0.0, moment_bounds(&servicer.bus_inertia)[1]);
         let mut joint = servicer.arm_base;
         for link in &servicer.links {
             let center = joint + link.center_of_mass;
-            let own = link.inertia.max();
+            let [_, own] = moment_bounds(&link.inertia);
             arm += own + link.mass * (center - servicer.arm_base).norm_squared();
             whole += own + link.mass * center.norm_squared();
             joint += link.tip;
@@ -94,10 +101,10 @@ impl<const NL: usize> Mission<NL> {
         };
         let t = self.typical_magnitudes.unwrap_or(derived);
         Typical {
-            force: t.force.min(servicer.max_force),
-            joint_rate: t.joint_rate.min(servicer.max_joint_rate),
-            bus_torque: t.bus_torque.min(servicer.max_bus_torque),
-            joint_torque: t.joint_torque.min(servicer.max_joint_torque),
+            force: t.force.min(servicer.max_force.max()),
+            joint_rate: t.joint_rate.min(servicer.max_joint_rate.max()),
+            bus_torque: t.bus_torque.min(servicer.max_bus_torque.max()),
+            joint_torque: t.joint_torque.min(servicer.max_joint_torque.max()),
             ..t
         }
     }
@@ -119,22 +126,28 @@ mod tests {
     #[test]
     fn limits_measure_the_cost_where_they_are_near() {
         let mut mission = Mission::default();
-        let paper = CostUnits { force: 2.5, bus_torque: 5e-3, joint_torque: 5e-3 };
+        let paper = CostUnits {
+            force: Vector3::repeat(2.5),
+            bus_torque: Vector3::repeat(5e-3),
+            joint_torque: SVector::repeat(5e-3),
+        };
         assert_eq!(mission.cost_units(), paper);
-        mission.servicer.max_joint_torque = 20.0;
-        mission.servicer.max_bus_torque = 1e-3;
+        mission.servicer.max_joint_torque[1] = 20.0;
+        mission.servicer.max_bus_torque.z = 1e-3;
         let units = mission.cost_units();
-        assert!(units.joint_torque < 6e-3 && units.bus_torque == 1e-3 && units.force == 2.5);
+        assert!(units.joint_torque[1] < 6e-3 && units.joint_torque[2] == 5e-3);
+        assert_eq!(units.bus_torque, Vector3::new(5e-3, 5e-3, 1e-3));
+        assert_eq!(units.force, paper.force);
     }
 
     #[test]
     fn strength_does_not_matter_but_weakness_does() {
         let (mut strong, mut weak) = (Mission::default(), Mission::default());
-        strong.servicer.max_joint_torque = 20.0;
-        strong.servicer.max_bus_torque = 5.0;
-        strong.servicer.max_force = 100.0;
+        strong.servicer.max_joint_torque.fill(20.0);
+        strong.servicer.max_bus_torque.fill(5.0);
+        strong.servicer.max_force.fill(100.0);
         assert_eq!(strong.typical(), Mission::default().typical());
-        weak.servicer.max_force = 1e-3;
+        weak.servicer.max_force.fill(1e-3);
         assert_eq!(weak.typical().force, 1e-3);
     }
 }

@@ -4,7 +4,7 @@ use super::Solver;
 use crate::executor::Sequential;
 use crate::model::Mission;
 use crate::stages::{LINKS, MissionReorientation, NODES, size};
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 /// Control [N m] by state: rows `[bus torque (bus axes); joint torques]`, columns
 /// `[attitude (rad, RTN); joint angles (rad); bus rate (rad/s, RTN); joint rates (rad/s)]`.
@@ -25,10 +25,28 @@ pub fn feedback_gain<S: Solver + ?Sized>(
     solver: &S,
     k: usize,
 ) -> Option<Gain> {
-    if k + 1 >= NODES {
-        return None;
+    Scales::of(mission).gain(solver, k)
+}
+
+/// Scales of states and controls in Stage 2's subproblems: all that gains need of a mission.
+pub(crate) struct Scales {
+    x: SVector<f64, { size::NX }>,
+    u: SVector<f64, { size::NU }>,
+}
+
+impl Scales {
+    /// Those of a mission.
+    pub fn of(mission: &Mission<LINKS>) -> Self {
+        let (x, u) = MissionReorientation::<Sequential>::scales(mission);
+        Self { x, u }
     }
-    let scaled = solver.gain(k)?;
-    let (x, u) = MissionReorientation::<Sequential>::scales(mission);
-    Some(SMatrix::from_fn(|i, j| scaled[(i, j)] * u[i] / x[j]))
+
+    /// As [`feedback_gain`].
+    pub fn gain<S: Solver + ?Sized>(&self, solver: &S, k: usize) -> Option<Gain> {
+        if k + 1 >= NODES {
+            return None;
+        }
+        let scaled = solver.gain(k)?;
+        Some(SMatrix::from_fn(|i, j| scaled[(i, j)] * self.u[i] / self.x[j]))
+    }
 }

@@ -17,6 +17,7 @@ mod tests;
 mod tighten;
 mod workspace;
 
+pub(crate) use gains::Scales;
 pub use gains::{Gain, feedback_gain};
 pub use guess::{GuessRecord, InitialGuess};
 pub use nominal::Nominal;

@@ -11,7 +11,7 @@ use crate::model::{
 };
 use crate::scp::{Log, Settings, Status};
 use crate::stages::{LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory};
-use nalgebra::SVector;
+use nalgebra::{Matrix3, SVector};
 use remora_qp::Checksum;
 use remora_qp::{QpOutcome, QpStatus};
 
@@ -319,6 +319,7 @@ fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
         boresight,
         arm_base,
         links,
+        min_joint_angle,
         max_joint_angle,
         max_joint_rate,
         initial_joint_angle,
@@ -328,22 +329,56 @@ fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
         max_joint_torque,
     } = servicer;
     sum.numbers([bus_mass]);
-    sum.numbers(bus_inertia);
+    sum.numbers(&bus_inertia.diagonal());
     sum.numbers(bus_half_extents);
     sum.numbers(boresight);
     sum.numbers(arm_base);
-    for Link { tip, center_of_mass, mass, inertia, axis, radius } in links {
+    for Link { tip, center_of_mass, mass, inertia, axis, armature: _, radius } in links {
         sum.numbers([radius]);
         sum.numbers(tip);
         sum.numbers(center_of_mass);
         sum.numbers([mass]);
-        sum.numbers(inertia);
+        sum.numbers(&inertia.diagonal());
         sum.numbers(axis);
     }
     sum.numbers(max_joint_angle);
     sum.numbers(initial_joint_angle);
     sum.numbers(capture_joint_angle);
-    sum.numbers([max_joint_rate, max_force, max_bus_torque, max_joint_torque]);
+    // As one limit for all joints and axes, as older records have them: the first.
+    sum.numbers([&max_joint_rate[0], &max_force[0], &max_bus_torque[0], &max_joint_torque[0]]);
+    // What older missions could not say.
+    add_new(sum, 1, min_joint_angle.as_slice(), (-max_joint_angle).as_slice());
+    let joints = [max_joint_rate.as_slice(), max_joint_torque.as_slice()];
+    let axes = [max_force.as_slice(), max_bus_torque.as_slice()];
+    let limits = joints.into_iter().chain(axes);
+    for (tag, limits) in (2..).zip(limits) {
+        add_new(sum, tag, limits, limits.get(..1).unwrap_or_default());
+    }
+    add_new(sum, 6, &products(bus_inertia), &[0.0]);
+    for (tag, link) in (10..).zip(links) {
+        add_new_of_link(sum, tag, link);
+    }
+}
+
+/// Products of inertia.
+fn products(inertia: &Matrix3<f64>) -> [f64; 3] {
+    [inertia[(0, 1)], inertia[(0, 2)], inertia[(1, 2)]]
+}
+
+#[inline(never)]
+fn add_new_of_link(sum: &mut Checksum, tag: u64, link: &Link) {
+    add_new(sum, tag, &products(&link.inertia), &[0.0]);
+    add_new(sum, 100 + tag, &[link.armature], &[0.0]);
+}
+
+/// Adds numbers that older missions could not say, after one that tells them apart, where they are not
+/// what those meant, one for each or one for all: checksums of older missions stay.
+#[inline(never)]
+fn add_new(sum: &mut Checksum, tag: u64, numbers: &[f64], meant: &[f64]) {
+    if numbers.iter().zip(meant.iter().cycle()).any(|(number, meant)| number != meant) {
+        sum.integer(tag);
+        sum.numbers(numbers);
+    }
 }
 
 fn add_approach(sum: &mut Checksum, approach: &Approach, grid: &Grid) {

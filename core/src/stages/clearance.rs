@@ -107,7 +107,7 @@ impl<const NL: usize> Bodies<NL> {
     #[inline(never)]
     pub fn clearances(
         &self,
-        body: &Multibody<NL>,
+        body: &Multibody<'_, NL>,
         at: &Instant<NL>,
         horizon: f64,
     ) -> [Clearance<NL>; GROUPS] {
@@ -300,11 +300,10 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    type Body = (Bodies<3>, Multibody<3>);
+    type Body<'a> = (Bodies<3>, Multibody<'a, 3>);
 
-    fn body() -> Body {
-        let mission = Mission::default();
-        (Bodies::new(&mission), Multibody::new(&mission))
+    fn body(mission: &Mission<3>) -> Body<'_> {
+        (Bodies::new(mission), Multibody::new(mission))
     }
 
     fn state(q: [f64; 4], angle: [f64; 3]) -> State<3> {
@@ -318,7 +317,8 @@ mod tests {
     /// At capture the gripper touches the port within the corridor, and nothing else is near.
     #[test]
     fn at_capture_only_the_end_effector_is_near() {
-        let ((bodies, body), mission) = (body(), Mission::default());
+        let mission = Mission::default();
+        let (bodies, body) = body(&mission);
         let geometry = mission.servicer.capture_geometry();
         let turn = quaternion::between(&geometry.direction, &-Vector3::z());
         let mut state = State { attitude: turn, ..State::ZERO };
@@ -354,7 +354,8 @@ mod tests {
             turn in prop::array::uniform3(-1.0..1.0f64),
             bend in prop::array::uniform3(-1.0..1.0f64),
         ) {
-            let b = body();
+            let mission = Mission::default();
+            let b = body(&mission);
             let state = state(q, angle);
             let target = quaternion::normalized(&Vector4::from(p));
             let position = Vector3::from(r);

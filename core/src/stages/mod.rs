@@ -36,7 +36,7 @@ pub struct Formulation<'a, const NL: usize> {
     pub margins: Margins,
     /// Clearance added to the margin, up to the last interval [m].
     pub extra_clearance: f64,
-    /// Largest force component in planning [N]; the limit at first.
+    /// Bound of every force component in planning, beside its own limit [N]; the largest limit at first.
     pub max_force: f64,
     /// Deadline of this try.
     pub deadline: Deadline<'a>,
@@ -55,7 +55,7 @@ impl<'a, const NL: usize> Formulation<'a, NL> {
             integrator,
             margins: mission.margins,
             extra_clearance: 0.0,
-            max_force: mission.servicer.max_force,
+            max_force: mission.servicer.max_force.max(),
             deadline: Deadline::never(),
         }
     }

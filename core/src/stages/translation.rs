@@ -73,16 +73,18 @@ pub struct Translation<'a, const N: usize> {
     /// Transitions from a node back to the points [`WITHIN`] the interval before it.
     back: [HcwTransition; NG - 1],
     dt: f64,
-    /// Scales of position, velocity and force in the subproblem [m, m/s, N].
-    scale: [f64; 3],
+    /// Scales of position and velocity in the subproblem [m, m/s].
+    scale: [f64; 2],
+    /// Scale of force in the subproblem [N].
+    force_scale: Vector3<f64>,
     cost_scale: f64,
     /// Unit of forces in the cost [N].
-    cost_unit: f64,
+    cost_unit: Vector3<f64>,
     keep_out_tolerance: f64,
     end_tolerance: f64,
     transition: HcwTransition,
     mass: f64,
-    max_force: f64,
+    max_force: Vector3<f64>,
     force_weight: f64,
     change_weight: f64,
     start: (Vector3<f64>, Vector3<f64>),
@@ -114,14 +116,17 @@ impl<'a, const N: usize> Translation<'a, N> {
             let (at, before) = (grid.keep_out(k), grid.keep_out(k.max(1) - 1));
             [at, if k == last { at_end } else { at.min(before) }]
         });
-        let inverse_unit = cost_unit / typical.force;
+        let limits = &mission.servicer.max_force;
+        let force_scale = limits.map(|limit| typical.force.min(limit));
+        let inverse_unit = cost_unit.component_div(&force_scale).min();
         Self {
             is_recovering: mission.recovery(scenario, grid.keep_out(0)).keep_out,
             grid,
             margin: approach.between_nodes.is_on(integrator).then_some(margins.keep_out),
             back: WITHIN.map(|share| HcwTransition::new(n, -share * dt)),
             dt,
-            scale: [typical.length, typical.velocity, typical.force],
+            scale: [typical.length, typical.velocity],
+            force_scale,
             cost_unit,
             cost_scale: TYPICAL_COST * inverse_unit * inverse_unit,
             target,
@@ -131,7 +136,7 @@ impl<'a, const N: usize> Translation<'a, N> {
             end_tolerance: mission.tolerances.dynamics,
             transition: HcwTransition::new(n, dt),
             mass: mission.servicer.total_mass(),
-            max_force,
+            max_force: limits.map(|limit| limit.min(max_force)),
             force_weight: mission.weights.force,
             change_weight: mission.weights.force_change,
             start: (scenario.position, scenario.velocity),
@@ -168,11 +173,16 @@ impl<'a, const N: usize> Translation<'a, N> {
 
     /// Cost of a force profile, as section 5 defines it.
     pub fn cost(&self, force: &[Vector3<f64>; N]) -> f64 {
-        let scaled = |k: usize| force[k] / self.cost_unit;
+        let scaled = |k: usize| force[k].component_div(&self.cost_unit);
         let last = self.last();
         let effort: f64 = (0..last).map(|k| scaled(k).norm_squared()).sum();
         let change: f64 = (1..last).map(|k| (scaled(k) - scaled(k - 1)).norm_squared()).sum();
         self.force_weight * effort + self.change_weight * change
+    }
+
+    /// A force projected onto its limits.
+    fn within_limits(&self, force: &Vector3<f64>) -> Vector3<f64> {
+        force.zip_map(&self.max_force, |f, limit| clamp(f, -limit, limit))
     }
 
     /// Nodes of the plan.
@@ -271,7 +281,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         trajectory: &TranslationTrajectory<N>,
         stage: &mut QpStage<NX, NU, NG>,
     ) {
-        let [r, v, f] = self.scale;
+        let ([r, v], f) = (self.scale, &self.force_scale);
         for i in 0..NG {
             let (offset, normal) = self.keep_out_constraint(k, i, trajectory);
             stage.path_offset[i] = offset;
@@ -287,7 +297,7 @@ impl<'a, const N: usize> Translation<'a, N> {
             for j in 0..3 {
                 stage.path_jacobian[(i, j)] = by_state[j] * r;
                 stage.path_jacobian[(i, 3 + j)] = by_state[3 + j] * v;
-                stage.path_jacobian[(i, 6 + j)] = by_force[j] * f;
+                stage.path_jacobian[(i, 6 + j)] = by_force[j] * f[j];
             }
         }
     }
@@ -305,7 +315,7 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
 
     fn project(&self, trajectory: &mut Self::Trajectory) {
         for force in &mut trajectory.force {
-            *force = force.map(|f| clamp(f, -self.max_force, self.max_force));
+            *force = self.within_limits(force);
         }
         self.rollout(trajectory);
     }
@@ -318,10 +328,10 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
     ) {
         qp.defect_penalty = f64::INFINITY;
         qp.constant = 0.0;
-        let [r, v, f] = self.scale;
-        let unit = f / self.cost_unit;
-        let effort = 2.0 * self.cost_scale * self.force_weight * unit * unit;
-        let change = 2.0 * self.cost_scale * self.change_weight * unit * unit;
+        let ([r, v], f) = (self.scale, &self.force_scale);
+        let unit = f.component_div(&self.cost_unit);
+        let effort = unit.map(|unit| 2.0 * self.cost_scale * self.force_weight * unit * unit);
+        let change = unit.map(|unit| 2.0 * self.cost_scale * self.change_weight * unit * unit);
         qp.unused = N - self.nodes();
         for k in 0..self.nodes() {
             let stage = &mut qp.stages[k];
@@ -340,23 +350,24 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
             for j in 0..3 {
                 for i in 0..6 {
                     let row = if i < 3 { r } else { v };
-                    stage.b[(i, j)] = self.transition.input[(i, j)] * f / (self.mass * row);
+                    stage.b[(i, j)] = self.transition.input[(i, j)] * f[j] / (self.mass * row);
                 }
                 stage.b[(6 + j, j)] = 1.0;
             }
-            let force = trajectory.force[k] / f;
+            let force = trajectory.force[k].component_div(f);
             for i in 0..3 {
-                stage.hessian_uu[(i, i)] = effort;
-                stage.gradient_u[i] = force[i] * effort;
+                stage.hessian_uu[(i, i)] = effort[i];
+                stage.gradient_u[i] = force[i] * effort[i];
             }
             if k > 0 {
                 // |u - u_before|^2 in the steps of both.
-                let since = (force - trajectory.force[k - 1] / f) * change;
+                let before = trajectory.force[k - 1].component_div(f);
+                let since = (force - before).component_mul(&change);
                 for i in 0..3 {
-                    stage.hessian_uu[(i, i)] += change;
+                    stage.hessian_uu[(i, i)] += change[i];
                     stage.gradient_u[i] += since[i];
-                    stage.hessian_xx[(6 + i, 6 + i)] = change;
-                    stage.hessian_ux[(i, 6 + i)] = -change;
+                    stage.hessian_xx[(6 + i, 6 + i)] = change[i];
+                    stage.hessian_ux[(i, 6 + i)] = -change[i];
                     stage.gradient_x[6 + i] = -since[i];
                 }
             }
@@ -365,7 +376,7 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
 
     fn bound(&self, trajectory: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NG>) {
         let (r, v) = self.end_error(trajectory);
-        let [r_scale, _, f_scale] = self.scale;
+        let [r_scale, _] = self.scale;
         for (k, stage) in qp.stages.iter_mut().enumerate().take(self.nodes()) {
             stage.lower_x.fill(f64::NEG_INFINITY);
             stage.upper_x.fill(f64::INFINITY);
@@ -384,9 +395,9 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
             stage.lower_u.fill(0.0);
             stage.upper_u.fill(0.0);
             for i in 0..CONTROLS {
-                let force = trajectory.force[k][i];
-                stage.lower_u[i] = (-self.max_force - force) / f_scale;
-                stage.upper_u[i] = (self.max_force - force) / f_scale;
+                let (force, limit) = (trajectory.force[k][i], self.max_force[i]);
+                stage.lower_u[i] = (-limit - force) / self.force_scale[i];
+                stage.upper_u[i] = (limit - force) / self.force_scale[i];
             }
         }
     }
@@ -399,8 +410,9 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
         to: &mut Self::Trajectory,
     ) {
         for k in 0..self.last() {
-            let force = from.force[k] + step.u[k].fixed_rows::<3>(0) * self.scale[2];
-            to.force[k] = force.map(|f| clamp(f, -self.max_force, self.max_force));
+            let change = step.u[k].fixed_rows::<3>(0).component_mul(&self.force_scale);
+            let force = from.force[k] + change;
+            to.force[k] = self.within_limits(&force);
         }
         to.force[self.last()] = Vector3::zeros();
         self.rollout(to);

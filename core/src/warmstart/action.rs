@@ -108,13 +108,13 @@ impl Scene<'_> {
         rate: Vector3<f64>,
         joint_rate: SVector<f64, LINKS>,
     ) -> (Vector3<f64>, SVector<f64, LINKS>) {
-        let limit = self.mission.servicer.max_joint_rate;
+        let limits = &self.mission.servicer.max_joint_rate;
         let last = self.target.len() - 1;
         (
             if k >= last { self.target[last].rate } else { rate },
             match k >= self.preset {
                 true => SVector::zeros(),
-                false => joint_rate.map(|r| clamp(r, -limit, limit)),
+                false => joint_rate.zip_map(limits, |r, limit| clamp(r, -limit, limit)),
             },
         )
     }

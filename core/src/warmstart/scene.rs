@@ -24,7 +24,7 @@ pub struct Scene<'a> {
     /// Deadline of a rollout; none by default.
     pub deadline: Deadline<'a>,
     /// The dynamics of bus and arm.
-    pub body: Multibody<LINKS>,
+    pub body: Multibody<'a, LINKS>,
     /// Duration of an interval [s].
     pub dt: f64,
     /// The last node.

@@ -1,6 +1,6 @@
 //! Cases and the reference that the dynamics are checked against.
 
-use nalgebra::{Quaternion, SVector, Unit, UnitQuaternion, Vector3, Vector4};
+use nalgebra::{Matrix3, Quaternion, SVector, Unit, UnitQuaternion, Vector3, Vector4};
 use proptest::prelude::*;
 use remora_core::advanced::dynamics::{Acceleration, Control, Integrator, Multibody, State};
 use remora_core::advanced::math::quaternion;
@@ -20,7 +20,7 @@ pub struct Case<const NL: usize, const NX: usize, const NU: usize> {
 }
 
 impl<const NL: usize, const NX: usize, const NU: usize> Case<NL, NX, NU> {
-    pub fn body(&self) -> Multibody<NL> {
+    pub fn mission(&self) -> Mission<NL> {
         let Mission { target, approach, weights, tolerances, .. } = Mission::default();
         let orbit = Orbit {
             gravitational_parameter: self.mean_motion * self.mean_motion,
@@ -28,7 +28,7 @@ impl<const NL: usize, const NX: usize, const NU: usize> Case<NL, NX, NU> {
             ..Orbit::default()
         };
         let servicer = self.servicer;
-        Multibody::new(&Mission {
+        Mission {
             orbit,
             target,
             servicer,
@@ -39,16 +39,22 @@ impl<const NL: usize, const NX: usize, const NU: usize> Case<NL, NX, NU> {
             corridor: Corridor::default(),
             scenarios: ScenarioRanges::default(),
             typical_magnitudes: None,
-        })
+        }
     }
 
     /// Accelerations, bus first.
     pub fn acceleration(&self) -> SVector<f64, NU> {
-        stacked(&self.body().acceleration(&self.state, &self.control, &self.force))
+        stacked(&Multibody::new(&self.mission()).acceleration(
+            &self.state,
+            &self.control,
+            &self.force,
+        ))
     }
 
     pub fn stepped(&self, integrator: Integrator, dt: f64) -> Self {
-        let state = self.body().step(integrator, dt, &self.state, &self.control, &self.force);
+        let mission = self.mission();
+        let body = Multibody::new(&mission);
+        let state = body.step(integrator, dt, &self.state, &self.control, &self.force);
         Self { state, ..self.clone() }
     }
 
@@ -112,14 +118,24 @@ fn moments(low: f64, high: f64) -> impl Strategy<Value = Vector3<f64>> {
     prop::array::uniform3(low..high).prop_map(|[a, b, c]| Vector3::new(b + c, c + a, a + b))
 }
 
+/// An inertia tensor with these moments about any three axes.
+fn inertia(low: f64, high: f64) -> impl Strategy<Value = Matrix3<f64>> {
+    (moments(low, high), attitude()).prop_map(|(moments, attitude)| {
+        let axes = quaternion::rotation_matrix(&attitude);
+        let tensor = axes * Matrix3::from_diagonal(&moments) * axes.transpose();
+        (tensor + tensor.transpose()) * 0.5
+    })
+}
+
 fn link() -> impl Strategy<Value = Link> {
-    (vector(0.8), vector(0.4), 5.0..20.0, moments(0.2, 1.0), unit_vector()).prop_map(
-        |(tip, center_of_mass, mass, inertia, axis)| Link {
+    (vector(0.8), vector(0.4), 5.0..20.0, inertia(0.2, 1.0), unit_vector(), 0.0..2.0).prop_map(
+        |(tip, center_of_mass, mass, inertia, axis, armature)| Link {
             tip,
             center_of_mass,
             mass,
             inertia,
             axis,
+            armature,
             radius: 0.05,
         },
     )
@@ -127,7 +143,7 @@ fn link() -> impl Strategy<Value = Link> {
 
 fn servicer<const NL: usize>() -> impl Strategy<Value = Servicer<NL>> {
     let links = prop::array::uniform::<_, NL>(link());
-    (100.0..500.0, moments(10.0, 40.0), vector(0.5), links).prop_map(
+    (100.0..500.0, inertia(10.0, 40.0), vector(0.5), links).prop_map(
         |(bus_mass, bus_inertia, arm_base, links)| Servicer {
             bus_mass,
             bus_inertia,
@@ -135,13 +151,14 @@ fn servicer<const NL: usize>() -> impl Strategy<Value = Servicer<NL>> {
             boresight: Vector3::z(),
             arm_base,
             links,
+            min_joint_angle: SVector::repeat(-3.0),
             max_joint_angle: SVector::repeat(3.0),
-            max_joint_rate: 1.0,
+            max_joint_rate: SVector::repeat(1.0),
             initial_joint_angle: SVector::zeros(),
             capture_joint_angle: SVector::zeros(),
-            max_force: 1.0,
-            max_bus_torque: 1.0,
-            max_joint_torque: 1.0,
+            max_force: Vector3::repeat(1.0),
+            max_bus_torque: Vector3::repeat(1.0),
+            max_joint_torque: SVector::repeat(1.0),
         },
     )
 }
@@ -191,14 +208,17 @@ pub struct Point {
     pub velocity: Vector3<f64>,
 }
 
-/// The servicer as point masses: six a body, in pairs along its principal axes.
+/// The servicer as point masses: six a body, in pairs along its principal axes. Rotors have no mass of
+/// their own: their inertia is the joint's alone.
 pub fn cloud<const NL: usize>(servicer: &Servicer<NL>, state: &State<NL>) -> Vec<Point> {
     let mut points = Vec::new();
-    let mut add = |mass: f64, inertia: Vector3<f64>, turn, center, velocity, rate: Vector3<f64>| {
+    let mut add = |mass: f64, inertia: Matrix3<f64>, turn, center, velocity, rate: Vector3<f64>| {
         // The second moments along the axes that these moments of inertia come from.
-        let spread = Vector3::repeat(inertia.sum() / 2.0) - inertia;
+        let principal = inertia.symmetric_eigen();
+        let spread = Vector3::repeat(principal.eigenvalues.sum() / 2.0) - principal.eigenvalues;
         for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0), (2, 1.0), (2, -1.0)] {
-            let arm = turn * Vector3::ith(axis, sign * (3.0 * spread[axis] / mass).sqrt());
+            let along: Vector3<f64> = principal.eigenvectors.column(axis).into();
+            let arm = turn * along * (sign * (3.0 * spread[axis] / mass).sqrt());
             let (position, velocity) = (center + arm, velocity + rate.cross(&arm));
             points.push(Point { mass: mass / 6.0, position, velocity });
         }

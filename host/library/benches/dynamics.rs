@@ -79,7 +79,8 @@ fn plan(c: &mut Criterion, name: &str, inputs: &[Input], f: impl Fn(&Input)) {
 }
 
 fn dynamics(c: &mut Criterion) {
-    let body = Multibody::new(&Mission::default());
+    let mission = Mission::default();
+    let body = Multibody::new(&mission);
     let inputs = inputs();
     each(c, "forward dynamics", &inputs, |(x, u, f)| {
         black_box(body.acceleration(x, u, f));

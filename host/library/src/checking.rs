@@ -254,16 +254,17 @@ impl Made {
     /// Costs by the problem definition, from the file's controls.
     fn compare_costs(&self, plan: &PlanFile, found: &mut Findings) {
         let (w, units) = (&self.mission.weights, self.mission.cost_units());
-        let squares = |rows: &[[f64; 3]], limit: f64| -> f64 {
-            rows.iter().flatten().map(|u| (u / limit) * (u / limit)).sum()
+        let squares = |rows: &[[f64; 3]], limits: &Vector3<f64>| -> f64 {
+            let scaled = rows.iter().flat_map(|row| row.iter().zip(limits).map(|(u, l)| u / l));
+            scaled.map(|u| u * u).sum()
         };
         let force = &plan.stage1.force;
         let changes: Vec<[f64; 3]> =
             force.windows(2).map(|pair| std::array::from_fn(|i| pair[1][i] - pair[0][i])).collect();
-        let translation =
-            w.force * squares(force, units.force) + w.force_change * squares(&changes, units.force);
-        let reorientation = w.bus_torque * squares(&plan.stage2.bus_torque, units.bus_torque)
-            + w.joint_torque * squares(&plan.stage2.joint_torque, units.joint_torque);
+        let translation = w.force * squares(force, &units.force)
+            + w.force_change * squares(&changes, &units.force);
+        let reorientation = w.bus_torque * squares(&plan.stage2.bus_torque, &units.bus_torque)
+            + w.joint_torque * squares(&plan.stage2.joint_torque, &units.joint_torque);
         for (field, said, is) in [
             ("stage1.cost", plan.stage1.cost, translation),
             ("stage2.cost", plan.stage2.cost, reorientation),

@@ -46,9 +46,15 @@ fn panel(title: &str, limits: Vec<f64>, lines: Vec<Line>, moment: Option<f64>) -
     Panel { title: title.into(), lines, limits, moment }
 }
 
-/// A limit of either sign.
-fn both(limit: f64) -> Vec<f64> {
-    vec![-limit, limit]
+/// Limits of either sign, each drawn once.
+fn both(scale: f64, limits: &[f64]) -> Vec<f64> {
+    let mut lines: Vec<f64> = Vec::new();
+    for limit in limits.iter().map(|limit| scale * limit) {
+        if !lines.contains(&limit) {
+            lines.extend([-limit, limit]);
+        }
+    }
+    lines
 }
 
 /// A plan with what it was made for.
@@ -82,9 +88,14 @@ impl View<'_> {
     /// Force and distance of the centre of mass.
     fn translation_panels(&self) -> Vec<Panel> {
         let force = &self.plan.stage1.force;
-        let limit = self.mission.servicer.max_force;
+        let limits = &self.mission.servicer.max_force;
         vec![
-            panel("force [N], RTN", both(limit), self.held_axes(AXES, &|k, i| force[k][i]), None),
+            panel(
+                "force [N], RTN",
+                both(1.0, limits.as_slice()),
+                self.held_axes(AXES, &|k, i| force[k][i]),
+                None,
+            ),
             panel(
                 "distance to the target's box [m]",
                 vec![],
@@ -101,30 +112,31 @@ impl View<'_> {
     fn reorientation_panels(&self) -> Vec<Panel> {
         let (reorientation, s) = (&self.plan.stage2, &self.mission.servicer);
         let preset = Some(self.time(self.grid.preset_node()));
-        let stops = s.max_joint_angle.iter().flat_map(|stop| both(stop.to_degrees())).collect();
+        let stops = s.min_joint_angle.iter().zip(&s.max_joint_angle);
+        let stops = stops.flat_map(|(lower, upper)| [lower.to_degrees(), upper.to_degrees()]);
         let view = self.mission.approach.field_of_view_half_angle.to_degrees();
         vec![
             panel(
                 "bus torque [mN m], bus axes",
-                both(MILLI * s.max_bus_torque),
+                both(MILLI, s.max_bus_torque.as_slice()),
                 self.held_axes(AXES, &|k, i| MILLI * reorientation.bus_torque[k][i]),
                 None,
             ),
             panel(
                 "joint torque [mN m]",
-                both(MILLI * s.max_joint_torque),
+                both(MILLI, s.max_joint_torque.as_slice()),
                 self.held_axes(JOINTS, &|k, i| MILLI * reorientation.joint_torque[k][i]),
                 preset,
             ),
             panel(
                 "joint angle [deg]",
-                stops,
+                stops.collect(),
                 self.node_axes(JOINTS, &|k, i| reorientation.joint_angle[k][i].to_degrees()),
                 preset,
             ),
             panel(
                 "joint rate [mrad/s]",
-                both(MILLI * s.max_joint_rate),
+                both(MILLI, s.max_joint_rate.as_slice()),
                 self.node_axes(JOINTS, &|k, i| MILLI * reorientation.joint_rate[k][i]),
                 preset,
             ),

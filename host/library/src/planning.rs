@@ -415,8 +415,8 @@ mod tests {
         let travel = 0.877_268_9;
         type Change<'a> = &'a dyn Fn(&mut Mission<LINKS>);
         let cases: [(&str, Change<'_>); 4] = [
-            ("joint_rate", &|m| m.servicer.max_joint_rate = 0.98 * travel / time),
-            ("force", &|m| m.servicer.max_force = 0.98 * needs.force),
+            ("joint_rate", &|m| m.servicer.max_joint_rate.fill(0.98 * travel / time)),
+            ("force", &|m| m.servicer.max_force.fill(0.98 * needs.force)),
             ("keep_out", &|m| m.approach.keep_out_far = 9.0),
             // Angles that the pointing tolerance lets pass are not refused.
             ("field_of_view", &|m| {

@@ -120,7 +120,7 @@ fn joint(mission: &Mission<LINKS>, integrator: Integrator, i: usize) -> Joint {
     let travel_rad = (s.capture_joint_angle[i] - s.initial_joint_angle[i]).abs();
     Joint {
         travel_rad,
-        needed_s: travel_rad / mission.planned_joint_rate(integrator),
+        needed_s: travel_rad / mission.planned_joint_rate(integrator)[i],
         available_s: mission.time_to_preset(integrator, &mission.own_grid()),
     }
 }
@@ -138,7 +138,7 @@ fn spin_up(mission: &Mission<LINKS>) -> Margin {
     let largest = inertia.symmetric_eigenvalues().max();
     Margin {
         needed: largest * fastest(mission),
-        available: 3f64.sqrt() * s.max_bus_torque * mission.approach.duration,
+        available: s.max_bus_torque.norm() * mission.approach.duration,
     }
 }
 
@@ -157,7 +157,7 @@ fn middle(mission: &Mission<LINKS>) -> Scenario {
 fn force(mission: &Mission<LINKS>, integrator: Integrator) -> Margin {
     let needs = mission.needs::<NODES>(&middle(mission), integrator);
     let needed = needs.map_or(f64::NAN, |needs| needs.force);
-    Margin { needed, available: mission.servicer.max_force }
+    Margin { needed, available: mission.servicer.max_force.max() }
 }
 
 fn turn(mission: &Mission<LINKS>) -> Margin {
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn a_servicer_that_cannot_end_is_refused() {
         let mut mission = Mission::default();
-        mission.servicer.max_joint_rate = 5e-4;
+        mission.servicer.max_joint_rate.fill(5e-4);
         let refused = Vehicle::of(&mission, Integrator::RK4).refused.unwrap();
         assert_eq!(refused.constraint, "joint_rate");
         assert!(refused.reason.starts_with("joint_rate: joint 2"), "{}", refused.reason);

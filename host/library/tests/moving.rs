@@ -217,7 +217,7 @@ fn a_joint_measured_beyond_its_stop_is_no_reason_to_have_no_plan() {
 #[test]
 fn a_start_too_fast_or_out_of_view_is_led_back_and_the_record_says_so() {
     let mut bench = Bench::new();
-    let limit = bench.mission.servicer.max_joint_rate;
+    let limit = bench.mission.servicer.max_joint_rate[2];
     let fast = starting(|start| start.joint_rate[2] = 1.5 * limit);
     let report = bench.plan(&fast, RK4, InitialGuess::Heuristic);
     assert!(report.is_verified(), "{:?}", report.residuals);
@@ -268,13 +268,14 @@ fn the_plan_in_force_is_its_own_best_guess() {
 fn rest(mission: &Mission<LINKS>, plan: &InForce, node: usize) -> [f64; 2] {
     let (w, units) = (&mission.weights, mission.cost_units());
     let (from, to) = (node, NODES - 1);
-    let force = |k: usize| plan.translation.force[k] / units.force;
+    let force = |k: usize| plan.translation.force[k].component_div(&units.force);
     let effort: f64 = (from..to).map(|k| force(k).norm_squared()).sum();
     let change: f64 = (from + 1..to).map(|k| (force(k) - force(k - 1)).norm_squared()).sum();
     let torque = |k: usize| {
         let control = &plan.nominal.reorientation.controls[k];
-        w.bus_torque * (control.bus_torque / units.bus_torque).norm_squared()
-            + w.joint_torque * (control.joint_torque / units.joint_torque).norm_squared()
+        w.bus_torque * control.bus_torque.component_div(&units.bus_torque).norm_squared()
+            + w.joint_torque
+                * control.joint_torque.component_div(&units.joint_torque).norm_squared()
     };
     [w.force * effort + w.force_change * change, (from..to).map(torque).sum()]
 }

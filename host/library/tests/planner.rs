@@ -337,7 +337,7 @@ fn evidence_follows_what_it_is_evidence_of() {
     let other = bench.plan(3, &options).record;
     assert!(other.input != first.input && other.output != first.output);
     assert_eq!(other.settings, first.settings);
-    bench.mission.servicer.links[2].inertia.y *= 1.0 + f64::EPSILON;
+    bench.mission.servicer.links[2].inertia[(1, 1)] *= 1.0 + f64::EPSILON;
     assert_ne!(bench.plan(2, &options).record.input, first.input);
     let changed = |change: fn(&mut PlanSettings)| {
         let mut options = options;
@@ -395,10 +395,11 @@ fn growth(bench: &Bench, solver: &EmbeddedSolver, turn: f64, is_tracking: bool) 
             error.fixed_rows_mut::<3>(6).copy_from(&(x.rate - planned.rate));
             error.fixed_rows_mut::<3>(9).copy_from(&(x.joint_rate - planned.joint_rate));
             let more = gain * error;
-            let (bus, joint) = (servicer.max_bus_torque, servicer.max_joint_torque);
-            u.bus_torque = (u.bus_torque + more.fixed_rows::<3>(0)).map(|t| t.clamp(-bus, bus));
-            u.joint_torque =
-                (u.joint_torque + more.fixed_rows::<3>(3)).map(|t| t.clamp(-joint, joint));
+            let within = |torque: f64, limit: f64| torque.clamp(-limit, limit);
+            u.bus_torque =
+                (u.bus_torque + more.fixed_rows::<3>(0)).zip_map(&servicer.max_bus_torque, within);
+            u.joint_torque = (u.joint_torque + more.fixed_rows::<3>(3))
+                .zip_map(&servicer.max_joint_torque, within);
         }
         x = body.step(Integrator::Euler, dt, &x, &u, &path.force[k]);
     }

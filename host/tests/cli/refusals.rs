@@ -118,6 +118,39 @@ fn missions() {
 }
 
 #[test]
+fn servicers_of_a_mission() {
+    let bench = Bench::new();
+    let bad = |line: &str, message: &str| {
+        bench.write("bad.mission.toml", &format!("[servicer]\n{line}\n"));
+        bench.refuses(
+            "plan --mission bad.mission.toml",
+            &format!("bad.mission.toml: servicer.{message}"),
+        );
+    };
+    let count = "3 principal moments or [xx, yy, zz, xy, xz, yz], not 4 numbers";
+    bad("bus_inertia_kg_m2 = [1, 2, 3, 4]", &format!("bus_inertia_kg_m2: {count}"));
+    bad(
+        "bus_inertia_kg_m2 = [10, 10, 10, 11, 0, 0]",
+        "bus_inertia_kg_m2: must be positive definite",
+    );
+    let no_body = "no body has such moments: each must be at most the sum of the other two";
+    bad("bus_inertia_kg_m2 = [10, 10, 10, 6, 6, 6]", &format!("bus_inertia_kg_m2: {no_body}"));
+    bad(
+        "joint_angle_limit_rad = [3.1, [0.5, 0.2], 1.75]",
+        "joint_angle_limit_rad[1]: the lower stop, 0.5, must be below the upper, 0.2",
+    );
+    bad(
+        "joint_angle_limit_rad = [3.1, [0.7, 1.57], 1.75]",
+        "initial_joint_angle_rad[1]: must lie within the joint's stops",
+    );
+    bad("force_limit_n = [1, 2]", "force_limit_n: one number or 3, not 2");
+    bad(
+        "joint_rate_limit_rad_s = [5e-3, nan, 5e-3]",
+        "joint_rate_limit_rad_s: must be positive and finite",
+    );
+}
+
+#[test]
 fn arguments() {
     let bench = Bench::new();
     let set = "--scenarios set.scenarios.json";

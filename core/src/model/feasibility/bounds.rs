@@ -3,7 +3,8 @@
 use super::{SLACK, norm};
 use crate::math::quaternion;
 use crate::model::{
-    Grid, HcwTransition, Mission, Refusal, Scenario, TargetState, signed_distance_to_box,
+    Grid, HcwTransition, Mission, Refusal, Scenario, TargetState, largest_and_shares,
+    moment_bounds, signed_distance_to_box,
 };
 use nalgebra::{SVector, Vector3, Vector6};
 
@@ -30,8 +31,9 @@ impl<const NL: usize> Mission<NL> {
         let back = HcwTransition::new(n, -interval).state;
         let coasting = back * stacked(&goal, &velocity);
         let thrust = back * HcwTransition::new(n, interval).input / self.servicer.total_mass();
-        let reach = |i: usize| (0..3).map(|j| thrust[(i, j)].abs()).sum::<f64>();
-        let most = Vector3::from_fn(|i, _| reach(i) * self.servicer.max_force);
+        let (force, shares) = largest_and_shares(&self.servicer.max_force);
+        let reach = |i: usize| (0..3).map(|j| thrust[(i, j)].abs() * shares[j]).sum::<f64>();
+        let most = Vector3::from_fn(|i, _| reach(i) * force);
         let coasting = Vector3::new(coasting[0], coasting[1], coasting[2]);
         let most = norm(&most).min(self.typical().velocity * interval);
         let before = box_distance(previous, &coasting) + most;
@@ -43,7 +45,8 @@ impl<const NL: usize> Mission<NL> {
         Ok(())
     }
 
-    /// The least force, each component, that reaches the terminal state of Stage 1 [N].
+    /// The least force that reaches the terminal state of Stage 1 [N]: of the axis with the largest
+    /// limit, where all are used in proportion to theirs.
     ///
     /// Along any direction `c` of the final `[r; v]`, a force moves the end by no more than the sum
     /// of `|c^T Phi^j Gamma|_1 f / m`. Directions that turn their sign after a part of the horizon
@@ -61,10 +64,12 @@ impl<const NL: usize> Mission<NL> {
         let (position, velocity) = self.goal(last);
         let goal = stacked(&position, &velocity);
         let start = stacked(&scenario.position, &scenario.velocity);
+        let (_, shares) = largest_and_shares(&self.servicer.max_force);
         let needed = |direction: Vector6<f64>| {
             let (mut c, mut effect) = (direction, 0.0);
             for _ in 0..grid.last() {
                 let push = input * c;
+                let push = push.component_mul(&shares);
                 effect += push.x.abs() + push.y.abs() + push.z.abs();
                 c = state * c;
             }
@@ -82,8 +87,9 @@ impl<const NL: usize> Mission<NL> {
         most
     }
 
-    /// The least bus torque, each component, with which the system's angular momentum can become
-    /// that of capture [N m]; negative where gravity and the thrusters' lever may do alone.
+    /// The least bus torque with which the system's angular momentum can become that of capture [N m]:
+    /// of the axis with the largest limit, where all are used in proportion to theirs; negative where
+    /// gravity and the thrusters' lever may do alone.
     pub(super) fn least_bus_torque(
         &self,
         scenario: &Scenario<NL>,
@@ -94,30 +100,28 @@ impl<const NL: usize> Mission<NL> {
         let (s, n) = (&self.servicer, self.mean_motion());
         let orbit = Vector3::new(0.0, 0.0, n);
         // The system's least moment of inertia is not below its bus's.
-        let least = s.bus_inertia.x.min(s.bus_inertia.y).min(s.bus_inertia.z);
+        let [least, bus_largest] = moment_bounds(&s.bus_inertia);
         let after = least * norm(&(last.rate + orbit));
         let bus = quaternion::rotation_matrix(&self.bus_attitude_at_start(scenario));
         let inertia = s.system_inertia(&self.joint_angle_at_start(scenario));
         let before = norm(&(inertia * (bus.transpose() * (scenario.start.bus_rate + orbit))));
         // Over all angles of the arm: the bus from the centre of mass, and the largest inertia.
-        let (mut lever, mut largest) = (0.0, largest_of(&s.bus_inertia));
+        let (mut lever, mut largest) = (0.0, bus_largest);
         let mut out = norm(&s.arm_base);
         for link in &s.links {
             let at = out + norm(&link.center_of_mass);
             lever += link.mass * at / s.total_mass();
-            largest += largest_of(&link.inertia) + link.mass * at * at;
+            let [_, own] = moment_bounds(&link.inertia);
+            largest += own + link.mass * at * at;
             out += norm(&link.tip);
         }
-        let root = libm::sqrt(3.0);
-        let others = 1.5 * n * n * largest + root * s.max_force * lever;
+        let ((force, thrust), (_, torque)) =
+            (largest_and_shares(&s.max_force), largest_and_shares(&s.max_bus_torque));
+        let others = 1.5 * n * n * largest + norm(&thrust) * force * lever;
         // The arm's own motion adds no more than as much as if all of it turned about its base.
         let arm = largest * scenario.start.joint_rate.iter().map(|rate| rate.abs()).sum::<f64>();
-        ((after - before - arm) / grid.duration - others) / root
+        ((after - before - arm) / grid.duration - others) / norm(&torque)
     }
-}
-
-fn largest_of(v: &Vector3<f64>) -> f64 {
-    v.x.max(v.y).max(v.z)
 }
 
 fn stacked(position: &Vector3<f64>, velocity: &Vector3<f64>) -> SVector<f64, 6> {

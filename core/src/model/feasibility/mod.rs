@@ -34,9 +34,9 @@ const SHARE: f64 = 0.01;
 /// The least of its actuators that an approach takes, whatever the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Needs {
-    /// Force, each component [N].
+    /// Force, on the axis with the largest limit, all used in proportion to theirs [N].
     pub force: f64,
-    /// Bus torque, each component [N m]; negative where none is needed.
+    /// Bus torque, likewise [N m]; negative where none is needed.
     pub bus_torque: f64,
     /// Largest turn of the target from node to node, relative to inertial space [rad].
     pub turn: f64,
@@ -75,12 +75,12 @@ impl<const NL: usize> Mission<NL> {
         if !scenario.start.is_given() {
             self.check_reach(&grid, target)?;
         }
-        let limit = self.servicer.max_force;
+        let limit = self.servicer.max_force.max();
         let needed = self.least_force(scenario, &grid, target);
         if needed > limit * (1.0 + SHARE) {
             return Err(Refusal::Force { needed, limit });
         }
-        let limit = self.servicer.max_bus_torque;
+        let limit = self.servicer.max_bus_torque.max();
         let needed = self.least_bus_torque(scenario, &grid, target);
         if needed > limit * (1.0 + SHARE) {
             return Err(Refusal::BusTorque { needed, limit });
@@ -133,8 +133,8 @@ impl<const NL: usize> Mission<NL> {
         })
     }
 
-    /// Fastest that plans let a joint turn [rad/s].
-    pub fn planned_joint_rate(&self, integrator: Integrator) -> f64 {
+    /// Fastest that plans let each joint turn [rad/s].
+    pub fn planned_joint_rate(&self, integrator: Integrator) -> SVector<f64, NL> {
         let limit = self.servicer.max_joint_rate;
         match self.approach.between_nodes.is_on(integrator) {
             true => limit * (1.0 - self.margins.joint_rate),
@@ -150,7 +150,7 @@ impl<const NL: usize> Mission<NL> {
         intervals as f64 * grid.interval()
     }
 
-    /// The joint with the longest way is the one that decides.
+    /// The joint that falls shortest of its way is the one that decides.
     fn check_arm(
         &self,
         grid: &Grid,
@@ -169,18 +169,19 @@ impl<const NL: usize> Mission<NL> {
         // Over the first interval of Euler an arm goes on as it began.
         let lost = if integrator.is_flown() { 0.0 } else { grid.interval() };
         let way = self.servicer.capture_joint_angle - self.joint_angle_at_start(scenario);
-        let (mut joint, mut travel) = (0, 0.0);
-        for i in 0..NL {
-            let left = way[i].abs() - lost * scenario.start.joint_rate[i].abs();
-            if left > travel {
-                (joint, travel) = (i + 1, left);
-            }
-        }
-        let rate = match is_given {
+        let rates = match is_given {
             true => self.servicer.max_joint_rate,
             false => self.planned_joint_rate(integrator),
         };
         let time = self.time_to_preset(integrator, grid);
+        let (mut joint, mut travel, mut rate, mut most) = (0, 0.0, 0.0, f64::NEG_INFINITY);
+        for i in 0..NL {
+            let left = way[i].abs() - lost * scenario.start.joint_rate[i].abs();
+            let missing = left - rates[i] * time;
+            if missing > most {
+                (joint, travel, rate, most) = (i + 1, left, rates[i], missing);
+            }
+        }
         if travel <= rate * time + SLACK {
             return Ok(());
         }
@@ -251,8 +252,8 @@ impl<const NL: usize> Mission<NL> {
         let (s, time) = (&self.servicer, grid.time(grid.recovery_node()));
         let angle = self.joint_angle_at_start(scenario);
         for i in 0..NL {
-            let beyond = angle[i].abs() - s.max_joint_angle[i];
-            let rate = s.max_joint_rate.max(scenario.start.joint_rate[i].abs());
+            let beyond = s.beyond_stop(i, angle[i]);
+            let rate = s.max_joint_rate[i].max(scenario.start.joint_rate[i].abs());
             if beyond > rate * time + SLACK {
                 return Err(Refusal::JointStop { joint: i + 1, beyond, time });
             }

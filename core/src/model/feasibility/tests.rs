@@ -2,7 +2,7 @@ extern crate std;
 
 use self::std::string::ToString;
 use super::*;
-use crate::model::Switch;
+use crate::model::{Switch, principal_inertia};
 use nalgebra::Vector4;
 
 const RK4: Integrator = Integrator::Rk4 { substeps: 8 };
@@ -75,12 +75,15 @@ fn what_is_impossible_is_named_with_its_numbers() {
     );
     // Behind the line of sight, where a start that follows it turns on the spot.
     told(&|m, _| m.target.port_position.z = 9.0, "field_of_view: at the start the port is 17");
-    told(&|m, _| m.servicer.max_joint_rate = 5e-4, "joint_rate: joint 2 has to turn 50.3 deg");
-    told(&|m, _| m.servicer.max_joint_rate = 5e-4, "lengthen the horizon to 2");
+    told(&|m, _| m.servicer.max_joint_rate.fill(5e-4), "joint_rate: joint 2 has to turn 50.3 deg");
+    told(&|m, _| m.servicer.max_joint_rate.fill(5e-4), "lengthen the horizon to 2");
     told(&|m, _| m.servicer.boresight = Vector3::x(), "capture_view: in the capture configuration");
     told(&|_, s| s.target_rate.x = 0.052, "tumble: the target turns 60.");
     told(&|_, s| s.target_rate.x = 0.052, "at most 30.0 deg can be followed: shorten the");
-    told(&|m, _| m.servicer.max_force = 1e-4, "force: to be in front of the port in time takes");
+    told(
+        &|m, _| m.servicer.max_force.fill(1e-4),
+        "force: to be in front of the port in time takes",
+    );
     told(&|_, s| s.velocity.y = 10.0, "force: ");
     told(&|m, _| m.servicer.arm_base.z = -1.1, "clearance: in the capture configuration");
 }
@@ -90,7 +93,7 @@ fn reach_is_refused_where_the_last_interval_cannot_close_the_gap() {
     let near = |keep_out: f64, force: f64| {
         let mut mission = Mission::default();
         mission.approach.keep_out_near = keep_out;
-        mission.servicer.max_force = force;
+        mission.servicer.max_force.fill(force);
         mission.check::<60>(&scenario(), RK4)
     };
     // Reach is 1.46 m.
@@ -104,8 +107,8 @@ fn reach_is_refused_where_the_last_interval_cannot_close_the_gap() {
 fn bus_torque_is_refused_where_nothing_else_can_turn_the_bus() {
     let heavy = |m: &mut Mission<3>| {
         m.servicer.bus_mass = 5000.0;
-        m.servicer.bus_inertia = Vector3::repeat(3000.0);
-        m.servicer.max_force = 1.0;
+        m.servicer.bus_inertia = principal_inertia(3000.0, 3000.0, 3000.0);
+        m.servicer.max_force.fill(1.0);
     };
     let refusal = refused(|m, s| {
         heavy(m);
@@ -116,7 +119,7 @@ fn bus_torque_is_refused_where_nothing_else_can_turn_the_bus() {
     let (mut mission, mut fast) = (Mission::default(), scenario());
     heavy(&mut mission);
     fast.target_rate.z = 0.02;
-    mission.servicer.max_bus_torque = 1.05 * needed;
+    mission.servicer.max_bus_torque.fill(1.05 * needed);
     mission.check::<60>(&fast, RK4).unwrap();
 }
 
@@ -125,7 +128,7 @@ fn the_switches_decide_what_holds() {
     let mut mission = Mission::default();
     // 90 % of this rate is too little, all of it is not.
     let time = mission.time_to_preset(RK4, &mission.own_grid());
-    mission.servicer.max_joint_rate = 1.05 * 0.877 / time;
+    mission.servicer.max_joint_rate.fill(1.05 * 0.877 / time);
     assert_eq!(mission.check_vehicle::<60>(RK4).unwrap_err().name(), "joint_rate");
     mission.approach.between_nodes = Switch::Off;
     mission.check_vehicle::<60>(RK4).unwrap();

@@ -202,8 +202,9 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         };
         let bounds = &last.bound_multiplier_x[k];
         for i in 0..NL {
-            let limit = self.joint_limit(k, i);
-            if state.joint_angle[i].abs() > limit * (1.0 - AT_LIMIT) {
+            let (lower, upper) = self.joint_limits(k, i);
+            let (angle, near) = (state.joint_angle[i], AT_LIMIT * 0.5 * (upper - lower));
+            if angle > upper - near || angle < lower + near {
                 stage.hessian_xx[(3 + i, 3 + i)] += held(bounds[3 + i]);
             }
             let limit = self.joint_rate_limit(k, i);

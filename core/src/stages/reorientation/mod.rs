@@ -12,7 +12,7 @@ use super::{Formulation, TranslationTrajectory, recovery};
 use crate::dynamics::{Control, Integrator, Multibody, State, Stepping};
 use crate::executor::{ForkJoin, Sequential};
 use crate::math::quaternion;
-use crate::model::{CostUnits, Grid, Margins, Mission, Recovery, TargetState, Typical};
+use crate::model::{Grid, Margins, Mission, Recovery, TargetState};
 use crate::scp::{Problem, Residuals};
 use linearise::Inputs;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
@@ -78,7 +78,7 @@ impl Mode {
 pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize, const NU: usize> {
     mission: &'a Mission<NL>,
     executor: &'a P,
-    body: Multibody<NL>,
+    body: Multibody<'a, NL>,
     translation: &'a TranslationTrajectory<N>,
     margins: Margins,
     extra_clearance: f64,
@@ -107,8 +107,8 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
     is_held: bool,
     /// Whether limits have margins.
     has_margins: bool,
-    typical: Typical,
-    cost_units: CostUnits,
+    /// What torques are divided by in the cost [N m].
+    cost_unit: SVector<f64, NU>,
     /// Scale of the cost: one interval's typical torque costs [`TYPICAL_COST`].
     cost_scale: f64,
     scale_x: SVector<f64, NX>,
@@ -161,12 +161,11 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         let across = quaternion::any_normal(&approach);
         let t = &mission.tolerances;
         let (scale_x, scale_u) = Self::scales(mission);
-        let (typical, switches) = (mission.typical(), &mission.approach);
+        let switches = &mission.approach;
         let has_margins = switches.between_nodes.is_on(integrator);
-        let cost_units = mission.cost_units();
-        let unit = |i: usize| if i < 3 { cost_units.bus_torque } else { cost_units.joint_torque };
-        let shares = SVector::<f64, NU>::from_fn(|i, _| scale_u[i] / unit(i));
-        let largest = shares.max();
+        let units = mission.cost_units();
+        let cost_unit = Self::stacked_torque(&units.bus_torque, &units.joint_torque);
+        let largest = scale_u.component_div(&cost_unit).max();
         Self {
             mission,
             executor,
@@ -193,21 +192,24 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
             clearance: switches.clearance.is_on(integrator).then_some(margins.clearance),
             is_held: integrator.is_flown(),
             has_margins,
-            typical,
-            cost_units,
+            cost_unit,
             cost_scale: TYPICAL_COST / (largest * largest),
             scale_x,
             scale_u,
-            tolerance_x: Self::by_kind(1.0, 1.0, 1e-2, 1e-2) * t.dynamics,
+            tolerance_x: Self::by_kind(1.0, 1.0, 1e-2, &SVector::repeat(1e-2)) * t.dynamics,
         }
     }
 
     /// Scales of states [rad, rad/s] and controls [N m] in the subproblem.
     pub fn scales(mission: &Mission<NL>) -> (SVector<f64, NX>, SVector<f64, NU>) {
         let t = mission.typical();
+        let s = &mission.servicer;
+        let joint_rate = s.max_joint_rate.map(|limit| t.joint_rate.min(limit));
+        let bus_torque = s.max_bus_torque.map(|limit| t.bus_torque.min(limit));
+        let joint_torque = s.max_joint_torque.map(|limit| t.joint_torque.min(limit));
         (
-            Self::by_kind(t.angle, t.angle, t.rate, t.joint_rate),
-            SVector::from_fn(|i, _| if i < 3 { t.bus_torque } else { t.joint_torque }),
+            Self::by_kind(t.angle, t.angle, t.rate, &joint_rate),
+            Self::stacked_torque(&bus_torque, &joint_torque),
         )
     }
 
@@ -223,37 +225,41 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
 
     /// Cost of a torque profile, as section 6 defines it.
     pub fn cost(&self, controls: &[Control<NL>; N]) -> f64 {
-        let (w, units) = (&self.mission.weights, &self.cost_units);
+        let w = &self.mission.weights;
+        let bus = Vector3::from_fn(|i, _| self.cost_unit[i]);
+        let joint = SVector::<f64, NL>::from_fn(|i, _| self.cost_unit[3 + i]);
         controls[..self.last()]
             .iter()
             .map(|u| {
-                w.bus_torque * (u.bus_torque / units.bus_torque).norm_squared()
-                    + w.joint_torque * (u.joint_torque / units.joint_torque).norm_squared()
+                w.bus_torque * u.bus_torque.component_div(&bus).norm_squared()
+                    + w.joint_torque * u.joint_torque.component_div(&joint).norm_squared()
             })
             .sum()
     }
 
-    fn by_kind(angle: f64, joint: f64, rate: f64, joint_rate: f64) -> SVector<f64, NX> {
+    fn by_kind(
+        angle: f64,
+        joint: f64,
+        rate: f64,
+        joint_rate: &SVector<f64, NL>,
+    ) -> SVector<f64, NX> {
         SVector::from_fn(|i, _| match i {
             i if i < 3 => angle,
             i if i < 3 + NL => joint,
             i if i < 6 + NL => rate,
-            _ => joint_rate,
+            _ => joint_rate[i - 6 - NL],
         })
     }
 
     fn max_torque(mission: &Mission<NL>, i: usize) -> f64 {
-        if i < 3 { mission.servicer.max_bus_torque } else { mission.servicer.max_joint_torque }
+        let s = &mission.servicer;
+        if i < 3 { s.max_bus_torque[i] } else { s.max_joint_torque[i - 3] }
     }
 
     /// Derivative of the scaled cost by torque `i` [1/(N m)].
     fn marginal_cost(&self, i: usize, torque: f64) -> f64 {
-        let unit = self.cost_unit(i);
+        let unit = self.cost_unit[i];
         2.0 * self.cost_scale * self.weight(i) * torque / (unit * unit)
-    }
-
-    fn cost_unit(&self, i: usize) -> f64 {
-        if i < 3 { self.cost_units.bus_torque } else { self.cost_units.joint_torque }
     }
 
     fn weight(&self, i: usize) -> f64 {
@@ -294,30 +300,35 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
     }
 
     fn stacked_control(control: &Control<NL>) -> SVector<f64, NU> {
-        SVector::from_fn(
-            |i, _| {
-                if i < 3 { control.bus_torque[i] } else { control.joint_torque[i - 3] }
-            },
-        )
+        Self::stacked_torque(&control.bus_torque, &control.joint_torque)
     }
 
-    /// Angle limit of joint `i` in planning at node `k` [rad]: less the margin, at least the mission's
-    /// own angles. Behind a given start the margin fades in; behind one beyond the
+    fn stacked_torque(bus: &Vector3<f64>, joint: &SVector<f64, NL>) -> SVector<f64, NU> {
+        SVector::from_fn(|i, _| if i < 3 { bus[i] } else { joint[i - 3] })
+    }
+
+    /// Angle limits of joint `i` in planning at node `k`, lower and upper [rad]: less the margin, but not
+    /// within the mission's own angles. Behind a given start the margin fades in; behind one beyond a
     /// stop there is no limit.
-    fn joint_limit(&self, k: usize, i: usize) -> f64 {
+    fn joint_limits(&self, k: usize, i: usize) -> (f64, f64) {
         let (s, margin) = (&self.mission.servicer, self.margins.joint_angle);
-        let stop = s.max_joint_angle[i];
-        let limit = match self.has_margins {
-            true => (stop - margin)
-                .max(s.initial_joint_angle[i].abs())
-                .max(s.capture_joint_angle[i].abs()),
-            false => stop,
+        let (least, most) = (s.min_joint_angle[i], s.max_joint_angle[i]);
+        let (initial, capture) = (s.initial_joint_angle[i], s.capture_joint_angle[i]);
+        let (lower, upper) = match self.has_margins {
+            true => (
+                (least + margin).min(initial).min(capture),
+                (most - margin).max(initial).max(capture),
+            ),
+            false => (least, most),
         };
         match self.share_of_start(k) {
-            Some(_) if self.recovery.joint[i] => f64::INFINITY,
+            Some(_) if self.recovery.joint[i] => (f64::NEG_INFINITY, f64::INFINITY),
             // An arm that brakes for the margin and is beside its plan needs all there is.
-            Some(share) => limit + (stop - limit).max(0.0) * share * (2.0 - share),
-            None => limit,
+            Some(share) => (
+                lower - (lower - least).max(0.0) * share * (2.0 - share),
+                upper + (most - upper).max(0.0) * share * (2.0 - share),
+            ),
+            None => (lower, upper),
         }
     }
 
@@ -325,7 +336,7 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
     /// is led back at an even pace.
     fn joint_rate_limit(&self, k: usize, i: usize) -> f64 {
         let margin = if self.has_margins { self.margins.joint_rate } else { 0.0 };
-        let limit = self.mission.servicer.max_joint_rate * (1.0 - margin);
+        let limit = self.mission.servicer.max_joint_rate[i] * (1.0 - margin);
         match self.share_of_start(k) {
             Some(share) => limit + (self.initial.joint_rate[i].abs() - limit).max(0.0) * share,
             None => limit,
@@ -494,8 +505,8 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         let servicer = &self.mission.servicer;
         for (k, state) in z.states.iter_mut().enumerate().take(self.nodes()) {
             for i in 0..NL {
-                let limit = self.joint_limit(k, i);
-                state.joint_angle[i] = clamp(state.joint_angle[i], -limit, limit);
+                let (lower, upper) = self.joint_limits(k, i);
+                state.joint_angle[i] = clamp(state.joint_angle[i], lower, upper);
                 let limit = self.joint_rate_limit(k, i);
                 state.joint_rate[i] = clamp(state.joint_rate[i], -limit, limit);
             }
@@ -520,7 +531,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         qp.constant = 0.0;
         qp.unused = N - self.nodes();
         let own = SVector::<f64, NU>::from_fn(|i, _| {
-            let unit = self.scale_u[i] / self.cost_unit(i);
+            let unit = self.scale_u[i] / self.cost_unit[i];
             2.0 * self.cost_scale * self.weight(i) * unit * unit
         });
         let convex = own.map(|c| c.max(LEAST_CURVATURE * own.max()));
@@ -549,22 +560,20 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         for (k, stage) in qp.stages.iter_mut().enumerate().take(self.nodes()) {
             let state = &z.states[k];
             for i in 0..NX {
-                let reach = radius / self.typical.angle;
+                let (angle, reach) = (self.scale_x[0], radius / self.scale_x[0]);
                 let (lower, upper) = match i {
                     _ if self.is_fixed(k, i) => (0.0, 0.0),
                     i if i < 3 => (-reach, reach),
                     i if i < 3 + NL => {
-                        let (at, limit) = (state.joint_angle[i - 3], self.joint_limit(k, i - 3));
-                        (
-                            ((-limit - at) / self.typical.angle).max(-reach),
-                            ((limit - at) / self.typical.angle).min(reach),
-                        )
+                        let at = state.joint_angle[i - 3];
+                        let (lower, upper) = self.joint_limits(k, i - 3);
+                        (((lower - at) / angle).max(-reach), ((upper - at) / angle).min(reach))
                     }
                     i if i < 6 + NL => (f64::NEG_INFINITY, f64::INFINITY),
                     _ => {
                         let (at, limit) =
                             (state.joint_rate[i - 6 - NL], self.joint_rate_limit(k, i - 6 - NL));
-                        let scale = self.typical.joint_rate;
+                        let scale = self.scale_x[i];
                         ((-limit - at) / scale, (limit - at) / scale)
                     }
                 };
@@ -631,6 +640,6 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     fn step_length(&self, step: &Solution<N, NX, NU, NG>) -> f64 {
         let angles =
             |x: &SVector<f64, NX>| x.iter().take(3 + NL).fold(0.0f64, |m, v| m.max(v.abs()));
-        step.x.iter().map(angles).fold(0.0, f64::max) * self.typical.angle
+        step.x.iter().map(angles).fold(0.0, f64::max) * self.scale_x[0]
     }
 }

@@ -63,14 +63,14 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         state: &State<NL>,
         stage: &mut QpStage<NX, NU, NG>,
     ) {
-        let angle = self.typical.angle;
+        let angle = self.scale_x[0];
         let (offset, gradient) = self.pointing_constraint(k, state);
         let gradient = self.axes(k).tr_mul(&gradient) * angle;
         stage.path_offset[0] = offset;
         for i in 0..3 {
             stage.path_jacobian[(0, i)] = gradient[i];
         }
-        let (rate, joint_rate) = (self.typical.rate, self.typical.joint_rate);
+        let rate = self.scale_x[3 + NL];
         for (g, row) in self.clearance_constraints(k, state).iter().enumerate() {
             if row.value <= -NEAR {
                 continue;
@@ -84,7 +84,8 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
             for i in 0..NL {
                 let by = -row.nearest.by_joint[i] / CLEARANCE_SCALE;
                 stage.path_jacobian[(1 + g, 3 + i)] = by * angle;
-                stage.path_jacobian[(1 + g, 6 + NL + i)] = by * row.ahead * joint_rate;
+                stage.path_jacobian[(1 + g, 6 + NL + i)] =
+                    by * row.ahead * self.scale_x[6 + NL + i];
             }
         }
     }
@@ -202,7 +203,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         let second =
             Matrix3::identity() * self.sight[k].dot(&boresight) - (outer + outer.transpose()) * 0.5;
         let axes = self.axes(k);
-        let angle = self.typical.angle;
+        let angle = self.scale_x[0];
         let block = axes.tr_mul(&(second * axes)) * (multiplier * angle * angle / COSINE_SCALE);
         for i in 0..3 {
             for j in 0..3 {

@@ -176,8 +176,8 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
             gap.turn = -self.fix_terminal(state);
         }
         for i in 0..NL {
-            let limit = self.joint_limit(k, i);
-            state.joint_angle[i] = clamp(state.joint_angle[i], -limit, limit);
+            let (lower, upper) = self.joint_limits(k, i);
+            state.joint_angle[i] = clamp(state.joint_angle[i], lower, upper);
         }
         state.attitude = quaternion::normalized(&state.attitude);
     }

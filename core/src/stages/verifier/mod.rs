@@ -43,7 +43,7 @@ use nalgebra::Vector3;
 use posture::Posture;
 use remora_qp::time::Deadline;
 use reorientation::{Interval, difference};
-use residuals::{RATE_SCALE, excess, worst};
+use residuals::{RATE_SCALE, beyond_stops, excess, worst};
 use start::{Beyond, initial_state};
 use target::Tumbling;
 use translation::{Leg, Path};
@@ -216,8 +216,8 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
     ) {
         let (servicer, dt) = (&self.mission.servicer, self.path.dt());
         let control = held.control;
-        let bus = excess(control.bus_torque.as_slice(), servicer.max_bus_torque);
-        let joint = excess(control.joint_torque.as_slice(), servicer.max_joint_torque);
+        let bus = excess(control.bus_torque.as_slice(), servicer.max_bus_torque.as_slice());
+        let joint = excess(control.joint_torque.as_slice(), servicer.max_joint_torque.as_slice());
         out.control = worse(out.control, worse(bus, joint));
 
         let (mission, integrator) = (self.mission, self.integrator);
@@ -244,11 +244,12 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
         let is_recovering = self.path.grid.is_recovering(at.time_s);
         for i in 0..NL {
             if !(is_recovering && self.beyond.joint[i]) {
-                let beyond = at.state.joint_angle[i].abs() - servicer.max_joint_angle[i];
+                let (lower, upper) = (servicer.min_joint_angle[i], servicer.max_joint_angle[i]);
+                let beyond = beyond_stops(at.state.joint_angle[i], lower, upper);
                 out.joint = worse(out.joint, worse(0.0, beyond));
             }
             if !(is_recovering && self.beyond.joint_rate[i]) {
-                let rate = excess(&[at.state.joint_rate[i]], servicer.max_joint_rate);
+                let rate = excess(&[at.state.joint_rate[i]], &[servicer.max_joint_rate[i]]);
                 out.joint_rate = worse(out.joint_rate, rate);
             }
         }

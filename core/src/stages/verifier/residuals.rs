@@ -204,9 +204,17 @@ pub(super) fn worst(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |m, v| worse(m, v.abs()))
 }
 
-/// By how much any value leaves `[-limit, limit]`, relative to the limit.
-pub(super) fn excess(values: &[f64], limit: f64) -> f64 {
-    worse(0.0, worst(values) / limit - 1.0)
+/// By how much any value leaves plus and minus its own limit, relative to that.
+// Not inlined: an image has room for one.
+#[inline(never)]
+pub(super) fn excess(values: &[f64], limits: &[f64]) -> f64 {
+    let pairs = values.iter().zip(limits);
+    pairs.fold(0.0, |most, (value, limit)| worse(most, value.abs() / limit - 1.0))
+}
+
+/// By how much an angle is below its lower or above its upper stop; negative within them [rad].
+pub(super) fn beyond_stops(angle: f64, lower: f64, upper: f64) -> f64 {
+    worse(angle - upper, lower - angle)
 }
 
 /// JSON has neither infinity nor NaN: writers put `null`, which is read as infinity.

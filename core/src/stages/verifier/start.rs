@@ -2,7 +2,7 @@
 
 use super::distance::point_to_box;
 use super::posture::initial_bus_attitude;
-use super::residuals::excess;
+use super::residuals::{beyond_stops, excess};
 use crate::dynamics::State;
 use crate::math::quaternion;
 use crate::model::{Grid, Mission, Scenario, TargetState};
@@ -49,7 +49,8 @@ impl<const NL: usize> Beyond<NL> {
         let x = initial_state(mission, scenario);
         for i in 0..NL {
             let angle = x.joint_angle[i] + dt * x.joint_rate[i];
-            self.joint[i] |= angle.abs() - s.max_joint_angle[i] > t.joint;
+            let (lower, upper) = (s.min_joint_angle[i], s.max_joint_angle[i]);
+            self.joint[i] |= beyond_stops(angle, lower, upper) > t.joint;
         }
         // A chord of the quaternion's circle, back on it: less than the rate's own turn.
         let speed = libm::sqrt(x.rate.dot(&x.rate));
@@ -76,10 +77,11 @@ impl<const NL: usize> Beyond<NL> {
         let cosine = libm::cos(mission.approach.field_of_view_half_angle);
         Self {
             joint: core::array::from_fn(|i| {
-                is_given && x.joint_angle[i].abs() - s.max_joint_angle[i] > t.joint
+                let (lower, upper) = (s.min_joint_angle[i], s.max_joint_angle[i]);
+                is_given && beyond_stops(x.joint_angle[i], lower, upper) > t.joint
             }),
             joint_rate: core::array::from_fn(|i| {
-                is_given && excess(&[x.joint_rate[i]], s.max_joint_rate) > t.joint_rate
+                is_given && excess(&[x.joint_rate[i]], &[s.max_joint_rate[i]]) > t.joint_rate
             }),
             pointing: is_given && cosine - seen > t.pointing,
             keep_out: is_given && grid.keep_out(0) - distance > t.keep_out,

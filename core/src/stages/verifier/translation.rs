@@ -75,7 +75,8 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
         }
         let defect = error(r - leg.position.1, v - leg.velocity.1);
         out.dynamics1 = worse(out.dynamics1, defect);
-        out.control = worse(out.control, excess(force.as_slice(), mission.servicer.max_force));
+        out.control =
+            worse(out.control, excess(force.as_slice(), mission.servicer.max_force.as_slice()));
 
         let (at_node, within) = (self.grid.keep_out(leg.k), self.radius_after(leg.k));
         for part in 0..if self.between { PARTS } else { 1 } {

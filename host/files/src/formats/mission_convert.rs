@@ -4,6 +4,7 @@ use super::mission_file::{
     Approach, Corridor, FORMAT, Horizon, Link, Margins, MissionFile, Orbit, Scenarios, Servicer,
     Target, Tolerances, Typical, Weights, radians,
 };
+use super::quantities::{Inertia, Limits, Stops};
 use super::radius::Radius;
 use remora_core::advanced::model::{self, Mission};
 use remora_core::advanced::stages::LINKS;
@@ -82,17 +83,18 @@ impl From<&model::Servicer<LINKS>> for Servicer {
     fn from(s: &model::Servicer<LINKS>) -> Self {
         Self {
             bus_mass_kg: s.bus_mass,
-            bus_inertia_kg_m2: s.bus_inertia.into(),
+            bus_inertia_kg_m2: Inertia::from(&s.bus_inertia),
             bus_half_extents_m: s.bus_half_extents.into(),
             boresight: s.boresight.into(),
             arm_base_m: s.arm_base.into(),
-            joint_angle_limit_rad: s.max_joint_angle.into(),
-            joint_rate_limit_rad_s: s.max_joint_rate,
+            arm_base_rotation: None,
+            joint_angle_limit_rad: Stops::of(&s.min_joint_angle, &s.max_joint_angle),
+            joint_rate_limit_rad_s: Limits::from(&s.max_joint_rate),
             initial_joint_angle_rad: s.initial_joint_angle.into(),
             capture_joint_angle_rad: s.capture_joint_angle.into(),
-            force_limit_n: s.max_force,
-            bus_torque_limit_n_m: s.max_bus_torque,
-            joint_torque_limit_n_m: s.max_joint_torque,
+            force_limit_n: Limits::from(&s.max_force),
+            bus_torque_limit_n_m: Limits::from(&s.max_bus_torque),
+            joint_torque_limit_n_m: Limits::from(&s.max_joint_torque),
             links: s.links.iter().map(Link::from).collect(),
         }
     }
@@ -104,8 +106,9 @@ impl From<&model::Link> for Link {
             tip_m: link.tip.into(),
             center_of_mass_m: link.center_of_mass.into(),
             mass_kg: link.mass,
-            inertia_kg_m2: link.inertia.into(),
+            inertia_kg_m2: Inertia::from(&link.inertia),
             axis: link.axis.into(),
+            armature_kg_m2: link.armature,
             radius_m: link.radius,
         }
     }
@@ -253,6 +256,8 @@ impl Default for Approach {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{Matrix3, SVector, Vector3};
+    use remora_core::advanced::planner::mission_checksum;
 
     const DEFAULT: &str = include_str!("../../../../fixtures/missions/default.mission.toml");
 
@@ -283,6 +288,7 @@ mod tests {
         let mut typical = Mission::default();
         typical.typical_magnitudes = Some(typical.typical());
         missions.push(typical);
+        missions.push(general());
         for mission in missions {
             let file = MissionFile::of(&mission);
             assert_eq!(bits(&file.mission().unwrap()), bits(&mission));
@@ -290,6 +296,148 @@ mod tests {
             let read: MissionFile = serde_json::from_str(&text).unwrap();
             assert_eq!(bits(&read.mission().unwrap()), bits(&mission));
         }
+    }
+
+    /// A servicer of which every joint, axis and link differs, in the long forms.
+    fn general() -> Mission<LINKS> {
+        let mut mission = Mission::default();
+        let s = &mut mission.servicer;
+        s.bus_inertia = Matrix3::new(80.0, 1.5, -2.0, 1.5, 85.0, 0.1, -2.0, 0.1, 90.0);
+        s.min_joint_angle = SVector::from([-3.0, 0.1, -1.75]);
+        s.max_joint_rate[1] = 4e-3;
+        s.max_force.y = 0.3;
+        s.max_bus_torque.z = 1e-3;
+        s.max_joint_torque[2] = 2e-3;
+        s.links[2].armature = 0.3;
+        s.links[0].inertia[(2, 0)] = 1e-3;
+        s.links[0].inertia[(0, 2)] = 1e-3;
+        mission
+    }
+
+    #[test]
+    fn the_long_forms_are_written_where_the_short_ones_do_not_say_it_all() {
+        let file = MissionFile::of(&general());
+        let value = serde_json::to_value(&file).unwrap();
+        let s = &value["servicer"];
+        let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+        assert_eq!(s["bus_inertia_kg_m2"], json("[80.0, 85.0, 90.0, 1.5, -2.0, 0.1]"));
+        assert_eq!(s["joint_angle_limit_rad"][0], json("[-3.0, 3.141592653589793]"));
+        assert_eq!(s["joint_angle_limit_rad"][2], json("1.75"));
+        assert_eq!(s["joint_rate_limit_rad_s"], json("[5e-3, 4e-3, 5e-3]"));
+        assert_eq!(s["force_limit_n"], json("[2.5, 0.3, 2.5]"));
+        assert_eq!(s["links"][2]["armature_kg_m2"], 0.3);
+        assert!(s["links"][1].get("armature_kg_m2").is_none());
+        assert_eq!(s["links"][1]["inertia_kg_m2"].as_array().map(Vec::len), Some(3));
+        let written = toml::to_string(&file).unwrap();
+        assert_eq!(MissionFile::parse(&written).unwrap(), file);
+        let default = serde_json::to_value(MissionFile::default()).unwrap();
+        assert_eq!(default["servicer"]["force_limit_n"], 2.5);
+        assert_eq!(default["servicer"]["joint_angle_limit_rad"][2], 1.75);
+    }
+
+    /// What a servicer is made of, each with another number: no two have the same checksum, and none that
+    /// of the default, which is what it was when there was one limit for all.
+    #[test]
+    fn every_number_of_a_servicer_counts_in_its_checksum() {
+        type Change = fn(&mut model::Servicer<LINKS>);
+        let changes: [Change; 12] = [
+            |_| (),
+            |s| s.min_joint_angle[0] = -3.0,
+            |s| s.max_joint_rate[2] = 4e-3,
+            |s| s.max_force.z = 4e-3,
+            |s| s.max_bus_torque.z = 4e-3,
+            |s| s.max_joint_torque[2] = 4e-3,
+            |s| (s.bus_inertia[(0, 1)], s.bus_inertia[(1, 0)]) = (1e-3, 1e-3),
+            |s| (s.bus_inertia[(2, 1)], s.bus_inertia[(1, 2)]) = (1e-3, 1e-3),
+            |s| (s.links[0].inertia[(0, 1)], s.links[0].inertia[(1, 0)]) = (1e-3, 1e-3),
+            |s| (s.links[2].inertia[(0, 1)], s.links[2].inertia[(1, 0)]) = (1e-3, 1e-3),
+            |s| s.links[0].armature = 1e-3,
+            |s| s.links[2].armature = 1e-3,
+        ];
+        let sums = changes.map(|change| {
+            let mut mission = Mission::default();
+            change(&mut mission.servicer);
+            mission.validate().unwrap();
+            mission_checksum(&mission)
+        });
+        assert_eq!(sums[0], 0x838b_0b7d_8ee9_cf9f);
+        let distinct: std::collections::BTreeSet<_> = sums.into_iter().collect();
+        assert_eq!(distinct.len(), changes.len());
+    }
+
+    #[test]
+    fn a_turned_arm_is_folded_into_its_links() {
+        let text = "[servicer]\narm_base_rotation = [0.5, 0.5, 0.5, 0.5]";
+        let arm = MissionFile::parse(text).and_then(|file| file.mission()).unwrap().servicer;
+        let default = Mission::default().servicer;
+        // This turns +x to +y, +y to +z and +z to +x.
+        for (link, other) in arm.links.iter().zip(&default.links) {
+            assert_eq!(link.axis, Vector3::z());
+            assert_eq!(link.tip, Vector3::new(other.tip.z, 0.0, 0.0));
+            assert_eq!(link.center_of_mass.x, other.center_of_mass.z);
+            let moments = other.inertia.diagonal();
+            let turned = Vector3::new(moments.z, moments.x, moments.y);
+            assert_eq!(link.inertia, Matrix3::from_diagonal(&turned));
+        }
+        assert_eq!((arm.arm_base, arm.bus_inertia), (default.arm_base, default.bus_inertia));
+        let far = "[servicer]\narm_base_rotation = [0.5, 0.5, 0.5, 0.6]";
+        let error = MissionFile::parse(far).and_then(|file| file.mission()).unwrap_err();
+        assert_eq!(error.field, "servicer.arm_base_rotation");
+        assert!(
+            error.reason.starts_with("must be a unit quaternion [x, y, z, w]: its norm is 1.05")
+        );
+        assert!(MissionFile::parse("[servicer]\narm_base_rotation = [0, 0, 1]").is_err());
+    }
+
+    #[test]
+    fn servicers_that_cannot_be_are_named_by_the_files_keys() {
+        let field = |line: &str| {
+            let text = format!("[servicer]\n{line}");
+            MissionFile::parse(&text).and_then(|file| file.mission()).unwrap_err().field
+        };
+        assert_eq!(field("bus_inertia_kg_m2 = [1, 2]"), "servicer.bus_inertia_kg_m2");
+        assert_eq!(
+            field("bus_inertia_kg_m2 = [80, 80, 80, nan, 0, 0]"),
+            "servicer.bus_inertia_kg_m2"
+        );
+        assert_eq!(
+            field("bus_inertia_kg_m2 = [80, 80, 80, 0, 90, 0]"),
+            "servicer.bus_inertia_kg_m2"
+        );
+        assert_eq!(field("bus_inertia_kg_m2 = 80"), "servicer.bus_inertia_kg_m2");
+        let stops = "servicer.joint_angle_limit_rad";
+        assert_eq!(field("joint_angle_limit_rad = [3, 2]"), stops);
+        assert_eq!(field("joint_angle_limit_rad = [3, 2, [-1, 1], 3]"), stops);
+        assert_eq!(field("joint_angle_limit_rad = [3, 2, [1, 1]]"), format!("{stops}[2]"));
+        assert_eq!(field("joint_angle_limit_rad = [nan, 2, 1]"), format!("{stops}[0]"));
+        assert_eq!(field("joint_angle_limit_rad = [[-3, inf], 2, 1]"), format!("{stops}[0]"));
+        assert_eq!(field("joint_angle_limit_rad = [3, 2, [-1, 0, 1]]"), format!("{stops}[2]"));
+        assert_eq!(
+            field("joint_angle_limit_rad = [[-3, -0.4], 2, 1]"),
+            "servicer.initial_joint_angle_rad[0]"
+        );
+        assert_eq!(
+            field("joint_angle_limit_rad = [3, 2, [-0.5, 1]]"),
+            "servicer.capture_joint_angle_rad[2]"
+        );
+        assert_eq!(field("joint_rate_limit_rad_s = [1, 1]"), "servicer.joint_rate_limit_rad_s");
+        assert_eq!(field("joint_rate_limit_rad_s = []"), "servicer.joint_rate_limit_rad_s");
+        assert_eq!(field("force_limit_n = [1, 0, 1]"), "servicer.force_limit_n");
+        assert_eq!(field("force_limit_n = \"strong\""), "servicer.force_limit_n");
+        assert_eq!(field("bus_torque_limit_n_m = [1, 1, nan]"), "servicer.bus_torque_limit_n_m");
+        assert_eq!(field("joint_torque_limit_n_m = [1, 1, -1]"), "servicer.joint_torque_limit_n_m");
+        let link = |from: &str, to: &str| {
+            let at = DEFAULT.rfind(from).unwrap();
+            let text = format!("{}{to}{}", &DEFAULT[..at], &DEFAULT[at + from.len()..]);
+            MissionFile::parse(&text).and_then(|file| file.mission()).unwrap_err().field
+        };
+        let mass = "mass_kg = 10.0";
+        let negative = format!("{mass}\narmature_kg_m2 = -0.1");
+        assert_eq!(link(mass, &negative), "servicer.links[2].armature_kg_m2");
+        let armature = format!("{mass}\narmature_kg_m2 = nan");
+        assert_eq!(link(mass, &armature), "servicer.links[2].armature_kg_m2");
+        let inertia = "inertia_kg_m2 = [";
+        assert_eq!(link(inertia, "inertia_kg_m2 = [1.0, "), "servicer.links[2].inertia_kg_m2");
     }
 
     /// Whatever degrees a file gives, they are found again.
@@ -350,7 +498,7 @@ mod tests {
         assert_eq!(file.mission().unwrap(), expected);
         let file = MissionFile::parse("[servicer]\nforce_limit_n = 2\n").unwrap();
         let mut expected = Mission::default();
-        expected.servicer.max_force = 2.0;
+        expected.servicer.max_force.fill(2.0);
         assert_eq!(file.mission().unwrap(), expected);
     }
 

@@ -5,9 +5,10 @@
 
 use super::json;
 use super::mission_keys::key_of;
+use super::quantities::{Inertia, Limits, Stops, rotation};
 use super::radius::Radius;
 use crate::error::{Error, FieldError};
-use nalgebra::{SVector, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
 use remora_core::advanced::model::{self, MIN_NODES, Mission, Switch};
 use remora_core::advanced::stages::{LINKS, NODES};
 use serde::{Deserialize, Serialize};
@@ -182,33 +183,38 @@ pub struct Target {
 pub struct Servicer {
     /// Bus mass [kg].
     pub bus_mass_kg: f64,
-    /// Bus principal moments of inertia [kg m^2].
-    pub bus_inertia_kg_m2: [f64; 3],
+    /// Bus inertia about its centre of mass, bus axes [kg m^2].
+    pub bus_inertia_kg_m2: Inertia,
     /// Half edge lengths of the box that holds the bus [m].
     pub bus_half_extents_m: [f64; 3],
     /// Unit boresight, bus axes.
     pub boresight: [f64; 3],
     /// First joint from the bus centre of mass, bus axes [m].
     pub arm_base_m: [f64; 3],
-    /// Joint angle limits, plus and minus [rad].
-    pub joint_angle_limit_rad: [f64; LINKS],
-    /// Joint rate limit [rad/s].
-    pub joint_rate_limit_rad_s: f64,
+    /// The rotation from the axes that the links are given in, at zero joint angles, to bus axes, where
+    /// they are not the bus axes themselves: a unit quaternion `[x, y, z, w]`. Written missions have their
+    /// links in bus axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm_base_rotation: Option<[f64; 4]>,
+    /// Joint stops, plus and minus or lower and upper [rad].
+    pub joint_angle_limit_rad: Vec<Stops>,
+    /// Joint rate limits [rad/s].
+    pub joint_rate_limit_rad_s: Limits,
     /// Joint angles at the start [rad].
     pub initial_joint_angle_rad: [f64; LINKS],
     /// Joint angles at capture [rad].
     pub capture_joint_angle_rad: [f64; LINKS],
-    /// Force limit, each RTN component [N].
-    pub force_limit_n: f64,
-    /// Bus torque limit, each body component [N m].
-    pub bus_torque_limit_n_m: f64,
-    /// Joint torque limit [N m].
-    pub joint_torque_limit_n_m: f64,
+    /// Force limits, RTN components [N].
+    pub force_limit_n: Limits,
+    /// Bus torque limits, body components [N m].
+    pub bus_torque_limit_n_m: Limits,
+    /// Joint torque limits [N m].
+    pub joint_torque_limit_n_m: Limits,
     /// The links, from the bus outwards; all [`LINKS`] of them where any is given.
     pub links: Vec<Link>,
 }
 
-/// One of `[[servicer.links]]`; no key but the radius may be left out.
+/// One of `[[servicer.links]]`; no key but armature and radius may be left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Link {
@@ -218,10 +224,13 @@ pub struct Link {
     pub center_of_mass_m: [f64; 3],
     /// Mass [kg].
     pub mass_kg: f64,
-    /// Principal moments of inertia about the centre of mass [kg m^2].
-    pub inertia_kg_m2: [f64; 3],
+    /// Inertia about the centre of mass, link axes [kg m^2].
+    pub inertia_kg_m2: Inertia,
     /// Unit joint axis, link axes.
     pub axis: [f64; 3],
+    /// Inertia of the joint's rotor about the joint axis, times the gear ratio squared [kg m^2].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub armature_kg_m2: f64,
     /// Radius of the capsule that holds the link [m].
     #[serde(default = "Link::default_radius")]
     pub radius_m: f64,
@@ -525,26 +534,40 @@ impl Target {
 
 impl Servicer {
     fn convert(&self) -> Result<model::Servicer<LINKS>, FieldError> {
-        let links: Vec<model::Link> = self.links.iter().map(Link::convert).collect();
+        let mount = match self.arm_base_rotation {
+            Some(q) => Some(rotation(q, "servicer.arm_base_rotation")?),
+            None => None,
+        };
+        let convert = |(i, link): (usize, &Link)| -> Result<model::Link, FieldError> {
+            let link = link.convert(&format!("servicer.links[{i}]"))?;
+            Ok(mount.map_or(link, |mount| turned(&link, &mount)))
+        };
+        let links = self.links.iter().enumerate().map(convert);
+        let links: Vec<model::Link> = links.collect::<Result<_, _>>()?;
         let links: [model::Link; LINKS] = links.try_into().map_err(|links: Vec<_>| {
             let reason =
                 format!("has {} entries; this program is built for {LINKS} links", links.len());
             FieldError::new("servicer.links", reason)
         })?;
+        let key = "servicer.joint_angle_limit_rad";
+        let [min_joint_angle, max_joint_angle] = Stops::all(&self.joint_angle_limit_rad, key)?;
         Ok(model::Servicer {
             bus_mass: self.bus_mass_kg,
-            bus_inertia: Vector3::from(self.bus_inertia_kg_m2),
+            bus_inertia: self.bus_inertia_kg_m2.tensor("servicer.bus_inertia_kg_m2")?,
             bus_half_extents: Vector3::from(self.bus_half_extents_m),
             boresight: Vector3::from(self.boresight),
             arm_base: Vector3::from(self.arm_base_m),
             links,
-            max_joint_angle: SVector::from(self.joint_angle_limit_rad),
-            max_joint_rate: self.joint_rate_limit_rad_s,
+            min_joint_angle,
+            max_joint_angle,
+            max_joint_rate: self.joint_rate_limit_rad_s.each("servicer.joint_rate_limit_rad_s")?,
             initial_joint_angle: SVector::from(self.initial_joint_angle_rad),
             capture_joint_angle: SVector::from(self.capture_joint_angle_rad),
-            max_force: self.force_limit_n,
-            max_bus_torque: self.bus_torque_limit_n_m,
-            max_joint_torque: self.joint_torque_limit_n_m,
+            max_force: self.force_limit_n.each("servicer.force_limit_n")?,
+            max_bus_torque: self.bus_torque_limit_n_m.each("servicer.bus_torque_limit_n_m")?,
+            max_joint_torque: self
+                .joint_torque_limit_n_m
+                .each("servicer.joint_torque_limit_n_m")?,
         })
     }
 }
@@ -554,16 +577,35 @@ impl Link {
         0.05
     }
 
-    fn convert(&self) -> model::Link {
-        model::Link {
+    fn convert(&self, key: &str) -> Result<model::Link, FieldError> {
+        Ok(model::Link {
             tip: Vector3::from(self.tip_m),
             center_of_mass: Vector3::from(self.center_of_mass_m),
             mass: self.mass_kg,
-            inertia: Vector3::from(self.inertia_kg_m2),
+            inertia: self.inertia_kg_m2.tensor(&format!("{key}.inertia_kg_m2"))?,
             axis: Vector3::from(self.axis),
+            armature: self.armature_kg_m2,
             radius: self.radius_m,
-        }
+        })
     }
+}
+
+/// A link in axes from which `rotation` leads to those it is given in now.
+fn turned(link: &model::Link, rotation: &Matrix3<f64>) -> model::Link {
+    let inertia = rotation * link.inertia * rotation.transpose();
+    model::Link {
+        tip: rotation * link.tip,
+        center_of_mass: rotation * link.center_of_mass,
+        // Rounding leaves it not quite symmetric.
+        inertia: (inertia + inertia.transpose()) * 0.5,
+        axis: rotation * link.axis,
+        ..*link
+    }
+}
+
+/// Whether a number may be left out.
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// Radians of degrees.

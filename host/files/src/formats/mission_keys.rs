@@ -4,7 +4,7 @@ use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 
 /// The core's fields whose key in the file is another.
-const KEYS: [(&str, &str); 53] = [
+const KEYS: [(&str, &str); 54] = [
     ("servicer.bus_half_extents", "servicer.bus_half_extents_m"),
     ("servicer.links.radius", "servicer.links.radius_m"),
     ("tolerances.clearance", "tolerances.clearance_m"),
@@ -42,6 +42,7 @@ const KEYS: [(&str, &str); 53] = [
     ("servicer.links.center_of_mass", "servicer.links.center_of_mass_m"),
     ("servicer.links.mass", "servicer.links.mass_kg"),
     ("servicer.links.inertia", "servicer.links.inertia_kg_m2"),
+    ("servicer.links.armature", "servicer.links.armature_kg_m2"),
     ("servicer.max_joint_angle", "servicer.joint_angle_limit_rad"),
     ("servicer.initial_joint_angle", "servicer.initial_joint_angle_rad"),
     ("servicer.capture_joint_angle", "servicer.capture_joint_angle_rad"),
@@ -60,6 +61,18 @@ const KEYS: [(&str, &str); 53] = [
     ("tolerances.end_effector_angle", "tolerances.ee_angle_rad"),
 ];
 
+/// The first joint, from 0, whose angle is beyond its stops, where that is what is wrong.
+fn joint_of(field: &str, mission: &Mission<LINKS>) -> Option<usize> {
+    let s = &mission.servicer;
+    let angle = match field {
+        "servicer.initial_joint_angle" => &s.initial_joint_angle,
+        "servicer.capture_joint_angle" => &s.capture_joint_angle,
+        _ => return None,
+    };
+    let within = |i: usize| (s.min_joint_angle[i]..=s.max_joint_angle[i]).contains(&angle[i]);
+    (0..LINKS).find(|i| !within(*i))
+}
+
 /// The file's key for a field that the core found wrong in `mission`.
 pub(super) fn key_of(field: &str, mission: &Mission<LINKS>) -> String {
     let key = match field {
@@ -67,6 +80,9 @@ pub(super) fn key_of(field: &str, mission: &Mission<LINKS>) -> String {
         "tolerances.keep_out" => "tolerances.keep_out_m",
         _ => KEYS.iter().find(|(core, _)| *core == field).map_or(field, |(_, key)| key),
     };
+    if let Some(i) = joint_of(field, mission) {
+        return format!("{key}[{i}]");
+    }
     let Some(in_link) = key.strip_prefix("servicer.links.") else { return key.to_string() };
     // The core does not say which link: the first that is wrong on its own.
     let wrong = (0..LINKS).find(|i| {

@@ -16,6 +16,7 @@ mod plan_file;
 mod plan_first;
 mod plan_inputs;
 mod plan_read;
+mod quantities;
 mod radius;
 mod results;
 mod row;
@@ -38,6 +39,7 @@ pub use plan_inputs::{
     InForce, MadeFor, PlanGrid, PlanInputs, PlanScenario, Program, checksum_of_mission,
     checksum_of_scenario, frames,
 };
+pub use quantities::{Inertia, Limits, Stops};
 pub use radius::Radius;
 /// The core's own types stand in files.
 pub use remora_core::advanced::{

@@ -43,7 +43,8 @@ impl Radius {
 fn is_published(servicer: &Servicer<LINKS>) -> bool {
     let of = |s: &Servicer<LINKS>| {
         let links = s.links.map(|link| (link.tip, link.center_of_mass, link.mass, link.axis));
-        (s.bus_mass, s.arm_base, links, s.max_joint_angle, s.capture_joint_angle)
+        let stops = (s.min_joint_angle, s.max_joint_angle);
+        (s.bus_mass, s.arm_base, links, stops, s.capture_joint_angle)
     };
     of(servicer) == of(&Servicer::default())
 }

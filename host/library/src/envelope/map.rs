@@ -2,6 +2,7 @@
 
 use super::grid::listed;
 use super::{Cell, Envelope, Grid, Number, Vehicle};
+use crate::formats::Limits;
 use crate::method::{Integrator, WarmStart};
 use crate::provenance::Provenance;
 use serde::{Deserialize, Serialize};
@@ -49,14 +50,14 @@ pub struct VehicleRecord {
     pub file: Option<String>,
     /// Mass of bus and arm [kg].
     pub mass_kg: f64,
-    /// Force limit [N].
-    pub force_limit_n: f64,
-    /// Bus torque limit [N m].
-    pub bus_torque_limit_n_m: f64,
-    /// Joint torque limit [N m].
-    pub joint_torque_limit_n_m: f64,
-    /// Joint rate limit [rad/s].
-    pub joint_rate_limit_rad_s: f64,
+    /// Force limits [N].
+    pub force_limit_n: Limits,
+    /// Bus torque limits [N m].
+    pub bus_torque_limit_n_m: Limits,
+    /// Joint torque limits [N m].
+    pub joint_torque_limit_n_m: Limits,
+    /// Joint rate limits [rad/s].
+    pub joint_rate_limit_rad_s: Limits,
     /// Keep-out distances, far and near [m].
     pub keep_out_m: [f64; 2],
 }
@@ -68,10 +69,10 @@ impl VehicleRecord {
             name: vehicle.name.clone(),
             file: vehicle.file.as_ref().map(|file| file.display().to_string()),
             mass_kg: s.bus_mass_kg + s.links.iter().map(|link| link.mass_kg).sum::<f64>(),
-            force_limit_n: s.force_limit_n,
-            bus_torque_limit_n_m: s.bus_torque_limit_n_m,
-            joint_torque_limit_n_m: s.joint_torque_limit_n_m,
-            joint_rate_limit_rad_s: s.joint_rate_limit_rad_s,
+            force_limit_n: s.force_limit_n.clone(),
+            bus_torque_limit_n_m: s.bus_torque_limit_n_m.clone(),
+            joint_torque_limit_n_m: s.joint_torque_limit_n_m.clone(),
+            joint_rate_limit_rad_s: s.joint_rate_limit_rad_s.clone(),
             keep_out_m: vehicle.keep_out(),
         }
     }

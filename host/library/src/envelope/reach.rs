@@ -29,7 +29,7 @@ pub(super) fn is_proved(
 ) -> bool {
     // The planner refuses a force that is too small, so that there may be no program to look at.
     let needs = mission.needs::<NODES>(&scenario.scenario(), method.integrator);
-    if needs.is_ok_and(|needs| needs.force > 1.01 * mission.servicer.max_force) {
+    if needs.is_ok_and(|needs| needs.force > 1.01 * mission.servicer.max_force.max()) {
         return true;
     }
     let is_over = AtomicBool::new(false);
@@ -56,7 +56,7 @@ mod tests {
             let mut mission = Mission::default();
             mission.approach.duration = 120.0;
             mission.scenarios.standoff = 30.0;
-            mission.servicer.max_force = force;
+            mission.servicer.max_force.fill(force);
             let scenario = draw_one(1, 0, &mission).unwrap();
             let method = Method::default();
             on_large_stack(|| is_proved(&mut Planner::new(), &mission, &scenario, &method)).unwrap()

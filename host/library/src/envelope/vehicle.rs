@@ -88,11 +88,10 @@ impl Vehicle {
 fn too_slow(mission: &Mission<LINKS>) -> Option<String> {
     let (s, grid) = (&mission.servicer, mission.own_grid());
     let time = grid.time(grid.preset_node());
-    let travel = (s.capture_joint_angle - s.initial_joint_angle).abs();
-    let joint = travel.imax();
-    let needed = travel[joint] / time;
-    (needed > s.max_joint_rate).then(|| {
-        let limit = s.max_joint_rate;
+    let needed = (s.capture_joint_angle - s.initial_joint_angle).abs() / time;
+    let joint = needed.component_div(&s.max_joint_rate).imax();
+    let (needed, limit) = (needed[joint], s.max_joint_rate[joint]);
+    (needed > limit).then(|| {
         let joint = joint + 1;
         format!(
             "joint {joint} would have to turn with {needed:.2e} rad/s, its limit is {limit:.0e}"

@@ -3,7 +3,7 @@
 extern crate std;
 
 use super::super::verify;
-use super::{FLOWN, FREE, Plan, posed, residual, rolled_out, scenario, verified};
+use super::{FLOWN, FREE, Plan, Residuals, posed, residual, rolled_out, scenario, verified};
 use crate::dynamics::Control;
 use crate::model::{Mission, Scenario};
 use crate::planner::{
@@ -137,6 +137,41 @@ fn each_residual_reacts() {
     *attitude += Vector4::new(0.0, 0.0, 0.0, 0.02);
     let found = verified(&mission, FREE, &start, &changed).residuals;
     assert!(found.ee_angle > 1e-3 && found.ee_position > 1e-3, "{found:?}");
+}
+
+/// The same plan against a servicer of which one joint or axis may do less.
+#[test]
+fn limits_count_joint_by_joint_and_axis_by_axis() {
+    let (start, feasible) = planned();
+    let found = |change: &dyn Fn(&mut Mission<3>)| {
+        let mut mission = Mission::default();
+        change(&mut mission);
+        verified(&mission, FREE, &start, &feasible).residuals
+    };
+    // The first joint ends at -0.753 rad; that is below this stop, and above no upper one.
+    let low = found(&|m| m.servicer.min_joint_angle[0] = -0.5);
+    let (value, tolerance) = residual(&low, "joint");
+    assert!((value - 0.252_793_7).abs() < 1e-6 && value > tolerance, "{value}");
+    assert!(!low.are_within(&Mission::default().tolerances));
+    let others = Residuals { joint: 0.0, ..low };
+    assert!(others.are_within(&Mission::default().tolerances), "{others:?}");
+    // The second one ends at 1.506 rad.
+    let high = found(&|m| m.servicer.max_joint_angle[1] = 1.5);
+    assert!((high.joint - 5.587_4e-3).abs() < 1e-6, "{}", high.joint);
+    assert_eq!(found(&|m| m.servicer.min_joint_angle[1] = 0.5).joint, 0.0);
+
+    let (path, motion) = &feasible;
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+    let force = largest(&mut path.force.iter().take(NODES - 1).map(|f| f.y.abs()));
+    let bus = largest(&mut motion.controls.iter().take(NODES - 1).map(|u| u.bus_torque.x.abs()));
+    let joint =
+        largest(&mut motion.controls.iter().take(NODES - 1).map(|u| u.joint_torque[2].abs()));
+    let rate = largest(&mut motion.states.iter().map(|x| x.joint_rate[1].abs()));
+    let near_one = |value: f64| assert!((value - 1.0).abs() < 1e-12, "{value}");
+    near_one(found(&|m| m.servicer.max_force.y = force / 2.0).control);
+    near_one(found(&|m| m.servicer.max_bus_torque.x = bus / 2.0).control);
+    near_one(found(&|m| m.servicer.max_joint_torque[2] = joint / 2.0).control);
+    near_one(found(&|m| m.servicer.max_joint_rate[1] = rate / 2.0).joint_rate);
 }
 
 /// To fly the arm is held by its angles, in the paper's problem by its rates.

@@ -1,0 +1,163 @@
+//! Numbers of a mission file that have a short form and a long one.
+
+use crate::error::FieldError;
+use nalgebra::{Matrix3, SVector, Vector3, Vector4};
+use remora_core::advanced::math::quaternion;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// How far the norm of a quaternion may be from one.
+const QUATERNION: f64 = 1e-6;
+
+/// An inertia tensor [kg m^2]: three principal moments, along the axes that it is resolved in, or
+/// `[xx, yy, zz, xy, xz, yz]`, elements of the tensor (products of inertia with the tensor's sign).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Inertia(Vec<f64>);
+
+impl Inertia {
+    /// The tensor.
+    ///
+    /// # Errors
+    /// Neither three numbers nor six.
+    pub(super) fn tensor(&self, key: &str) -> Result<Matrix3<f64>, FieldError> {
+        match *self.0.as_slice() {
+            [x, y, z] => Ok(Matrix3::from_diagonal(&Vector3::new(x, y, z))),
+            [xx, yy, zz, xy, xz, yz] => Ok(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)),
+            _ => {
+                let count = self.0.len();
+                let reason =
+                    format!("3 principal moments or [xx, yy, zz, xy, xz, yz], not {count} numbers");
+                Err(FieldError::new(key, reason))
+            }
+        }
+    }
+}
+
+impl From<&Matrix3<f64>> for Inertia {
+    /// Three numbers where they say it all.
+    fn from(m: &Matrix3<f64>) -> Self {
+        let products = [m[(0, 1)], m[(0, 2)], m[(1, 2)]];
+        let mut numbers: Vec<f64> = m.diagonal().iter().copied().collect();
+        if products != [0.0; 3] {
+            numbers.extend(products);
+        }
+        Self(numbers)
+    }
+}
+
+/// Limits of joints or axes: one number for all of them, or one each.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "a number, or a list with one for each joint or axis")]
+pub enum Limits {
+    /// The same for all.
+    Same(f64),
+    /// One each.
+    Each(Vec<f64>),
+}
+
+impl Limits {
+    /// The limit of each.
+    ///
+    /// # Errors
+    /// A list of another length.
+    pub(super) fn each<const D: usize>(&self, key: &str) -> Result<SVector<f64, D>, FieldError> {
+        match self {
+            Self::Same(limit) => Ok(SVector::repeat(*limit)),
+            Self::Each(limits) if limits.len() == D => Ok(SVector::from_column_slice(limits)),
+            Self::Each(limits) => {
+                let reason = format!("one number or {D}, not {}", limits.len());
+                Err(FieldError::new(key, reason))
+            }
+        }
+    }
+}
+
+impl fmt::Display for Limits {
+    /// As in a file, without brackets.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Same(limit) => write!(f, "{limit}"),
+            Self::Each(limits) => {
+                let limits: Vec<String> = limits.iter().map(f64::to_string).collect();
+                f.write_str(&limits.join(", "))
+            }
+        }
+    }
+}
+
+impl<const D: usize> From<&SVector<f64, D>> for Limits {
+    /// One number where it says it all.
+    fn from(limits: &SVector<f64, D>) -> Self {
+        match limits.as_slice() {
+            [first, others @ ..] if others.iter().all(|limit| limit == first) => Self::Same(*first),
+            each => Self::Each(each.to_vec()),
+        }
+    }
+}
+
+/// The stops of a joint [rad].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "a number, for plus and minus, or [lower, upper]")]
+pub enum Stops {
+    /// At plus and minus this.
+    Symmetric(f64),
+    /// Lower and upper.
+    Pair([f64; 2]),
+}
+
+impl Stops {
+    /// Stops of joints; the short form where it says it all.
+    pub(super) fn of<const D: usize>(
+        lower: &SVector<f64, D>,
+        upper: &SVector<f64, D>,
+    ) -> Vec<Self> {
+        let of = |(lower, upper): (&f64, &f64)| match *lower == -upper {
+            true => Self::Symmetric(*upper),
+            false => Self::Pair([*lower, *upper]),
+        };
+        lower.iter().zip(upper).map(of).collect()
+    }
+
+    /// Lower and upper stops of all joints.
+    ///
+    /// # Errors
+    /// A list of another length, and stops of which the lower is not below the upper.
+    pub(super) fn all<const D: usize>(
+        stops: &[Self],
+        key: &str,
+    ) -> Result<[SVector<f64, D>; 2], FieldError> {
+        if stops.len() != D {
+            let reason = format!("one entry for each of {D} joints, not {}", stops.len());
+            return Err(FieldError::new(key, reason));
+        }
+        let [mut lowers, mut uppers] = [SVector::zeros(); 2];
+        for (i, stop) in stops.iter().enumerate() {
+            let [lower, upper] = match *stop {
+                Self::Symmetric(limit) => [-limit, limit],
+                Self::Pair(pair) => pair,
+            };
+            // NaN is below nothing.
+            let is_sound = lower.is_finite() && upper.is_finite() && lower < upper;
+            if !is_sound {
+                let reason = format!("the lower stop, {lower}, must be below the upper, {upper}");
+                return Err(FieldError::new(format!("{key}[{i}]"), reason));
+            }
+            (lowers[i], uppers[i]) = (lower, upper);
+        }
+        Ok([lowers, uppers])
+    }
+}
+
+/// Rotation matrix of a quaternion `[x, y, z, w]`.
+///
+/// # Errors
+/// It is not of unit length.
+pub(super) fn rotation(q: [f64; 4], key: &str) -> Result<Matrix3<f64>, FieldError> {
+    let q = Vector4::from(q);
+    let norm = q.norm();
+    if (norm - 1.0).abs() <= QUATERNION {
+        return Ok(quaternion::rotation_matrix(&(q / norm)));
+    }
+    Err(FieldError::new(key, format!("must be a unit quaternion [x, y, z, w]: its norm is {norm}")))
+}
