@@ -114,6 +114,8 @@ pub(super) fn config(
             state_loss: 0.0,
             rollout_count: Some(32),
             init_from: from.map(Path::to_path_buf),
+            // A lighter vehicle's numbers are others, what is to be done with them is alike.
+            own_statistics: from.is_some(),
             parent_learnt_from: None,
         },
     }

@@ -149,6 +149,10 @@ pub struct Training {
     /// same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub init_from: Option<PathBuf>,
+    /// Whether means and deviations are those of this training's data, not the model file's: for a
+    /// vehicle whose numbers are of another size.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub own_statistics: bool,
     /// What the parent is known to have learnt from beside what it names itself, such as
     /// `s1000:90000`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

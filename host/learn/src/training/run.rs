@@ -169,10 +169,13 @@ impl Run<'_> {
         }
         let model = ModelFile::parse(&bytes).map_err(refused)?;
         let seed = self.config.training.seed;
-        let mut statistics = Statistics::of(self.source, seed)?;
-        let mut parameters = table.start(seed);
+        let own = Statistics::of(self.source, seed)?;
+        let (mut statistics, mut parameters) = (own.clone(), table.start(seed));
         model::take_over(&model, &self.config, table, &mut statistics, &mut parameters)
             .map_err(refused)?;
+        if self.config.training.own_statistics {
+            statistics = own;
+        }
         let checksum = bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last));
         let parent = format!("{checksum:08x} {}", name(file));
         let before = Lineage::beside(file, checksum, &model.header().provenance)?;
