@@ -5,8 +5,10 @@
 //! All else stays in single precision.
 
 use remora_core::advanced::nn::Precision;
-use remora_host::error::FieldError;
+use remora_host::error::{Error, FieldError};
 use remora_host::formats::{ModelBuilder, ModelFile, NamedTensor, Values};
+use remora_host::lineage::{self, Lineage};
+use std::path::{Path, PathBuf};
 
 /// What quantisation did to one tensor.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -55,6 +57,26 @@ pub fn quantise(model: &ModelFile) -> Result<(ModelFile, Vec<Quantised>), FieldE
         builder.set(&tensor.name, Values::Int8(bytes))?;
     }
     Ok((builder.finish()?, report))
+}
+
+/// Quantises a model file into another; where it has a lineage beside it, so has the other. What was
+/// done to each tensor, and the lineage written.
+///
+/// # Errors
+/// A file that cannot be read, used or written.
+pub fn quantise_file(input: &Path, out: &Path) -> Result<(Vec<Quantised>, Option<PathBuf>), Error> {
+    let model = ModelFile::read(input)?;
+    let known = Lineage::beside(input, checksum(&model.bytes()), &model.header().provenance)?;
+    let (quantised, tensors) = quantise(&model).map_err(|error| error.at(input))?;
+    quantised.write(out)?;
+    let has_lineage = lineage::path_of(input).exists();
+    let write = || known.write_beside(out, checksum(&quantised.bytes()));
+    Ok((tensors, has_lineage.then(write).transpose()?))
+}
+
+/// A model file's last four bytes.
+fn checksum(bytes: &[u8]) -> u32 {
+    bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last))
 }
 
 /// A row in bytes, and its scale.

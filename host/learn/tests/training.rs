@@ -233,6 +233,23 @@ fn an_interrupted_training_ends_with_the_same_bits() {
     }
 }
 
+/// By the clock this one would end before its first step.
+#[test]
+fn the_clock_leaves_the_least_steps() {
+    let mut config = config(Layout::Fused, Decoder::Linear, 1);
+    config.training.steps = 1000;
+    config.training.minutes = Some(1e-9);
+    let dir = tempfile::tempdir().unwrap();
+    let steps = |config: &Config, name: &str| {
+        let outcome = train(config, &dir.path().join(name), false, None);
+        assert!(outcome.complete);
+        outcome.checkpoint.optimiser.step
+    };
+    assert_eq!(steps(&config, "clock"), 0);
+    config.training.least_steps = Some(7);
+    assert_eq!(steps(&config, "least"), 7);
+}
+
 #[test]
 fn a_network_learns() {
     let mut config = config(Layout::Fused, Decoder::Linear, 1);
@@ -298,20 +315,27 @@ fn parameters_come_back_from_a_model_file() {
     }
 }
 
+/// A training of which the rest is to be said.
+fn quiet(source: &dyn ExampleSource) -> Run<'_> {
+    Run {
+        config: config(Layout::Fused, Decoder::Linear, 1),
+        source,
+        origin: Origin::default(),
+        out: Default::default(),
+        resume: false,
+        stop_after: None,
+        rollout: &|_| None,
+    }
+}
+
 #[test]
 fn a_training_starts_from_a_model_and_remembers_it() {
     let (mut config, source) = (config(Layout::Fused, Decoder::Linear, 1), source());
     let dir = tempfile::tempdir().unwrap();
     let run = |config: &Config, name: &str, dataset: &str| {
-        let run = Run {
-            config: config.clone(),
-            source: &source,
-            origin: Origin { dataset: dataset.into(), ..Origin::default() },
-            out: dir.path().join(name),
-            resume: false,
-            stop_after: None,
-            rollout: &|_| None,
-        };
+        let origin = Origin { dataset: dataset.into(), ..Origin::default() };
+        let (config, out) = (config.clone(), dir.path().join(name));
+        let run = Run { config, origin, out, ..quiet(&source) };
         run.train::<Cpu>(Default::default(), &mut Silent)
     };
     config.training.steps = 100;
@@ -333,6 +357,18 @@ fn a_training_starts_from_a_model_and_remembers_it() {
     assert_eq!(provenance.dataset.as_str(), "s3:40+s2:50+s1:9");
     let from = format!("{} from {checksum:08x} parent.model", config.digest());
     assert_eq!(provenance.config.as_str(), from);
+
+    // Parameters of a model, statistics of other data.
+    let other = Synthetic::new(source.shape().clone(), 50);
+    let mut own = config.clone();
+    own.training.own_statistics = true;
+    let statistics = |config: Config, name: &str| {
+        let run = Run { config, source: &other, out: dir.path().join(name), ..quiet(&source) };
+        run.train::<Cpu>(Default::default(), &mut Silent).unwrap().checkpoint.statistics
+    };
+    let wanted = Statistics::of(&other, own.training.seed).unwrap();
+    assert_eq!(statistics(own, "own"), wanted);
+    assert_ne!(statistics(config.clone(), "taken-over").features, wanted.features);
 
     // Its child, from the training's folder, inherits all of it.
     config.training.init_from = Some(dir.path().join("next"));

@@ -1,14 +1,15 @@
 //! Learned models as the planner takes them: from a file, or built in.
 
 use crate::error::{Error, io_reason};
-use crate::formats::ModelRecord;
+use crate::formats::{ModelRecord, write_atomically};
+use crate::lineage;
 use crate::memory::on_heap;
 use crate::method::{Integrator, WarmStart};
 use remora_core::advanced::nn::{
     Memory, Model, ModelError, Network, NetworkError, Precision, ReferenceMemory, Storage,
 };
 use remora_core::advanced::warmstart::{NetworkPolicy, Policy, check_model};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The largest model that the bench runs, the paper's with five tokens a node: blocks, width, tokens.
 const LAYERS: usize = 6;
@@ -45,6 +46,10 @@ impl std::fmt::Debug for Learned {
 /// Models built in: what the default run uses.
 const EULER: &[u8] = include_bytes!("../../../fixtures/models/euler.model");
 const RK4: &[u8] = include_bytes!("../../../fixtures/models/rk4.model");
+
+/// What they descend from.
+const EULER_LINEAGE: &str = include_str!("../../../fixtures/models/euler.lineage.toml");
+const RK4_LINEAGE: &str = include_str!("../../../fixtures/models/rk4.lineage.toml");
 
 impl Learned {
     /// The model in a file.
@@ -84,6 +89,20 @@ impl Learned {
             Integrator::Euler => EULER,
             Integrator::Rk4 { .. } => RK4,
         }
+    }
+
+    /// Writes that model's file, and its lineage, to a folder; the file.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write_built_in(integrator: Integrator, folder: &Path) -> Result<PathBuf, Error> {
+        let (name, lineage) = match integrator {
+            Integrator::Euler => ("euler.model", EULER_LINEAGE),
+            Integrator::Rk4 { .. } => ("rk4.model", RK4_LINEAGE),
+        };
+        let file = folder.join(name);
+        write_atomically(&file, Self::built_in_file(integrator))?;
+        write_atomically(&lineage::path_of(&file), lineage.as_bytes()).map(|()| file)
     }
 
     /// The model that a choice of warm start asks for: that in `file`, or the built-in one.

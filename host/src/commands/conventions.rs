@@ -5,12 +5,13 @@ use clap::{Arg, Command, CommandFactory};
 use std::collections::BTreeMap;
 
 /// Defaults that differ, and why.
-const OTHER_DEFAULTS: [(&str, &str, &str); 6] = [
+const OTHER_DEFAULTS: [(&str, &str, &str); 7] = [
     ("envelope", "warm-start", "built-in models know the built-in mission alone"),
     ("envelope", "seed", "its map is one that can be made again"),
     ("reproduce", "seed", "its tables can be made again"),
     ("reproduce", "count", "as many as the published tables have"),
     ("inject", "seed", "its cases can be drawn again"),
+    ("learn", "seed", "one that no built-in model has learnt from and no page is measured on"),
     (
         "reproduce",
         "jobs",

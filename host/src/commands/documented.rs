@@ -18,7 +18,8 @@ enum Written {
 fn fault(line: &str, written: Written) -> Option<String> {
     let arguments = arguments(line)?;
     let has_train = cfg!(feature = "training");
-    if !has_train && arguments.first().is_some_and(|word| word == "train") {
+    let is_training = |word: &String| ["train", "learn"].contains(&word.as_str());
+    if !has_train && arguments.first().is_some_and(is_training) {
         return None;
     }
     let words = std::iter::once("remora".to_string()).chain(arguments);

@@ -13,6 +13,8 @@ mod draw;
 mod envelope;
 mod firmware;
 mod inject;
+#[cfg(feature = "training")]
+mod learn;
 #[cfg(not(feature = "training"))]
 mod left_out;
 mod mission;
@@ -80,7 +82,11 @@ enum Command {
     #[cfg(feature = "training")]
     Train(train::Args),
     #[cfg(not(feature = "training"))]
-    Train(left_out::Args),
+    Train(left_out::Train),
+    #[cfg(feature = "training")]
+    Learn(learn::Args),
+    #[cfg(not(feature = "training"))]
+    Learn(left_out::Learn),
 }
 
 /// How a command ended, where its inputs and outputs were sound.
@@ -213,6 +219,7 @@ impl Command {
             Self::Inject(args) => args.run(),
             Self::Firmware(args) => args.run(),
             Self::Train(args) => args.run(),
+            Self::Learn(args) => args.run(),
         }
     }
 }

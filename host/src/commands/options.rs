@@ -163,17 +163,22 @@ impl MissionArgs {
         read_mission(self.mission.as_deref())
     }
 
-    /// The mission, where its plans have all the nodes of this build: what trajectories are recorded for and
-    /// models are made for.
+    /// The mission, where its plans have all the nodes of this build.
     pub(super) fn of_all_nodes(&self) -> Result<Mission<LINKS>, Error> {
-        let mission = self.mission()?;
-        match (&self.mission, mission.approach.nodes) {
-            (Some(file), nodes) if nodes != NODES => {
-                let reason = format!("is {nodes}; this command needs {NODES}");
-                Err(Error::input(file, "horizon.nodes", reason))
-            }
-            _ => Ok(mission),
+        of_all_nodes(self.mission.as_deref())
+    }
+}
+
+/// The mission of a file or the built-in one, where its plans have all the nodes of this build: what trajectories
+/// are recorded for and models are made for.
+pub(super) fn of_all_nodes(file: Option<&Path>) -> Result<Mission<LINKS>, Error> {
+    let mission = read_mission(file)?;
+    match (file, mission.approach.nodes) {
+        (Some(file), nodes) if nodes != NODES => {
+            let reason = format!("is {nodes}; this command needs {NODES}");
+            Err(Error::input(file, "horizon.nodes", reason))
         }
+        _ => Ok(mission),
     }
 }
 

@@ -3,10 +3,9 @@
 use super::Output;
 use super::options::{ForceArgs, JsonArgs};
 use remora_host::error::Error;
-use remora_host::formats::{ModelFile, check_writable};
-use remora_host::lineage::{self, Lineage};
+use remora_host::formats::check_writable;
 use remora_host::report::{Align, Table};
-use remora_learn::quantise::{Quantised, quantise};
+use remora_learn::quantise::{Quantised, quantise_file};
 use std::path::PathBuf;
 
 /// Round a trained model to eight bits, as the network that flies needs it.
@@ -35,25 +34,15 @@ from (IN's *.lineage.toml, where it has one) goes with it.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let model = ModelFile::read(&self.input)?;
         check_writable(&self.out)?;
         self.force.keep(&self.out)?;
-        let provenance = &model.header().provenance;
-        let known = Lineage::beside(&self.input, checksum(&model.bytes()), provenance)?;
-        let (quantised, tensors) = quantise(&model).map_err(|e| e.at(&self.input))?;
-        quantised.write(&self.out)?;
+        let (tensors, lineage) = quantise_file(&self.input, &self.out)?;
         let mut text = format!("{}\nwritten: {}\n", table(&tensors), self.out.display());
-        if lineage::path_of(&self.input).exists() {
-            let file = known.write_beside(&self.out, checksum(&quantised.bytes()))?;
+        if let Some(file) = lineage {
             text += &format!("written: {}\n", file.display());
         }
         Output::new(text, true).or_json(self.json.json, &tensors)
     }
-}
-
-/// A model file's last four bytes.
-fn checksum(bytes: &[u8]) -> u32 {
-    bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last))
 }
 
 fn table(tensors: &[Quantised]) -> String {

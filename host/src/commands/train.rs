@@ -1,9 +1,11 @@
 //! `remora train`
 
 use super::Output;
-use super::options::JsonArgs;
+use super::options::{JsonArgs, MissionArgs};
 use super::progress::{is_shown_live, tell};
 use indicatif::{ProgressBar, ProgressStyle};
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::stages::LINKS;
 use remora_host::error::Error;
 use remora_learn::training::checkpoint::LossRow;
 use remora_learn::training::model::Origin;
@@ -25,6 +27,8 @@ pub(super) struct Args {
     /// Configuration (*.toml)
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
+    #[command(flatten)]
+    mission: MissionArgs,
     /// Directory of the results; made where it does not exist [default: runs/NAME of the
     /// configuration]
     #[arg(long, value_name = "DIR")]
@@ -63,7 +67,7 @@ impl Args {
         let _ = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.get()).build_global();
         let name = self.config.file_stem().unwrap_or_default();
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
-        let data = Data::read(&config)?;
+        let data = Data::read(&config, &self.mission.of_all_nodes()?)?;
         let count = config.training.rollout_count.unwrap_or(ROLLOUT_COUNT);
         let run = Run {
             config,
@@ -91,14 +95,18 @@ impl Args {
 
 /// Where to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Device {
+pub(super) enum Device {
     Cpu,
     #[cfg(feature = "cuda")]
     Cuda,
 }
 
 impl Device {
-    fn train(self, run: &Run<'_>, observer: &mut dyn Observer) -> Result<Outcome, Error> {
+    pub(super) fn train(
+        self,
+        run: &Run<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, Error> {
         match self {
             Self::Cpu => run.train::<Cpu>(Default::default(), observer),
             #[cfg(feature = "cuda")]
@@ -117,9 +125,10 @@ enum Data {
 }
 
 impl Data {
-    fn read(config: &Config) -> Result<Self, Error> {
+    fn read(config: &Config, mission: &Mission<LINKS>) -> Result<Self, Error> {
         if config.data.path.as_os_str() != "synthetic" {
-            return Recorded::read(config).map(|recorded| Self::Recorded(Box::new(recorded)));
+            return Recorded::read(config, mission)
+                .map(|recorded| Self::Recorded(Box::new(recorded)));
         }
         let groups = config.model.encoding.groups();
         let shape = Shape { nodes: 60, groups: groups.to_vec(), states: groups[4] };
@@ -156,7 +165,7 @@ const TEMPLATE: &str = "train  {bar:30} {pos}/{len}  {msg}  {per_sec}  {eta} lef
 
 /// A bar on a terminal, a line each half minute elsewhere.
 #[derive(Default)]
-struct Progress {
+pub(super) struct Progress {
     bar: Option<ProgressBar>,
     started: Option<(Instant, u64, f64)>,
     told: Option<Instant>,
@@ -194,12 +203,12 @@ impl Observer for Progress {
                 self.told = Some(Instant::now());
                 let elapsed = started.elapsed().as_secs_f64();
                 let rate = (step - first) as f64 / elapsed.max(1e-9);
-                let left = elapsed * (1.0 - progress) / (progress - before).max(1e-9);
-                let steps = self.steps;
-                tell(&format!(
-                    "{step}/{steps}  {message}  {rate:.2} steps/s  {:.1} min left",
-                    left / 60.0
-                ));
+                let left = elapsed * (1.0 - progress) / (progress - before) / 60.0;
+                let left = match progress > before {
+                    true => format!("  {rate:.2} steps/s  {left:.1} min left"),
+                    false => String::new(),
+                };
+                tell(&format!("{step}/{}  {message}{left}", self.steps));
             }
             None => {}
         }

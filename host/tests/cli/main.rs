@@ -9,6 +9,8 @@ mod draw;
 mod envelope;
 mod foreign;
 mod inject;
+#[cfg(feature = "training")]
+mod learn;
 mod mission;
 mod missions;
 mod moving;

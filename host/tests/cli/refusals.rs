@@ -179,6 +179,11 @@ fn arguments() {
         "train --config a.toml",
         "train: is left out of this build; `remora train --help`",
     );
+    #[cfg(not(feature = "training"))]
+    bench.refuses(
+        "learn a.mission.toml --hours 1 --out a.model",
+        "learn: is left out of this build; `remora learn --help`",
+    );
     bench.refuses("fly", "unrecognized subcommand 'fly'");
     bench.refuses("plan --fast", "unexpected argument '--fast' found");
     bench.refuses("draw --count 0 --seed 1 --out a.json", "invalid value '0' for '--count <N>'");

@@ -101,6 +101,15 @@ impl Manifest {
         (0..count.div_ceil(shard)).map(move |i| (i * shard, (count - i * shard).min(shard) as u32))
     }
 
+    /// The same of more scenarios: whole shards stay as they are.
+    pub(super) fn of_more(&self, count: u64) -> Result<Self, FieldError> {
+        if count < self.count || !self.count.is_multiple_of(self.shard.into()) {
+            let reason = format!("is {}, which cannot grow to {count}", self.count);
+            return Err(FieldError::new("count", reason));
+        }
+        Ok(Self { count, ..self.clone() })
+    }
+
     /// Refuses sizes that this program was not built for.
     fn validate(&self) -> Result<(), FieldError> {
         for (field, found, expected) in [

@@ -56,6 +56,17 @@ impl Dataset {
         Ok(Self { manifest, directory: directory.to_path_buf(), tried, kept })
     }
 
+    /// Asks for more scenarios than the dataset was begun with; its shards must all be whole ones.
+    ///
+    /// # Errors
+    /// Fewer scenarios than there are, a last shard that is not whole, a manifest that cannot be
+    /// written.
+    pub fn grow(directory: &Path, count: u64) -> Result<(), Error> {
+        let file = directory.join(MANIFEST);
+        let manifest = Manifest::read(&file)?;
+        manifest.of_more(count).map_err(|error| error.at(&file))?.write(&file)
+    }
+
     /// Number of trajectories, up to the first shard that is missing.
     pub fn len(&self) -> usize {
         self.kept as usize
@@ -114,7 +125,7 @@ mod tests {
     use remora_host::memory::on_large_stack;
     use remora_host::method::{Integrator, Method};
     use remora_host::planning::Planner;
-    use std::num::NonZeroUsize;
+    use std::num::{NonZeroU32, NonZeroUsize};
 
     fn recipe(out: &Path) -> Recipe {
         Recipe {
@@ -153,6 +164,25 @@ mod tests {
         assert_eq!(dataset.source(Some(2)).to_string(), "s3:2");
         assert_eq!(dataset.source(None), dataset.source(Some(9)));
         assert_eq!(dataset.split(&all[1]), Split::of(3, 1));
+    }
+
+    #[test]
+    fn a_dataset_grows_by_shards() {
+        let dir = tempfile::tempdir().unwrap();
+        let out = dir.path().join("set");
+        let shard = NonZeroU32::new(2).unwrap();
+        let of = |count| Recipe { count, shard, ..recipe(&out) };
+        of(2).make(&mut ()).unwrap();
+        Dataset::grow(&out, 3).unwrap();
+        assert_eq!(of(3).make(&mut ()), Ok(Made { tried: 3, kept: 3, now: 1 }));
+        let whole = dir.path().join("whole");
+        Recipe { out: whole.clone(), ..of(3) }.make(&mut ()).unwrap();
+        let all = |directory: &Path| Dataset::open(directory).unwrap().read(None).unwrap();
+        assert_eq!(all(&out), all(&whole));
+        for (count, reason) in [(4, "is 3, which cannot grow to 4"), (2, "is 3, which cannot")] {
+            let error = Dataset::grow(&out, count).unwrap_err().to_string();
+            assert!(error.contains(reason), "{error}");
+        }
     }
 
     #[test]

@@ -116,7 +116,11 @@ fn joined<S: Serializer>(lineage: &Lineage, serializer: S) -> Result<S::Ok, S::E
 }
 
 impl Card {
-    fn read(file: &Path) -> Result<Self, Error> {
+    /// Reads a model file, with the lineage beside it.
+    ///
+    /// # Errors
+    /// A file that is no model, or a lineage that is not its own.
+    pub fn read(file: &Path) -> Result<Self, Error> {
         let wrong = |reason: String| Error::input(file, "", reason);
         let learned = Learned::read(file)?;
         let model = learned

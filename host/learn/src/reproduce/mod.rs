@@ -19,6 +19,7 @@ mod flow_steps;
 mod laboratory;
 mod measure;
 mod models;
+mod paired;
 pub mod published;
 mod sample_efficiency;
 
@@ -27,6 +28,7 @@ pub use card::{Card, Decoder, read_cards};
 pub use findings::Findings;
 pub use laboratory::{Laboratory, Run, Start};
 pub use measure::{Against, Measured};
+pub use paired::{Judgement, Paired};
 
 use remora_host::choice::Choice;
 use remora_host::error::Error;

@@ -125,6 +125,9 @@ pub struct Training {
     /// learning rate follows whichever is further. The result then depends on the clock.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub minutes: Option<f64>,
+    /// Steps that `minutes` must leave time for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_steps: Option<u64>,
     /// Seed of everything random.
     pub seed: u64,
     /// Minutes between checkpoints.
@@ -146,6 +149,10 @@ pub struct Training {
     /// same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub init_from: Option<PathBuf>,
+    /// Whether means and deviations are those of this training's data, not the model file's: for a
+    /// vehicle whose numbers are of another size.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub own_statistics: bool,
     /// What the parent is known to have learnt from beside what it names itself, such as
     /// `s1000:90000`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

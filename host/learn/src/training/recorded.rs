@@ -11,6 +11,7 @@ use crate::dataset::{self, Dataset, Trajectory};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::{LINKS, NODES};
 use remora_host::error::Error;
+use remora_host::fingerprint::fingerprint;
 use remora_host::lineage::Source;
 use remora_host::method::Integrator;
 use std::path::Path;
@@ -28,18 +29,18 @@ pub struct Recorded {
 
 impl Recorded {
     /// Reads the datasets of a configuration: the first `count` scenarios of the first, all of the
-    /// others. They must have been made with the same integrator.
+    /// others. They must have been made for this mission, and with the same integrator.
     ///
     /// # Errors
     /// A dataset that cannot be read or does not fit the first.
-    pub fn read(config: &Config) -> Result<Self, Error> {
+    pub fn read(config: &Config, mission: &Mission<LINKS>) -> Result<Self, Error> {
         let (encoding, action) = (config.model.encoding, config.model.action);
         let data = &config.data;
         let first = Dataset::open(&data.path)?;
         let integrator = first.manifest.integrator;
         let groups = encoding.groups();
         let mut found = Self {
-            mission: Mission::default(),
+            mission: *mission,
             recipe: Recipe { encoding, action, integrator, disturbance: data.disturbance },
             shape: Shape { nodes: NODES, groups: groups.to_vec(), states: groups[4] },
             training: Vec::new(),
@@ -60,6 +61,11 @@ impl Recorded {
     }
 
     fn add(&mut self, path: &Path, dataset: &Dataset, count: Option<usize>) -> Result<(), Error> {
+        if dataset.manifest.mission != fingerprint(&self.mission) {
+            let file = path.join(dataset::MANIFEST);
+            let reason = "was made for another mission; --mission names it";
+            return Err(Error::input(&file, "mission", reason));
+        }
         let tried = dataset.tried();
         if count.is_some_and(|count| count as u64 > tried) {
             let reason = format!("has {tried} scenarios so far, fewer than data.count");

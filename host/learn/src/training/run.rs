@@ -169,10 +169,13 @@ impl Run<'_> {
         }
         let model = ModelFile::parse(&bytes).map_err(refused)?;
         let seed = self.config.training.seed;
-        let mut statistics = Statistics::of(self.source, seed)?;
-        let mut parameters = table.start(seed);
+        let own = Statistics::of(self.source, seed)?;
+        let (mut statistics, mut parameters) = (own.clone(), table.start(seed));
         model::take_over(&model, &self.config, table, &mut statistics, &mut parameters)
             .map_err(refused)?;
+        if self.config.training.own_statistics {
+            statistics = own;
+        }
         let checksum = bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last));
         let parent = format!("{checksum:08x} {}", name(file));
         let before = Lineage::beside(file, checksum, &model.header().provenance)?;
@@ -259,8 +262,11 @@ impl<B: Kernels> Running<'_, B> {
     /// How far the schedule is, from 0 to 1: by steps, or by the clock where it is asked to be.
     fn progress(&self) -> f64 {
         let training = &self.run.config.training;
-        let steps = self.state.optimiser.step as f64 / training.steps as f64;
-        training.minutes.map_or(steps, |minutes| steps.max(self.elapsed() / (60.0 * minutes)))
+        let done = self.state.optimiser.step as f64;
+        let steps = done / training.steps as f64;
+        let least = training.least_steps.map_or(f64::INFINITY, |least| done / least as f64);
+        let clock = |minutes: f64| (self.elapsed() / (60.0 * minutes)).min(least);
+        training.minutes.map_or(steps, |minutes| steps.max(clock(minutes)))
     }
 
     fn step(

@@ -1,0 +1,90 @@
+//! `remora learn`
+
+use super::bench::Bench;
+use std::fs;
+use std::process::Stdio;
+use std::time::Duration;
+
+/// Hours so few that only the least is done.
+const LEARN: &str = "learn mine.mission.toml --hours 0.000001 --integrator euler --seed 1000";
+
+fn bench() -> Bench {
+    let bench = Bench::new();
+    bench.write("mine.mission.toml", "[servicer]\nbus_mass_kg = 450\n");
+    bench
+}
+
+/// Killed after the first shard of the dataset, it goes on; a model that is lost is made again of what
+/// is there.
+#[test]
+fn a_killed_one_goes_on_to_a_model_that_plans() {
+    let bench = bench();
+    let line = format!("{LEARN} --out mine.model");
+    let mut child = bench.command(&line).stderr(Stdio::null()).spawn().unwrap();
+    let second = bench.path("mine.model.work/dataset/shard-00001.bin");
+    while !second.exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let refuses = |line: &str, field: &str| {
+        let message = format!("mine.model.work/learn.jsonl: {field}: ");
+        bench.refuses(&format!("{line} --out mine.model"), &message);
+    };
+    refuses(&LEARN.replace("0.000001", "1"), "hours");
+    refuses(&LEARN.replace("1000", "1001"), "seed");
+    refuses(&LEARN.replace("euler", "rk4"), "integrator");
+    refuses(&LEARN.replace("mine.mission.toml", ""), "mission");
+    refuses(&format!("{LEARN} --anew"), "anew");
+
+    let run = bench.solves(&line);
+    assert!(run.err.contains("of 300 are there already"), "{}", run.err);
+    assert!(run.out.contains("300 of 300 scenarios solved to learn from, 50 steps"), "{}", run.out);
+    assert!(run.out.contains("Test on 20 other scenarios (seed 1001)"), "{}", run.out);
+    assert!(run.out.ends_with("written: mine.model\nwritten: mine.lineage.toml\n"), "{}", run.out);
+    let lineage = bench.read("mine.lineage.toml");
+    for part in ["name = \"linear-h1-90k\"", "name = \"mine\"", "learnt_from = \"s1000:300\""] {
+        assert!(lineage.contains(part), "{lineage}");
+    }
+
+    let model = fs::read(bench.path("mine.model")).unwrap();
+    fs::remove_file(bench.path("mine.model")).unwrap();
+    let run = bench.solves(&format!("{line} --json"));
+    assert!(fs::read(bench.path("mine.model")).unwrap() == model);
+    let learnt: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!((&learnt["scenarios"], &learnt["steps"]), (&300.into(), &50.into()));
+    assert_eq!(learnt["test"]["model"]["success"]["of"], 20);
+    assert!(learnt["test"]["judgement"].is_string(), "{learnt}");
+
+    // Its features would be another mission's.
+    let config = "mine.model.work/training/mine/config.toml";
+    bench.refuses(
+        &format!("train --config {config} --out again"),
+        "mine.model.work/dataset/dataset.json: mission: was made for another mission; --mission",
+    );
+
+    let planned = "--mission mine.mission.toml --integrator euler --model mine.model";
+    bench.solves(&format!("plan {planned} --out a.plan.json"));
+    let used = &bench.json("a.plan.json")["warm_start"];
+    assert!(used == "model" || used == "fallback", "{used}");
+    // What it has learnt from is not for its evaluation.
+    bench.refuses(&format!("campaign --count 2 --seed 1000 {planned} --out runs"), "--model: ");
+}
+
+#[test]
+fn what_cannot_be_learnt_is_refused() {
+    let bench = bench();
+    let refuses = |line: &str, message: &str| bench.refuses(&format!("learn {line}"), message);
+    refuses("--out a.model", "the following required arguments were not provided: --hours <H>");
+    for hours in ["0", "-1", "nan", "inf", "soon"] {
+        let message = format!("invalid value '{hours}' for '--hours <H>'");
+        refuses(&format!("--hours {hours} --out a.model"), &message);
+    }
+    bench.write("few.mission.toml", "[horizon]\nnodes = 40\n");
+    let message = "few.mission.toml: horizon.nodes: is 40; this command needs 60";
+    refuses("few.mission.toml --hours 1 --out a.model", message);
+    refuses("none.mission.toml --hours 1 --out a.model", "none.mission.toml: no such file");
+    refuses("--hours 1 --out none/a.model", "none/a.model: no such file or directory");
+    bench.write("a.model", "somebody's");
+    refuses("--hours 1 --out a.model", "a.model: exists; --force replaces it");
+}
