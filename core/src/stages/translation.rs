@@ -173,10 +173,11 @@ impl<'a, const N: usize> Translation<'a, N> {
 
     /// Cost of a force profile, as section 5 defines it.
     pub fn cost(&self, force: &[Vector3<f64>; N]) -> f64 {
-        let scaled = |k: usize| force[k].component_div(&self.cost_unit);
-        let last = self.last();
-        let effort: f64 = (0..last).map(|k| scaled(k).norm_squared()).sum();
-        let change: f64 = (1..last).map(|k| (scaled(k) - scaled(k - 1)).norm_squared()).sum();
+        let scaled = |f: &Vector3<f64>| f.component_div(&self.cost_unit);
+        let force = &force[..self.last()];
+        let effort: f64 = force.iter().map(|f| scaled(f).norm_squared()).sum();
+        let since = |(f, before)| (scaled(f) - scaled(before)).norm_squared();
+        let change: f64 = force.iter().skip(1).zip(force).map(since).sum();
         self.force_weight * effort + self.change_weight * change
     }
 
@@ -423,12 +424,12 @@ impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
         out.ignored_defect.fill(0.0);
         out.ignored_path.fill(0.0);
         out.clear();
-        for k in 0..self.nodes() {
-            out.path[k] = SVector::from_fn(|i, _| self.keep_out_constraint(k, i, trajectory).0);
+        for (k, row) in out.path.iter_mut().enumerate().take(self.nodes()) {
+            *row = SVector::from_fn(|i, _| self.keep_out_constraint(k, i, trajectory).0);
         }
         // A rollout's only defect is against the fixed terminal state.
         let (r, v) = self.end_error(trajectory);
-        let end = &mut out.defect[self.last().saturating_sub(1)];
+        let Some(end) = out.defect.get_mut(self.last().saturating_sub(1)) else { return };
         for i in 0..3 {
             end[i] = r[i];
             end[3 + i] = v[i];
