@@ -1,0 +1,146 @@
+//! Arms read from URDF files, in the planner's dynamics: against Pinocchio.
+
+use nalgebra::{SVector, Vector3, Vector4};
+use remora_core::advanced::dynamics::{Control, Multibody, State, articulated};
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::{Link, Mission, Orbit, Servicer};
+use remora_urdf::{Arm, Options, import};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Largest difference, over the largest number it is a difference of.
+const TOLERANCE: f64 = 1e-9;
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/urdf").join(name)
+}
+
+fn vector<const N: usize>(value: &Value) -> SVector<f64, N> {
+    let numbers: Vec<f64> =
+        value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect();
+    SVector::from_column_slice(&numbers)
+}
+
+/// The arm on the body that the file gives it, in the axes of that body's centre of mass.
+fn servicer<const NL: usize>(arm: &Arm) -> Servicer<NL> {
+    let bus = &arm.base.as_ref().unwrap().body;
+    let joint = |i: usize| &arm.joints[i];
+    Servicer {
+        bus_mass: bus.mass,
+        bus_inertia: bus.inertia,
+        bus_half_extents: Vector3::repeat(1.0),
+        boresight: Vector3::z(),
+        arm_base: arm.arm_base - bus.center_of_mass,
+        links: std::array::from_fn(|i| Link {
+            tip: joint(i).tip,
+            center_of_mass: joint(i).body.center_of_mass,
+            mass: joint(i).body.mass,
+            inertia: joint(i).body.inertia,
+            axis: joint(i).axis,
+            armature: joint(i).armature,
+            radius: joint(i).radius,
+        }),
+        min_joint_angle: SVector::from_fn(|i, _| joint(i).limits.lower),
+        max_joint_angle: SVector::from_fn(|i, _| joint(i).limits.upper),
+        max_joint_rate: SVector::from_fn(|i, _| joint(i).limits.rate),
+        initial_joint_angle: SVector::zeros(),
+        capture_joint_angle: SVector::zeros(),
+        max_force: Vector3::repeat(1.0),
+        max_bus_torque: Vector3::repeat(1.0),
+        max_joint_torque: SVector::from_fn(|i, _| joint(i).limits.torque),
+    }
+}
+
+/// A mission far from any planet, where RTN axes are inertial.
+fn mission<const NL: usize>(servicer: Servicer<NL>) -> Mission<NL> {
+    let Mission {
+        target,
+        approach,
+        weights,
+        tolerances,
+        margins,
+        corridor,
+        scenarios,
+        typical_magnitudes,
+        ..
+    } = Mission::<3>::default();
+    let orbit = Orbit { gravitational_parameter: 0.0, ..Orbit::default() };
+    Mission {
+        orbit,
+        target,
+        servicer,
+        approach,
+        weights,
+        tolerances,
+        margins,
+        corridor,
+        scenarios,
+        typical_magnitudes,
+    }
+}
+
+/// Compares end effector and accelerations of a free-flying arm in all states of its reference.
+fn compare<const NL: usize>(name: &str, options: &Options) {
+    let text = fs::read(fixture(&format!("{name}.urdf"))).unwrap();
+    let arm = import(name, &text, options).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(arm.joints.len(), NL);
+    let mission = mission::<NL>(servicer(&arm));
+    let (servicer, body) = (&mission.servicer, Multibody::new(&mission));
+    let reference = fs::read_to_string(fixture(&format!("{name}.pinocchio.json"))).unwrap();
+    let reference: Value = serde_json::from_str(&reference).unwrap();
+    let states = reference["states"].as_array().unwrap();
+    assert!(states.len() >= 20);
+    for known in states {
+        let base = &known["base"];
+        let attitude: Vector4<f64> = vector(&base["attitude"]);
+        let turn = quaternion::rotation_matrix(&attitude);
+        let state = State {
+            attitude,
+            joint_angle: vector(&known["q"]),
+            rate: turn * vector::<3>(&base["angular_velocity"]),
+            joint_rate: vector(&known["v"]),
+        };
+        // The reference's force acts at the base's origin, the planner's at its centre of mass.
+        let center = arm.base.as_ref().unwrap().body.center_of_mass;
+        let force: Vector3<f64> = vector(&base["force"]);
+        let bus_torque = vector::<3>(&base["torque"]) - center.cross(&force);
+        let control = Control { bus_torque, joint_torque: vector(&known["tau"]) };
+        let force = turn * force;
+        let expected: Vec<f64> = known["free_base"]["acceleration"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|number| number.as_f64().unwrap())
+            .collect();
+        let (angular, joints) = expected[3..].split_at(3);
+        let expected_bus = turn * Vector3::from_column_slice(angular);
+        let expected_joint = SVector::<f64, NL>::from_column_slice(joints);
+        let scale = expected_bus.amax().max(expected_joint.amax()).max(1.0);
+        let by_two = [
+            body.acceleration(&state, &control, &force),
+            articulated::acceleration(servicer, 0.0, &state, &control, &force),
+        ];
+        for found in by_two {
+            let bus = (found.bus - expected_bus).amax();
+            let joint = (found.joint - expected_joint).amax();
+            assert!(bus.max(joint) <= TOLERANCE * scale, "{name}: {bus:e} {joint:e}");
+        }
+        // From the bus's centre of mass, and the reference's from its origin.
+        let (_, tip) = servicer.center_of_mass_and_end_effector(&state.joint_angle);
+        let miss = (tip + center - vector::<3>(&known["position"])).norm();
+        assert!(miss <= TOLERANCE, "{name}: {miss:e}");
+    }
+}
+
+// Verifies REM-PLN-021.
+#[test]
+fn imported_arms_move_as_pinocchio_says() {
+    let tip = Options { end_effector: Some("tip".into()), ..Options::default() };
+    compare::<6>("spatial", &tip);
+    let mut gripper = Options { end_effector: Some("tool".into()), ..Options::default() };
+    gripper.add_limit("forearm_pitch=-2,2,0.2,8").unwrap();
+    gripper.add_hold("left=0.02").unwrap();
+    gripper.add_hold("head_turn=0.7").unwrap();
+    compare::<3>("gripper", &gripper);
+}
