@@ -534,7 +534,8 @@ mod tests {
         assert_eq!(field("[target]\nmass_kg = nan"), "target.mass_kg");
         assert_eq!(field("[tolerances]\nkeep_out_m = 0.0"), "tolerances.keep_out_m");
         assert_eq!(field("[horizon]\nduration_s = inf"), "horizon.duration_s");
-        assert_eq!(field("[horizon]\nnodes = 50"), "horizon.nodes");
+        assert_eq!(field("[horizon]\nnodes = 61"), "horizon.nodes");
+        assert_eq!(field("[horizon]\nnodes = 3"), "horizon.nodes");
         assert_eq!(field("[horizon]\nduration_s = 1e5"), "horizon.duration_s");
         assert_eq!(
             field("[approach]\npreset_lead_intervals = 59"),

@@ -263,7 +263,10 @@ mod tests {
             assert_eq!(format!("{qp:?}"), format!("{again:?}"));
             let point = back.point::<3, 2, 1, 1>().unwrap();
             assert_eq!((point.x[2][1], point.path_multiplier[1][0]), (2.3, 1.7));
-            assert_eq!(back.program::<4, 2, 1, 1>().unwrap_err().field, "size");
+            let roomy = back.program::<4, 2, 1, 1>().unwrap();
+            assert_eq!((roomy.unused, roomy.nodes()), (1, 3));
+            assert_eq!(format!("{:?}", roomy.used()), format!("{:?}", qp.used()));
+            assert_eq!(back.program::<2, 2, 1, 1>().unwrap_err().field, "size");
             assert_eq!(back.point::<3, 2, 1, 2>().unwrap_err().field, "size");
         }
     }
