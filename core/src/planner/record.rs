@@ -139,8 +139,8 @@ impl SolveRecord {
 /// Version of this crate.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Checksum of a plan of so many `nodes`: positions, velocities and forces, then attitudes, joint angles, rates, joint
-/// rates and torques, in the order and number of a plan file's rows. Cost: 13 kB of FNV-1a.
+/// Checksum of a plan of so many `nodes`: positions, velocities and forces, then attitudes, joint angles,
+/// rates, joint rates and torques, in the order and number of a plan file's rows. Cost: 13 kB of FNV-1a.
 pub fn output_checksum<const N: usize, const NL: usize>(
     nodes: usize,
     translation: &TranslationTrajectory<N>,
