@@ -309,7 +309,7 @@ fn replanned_rest(integrator: Integrator, scenarios: &[usize], nodes: &[usize]) 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..Default::default() })]
 
     // Verifies REM-PLN-017.
     #[test]
