@@ -45,6 +45,22 @@ fn direction(random: &mut ChaCha8Rng) -> Vector3<f64> {
 }
 
 impl InForce {
+    /// The scenario of what is left at a node, from the planned state.
+    fn rest(&self, node: usize) -> Scenario {
+        let target = &self.target[node];
+        let to_body = quaternion::rotation_matrix(&target.attitude).transpose();
+        let (duration, nodes) = self.nominal.left(self.nominal.time(node));
+        Scenario {
+            target_attitude: target.attitude,
+            target_rate: to_body * target.rate,
+            position: self.translation.position[node],
+            velocity: self.translation.velocity[node],
+            start: self.nominal.reorientation.states[node].as_start(),
+            duration: Some(duration),
+            nodes: Some(nodes),
+        }
+    }
+
     /// The scenario of what is left at a node, from a disturbed state.
     fn left(&self, node: usize, random: &mut ChaCha8Rng) -> Scenario {
         let [position, velocity, turn, rate, joint] = DISTURBANCE;
@@ -56,17 +72,12 @@ impl InForce {
             joint_angle: planned.joint_angle.map(|a| a + joint * (2.0 * uniform(random) - 1.0)),
             ..planned
         };
-        let target = &self.target[node];
-        let to_body = quaternion::rotation_matrix(&target.attitude).transpose();
-        let (duration, nodes) = self.nominal.left(self.nominal.time(node));
+        let rest = self.rest(node);
         Scenario {
-            target_attitude: target.attitude,
-            target_rate: to_body * target.rate,
-            position: self.translation.position[node] + direction(random) * position,
-            velocity: self.translation.velocity[node] + direction(random) * velocity,
+            position: rest.position + direction(random) * position,
+            velocity: rest.velocity + direction(random) * velocity,
             start: state.as_start(),
-            duration: Some(duration),
-            nodes: Some(nodes),
+            ..rest
         }
     }
 }
@@ -246,11 +257,7 @@ fn the_plan_in_force_is_its_own_best_guess() {
     let mut bench = Bench::new();
     let plan = bench.in_force(7, RK4);
     for elapsed_nodes in [12, 30] {
-        let mut random = ChaCha8Rng::seed_from_u64(3);
-        let mut scenario = plan.left(elapsed_nodes, &mut random);
-        scenario.position = plan.translation.position[elapsed_nodes];
-        scenario.velocity = plan.translation.velocity[elapsed_nodes];
-        scenario.start = plan.nominal.reorientation.states[elapsed_nodes].as_start();
+        let scenario = plan.rest(elapsed_nodes);
         let elapsed = plan.nominal.time(elapsed_nodes);
         let guess = InitialGuess::Nominal { plan: &plan.nominal, elapsed };
         let nominal = bench.plan(&scenario, RK4, guess);
@@ -288,10 +295,7 @@ fn replanned_rest(integrator: Integrator, scenarios: &[usize], nodes: &[usize]) 
     for &k in scenarios {
         let plan = bench.in_force(k, integrator);
         for &node in nodes {
-            let mut scenario = plan.left(node, &mut ChaCha8Rng::seed_from_u64(0));
-            scenario.position = plan.translation.position[node];
-            scenario.velocity = plan.translation.velocity[node];
-            scenario.start = plan.nominal.reorientation.states[node].as_start();
+            let scenario = plan.rest(node);
             let elapsed = plan.nominal.time(node);
             let guess = InitialGuess::Nominal { plan: &plan.nominal, elapsed };
             let report = bench.plan(&scenario, integrator, guess);
