@@ -4,11 +4,11 @@ use crate::dynamics::{Control, State};
 use crate::executor::ForkJoin;
 use crate::model::{Grid, Mission, Refusal, Scenario};
 use crate::planner::{
-    self, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Nominal, Options, Report, Scales,
-    Session, SolveRecord, Solver, StageReport, Verdict, Workspace,
+    self, ArmSolver, ArmWorkspace, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Nominal,
+    Options, Report, Scales, Session, SolveRecord, Solver, StageReport, Verdict,
 };
 use crate::stages::{
-    LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, verify,
+    LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
 };
 use nalgebra::Vector3;
 use remora_qp::Valid;
@@ -37,26 +37,66 @@ use remora_qp::time::Deadline;
 /// assert_eq!(plan.states().len(), plan.controls().len() + 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+pub type Planner<S = EmbeddedSolver> = ArmPlanner<LINKS, { size::NX }, { size::NU }, S>;
+
+/// A planner for an arm of `NL` joints, two or more, with `NX = 6 + 2 NL` states and `NU = 3 + NL`
+/// controls; other sizes do not compile. [`Planner`] is the one for the mission's arm.
+///
+/// An arm of fewer joints than a build has room for, even of one, is planned by [`Mission::resized`].
+///
+/// ```
+/// use remora_core::advanced::model::{Link, Servicer};
+/// use remora_core::prelude::*;
+///
+/// // An arm of two joints: ten states, five controls.
+/// let mut planner = Box::new(ArmPlanner::<2, 10, 5>::new());
+/// let base = Mission::default();
+/// let s = base.servicer;
+/// let servicer = Servicer {
+///     bus_mass: s.bus_mass,
+///     bus_inertia: s.bus_inertia,
+///     bus_half_extents: s.bus_half_extents,
+///     boresight: s.boresight,
+///     arm_base: s.arm_base,
+///     links: [Link::cylinder(1.1, 15.0, 0.05), Link::cylinder(0.7, 10.0, 0.05)],
+///     min_joint_angle: [-1.5, -1.5].into(),
+///     max_joint_angle: [1.5, 1.5].into(),
+///     max_joint_rate: [5.0e-3, 5.0e-3].into(),
+///     initial_joint_angle: [-0.4, 0.6].into(),
+///     capture_joint_angle: [-0.3, 0.7].into(),
+///     max_force: s.max_force,
+///     max_bus_torque: s.max_bus_torque,
+///     max_joint_torque: [5.0e-3, 5.0e-3].into(),
+/// };
+/// let mission = base.with_servicer(servicer).validated()?;
+/// let scenario = Scenario::default().validated()?;
+/// let options = Options::for_arm().mode(Mode::Feasible).build()?;
+/// let plan = planner.plan(&mission, &scenario, &options)?;
+/// assert!(plan.is_verified());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Default)]
-pub struct Planner<S = EmbeddedSolver> {
-    workspace: Workspace,
+pub struct ArmPlanner<const NL: usize, const NX: usize, const NU: usize, S = ArmSolver<NX, NU>> {
+    workspace: ArmWorkspace<NL, NX, NU>,
     solver: S,
 }
 
-impl Planner {
+impl<const NL: usize, const NX: usize, const NU: usize> ArmPlanner<NL, NX, NU> {
     /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
     /// A planner that has planned nothing yet.
     pub const fn new() -> Self {
-        Self { workspace: Workspace::new(), solver: EmbeddedSolver::new() }
+        Self { workspace: ArmWorkspace::new(), solver: ArmSolver::new() }
     }
 }
 
-impl<S: Solver> Planner<S> {
+impl<S: Solver<NX, NU>, const NL: usize, const NX: usize, const NU: usize>
+    ArmPlanner<NL, NX, NU, S>
+{
     /// A planner with another QP solver.
     pub const fn with_solver(solver: S) -> Self {
-        Self { workspace: Workspace::new(), solver }
+        Self { workspace: ArmWorkspace::new(), solver }
     }
 
     /// Plans one approach. The plan is a function of mission, scenario, settings and initial guess alone,
@@ -70,17 +110,17 @@ impl<S: Solver> Planner<S> {
     /// A scenario that is infeasible before planning, by name of the constraint with its numbers.
     pub fn plan<P: ForkJoin>(
         &mut self,
-        mission: &Valid<Mission<LINKS>>,
-        scenario: &Valid<Scenario>,
-        options: &Options<'_, P>,
-    ) -> Result<Plan<'_, S>, Refusal> {
+        mission: &Valid<Mission<NL>>,
+        scenario: &Valid<Scenario<NL>>,
+        options: &Options<'_, P, NL>,
+    ) -> Result<ArmPlan<'_, NL, NX, NU, S>, Refusal> {
         let Self { workspace, solver } = self;
         let report = planner::plan(mission, scenario, options, solver, workspace);
         match report.refusal {
             Some(refusal) => Err(refusal),
             None => {
                 let grid = mission.grid(scenario);
-                Ok(Plan { planner: self, scales: Scales::of(mission), grid, report })
+                Ok(ArmPlan { planner: self, scales: Scales::of(mission), grid, report })
             }
         }
     }
@@ -91,9 +131,9 @@ impl<S: Solver> Planner<S> {
     /// As [`Planner::plan`].
     pub fn translate<P: ForkJoin>(
         &mut self,
-        mission: &Valid<Mission<LINKS>>,
-        scenario: &Valid<Scenario>,
-        options: &Options<'_, P>,
+        mission: &Valid<Mission<NL>>,
+        scenario: &Valid<Scenario<NL>>,
+        options: &Options<'_, P, NL>,
     ) -> Result<StageReport, Refusal> {
         let session = Session { mission, scenario, options };
         session.translate(&mut self.solver, &mut self.workspace)
@@ -106,9 +146,9 @@ impl<S: Solver> Planner<S> {
     /// As [`Planner::plan`].
     pub fn reorient<P: ForkJoin>(
         &mut self,
-        mission: &Valid<Mission<LINKS>>,
-        scenario: &Valid<Scenario>,
-        options: &Options<'_, P>,
+        mission: &Valid<Mission<NL>>,
+        scenario: &Valid<Scenario<NL>>,
+        options: &Options<'_, P, NL>,
     ) -> Result<(StageReport, GuessRecord), Refusal> {
         let session = Session { mission, scenario, options };
         session.reorient(&mut self.solver, &mut self.workspace)
@@ -117,9 +157,9 @@ impl<S: Solver> Planner<S> {
     /// Runs the independent verifier alone on the trajectories in the planner.
     pub fn verify<P: ForkJoin>(
         &self,
-        mission: &Valid<Mission<LINKS>>,
-        scenario: &Valid<Scenario>,
-        options: &Options<'_, P>,
+        mission: &Valid<Mission<NL>>,
+        scenario: &Valid<Scenario<NL>>,
+        options: &Options<'_, P, NL>,
     ) -> Verification {
         let (translation, reorientation) =
             (self.workspace.translation(), self.workspace.reorientation());
@@ -133,21 +173,26 @@ impl<S: Solver> Planner<S> {
     }
 
     /// Trajectory of attitude and arm in the planner: [`InitialGuess::User`] of another plan, for example.
-    pub fn reorientation(&self) -> &ReorientationTrajectory<NODES, LINKS> {
+    pub fn reorientation(&self) -> &ReorientationTrajectory<NODES, NL> {
         self.workspace.reorientation()
     }
 }
 
+/// A plan of the mission's arm, borrowed from its planner's memory.
+pub type Plan<'p, S = EmbeddedSolver> = ArmPlan<'p, LINKS, { size::NX }, { size::NU }, S>;
+
 /// A plan, borrowed from its planner's memory.
 #[must_use]
-pub struct Plan<'p, S = EmbeddedSolver> {
-    planner: &'p Planner<S>,
-    scales: Scales,
+pub struct ArmPlan<'p, const NL: usize, const NX: usize, const NU: usize, S = ArmSolver<NX, NU>> {
+    planner: &'p ArmPlanner<NL, NX, NU, S>,
+    scales: Scales<NX, NU>,
     grid: Grid,
     report: Report,
 }
 
-impl<S: Solver> Plan<'_, S> {
+impl<S: Solver<NX, NU>, const NL: usize, const NX: usize, const NU: usize>
+    ArmPlan<'_, NL, NX, NU, S>
+{
     /// Whether the independent verifier found every constraint satisfied, at nodes and between them: the
     /// plan can be flown.
     #[must_use]
@@ -177,18 +222,18 @@ impl<S: Solver> Plan<'_, S> {
     }
 
     /// Attitude, joint angles and rates at the nodes.
-    pub fn states(&self) -> &[State<LINKS>] {
+    pub fn states(&self) -> &[State<NL>] {
         self.planner.reorientation().states.get(..self.grid.nodes).unwrap_or_default()
     }
 
     /// Torques of bus and joints over the intervals [N m].
-    pub fn controls(&self) -> &[Control<LINKS>] {
+    pub fn controls(&self) -> &[Control<NL>] {
         self.planner.reorientation().controls.get(..self.grid.last()).unwrap_or_default()
     }
 
     /// The plan as the initial guess of the next one.
     #[must_use]
-    pub fn nominal(&self) -> Nominal {
+    pub fn nominal(&self) -> Nominal<NL> {
         let Grid { nodes, duration, .. } = self.grid;
         Nominal { reorientation: *self.planner.reorientation(), nodes, duration }
     }
@@ -196,7 +241,7 @@ impl<S: Solver> Plan<'_, S> {
     /// Feedback gain of an interval for a tracking controller, see [`planner::feedback_gain`]; `None`
     /// where the QP solver has none.
     #[must_use]
-    pub fn gain(&self, interval: usize) -> Option<Gain> {
+    pub fn gain(&self, interval: usize) -> Option<Gain<NX, NU>> {
         // Without an iteration of Stage 2 the solver's last QP was Stage 1's.
         if self.report.reorientation.outcome.iterations == 0 {
             return None;
@@ -216,8 +261,8 @@ impl<S: Solver> Plan<'_, S> {
 }
 
 /// An initial guess from a trajectory, such as an earlier plan's.
-impl<'a> From<&'a ReorientationTrajectory<NODES, LINKS>> for InitialGuess<'a> {
-    fn from(reorientation: &'a ReorientationTrajectory<NODES, LINKS>) -> Self {
+impl<'a, const NL: usize> From<&'a ReorientationTrajectory<NODES, NL>> for InitialGuess<'a, NL> {
+    fn from(reorientation: &'a ReorientationTrajectory<NODES, NL>) -> Self {
         Self::User(reorientation)
     }
 }

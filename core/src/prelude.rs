@@ -4,7 +4,7 @@ pub use crate::dynamics::{Control, State};
 pub use crate::executor::{ForkJoin, Sequential};
 pub use crate::model::{Integrator, Refusal, Scenario, Start};
 pub use crate::nalgebra::{Vector3, Vector4};
-pub use crate::plan::{Plan, Planner};
+pub use crate::plan::{ArmPlan, ArmPlanner, Plan, Planner};
 pub use crate::planner::memory::NetworkMemory;
 pub use crate::planner::{
     GuessRecord, InitialGuess, Nominal, Options, OptionsBuilder, Report, SolveRecord, StageReport,

@@ -234,6 +234,37 @@ impl Default for Mission<3> {
     }
 }
 
+impl<const NL: usize> Mission<NL> {
+    /// The same mission with another servicer, whose arm may have another number of joints. Keep-out
+    /// distances follow from it: [`Servicer::extension`] while far, its reach at capture afterwards.
+    ///
+    /// Cost: that of the extension; not for flight.
+    pub fn with_servicer<const M: usize>(&self, servicer: Servicer<M>) -> Mission<M> {
+        let mut mission = self.with(servicer);
+        mission.approach.keep_out_far = mission.servicer.extension();
+        mission.approach.keep_out_near = mission.servicer.capture_geometry().reach;
+        mission
+    }
+
+    /// The same mission with another servicer, and nothing else changed.
+    pub(super) fn with<const M: usize>(&self, servicer: Servicer<M>) -> Mission<M> {
+        let Self { orbit, target, servicer: _, approach, weights, tolerances, margins, .. } = *self;
+        let Self { corridor, scenarios, typical_magnitudes, .. } = *self;
+        Mission {
+            orbit,
+            target,
+            servicer,
+            approach,
+            weights,
+            tolerances,
+            margins,
+            corridor,
+            scenarios,
+            typical_magnitudes,
+        }
+    }
+}
+
 /// A field whose value makes no sense, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InvalidField {
@@ -362,9 +393,16 @@ impl<const NL: usize> Mission<NL> {
         for link in &s.links {
             Check::finite(link.tip.as_slice(), "servicer.links.tip")?;
             Check::finite(link.center_of_mass.as_slice(), "servicer.links.center_of_mass")?;
-            Check::positive(link.mass, "servicer.links.mass")?;
-            Check::inertia_tensor(&link.inertia, "servicer.links.inertia")?;
+            Check::non_negative(link.mass, "servicer.links.mass")?;
             Check::non_negative(link.armature, "servicer.links.armature")?;
+            if link.mass > 0.0 {
+                Check::inertia_tensor(&link.inertia, "servicer.links.inertia")?;
+            } else {
+                let reason = "must be zero for a link without mass";
+                Check::that(link.inertia.amax() == 0.0, "servicer.links.inertia", reason)?;
+                let reason = "must be positive for a link without mass";
+                Check::that(link.armature > 0.0, "servicer.links.armature", reason)?;
+            }
             Check::unit(&link.axis, "servicer.links.axis")?;
             Check::non_negative(link.radius, "servicer.links.radius")?;
         }

@@ -10,6 +10,7 @@ mod grid;
 mod keep_out;
 mod mission;
 mod orbit;
+mod padding;
 mod recovery;
 mod refusal;
 mod scenario;

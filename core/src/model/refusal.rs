@@ -86,6 +86,13 @@ pub enum Refusal {
         /// Radius of the sphere about it that the bus fills [m].
         limit: f64,
     },
+    /// At capture the arm is within its own bus.
+    OwnBus {
+        /// The link, from 1.
+        link: usize,
+        /// How deep it is in the box that holds the bus [m].
+        depth: f64,
+    },
     /// The servicer starts within the keep-out distance.
     KeepOut {
         /// From the target's box [m].
@@ -156,6 +163,7 @@ impl Refusal {
             Self::Duration { .. } => 15,
             Self::JointStop { .. } => 16,
             Self::Nodes { .. } => 17,
+            Self::OwnBus { .. } => 18,
         }
     }
 
@@ -179,6 +187,7 @@ impl Refusal {
             Self::Duration { .. } => "duration",
             Self::JointStop { .. } => "joint",
             Self::Nodes { .. } => "nodes",
+            Self::OwnBus { .. } => "own_bus",
         }
     }
 
@@ -267,6 +276,10 @@ impl Refusal {
             Self::Clearance { distance, limit } => write!(
                 f,
                 "in the capture configuration the bus's centre is {distance:.3} m from the target, less than the {limit:.3} m that the bus fills"
+            ),
+            Self::OwnBus { link, depth } => write!(
+                f,
+                "in the capture configuration link {link} is {depth:.3} m within the box of its own bus"
             ),
             Self::KeepOut { distance, limit } => write!(
                 f,

@@ -1,5 +1,6 @@
 //! The servicer: bus, arm and actuators as data.
 
+use super::segment_to_box;
 use crate::math::quaternion;
 use nalgebra::{Matrix3, SVector, Vector3};
 use remora_qp::dense::clamp;
@@ -27,6 +28,12 @@ pub struct Link {
 }
 
 impl Link {
+    /// Whether it reaches from its joint to another point: one that does not has no body. Joints whose
+    /// axes meet have such links between them.
+    pub fn has_length(&self) -> bool {
+        self.tip.amax() > 0.0
+    }
+
     /// A uniform cylinder along +z, turning about +y.
     pub fn cylinder(length: f64, mass: f64, radius: f64) -> Self {
         let across = mass * (3.0 * radius * radius + length * length) / 12.0;
@@ -193,6 +200,33 @@ impl<const NL: usize> Servicer<NL> {
             joint += link.tip;
         }
         sum
+    }
+
+    /// The first and the last link that has a length; the first and the last of all where none has.
+    pub(crate) fn ends_with_length(&self) -> [usize; 2] {
+        let first = self.links.iter().position(Link::has_length).unwrap_or(0);
+        let last = self.links.iter().rposition(Link::has_length);
+        [first, last.unwrap_or(NL.saturating_sub(1))]
+    }
+
+    /// The least distance of the arm beyond its first link from its own bus at joint angles `angles`, its
+    /// radius taken off, and the number of that link, from 1; infinite for an arm of one link [m].
+    // Not inlined, as `moment_bounds`.
+    #[inline(never)]
+    pub(super) fn distance_from_own_bus(&self, angles: &SVector<f64, NL>) -> (usize, f64) {
+        let [mounted, _] = self.ends_with_length();
+        let (mut joint, mut attitude) = (self.arm_base, quaternion::IDENTITY);
+        let (mut nearest, mut least) = (0, f64::INFINITY);
+        for (i, (link, angle)) in self.links.iter().zip(angles.iter()).enumerate() {
+            attitude = quaternion::product(&attitude, &quaternion::exp(&(link.axis * *angle)));
+            let tip = joint + quaternion::rotation_matrix(&attitude) * link.tip;
+            let distance = segment_to_box(&self.bus_half_extents, &joint, &tip).value - link.radius;
+            if i > mounted && link.has_length() && distance < least {
+                (nearest, least) = (i + 1, distance);
+            }
+            joint = tip;
+        }
+        (nearest, least)
     }
 
     /// How far joint `i` is beyond the nearer of its stops at `angle`; negative within them [rad].

@@ -3,12 +3,13 @@
 use super::Solver;
 use crate::executor::Sequential;
 use crate::model::Mission;
-use crate::stages::{LINKS, MissionReorientation, NODES, size};
+use crate::stages::{MissionReorientation, NODES, size};
 use nalgebra::{SMatrix, SVector};
 
 /// Control [N m] by state: rows `[bus torque (bus axes); joint torques]`, columns
 /// `[attitude (rad, RTN); joint angles (rad); bus rate (rad/s, RTN); joint rates (rad/s)]`.
-pub type Gain = SMatrix<f64, { size::NU }, { size::NX }>;
+pub type Gain<const NX: usize = { size::NX }, const NU: usize = { size::NU }> =
+    SMatrix<f64, NU, NX>;
 
 /// Feedback gain of interval `k < NODES - 1` in the last subproblem of the plan that `solver` made
 /// last. `None` at the last node, from a solver that has none, and where that subproblem was not
@@ -20,29 +21,34 @@ pub type Gain = SMatrix<f64, { size::NU }, { size::NX }>;
 /// vector part of `q q_k^-1`, RTN axes), the others are differences. The gains know the
 /// dynamics, the cost and, as soft barriers, the limits that the plan comes close to; what they ask
 /// for must still be projected onto the torque limits. Costs nothing in memory: the solver keeps them.
-pub fn feedback_gain<S: Solver + ?Sized>(
-    mission: &Mission<LINKS>,
+pub fn feedback_gain<
+    S: Solver<NX, NU> + ?Sized,
+    const NL: usize,
+    const NX: usize,
+    const NU: usize,
+>(
+    mission: &Mission<NL>,
     solver: &S,
     k: usize,
-) -> Option<Gain> {
+) -> Option<Gain<NX, NU>> {
     Scales::of(mission).gain(solver, k)
 }
 
 /// Scales of states and controls in Stage 2's subproblems: all that gains need of a mission.
-pub(crate) struct Scales {
-    x: SVector<f64, { size::NX }>,
-    u: SVector<f64, { size::NU }>,
+pub(crate) struct Scales<const NX: usize, const NU: usize> {
+    x: SVector<f64, NX>,
+    u: SVector<f64, NU>,
 }
 
-impl Scales {
+impl<const NX: usize, const NU: usize> Scales<NX, NU> {
     /// Those of a mission.
-    pub fn of(mission: &Mission<LINKS>) -> Self {
-        let (x, u) = MissionReorientation::<Sequential>::scales(mission);
+    pub fn of<const NL: usize>(mission: &Mission<NL>) -> Self {
+        let (x, u) = MissionReorientation::<Sequential, NL, NX, NU>::scales(mission);
         Self { x, u }
     }
 
     /// As [`feedback_gain`].
-    pub fn gain<S: Solver + ?Sized>(&self, solver: &S, k: usize) -> Option<Gain> {
+    pub fn gain<S: Solver<NX, NU> + ?Sized>(&self, solver: &S, k: usize) -> Option<Gain<NX, NU>> {
         if k + 1 >= NODES {
             return None;
         }

@@ -1,19 +1,21 @@
 //! The initial guess of Stage 2.
 
-use super::{Nominal, PlanSettings, Workspace};
+use super::{ArmWorkspace, Nominal, PlanSettings};
 use crate::dynamics::{Control, State};
 use crate::executor::ForkJoin;
+use crate::model::{Mission, Scenario};
 use crate::scp::Problem;
 use crate::stages::{
     Formulation, LINKS, MissionReorientation, NODES, ReorientationTrajectory, heuristic,
 };
 use crate::warmstart::{self, Policy, Scene};
+use core::any::Any;
 use core::mem;
 use remora_qp::Checksum;
 
 /// The initial guess of Stage 2.
 #[derive(Clone, Copy)]
-pub enum InitialGuess<'a> {
+pub enum InitialGuess<'a, const NL: usize = LINKS> {
     /// The heuristic of section 9.
     Heuristic,
     /// The rollout of a policy, or the heuristic where that is no better.
@@ -27,17 +29,17 @@ pub enum InitialGuess<'a> {
     Refused,
     /// A trajectory of the user's, such as an earlier plan, or the heuristic where that is better. It
     /// need not satisfy any constraint: it is projected onto limits and fixed values, as every guess.
-    User(&'a ReorientationTrajectory<NODES, LINKS>),
+    User(&'a ReorientationTrajectory<NODES, NL>),
     /// What is left of the plan in force `elapsed` seconds after its start, or the heuristic where that is
     /// better.
     Nominal {
         /// The plan in force.
-        plan: &'a Nominal,
+        plan: &'a Nominal<NL>,
         /// Time since its first node [s].
         elapsed: f64,
     },
     /// A trajectory of the user's, used without comparison to the heuristic. For fault injection.
-    Unchecked(&'a ReorientationTrajectory<NODES, LINKS>),
+    Unchecked(&'a ReorientationTrajectory<NODES, NL>),
 }
 
 /// The initial guess that Stage 2 used, and why.
@@ -67,7 +69,7 @@ pub enum GuessRecord {
     User = 7,
     /// What is left of the plan in force.
     Nominal = 8,
-    /// The heuristic: the model is for plans of another number of nodes.
+    /// The heuristic: the model is for plans of another number of nodes, or for another number of joints.
     Unfit = 9,
 }
 
@@ -107,7 +109,7 @@ impl GuessRecord {
             Self::Worse => Some("the rollout is worse than the heuristic"),
             Self::Unsolved => Some("from the rollout Stage 2 was not solved"),
             Self::Deadline => Some("no time was left for a rollout"),
-            Self::Unfit => Some("the model is for plans of another number of nodes"),
+            Self::Unfit => Some("the model is for another number of nodes or joints"),
         }
     }
 
@@ -123,7 +125,7 @@ impl GuessRecord {
     }
 }
 
-impl InitialGuess<'_> {
+impl<const NL: usize> InitialGuess<'_, NL> {
     /// Adds all that distinguishes this guess from others to a checksum.
     pub(super) fn identify(&self, sum: &mut Checksum) {
         match self {
@@ -158,17 +160,17 @@ impl InitialGuess<'_> {
     /// The offered guess must have a lower merit, at the initial penalty parameter, than the heuristic:
     /// that costs two evaluations of the residuals and rejects a diverged rollout.
     #[inline(never)]
-    pub(super) fn write<P: ForkJoin>(
+    pub(super) fn write<P: ForkJoin, const NX: usize, const NU: usize>(
         &self,
-        formulation: &Formulation<'_, LINKS>,
+        formulation: &Formulation<'_, NL>,
         options: &PlanSettings,
         executor: &P,
-        workspace: &mut Workspace,
+        workspace: &mut ArmWorkspace<NL, NX, NU>,
     ) -> GuessRecord {
         let Formulation { mission, scenario, integrator, deadline, .. } = *formulation;
         let nodes = formulation.grid().nodes;
         write_heuristic(formulation, workspace);
-        let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
+        let ArmWorkspace { target, scratch: w, translation, reorientation: z } = workspace;
         let translation = &translation.trajectory;
         let offered = match self {
             Self::Heuristic => return GuessRecord::Heuristic,
@@ -180,10 +182,13 @@ impl InitialGuess<'_> {
             Self::Learned { policy, .. } if policy.nodes() != nodes => return GuessRecord::Unfit,
             _ if deadline.has_passed() => return GuessRecord::Deadline,
             Self::Learned { policy, seed } => {
+                let Some((mission, scenario, trial)) = known_arm(mission, scenario, &mut z.trial)
+                else {
+                    return GuessRecord::Unfit;
+                };
                 let mut scene = Scene::new(mission, scenario, translation, target, integrator);
                 scene.deadline = deadline;
-                warmstart::rollout(&scene, *policy, *seed, &mut z.trial)
-                    .then_some(GuessRecord::Learned)
+                warmstart::rollout(&scene, *policy, *seed, trial).then_some(GuessRecord::Learned)
             }
             Self::User(reorientation) => {
                 z.trial = **reorientation;
@@ -199,8 +204,13 @@ impl InitialGuess<'_> {
             return if is_late { GuessRecord::Deadline } else { GuessRecord::NotFinite };
         };
         let mode = options.mode;
-        let problem =
-            MissionReorientation::<P>::new(formulation, translation, target, mode, executor);
+        let problem = MissionReorientation::<P, NL, NX, NU>::new(
+            formulation,
+            translation,
+            target,
+            mode,
+            executor,
+        );
         let mut merit = |trajectory: &mut _| {
             problem.project(trajectory);
             problem.residuals(trajectory, &mut w.residuals);
@@ -221,13 +231,31 @@ impl InitialGuess<'_> {
     }
 }
 
-fn is_finite(reorientation: &ReorientationTrajectory<NODES, LINKS>, nodes: usize) -> bool {
+/// Mission, scenario and place of a learned rollout, whose features are those of [`LINKS`] joints;
+/// `None` for an arm of any other number.
+fn known_arm<'a, const NL: usize>(
+    mission: &'a Mission<NL>,
+    scenario: &'a Scenario<NL>,
+    out: &'a mut ReorientationTrajectory<NODES, NL>,
+) -> Option<(&'a Mission<LINKS>, &'a Scenario<LINKS>, &'a mut ReorientationTrajectory<NODES, LINKS>)>
+{
+    let (mission, scenario, out): (&dyn Any, &dyn Any, &mut dyn Any) = (mission, scenario, out);
+    Some((mission.downcast_ref()?, scenario.downcast_ref()?, out.downcast_mut()?))
+}
+
+fn is_finite<const NL: usize>(
+    reorientation: &ReorientationTrajectory<NODES, NL>,
+    nodes: usize,
+) -> bool {
     reorientation.states.iter().take(nodes).all(State::is_finite)
         && reorientation.controls.iter().take(nodes).all(Control::is_finite)
 }
 
 /// Adds every bit of a user's trajectory to a checksum.
-fn identify(reorientation: &ReorientationTrajectory<NODES, LINKS>, sum: &mut Checksum) {
+fn identify<const NL: usize>(
+    reorientation: &ReorientationTrajectory<NODES, NL>,
+    sum: &mut Checksum,
+) {
     for state in &reorientation.states {
         sum.numbers(&state.attitude);
         sum.numbers(&state.joint_angle);
@@ -241,9 +269,12 @@ fn identify(reorientation: &ReorientationTrajectory<NODES, LINKS>, sum: &mut Che
 }
 
 /// Writes the heuristic guess to the workspace, along the translation in it.
-pub(super) fn write_heuristic(formulation: &Formulation<'_, LINKS>, workspace: &mut Workspace) {
+pub(super) fn write_heuristic<const NL: usize, const NX: usize, const NU: usize>(
+    formulation: &Formulation<'_, NL>,
+    workspace: &mut ArmWorkspace<NL, NX, NU>,
+) {
     let Formulation { mission, scenario, .. } = *formulation;
-    let Workspace { target, translation, reorientation, .. } = workspace;
+    let ArmWorkspace { target, translation, reorientation, .. } = workspace;
     let reorientation = &mut reorientation.trajectory;
     heuristic::warm_start(mission, scenario, &translation.trajectory, target, reorientation);
 }

@@ -28,14 +28,14 @@ pub use record::{
 };
 pub use report::{PhaseTimes, Report, StageReport, Verdict};
 pub(crate) use session::Session;
-pub use workspace::{EmbeddedSolver, Workspace};
+pub use workspace::{ArmSolver, ArmWorkspace, EmbeddedSolver, Workspace};
 
 use crate::executor::ForkJoin;
 use crate::model::{Mission, Refusal, Scenario};
 use crate::scp::Status;
 use crate::stages::{
-    Clearances, Formulation, LINKS, NODES, ReorientationTrajectory, Residuals,
-    TranslationTrajectory, Verification, size,
+    Clearances, Formulation, NODES, ReorientationTrajectory, Residuals, TranslationTrajectory,
+    Verification, size,
 };
 use remora_qp::Checksum;
 use remora_qp::QpSolver;
@@ -43,8 +43,14 @@ use remora_qp::time::Deadline;
 use run::Run;
 
 /// QP solver of both stages. The planner resets it at the start of each.
-pub trait Solver: QpSolver<NODES, { size::NX }, { size::NU }, { size::NG }> {}
-impl<S: QpSolver<NODES, { size::NX }, { size::NU }, { size::NG }> + ?Sized> Solver for S {}
+pub trait Solver<const NX: usize = { size::NX }, const NU: usize = { size::NU }>:
+    QpSolver<NODES, NX, NU, { size::NG }>
+{
+}
+impl<const NX: usize, const NU: usize, S: QpSolver<NODES, NX, NU, { size::NG }> + ?Sized>
+    Solver<NX, NU> for S
+{
+}
 
 /// Most trials of Stage 1 with less force, where the wheels cannot hold the optimum's moment.
 pub const MAX_FORCE_TRIALS: usize = 3;
@@ -61,12 +67,12 @@ pub const MAX_TIGHTENINGS: usize = 3;
 /// [`Report::is_verified`] says whether the plan can be flown.
 // Not inlined: an entry point with a stack bound of its own.
 #[inline(never)]
-pub fn plan<S: Solver, P: ForkJoin>(
-    mission: &Mission<LINKS>,
-    scenario: &Scenario,
-    options: &Options<'_, P>,
+pub fn plan<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU: usize>(
+    mission: &Mission<NL>,
+    scenario: &Scenario<NL>,
+    options: &Options<'_, P, NL>,
     solver: &mut S,
-    workspace: &mut Workspace,
+    workspace: &mut ArmWorkspace<NL, NX, NU>,
 ) -> Report {
     let (guess, platform) = (options.initial_guess(), options.platform());
     let options = options.settings();
@@ -94,7 +100,11 @@ pub fn plan<S: Solver, P: ForkJoin>(
 
 /// The report of a refused scenario; clears the trajectories in `workspace`.
 #[inline(never)]
-fn refused(refusal: Refusal, record: SolveRecord, workspace: &mut Workspace) -> Report {
+fn refused<const NL: usize, const NX: usize, const NU: usize>(
+    refusal: Refusal,
+    record: SolveRecord,
+    workspace: &mut ArmWorkspace<NL, NX, NU>,
+) -> Report {
     workspace.translation.trajectory = TranslationTrajectory::ZERO;
     workspace.translation.log.clear();
     workspace.reorientation.trajectory = ReorientationTrajectory::BLANK;
@@ -131,13 +141,19 @@ fn status_of(
 }
 
 /// Plans Stage 2 alone, from the trajectory in the workspace along the translation in it.
-pub fn plan_reorientation<S: Solver, P: ForkJoin>(
-    mission: &Mission<LINKS>,
-    scenario: &Scenario,
+pub fn plan_reorientation<
+    S: Solver<NX, NU>,
+    P: ForkJoin,
+    const NL: usize,
+    const NX: usize,
+    const NU: usize,
+>(
+    mission: &Mission<NL>,
+    scenario: &Scenario<NL>,
     options: &PlanSettings,
     solver: &mut S,
     platform: &Platform<P>,
-    workspace: &mut Workspace,
+    workspace: &mut ArmWorkspace<NL, NX, NU>,
 ) -> StageReport {
     let deadline = Deadline::after(platform.clock, options.deadline_s);
     let formulation = Formulation::new(mission, scenario, options.integrator);

@@ -40,16 +40,16 @@ const ROUNDING: f64 = 1e-9;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nominal {
+pub struct Nominal<const NL: usize = LINKS> {
     /// Bus and arm at the nodes, of which the first [`Nominal::nodes`] are the plan's.
-    pub reorientation: ReorientationTrajectory<NODES, LINKS>,
+    pub reorientation: ReorientationTrajectory<NODES, NL>,
     /// Its nodes, at least two.
     pub nodes: usize,
     /// Time from its first node to its last [s].
     pub duration: f64,
 }
 
-impl Nominal {
+impl<const NL: usize> Nominal<NL> {
     fn interval(&self) -> f64 {
         self.duration / self.last() as f64
     }
@@ -84,7 +84,7 @@ impl Nominal {
     /// The state at `time` [s]; before the first node and after the last that of the node.
     ///
     /// Angles by the cubic through angles and rates at both ends, rates linear.
-    pub fn at(&self, time: f64) -> State<LINKS> {
+    pub fn at(&self, time: f64) -> State<NL> {
         let (k, s) = self.place(time);
         let states = &self.reorientation.states;
         let (Some(a), Some(b)) = (states.get(k), states.get(k + 1)) else { return State::ZERO };
@@ -94,7 +94,7 @@ impl Nominal {
             (s * s * (3.0 - 2.0 * s), s * (1.0 - s) * (1.0 - s) * h, s * s * (s - 1.0) * h);
         let turn = quaternion::product(&b.attitude, &quaternion::conjugate(&a.attitude));
         let turn: Vector3<f64> = quaternion::log(&turn) * end + a.rate * first + b.rate * last;
-        let travel: SVector<f64, LINKS> =
+        let travel: SVector<f64, NL> =
             (b.joint_angle - a.joint_angle) * end + a.joint_rate * first + b.joint_rate * last;
         State {
             attitude: quaternion::normalized(&quaternion::product(
@@ -108,7 +108,7 @@ impl Nominal {
     }
 
     /// The mean of the controls between two times [s].
-    fn mean_control(&self, from: f64, to: f64) -> Control<LINKS> {
+    fn mean_control(&self, from: f64, to: f64) -> Control<NL> {
         let ((first, from), (last, to)) = (self.place(from), self.place(to));
         let mut sum = Control::ZERO;
         let mut total = 0.0;
@@ -130,7 +130,7 @@ impl Nominal {
         &self,
         elapsed: f64,
         grid: &Grid,
-        out: &mut ReorientationTrajectory<NODES, LINKS>,
+        out: &mut ReorientationTrajectory<NODES, NL>,
     ) {
         let time = |k: usize| elapsed + grid.time(k);
         let nodes = out.states.iter_mut().zip(&mut out.controls).enumerate().take(grid.nodes);

@@ -4,7 +4,7 @@ use super::InitialGuess;
 use crate::dynamics::Integrator;
 use crate::executor::{ForkJoin, Sequential};
 use crate::scp::Settings;
-use crate::stages::Mode;
+use crate::stages::{LINKS, Mode};
 use core::fmt;
 use remora_qp::time::{Clock, NoClock};
 use remora_qp::{InvalidSetting, Valid, Validate};
@@ -90,9 +90,9 @@ impl Platform<'static, Sequential> {
 /// # Ok::<(), InvalidSetting>(())
 /// ```
 #[derive(Clone, Copy)]
-pub struct Options<'a, P = Sequential> {
+pub struct Options<'a, P = Sequential, const NL: usize = LINKS> {
     settings: PlanSettings,
-    guess: InitialGuess<'a>,
+    guess: InitialGuess<'a, NL>,
     platform: Platform<'a, P>,
 }
 
@@ -100,6 +100,13 @@ impl Options<'static> {
     /// A builder with the defaults: optimality, RK4 with eight substeps a node, the heuristic guess, no
     /// deadline, one core.
     pub fn builder() -> OptionsBuilder<'static> {
+        Self::for_arm()
+    }
+}
+
+impl<const NL: usize> Options<'static, Sequential, NL> {
+    /// [`Options::builder`] for an arm of `NL` joints.
+    pub fn for_arm() -> OptionsBuilder<'static, Sequential, NL> {
         OptionsBuilder {
             mode: Mode::Optimal,
             integrator: Integrator::RK4,
@@ -111,21 +118,21 @@ impl Options<'static> {
     }
 }
 
-impl<'a, P> Options<'a, P> {
+impl<'a, P, const NL: usize> Options<'a, P, NL> {
     /// The settings.
     pub fn settings(&self) -> &PlanSettings {
         &self.settings
     }
 
     /// The initial guess of Stage 2.
-    pub fn initial_guess(&self) -> &InitialGuess<'a> {
+    pub fn initial_guess(&self) -> &InitialGuess<'a, NL> {
         &self.guess
     }
 
     /// Options from settings that are already chosen; nothing is validated again.
     pub fn from_parts(
         settings: PlanSettings,
-        guess: InitialGuess<'a>,
+        guess: InitialGuess<'a, NL>,
         platform: Platform<'a, P>,
     ) -> Self {
         Self { settings, guess, platform }
@@ -137,7 +144,7 @@ impl<'a, P> Options<'a, P> {
     }
 }
 
-impl<P> fmt::Debug for Options<'_, P> {
+impl<P, const NL: usize> fmt::Debug for Options<'_, P, NL> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Options").field("settings", &self.settings).finish_non_exhaustive()
     }
@@ -146,17 +153,17 @@ impl<P> fmt::Debug for Options<'_, P> {
 /// Builder of [`Options`].
 #[derive(Clone, Copy)]
 #[must_use = "call build()"]
-pub struct OptionsBuilder<'a, P = Sequential> {
+pub struct OptionsBuilder<'a, P = Sequential, const NL: usize = LINKS> {
     mode: Mode,
     integrator: Integrator,
     deadline_s: f64,
     /// SCP settings of Stage 1, Stage 2 and Stage 2 from a learned guess, where not the tuned ones.
     loops: [Option<Settings>; 3],
-    guess: InitialGuess<'a>,
+    guess: InitialGuess<'a, NL>,
     platform: Platform<'a, P>,
 }
 
-impl<'a, P: ForkJoin> OptionsBuilder<'a, P> {
+impl<'a, P: ForkJoin, const NL: usize> OptionsBuilder<'a, P, NL> {
     /// Sets optimality or feasibility.
     pub fn mode(self, mode: Mode) -> Self {
         Self { mode, ..self }
@@ -168,7 +175,7 @@ impl<'a, P: ForkJoin> OptionsBuilder<'a, P> {
     }
 
     /// Sets the initial guess of Stage 2.
-    pub fn initial_guess<'b>(self, guess: InitialGuess<'b>) -> OptionsBuilder<'b, P>
+    pub fn initial_guess<'b>(self, guess: InitialGuess<'b, NL>) -> OptionsBuilder<'b, P, NL>
     where
         'a: 'b,
     {
@@ -177,7 +184,7 @@ impl<'a, P: ForkJoin> OptionsBuilder<'a, P> {
 
     /// Sets the clock, for times in the report, and the time for the whole plan, verification included
     /// [s]; infinite for none.
-    pub fn clock<'b>(self, clock: &'b dyn Clock, deadline_s: f64) -> OptionsBuilder<'b, P>
+    pub fn clock<'b>(self, clock: &'b dyn Clock, deadline_s: f64) -> OptionsBuilder<'b, P, NL>
     where
         'a: 'b,
     {
@@ -186,7 +193,7 @@ impl<'a, P: ForkJoin> OptionsBuilder<'a, P> {
     }
 
     /// Sets the executor of a second core; the plan keeps its bits.
-    pub fn second_core<'b, Q: ForkJoin>(self, executor: &'b Q) -> OptionsBuilder<'b, Q>
+    pub fn second_core<'b, Q: ForkJoin>(self, executor: &'b Q) -> OptionsBuilder<'b, Q, NL>
     where
         'a: 'b,
     {
@@ -210,7 +217,7 @@ impl<'a, P: ForkJoin> OptionsBuilder<'a, P> {
     /// # Errors
     /// The first setting out of its range: substeps other than 4 to 1000, a deadline that is not
     /// positive, a setting of the SCP solver.
-    pub fn build(self) -> Result<Options<'a, P>, InvalidSetting> {
+    pub fn build(self) -> Result<Options<'a, P, NL>, InvalidSetting> {
         let tuned = PlanSettings::new(self.mode, self.integrator);
         let invalid = |setting, range| Err(InvalidSetting { setting, range });
         if let Integrator::Rk4 { substeps } = self.integrator

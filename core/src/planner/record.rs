@@ -10,7 +10,7 @@ use crate::model::{
     Tolerances, Typical, Weights,
 };
 use crate::scp::{Log, Settings, Status};
-use crate::stages::{LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory};
+use crate::stages::{Mode, NODES, ReorientationTrajectory, TranslationTrajectory};
 use nalgebra::{Matrix3, SVector};
 use remora_qp::Checksum;
 use remora_qp::{QpOutcome, QpStatus};
@@ -164,7 +164,10 @@ pub fn output_checksum<const N: usize, const NL: usize>(
 }
 
 /// Checksum of mission and scenario together, the inputs of a plan.
-pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u64 {
+pub(super) fn input_checksum<const NL: usize>(
+    mission: &Mission<NL>,
+    scenario: &Scenario<NL>,
+) -> u64 {
     let mut sum = Checksum::new();
     add_mission(&mut sum, mission);
     add_scenario(&mut sum, scenario);
@@ -172,21 +175,21 @@ pub(super) fn input_checksum(mission: &Mission<LINKS>, scenario: &Scenario) -> u
 }
 
 /// Checksum of a mission without its scenario ranges, which no plan depends on.
-pub fn mission_checksum(mission: &Mission<LINKS>) -> u64 {
+pub fn mission_checksum<const NL: usize>(mission: &Mission<NL>) -> u64 {
     let mut sum = Checksum::new();
     add_mission(&mut sum, mission);
     sum.value()
 }
 
 /// Checksum of a scenario.
-pub fn scenario_checksum(scenario: &Scenario) -> u64 {
+pub fn scenario_checksum<const NL: usize>(scenario: &Scenario<NL>) -> u64 {
     let mut sum = Checksum::new();
     add_scenario(&mut sum, scenario);
     sum.value()
 }
 
 /// Adds a mission. Fields are destructured here and below, so that a new one cannot be forgotten.
-fn add_mission(sum: &mut Checksum, mission: &Mission<LINKS>) {
+fn add_mission<const NL: usize>(sum: &mut Checksum, mission: &Mission<NL>) {
     let Mission {
         orbit,
         target,
@@ -217,7 +220,7 @@ fn add_mission(sum: &mut Checksum, mission: &Mission<LINKS>) {
     }
 }
 
-fn add_scenario(sum: &mut Checksum, scenario: &Scenario) {
+fn add_scenario<const NL: usize>(sum: &mut Checksum, scenario: &Scenario<NL>) {
     let Scenario { target_attitude, target_rate, position, velocity, start, duration, nodes } =
         scenario;
     sum.numbers(target_attitude);
@@ -311,7 +314,7 @@ fn add_target(sum: &mut Checksum, target: &Target) {
     sum.numbers(port_normal);
 }
 
-fn add_servicer(sum: &mut Checksum, servicer: &Servicer<LINKS>) {
+fn add_servicer<const NL: usize>(sum: &mut Checksum, servicer: &Servicer<NL>) {
     let Servicer {
         bus_mass,
         bus_inertia,

@@ -2,15 +2,15 @@
 
 use super::tighten::{force_limit_of_wheels, gentler, tightened};
 use super::{
-    GuessRecord, InitialGuess, MAX_FORCE_TRIALS, MAX_TIGHTENINGS, PhaseTimes, PlanSettings, Report,
-    SolveRecord, Solver, StageReport, StageSolveRecord, Workspace, guess, output_checksum,
-    status_of,
+    ArmWorkspace, GuessRecord, InitialGuess, MAX_FORCE_TRIALS, MAX_TIGHTENINGS, PhaseTimes,
+    PlanSettings, Report, SolveRecord, Solver, StageReport, StageSolveRecord, guess,
+    output_checksum, status_of,
 };
 use crate::executor::ForkJoin;
 use crate::scp::{self, Outcome, Settings, Status};
 use crate::stages::{
-    Formulation, LINKS, MissionReorientation, Mode, NODES, Translation, Verification, recovery,
-    verify, verify_first,
+    Formulation, MissionReorientation, Mode, NODES, Translation, Verification, recovery, verify,
+    verify_first,
 };
 use remora_qp::Valid;
 use remora_qp::time::Deadline;
@@ -22,15 +22,15 @@ const RESERVE: f64 = 1.5;
 const TRIAL_SHARE: f64 = 0.6;
 
 /// State of a plan.
-pub(super) struct Run<'a, 'w, S, P> {
+pub(super) struct Run<'a, 'w, S, P, const NL: usize, const NX: usize, const NU: usize> {
     /// The current formulation; its deadline leaves the verifier its time.
-    pub formulation: Formulation<'a, LINKS>,
+    pub formulation: Formulation<'a, NL>,
     /// Deadline of the whole plan.
     pub deadline: Deadline<'a>,
     pub options: &'a PlanSettings,
     pub solver: &'w mut S,
     pub executor: &'a P,
-    pub workspace: &'w mut Workspace,
+    pub workspace: &'w mut ArmWorkspace<NL, NX, NU>,
 }
 
 /// Result of one stage.
@@ -56,9 +56,11 @@ impl StageResult {
     }
 }
 
-impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
+impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU: usize>
+    Run<'_, '_, S, P, NL, NX, NU>
+{
     /// Plans both stages, verifies, and tries again with changed formulations.
-    pub fn plan(&mut self, guess: &InitialGuess<'_>, record: SolveRecord) -> Report {
+    pub fn plan(&mut self, guess: &InitialGuess<'_, NL>, record: SolveRecord) -> Report {
         let mut times = PhaseTimes::default();
         let from = self.deadline.seconds();
         self.propagate_target();
@@ -248,7 +250,7 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
     fn translate(&mut self, iterations: usize) -> StageResult {
         let deadline = self.formulation.deadline;
         let started = deadline.seconds();
-        let Workspace { target, scratch: w, translation: z, .. } = &mut *self.workspace;
+        let ArmWorkspace { target, scratch: w, translation: z, .. } = &mut *self.workspace;
         let mut problem = Translation::new(&self.formulation, target);
         let solver = &mut *self.solver;
         solver.reset();
@@ -278,7 +280,7 @@ impl<S: Solver, P: ForkJoin> Run<'_, '_, S, P> {
 
     /// Plans Stage 2 along the translation in the workspace from `guess`, and again from the heuristic
     /// where an offered guess fails.
-    pub fn reorient_from(&mut self, guess: &InitialGuess<'_>) -> (StageResult, GuessRecord) {
+    pub fn reorient_from(&mut self, guess: &InitialGuess<'_, NL>) -> (StageResult, GuessRecord) {
         let (clock, options) = (self.deadline, self.options);
         let from = clock.seconds();
         let mut guess_record =
@@ -358,20 +360,31 @@ enum Next {
 
 /// Solves Stage 2 from the trajectory in the workspace, along the translation in it.
 #[inline(never)]
-pub(super) fn reorient<S: Solver, P: ForkJoin>(
-    formulation: &Formulation<'_, LINKS>,
+pub(super) fn reorient<
+    S: Solver<NX, NU>,
+    P: ForkJoin,
+    const NL: usize,
+    const NX: usize,
+    const NU: usize,
+>(
+    formulation: &Formulation<'_, NL>,
     mode: Mode,
     settings: &Valid<Settings>,
     solver: &mut S,
     executor: &P,
-    workspace: &mut Workspace,
+    workspace: &mut ArmWorkspace<NL, NX, NU>,
 ) -> StageReport {
     let deadline = formulation.deadline;
     let started = deadline.seconds();
-    let Workspace { target, scratch: w, translation, reorientation: z } = workspace;
+    let ArmWorkspace { target, scratch: w, translation, reorientation: z } = workspace;
     let translation = &translation.trajectory;
-    let mut problem =
-        MissionReorientation::<P>::new(formulation, translation, target, mode, executor);
+    let mut problem = MissionReorientation::<P, NL, NX, NU>::new(
+        formulation,
+        translation,
+        target,
+        mode,
+        executor,
+    );
     solver.reset();
     let outcome = scp::solve(&mut problem, solver, settings, &deadline, w, z);
     z.trajectory.clear_from(formulation.grid().nodes);

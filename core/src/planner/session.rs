@@ -1,26 +1,26 @@
 //! The stages, callable one by one.
 
 use super::run::Run;
-use super::{GuessRecord, Options, Solver, StageReport, Workspace};
+use super::{ArmWorkspace, GuessRecord, Options, Solver, StageReport};
 use crate::executor::ForkJoin;
 use crate::model::{Mission, Refusal, Scenario};
-use crate::stages::{Formulation, LINKS, NODES};
+use crate::stages::{Formulation, NODES};
 use remora_qp::Valid;
 use remora_qp::time::Deadline;
 
 /// Mission, scenario and options of a stage.
-pub(crate) struct Session<'a, P> {
-    pub mission: &'a Valid<Mission<LINKS>>,
-    pub scenario: &'a Scenario,
-    pub options: &'a Options<'a, P>,
+pub(crate) struct Session<'a, P, const NL: usize> {
+    pub mission: &'a Valid<Mission<NL>>,
+    pub scenario: &'a Scenario<NL>,
+    pub options: &'a Options<'a, P, NL>,
 }
 
-impl<P: ForkJoin> Session<'_, P> {
+impl<P: ForkJoin, const NL: usize> Session<'_, P, NL> {
     /// Plans Stage 1 as [`super::plan`] does.
-    pub fn translate<S: Solver>(
+    pub fn translate<S: Solver<NX, NU>, const NX: usize, const NU: usize>(
         &self,
         solver: &mut S,
-        workspace: &mut Workspace,
+        workspace: &mut ArmWorkspace<NL, NX, NU>,
     ) -> Result<StageReport, Refusal> {
         let mut run = self.run(solver, workspace)?;
         run.propagate_target();
@@ -28,10 +28,10 @@ impl<P: ForkJoin> Session<'_, P> {
     }
 
     /// Plans Stage 2 along the translation in the workspace as [`super::plan`] does.
-    pub fn reorient<S: Solver>(
+    pub fn reorient<S: Solver<NX, NU>, const NX: usize, const NU: usize>(
         &self,
         solver: &mut S,
-        workspace: &mut Workspace,
+        workspace: &mut ArmWorkspace<NL, NX, NU>,
     ) -> Result<(StageReport, GuessRecord), Refusal> {
         let mut run = self.run(solver, workspace)?;
         run.propagate_target();
@@ -39,11 +39,11 @@ impl<P: ForkJoin> Session<'_, P> {
         Ok((stage.report, guess))
     }
 
-    fn run<'s, S: Solver>(
+    fn run<'s, S: Solver<NX, NU>, const NX: usize, const NU: usize>(
         &'s self,
         solver: &'s mut S,
-        workspace: &'s mut Workspace,
-    ) -> Result<Run<'s, 's, S, P>, Refusal> {
+        workspace: &'s mut ArmWorkspace<NL, NX, NU>,
+    ) -> Result<Run<'s, 's, S, P, NL, NX, NU>, Refusal> {
         let (settings, platform) = (self.options.settings(), self.options.platform());
         self.mission.check::<NODES>(self.scenario, settings.integrator)?;
         let deadline = Deadline::after(platform.clock, settings.deadline_s);

@@ -5,7 +5,7 @@ extern crate std;
 use super::*;
 use crate::dynamics::{Control, Integrator, State};
 use crate::model::TargetState;
-use crate::stages::{Mode, ReorientationTrajectory, TranslationTrajectory};
+use crate::stages::{LINKS, Mode, ReorientationTrajectory, TranslationTrajectory};
 use nalgebra::{SVector, Vector3, Vector4};
 use remora_qp::time::Clock;
 use std::boxed::Box;

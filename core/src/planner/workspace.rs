@@ -9,10 +9,17 @@ use crate::stages::{
 use remora_qp::EmbeddedQp;
 
 /// The embedded solver at the size of the planner's subproblems.
-pub type EmbeddedSolver = EmbeddedQp<NODES, NX, NU, NG>;
+pub type EmbeddedSolver = ArmSolver<NX, NU>;
 
-/// All memory of a plan besides its QP solver's, owned by the caller: [`Workspace::BYTES`] bytes.
-pub struct Workspace {
+/// The same for an arm with so many states and controls.
+pub type ArmSolver<const NX: usize, const NU: usize> = EmbeddedQp<NODES, NX, NU, NG>;
+
+/// [`ArmWorkspace`] of the mission's arm.
+pub type Workspace = ArmWorkspace<LINKS, NX, NU>;
+
+/// All memory of a plan besides its QP solver's, owned by the caller, for an arm of `NL` joints:
+/// [`ArmWorkspace::BYTES`] bytes.
+pub struct ArmWorkspace<const NL: usize, const NX: usize, const NU: usize> {
     /// The target's motion at the nodes.
     pub target: [TargetState; NODES],
     /// Scratch of both stages, one after the other.
@@ -20,10 +27,10 @@ pub struct Workspace {
     /// Stage 1: trajectories and log.
     pub translation: Iterates<TranslationTrajectory<NODES>>,
     /// Stage 2: trajectories and log.
-    pub reorientation: Iterates<ReorientationTrajectory<NODES, LINKS>>,
+    pub reorientation: Iterates<ReorientationTrajectory<NODES, NL>>,
 }
 
-impl Workspace {
+impl<const NL: usize, const NX: usize, const NU: usize> ArmWorkspace<NL, NX, NU> {
     /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
@@ -45,7 +52,7 @@ impl Workspace {
     }
 
     /// Trajectory of attitude and arm, as last planned.
-    pub fn reorientation(&self) -> &ReorientationTrajectory<NODES, LINKS> {
+    pub fn reorientation(&self) -> &ReorientationTrajectory<NODES, NL> {
         &self.reorientation.trajectory
     }
 
@@ -55,7 +62,7 @@ impl Workspace {
     }
 }
 
-impl Default for Workspace {
+impl<const NL: usize, const NX: usize, const NU: usize> Default for ArmWorkspace<NL, NX, NU> {
     fn default() -> Self {
         Self::new()
     }

@@ -1,7 +1,7 @@
 //! Distances of the servicer's bodies from the target and from each other, with exact gradients:
 //! the clearance rows of Stage 2.
 //!
-//! Bodies are boxes (target, bus) and capsules (links). The nearest pair of each of two groups
+//! Bodies are boxes (target, bus) and capsules (links with a length: one without has no body). The nearest pair of each of two groups
 //! counts, and the nearest of what is left, so that rows, memory and time stay bounded:
 //!
 //! - the last link and the end effector against the target;
@@ -61,6 +61,11 @@ pub(super) struct Bodies<const NL: usize> {
     target_half: Vector3<f64>,
     bus_half: Vector3<f64>,
     radius: [f64; NL],
+    /// Which links have a length, and with it a body.
+    has_length: [bool; NL],
+    /// The first of them, which is mounted on the bus, and the last, which ends in the end effector.
+    mounted: usize,
+    last: usize,
     /// Share of the last link that counts as a capsule before the target.
     last_share: f64,
     port: Vector3<f64>,
@@ -76,8 +81,8 @@ impl<const NL: usize> Bodies<NL> {
     pub fn new(mission: &Mission<NL>) -> Self {
         let (servicer, target) = (&mission.servicer, &mission.target);
         let norm = |v: &Vector3<f64>| libm::sqrt(v.dot(v));
-        let length = |i: usize| norm(&servicer.links[i].tip);
-        let last = if NL == 0 { 0.0 } else { length(NL - 1) };
+        let [mounted, last] = servicer.ends_with_length();
+        let last_length = servicer.links.get(last).map_or(0.0, |link| norm(&link.tip));
         let cut = mission.corridor.end_effector_length;
         // The bus's centre is nowhere further from the system's than the arm's moment can put it.
         let (mut arm, mut moment, mut wide) = (norm(&servicer.arm_base), 0.0, 0.0);
@@ -91,7 +96,10 @@ impl<const NL: usize> Bodies<NL> {
             target_half: target.half_extents,
             bus_half: servicer.bus_half_extents,
             radius: core::array::from_fn(|i| servicer.links[i].radius),
-            last_share: if last > cut { 1.0 - cut / last } else { 0.0 },
+            has_length: core::array::from_fn(|i| servicer.links[i].has_length()),
+            mounted,
+            last,
+            last_share: if last_length > cut { 1.0 - cut / last_length } else { 0.0 },
             port: target.port_position,
             normal: target.port_normal,
             corridor: mission.corridor,
@@ -129,7 +137,10 @@ impl<const NL: usize> Bodies<NL> {
     /// The arm, end effector included, against its own bus: a matter of the joint angles alone.
     fn own(&self, arm: &ArmPose<NL>) -> Clearance<NL> {
         let mut nearest = Clearance::FAR;
-        for i in 1..NL {
+        for i in 0..NL {
+            if i <= self.mounted || !self.has_length[i] {
+                continue;
+            }
             let near = segment_to_box(&self.bus_half, &arm.joint[i], &arm.tip(i));
             if !(near.value - self.radius[i] >= nearest.distance) {
                 nearest = Clearance {
@@ -144,24 +155,25 @@ impl<const NL: usize> Bodies<NL> {
 
     /// Ends of a link's capsule before the target, bus axes.
     fn capsule(&self, arm: &ArmPose<NL>, i: usize) -> (Vector3<f64>, Vector3<f64>) {
-        let share = if i + 1 == NL { self.last_share } else { 1.0 };
+        let share = if i == self.last { self.last_share } else { 1.0 };
         (arm.joint[i], arm.joint[i] + (arm.tip(i) - arm.joint[i]) * share)
     }
 
     /// The last link and the end effector against the target.
     fn end_effector(&self, frame: &Frame<NL>) -> Clearance<NL> {
-        if NL == 0 {
+        let last = self.last;
+        if last >= NL {
             return Clearance::FAR;
         }
-        let mut nearest = self.link(frame, NL - 1);
-        let tip = frame.arm.tip(NL - 1);
+        let mut nearest = self.link(frame, last);
+        let tip = frame.arm.tip(last);
         let local = frame.to_target(&tip);
         let free = signed_distance_to_box(&self.target_half, &local);
-        let free = SignedDistance { value: free.value - self.radius[NL - 1], ..free };
+        let free = SignedDistance { value: free.value - self.radius[last], ..free };
         let inside = self.corridor(&local);
         // Clear of the target, or in the corridor: the better of the two.
         let better = if inside.value > free.value { inside } else { free };
-        nearest.keep_nearer(frame.clearance(Some(NL - 1), &tip, better));
+        nearest.keep_nearer(frame.clearance(Some(last), &tip, better));
         nearest
     }
 
@@ -185,8 +197,10 @@ impl<const NL: usize> Bodies<NL> {
 
     /// The other links and the bus against the target.
     fn others(&self, frame: &Frame<NL>, horizon: f64, nearest: &mut Clearance<NL>) {
-        for i in 0..NL.saturating_sub(1) {
-            nearest.keep_nearer(self.link(frame, i));
+        for i in 0..NL {
+            if i < self.last && self.has_length[i] {
+                nearest.keep_nearer(self.link(frame, i));
+            }
         }
         let bus = frame.to_target(&Vector3::zeros());
         let half = libm::sqrt(self.bus_half.dot(&self.bus_half));

@@ -71,21 +71,35 @@ pub const NODES: usize = 60;
 /// Links of the mission's arm.
 pub const LINKS: usize = 3;
 
-/// Stage 2 at the size of this build's horizon and arm.
-pub type MissionReorientation<'a, P> =
-    Reorientation<'a, P, NODES, LINKS, { size::NX }, { size::NU }>;
+/// Stage 2 at the size of this build's horizon, of the mission's arm where none is said.
+pub type MissionReorientation<
+    'a,
+    P,
+    const NL: usize = LINKS,
+    const NX: usize = { size::NX },
+    const NU: usize = { size::NU },
+> = Reorientation<'a, P, NODES, NL, NX, NU>;
 
-/// Number of states, controls and path constraints of the subproblems of both stages.
+/// Number of states, controls and path constraints of the subproblems of both stages, for the mission's
+/// arm; for another, [`states`](size::states) and [`controls`](size::controls).
 ///
 /// They are Stage 2's: attitude and joints with their rates; torques; pointing and clearances. Stage 1
 /// needs fewer (position, velocity, previous force; force; keep-out) and is padded with variables that
 /// stay zero. That costs some time, but both stages share memory and the code of one QP solver.
 pub mod size {
     use super::LINKS;
+    /// States of an arm of so many joints: attitude and joint angles with their rates.
+    pub const fn states(joints: usize) -> usize {
+        6 + 2 * joints
+    }
+    /// Its controls: torques of bus and joints.
+    pub const fn controls(joints: usize) -> usize {
+        3 + joints
+    }
     /// States.
-    pub const NX: usize = 6 + 2 * LINKS;
+    pub const NX: usize = states(LINKS);
     /// Controls.
-    pub const NU: usize = 3 + LINKS;
+    pub const NU: usize = controls(LINKS);
     /// Path constraints: pointing and clearances; in Stage 1 keep-out at the node and at three points
     /// of the interval before it.
     pub const NG: usize = 1 + super::clearance::CONSTRAINTS;

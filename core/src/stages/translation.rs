@@ -9,7 +9,7 @@ use remora_qp::time::Deadline;
 use remora_qp::{Qp, QpOutcome, QpSolver, QpStage, Solution};
 
 use super::Formulation;
-use super::size::{NG, NU, NX};
+use super::size::NG;
 use super::worse;
 
 /// Trajectory of the centre of mass: position and velocity at the nodes, force over the intervals.
@@ -99,7 +99,6 @@ impl<'a, const N: usize> Translation<'a, N> {
         formulation: &Formulation<'a, NL>,
         target: &'a [TargetState; N],
     ) -> Self {
-        const { assert!(NX >= STATES && NU >= CONTROLS, "Stage 1 needs more") };
         let Formulation { mission, scenario, integrator, margins, max_force, .. } = *formulation;
         let grid = formulation.grid();
         let last = grid.last().min(N - 1);
@@ -146,7 +145,7 @@ impl<'a, const N: usize> Translation<'a, N> {
     }
 
     /// Writes the initial guess, the optimum without keep-out: one convex QP.
-    pub fn warm_start<S: QpSolver<N, NX, NU, NG>>(
+    pub fn warm_start<S: QpSolver<N, NX, NU, NG>, const NX: usize, const NU: usize>(
         &mut self,
         solver: &mut S,
         deadline: &Deadline,
@@ -154,6 +153,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         step: &mut Solution<N, NX, NU, NG>,
         trajectory: &mut TranslationTrajectory<N>,
     ) -> QpOutcome {
+        const { assert!(NX >= STATES && NU >= CONTROLS, "Stage 1 needs two joints' room") };
         trajectory.force = [Vector3::zeros(); N];
         self.rollout(trajectory);
         self.constrained = false;
@@ -276,7 +276,7 @@ impl<'a, const N: usize> Translation<'a, N> {
     }
 
     /// Fills the keep-out constraints of node `k`.
-    fn keep_out_constraints(
+    fn keep_out_constraints<const NX: usize, const NU: usize>(
         &self,
         k: usize,
         trajectory: &TranslationTrajectory<N>,
@@ -311,7 +311,9 @@ impl<'a, const N: usize> Translation<'a, N> {
     }
 }
 
-impl<const N: usize> Problem<N, NX, NU, NG> for Translation<'_, N> {
+impl<const N: usize, const NX: usize, const NU: usize> Problem<N, NX, NU, NG>
+    for Translation<'_, N>
+{
     type Trajectory = TranslationTrajectory<N>;
 
     fn project(&self, trajectory: &mut Self::Trajectory) {

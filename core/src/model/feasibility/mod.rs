@@ -163,7 +163,7 @@ impl<const NL: usize> Mission<NL> {
             return Err(Refusal::PresetLead { lead, limit });
         }
         // While it recovers its rate, a joint turns faster than it may.
-        if self.recovery(scenario, 0.0).joint_rate.contains(&true) {
+        if self.recovery(scenario, grid.keep_out(0)).joint_rate.contains(&true) {
             return Ok(());
         }
         // Over the first interval of Euler an arm goes on as it began.
@@ -206,6 +206,10 @@ impl<const NL: usize> Mission<NL> {
         let limit = s.bus_half_extents.x.min(s.bus_half_extents.y).min(s.bus_half_extents.z);
         if distance < limit - self.tolerances.clearance - SLACK {
             return Err(Refusal::Clearance { distance, limit });
+        }
+        let (link, distance) = s.distance_from_own_bus(&s.capture_joint_angle);
+        if distance < -self.tolerances.clearance - SLACK {
+            return Err(Refusal::OwnBus { link, depth: -distance });
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ mod rollout;
 
 use super::clearance::Bodies;
 use super::heuristic::line_of_sight;
-use super::size::NG;
+use super::size::{self, NG};
 use super::worse;
 use super::{Formulation, TranslationTrajectory, recovery};
 use crate::dynamics::{Control, Integrator, Multibody, State, Stepping};
@@ -151,7 +151,7 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         mode: Mode,
         executor: &'a P,
     ) -> Self {
-        const { assert!(NX == 6 + 2 * NL && NU == 3 + NL, "sizes of state and control") };
+        const { assert!(NX == size::states(NL) && NU == size::controls(NL), "an arm's sizes") };
         let Formulation {
             mission, scenario, integrator, margins, extra_clearance, deadline, ..
         } = *formulation;

@@ -5,13 +5,13 @@ use super::distance::{Placed, box_to_box, point_to_box, segment_to_box};
 use super::posture::Posture;
 use super::residuals::{Clearances, Closest};
 use crate::math::quaternion;
-use crate::model::Mission;
+use crate::model::{Link, Mission};
 use crate::stages::worse;
 use nalgebra::Vector3;
 
 /// The bodies, and how near they were so far.
 ///
-/// Target and bus are boxes. Links are capsules, the last one before the target without the end
+/// Target and bus are boxes. Links with a length are capsules, the last one before the target without the end
 /// effector's length at its end: there the end effector is a point with the corridor to the port as
 /// its way.
 pub(super) struct Bodies<'a, const NL: usize> {
@@ -36,27 +36,34 @@ impl<const NL: usize> Bodies<'_, NL> {
         let closest = |distance, body| Closest { distance, time_s: at.time_s, body };
         self.found.bus = self.found.bus.or(closest(distance, 0));
 
-        let mut body = 0;
+        let (mut body, mut last, mut is_mounted) = (0, 0, true);
+        let of = |found: Option<usize>| found.map_or(NL, |i| i + 1);
+        let gripping = of(servicer.links.iter().rposition(has_length));
+        let mut radius = 0.0;
         for ((link, joint), end) in servicer.links.iter().zip(&posture.joints).zip(posture.ends()) {
             body += 1;
-            let is_last = body as usize == NL;
+            if !has_length(link) {
+                continue;
+            }
+            (last, radius) = (body, link.radius);
+            let is_last = body as usize == gripping;
             let gripper = if is_last { self.mission.corridor.end_effector_length } else { 0.0 };
             let short = shortened(joint, &end, gripper);
             let cutoff = self.found.arm.distance + link.radius;
             let (a, b) = (placed(joint), placed(&short));
             let distance = segment_to_box(&target.half_extents, &a, &b, cutoff) - link.radius;
             self.found.arm = self.found.arm.or(closest(distance, body));
-            // The first link is mounted on the bus.
-            if body > 1 {
+            // The first link that reaches anywhere is mounted on the bus.
+            if !is_mounted {
                 let cutoff = self.found.own.distance + link.radius;
                 let half = &servicer.bus_half_extents;
                 let distance = segment_to_box(half, joint, &end, cutoff) - link.radius;
                 self.found.own = self.found.own.or(closest(distance, body));
             }
+            is_mounted = false;
         }
-        let radius = servicer.links.last().map_or(0.0, |link| link.radius);
         let distance = self.end_effector(&placed(&posture.tip), radius);
-        self.found.arm = self.found.arm.or(closest(distance, body));
+        self.found.arm = self.found.arm.or(closest(distance, last));
     }
 
     /// Distance of the end effector at `tip` (target axes) from where it must not be [m]: anywhere
@@ -76,6 +83,11 @@ impl<const NL: usize> Bodies<'_, NL> {
         let inside = -worse(-cone, -before);
         worse(free - radius, inside)
     }
+}
+
+/// Whether a link reaches from its joint to another point: one that does not has no body.
+fn has_length(link: &Link) -> bool {
+    link.tip.amax() > 0.0
 }
 
 /// The end of a link less `gripper` of its length, its joint where it is no longer than that.
