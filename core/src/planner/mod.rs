@@ -23,8 +23,8 @@ pub use guess::{GuessRecord, InitialGuess};
 pub use nominal::Nominal;
 pub use options::{Options, OptionsBuilder, PlanSettings, Platform};
 pub use record::{
-    Fallback, SolveRecord, StageSolveRecord, VERSION, mission_checksum, output_checksum,
-    scenario_checksum,
+    Fallback, SolveRecord, StageSolveRecord, VERSION, input_checksum, mission_checksum,
+    output_checksum, scenario_checksum,
 };
 pub use report::{PhaseTimes, Report, StageReport, Verdict};
 pub(crate) use session::Session;
@@ -82,7 +82,7 @@ pub fn plan<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, co
     record::add_options(&mut settings, options);
     guess.identify(&mut settings);
     solver.identify(&mut settings);
-    let input = record::input_checksum(mission, scenario);
+    let input = input_checksum(mission, scenario);
     let recovery = mission.recovery(scenario, mission.grid(scenario).keep_out(0)).code();
     let record = SolveRecord { recovery, ..SolveRecord::new(input, settings.value()) };
     if let Err(refusal) = mission.check::<NODES>(scenario, options.integrator) {

@@ -164,10 +164,7 @@ pub fn output_checksum<const N: usize, const NL: usize>(
 }
 
 /// Checksum of mission and scenario together, the inputs of a plan.
-pub(super) fn input_checksum<const NL: usize>(
-    mission: &Mission<NL>,
-    scenario: &Scenario<NL>,
-) -> u64 {
+pub fn input_checksum<const NL: usize>(mission: &Mission<NL>, scenario: &Scenario<NL>) -> u64 {
     let mut sum = Checksum::new();
     add_mission(&mut sum, mission);
     add_scenario(&mut sum, scenario);

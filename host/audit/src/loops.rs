@@ -7,7 +7,7 @@ use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method, Qp, WarmStart};
-use remora_host::planning::Planner;
+use remora_host::planning::{Planner, Subproblem, WallClock};
 use remora_host::pool;
 use remora_host::progress::Progress;
 use remora_host::report::{Align, Page, Table};
@@ -155,9 +155,11 @@ fn one(
     let model = (warm_start == WarmStart::Model).then(|| Learned::built_in(integrator));
     let method = Method { warm_start, integrator, qp: Qp::Embedded, ..Method::default() };
     let mut solver_iterations = 0;
-    let planned = planner.plan_watched(mission, scenario, &method, model.as_ref(), &mut |solve| {
+    let mut watch = |solve: Subproblem<'_>| {
         solver_iterations = solver_iterations.max(u64::from(solve.outcome.iterations));
-    });
+    };
+    let (clock, model) = (WallClock::start(), model.as_ref());
+    let planned = planner.plan_watched(&clock, mission, scenario, &method, model, &mut watch);
     let corrections = planned.logs.iter().flatten().map(|record| u64::from(record.corrections));
     Observed {
         method: String::new(),

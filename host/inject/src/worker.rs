@@ -18,10 +18,10 @@ use remora_core::advanced::stages::{
 };
 use remora_core::advanced::time::NoClock;
 use remora_core::advanced::warmstart::{NetworkPolicy, Scene, rollout};
+use remora_host::engine::{SEED, embedded_solver, plan_with};
 use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
 use remora_host::memory::on_heap;
-use remora_host::planning::{SEED, embedded_solver, plan_with};
 use remora_host::threads::Threads;
 use std::time::Instant;
 

@@ -15,7 +15,7 @@ use remora_host::backend::{ClarabelQp, Solve};
 use remora_host::formats::ScenarioSet;
 use remora_host::memory::on_heap;
 use remora_host::method::{Integrator, Method, Qp as Choice};
-use remora_host::planning::{Planner, Subproblem};
+use remora_host::planning::{Planner, Subproblem, WallClock};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -60,7 +60,8 @@ fn programs() -> (OfOneStage, OfOneStage) {
             1 => ones.add(&solve),
             _ => twos.add(&solve),
         };
-        Planner::new().plan_watched(&mission, scenario, &method, None, &mut watch);
+        let clock = WallClock::start();
+        Planner::new().plan_watched(&clock, &mission, scenario, &method, None, &mut watch);
         ones.end_of_plan(from.0);
         twos.end_of_plan(from.1);
     }

@@ -1,16 +1,17 @@
 //! Verifying plan files, whoever wrote them: residuals by the core's independent verifier, and
 //! whether the file says of itself what is recomputed from its numbers.
 
+use crate::engine::verified;
 use crate::error::Error;
 use crate::formats::{
-    Clearances, MadeFor, NamedScenario, PlanFile, ScenarioSet, Status, Verdict,
-    checksum_of_mission, checksum_of_scenario,
+    Clearances, MadeFor, MissionFile, NamedScenario, PLANNED_JOINTS, PlanFile, ScenarioSet, Status,
+    Verdict, checksum_of_mission, checksum_of_scenario, read_mission,
 };
 use crate::method::Integrator;
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::model::{Mission, Scenario, TargetState, Tolerances};
-use remora_core::advanced::stages::{LINKS, Residuals, Verification, verify};
-use remora_core::advanced::time::Deadline;
+use remora_core::advanced::stages::{LINKS, Residuals, Verification};
+use remora_files::with_joints;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -31,7 +32,7 @@ pub struct Check {
     pub scenarios: Option<Given<ScenarioSet>>,
     /// The mission of plans that hold none; others must agree with theirs. None is the built-in
     /// mission, for the former only.
-    pub mission: Option<Given<Mission<LINKS>>>,
+    pub mission: Option<Given<MissionFile>>,
     /// The integrator to verify with; by default the one that a plan names.
     pub integrator: Option<Integrator>,
     /// The plan files.
@@ -80,11 +81,17 @@ impl<'a> Checks<'a> {
     }
 }
 
-/// A plan with what it was made for.
-struct Made {
+/// A plan with what it was made for, an arm of `NL` joints.
+struct Made<const NL: usize> {
     plan: PlanFile,
-    scenario: Scenario,
-    mission: Mission<LINKS>,
+    scenario: Scenario<NL>,
+    mission: Mission<NL>,
+}
+
+/// A plan for an arm of any number of joints.
+trait Verify {
+    /// Verifies it, by another integrator than its own where one is given.
+    fn checked(&self, file: PathBuf, integrator: Option<Integrator>) -> Checked;
 }
 
 /// A field of a plan that is not what is recomputed.
@@ -118,14 +125,24 @@ impl Check {
     /// was made for another scenario or mission than those given.
     pub fn run(&self) -> Result<Vec<Checked>, Error> {
         let made = self.plans.iter().map(|file| self.read(file)).collect::<Result<Vec<_>, _>>()?;
-        let look = |(file, made): (&PathBuf, &Made)| {
-            made.checked(file.clone(), self.integrator.unwrap_or(made.plan.integrator))
+        let look = |(file, made): (&PathBuf, &Box<dyn Verify>)| {
+            made.checked(file.clone(), self.integrator)
         };
         Ok(self.plans.iter().zip(&made).map(look).collect())
     }
 
-    fn read(&self, file: &Path) -> Result<Made, Error> {
+    fn read(&self, file: &Path) -> Result<Box<dyn Verify>, Error> {
         let plan = PlanFile::read(file)?;
+        // Plans of the first format are for arms like the built-in mission's.
+        let joints = plan.inputs.as_ref().map_or(LINKS, |inputs| inputs.mission.joints());
+        with_joints!(joints, NL => {
+            self.read_for::<NL>(file, plan).map(|made| Box::new(made) as Box<dyn Verify>)
+        } else {
+            Err(Error::input(file, "inputs.mission.servicer.links", PLANNED_JOINTS))
+        })
+    }
+
+    fn read_for<const NL: usize>(&self, file: &Path, plan: PlanFile) -> Result<Made<NL>, Error> {
         let MadeFor { mission, scenario } = match &plan.inputs {
             Some(inputs) => {
                 let inside = inputs.read(&plan.scenario).map_err(|error| error.at(file))?;
@@ -134,42 +151,60 @@ impl Check {
                 inside
             }
             None => MadeFor {
-                mission: self.mission.as_ref().map_or_else(Mission::default, |m| m.value),
-                scenario: self.scenario(file, &plan.scenario)?,
+                mission: self.mission_of()?,
+                scenario: self.named(file, &plan.scenario)?.scenario(),
             },
         };
         Ok(Made { plan, scenario, mission })
     }
 
+    /// The mission that is given, or the built-in one.
+    fn mission_of<const NL: usize>(&self) -> Result<Mission<NL>, Error> {
+        match &self.mission {
+            Some(given) => given.value.mission_of().map_err(|error| error.at(&given.file)),
+            None => read_mission(None),
+        }
+    }
+
     /// The scenario of a plan that does not hold it.
-    fn scenario(&self, file: &Path, id: &str) -> Result<Scenario, Error> {
+    fn named(&self, file: &Path, id: &str) -> Result<NamedScenario, Error> {
         let missing = |set: &str| {
             Error::input(file, "scenario", format!("{id:?} is not in the scenario set {set}"))
         };
         match &self.scenarios {
             Some(set) => {
-                let found = set.value.get(id).map(NamedScenario::scenario);
+                let found = set.value.get(id).cloned();
                 found.ok_or_else(|| missing(&set.file.display().to_string()))
             }
             None => {
-                let found = ScenarioSet::built_in()?.get(id).map(NamedScenario::scenario);
+                let found = ScenarioSet::built_in()?.get(id).cloned();
                 found.ok_or_else(|| missing("built in; give --scenarios FILE"))
             }
         }
     }
 
     /// Refuses a set whose scenario is another than that in the plan.
-    fn compare_scenario(&self, plan: &Path, id: &str, inside: &Scenario) -> Result<(), Error> {
+    fn compare_scenario<const NL: usize>(
+        &self,
+        plan: &Path,
+        id: &str,
+        inside: &Scenario<NL>,
+    ) -> Result<(), Error> {
         let Some(set) = &self.scenarios else { return Ok(()) };
-        let value = checksum_of_scenario(&self.scenario(plan, id)?);
-        let outside = Given { file: set.file.clone(), value };
+        let outside = self.named(plan, id)?.scenario::<NL>();
+        let outside = Given { file: set.file.clone(), value: checksum_of_scenario(&outside) };
         agree(plan, "scenario", &checksum_of_scenario(inside), &outside)
     }
 
     /// Refuses a mission other than that in the plan.
-    fn compare_mission(&self, plan: &Path, inside: &Mission<LINKS>) -> Result<(), Error> {
+    fn compare_mission<const NL: usize>(
+        &self,
+        plan: &Path,
+        inside: &Mission<NL>,
+    ) -> Result<(), Error> {
         let Some(given) = &self.mission else { return Ok(()) };
-        let outside = Given { file: given.file.clone(), value: checksum_of_mission(&given.value) };
+        let value = checksum_of_mission(&self.mission_of::<NL>()?);
+        let outside = Given { file: given.file.clone(), value };
         agree(plan, "mission", &checksum_of_mission(inside), &outside)
     }
 }
@@ -187,17 +222,13 @@ fn agree(plan: &Path, what: &str, inside: &str, given: &Given<String>) -> Result
     Err(Error::input(plan, format!("inputs.{what}_checksum"), reason))
 }
 
-impl Made {
-    fn checked(&self, file: PathBuf, integrator: Integrator) -> Checked {
+impl<const NL: usize> Verify for Made<NL> {
+    fn checked(&self, file: PathBuf, integrator: Option<Integrator>) -> Checked {
         let Self { plan, scenario, mission } = self;
-        let Verification { residuals, clearances } = verify(
-            mission,
-            scenario,
-            integrator,
-            &plan.stage1.trajectory(),
-            &plan.stage2.trajectory(),
-            &Deadline::never(),
-        );
+        let integrator = integrator.unwrap_or(plan.integrator);
+        let (translation, motion) = (plan.stage1.trajectory(), plan.stage2.trajectory());
+        let Verification { residuals, clearances } =
+            verified(mission, scenario, integrator, &translation, &motion);
         let is_verified = residuals.are_within(&mission.tolerances);
         let mut found = Findings(Vec::new());
         // Under another integrator than its own, a plan cannot be what it says.
@@ -226,7 +257,9 @@ impl Made {
             tolerances: mission.tolerances,
         }
     }
+}
 
+impl<const NL: usize> Made<NL> {
     fn compare_status(&self, plan: &PlanFile, is_verified: bool, found: &mut Findings) {
         let worse = plan.stage1.status.max(plan.stage2.status);
         if plan.status == Status::Solved && !is_verified {
@@ -254,17 +287,21 @@ impl Made {
     /// Costs by the problem definition, from the file's controls.
     fn compare_costs(&self, plan: &PlanFile, found: &mut Findings) {
         let (w, units) = (&self.mission.weights, self.mission.cost_units());
-        let squares = |rows: &[[f64; 3]], limits: &Vector3<f64>| -> f64 {
-            let scaled = rows.iter().flat_map(|row| row.iter().zip(limits).map(|(u, l)| u / l));
-            scaled.map(|u| u * u).sum()
-        };
+        fn squares<R: AsRef<[f64]>>(rows: &[R], limits: &[f64]) -> f64 {
+            let scaled = |row: &R| -> f64 {
+                row.as_ref().iter().zip(limits).map(|(u, limit)| (u / limit) * (u / limit)).sum()
+            };
+            rows.iter().map(scaled).sum()
+        }
+        let (force_unit, bus_unit, joint_unit) =
+            (units.force.as_slice(), units.bus_torque.as_slice(), units.joint_torque.as_slice());
         let force = &plan.stage1.force;
         let changes: Vec<[f64; 3]> =
             force.windows(2).map(|pair| std::array::from_fn(|i| pair[1][i] - pair[0][i])).collect();
-        let translation = w.force * squares(force, &units.force)
-            + w.force_change * squares(&changes, &units.force);
-        let reorientation = w.bus_torque * squares(&plan.stage2.bus_torque, &units.bus_torque)
-            + w.joint_torque * squares(&plan.stage2.joint_torque, &units.joint_torque);
+        let translation =
+            w.force * squares(force, force_unit) + w.force_change * squares(&changes, force_unit);
+        let reorientation = w.bus_torque * squares(&plan.stage2.bus_torque, bus_unit)
+            + w.joint_torque * squares(&plan.stage2.joint_torque, joint_unit);
         for (field, said, is) in [
             ("stage1.cost", plan.stage1.cost, translation),
             ("stage2.cost", plan.stage2.cost, reorientation),
@@ -275,7 +312,7 @@ impl Made {
         }
     }
 
-    fn compare_target(&self, plan: &PlanFile, scenario: &Scenario, found: &mut Findings) {
+    fn compare_target(&self, plan: &PlanFile, scenario: &Scenario<NL>, found: &mut Findings) {
         let grid = self.mission.grid(scenario);
         let mut nodes = vec![TargetState::ZERO; grid.nodes];
         self.mission.target.tumble(

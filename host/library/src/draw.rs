@@ -13,7 +13,7 @@ use remora_core::advanced::math::{Scalar, quaternion};
 use remora_core::advanced::model::{
     Mission, TargetState, initial_bus_attitude, signed_distance_to_box,
 };
-use remora_core::advanced::stages::{LINKS, heuristic};
+use remora_core::advanced::stages::heuristic;
 
 /// Most scenarios a set.
 pub const MAX_COUNT: u64 = 1_000_000;
@@ -24,7 +24,7 @@ const MAX_DRAWS: usize = 100_000;
 /// Scenarios `0..count` of a seed, called `s{seed}-{index}`.
 ///
 /// `None` where the mission's geometry lets no start pass.
-pub fn draw(count: u64, seed: u64, mission: &Mission<LINKS>) -> Option<ScenarioSet> {
+pub fn draw<const NL: usize>(count: u64, seed: u64, mission: &Mission<NL>) -> Option<ScenarioSet> {
     (0..count)
         .map(|index| draw_one(seed, index, mission))
         .collect::<Option<_>>()
@@ -34,7 +34,11 @@ pub fn draw(count: u64, seed: u64, mission: &Mission<LINKS>) -> Option<ScenarioS
 /// Scenario `index` of a seed, called `s{seed}-{index}`.
 ///
 /// `None` where the mission's geometry lets no start pass.
-pub fn draw_one(seed: u64, index: u64, mission: &Mission<LINKS>) -> Option<NamedScenario> {
+pub fn draw_one<const NL: usize>(
+    seed: u64,
+    index: u64,
+    mission: &Mission<NL>,
+) -> Option<NamedScenario> {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
     let mut stream = ChaCha8Rng::from_seed(key);
@@ -83,7 +87,11 @@ impl Uniform {
     }
 }
 
-fn candidate(numbers: &mut Uniform, id: String, mission: &Mission<LINKS>) -> NamedScenario {
+fn candidate<const NL: usize>(
+    numbers: &mut Uniform,
+    id: String,
+    mission: &Mission<NL>,
+) -> NamedScenario {
     let from = &mission.scenarios;
     let attitude = numbers.attitude();
     let rate = match from.rate_norm {
@@ -107,8 +115,8 @@ fn candidate(numbers: &mut Uniform, id: String, mission: &Mission<LINKS>) -> Nam
 }
 
 /// Whether neither keep-out nor pointing is violated at the start.
-pub fn starts_well(scenario: &NamedScenario, mission: &Mission<LINKS>) -> bool {
-    let start = scenario.scenario();
+pub fn starts_well<const NL: usize>(scenario: &NamedScenario, mission: &Mission<NL>) -> bool {
+    let start = scenario.scenario::<NL>();
     let rotation = quaternion::rotation_matrix(&start.target_attitude);
     let local = rotation.transpose() * start.position;
     let clearance = signed_distance_to_box(&mission.target.half_extents, &local).value;
@@ -160,7 +168,7 @@ mod tests {
         fn every_draw_is_within_its_bounds(seed: u64, index in 0..MAX_COUNT) {
             let mission = Mission::default();
             let scenario = draw_one(seed, index, &mission).unwrap();
-            let start = scenario.scenario();
+            let start = scenario.scenario::<NL>();
             let from = Mission::default().scenarios;
             prop_assert!(start.target_rate.amax() <= from.rate);
             prop_assert!(start.velocity.amax() <= from.velocity);

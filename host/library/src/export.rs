@@ -6,7 +6,7 @@ use crate::kkt::Kkt;
 use crate::learned::Learned;
 use crate::memory::on_large_stack;
 use crate::method::Method;
-use crate::planning::{Planned, Planner, Subproblem};
+use crate::planning::{Planned, Planner, Subproblem, WallClock};
 use crate::qp_file::{QpFile, QpPlace};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
@@ -77,6 +77,7 @@ impl ExportJob {
             };
             let (mission, scenario) = (&self.mission, &self.scenario);
             let planned = Planner::new().plan_watched(
+                &WallClock::start(),
                 mission,
                 scenario,
                 &self.method,

@@ -14,7 +14,7 @@
 //! - [`threads`]: a second thread for one plan;
 //! - [`lineage`]: what a model descends from, and the scenarios that it must not be judged by;
 //! - [`learned`]: learned models, from files or built in;
-//! - [`planning`]: from a scenario to a plan file;
+//! - [`planning`]: from a scenario to a plan file, by the core's planner of the arm's size ([`engine`]);
 //! - [`picture`]: a plan as a picture;
 //! - [`export`]: the subproblems of a plan as files for other solvers;
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
@@ -33,6 +33,7 @@ pub mod backend;
 pub mod campaign;
 pub mod checking;
 pub mod draw;
+pub mod engine;
 pub mod envelope;
 pub mod export;
 pub mod fingerprint;
@@ -54,4 +55,4 @@ pub mod stopwatch;
 pub mod threads;
 pub mod vehicle;
 
-pub use remora_files::{choice, error, formats, method, report, statistics};
+pub use remora_files::{choice, error, formats, method, report, statistics, with_joints};

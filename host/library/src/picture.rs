@@ -3,10 +3,9 @@
 use crate::error::Error;
 use crate::formats::{PlanFile, Verdict};
 use crate::report::plot::{Outline, Panel, Sheet};
-use nalgebra::{Matrix3, Rotation3, Unit, Vector3, Vector4};
+use nalgebra::{Matrix3, Rotation3, SVector, Unit, Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Grid, Mission, Scenario, signed_distance_to_box};
-use remora_core::advanced::stages::LINKS;
 
 /// Nodes of sixty at which bus and arm are drawn; of fewer, those that are as far.
 const SHOWN: [usize; 6] = [0, 20, 35, 47, 54, 59];
@@ -18,9 +17,9 @@ const MILLI: f64 = 1e3;
 ///
 /// # Errors
 /// Where it cannot be drawn.
-pub fn svg(plan: &PlanFile, mission: &Mission<LINKS>) -> Result<String, Error> {
+pub fn svg<const NL: usize>(plan: &PlanFile, mission: &Mission<NL>) -> Result<String, Error> {
     let scenario = plan.inputs.as_ref().map(|inputs| inputs.scenario.named(&plan.scenario));
-    let scenario = scenario.map_or_else(Scenario::default, |named| named.scenario());
+    let scenario = scenario.map_or_else(Scenario::default, |named| named.scenario::<NL>());
     let view = View { plan, mission, grid: mission.grid(&scenario) };
     Sheet {
         title: format!("{}: {} ({})", plan.scenario, verdict(plan), plan.integrator),
@@ -35,8 +34,15 @@ fn verdict(plan: &PlanFile) -> String {
     plan.verdict.map_or("a plan", Verdict::words).into()
 }
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-const JOINTS: [&str; 3] = ["joint 1", "joint 2", "joint 3"];
+/// Names of axes.
+fn axes() -> Vec<String> {
+    ["x", "y", "z"].map(String::from).into()
+}
+
+/// Names of so many joints.
+fn joints(count: usize) -> Vec<String> {
+    (1..=count).map(|joint| format!("joint {joint}")).collect()
+}
 
 /// A line of a panel: its name and its points.
 type Line = (String, Vec<(f64, f64)>);
@@ -58,13 +64,13 @@ fn both(scale: f64, limits: &[f64]) -> Vec<f64> {
 }
 
 /// A plan with what it was made for.
-struct View<'a> {
+struct View<'a, const NL: usize> {
     plan: &'a PlanFile,
-    mission: &'a Mission<LINKS>,
+    mission: &'a Mission<NL>,
     grid: Grid,
 }
 
-impl View<'_> {
+impl<const NL: usize> View<'_, NL> {
     fn time(&self, node: usize) -> f64 {
         self.grid.time(node)
     }
@@ -93,7 +99,7 @@ impl View<'_> {
             panel(
                 "force [N], RTN",
                 both(1.0, limits.as_slice()),
-                self.held_axes(AXES, &|k, i| force[k][i]),
+                self.held_axes(axes(), &|k, i| force[k][i]),
                 None,
             ),
             panel(
@@ -119,31 +125,31 @@ impl View<'_> {
             panel(
                 "bus torque [mN m], bus axes",
                 both(MILLI, s.max_bus_torque.as_slice()),
-                self.held_axes(AXES, &|k, i| MILLI * reorientation.bus_torque[k][i]),
+                self.held_axes(axes(), &|k, i| MILLI * reorientation.bus_torque[k][i]),
                 None,
             ),
             panel(
                 "joint torque [mN m]",
                 both(MILLI, s.max_joint_torque.as_slice()),
-                self.held_axes(JOINTS, &|k, i| MILLI * reorientation.joint_torque[k][i]),
+                self.held_axes(joints(NL), &|k, i| MILLI * reorientation.joint_torque[k][i]),
                 preset,
             ),
             panel(
                 "joint angle [deg]",
                 stops.collect(),
-                self.node_axes(JOINTS, &|k, i| reorientation.joint_angle[k][i].to_degrees()),
+                self.node_axes(joints(NL), &|k, i| reorientation.joint_angle[k][i].to_degrees()),
                 preset,
             ),
             panel(
                 "joint rate [mrad/s]",
                 both(MILLI, s.max_joint_rate.as_slice()),
-                self.node_axes(JOINTS, &|k, i| MILLI * reorientation.joint_rate[k][i]),
+                self.node_axes(joints(NL), &|k, i| MILLI * reorientation.joint_rate[k][i]),
                 preset,
             ),
             panel(
                 "bus rate [mrad/s], RTN",
                 vec![],
-                self.node_axes(AXES, &|k, i| MILLI * reorientation.rate[k][i]),
+                self.node_axes(axes(), &|k, i| MILLI * reorientation.rate[k][i]),
                 None,
             ),
             panel(
@@ -155,14 +161,16 @@ impl View<'_> {
         ]
     }
 
-    /// Controls of three axes.
-    fn held_axes(&self, names: [&str; 3], value: &dyn Fn(usize, usize) -> f64) -> Vec<Line> {
-        (0..3).map(|i| self.held(names[i], |k| value(k, i))).collect()
+    /// Controls of axes or joints.
+    fn held_axes(&self, names: Vec<String>, value: &dyn Fn(usize, usize) -> f64) -> Vec<Line> {
+        let line = |(i, name): (usize, &String)| self.held(name, |k| value(k, i));
+        names.iter().enumerate().map(line).collect()
     }
 
-    /// States of three axes.
-    fn node_axes(&self, names: [&str; 3], value: &dyn Fn(usize, usize) -> f64) -> Vec<Line> {
-        (0..3).map(|i| self.over_nodes(names[i], |k| value(k, i))).collect()
+    /// States of axes or joints.
+    fn node_axes(&self, names: Vec<String>, value: &dyn Fn(usize, usize) -> f64) -> Vec<Line> {
+        let line = |(i, name): (usize, &String)| self.over_nodes(name, |k| value(k, i));
+        names.iter().enumerate().map(line).collect()
     }
 
     fn target(&self, node: usize) -> Matrix3<f64> {
@@ -237,7 +245,7 @@ impl View<'_> {
     /// Edges of the bus, and the arm from its base to the end effector.
     fn servicer(&self, node: usize) -> (Vec<[Vector3<f64>; 2]>, Vec<Vector3<f64>>) {
         let servicer = &self.mission.servicer;
-        let angles = self.plan.stage2.joint_angle[node].into();
+        let angles = SVector::from_fn(|i, _| self.plan.stage2.joint_angle[node][i]);
         let center = servicer.center_of_mass_and_end_effector(&angles).0;
         let (turn, position) = (self.bus(node), self.position(node));
         let place = |point: Vector3<f64>| position + turn * (point - center);

@@ -1,6 +1,6 @@
-//! From a scenario to a plan file: the only module that calls the core's planner.
+//! From a scenario to a plan file.
 
-use crate::backend::{ClarabelQp, Recorder, Solve};
+use crate::engine::{Engine, Roomy, Solved, Task, Usual};
 use crate::error::Error;
 use crate::formats::{
     self, EvidenceFile, Flight, NamedScenario, PlanFile, PlanGrid, PlanInputs, PlanStage1,
@@ -8,22 +8,16 @@ use crate::formats::{
 };
 use crate::learned::{Learned, Memories};
 use crate::memory::{on_heap, on_large_stack};
-use crate::method::{Deadline, Method, Qp};
+use crate::method::Method;
 use crate::stopwatch::{Spent, Stopwatch};
 use crate::threads::Threads;
-use remora_core::advanced::model::{Mission, Refusal, Scenario};
-use remora_core::advanced::planner::{
-    self, EmbeddedSolver, Gain, InitialGuess, Options, PhaseTimes, PlanSettings, Platform, Report,
-    Solver, StageReport, Workspace,
-};
+use remora_core::advanced::model::{Mission, Refusal};
+use remora_core::advanced::planner::{PhaseTimes, Report, StageReport};
 use remora_core::advanced::scp::IterationRecord;
 use remora_core::advanced::stages::{LINKS, NODES, size};
 use remora_core::advanced::time::Clock;
 use std::path::PathBuf;
 use std::time::Instant;
-
-/// Seed of learned starts that draw.
-pub const SEED: u64 = 0;
 
 /// The clock of a desktop: seconds since it was made.
 #[derive(Clone, Copy, Debug)]
@@ -68,15 +62,14 @@ impl Planned {
     }
 }
 
-/// One subproblem of a plan with its solver's answer.
-pub type Subproblem<'a> = Solve<'a, NODES, { size::NX }, { size::NU }, { size::NG }>;
+/// One subproblem of a plan for the built-in mission's arm with its solver's answer.
+pub type Subproblem<'a> = Solved<'a, { size::NX }, { size::NU }>;
 
-/// A planner with its memory, for one plan after the other. About 1 MiB on the heap with the
-/// embedded solver, and a few more once Clarabel has planned.
+/// A planner with its memory, for one plan after the other and arms of one to seven joints.
 pub struct Planner {
-    workspace: Box<Workspace>,
-    embedded: Box<EmbeddedSolver>,
-    clarabel: ClarabelQp,
+    usual: Usual,
+    /// For arms of other numbers of joints, once there was one.
+    roomy: Option<Box<Roomy>>,
     threads: Threads,
     memories: Memories,
 }
@@ -85,9 +78,8 @@ impl Planner {
     /// A planner that has planned nothing yet. To be called with [`STACK_BYTES`](crate::memory::STACK_BYTES) of stack.
     pub fn new() -> Self {
         Self {
-            workspace: on_heap(Workspace::new),
-            embedded: on_heap(EmbeddedSolver::new),
-            clarabel: ClarabelQp::default(),
+            usual: Engine::new(),
+            roomy: None,
             threads: Threads::default(),
             memories: Memories::default(),
         }
@@ -102,46 +94,57 @@ impl Planner {
     /// does not depend on what was planned before.
     ///
     /// Where the status is other than solved, the file holds the best iterate.
-    pub fn plan(
+    pub fn plan<const NL: usize>(
         &mut self,
-        mission: &Mission<LINKS>,
+        mission: &Mission<NL>,
         scenario: &NamedScenario,
         method: &Method,
         model: Option<&Learned>,
     ) -> Planned {
-        self.plan_watched(mission, scenario, method, model, &mut |_| ())
+        self.plan_by(&WallClock::start(), mission, scenario, method, model)
     }
 
     /// Plans with the embedded solver and leaves the plan where it is: what flies, and nothing else.
     /// No memory is asked for once the same method has planned before.
-    pub fn plan_in_place(
+    pub fn plan_in_place<const NL: usize>(
         &mut self,
-        mission: &Mission<LINKS>,
+        mission: &Mission<NL>,
         scenario: &NamedScenario,
         method: &Method,
         model: Option<&Learned>,
     ) -> Report {
-        let Self { workspace, embedded, threads, memories, .. } = self;
         let clock = &WallClock::start();
-        let place = Place { clock, threads, model, memories, workspace };
-        run(mission, scenario, method, &mut **embedded, place)
+        let scenario = &scenario.scenario();
+        let Self { usual, roomy, threads, memories } = self;
+        let task = Task { clock, threads, model, memories, method };
+        match NL {
+            LINKS => usual.plan_in_place(mission, scenario, task),
+            _ => room(roomy).plan_in_place(mission, scenario, task),
+        }
     }
 
-    /// The same, with somebody who looks at each subproblem once it has been solved.
-    pub fn plan_watched(
+    /// Plans by another clock, which may count what it likes, and end the plan's time when it
+    /// likes. The first it is asked is when the plan begins.
+    pub fn plan_by<const NL: usize>(
         &mut self,
-        mission: &Mission<LINKS>,
+        clock: &dyn Clock,
+        mission: &Mission<NL>,
         scenario: &NamedScenario,
         method: &Method,
         model: Option<&Learned>,
-        watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> Planned {
-        self.plan_by(&WallClock::start(), mission, scenario, method, model, watch)
+        let asked = Asked { mission, scenario, method, model };
+        let Self { usual, roomy, threads, memories } = self;
+        let task = Task { clock, threads, model, memories, method };
+        match NL {
+            LINKS => asked.planned(usual, task, &mut |_| ()),
+            _ => asked.planned(room(roomy), task, &mut |_| ()),
+        }
     }
 
-    /// The same by another clock, which may count what it likes, and end the plan's time when it
-    /// likes. The first it is asked is when the plan begins.
-    pub fn plan_by(
+    /// Plans for the built-in mission's arm by another clock, with somebody who looks at each subproblem
+    /// once it has been solved.
+    pub fn plan_watched(
         &mut self,
         clock: &dyn Clock,
         mission: &Mission<LINKS>,
@@ -150,21 +153,40 @@ impl Planner {
         model: Option<&Learned>,
         watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> Planned {
-        let Self { workspace, embedded, clarabel, threads, memories } = self;
-        let place = Place { clock, threads, model, memories, workspace };
+        let asked = Asked { mission, scenario, method, model };
+        let Self { usual, threads, memories, .. } = self;
+        asked.planned(usual, Task { clock, threads, model, memories, method }, watch)
+    }
+}
+
+/// The engine with room for any arm, made where there was no need of it yet.
+fn room(roomy: &mut Option<Box<Roomy>>) -> &mut Roomy {
+    roomy.get_or_insert_with(|| on_heap(Engine::new))
+}
+
+/// A plan that is asked for.
+struct Asked<'a, const NL: usize> {
+    mission: &'a Mission<NL>,
+    scenario: &'a NamedScenario,
+    method: &'a Method,
+    model: Option<&'a Learned>,
+}
+
+impl<const NL: usize> Asked<'_, NL> {
+    /// Has an engine plan, and puts the plan together.
+    fn planned<const M: usize, const NX: usize, const NU: usize>(
+        &self,
+        engine: &mut Engine<M, NX, NU>,
+        task: Task<'_>,
+        watch: &mut dyn FnMut(Solved<'_, NX, NU>),
+    ) -> Planned {
+        let Self { mission, scenario, method, model } = *self;
         let watched = Stopwatch::start();
-        let solver: &mut dyn Solver = match method.qp {
-            Qp::Embedded => &mut **embedded,
-            Qp::Clarabel => clarabel,
-        };
-        let mut solver = Recorder::new(solver, watch);
-        let report = run(mission, scenario, method, &mut solver, place);
-        let last = mission.grid(&scenario.scenario()).last();
-        let gains = gains(mission, last, &report, &solver);
+        let (report, gains) = engine.plan(mission, &scenario.scenario(), task, watch);
         let spent = watched.spent();
-        let file = self.file(mission, scenario, method, &report, &spent);
+        let file = self.file(engine, &report, &spent);
         let (translation, reorientation) = (&report.translation, &report.reorientation);
-        let (log1, log2) = self.workspace.logs();
+        let (log1, log2) = engine.workspace.logs();
         Planned {
             reason: file.residuals.worst(&mission.tolerances),
             flight: Flight::new(mission, scenario, &file),
@@ -182,15 +204,14 @@ impl Planner {
         }
     }
 
-    /// The plan file of what the workspace holds.
-    fn file(
+    /// The plan file of what the engine's workspace holds.
+    fn file<const M: usize, const NX: usize, const NU: usize>(
         &self,
-        mission: &Mission<LINKS>,
-        scenario: &NamedScenario,
-        method: &Method,
+        engine: &Engine<M, NX, NU>,
         report: &Report,
         spent: &Spent,
     ) -> PlanFile {
+        let Self { mission, scenario, method, .. } = *self;
         let (translation, reorientation) = (&report.translation, &report.reorientation);
         let grid = PlanGrid::of(mission, &scenario.scenario());
         let nodes = grid.nodes;
@@ -209,65 +230,17 @@ impl Planner {
             inputs: Some(PlanInputs::new(mission, scenario, method.integrator)),
             grid: Some(grid),
             frames: Some(formats::frames()),
-            stage1: PlanStage1::new(end(translation), nodes, self.workspace.translation()),
+            stage1: PlanStage1::new(end(translation), nodes, engine.workspace.translation()),
             stage2: PlanStage2::new(
                 end(reorientation),
                 report.times.inference_s,
                 nodes,
-                self.workspace.reorientation(),
+                &engine.reorientation::<NL>(),
             ),
-            target: PlanTarget::from(&self.workspace.target[..nodes]),
+            target: PlanTarget::from(&engine.workspace.target[..nodes]),
             residuals: report.residuals,
             clearances: Some(report.clearances),
         }
-    }
-}
-
-/// Where a plan is made.
-struct Place<'a> {
-    clock: &'a dyn Clock,
-    threads: &'a Threads,
-    model: Option<&'a Learned>,
-    memories: &'a mut Memories,
-    workspace: &'a mut Workspace,
-}
-
-/// The solver that flies, on the heap and called through a pointer: its code, too, is compiled once.
-pub fn embedded_solver() -> Box<dyn Solver + Send> {
-    on_heap(EmbeddedSolver::new)
-}
-
-/// [`planner::plan`] with a solver known at run time: its code is compiled once for all solvers.
-pub fn plan_with(
-    mission: &Mission<LINKS>,
-    scenario: &Scenario,
-    options: &Options<'_, Threads>,
-    mut solver: &mut dyn Solver,
-    workspace: &mut Workspace,
-) -> Report {
-    planner::plan(mission, scenario, options, &mut solver, workspace)
-}
-
-/// The call into the core.
-fn run(
-    mission: &Mission<LINKS>,
-    scenario: &NamedScenario,
-    method: &Method,
-    solver: &mut dyn Solver,
-    place: Place<'_>,
-) -> Report {
-    place.threads.prepare();
-    let platform = Platform { clock: place.clock, executor: place.threads };
-    let mut planned = |start: &InitialGuess<'_>| {
-        let options = Options::from_parts(options(method), *start, platform);
-        plan_with(mission, &scenario.scenario(), &options, solver, place.workspace)
-    };
-    match place.model {
-        None => planned(&InitialGuess::Heuristic),
-        Some(model) => model.at_work(place.memories, |policy| match policy {
-            None => planned(&InitialGuess::Refused),
-            Some(policy) => planned(&InitialGuess::Learned { policy, seed: SEED }),
-        }),
     }
 }
 
@@ -275,20 +248,6 @@ impl Default for Planner {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// The gains of all intervals, where the solver has them.
-fn gains(
-    mission: &Mission<LINKS>,
-    intervals: usize,
-    report: &Report,
-    solver: &dyn Solver,
-) -> Option<Vec<Gain>> {
-    // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
-    if report.reorientation.outcome.iterations == 0 {
-        return None;
-    }
-    (0..intervals).map(|k| planner::feedback_gain(mission, solver, k)).collect()
 }
 
 fn end(stage: &StageReport) -> StageEnd {
@@ -304,11 +263,15 @@ fn end(stage: &StageReport) -> StageEnd {
 ///
 /// # Errors
 /// A scenario that is no input at all, by its id.
-pub fn refusal(
-    mission: &Mission<LINKS>,
+pub fn refusal<const NL: usize>(
+    mission: &Mission<NL>,
     scenario: &NamedScenario,
     method: &Method,
 ) -> Result<Option<Refusal>, Error> {
+    scenario.check_joints(NL).map_err(|error| {
+        let reason = format!("{}: {}", error.field, error.reason);
+        Error::Scenario { id: scenario.id.clone(), reason }
+    })?;
     match mission.check::<NODES>(&scenario.scenario(), method.integrator) {
         Ok(()) => Ok(None),
         Err(refusal) if refusal.is_invalid_input() => {
@@ -318,25 +281,13 @@ pub fn refusal(
     }
 }
 
-/// The core's options for a method.
-fn options(method: &Method) -> PlanSettings {
-    let deadline_s = method.deadline.map_or(f64::INFINITY, Deadline::seconds);
-    PlanSettings { deadline_s, ..PlanSettings::new(method.mode, method.integrator) }
-}
-
-/// All settings that a method stands for, as text: two runs with the same text plan the same,
-/// as far as no deadline passes.
-pub fn settings_text(method: &Method) -> String {
-    format!("{:?}", options(method))
-}
-
 /// One plan to be made and written: the input of `remora plan`.
 #[derive(Clone, Debug)]
-pub struct PlanJob {
+pub struct PlanJob<const NL: usize> {
     /// The scenario.
     pub scenario: NamedScenario,
     /// The mission; valid.
-    pub mission: Mission<LINKS>,
+    pub mission: Mission<NL>,
     /// How to plan.
     pub method: Method,
     /// Model of a learned start; none is the heuristic.
@@ -347,7 +298,7 @@ pub struct PlanJob {
     pub out: PathBuf,
 }
 
-impl PlanJob {
+impl<const NL: usize> PlanJob<NL> {
     /// What makes the plan impossible, if it is; then there is nothing to run.
     ///
     /// # Errors

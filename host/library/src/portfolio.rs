@@ -12,7 +12,6 @@ use crate::planning::{Planned, Planner, WallClock};
 use crate::threads::Threads;
 use remora_core::advanced::executor::ForkJoin;
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
 use remora_core::advanced::time::Clock;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::Instant;
@@ -70,9 +69,9 @@ impl Portfolio {
     /// helper. Where that cannot come in time the two are one after the other.
     ///
     /// The method's warm start is not looked at. Its deadline holds for both.
-    pub fn plan(
+    pub fn plan<const NL: usize>(
         &mut self,
-        mission: &Mission<LINKS>,
+        mission: &Mission<NL>,
         scenario: &NamedScenario,
         method: &Method,
         model: &Learned,
@@ -82,7 +81,7 @@ impl Portfolio {
         let run = |planner: &mut Planner, warm_start, model: Option<&Learned>| {
             let method = Method { warm_start, deadline, ..*method };
             let clock = Stoppable::new(&is_over);
-            let planned = planner.plan_by(&clock, mission, scenario, &method, model, &mut |_| ());
+            let planned = planner.plan_by(&clock, mission, scenario, &method, model);
             let is_first = is_solved(&planned) && !is_over.swap(true, Ordering::Relaxed);
             (planned, is_first, started.elapsed().as_secs_f64())
         };
@@ -213,7 +212,7 @@ mod tests {
         let planned = on_large_stack(|| {
             let mission = Mission::default();
             let clock = Stoppable::new(&is_over);
-            Planner::new().plan_by(&clock, &mission, scenario, &stopped, None, &mut |_| ())
+            Planner::new().plan_by(&clock, &mission, scenario, &stopped, None)
         });
         let planned = planned.unwrap();
         assert_eq!(planned.file.status, Status::Deadline);

@@ -6,7 +6,7 @@ use crate::method::Integrator;
 use nalgebra::{Matrix3, Vector3};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{MAX_NODE_TURN, Mission, Refusal, Scenario};
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::NODES;
 use serde::Serialize;
 
 /// The `format` of `remora mission --json`.
@@ -38,7 +38,7 @@ pub struct Vehicle {
     /// The same at capture [kg m^2].
     pub inertia_at_capture_kg_m2: [[f64; 3]; 3],
     /// The way of each joint.
-    pub joints: [Joint; LINKS],
+    pub joints: Vec<Joint>,
     /// What steps of the optimisation are divided by, the mission's own or derived.
     pub typical: MissionTypical,
     /// Angular momentum [N m s].
@@ -89,7 +89,7 @@ pub struct Refused {
 
 impl Vehicle {
     /// What follows from a valid mission.
-    pub fn of(mission: &Mission<LINKS>, integrator: Integrator) -> Self {
+    pub fn of<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Self {
         let s = &mission.servicer;
         let rows = |m: Matrix3<f64>| std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]));
         let bus_mass_kg = s.bus_mass;
@@ -105,7 +105,7 @@ impl Vehicle {
             system_mass_kg: s.total_mass(),
             inertia_at_start_kg_m2: rows(s.system_inertia(&s.initial_joint_angle)),
             inertia_at_capture_kg_m2: rows(s.system_inertia(&s.capture_joint_angle)),
-            joints: std::array::from_fn(|i| joint(mission, integrator, i)),
+            joints: (0..NL).map(|i| joint(mission, integrator, i)).collect(),
             typical: MissionTypical::from(&mission.typical()),
             spin_up: spin_up(mission),
             force: force(mission, integrator),
@@ -115,7 +115,7 @@ impl Vehicle {
     }
 }
 
-fn joint(mission: &Mission<LINKS>, integrator: Integrator, i: usize) -> Joint {
+fn joint<const NL: usize>(mission: &Mission<NL>, integrator: Integrator, i: usize) -> Joint {
     let s = &mission.servicer;
     let travel_rad = (s.capture_joint_angle[i] - s.initial_joint_angle[i]).abs();
     Joint {
@@ -126,13 +126,13 @@ fn joint(mission: &Mission<LINKS>, integrator: Integrator, i: usize) -> Joint {
 }
 
 /// Fastest tumble of the scenarios that are drawn, relative to RTN [rad/s].
-fn fastest(mission: &Mission<LINKS>) -> f64 {
+fn fastest<const NL: usize>(mission: &Mission<NL>) -> f64 {
     let from = &mission.scenarios;
     from.rate_norm.unwrap_or(3f64.sqrt() * from.rate)
 }
 
 /// The bus at rest, then at the target's fastest rate; by torque alone, over the whole horizon.
-fn spin_up(mission: &Mission<LINKS>) -> Margin {
+fn spin_up<const NL: usize>(mission: &Mission<NL>) -> Margin {
     let s = &mission.servicer;
     let inertia = s.system_inertia(&s.capture_joint_angle);
     let largest = inertia.symmetric_eigenvalues().max();
@@ -143,7 +143,7 @@ fn spin_up(mission: &Mission<LINKS>) -> Margin {
 }
 
 /// A start in front of the port at rest, the target tumbling as fast as scenarios let it.
-fn middle(mission: &Mission<LINKS>) -> Scenario {
+fn middle<const NL: usize>(mission: &Mission<NL>) -> Scenario<NL> {
     let rate = fastest(mission) / 3f64.sqrt();
     Scenario {
         target_attitude: quaternion::IDENTITY,
@@ -154,19 +154,19 @@ fn middle(mission: &Mission<LINKS>) -> Scenario {
     }
 }
 
-fn force(mission: &Mission<LINKS>, integrator: Integrator) -> Margin {
+fn force<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Margin {
     let needs = mission.needs::<NODES>(&middle(mission), integrator);
     let needed = needs.map_or(f64::NAN, |needs| needs.force);
     Margin { needed, available: mission.servicer.max_force.max() }
 }
 
-fn turn(mission: &Mission<LINKS>) -> Margin {
+fn turn<const NL: usize>(mission: &Mission<NL>) -> Margin {
     let interval = mission.own_grid().interval();
     let turn = (fastest(mission) + mission.mean_motion()) * interval;
     Margin { needed: turn.to_degrees(), available: MAX_NODE_TURN.to_degrees() }
 }
 
-fn refused(mission: &Mission<LINKS>, integrator: Integrator) -> Option<Refused> {
+fn refused<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Option<Refused> {
     let named =
         |refusal: Refusal| Refused { constraint: refusal.name(), reason: refusal.to_string() };
     mission.check::<NODES>(&middle(mission), integrator).err().map(named)

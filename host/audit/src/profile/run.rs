@@ -134,7 +134,7 @@ impl<'a> Bench<'a> {
         let method = profiler.configurations[job.configuration].method();
         let model = models[job.configuration].as_ref();
         let plan = |planner: &mut Planner, clock: &dyn Clock| {
-            planner.plan_by(clock, &profiler.mission, scenario, &method, model, &mut |_| ())
+            planner.plan_by(clock, &profiler.mission, scenario, &method, model)
         };
         let timed = |planner: &mut Planner| plan(planner, &WallClock::start());
         let (before, started) = (switches(), Instant::now());

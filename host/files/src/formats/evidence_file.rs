@@ -1,10 +1,10 @@
 //! Evidence beside a plan: `*.evidence.json`.
 
-use super::{Status, Verdict, json};
+use super::{MAX_JOINTS, Status, Verdict, json};
 use crate::error::{Error, FieldError};
 use remora_core::advanced::model::{MIN_NODES, RECOVERY_NAMES};
-use remora_core::advanced::planner::{Gain, GuessRecord, SolveRecord, StageSolveRecord};
-use remora_core::advanced::stages::{NODES, size};
+use remora_core::advanced::planner::{GuessRecord, SolveRecord, StageSolveRecord};
+use remora_core::advanced::stages::NODES;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub const FORMAT: &str = "remora-evidence/2";
 
 /// A feedback gain, its rows in order.
-pub type GainRows = [[f64; size::NX]; size::NU];
+pub type GainRows = Vec<Vec<f64>>;
 
 /// What a plan was made from, by what, and what came out; with the gains to track it. It holds no
 /// times: the same plan has the same file.
@@ -76,7 +76,7 @@ impl EvidenceFile {
         qp: &str,
         model: Option<ModelRecord>,
         evidence: &SolveRecord,
-        gains: Option<Vec<Gain>>,
+        gains: Option<Vec<GainRows>>,
     ) -> Self {
         let checksum = |value: u64| format!("{value:016x}");
         Self {
@@ -96,7 +96,7 @@ impl EvidenceFile {
             model,
             stage1: evidence.translation,
             stage2: evidence.reorientation,
-            gains: gains.map(|gains| gains.iter().map(rows).collect()),
+            gains,
         }
     }
 
@@ -142,7 +142,15 @@ impl EvidenceFile {
                 let reason = format!("has {} entries; expected {least} to {most}", gains.len());
                 Err(FieldError::new("gains", reason))
             }
-            _ => Ok(()),
+            Some(gains) => match gains.iter().position(|gain| !is_gain(gain)) {
+                Some(k) => {
+                    let reason = "expected a row for each torque of bus and joints, in each a number \
+                                  for each angle and rate";
+                    Err(FieldError::new(format!("gains[{k}]"), reason))
+                }
+                None => Ok(()),
+            },
+            None => Ok(()),
         }
     }
 
@@ -154,6 +162,11 @@ impl EvidenceFile {
         let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
         super::write_atomically(file, text.as_bytes())
     }
+}
+
+/// Whether rows are those of an arm: three and one a joint, of twice as many numbers.
+fn is_gain(rows: &GainRows) -> bool {
+    (4..=3 + MAX_JOINTS).contains(&rows.len()) && rows.iter().all(|row| row.len() == 2 * rows.len())
 }
 
 /// Where the evidence of a plan file stands: `a.evidence.json` beside `a.plan.json`.
@@ -169,16 +182,12 @@ pub fn recovered(code: u32) -> Vec<String> {
     named.filter(|(bit, _)| code >> bit & 1 == 1).map(|(_, name)| name.to_string()).collect()
 }
 
-fn rows(gain: &Gain) -> GainRows {
-    std::array::from_fn(|i| std::array::from_fn(|j| gain[(i, j)]))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use remora_core::advanced::planner::Fallback;
 
-    fn record(gains: Option<Vec<Gain>>) -> EvidenceFile {
+    fn record(gains: Option<Vec<GainRows>>) -> EvidenceFile {
         let evidence = SolveRecord {
             version: "1.2.3",
             input: 1,
@@ -204,7 +213,7 @@ mod tests {
 
     #[test]
     fn evidence_survives_a_round_trip() {
-        for gains in [None, Some(vec![Gain::from_fn(|i, j| (i * j) as f64 / 3.0); NODES - 1])] {
+        for gains in [None, Some(vec![vec![vec![1.0 / 3.0; 12]; 6]; NODES - 1])] {
             let record = record(gains);
             let text = json::to_text(&record).unwrap();
             assert_eq!(EvidenceFile::parse(&text).unwrap(), record);
@@ -234,6 +243,8 @@ mod tests {
         assert_eq!(field(|r| r.output = "12".into()), "output");
         assert_eq!(field(|r| r.input = "000000000000FEED".into()), "input");
         assert_eq!(field(|r| r.gains = Some(Vec::new())), "gains");
+        let crooked = |r: &mut EvidenceFile| r.gains = Some(vec![vec![vec![0.0; 11]; 6]; 9]);
+        assert_eq!(field(crooked), "gains[0]");
         let short = |r: &mut EvidenceFile| r.model.iter_mut().for_each(|m| m.checksum.truncate(7));
         assert_eq!(field(short), "model.checksum");
     }

@@ -27,7 +27,7 @@ fn degrees(angle: f64) -> f64 {
 impl MissionFile {
     /// The file of a mission with every number given: nothing is left to be derived but whether a
     /// part that is `auto` is in force.
-    pub fn of(mission: &Mission<LINKS>) -> Self {
+    pub fn of<const NL: usize>(mission: &Mission<NL>) -> Self {
         let model::Approach { nodes, duration: duration_s, .. } = mission.approach;
         Self {
             format: FORMAT.into(),
@@ -48,7 +48,7 @@ impl MissionFile {
 
 impl Default for MissionFile {
     fn default() -> Self {
-        let mut file = Self::of(&Mission::default());
+        let mut file = Self::of(&Mission::<LINKS>::default());
         // Its keep-out distances follow from the servicer.
         file.approach = Approach::default();
         file
@@ -79,8 +79,8 @@ impl From<&model::Target> for Target {
     }
 }
 
-impl From<&model::Servicer<LINKS>> for Servicer {
-    fn from(s: &model::Servicer<LINKS>) -> Self {
+impl<const NL: usize> From<&model::Servicer<NL>> for Servicer {
+    fn from(s: &model::Servicer<NL>) -> Self {
         Self {
             bus_mass_kg: s.bus_mass,
             bus_inertia_kg_m2: Inertia::from(&s.bus_inertia),
@@ -90,8 +90,8 @@ impl From<&model::Servicer<LINKS>> for Servicer {
             arm_base_rotation: None,
             joint_angle_limit_rad: Stops::of(&s.min_joint_angle, &s.max_joint_angle),
             joint_rate_limit_rad_s: Limits::from(&s.max_joint_rate),
-            initial_joint_angle_rad: s.initial_joint_angle.into(),
-            capture_joint_angle_rad: s.capture_joint_angle.into(),
+            initial_joint_angle_rad: s.initial_joint_angle.as_slice().into(),
+            capture_joint_angle_rad: s.capture_joint_angle.as_slice().into(),
             force_limit_n: Limits::from(&s.max_force),
             bus_torque_limit_n_m: Limits::from(&s.max_bus_torque),
             joint_torque_limit_n_m: Limits::from(&s.max_joint_torque),

@@ -201,16 +201,16 @@ pub struct Servicer {
     /// Joint rate limits [rad/s].
     pub joint_rate_limit_rad_s: Limits,
     /// Joint angles at the start [rad].
-    pub initial_joint_angle_rad: [f64; LINKS],
+    pub initial_joint_angle_rad: Vec<f64>,
     /// Joint angles at capture [rad].
-    pub capture_joint_angle_rad: [f64; LINKS],
+    pub capture_joint_angle_rad: Vec<f64>,
     /// Force limits, RTN components [N].
     pub force_limit_n: Limits,
     /// Bus torque limits, body components [N m].
     pub bus_torque_limit_n_m: Limits,
     /// Joint torque limits [N m].
     pub joint_torque_limit_n_m: Limits,
-    /// The links, from the bus outwards; all [`LINKS`] of them where any is given.
+    /// The links, from the bus outwards, one to seven; all of them where any is given.
     pub links: Vec<Link>,
 }
 
@@ -312,14 +312,22 @@ pub struct Tolerances {
     pub clearance_m: f64,
 }
 
-/// The mission of a file, or the built-in one without a file.
+/// A mission file with its values not judged yet, or the built-in one without a file.
 ///
 /// # Errors
-/// The file with the first field found wrong and the reason.
-pub fn read_mission(file: Option<&Path>) -> Result<Mission<LINKS>, Error> {
-    let Some(file) = file else { return Ok(Mission::default()) };
-    let parsed = MissionFile::parse(&json::read_text(file)?);
-    parsed.and_then(|mission| mission.mission()).map_err(|error| error.at(file))
+/// As [`MissionFile::parse`], with the file.
+pub fn read_mission_file(file: Option<&Path>) -> Result<MissionFile, Error> {
+    let Some(file) = file else { return Ok(MissionFile::default()) };
+    MissionFile::parse(&json::read_text(file)?).map_err(|error| error.at(file))
+}
+
+/// The mission of a file, or the built-in one without a file, with an arm of `NL` joints.
+///
+/// # Errors
+/// The file with the first field found wrong and the reason; another number of joints.
+pub fn read_mission<const NL: usize>(file: Option<&Path>) -> Result<Mission<NL>, Error> {
+    let read = read_mission_file(file)?;
+    read.mission_of().map_err(|error| error.at(file.unwrap_or(Path::new("built-in mission"))))
 }
 
 impl MissionFile {
@@ -349,11 +357,30 @@ impl MissionFile {
         })
     }
 
-    /// The mission, validated.
+    /// The number of the arm's joints, which may be none that can be planned for.
+    pub fn joints(&self) -> usize {
+        self.servicer.links.len()
+    }
+
+    /// What refuses a number of joints.
+    pub fn wrong_joints(&self, planned: &str) -> FieldError {
+        let reason = format!("has {} entries; {planned}", self.joints());
+        FieldError::new("servicer.links", reason)
+    }
+
+    /// The mission of an arm like the built-in mission's, validated: see [`MissionFile::mission_of`].
     ///
     /// # Errors
-    /// The first field, by its key in the file, whose value makes no sense.
+    /// As there.
     pub fn mission(&self) -> Result<Mission<LINKS>, FieldError> {
+        self.mission_of()
+    }
+
+    /// The mission with its arm of `NL` joints, validated.
+    ///
+    /// # Errors
+    /// The first field, by its key in the file, whose value makes no sense; another number of joints.
+    pub fn mission_of<const NL: usize>(&self) -> Result<Mission<NL>, FieldError> {
         let nodes = self.horizon.nodes;
         if !(MIN_NODES..=NODES).contains(&nodes) {
             let reason =
@@ -380,7 +407,10 @@ impl MissionFile {
         Ok(mission)
     }
 
-    fn convert(&self) -> Result<Mission<LINKS>, FieldError> {
+    fn convert<const NL: usize>(&self) -> Result<Mission<NL>, FieldError> {
+        if self.joints() != NL {
+            return Err(self.wrong_joints(&format!("here the arm has {NL} joints")));
+        }
         Ok(Mission {
             orbit: self.orbit.convert(),
             target: self.target.convert(),
@@ -533,7 +563,7 @@ impl Target {
 }
 
 impl Servicer {
-    fn convert(&self) -> Result<model::Servicer<LINKS>, FieldError> {
+    fn convert<const NL: usize>(&self) -> Result<model::Servicer<NL>, FieldError> {
         let mount = match self.arm_base_rotation {
             Some(q) => Some(rotation(q, "servicer.arm_base_rotation")?),
             None => None,
@@ -544,10 +574,8 @@ impl Servicer {
         };
         let links = self.links.iter().enumerate().map(convert);
         let links: Vec<model::Link> = links.collect::<Result<_, _>>()?;
-        let links: [model::Link; LINKS] = links.try_into().map_err(|links: Vec<_>| {
-            let reason =
-                format!("has {} entries; this program is built for {LINKS} links", links.len());
-            FieldError::new("servicer.links", reason)
+        let links: [model::Link; NL] = links.try_into().map_err(|links: Vec<_>| {
+            FieldError::new("servicer.links", format!("has {} entries, not {NL}", links.len()))
         })?;
         let key = "servicer.joint_angle_limit_rad";
         let [min_joint_angle, max_joint_angle] = Stops::all(&self.joint_angle_limit_rad, key)?;
@@ -561,8 +589,8 @@ impl Servicer {
             min_joint_angle,
             max_joint_angle,
             max_joint_rate: self.joint_rate_limit_rad_s.each("servicer.joint_rate_limit_rad_s")?,
-            initial_joint_angle: SVector::from(self.initial_joint_angle_rad),
-            capture_joint_angle: SVector::from(self.capture_joint_angle_rad),
+            initial_joint_angle: each(&self.initial_joint_angle_rad, "initial")?,
+            capture_joint_angle: each(&self.capture_joint_angle_rad, "capture")?,
             max_force: self.force_limit_n.each("servicer.force_limit_n")?,
             max_bus_torque: self.bus_torque_limit_n_m.each("servicer.bus_torque_limit_n_m")?,
             max_joint_torque: self
@@ -587,6 +615,17 @@ impl Link {
             armature: self.armature_kg_m2,
             radius: self.radius_m,
         })
+    }
+}
+
+/// The joint angles of the start or of capture, one for each joint.
+fn each<const NL: usize>(angles: &[f64], when: &str) -> Result<SVector<f64, NL>, FieldError> {
+    match angles.len() == NL {
+        true => Ok(SVector::from_column_slice(angles)),
+        false => {
+            let reason = format!("one number for each of {NL} joints, not {}", angles.len());
+            Err(FieldError::new(format!("servicer.{when}_joint_angle_rad"), reason))
+        }
     }
 }
 

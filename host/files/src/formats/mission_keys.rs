@@ -1,7 +1,6 @@
 //! Keys of mission files by the names of the core's fields.
 
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
 
 /// The core's fields whose key in the file is another.
 const KEYS: [(&str, &str); 54] = [
@@ -62,7 +61,7 @@ const KEYS: [(&str, &str); 54] = [
 ];
 
 /// The first joint, from 0, whose angle is beyond its stops, where that is what is wrong.
-fn joint_of(field: &str, mission: &Mission<LINKS>) -> Option<usize> {
+fn joint_of<const NL: usize>(field: &str, mission: &Mission<NL>) -> Option<usize> {
     let s = &mission.servicer;
     let angle = match field {
         "servicer.initial_joint_angle" => &s.initial_joint_angle,
@@ -70,11 +69,11 @@ fn joint_of(field: &str, mission: &Mission<LINKS>) -> Option<usize> {
         _ => return None,
     };
     let within = |i: usize| (s.min_joint_angle[i]..=s.max_joint_angle[i]).contains(&angle[i]);
-    (0..LINKS).find(|i| !within(*i))
+    (0..NL).find(|i| !within(*i))
 }
 
 /// The file's key for a field that the core found wrong in `mission`.
-pub(super) fn key_of(field: &str, mission: &Mission<LINKS>) -> String {
+pub(super) fn key_of<const NL: usize>(field: &str, mission: &Mission<NL>) -> String {
     let key = match field {
         "tolerances.joint" => "tolerances.joint_rad",
         "tolerances.keep_out" => "tolerances.keep_out_m",
@@ -85,9 +84,9 @@ pub(super) fn key_of(field: &str, mission: &Mission<LINKS>) -> String {
     }
     let Some(in_link) = key.strip_prefix("servicer.links.") else { return key.to_string() };
     // The core does not say which link: the first that is wrong on its own.
-    let wrong = (0..LINKS).find(|i| {
+    let wrong = (0..NL).find(|i| {
         let mut alone = Mission::default();
-        alone.servicer.links[*i] = mission.servicer.links[*i];
+        alone.servicer.links[0] = mission.servicer.links[*i];
         alone.validate().is_err_and(|error| error.field == field)
     });
     wrong.map_or(key.to_string(), |i| format!("servicer.links[{i}].{in_link}"))

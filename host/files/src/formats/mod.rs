@@ -5,6 +5,7 @@
 //! length. A writer writes beside the file and renames, so that no file is ever half written.
 
 mod evidence_file;
+mod joints;
 pub mod json;
 mod mission_convert;
 mod mission_file;
@@ -25,11 +26,12 @@ mod scenario_set;
 pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, GainRows, ModelRecord, evidence_path, recovered,
 };
+pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
 pub use mission_file::{
     Approach as MissionApproach, FORMAT as MISSION_FORMAT, Horizon as MissionHorizon,
     Link as MissionLink, MissionFile, Orbit as MissionOrbit, Servicer as MissionServicer,
     Target as MissionTarget, Tolerances as MissionTolerances, Typical as MissionTypical,
-    Weights as MissionWeights, read_mission,
+    Weights as MissionWeights, read_mission, read_mission_file,
 };
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout, read_model};
 pub use output::{check_writable, make_directory, remove_partials, write_atomically};
@@ -99,7 +101,7 @@ mod tests {
             let set = ScenarioSet::built_in().unwrap();
             let set = json::to_text(&ScenarioSet::new(set.scenarios[..2].to_vec())).unwrap();
             if let Ok(set) = ScenarioSet::parse(&damaged(&set, at, with)) {
-                prop_assert!(set.scenarios.iter().all(|s| s.scenario().position.amax() <= 1e6));
+                prop_assert!(set.scenarios.iter().all(|s| s.scenario::<3>().position.amax() <= 1e6));
             }
             let mission = include_str!("../../../../fixtures/missions/default.mission.toml");
             let mission = damaged(mission, at, with);

@@ -2,13 +2,25 @@
 
 use super::Status;
 use super::plan_file::{PlanStage1, PlanStage2, PlanTarget};
-use nalgebra::{Vector3, Vector4};
+use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::model::TargetState;
-use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
+use remora_core::advanced::stages::{NODES, ReorientationTrajectory, TranslationTrajectory};
 
 fn rows<T, const M: usize>(items: &[T], row: impl Fn(&T) -> [f64; M]) -> Vec<[f64; M]> {
     items.iter().map(row).collect()
+}
+
+fn joint_rows<T, const NL: usize>(
+    items: &[T],
+    row: impl Fn(&T) -> &SVector<f64, NL>,
+) -> Vec<Vec<f64>> {
+    items.iter().map(|item| row(item).as_slice().to_vec()).collect()
+}
+
+/// A row of so many joints, whose length has been checked.
+fn each<const NL: usize>(row: &[f64]) -> SVector<f64, NL> {
+    SVector::from_fn(|i, _| row.get(i).copied().unwrap_or(0.0))
 }
 
 /// The first of them; all where there are no more.
@@ -56,11 +68,11 @@ impl PlanStage1 {
 
 impl PlanStage2 {
     /// The section of the first `nodes` nodes of a trajectory.
-    pub fn new(
+    pub fn new<const NL: usize>(
         end: StageEnd,
         inference_s: f64,
         nodes: usize,
-        t: &ReorientationTrajectory<NODES, LINKS>,
+        t: &ReorientationTrajectory<NODES, NL>,
     ) -> Self {
         let StageEnd { status, iterations, cost, time_s } = end;
         let (states, controls) = (first(&t.states, nodes), first(&t.controls, nodes - 1));
@@ -71,25 +83,25 @@ impl PlanStage2 {
             time_s,
             inference_s,
             attitude: rows(states, |x| x.attitude.into()),
-            joint_angle: rows(states, |x| x.joint_angle.into()),
+            joint_angle: joint_rows(states, |x| &x.joint_angle),
             rate: rows(states, |x| x.rate.into()),
-            joint_rate: rows(states, |x| x.joint_rate.into()),
+            joint_rate: joint_rows(states, |x| &x.joint_rate),
             bus_torque: rows(controls, |u| u.bus_torque.into()),
-            joint_torque: rows(controls, |u| u.joint_torque.into()),
+            joint_torque: joint_rows(controls, |u| &u.joint_torque),
         }
     }
 
     /// The trajectory of the file's rows, whose number has been checked.
-    pub fn trajectory(&self) -> ReorientationTrajectory<NODES, LINKS> {
+    pub fn trajectory<const NL: usize>(&self) -> ReorientationTrajectory<NODES, NL> {
         let mut t = ReorientationTrajectory::ZERO;
-        let states: &mut [State<LINKS>] = &mut t.states;
+        let states: &mut [State<NL>] = &mut t.states;
         fill(states, &self.attitude, |x, row| x.attitude = Vector4::from(*row));
-        fill(states, &self.joint_angle, |x, row| x.joint_angle = (*row).into());
+        fill(states, &self.joint_angle, |x, row| x.joint_angle = each(row));
         fill(states, &self.rate, |x, row| x.rate = Vector3::from(*row));
-        fill(states, &self.joint_rate, |x, row| x.joint_rate = (*row).into());
-        let controls: &mut [Control<LINKS>] = &mut t.controls;
+        fill(states, &self.joint_rate, |x, row| x.joint_rate = each(row));
+        let controls: &mut [Control<NL>] = &mut t.controls;
         fill(controls, &self.bus_torque, |u, row| u.bus_torque = Vector3::from(*row));
-        fill(controls, &self.joint_torque, |u, row| u.joint_torque = (*row).into());
+        fill(controls, &self.joint_torque, |u, row| u.joint_torque = each(row));
         t
     }
 }

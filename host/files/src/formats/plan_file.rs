@@ -3,7 +3,6 @@
 use super::plan_inputs::{PlanGrid, PlanInputs, Program};
 use super::{Clearances, Residuals, Status, Verdict};
 use crate::method::{Integrator, Mode};
-use remora_core::advanced::stages::LINKS;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -100,19 +99,19 @@ pub struct PlanStage2 {
     pub attitude: Vec<[f64; 4]>,
     /// Joint angles [rad].
     #[serde(rename = "joint_angle_rad")]
-    pub joint_angle: Vec<[f64; LINKS]>,
+    pub joint_angle: Vec<Vec<f64>>,
     /// Bus rate relative to RTN, in RTN [rad/s].
     #[serde(rename = "rate_rtn_rad_s")]
     pub rate: Vec<[f64; 3]>,
     /// Joint rates [rad/s].
     #[serde(rename = "joint_rate_rad_s")]
-    pub joint_rate: Vec<[f64; LINKS]>,
+    pub joint_rate: Vec<Vec<f64>>,
     /// Bus torque, bus body axes [N m].
     #[serde(rename = "bus_torque_body_n_m")]
     pub bus_torque: Vec<[f64; 3]>,
     /// Joint torques [N m].
     #[serde(rename = "joint_torque_n_m")]
-    pub joint_torque: Vec<[f64; LINKS]>,
+    pub joint_torque: Vec<Vec<f64>>,
 }
 
 /// The target's tumble at the nodes.

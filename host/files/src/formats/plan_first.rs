@@ -63,6 +63,11 @@ struct FirstTarget {
     rate: Vec<[f64; 3]>,
 }
 
+/// Rows of the built-in mission's arm, which plans of the first format are for.
+fn rows(of: Vec<[f64; LINKS]>) -> Vec<Vec<f64>> {
+    of.into_iter().map(Vec::from).collect()
+}
+
 /// Parses a plan of the first format as one of today's without inputs.
 pub(super) fn parse(text: &str) -> Result<PlanFile, FieldError> {
     let first: FirstPlan = json::parse(text, FIRST_FORMAT)?;
@@ -98,11 +103,11 @@ pub(super) fn parse(text: &str) -> Result<PlanFile, FieldError> {
             time_s: two.time_s,
             inference_s: two.inference_s,
             attitude: two.attitude,
-            joint_angle: two.joint_angle,
+            joint_angle: rows(two.joint_angle),
             rate: two.rate,
-            joint_rate: two.joint_rate,
+            joint_rate: rows(two.joint_rate),
             bus_torque: two.bus_torque,
-            joint_torque: two.joint_torque,
+            joint_torque: rows(two.joint_torque),
         },
         target: PlanTarget { attitude: first.target.attitude, rate: first.target.rate },
         residuals: first.residuals,

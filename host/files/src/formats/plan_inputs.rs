@@ -6,7 +6,6 @@ use crate::error::FieldError;
 use crate::method::Integrator;
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{mission_checksum, scenario_checksum};
-use remora_core::advanced::stages::LINKS;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -46,10 +45,10 @@ pub struct PlanScenario {
     pub bus_rate_rtn_rad_s: Option<[f64; 3]>,
     /// The joint angles at t = 0, where they were given [rad].
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub joint_angle_rad: Option<[f64; LINKS]>,
+    pub joint_angle_rad: Option<Vec<f64>>,
     /// The joint rates at t = 0, where they were given [rad/s].
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub joint_rate_rad_s: Option<[f64; LINKS]>,
+    pub joint_rate_rad_s: Option<Vec<f64>>,
     /// The time to capture, where it was given [s].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
@@ -84,11 +83,11 @@ pub struct PlanGrid {
 
 /// What a plan was made for, looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MadeFor {
+pub struct MadeFor<const NL: usize> {
     /// The mission; valid.
-    pub mission: Mission<LINKS>,
+    pub mission: Mission<NL>,
     /// The scenario.
-    pub scenario: Scenario,
+    pub scenario: Scenario<NL>,
 }
 
 /// The program that made a file.
@@ -132,16 +131,16 @@ pub fn frames() -> BTreeMap<String, String> {
 
 impl PlanGrid {
     /// The grid of a scenario's plan.
-    pub fn of(mission: &Mission<LINKS>, scenario: &Scenario) -> Self {
+    pub fn of<const NL: usize>(mission: &Mission<NL>, scenario: &Scenario<NL>) -> Self {
         let grid = mission.grid(scenario);
         Self { nodes: grid.nodes, dt_s: grid.interval(), preset_node: grid.preset_node() }
     }
 
     /// Refuses a grid that is not that of mission and scenario.
-    pub(super) fn check(
+    pub(super) fn check<const NL: usize>(
         &self,
-        mission: &Mission<LINKS>,
-        scenario: &Scenario,
+        mission: &Mission<NL>,
+        scenario: &Scenario<NL>,
     ) -> Result<(), FieldError> {
         let is = Self::of(mission, scenario);
         let differs = |field: &str, said: String, is: String| {
@@ -180,8 +179,8 @@ impl PlanScenario {
                 velocity: self.servicer_velocity_rtn_m_s,
                 bus_attitude_body_to_rtn: self.bus_attitude_body_to_rtn,
                 bus_rate_rtn_rad_s: self.bus_rate_rtn_rad_s,
-                joint_angle_rad: self.joint_angle_rad,
-                joint_rate_rad_s: self.joint_rate_rad_s,
+                joint_angle_rad: self.joint_angle_rad.clone(),
+                joint_rate_rad_s: self.joint_rate_rad_s.clone(),
             },
             duration_s: self.duration_s,
             nodes: self.nodes,
@@ -198,8 +197,8 @@ impl From<&NamedScenario> for PlanScenario {
             servicer_velocity_rtn_m_s: scenario.servicer.velocity,
             bus_attitude_body_to_rtn: scenario.servicer.bus_attitude_body_to_rtn,
             bus_rate_rtn_rad_s: scenario.servicer.bus_rate_rtn_rad_s,
-            joint_angle_rad: scenario.servicer.joint_angle_rad,
-            joint_rate_rad_s: scenario.servicer.joint_rate_rad_s,
+            joint_angle_rad: scenario.servicer.joint_angle_rad.clone(),
+            joint_rate_rad_s: scenario.servicer.joint_rate_rad_s.clone(),
             duration_s: scenario.duration_s,
             nodes: scenario.nodes,
         }
@@ -208,13 +207,17 @@ impl From<&NamedScenario> for PlanScenario {
 
 impl PlanInputs {
     /// What a plan with this integrator is made from.
-    pub fn new(mission: &Mission<LINKS>, scenario: &NamedScenario, integrator: Integrator) -> Self {
+    pub fn new<const NL: usize>(
+        mission: &Mission<NL>,
+        scenario: &NamedScenario,
+        integrator: Integrator,
+    ) -> Self {
         let file = MissionFile::of(mission);
         // That of the numbers in the file, which its reader compares it to.
-        let written = file.mission().unwrap_or(*mission);
+        let written = file.mission_of().unwrap_or(*mission);
         Self {
             scenario: scenario.into(),
-            scenario_checksum: checksum_of_scenario(&scenario.scenario()),
+            scenario_checksum: checksum_of_scenario(&scenario.scenario::<NL>()),
             mission: file,
             mission_checksum: checksum_of_mission(&written),
             in_force: InForce {
@@ -229,15 +232,18 @@ impl PlanInputs {
     ///
     /// # Errors
     /// The first field found wrong; checksums that are not those of what they stand beside.
-    pub fn read(&self, id: &str) -> Result<MadeFor, FieldError> {
+    pub fn read<const NL: usize>(&self, id: &str) -> Result<MadeFor<NL>, FieldError> {
         let within = |part: &str, error: FieldError| {
             FieldError::new(format!("inputs.{part}.{}", error.field), error.reason)
         };
         json::check_format(Some(&self.mission.format), MISSION_FORMAT)
             .map_err(|error| within("mission", error))?;
-        let mission = self.mission.mission().map_err(|error| within("mission", error))?;
+        let mission = self.mission.mission_of().map_err(|error| within("mission", error))?;
         let named = self.scenario.named(id);
         named.validate().map_err(|error| {
+            FieldError::new(format!("inputs.scenario.{}", key_of(&error.field)), error.reason)
+        })?;
+        named.check_joints(NL).map_err(|error| {
             FieldError::new(format!("inputs.scenario.{}", key_of(&error.field)), error.reason)
         })?;
         let scenario = named.scenario();
@@ -264,11 +270,11 @@ fn key_of(field: &str) -> &str {
 }
 
 /// Checksum of a mission as files hold it.
-pub fn checksum_of_mission(mission: &Mission<LINKS>) -> String {
+pub fn checksum_of_mission<const NL: usize>(mission: &Mission<NL>) -> String {
     format!("{:016x}", mission_checksum(mission))
 }
 
 /// Checksum of a scenario as files hold it.
-pub fn checksum_of_scenario(scenario: &Scenario) -> String {
+pub fn checksum_of_scenario<const NL: usize>(scenario: &Scenario<NL>) -> String {
     format!("{:016x}", scenario_checksum(scenario))
 }

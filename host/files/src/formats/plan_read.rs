@@ -1,9 +1,9 @@
 //! Reading plans of either format, and writing them.
 
 use super::plan_file::{FORMAT, PlanFile};
-use super::{Residuals, check_id, check_quaternion, json, plan_first};
+use super::{PLANNED_JOINTS, Residuals, check_id, check_quaternion, json, plan_first};
 use crate::error::{Error, FieldError};
-use remora_core::advanced::stages::NODES;
+use remora_core::advanced::stages::{LINKS, NODES};
 use std::path::Path;
 
 impl PlanFile {
@@ -48,8 +48,13 @@ impl PlanFile {
         let inputs = self.inputs.as_ref().ok_or_else(|| missing("inputs"))?;
         let grid = self.grid.as_ref().ok_or_else(|| missing("grid"))?;
         check_id(&self.scenario, || "scenario".into())?;
-        let made_for = inputs.read(&self.scenario)?;
-        grid.check(&made_for.mission, &made_for.scenario)
+        crate::with_joints!(inputs.mission.joints(), NL => {
+            let made_for = inputs.read::<NL>(&self.scenario)?;
+            grid.check(&made_for.mission, &made_for.scenario)
+        } else {
+            let wrong = inputs.mission.wrong_joints(PLANNED_JOINTS);
+            Err(FieldError::new(format!("inputs.mission.{}", wrong.field), wrong.reason))
+        })
     }
 
     fn validate(&self) -> Result<(), FieldError> {
@@ -79,6 +84,23 @@ impl PlanFile {
                 let key = if self.inputs.is_some() { key } else { first_key };
                 let reason = format!("has {found} rows; the horizon has {expected}");
                 return Err(FieldError::new(format!("{section}.{key}"), reason));
+            }
+        }
+        self.check_joints()
+    }
+
+    /// Rows of joints have as many numbers as the mission has joints.
+    fn check_joints(&self) -> Result<(), FieldError> {
+        let two = &self.stage2;
+        let joints = self.inputs.as_ref().map_or(LINKS, |inputs| inputs.mission.joints());
+        for (key, rows) in [
+            ("joint_angle_rad", &two.joint_angle),
+            ("joint_rate_rad_s", &two.joint_rate),
+            ("joint_torque_n_m", &two.joint_torque),
+        ] {
+            if let Some(k) = rows.iter().position(|row| row.len() != joints) {
+                let reason = format!("has {} numbers; the arm has {joints} joints", rows[k].len());
+                return Err(FieldError::new(format!("stage2.{key}[{k}]"), reason));
             }
         }
         Ok(())
@@ -155,7 +177,12 @@ mod tests {
             qp: "clarabel".into(),
             integrator: Integrator::RK4,
             stage1: PlanStage1::new(end, NODES, &TranslationTrajectory::ZERO),
-            stage2: PlanStage2::new(end, 0.0, NODES, &ReorientationTrajectory::ZERO),
+            stage2: PlanStage2::new(
+                end,
+                0.0,
+                NODES,
+                &ReorientationTrajectory::<NODES, LINKS>::ZERO,
+            ),
             target: PlanTarget::from([TargetState::ZERO; NODES].as_slice()),
             residuals,
             verdict: Some(Verdict::Optimal),
@@ -170,7 +197,7 @@ mod tests {
         assert_eq!(PlanFile::parse(&text).unwrap(), plan);
         assert_eq!((plan.stage1.position.len(), plan.stage1.force.len()), (60, 59));
         assert_eq!((plan.stage2.attitude.len(), plan.stage2.joint_torque.len()), (60, 59));
-        let two = plan.stage2.trajectory();
+        let two = plan.stage2.trajectory::<LINKS>();
         assert_eq!(two, ReorientationTrajectory::ZERO);
     }
 

@@ -1,7 +1,6 @@
 //! Keep-out radii: given, or derived from the servicer.
 
-use remora_core::advanced::model::{Approach, Servicer};
-use remora_core::advanced::stages::LINKS;
+use remora_core::advanced::model::{Approach, Link, Servicer};
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -21,7 +20,7 @@ const AUTO: &str = "auto";
 
 impl Radius {
     /// The radius while far [m]: how far the arm extends from the system's centre of mass.
-    pub fn far(self, servicer: &Servicer<LINKS>) -> f64 {
+    pub fn far<const NL: usize>(self, servicer: &Servicer<NL>) -> f64 {
         match self {
             Self::Metres(radius) => radius,
             Self::Auto if is_published(servicer) => Approach::default().keep_out_far,
@@ -30,7 +29,7 @@ impl Radius {
     }
 
     /// The radius afterwards [m]: how far the arm reaches at capture.
-    pub fn near(self, servicer: &Servicer<LINKS>) -> f64 {
+    pub fn near<const NL: usize>(self, servicer: &Servicer<NL>) -> f64 {
         match self {
             Self::Metres(radius) => radius,
             Self::Auto if is_published(servicer) => Approach::default().keep_out_near,
@@ -40,13 +39,15 @@ impl Radius {
 }
 
 /// Whether all that the radii follow from is as published.
-fn is_published(servicer: &Servicer<LINKS>) -> bool {
-    let of = |s: &Servicer<LINKS>| {
-        let links = s.links.map(|link| (link.tip, link.center_of_mass, link.mass, link.axis));
-        let stops = (s.min_joint_angle, s.max_joint_angle);
-        (s.bus_mass, s.arm_base, links, stops, s.capture_joint_angle)
-    };
-    of(servicer) == of(&Servicer::default())
+fn is_published<const NL: usize>(servicer: &Servicer<NL>) -> bool {
+    let (s, published) = (servicer, Servicer::default());
+    let link = |link: &Link| (link.tip, link.center_of_mass, link.mass, link.axis);
+    let same = |a: &[f64], b: &[f64]| a == b;
+    (s.bus_mass, s.arm_base) == (published.bus_mass, published.arm_base)
+        && s.links.iter().map(link).eq(published.links.iter().map(link))
+        && same(s.min_joint_angle.as_slice(), published.min_joint_angle.as_slice())
+        && same(s.max_joint_angle.as_slice(), published.max_joint_angle.as_slice())
+        && same(s.capture_joint_angle.as_slice(), published.capture_joint_angle.as_slice())
 }
 
 impl Serialize for Radius {

@@ -2,7 +2,6 @@
 
 use super::{Clearances, NamedScenario, PlanFile, Residuals, Status, Verdict};
 use remora_core::advanced::model::{Mission, Refusal};
-use remora_core::advanced::stages::LINKS;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// What a campaign keeps of one plan.
@@ -84,16 +83,21 @@ pub struct Flight {
 
 impl Flight {
     /// Of a scenario's plan.
-    pub fn new(mission: &Mission<LINKS>, scenario: &NamedScenario, plan: &PlanFile) -> Self {
-        let peak =
-            |rows: &[[f64; 3]]| rows.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+    pub fn new<const NL: usize>(
+        mission: &Mission<NL>,
+        scenario: &NamedScenario,
+        plan: &PlanFile,
+    ) -> Self {
+        fn peak<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
+            numbers.fold(0.0, |most, x| most.max(x.abs()))
+        }
         let (one, two) = (&plan.stage1, &plan.stage2);
         let dt = mission.grid(&scenario.scenario()).interval();
         let impulse = one.force.iter().map(norm).sum::<f64>() * dt;
         Self {
-            peak_force_n: peak(&one.force),
-            peak_bus_torque_n_m: peak(&two.bus_torque),
-            peak_joint_torque_n_m: peak(&two.joint_torque),
+            peak_force_n: peak(one.force.iter().flatten()),
+            peak_bus_torque_n_m: peak(two.bus_torque.iter().flatten()),
+            peak_joint_torque_n_m: peak(two.joint_torque.iter().flatten()),
             delta_v_m_s: impulse / mission.servicer.total_mass(),
             ..Self::refused(scenario)
         }

@@ -2,10 +2,10 @@
 
 use super::{check_id, check_quaternion, json, write_atomically};
 use crate::error::{Error, FieldError};
-use nalgebra::{Vector3, Vector4};
+use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{MIN_NODES, Scenario, Start};
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::NODES;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::path::Path;
@@ -83,28 +83,52 @@ pub struct ServicerStart {
     pub bus_rate_rtn_rad_s: Option<[f64; 3]>,
     /// Joint angles [rad]; the mission's where they are not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub joint_angle_rad: Option<[f64; LINKS]>,
+    pub joint_angle_rad: Option<Vec<f64>>,
     /// Joint rates [rad/s]; at rest where they are not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub joint_rate_rad_s: Option<[f64; LINKS]>,
+    pub joint_rate_rad_s: Option<Vec<f64>>,
 }
 
 impl ServicerStart {
     /// Bus and arm as the planner takes them.
-    fn start(&self) -> Start {
+    fn start<const NL: usize>(&self) -> Start<NL> {
         let attitude = self.bus_attitude_body_to_rtn;
         Start {
             bus_attitude: attitude.map(|q| quaternion::normalized(&Vector4::from(q))),
             bus_rate: self.bus_rate_rtn_rad_s.unwrap_or_default().into(),
-            joint_angle: self.joint_angle_rad.map(Into::into),
-            joint_rate: self.joint_rate_rad_s.unwrap_or_default().into(),
+            joint_angle: self.joint_angle_rad.as_deref().map(each),
+            joint_rate: each(self.joint_rate_rad_s.as_deref().unwrap_or_default()),
         }
     }
 }
 
+/// One number a joint; zero where there is none, see [`NamedScenario::check_joints`].
+fn each<const NL: usize>(values: &[f64]) -> SVector<f64, NL> {
+    SVector::from_fn(|i, _| values.get(i).copied().unwrap_or(0.0))
+}
+
 impl NamedScenario {
-    /// The scenario as the planner takes it, its quaternion normalised.
-    pub fn scenario(&self) -> Scenario {
+    /// Refuses a start of an arm with another number of joints.
+    ///
+    /// # Errors
+    /// The field and what is wrong with it.
+    pub fn check_joints(&self, joints: usize) -> Result<(), FieldError> {
+        let ServicerStart { joint_angle_rad, joint_rate_rad_s, .. } = &self.servicer;
+        for (key, values) in
+            [("joint_angle_rad", joint_angle_rad), ("joint_rate_rad_s", joint_rate_rad_s)]
+        {
+            let given = values.as_ref().map_or(joints, Vec::len);
+            if given != joints {
+                let reason =
+                    format!("one number for each of the mission's {joints} joints, not {given}");
+                return Err(FieldError::new(format!("servicer.{key}"), reason));
+            }
+        }
+        Ok(())
+    }
+
+    /// The scenario as the planner takes it for an arm of `NL` joints, its quaternion normalised.
+    pub fn scenario<const NL: usize>(&self) -> Scenario<NL> {
         Scenario {
             target_attitude: quaternion::normalized(&Vector4::from(self.target.attitude)),
             target_rate: Vector3::from(self.target.rate),
@@ -118,7 +142,7 @@ impl NamedScenario {
 
     /// Whether it gives what the first format could not say.
     fn is_of_second_format(&self) -> bool {
-        let ServicerStart { position, velocity, .. } = self.servicer;
+        let ServicerStart { position, velocity, .. } = self.servicer.clone();
         self.duration_s.is_some()
             || self.nodes.is_some()
             || self.servicer != ServicerStart { position, velocity, ..ServicerStart::default() }
@@ -146,11 +170,11 @@ impl NamedScenario {
             check_quaternion(attitude, || "servicer.bus_attitude_body_to_rtn".into())?;
         }
         // What is not given is at rest, and within.
-        let (angle, joint_rate) = (s.joint_angle_rad, s.joint_rate_rad_s);
         let bus_rate = s.bus_rate_rtn_rad_s.unwrap_or_default();
         within(&bus_rate, MAX_RATE, "servicer.bus_rate_rtn_rad_s", "rad/s")?;
-        within(&angle.unwrap_or_default(), MAX_ANGLE, "servicer.joint_angle_rad", "rad")?;
-        within(&joint_rate.unwrap_or_default(), MAX_RATE, "servicer.joint_rate_rad_s", "rad/s")?;
+        let joints = |values: &Option<Vec<f64>>| values.clone().unwrap_or_default();
+        within(&joints(&s.joint_angle_rad), MAX_ANGLE, "servicer.joint_angle_rad", "rad")?;
+        within(&joints(&s.joint_rate_rad_s), MAX_RATE, "servicer.joint_rate_rad_s", "rad/s")?;
         if self.duration_s.is_some_and(|duration| !DURATION.contains(&duration)) {
             return Err(FieldError::new("duration_s", "must lie in [1, 1e6] s"));
         }
@@ -291,14 +315,14 @@ mod tests {
         let moving = |s: &mut NamedScenario| {
             s.servicer.bus_attitude_body_to_rtn = Some([0.0, 0.6, 0.0, 0.8]);
             s.servicer.bus_rate_rtn_rad_s = Some([1e-4, 0.0, -2e-4]);
-            s.servicer.joint_angle_rad = Some([-0.5, 0.4, 0.3]);
-            s.servicer.joint_rate_rad_s = Some([1e-3, 0.0, 0.0]);
+            s.servicer.joint_angle_rad = Some(vec![-0.5, 0.4, 0.3]);
+            s.servicer.joint_rate_rad_s = Some(vec![1e-3, 0.0, 0.0]);
             s.duration_s = Some(700.0);
         };
         let written = text(moving);
         let set = ScenarioSet::parse(&written).unwrap();
         assert_eq!(set.format, FORMAT);
-        let scenario = set.scenarios[0].scenario();
+        let scenario = set.scenarios[0].scenario::<3>();
         assert_eq!(scenario.duration, Some(700.0));
         assert_eq!(scenario.start.joint_angle, Some([-0.5, 0.4, 0.3].into()));
         assert_eq!(scenario.start.bus_rate, Vector3::new(1e-4, 0.0, -2e-4));
@@ -318,11 +342,11 @@ mod tests {
             format!("{servicer}.bus_rate_rtn_rad_s")
         );
         assert_eq!(
-            field(|s| s.servicer.joint_angle_rad = Some([0.0, 101.0, 0.0])),
+            field(|s| s.servicer.joint_angle_rad = Some(vec![0.0, 101.0, 0.0])),
             format!("{servicer}.joint_angle_rad")
         );
         assert_eq!(
-            field(|s| s.servicer.joint_rate_rad_s = Some([0.0, 0.0, -3.0])),
+            field(|s| s.servicer.joint_rate_rad_s = Some(vec![0.0, 0.0, -3.0])),
             format!("{servicer}.joint_rate_rad_s")
         );
         assert_eq!(field(|s| s.duration_s = Some(0.0)), "scenarios[0].duration_s");

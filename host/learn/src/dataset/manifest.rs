@@ -67,7 +67,7 @@ impl Manifest {
             integrator: recipe.integrator,
             model: recipe.model.as_ref().map(|model| format!("{:08x}", model.checksum())),
             mission: fingerprint(&recipe.mission),
-            settings: fingerprint(&planning::settings_text(&method)),
+            settings: fingerprint(&engine::settings_text(&method)),
             shard: recipe.shard.get(),
             nodes: NODES,
             links: LINKS,

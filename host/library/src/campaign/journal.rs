@@ -1,11 +1,11 @@
 //! The journal: a header line that says what the campaign is, then one line a finished row.
 
 use super::Campaign;
+use crate::engine;
 use crate::fingerprint::{self, fingerprint};
 use crate::formats::Row;
 use crate::journal::Heading;
 use crate::method::{Integrator, Mode, Qp, WarmStart};
-use crate::planning;
 use serde::{Deserialize, Serialize};
 
 /// Name of the journal in the campaign's directory.
@@ -46,7 +46,7 @@ pub struct Header {
 
 impl Header {
     /// The header of a campaign.
-    pub fn new(campaign: &Campaign) -> Self {
+    pub fn new<const NL: usize>(campaign: &Campaign<NL>) -> Self {
         let method = &campaign.method;
         Self {
             format: FORMAT.into(),
@@ -57,7 +57,7 @@ impl Header {
             qp: method.qp,
             integrator: method.integrator,
             plans: campaign.save_plans,
-            settings: fingerprint(&(planning::settings_text(method), &campaign.model)),
+            settings: fingerprint(&(engine::settings_text(method), &campaign.model)),
             mission: fingerprint(&campaign.mission),
             scenarios: fingerprint(&campaign.scenarios),
         }

@@ -43,13 +43,13 @@ pub const SCENARIOS: &str = "campaign.scenarios.json";
 
 /// A campaign to be run: the input of `remora campaign`.
 #[derive(Clone, Debug)]
-pub struct Campaign {
+pub struct Campaign<const NL: usize = LINKS> {
     /// The scenarios; ids are unique.
     pub scenarios: Vec<NamedScenario>,
     /// Seed of their draw, where they were drawn.
     pub seed: Option<u64>,
     /// The mission; valid.
-    pub mission: Mission<LINKS>,
+    pub mission: Mission<NL>,
     /// How to plan.
     pub method: Method,
     /// Model of a learned start; none is the heuristic.
@@ -80,8 +80,8 @@ pub struct Results {
 ///
 /// # Errors
 /// As [`Campaign::run`].
-pub fn run_together(
-    campaigns: &[Campaign],
+pub fn run_together<const NL: usize>(
+    campaigns: &[Campaign<NL>],
     jobs: NonZeroUsize,
     progress: &mut dyn Progress,
 ) -> Result<Vec<Results>, Error> {
@@ -111,15 +111,15 @@ pub fn run_together(
 }
 
 /// A campaign that is running.
-struct Begun<'a> {
-    campaign: &'a Campaign,
+struct Begun<'a, const NL: usize> {
+    campaign: &'a Campaign<NL>,
     journal: Journal,
     rows: Vec<Option<Row>>,
     resumed: usize,
 }
 
-impl<'a> Begun<'a> {
-    fn new(campaign: &'a Campaign) -> Result<Self, Error> {
+impl<'a, const NL: usize> Begun<'a, NL> {
+    fn new(campaign: &'a Campaign<NL>) -> Result<Self, Error> {
         let (journal, finished) = Journal::open(&campaign.journal(), &Header::new(campaign))?;
         campaign.clean();
         let rows = campaign.matched(finished);
@@ -144,7 +144,7 @@ impl<'a> Begun<'a> {
     }
 }
 
-impl Campaign {
+impl<const NL: usize> Campaign<NL> {
     /// Plans what is not in the journal yet, then writes tables and summary.
     ///
     /// # Errors

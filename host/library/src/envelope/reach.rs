@@ -40,7 +40,8 @@ pub(super) fn is_proved(
     };
     let deadline = Deadline::try_from(FAR_S).ok();
     let method = Method { qp: Qp::Clarabel, deadline, ..*method };
-    planner.plan_by(&Stoppable::new(&is_over), mission, scenario, &method, None, &mut watch);
+    let clock = Stoppable::new(&is_over);
+    planner.plan_watched(&clock, mission, scenario, &method, None, &mut watch);
     first == Some(QpStatus::Infeasible)
 }
 

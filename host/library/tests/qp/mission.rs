@@ -15,7 +15,7 @@ use remora_host::formats::{ScenarioSet, Status};
 use remora_host::kkt::{Kkt, distance, objective};
 use remora_host::memory::STACK_BYTES;
 use remora_host::method::{Integrator, Method, Qp as Choice};
-use remora_host::planning::{Planner, Subproblem};
+use remora_host::planning::{Planner, Subproblem, WallClock};
 use remora_host::polish::polish;
 
 /// How one subproblem went with both.
@@ -88,7 +88,14 @@ fn pairs(first: usize, step: usize) -> Vec<Pair> {
             pairs.push(pair(name, &mut solvers, &solve));
             count += 1;
         };
-        let planned = planner.plan_watched(&mission, scenario, &method, None, &mut watch);
+        let planned = planner.plan_watched(
+            &WallClock::start(),
+            &mission,
+            scenario,
+            &method,
+            None,
+            &mut watch,
+        );
         assert_eq!(planned.file.status, Status::Solved, "{}", scenario.id);
     }
     pairs

@@ -1,0 +1,275 @@
+//! The core's planner in the two sizes that this program is built for: the built-in mission's arm, and
+//! room for any other. The only module that calls the core's planner.
+
+use crate::backend::{ClarabelQp, Recorder, Solve};
+use crate::formats::{GainRows, MAX_JOINTS};
+use crate::learned::{Learned, Memories};
+use crate::memory::on_heap;
+use crate::method::{Deadline, Integrator, Method, Qp};
+use crate::threads::Threads;
+use remora_core::advanced::dynamics::{Control, State};
+use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::planner::{
+    self, ArmSolver, ArmWorkspace, EmbeddedSolver, Gain, InitialGuess, Options, PlanSettings,
+    Platform, Report, Solver, Workspace,
+};
+use remora_core::advanced::stages::{
+    LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
+};
+use remora_core::advanced::time::{Clock, Deadline as Until};
+use remora_core::nalgebra::SVector;
+
+/// Seed of learned starts that draw.
+pub const SEED: u64 = 0;
+
+/// One subproblem of an engine's plan with its solver's answer.
+pub type Solved<'a, const NX: usize, const NU: usize> = Solve<'a, NODES, NX, NU, { size::NG }>;
+
+/// The engine of the built-in mission's arm.
+pub type Usual = Engine<LINKS, { size::NX }, { size::NU }>;
+
+/// The engine of all other arms: joints that an arm does not have stand still, see
+/// [`Mission::resized`].
+pub type Roomy = Engine<MAX_JOINTS, { size::states(MAX_JOINTS) }, { size::controls(MAX_JOINTS) }>;
+
+/// The core's planner for arms of up to `M` joints, with its memory: 1 MiB on the heap for three joints,
+/// 2 MiB for seven, and a few more once Clarabel has planned.
+pub struct Engine<const M: usize, const NX: usize, const NU: usize> {
+    /// Where the last plan is.
+    pub workspace: Box<ArmWorkspace<M, NX, NU>>,
+    embedded: Box<ArmSolver<NX, NU>>,
+    clarabel: ClarabelQp,
+}
+
+/// How a plan is to be made.
+pub struct Task<'a> {
+    /// Times and deadline.
+    pub clock: &'a dyn Clock,
+    /// Threads that work on it.
+    pub threads: &'a Threads,
+    /// Model of a learned start; none is the heuristic.
+    pub model: Option<&'a Learned>,
+    /// Memory for models.
+    pub memories: &'a mut Memories,
+    /// All else.
+    pub method: &'a Method,
+}
+
+impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
+    /// An engine that has planned nothing yet.
+    pub fn new() -> Self {
+        Self {
+            workspace: on_heap(ArmWorkspace::new),
+            embedded: on_heap(ArmSolver::new),
+            clarabel: ClarabelQp::default(),
+        }
+    }
+
+    /// Plans with the embedded solver, and nothing else.
+    pub fn plan_in_place<const NL: usize>(
+        &mut self,
+        mission: &Mission<NL>,
+        scenario: &Scenario<NL>,
+        task: Task<'_>,
+    ) -> Report {
+        let (m, s) = (mission.resized(), scenario.resized());
+        let report = run(&m, &s, task, &mut *self.embedded, &mut self.workspace);
+        self.filed(mission, scenario, report)
+    }
+
+    /// Plans with the solver that the method names, and says the gains; `watch` looks at each
+    /// subproblem.
+    pub fn plan<const NL: usize>(
+        &mut self,
+        mission: &Mission<NL>,
+        scenario: &Scenario<NL>,
+        task: Task<'_>,
+        watch: &mut dyn FnMut(Solved<'_, NX, NU>),
+    ) -> (Report, Option<Vec<GainRows>>) {
+        let (m, s) = (mission.resized(), scenario.resized());
+        let solver: &mut dyn Solver<NX, NU> = match task.method.qp {
+            Qp::Embedded => &mut *self.embedded,
+            Qp::Clarabel => &mut self.clarabel,
+        };
+        let mut solver = Recorder::new(solver, watch);
+        let report = run(&m, &s, task, &mut solver, &mut self.workspace);
+        let gains = gains(&m, NL, mission.grid(scenario).last(), &report, &solver);
+        (self.filed(mission, scenario, report), gains)
+    }
+
+    /// The report with checksums of what the caller gave and gets, without joints that are not there.
+    fn filed<const NL: usize>(
+        &self,
+        mission: &Mission<NL>,
+        scenario: &Scenario<NL>,
+        mut report: Report,
+    ) -> Report {
+        if NL != M {
+            let nodes = mission.grid(scenario).nodes;
+            let translation = self.workspace.translation();
+            report.record.input = planner::input_checksum(mission, scenario);
+            report.record.output =
+                planner::output_checksum(nodes, translation, &self.reorientation::<NL>());
+        }
+        report
+    }
+
+    /// Bus and arm of the last plan.
+    pub fn reorientation<const NL: usize>(&self) -> ReorientationTrajectory<NODES, NL> {
+        resized(self.workspace.reorientation())
+    }
+}
+
+/// A motion of the first `M` joints; those that it does not have stand at zero.
+fn resized<const NL: usize, const M: usize>(
+    motion: &ReorientationTrajectory<NODES, NL>,
+) -> ReorientationTrajectory<NODES, M> {
+    fn joints<const NL: usize, const M: usize>(from: &SVector<f64, NL>) -> SVector<f64, M> {
+        SVector::from_fn(|i, _| from.as_slice().get(i).copied().unwrap_or(0.0))
+    }
+    let state = |x: &State<NL>| State {
+        attitude: x.attitude,
+        joint_angle: joints(&x.joint_angle),
+        rate: x.rate,
+        joint_rate: joints(&x.joint_rate),
+    };
+    let control = |u: &Control<NL>| Control {
+        bus_torque: u.bus_torque,
+        joint_torque: joints(&u.joint_torque),
+    };
+    ReorientationTrajectory {
+        states: motion.states.each_ref().map(state),
+        controls: motion.controls.each_ref().map(control),
+    }
+}
+
+/// The core's verifier, in the size that planned: its code is compiled for the two alone.
+pub fn verified<const NL: usize>(
+    mission: &Mission<NL>,
+    scenario: &Scenario<NL>,
+    integrator: Integrator,
+    translation: &TranslationTrajectory<NODES>,
+    motion: &ReorientationTrajectory<NODES, NL>,
+) -> Verification {
+    fn sized<const NL: usize, const M: usize>(
+        (mission, scenario): (&Mission<NL>, &Scenario<NL>),
+        integrator: Integrator,
+        translation: &TranslationTrajectory<NODES>,
+        motion: &ReorientationTrajectory<NODES, NL>,
+    ) -> Verification {
+        let (mission, scenario) = (mission.resized::<M>(), scenario.resized());
+        verify(&mission, &scenario, integrator, translation, &resized(motion), &Until::never())
+    }
+    let inputs = (mission, scenario);
+    match NL {
+        LINKS => sized::<NL, LINKS>(inputs, integrator, translation, motion),
+        _ => sized::<NL, MAX_JOINTS>(inputs, integrator, translation, motion),
+    }
+}
+
+/// The call into the core.
+fn run<const M: usize, const NX: usize, const NU: usize>(
+    mission: &Mission<M>,
+    scenario: &Scenario<M>,
+    task: Task<'_>,
+    mut solver: &mut dyn Solver<NX, NU>,
+    workspace: &mut ArmWorkspace<M, NX, NU>,
+) -> Report {
+    let Task { clock, threads, model, memories, method } = task;
+    threads.prepare();
+    let platform = Platform { clock, executor: threads };
+    let mut planned = |start: &InitialGuess<'_, M>| {
+        let options = Options::from_parts(options(method), *start, platform);
+        // Its code is compiled once for all solvers.
+        planner::plan(mission, scenario, &options, &mut solver, workspace)
+    };
+    match model {
+        None => planned(&InitialGuess::Heuristic),
+        Some(model) => model.at_work(memories, |policy| match policy {
+            None => planned(&InitialGuess::Refused),
+            Some(policy) => planned(&InitialGuess::Learned { policy, seed: SEED }),
+        }),
+    }
+}
+
+/// The core's options for a method.
+fn options(method: &Method) -> PlanSettings {
+    let deadline_s = method.deadline.map_or(f64::INFINITY, Deadline::seconds);
+    PlanSettings { deadline_s, ..PlanSettings::new(method.mode, method.integrator) }
+}
+
+/// All settings that a method stands for, as text: two runs with the same text plan the same,
+/// as far as no deadline passes.
+pub fn settings_text(method: &Method) -> String {
+    format!("{:?}", options(method))
+}
+
+/// The gains of all intervals by the arm's own joints, where the solver has them.
+fn gains<const M: usize, const NX: usize, const NU: usize>(
+    mission: &Mission<M>,
+    joints: usize,
+    intervals: usize,
+    report: &Report,
+    solver: &dyn Solver<NX, NU>,
+) -> Option<Vec<GainRows>> {
+    // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
+    if report.reorientation.outcome.iterations == 0 {
+        return None;
+    }
+    let gain = |k| -> Option<Gain<NX, NU>> { planner::feedback_gain(mission, solver, k) };
+    (0..intervals).map(|k| Some(rows(&gain(k)?, M, joints))).collect()
+}
+
+/// Rows of a gain without the joints beyond the first `joints` of `room`.
+fn rows<const NX: usize, const NU: usize>(
+    gain: &Gain<NX, NU>,
+    room: usize,
+    joints: usize,
+) -> GainRows {
+    let columns: Vec<usize> =
+        [0..3 + joints, 3 + room..6 + room + joints].into_iter().flatten().collect();
+    (0..3 + joints).map(|i| columns.iter().map(|j| gain[(i, *j)]).collect()).collect()
+}
+
+/// The solver that flies, on the heap and called through a pointer: its code, too, is compiled once.
+pub fn embedded_solver() -> Box<dyn Solver + Send> {
+    on_heap(EmbeddedSolver::new)
+}
+
+/// [`planner::plan`] with a solver known at run time, for the built-in mission's arm.
+pub fn plan_with(
+    mission: &Mission<LINKS>,
+    scenario: &Scenario,
+    options: &Options<'_, Threads>,
+    mut solver: &mut dyn Solver,
+    workspace: &mut Workspace,
+) -> Report {
+    planner::plan(mission, scenario, options, &mut solver, workspace)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Joints that are not there have no row and no column.
+    #[test]
+    fn gains_are_those_of_the_arms_own_joints() {
+        const X: usize = size::states(MAX_JOINTS);
+        const U: usize = size::controls(MAX_JOINTS);
+        let gain = Gain::<X, U>::from_fn(|i, j| (100 * i + j) as f64);
+        let kept = rows(&gain, MAX_JOINTS, 2);
+        assert_eq!(kept.len(), 5);
+        assert_eq!(kept[4], [0, 1, 2, 3, 4, 10, 11, 12, 13, 14].map(|j| f64::from(400 + j)));
+        assert_eq!(rows(&gain, MAX_JOINTS, MAX_JOINTS)[3].len(), X);
+    }
+
+    #[test]
+    fn a_motion_keeps_its_joints() {
+        let mut motion = ReorientationTrajectory::<NODES, 2>::ZERO;
+        motion.states[3].joint_rate[1] = 0.5;
+        motion.controls[3].joint_torque[0] = 0.25;
+        let roomy: ReorientationTrajectory<NODES, MAX_JOINTS> = resized(&motion);
+        assert_eq!(resized(&roomy), motion);
+        assert_eq!(roomy.states[3].joint_rate.sum(), 0.5);
+    }
+}
