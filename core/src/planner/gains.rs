@@ -3,7 +3,7 @@
 use super::Solver;
 use crate::executor::Sequential;
 use crate::model::Mission;
-use crate::stages::{MissionReorientation, NODES, size};
+use crate::stages::{NODES, Reorientation, size};
 use nalgebra::{SMatrix, SVector};
 
 /// Control [N m] by state: rows `[bus torque (bus axes); joint torques]`, columns
@@ -43,7 +43,7 @@ pub(crate) struct Scales<const NX: usize, const NU: usize> {
 impl<const NX: usize, const NU: usize> Scales<NX, NU> {
     /// Those of a mission.
     pub fn of<const NL: usize>(mission: &Mission<NL>) -> Self {
-        let (x, u) = MissionReorientation::<Sequential, NL, NX, NU>::scales(mission);
+        let (x, u) = Reorientation::<Sequential, NODES, NL, NX, NU>::scales(mission);
         Self { x, u }
     }
 

@@ -5,9 +5,7 @@ use crate::dynamics::{Control, State};
 use crate::executor::ForkJoin;
 use crate::model::{Mission, Scenario};
 use crate::scp::Problem;
-use crate::stages::{
-    Formulation, LINKS, MissionReorientation, NODES, ReorientationTrajectory, heuristic,
-};
+use crate::stages::{Formulation, LINKS, NODES, Reorientation, ReorientationTrajectory, heuristic};
 use crate::warmstart::{self, Policy, Scene};
 use core::any::Any;
 use core::mem;
@@ -204,7 +202,7 @@ impl<const NL: usize> InitialGuess<'_, NL> {
             return if is_late { GuessRecord::Deadline } else { GuessRecord::NotFinite };
         };
         let mode = options.mode;
-        let problem = MissionReorientation::<P, NL, NX, NU>::new(
+        let problem = Reorientation::<P, NODES, NL, NX, NU>::new(
             formulation,
             translation,
             target,

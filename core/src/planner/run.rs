@@ -9,7 +9,7 @@ use super::{
 use crate::executor::ForkJoin;
 use crate::scp::{self, Outcome, Settings, Status};
 use crate::stages::{
-    Formulation, MissionReorientation, Mode, NODES, Translation, Verification, recovery, verify,
+    Formulation, Mode, NODES, Reorientation, Translation, Verification, recovery, verify,
     verify_first,
 };
 use remora_qp::Valid;
@@ -378,7 +378,7 @@ pub(super) fn reorient<
     let started = deadline.seconds();
     let ArmWorkspace { target, scratch: w, translation, reorientation: z } = workspace;
     let translation = &translation.trajectory;
-    let mut problem = MissionReorientation::<P, NL, NX, NU>::new(
+    let mut problem = Reorientation::<P, NODES, NL, NX, NU>::new(
         formulation,
         translation,
         target,

@@ -71,14 +71,9 @@ pub const NODES: usize = 60;
 /// Links of the mission's arm.
 pub const LINKS: usize = 3;
 
-/// Stage 2 at the size of this build's horizon, of the mission's arm where none is said.
-pub type MissionReorientation<
-    'a,
-    P,
-    const NL: usize = LINKS,
-    const NX: usize = { size::NX },
-    const NU: usize = { size::NU },
-> = Reorientation<'a, P, NODES, NL, NX, NU>;
+/// Stage 2 at the size of this build's horizon and of the mission's arm.
+pub type MissionReorientation<'a, P> =
+    Reorientation<'a, P, NODES, LINKS, { size::NX }, { size::NU }>;
 
 /// Number of states, controls and path constraints of the subproblems of both stages, for the mission's
 /// arm; for another, [`states`](size::states) and [`controls`](size::controls).

@@ -168,7 +168,7 @@ mod tests {
         fn every_draw_is_within_its_bounds(seed: u64, index in 0..MAX_COUNT) {
             let mission = Mission::default();
             let scenario = draw_one(seed, index, &mission).unwrap();
-            let start = scenario.scenario::<NL>();
+            let start = scenario.scenario::<3>();
             let from = Mission::default().scenarios;
             prop_assert!(start.target_rate.amax() <= from.rate);
             prop_assert!(start.velocity.amax() <= from.velocity);

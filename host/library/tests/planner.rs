@@ -7,8 +7,8 @@ use remora_core::advanced::executor::{ForkJoin, Sequential};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{
-    EmbeddedSolver, Fallback, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
-    feedback_gain, output_checksum, plan, plan_reorientation,
+    EmbeddedSolver, Fallback, Gain, InitialGuess, Options, PlanSettings, Platform, Report,
+    Workspace, feedback_gain, output_checksum, plan, plan_reorientation,
 };
 use remora_core::advanced::qp::Validate;
 use remora_core::advanced::scp::{Settings, Status};
@@ -374,6 +374,10 @@ fn phases_add_up_to_the_whole() {
     assert_eq!(bench.plan(0, &options).times, Default::default());
 }
 
+fn gain(bench: &Bench, solver: &EmbeddedSolver, k: usize) -> Option<Gain> {
+    feedback_gain(&bench.mission, solver, k)
+}
+
 /// Flies the plan from a start turned by `turn`, with the gains or without; returns by how much
 /// that has grown at the end, where the arm has to point (the roll about it is free).
 fn growth(bench: &Bench, solver: &EmbeddedSolver, turn: f64, is_tracking: bool) -> f64 {
@@ -386,7 +390,7 @@ fn growth(bench: &Bench, solver: &EmbeddedSolver, turn: f64, is_tracking: bool) 
     for k in 0..NODES - 1 {
         let (planned, mut u) = (&motion.states[k], motion.controls[k]);
         if is_tracking {
-            let gain = feedback_gain(&bench.mission, solver, k).unwrap();
+            let gain = gain(bench, solver, k).unwrap();
             let mut error = SVector::<f64, 12>::zeros();
             error
                 .fixed_rows_mut::<3>(0)
@@ -429,7 +433,7 @@ fn the_gains_bring_a_disturbed_start_back_to_the_plan() {
         println!("{k}: {tracked} {open}");
         assert!(tracked < 0.05 && open > 0.5, "scenario {k}: {tracked} against {open}");
     }
-    assert!(feedback_gain(&bench.mission, &*solver, NODES - 1).is_none());
+    assert!(gain(&bench, &solver, NODES - 1).is_none());
     bench.plan(0, &options);
-    assert!(feedback_gain(&bench.mission, &bench.solver, 0).is_none());
+    assert!(gain(&bench, &bench.solver, 0).is_none());
 }

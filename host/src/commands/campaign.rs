@@ -4,9 +4,11 @@ use super::Output;
 use super::options::{DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SetArgs};
 use super::progress::Bar;
 use crate::report;
+use remora_core::advanced::model::Mission;
 use remora_host::campaign::Campaign;
 use remora_host::error::Error;
 use remora_host::formats::Verdict;
+use remora_host::with_joints;
 use std::path::PathBuf;
 
 /// Plan many scenarios over several threads; resumes what was interrupted.
@@ -57,7 +59,15 @@ Exit status: 0 all optimal, 1 some are not flyable, 2 bad input, 3 all verified 
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = self.mission.mission()?;
+        let mission = self.mission.any()?;
+        with_joints!(mission.joints(), NL => {
+            self.run_for::<NL>(mission.of()?)
+        } else {
+            Err(mission.wrong_joints())
+        })
+    }
+
+    fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
         let chosen = self.set.chosen(&mission)?;
         let campaign = Campaign {
             mission,

@@ -5,7 +5,7 @@ use super::options::JsonArgs;
 use crate::report;
 use remora_host::checking::{Check, Checked, Checks, Given};
 use remora_host::error::Error;
-use remora_host::formats::{ScenarioSet, Verdict, read_mission};
+use remora_host::formats::{ScenarioSet, Verdict, read_mission_file};
 use remora_host::method::Integrator;
 use std::path::PathBuf;
 
@@ -55,8 +55,9 @@ impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let scenarios =
             self.scenarios.map(|file| ScenarioSet::read(&file).map(|value| Given { file, value }));
-        let mission =
-            self.mission.map(|file| read_mission(Some(&file)).map(|value| Given { file, value }));
+        let mission = self
+            .mission
+            .map(|file| read_mission_file(Some(&file)).map(|value| Given { file, value }));
         let check = Check {
             scenarios: scenarios.transpose()?,
             mission: mission.transpose()?,

@@ -5,6 +5,7 @@ use super::options::{COUNT, ForceArgs, JsonArgs, MissionArgs, SEED, drawn, is_st
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::formats::{ScenarioSet, check_writable};
+use remora_host::with_joints;
 use std::path::{Path, PathBuf};
 
 /// Draw scenarios at random, the same for a seed everywhere.
@@ -38,7 +39,12 @@ where it was drawn too, or with --force.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let set = drawn(self.count, self.seed, &self.mission.mission()?)?;
+        let mission = self.mission.any()?;
+        let set = with_joints!(mission.joints(), NL => {
+            drawn(self.count, self.seed, &mission.of::<NL>()?)?
+        } else {
+            return Err(mission.wrong_joints());
+        });
         if !is_stdout(&self.out) {
             check_writable(&self.out)?;
             if !was_drawn(&self.out) {

@@ -6,7 +6,9 @@ use remora_core::advanced::stages::{LINKS, NODES};
 use remora_host::choice::Choice;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
-use remora_host::formats::{NamedScenario, ScenarioSet, read_mission};
+use remora_host::formats::{
+    MissionFile, NamedScenario, PLANNED_JOINTS, ScenarioSet, read_mission, read_mission_file,
+};
 use remora_host::learned::Learned;
 use remora_host::lineage::Lineage;
 use remora_host::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
@@ -159,13 +161,48 @@ pub(super) struct MissionArgs {
 }
 
 impl MissionArgs {
+    /// The mission of a command that is for arms like the built-in mission's.
     pub(super) fn mission(&self) -> Result<Mission<LINKS>, Error> {
         read_mission(self.mission.as_deref())
+    }
+
+    /// The mission of a command that is for arms of any number of joints.
+    pub(super) fn any(&self) -> Result<AnyMission, Error> {
+        AnyMission::read(self.mission.as_deref())
     }
 
     /// The mission, where its plans have all the nodes of this build.
     pub(super) fn of_all_nodes(&self) -> Result<Mission<LINKS>, Error> {
         of_all_nodes(self.mission.as_deref())
+    }
+}
+
+/// A mission whose arm may have any number of joints, not judged yet.
+pub(super) struct AnyMission {
+    name: PathBuf,
+    file: MissionFile,
+}
+
+impl AnyMission {
+    /// That of a file, or the built-in one.
+    pub(super) fn read(file: Option<&Path>) -> Result<Self, Error> {
+        let name = file.map_or_else(|| "built-in mission".into(), Path::to_path_buf);
+        Ok(Self { name, file: read_mission_file(file)? })
+    }
+
+    /// Its number of joints, for [`with_joints`](remora_host::with_joints).
+    pub(super) fn joints(&self) -> usize {
+        self.file.joints()
+    }
+
+    /// The mission, judged.
+    pub(super) fn of<const NL: usize>(&self) -> Result<Mission<NL>, Error> {
+        self.file.mission_of().map_err(|error| error.at(&self.name))
+    }
+
+    /// Why its number of joints cannot be planned for.
+    pub(super) fn wrong_joints(&self) -> Error {
+        self.file.wrong_joints(PLANNED_JOINTS).at(&self.name)
     }
 }
 
@@ -203,7 +240,7 @@ pub(super) struct Chosen {
 
 impl SetArgs {
     /// The scenarios of the file, of the draw, or of the built-in set.
-    pub(super) fn chosen(&self, mission: &Mission<LINKS>) -> Result<Chosen, Error> {
+    pub(super) fn chosen<const NL: usize>(&self, mission: &Mission<NL>) -> Result<Chosen, Error> {
         let set = match (self.count, self.seed) {
             (Some(count), Some(seed)) => drawn(count, seed, mission)?,
             (Some(_), None) => return Err(Error::argument("--count", "needs --seed S")),
@@ -220,7 +257,11 @@ pub(super) fn set_or_built_in(file: Option<&Path>) -> Result<ScenarioSet, Error>
 }
 
 /// Scenarios `0..count` of a seed, for the mission.
-pub(super) fn drawn(count: u64, seed: u64, mission: &Mission<LINKS>) -> Result<ScenarioSet, Error> {
+pub(super) fn drawn<const NL: usize>(
+    count: u64,
+    seed: u64,
+    mission: &Mission<NL>,
+) -> Result<ScenarioSet, Error> {
     remora_host::draw::draw(count, seed, mission).ok_or_else(|| {
         Error::argument("--mission", "its geometry lets no start satisfy keep-out and pointing")
     })

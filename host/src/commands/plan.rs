@@ -5,12 +5,14 @@ use super::options::{
     DeadlineArgs, ForceArgs, JsonArgs, MethodArgs, MissionArgs, ScenarioArgs, choice, is_stdout,
 };
 use crate::report;
+use remora_core::advanced::model::Mission;
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, check_writable, make_directory, write_atomically};
 use remora_host::picture;
 use remora_host::planning::{PlanJob, Planned};
 use remora_host::report::iteration_log;
 use remora_host::threads::Threads;
+use remora_host::with_joints;
 use std::path::{Path, PathBuf};
 
 /// Plan one approach and write the plan.
@@ -74,7 +76,16 @@ impl Args {
         if let Some(list) = self.scenario.listed()? {
             return Ok(Output::data(list));
         }
-        let job = self.job()?;
+        let mission = self.mission.any()?;
+        with_joints!(mission.joints(), NL => {
+            self.run_for::<NL>(mission.of()?)
+        } else {
+            Err(mission.wrong_joints())
+        })
+    }
+
+    fn run_for<const NL: usize>(&self, mission: Mission<NL>) -> Result<Output, Error> {
+        let job = self.job(mission)?;
         if let Some(refusal) = job.refusal()? {
             return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
         }
@@ -89,7 +100,7 @@ impl Args {
         Output::judged(self.report(&planned, &job), verdict).or_json(is_data, &planned.file)
     }
 
-    fn job(&self) -> Result<PlanJob, Error> {
+    fn job<const NL: usize>(&self, mission: Mission<NL>) -> Result<PlanJob<NL>, Error> {
         let scenario = self.scenario.scenario()?;
         let out = match &self.out {
             Some(out) => out.clone(),
@@ -97,7 +108,7 @@ impl Args {
         };
         Ok(PlanJob {
             scenario,
-            mission: self.mission.mission()?,
+            mission,
             method: self.method.method_until(&self.deadline),
             model: self.method.model()?,
             threads: self.threads,
@@ -106,7 +117,7 @@ impl Args {
     }
 
     /// Finds out before planning what cannot be written or must be kept.
-    fn prepare(&self, job: &PlanJob) -> Result<(), Error> {
+    fn prepare<const NL: usize>(&self, job: &PlanJob<NL>) -> Result<(), Error> {
         match &self.out {
             None => make_directory(Path::new(FOLDER))?,
             Some(out) if !is_stdout(out) && !is_plan_of(out, &job.scenario.id) => {
@@ -117,7 +128,7 @@ impl Args {
         self.plot.as_deref().map_or(Ok(()), check_writable)
     }
 
-    fn report(&self, planned: &Planned, job: &PlanJob) -> String {
+    fn report<const NL: usize>(&self, planned: &Planned, job: &PlanJob<NL>) -> String {
         let mut text = String::new();
         if self.verbose {
             text.push_str(&iteration_log("Stage 1, translation", &planned.logs[0]));

@@ -2,7 +2,6 @@
 
 use super::{Align, Table, clearance_table, number, overlap_warning, residual_table, time};
 use remora_core::advanced::model::{Mission, Refusal};
-use remora_core::advanced::stages::LINKS;
 use remora_host::formats::{PlanFile, Status, Verdict};
 use remora_host::planning::Planned;
 use remora_host::stopwatch::busy_share;
@@ -14,7 +13,11 @@ pub fn refusal_report(scenario: &str, refusal: &Refusal) -> String {
 }
 
 /// Verdict, stages, residuals, clearances and the path of the file.
-pub fn plan_report(planned: &Planned, mission: &Mission<LINKS>, file: &Path) -> String {
+pub fn plan_report<const NL: usize>(
+    planned: &Planned,
+    mission: &Mission<NL>,
+    file: &Path,
+) -> String {
     let plan = &planned.file;
     let (translation, reorientation) = (&plan.stage1, &plan.stage2);
     let mut stages = Table::new([
@@ -64,7 +67,7 @@ pub fn plan_report(planned: &Planned, mission: &Mission<LINKS>, file: &Path) -> 
 }
 
 /// The limits that the start violates, and until when.
-fn recovered(planned: &Planned, mission: &Mission<LINKS>) -> String {
+fn recovered<const NL: usize>(planned: &Planned, mission: &Mission<NL>) -> String {
     match planned.evidence.recovered.as_slice() {
         [] => String::new(),
         limits => {
@@ -96,7 +99,7 @@ fn verdict(planned: &Planned) -> String {
 }
 
 /// How near bodies come to each other, with a warning where that is too near and not judged.
-fn clearances(planned: &Planned, mission: &Mission<LINKS>) -> String {
+fn clearances<const NL: usize>(planned: &Planned, mission: &Mission<NL>) -> String {
     let plan = &planned.file;
     let Some(clearances) = &plan.clearances else { return String::new() };
     let mut out = clearance_table(clearances).to_string();

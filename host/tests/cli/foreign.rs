@@ -18,7 +18,7 @@ fn columns(rows: &Value, from: usize, to: usize) -> Value {
 
 /// The tumble at the nodes: attitudes and rates.
 fn tumble(set: &ScenarioSet, id: &str) -> (Value, Value) {
-    let (mission, scenario) = (Mission::default(), set.get(id).unwrap().scenario());
+    let (mission, scenario) = (Mission::default(), set.get(id).unwrap().scenario::<3>());
     let mut nodes = [TargetState::ZERO; 60];
     let dt = mission.approach.duration / 59.0;
     let (attitude, rate) = (&scenario.target_attitude, &scenario.target_rate);

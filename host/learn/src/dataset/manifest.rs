@@ -2,11 +2,11 @@
 
 use super::{CONTROL, Recipe, STATE, Trajectory};
 use remora_core::advanced::stages::{LINKS, NODES};
+use remora_host::engine;
 use remora_host::error::{Error, FieldError};
 use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{json, write_atomically};
 use remora_host::method::{Integrator, Method};
-use remora_host::planning;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 use std::path::Path;

@@ -122,9 +122,9 @@ impl Trajectory {
 }
 
 /// Rounds `from` into the columns of `to` that begin at `column`.
-fn fill<const M: usize, const W: usize>(to: &mut [[f32; W]], column: usize, from: &[[f64; M]]) {
+fn fill<R: AsRef<[f64]>, const W: usize>(to: &mut [[f32; W]], column: usize, from: &[R]) {
     for (to, from) in to.iter_mut().zip(from) {
-        to.iter_mut().skip(column).zip(from).for_each(|(to, from)| *to = *from as f32);
+        to.iter_mut().skip(column).zip(from.as_ref()).for_each(|(to, from)| *to = *from as f32);
     }
 }
 
@@ -169,13 +169,14 @@ pub(super) mod tests {
     #[test]
     fn a_plan_becomes_states_and_controls_in_the_order_of_the_core() {
         let rows = |n: usize, at: f64| vec![[at, at + 1.0, at + 2.0]; n];
+        let joints = |n: usize, at: f64| vec![vec![at, at + 1.0, at + 2.0]; n];
         let mut plan = crate::dataset::tests::plan();
         plan.stage2.attitude = vec![[0.1, 0.2, 0.3, 0.4]; 60];
-        plan.stage2.joint_angle = rows(60, 10.0);
+        plan.stage2.joint_angle = joints(60, 10.0);
         plan.stage2.rate = rows(60, 20.0);
-        plan.stage2.joint_rate = rows(60, 30.0);
+        plan.stage2.joint_rate = joints(60, 30.0);
         plan.stage2.bus_torque = rows(59, 40.0);
-        plan.stage2.joint_torque = rows(59, 50.0);
+        plan.stage2.joint_torque = joints(59, 50.0);
         let t = Trajectory::new(7, &plan);
         let state = [0.1, 0.2, 0.3, 0.4, 10.0, 11.0, 12.0, 20.0, 21.0, 22.0, 30.0, 31.0, 32.0];
         assert_eq!(t.states[59], state);
