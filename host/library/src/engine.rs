@@ -55,6 +55,92 @@ pub struct Task<'a> {
     pub method: &'a Method,
 }
 
+/// The core's code in one size. It is implemented for each size by name, so that the core is compiled in
+/// this crate, twice and no more, whoever calls.
+pub trait Build<const M: usize, const NX: usize, const NU: usize> {
+    /// Plans with the embedded solver.
+    fn run_embedded(
+        &mut self,
+        mission: &Mission<M>,
+        scenario: &Scenario<M>,
+        task: Task<'_>,
+    ) -> Report;
+
+    /// Plans with the solver that the method names, watched, and says the gains.
+    fn run(
+        &mut self,
+        mission: &Mission<M>,
+        scenario: &Scenario<M>,
+        task: Task<'_>,
+        watch: &mut dyn FnMut(Solved<'_, NX, NU>),
+    ) -> (Report, Option<Vec<Gain<NX, NU>>>);
+
+    /// Runs the independent verifier.
+    fn verify(
+        mission: &Mission<M>,
+        scenario: &Scenario<M>,
+        integrator: Integrator,
+        translation: &TranslationTrajectory<NODES>,
+        motion: &ReorientationTrajectory<NODES, M>,
+    ) -> Verification;
+}
+
+/// Implements [`Build`] for engines of `M` joints.
+macro_rules! build {
+    ($joints:expr) => {
+        impl Build<{ $joints }, { size::states($joints) }, { size::controls($joints) }>
+            for Engine<{ $joints }, { size::states($joints) }, { size::controls($joints) }>
+        {
+            fn run_embedded(
+                &mut self,
+                mission: &Mission<{ $joints }>,
+                scenario: &Scenario<{ $joints }>,
+                task: Task<'_>,
+            ) -> Report {
+                run(mission, scenario, task, &mut *self.embedded, &mut self.workspace)
+            }
+
+            fn run(
+                &mut self,
+                mission: &Mission<{ $joints }>,
+                scenario: &Scenario<{ $joints }>,
+                task: Task<'_>,
+                watch: &mut dyn FnMut(
+                    Solved<'_, { size::states($joints) }, { size::controls($joints) }>,
+                ),
+            ) -> (
+                Report,
+                Option<Vec<Gain<{ size::states($joints) }, { size::controls($joints) }>>>,
+            ) {
+                let solver: &mut dyn Solver<
+                    { size::states($joints) },
+                    { size::controls($joints) },
+                > = match task.method.qp {
+                    Qp::Embedded => &mut *self.embedded,
+                    Qp::Clarabel => &mut self.clarabel,
+                };
+                let mut solver = Recorder::new(solver, watch);
+                let report = run(mission, scenario, task, &mut solver, &mut self.workspace);
+                let gains = gains(mission, mission.grid(scenario).last(), &report, &solver);
+                (report, gains)
+            }
+
+            fn verify(
+                mission: &Mission<{ $joints }>,
+                scenario: &Scenario<{ $joints }>,
+                integrator: Integrator,
+                translation: &TranslationTrajectory<NODES>,
+                motion: &ReorientationTrajectory<NODES, { $joints }>,
+            ) -> Verification {
+                verify(mission, scenario, integrator, translation, motion, &Until::never())
+            }
+        }
+    };
+}
+
+build!(LINKS);
+build!(MAX_JOINTS);
+
 impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
     /// An engine that has planned nothing yet.
     pub fn new() -> Self {
@@ -65,6 +151,16 @@ impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
         }
     }
 
+    /// Bus and arm of the last plan.
+    pub fn reorientation<const NL: usize>(&self) -> ReorientationTrajectory<NODES, NL> {
+        resized(self.workspace.reorientation())
+    }
+}
+
+impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU>
+where
+    Self: Build<M, NX, NU>,
+{
     /// Plans with the embedded solver, and nothing else.
     pub fn plan_in_place<const NL: usize>(
         &mut self,
@@ -72,8 +168,7 @@ impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
         scenario: &Scenario<NL>,
         task: Task<'_>,
     ) -> Report {
-        let (m, s) = (mission.resized(), scenario.resized());
-        let report = run(&m, &s, task, &mut *self.embedded, &mut self.workspace);
+        let report = self.run_embedded(&mission.resized(), &scenario.resized(), task);
         self.filed(mission, scenario, report)
     }
 
@@ -86,14 +181,8 @@ impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
         task: Task<'_>,
         watch: &mut dyn FnMut(Solved<'_, NX, NU>),
     ) -> (Report, Option<Vec<GainRows>>) {
-        let (m, s) = (mission.resized(), scenario.resized());
-        let solver: &mut dyn Solver<NX, NU> = match task.method.qp {
-            Qp::Embedded => &mut *self.embedded,
-            Qp::Clarabel => &mut self.clarabel,
-        };
-        let mut solver = Recorder::new(solver, watch);
-        let report = run(&m, &s, task, &mut solver, &mut self.workspace);
-        let gains = gains(&m, NL, mission.grid(scenario).last(), &report, &solver);
+        let (report, gains) = self.run(&mission.resized(), &scenario.resized(), task, watch);
+        let gains = gains.map(|gains| gains.iter().map(|gain| rows(gain, M, NL)).collect());
         (self.filed(mission, scenario, report), gains)
     }
 
@@ -112,11 +201,6 @@ impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
                 planner::output_checksum(nodes, translation, &self.reorientation::<NL>());
         }
         report
-    }
-
-    /// Bus and arm of the last plan.
-    pub fn reorientation<const NL: usize>(&self) -> ReorientationTrajectory<NODES, NL> {
-        resized(self.workspace.reorientation())
     }
 }
 
@@ -143,7 +227,7 @@ fn resized<const NL: usize, const M: usize>(
     }
 }
 
-/// The core's verifier, in the size that planned: its code is compiled for the two alone.
+/// The core's verifier, in the size that plans for so many joints.
 pub fn verified<const NL: usize>(
     mission: &Mission<NL>,
     scenario: &Scenario<NL>,
@@ -151,19 +235,21 @@ pub fn verified<const NL: usize>(
     translation: &TranslationTrajectory<NODES>,
     motion: &ReorientationTrajectory<NODES, NL>,
 ) -> Verification {
-    fn sized<const NL: usize, const M: usize>(
-        (mission, scenario): (&Mission<NL>, &Scenario<NL>),
-        integrator: Integrator,
-        translation: &TranslationTrajectory<NODES>,
-        motion: &ReorientationTrajectory<NODES, NL>,
-    ) -> Verification {
-        let (mission, scenario) = (mission.resized::<M>(), scenario.resized());
-        verify(&mission, &scenario, integrator, translation, &resized(motion), &Until::never())
-    }
-    let inputs = (mission, scenario);
     match NL {
-        LINKS => sized::<NL, LINKS>(inputs, integrator, translation, motion),
-        _ => sized::<NL, MAX_JOINTS>(inputs, integrator, translation, motion),
+        LINKS => Usual::verify(
+            &mission.resized(),
+            &scenario.resized(),
+            integrator,
+            translation,
+            &resized(motion),
+        ),
+        _ => Roomy::verify(
+            &mission.resized(),
+            &scenario.resized(),
+            integrator,
+            translation,
+            &resized(motion),
+        ),
     }
 }
 
@@ -204,20 +290,18 @@ pub fn settings_text(method: &Method) -> String {
     format!("{:?}", options(method))
 }
 
-/// The gains of all intervals by the arm's own joints, where the solver has them.
+/// The gains of all intervals, where the solver has them.
 fn gains<const M: usize, const NX: usize, const NU: usize>(
     mission: &Mission<M>,
-    joints: usize,
     intervals: usize,
     report: &Report,
     solver: &dyn Solver<NX, NU>,
-) -> Option<Vec<GainRows>> {
+) -> Option<Vec<Gain<NX, NU>>> {
     // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
     if report.reorientation.outcome.iterations == 0 {
         return None;
     }
-    let gain = |k| -> Option<Gain<NX, NU>> { planner::feedback_gain(mission, solver, k) };
-    (0..intervals).map(|k| Some(rows(&gain(k)?, M, joints))).collect()
+    (0..intervals).map(|k| planner::feedback_gain(mission, solver, k)).collect()
 }
 
 /// Rows of a gain without the joints beyond the first `joints` of `room`.

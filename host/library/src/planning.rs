@@ -1,6 +1,6 @@
 //! From a scenario to a plan file.
 
-use crate::engine::{Engine, Roomy, Solved, Task, Usual};
+use crate::engine::{Build, Engine, Roomy, Solved, Task, Usual};
 use crate::error::Error;
 use crate::formats::{
     self, EvidenceFile, Flight, NamedScenario, PlanFile, PlanGrid, PlanInputs, PlanStage1,
@@ -179,7 +179,10 @@ impl<const NL: usize> Asked<'_, NL> {
         engine: &mut Engine<M, NX, NU>,
         task: Task<'_>,
         watch: &mut dyn FnMut(Solved<'_, NX, NU>),
-    ) -> Planned {
+    ) -> Planned
+    where
+        Engine<M, NX, NU>: Build<M, NX, NU>,
+    {
         let Self { mission, scenario, method, model } = *self;
         let watched = Stopwatch::start();
         let (report, gains) = engine.plan(mission, &scenario.scenario(), task, watch);
