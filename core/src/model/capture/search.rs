@@ -16,6 +16,8 @@ const HALVINGS: usize = 12;
 const ITERATIONS: usize = 60;
 /// Share of the best's time that a start has to beat it with.
 const SHARE: f64 = 0.95;
+/// Time in which the last steps are made, in that of the best.
+const SPARE: f64 = 1.001;
 /// Sum of squares at which all is satisfied to rounding.
 const SOLVED: f64 = 1e-26;
 /// Damping: at first, at least, and at most, where a start has failed.
@@ -88,7 +90,9 @@ fn drawn_nearer<const NL: usize>(
             short = time;
         }
     }
-    best
+    // At the least time solutions meet, and steps are short: with some to spare they end at rounding.
+    let exact = solve(constraints, &stops.within(constraints, near, SPARE * long), best);
+    if satisfies(constraints, &exact.angles) { exact.angles } else { best }
 }
 
 fn satisfies<const NL: usize>(constraints: &Constraints<NL>, angles: &SVector<f64, NL>) -> bool {

@@ -132,7 +132,7 @@ fn the_missions_own_capture_satisfies_all_but_the_last_half_degree() {
     }
 }
 
-/// Arms of robots, from anywhere.
+/// Arms of robots, from anywhere, to rounding.
 #[test]
 fn arms_with_wrists_find_one_from_anywhere() {
     let mut draw = Draw(7);
@@ -140,8 +140,10 @@ fn arms_with_wrists_find_one_from_anywhere() {
     for _ in 0..40 {
         seven.initial_joint_angle = SVector::from_fn(|_, _| draw.between(-3.0, 3.0));
         six.initial_joint_angle = SVector::from_fn(|_, _| draw.between(-3.0, 3.0));
-        checked(&seven, &SEARCH).unwrap();
-        checked(&six, &SEARCH).unwrap();
+        let found = checked(&seven, &SEARCH).unwrap();
+        assert!(seven.capture_violation(&SEARCH, &found).axis < 1e-12);
+        let found = checked(&six, &SEARCH).unwrap();
+        assert!(six.capture_violation(&SEARCH, &found).axis < 1e-12);
     }
 }
 
