@@ -1,0 +1,184 @@
+//! What carries the arm, and where the arm is on it.
+
+use super::{NoImport, Request, name, unit};
+use crate::error::FieldError;
+use crate::formats::{MissionFile, PLANNED_JOINTS};
+use crate::with_joints;
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use remora_urdf::{Arm, Base, Body, Options, Pose, import};
+
+/// An arm on a bus.
+pub(super) struct Settled {
+    pub arm: Arm,
+    /// With which the arm was read.
+    pub options: Options,
+    /// Mass properties in the frame in which the arm was read.
+    pub body: Body,
+    /// Half edge lengths of the box about its centre of mass that holds it [m].
+    pub half_extents: Vector3<f64>,
+    /// Unit vector, bus axes.
+    pub boresight: Vector3<f64>,
+    /// All else but the arm.
+    pub mission: MissionFile,
+    /// What was decided.
+    pub decided: Vec<String>,
+}
+
+/// A mission's bus.
+struct Given {
+    mass: f64,
+    inertia: Matrix3<f64>,
+    half_extents: Vector3<f64>,
+    boresight: Vector3<f64>,
+}
+
+/// Reads the arm and settles which bus carries it: the one that is given, the URDF's own, or the
+/// built-in mission's.
+pub(super) fn settle(request: &Request) -> Result<Settled, NoImport> {
+    let (file, mission) = match &request.bus {
+        Some((file, mission)) => (file.clone(), mission.clone()),
+        None => ("built-in mission".into(), MissionFile::default()),
+    };
+    let given = Given::of(&mission).map_err(|error| error.at(&file))?;
+    let boresight = unit(request.boresight, "--boresight")?;
+    let mut options = request.options.clone();
+    options.mount = request.mount.unwrap_or_else(Pose::identity);
+    let arm = read(request, &options)?;
+    match (&request.bus, arm.base.clone()) {
+        (None, Some(base)) => Ok(on_own_bus(arm, options, &base, boresight, mission)),
+        _ => on_given_bus(request, options, given, boresight, mission),
+    }
+}
+
+fn read(request: &Request, options: &Options) -> Result<Arm, NoImport> {
+    import(&name(&request.file), &request.urdf, options).map_err(NoImport::Urdf)
+}
+
+fn on_own_bus(
+    arm: Arm,
+    options: Options,
+    base: &Base,
+    boresight: Option<Vector3<f64>>,
+    mission: MissionFile,
+) -> Settled {
+    let Base { link, body, bounds } = base;
+    let mut decided = vec![format!(
+        "the bus is the URDF's own, link `{link}` of {} kg; --bus FILE gives another",
+        body.mass
+    )];
+    let half_extents = match bounds {
+        Some(bounds) => {
+            let (lower, upper) = (bounds.lower, bounds.upper);
+            (upper - body.center_of_mass).abs().sup(&(lower - body.center_of_mass).abs())
+        }
+        None => {
+            let half = uniform_box(body);
+            decided.push(format!(
+                "link `{link}` has no collision shape that is read: the box of the bus is that of an even body of its \
+                 inertia, half {} m",
+                shown(&half)
+            ));
+            half
+        }
+    };
+    let boresight = boresight.unwrap_or_else(|| {
+        let axis = nearest_axis(&(arm.arm_base - body.center_of_mass));
+        decided.push(format!(
+            "the camera looks along ({}) of the bus, to the side of the arm; --boresight x,y,z gives another",
+            shown(&axis)
+        ));
+        axis
+    });
+    Settled { arm, options, body: *body, half_extents, boresight, mission, decided }
+}
+
+fn on_given_bus(
+    request: &Request,
+    mut options: Options,
+    given: Given,
+    boresight: Option<Vector3<f64>>,
+    mission: MissionFile,
+) -> Result<Settled, NoImport> {
+    let mut decided = Vec::new();
+    if request.bus.is_none() {
+        decided.push("the bus is the built-in mission's; --bus FILE gives another".to_string());
+    }
+    let boresight = boresight.unwrap_or(given.boresight);
+    if request.mount.is_none() {
+        options.mount = on_face(&given.half_extents, &boresight);
+        decided.push(format!(
+            "the arm's root is mounted at ({}) m, where the boresight leaves the bus, its +z along the boresight; \
+             --mount x,y,z[,roll,pitch,yaw] moves it",
+            shown(&options.mount.position)
+        ));
+    }
+    let arm = read(request, &options)?;
+    let center_of_mass = Vector3::zeros();
+    let mut body = Body { mass: given.mass, center_of_mass, inertia: given.inertia };
+    if let Some(base) = &arm.base {
+        body = body.merged(&base.body);
+        decided.push(format!(
+            "link `{}`, {} kg, is fixed to the bus; its shape is not part of the bus's box",
+            base.link, base.body.mass
+        ));
+    }
+    // The box is about the centre of mass, which the arm's base has moved.
+    let half_extents = given.half_extents + body.center_of_mass.abs();
+    Ok(Settled { arm, options, body, half_extents, boresight, mission, decided })
+}
+
+impl Given {
+    /// The bus of a mission that must be valid, whatever its arm.
+    fn of(file: &MissionFile) -> Result<Self, FieldError> {
+        with_joints!(file.joints(), NL => {
+            let s = file.mission_of::<NL>()?.servicer;
+            Ok(Self {
+                mass: s.bus_mass,
+                inertia: s.bus_inertia,
+                half_extents: s.bus_half_extents,
+                boresight: s.boresight,
+            })
+        } else {
+            Err(file.wrong_joints(PLANNED_JOINTS))
+        })
+    }
+}
+
+/// Where the boresight, from the centre, leaves the box; +z along it.
+fn on_face(half_extents: &Vector3<f64>, boresight: &Vector3<f64>) -> Pose {
+    let ways = half_extents.zip_map(boresight, |half, along| half / along.abs());
+    let rotation = Rotation3::rotation_between(&Vector3::z(), boresight)
+        .unwrap_or_else(|| Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    Pose { position: boresight * ways.min(), rotation: rotation.into_inner() }
+}
+
+/// Half edge lengths of the even box, along the body's axes, that has its moments of inertia [m].
+fn uniform_box(body: &Body) -> Vector3<f64> {
+    let moments = body.inertia.diagonal();
+    let half = |i: usize| (1.5 * (moments.sum() - 2.0 * moments[i]) / body.mass).max(0.0).sqrt();
+    Vector3::new(half(0), half(1), half(2))
+}
+
+/// The axis of the bus, either way, that a vector is nearest to; +z for none.
+fn nearest_axis(v: &Vector3<f64>) -> Vector3<f64> {
+    let axis = if v.norm() > 0.0 { v.iamax() } else { 2 };
+    let mut out = Vector3::zeros();
+    out[axis] = if v[axis] < 0.0 { -1.0 } else { 1.0 };
+    out
+}
+
+/// Three numbers, rounded.
+fn shown(v: &Vector3<f64>) -> String {
+    numbers(v.as_slice())
+}
+
+/// Joint angles, rounded, in brackets.
+pub(super) fn shown_angles(angles: &[f64]) -> String {
+    format!("[{}]", numbers(angles))
+}
+
+/// Numbers to four digits, none of which is minus zero.
+fn numbers(of: &[f64]) -> String {
+    let shown = |x: &f64| ((x * 1e4).round() / 1e4 + 0.0).to_string();
+    of.iter().map(shown).collect::<Vec<_>>().join(", ")
+}
