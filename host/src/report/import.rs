@@ -23,7 +23,11 @@ pub fn import_report(imported: &Imported) -> String {
         ]);
     }
     let count = joints.len();
-    let said = list("decided", decided) + &list("notes", notes);
+    let notes = match notes.len() {
+        0 => String::new(),
+        count => format!("{count} notes on the file: --explain tells them\n\n"),
+    };
+    let said = list("decided", decided) + &notes;
     format!("robot {robot}: an arm of {count} joints\n\n{table}\n{said}{}", vehicle_report(vehicle))
 }
 

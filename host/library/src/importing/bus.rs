@@ -1,10 +1,10 @@
 //! What carries the arm, and where the arm is on it.
 
-use super::{NoImport, Request, name, unit};
+use super::{NoImport, Request, mount, name, unit};
 use crate::error::FieldError;
 use crate::formats::{MissionFile, PLANNED_JOINTS};
 use crate::with_joints;
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use remora_urdf::{Arm, Base, Body, Options, Pose, import};
 
 /// An arm on a bus.
@@ -33,8 +33,9 @@ struct Given {
 }
 
 /// Reads the arm and settles which bus carries it: the one that is given, the URDF's own, or the
-/// built-in mission's.
-pub(super) fn settle(request: &Request) -> Result<Settled, NoImport> {
+/// built-in mission's. Where the arm's mount on it is not given, it is one of several, in the order in
+/// which they are to be tried.
+pub(super) fn settle(request: &Request) -> Result<Vec<Settled>, NoImport> {
     let (file, mission) = match &request.bus {
         Some((file, mission)) => (file.clone(), mission.clone()),
         None => ("built-in mission".into(), MissionFile::default()),
@@ -45,8 +46,8 @@ pub(super) fn settle(request: &Request) -> Result<Settled, NoImport> {
     options.mount = request.mount.unwrap_or_else(Pose::identity);
     let arm = read(request, &options)?;
     match (&request.bus, arm.base.clone()) {
-        (None, Some(base)) => Ok(on_own_bus(arm, options, &base, boresight, mission)),
-        _ => on_given_bus(request, options, given, boresight, mission),
+        (None, Some(base)) => Ok(vec![on_own_bus(arm, options, &base, boresight, mission)]),
+        _ => on_given_bus(request, &options, &given, boresight, &mission),
     }
 }
 
@@ -94,25 +95,43 @@ fn on_own_bus(
 
 fn on_given_bus(
     request: &Request,
-    mut options: Options,
-    given: Given,
+    options: &Options,
+    given: &Given,
     boresight: Option<Vector3<f64>>,
+    mission: &MissionFile,
+) -> Result<Vec<Settled>, NoImport> {
+    let boresight = boresight.unwrap_or(given.boresight);
+    let poses = match request.mount {
+        Some(mount) => vec![mount],
+        None => mount::candidates(&given.half_extents, &boresight),
+    };
+    let mounted = |mount: Pose| {
+        let options = Options { mount, ..options.clone() };
+        let arm = read(request, &options)?;
+        Ok(carried(request, arm, options, given, boresight, mission.clone()))
+    };
+    poses.into_iter().map(mounted).collect()
+}
+
+fn carried(
+    request: &Request,
+    arm: Arm,
+    options: Options,
+    given: &Given,
+    boresight: Vector3<f64>,
     mission: MissionFile,
-) -> Result<Settled, NoImport> {
+) -> Settled {
     let mut decided = Vec::new();
     if request.bus.is_none() {
         decided.push("the bus is the built-in mission's; --bus FILE gives another".to_string());
     }
-    let boresight = boresight.unwrap_or(given.boresight);
     if request.mount.is_none() {
-        options.mount = on_face(&given.half_extents, &boresight);
         decided.push(format!(
-            "the arm's root is mounted at ({}) m, where the boresight leaves the bus, its +z along the boresight; \
-             --mount x,y,z[,roll,pitch,yaw] moves it",
+            "the arm's root is mounted at ({}) m, on the face of the bus that the boresight leaves, its +z along the \
+             boresight; --mount x,y,z[,roll,pitch,yaw] moves it",
             shown(&options.mount.position)
         ));
     }
-    let arm = read(request, &options)?;
     let center_of_mass = Vector3::zeros();
     let mut body = Body { mass: given.mass, center_of_mass, inertia: given.inertia };
     if let Some(base) = &arm.base {
@@ -124,7 +143,7 @@ fn on_given_bus(
     }
     // The box is about the centre of mass, which the arm's base has moved.
     let half_extents = given.half_extents + body.center_of_mass.abs();
-    Ok(Settled { arm, options, body, half_extents, boresight, mission, decided })
+    Settled { arm, options, body, half_extents, boresight, mission, decided }
 }
 
 impl Given {
@@ -142,14 +161,6 @@ impl Given {
             Err(file.wrong_joints(PLANNED_JOINTS))
         })
     }
-}
-
-/// Where the boresight, from the centre, leaves the box; +z along it.
-fn on_face(half_extents: &Vector3<f64>, boresight: &Vector3<f64>) -> Pose {
-    let ways = half_extents.zip_map(boresight, |half, along| half / along.abs());
-    let rotation = Rotation3::rotation_between(&Vector3::z(), boresight)
-        .unwrap_or_else(|| Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
-    Pose { position: boresight * ways.min(), rotation: rotation.into_inner() }
 }
 
 /// Half edge lengths of the even box, along the body's axes, that has its moments of inertia [m].
@@ -178,7 +189,7 @@ pub(super) fn shown_angles(angles: &[f64]) -> String {
 }
 
 /// Numbers to four digits, none of which is minus zero.
-fn numbers(of: &[f64]) -> String {
+pub(super) fn numbers(of: &[f64]) -> String {
     let shown = |x: &f64| ((x * 1e4).round() / 1e4 + 0.0).to_string();
     of.iter().map(shown).collect::<Vec<_>>().join(", ")
 }

@@ -5,12 +5,14 @@
 
 mod bus;
 mod capture;
+mod mount;
+mod mounting;
 mod servicer;
 mod start;
 mod text;
 
 use crate::error::{Error, FieldError};
-use crate::formats::MissionFile;
+use crate::formats::{MissionCapture, MissionFile};
 use crate::method::Integrator;
 use crate::vehicle::Vehicle;
 use crate::with_joints;
@@ -132,18 +134,30 @@ impl NoImport {
 /// All faults of the URDF at once; a bus that is none; an arm that finds no joint angles at capture, or
 /// none at the start that are clear of its own bus.
 pub fn import(request: &Request) -> Result<Imported, NoImport> {
-    let settled = bus::settle(request)?;
+    let mut first = None;
+    for settled in bus::settle(request)? {
+        match imported(request, settled) {
+            Ok(imported) => return Ok(imported),
+            Err(error) => first = first.or(Some(error)),
+        }
+    }
+    // There is always one that was tried.
+    Err(first.map_or(NoImport::Mission(Error::argument("--mount", "none is left")), NoImport::from))
+}
+
+fn imported(request: &Request, settled: Settled) -> Result<Imported, Error> {
     let file = servicer::mission_file(&settled, &axis(request, &settled.arm)?);
     with_joints!(file.joints(), NL => {
-        Ok(finished::<NL>(request, settled, file)?)
+        finished::<NL>(request, settled, file)
     } else {
-        Err(file.wrong_joints("the importer allows 1 to 7").at(&request.file).into())
+        Err(file.wrong_joints("the importer allows 1 to 7").at(&request.file))
     })
 }
 
 /// What is understood of the URDF, in tables, whether it gives an arm or not.
 pub fn explanation(request: &Request) -> String {
-    let options = bus::settle(request).map_or(request.options.clone(), |settled| settled.options);
+    let settled = bus::settle(request).ok().and_then(|all| all.into_iter().next());
+    let options = settled.map_or(request.options.clone(), |settled| settled.options);
     remora_urdf::explain(&name(&request.file), &request.urdf, &options)
 }
 
@@ -153,8 +167,8 @@ fn finished<const NL: usize>(
     mut file: MissionFile,
 ) -> Result<Imported, Error> {
     let Settled { arm, mut decided, .. } = settled;
-    let found = start::choose::<NL>(&mut file, request.start.as_deref(), &mut decided);
-    let mission = found.map_err(|error| refused::<NL>(error, request, &file, &arm))?;
+    let mission = completed::<NL>(&mut file, request, &arm, &mut decided)
+        .map_err(|error| refused::<NL>(error, request, &file, &arm))?;
     let joints = joints(&arm, &mission);
     Ok(Imported {
         format: FORMAT,
@@ -166,6 +180,28 @@ fn finished<const NL: usize>(
         vehicle: Vehicle::of(&mission, Integrator::RK4),
         mission: file,
     })
+}
+
+/// The mission with what is not the file's: margins that its mounting leaves, angles at the start.
+fn completed<const NL: usize>(
+    file: &mut MissionFile,
+    request: &Request,
+    arm: &Arm,
+    decided: &mut Vec<String>,
+) -> Result<Mission<NL>, FieldError> {
+    let links: Vec<String> = arm.joints.iter().map(|joint| joint.link.clone()).collect();
+    let unsearched = unsearched::<NL>(file)?;
+    mounting::fit(file, &unsearched, &links, decided);
+    start::choose(file, request.start.as_deref(), decided)
+}
+
+/// The mission before joint angles at capture are searched for: they are those of the start.
+fn unsearched<const NL: usize>(file: &MissionFile) -> Result<Mission<NL>, FieldError> {
+    let mut given = file.clone();
+    given.servicer.capture = MissionCapture::Joints;
+    given.servicer.end_effector_axis = None;
+    given.servicer.capture_joint_angle_rad = Some(given.servicer.initial_joint_angle_rad.clone());
+    given.mission_of()
 }
 
 fn joints<const NL: usize>(arm: &Arm, mission: &Mission<NL>) -> Vec<Joint> {
