@@ -46,7 +46,7 @@ pub(super) fn settle(request: &Request) -> Result<Vec<Settled>, NoImport> {
     options.mount = request.mount.unwrap_or_else(Pose::identity);
     let arm = read(request, &options)?;
     match (&request.bus, arm.base.clone()) {
-        (None, Some(base)) => Ok(vec![on_own_bus(arm, options, &base, boresight, mission)]),
+        (None, Some(base)) => Ok(on_own_bus(&arm, &options, &base, boresight, &mission)),
         _ => on_given_bus(request, &options, &given, boresight, &mission),
     }
 }
@@ -55,13 +55,15 @@ fn read(request: &Request, options: &Options) -> Result<Arm, NoImport> {
     import(&name(&request.file), &request.urdf, options).map_err(NoImport::Urdf)
 }
 
+/// On the URDF's own bus, the camera looking along each of the bus axes, the nearest to the arm first,
+/// unless its boresight is given.
 fn on_own_bus(
-    arm: Arm,
-    options: Options,
+    arm: &Arm,
+    options: &Options,
     base: &Base,
     boresight: Option<Vector3<f64>>,
-    mission: MissionFile,
-) -> Settled {
+    mission: &MissionFile,
+) -> Vec<Settled> {
     let Base { link, body, bounds } = base;
     let mut decided = vec![format!(
         "the bus is the URDF's own, link `{link}` of {} kg; --bus FILE gives another",
@@ -82,15 +84,26 @@ fn on_own_bus(
             half
         }
     };
-    let boresight = boresight.unwrap_or_else(|| {
-        let axis = nearest_axis(&(arm.arm_base - body.center_of_mass));
-        decided.push(format!(
-            "the camera looks along ({}) of the bus, to the side of the arm; --boresight x,y,z gives another",
+    let looking = |boresight: Vector3<f64>, decided: Vec<String>| Settled {
+        arm: arm.clone(),
+        options: options.clone(),
+        body: *body,
+        half_extents,
+        boresight,
+        mission: mission.clone(),
+        decided,
+    };
+    if let Some(boresight) = boresight {
+        return vec![looking(boresight, decided)];
+    }
+    let along = |axis: Vector3<f64>| {
+        let said = format!(
+            "the camera looks along ({}) of the bus, towards the arm; --boresight x,y,z gives another",
             shown(&axis)
-        ));
-        axis
-    });
-    Settled { arm, options, body: *body, half_extents, boresight, mission, decided }
+        );
+        looking(axis, decided.iter().cloned().chain([said]).collect())
+    };
+    axes(&(arm.arm_base - body.center_of_mass)).into_iter().map(along).collect()
 }
 
 fn on_given_bus(
@@ -170,12 +183,14 @@ fn uniform_box(body: &Body) -> Vector3<f64> {
     Vector3::new(half(0), half(1), half(2))
 }
 
-/// The axis of the bus, either way, that a vector is nearest to; +z for none.
-fn nearest_axis(v: &Vector3<f64>) -> Vector3<f64> {
-    let axis = if v.norm() > 0.0 { v.iamax() } else { 2 };
-    let mut out = Vector3::zeros();
-    out[axis] = if v[axis] < 0.0 { -1.0 } else { 1.0 };
-    out
+/// The axes, either way, those first that lead to `v`.
+fn axes(v: &Vector3<f64>) -> Vec<Vector3<f64>> {
+    let both = |axis: Vector3<f64>| [axis, -axis];
+    let mut all: Vec<_> =
+        [Vector3::z(), Vector3::x(), Vector3::y()].into_iter().flat_map(both).collect();
+    all.sort_by(|a, b| b.dot(v).total_cmp(&a.dot(v)));
+    all.retain(|axis| axis.dot(v) >= 0.0);
+    all
 }
 
 /// Three numbers, rounded.

@@ -7,6 +7,7 @@ mod bus;
 mod capture;
 mod mount;
 mod mounting;
+mod scenarios;
 mod servicer;
 mod start;
 mod text;
@@ -192,7 +193,9 @@ fn completed<const NL: usize>(
     let links: Vec<String> = arm.joints.iter().map(|joint| joint.link.clone()).collect();
     let unsearched = unsearched::<NL>(file)?;
     mounting::fit(file, &unsearched, &links, decided);
-    start::choose(file, request.start.as_deref(), decided)
+    let mission = start::choose::<NL>(file, request.start.as_deref(), decided)?;
+    scenarios::keep_off(file, &mission, decided);
+    file.mission_of()
 }
 
 /// The mission before joint angles at capture are searched for: they are those of the start.
