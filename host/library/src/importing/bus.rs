@@ -46,7 +46,7 @@ pub(super) fn settle(request: &Request) -> Result<Vec<Settled>, NoImport> {
     options.mount = request.mount.unwrap_or_else(Pose::identity);
     let arm = read(request, &options)?;
     match (&request.bus, arm.base.clone()) {
-        (None, Some(base)) => Ok(on_own_bus(&arm, &options, &base, boresight, &mission)),
+        (None, Some(base)) => on_own_bus(request, &arm, &base, boresight, &mission),
         _ => on_given_bus(request, &options, &given, boresight, &mission),
     }
 }
@@ -55,55 +55,66 @@ fn read(request: &Request, options: &Options) -> Result<Arm, NoImport> {
     import(&name(&request.file), &request.urdf, options).map_err(NoImport::Urdf)
 }
 
-/// On the URDF's own bus, the camera looking along each of the bus axes, the nearest to the arm first,
-/// unless its boresight is given.
+/// On the URDF's own bus, the camera looking along each of its axes, the nearest to the arm first, unless
+/// its boresight is given. Planning begins with +z of the bus towards the target: the bus axes are the root
+/// link's, turned until the boresight is their +z.
 fn on_own_bus(
+    request: &Request,
     arm: &Arm,
-    options: &Options,
     base: &Base,
     boresight: Option<Vector3<f64>>,
     mission: &MissionFile,
-) -> Vec<Settled> {
-    let Base { link, body, bounds } = base;
-    let mut decided = vec![format!(
-        "the bus is the URDF's own, link `{link}` of {} kg; --bus FILE gives another",
-        body.mass
-    )];
-    let half_extents = match bounds {
-        Some(bounds) => {
-            let (lower, upper) = (bounds.lower, bounds.upper);
-            (upper - body.center_of_mass).abs().sup(&(lower - body.center_of_mass).abs())
-        }
-        None => {
-            let half = uniform_box(body);
+) -> Result<Vec<Settled>, NoImport> {
+    let boresights = match boresight {
+        Some(boresight) => vec![boresight],
+        None => axes(&(arm.arm_base - base.body.center_of_mass)),
+    };
+    let looking = |along: Vector3<f64>| {
+        let turn = turn_to_z(&along);
+        let mount = request.mount.unwrap_or_else(Pose::identity);
+        let mount = Pose { position: turn * mount.position, rotation: turn * mount.rotation };
+        let options = Options { mount, ..request.options.clone() };
+        let arm = read(request, &options)?;
+        let mut decided = vec![format!(
+            "the bus is the URDF's own, link `{}` of {} kg; --bus FILE gives another",
+            base.link, base.body.mass
+        )];
+        if boresight.is_none() {
             decided.push(format!(
-                "link `{link}` has no collision shape that is read: the box of the bus is that of an even body of its \
-                 inertia, half {} m",
-                shown(&half)
+                "the camera looks along ({}) of the URDF's bus, where the arm is; --boresight x,y,z gives another",
+                shown(&along)
             ));
-            half
         }
+        if turn != Matrix3::identity() {
+            let x = turn.row(0).transpose();
+            decided.push(format!(
+                "bus axes: +z is ({}) of the URDF's bus, +x is ({})",
+                shown(&along),
+                shown(&x)
+            ));
+        }
+        let (body, half_extents) = own_box(&arm, base, &mut decided);
+        let (boresight, mission) = (Vector3::z(), mission.clone());
+        Ok(Settled { arm, options, body, half_extents, boresight, mission, decided })
     };
-    let looking = |boresight: Vector3<f64>, decided: Vec<String>| Settled {
-        arm: arm.clone(),
-        options: options.clone(),
-        body: *body,
-        half_extents,
-        boresight,
-        mission: mission.clone(),
-        decided,
-    };
-    if let Some(boresight) = boresight {
-        return vec![looking(boresight, decided)];
+    boresights.into_iter().map(looking).collect()
+}
+
+/// The body of the URDF's own bus, and the box about its centre of mass that holds it.
+fn own_box(arm: &Arm, otherwise: &Base, decided: &mut Vec<String>) -> (Body, Vector3<f64>) {
+    let Base { link, body, bounds } = arm.base.as_ref().unwrap_or(otherwise);
+    if let Some(bounds) = bounds {
+        let (lower, upper) = (bounds.lower, bounds.upper);
+        let half = (upper - body.center_of_mass).abs().sup(&(lower - body.center_of_mass).abs());
+        return (*body, half);
     }
-    let along = |axis: Vector3<f64>| {
-        let said = format!(
-            "the camera looks along ({}) of the bus, towards the arm; --boresight x,y,z gives another",
-            shown(&axis)
-        );
-        looking(axis, decided.iter().cloned().chain([said]).collect())
-    };
-    axes(&(arm.arm_base - body.center_of_mass)).into_iter().map(along).collect()
+    let half = uniform_box(body);
+    decided.push(format!(
+        "link `{link}` has no collision shape that is read: the box of the bus is that of an even body of its inertia, \
+         half {} m",
+        shown(&half)
+    ));
+    (*body, half)
 }
 
 fn on_given_bus(
@@ -183,6 +194,16 @@ fn uniform_box(body: &Body) -> Vector3<f64> {
     Vector3::new(half(0), half(1), half(2))
 }
 
+/// The rotation that makes a unit vector +z; exact for the axes.
+fn turn_to_z(along: &Vector3<f64>) -> Matrix3<f64> {
+    let axis = along.iamax();
+    let mut x = Vector3::zeros();
+    x[(axis + 1) % 3] = 1.0;
+    let x = (x - along * x.dot(along)).normalize();
+    let y = along.cross(&x);
+    Matrix3::from_rows(&[x.transpose(), y.transpose(), along.transpose()])
+}
+
 /// The axes, either way, those first that lead to `v`.
 fn axes(v: &Vector3<f64>) -> Vec<Vector3<f64>> {
     let both = |axis: Vector3<f64>| [axis, -axis];
@@ -207,4 +228,38 @@ pub(super) fn shown_angles(angles: &[f64]) -> String {
 pub(super) fn numbers(of: &[f64]) -> String {
     let shown = |x: &f64| ((x * 1e4).round() / 1e4 + 0.0).to_string();
     of.iter().map(shown).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_direction_becomes_z() {
+        assert_eq!(turn_to_z(&Vector3::z()), Matrix3::identity());
+        for along in axes(&Vector3::new(3.0, -2.0, 1.0)) {
+            assert_eq!(turn_to_z(&along) * along, Vector3::z());
+        }
+        let turn = turn_to_z(&Vector3::new(0.6, 0.0, -0.8));
+        assert!((turn * turn.transpose() - Matrix3::identity()).norm() < 1e-15);
+        assert!((turn.determinant() - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_axis_that_leads_there_comes_first() {
+        let nearest = |x, y, z| axes(&Vector3::new(x, y, z))[0];
+        assert_eq!(nearest(0.1, -3.0, 2.0), -Vector3::y());
+        assert_eq!(nearest(0.0, 0.0, 0.0), Vector3::z());
+        assert_eq!(axes(&Vector3::new(1.0, 2.0, 3.0)).len(), 3);
+    }
+
+    #[test]
+    fn a_box_has_its_own_moments() {
+        let (mass, half) = (60.0, Vector3::new(0.5, 0.4, 0.3));
+        let square = half.component_mul(&half);
+        let moments = square.map(|own| mass * (square.sum() - own) / 3.0);
+        let inertia = Matrix3::from_diagonal(&moments);
+        let body = Body { mass, center_of_mass: Vector3::zeros(), inertia };
+        assert!((uniform_box(&body) - half).norm() < 1e-12);
+    }
 }
