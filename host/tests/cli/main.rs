@@ -8,6 +8,7 @@ mod dataset;
 mod draw;
 mod envelope;
 mod foreign;
+mod import;
 mod inject;
 #[cfg(feature = "training")]
 mod learn;

@@ -12,6 +12,8 @@ pub(super) struct Settled {
     pub arm: Arm,
     /// With which the arm was read.
     pub options: Options,
+    /// Whether the bus is the URDF's own.
+    pub is_own: bool,
     /// Mass properties in the frame in which the arm was read.
     pub body: Body,
     /// Half edge lengths of the box about its centre of mass that holds it [m].
@@ -95,7 +97,7 @@ fn on_own_bus(
         }
         let (body, half_extents) = own_box(&arm, base, &mut decided);
         let (boresight, mission) = (Vector3::z(), mission.clone());
-        Ok(Settled { arm, options, body, half_extents, boresight, mission, decided })
+        Ok(Settled { arm, options, is_own: true, body, half_extents, boresight, mission, decided })
     };
     boresights.into_iter().map(looking).collect()
 }
@@ -167,7 +169,7 @@ fn carried(
     }
     // The box is about the centre of mass, which the arm's base has moved.
     let half_extents = given.half_extents + body.center_of_mass.abs();
-    Settled { arm, options, body, half_extents, boresight, mission, decided }
+    Settled { arm, options, is_own: false, body, half_extents, boresight, mission, decided }
 }
 
 impl Given {

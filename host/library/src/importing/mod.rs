@@ -3,6 +3,7 @@
 //!
 //! What a file leaves open is refused with the flag that mends it, or decided and said.
 
+mod actuators;
 mod bus;
 mod capture;
 mod mount;
@@ -139,11 +140,21 @@ pub fn import(request: &Request) -> Result<Imported, NoImport> {
     for settled in bus::settle(request)? {
         match imported(request, settled) {
             Ok(imported) => return Ok(imported),
+            Err(error) if !is_of_the_mount(&error, request) => return Err(error.into()),
             Err(error) => first = first.or(Some(error)),
         }
     }
     // There is always one that was tried.
     Err(first.map_or(NoImport::Mission(Error::argument("--mount", "none is left")), NoImport::from))
+}
+
+/// Whether another mount may mend it: no joint angles were found, at capture or at the start.
+fn is_of_the_mount(error: &Error, request: &Request) -> bool {
+    match error {
+        Error::Input { field, .. } => field == "servicer.capture",
+        Error::Argument { argument, .. } => *argument == "--start" && request.start.is_none(),
+        _ => false,
+    }
 }
 
 fn imported(request: &Request, settled: Settled) -> Result<Imported, Error> {
@@ -167,8 +178,8 @@ fn finished<const NL: usize>(
     settled: Settled,
     mut file: MissionFile,
 ) -> Result<Imported, Error> {
-    let Settled { arm, mut decided, .. } = settled;
-    let mission = completed::<NL>(&mut file, request, &arm, &mut decided)
+    let Settled { arm, is_own, mut decided, .. } = settled;
+    let mission = completed::<NL>(&mut file, request, &arm, is_own, &mut decided)
         .map_err(|error| refused::<NL>(error, request, &file, &arm))?;
     let joints = joints(&arm, &mission);
     Ok(Imported {
@@ -183,15 +194,20 @@ fn finished<const NL: usize>(
     })
 }
 
-/// The mission with what is not the file's: margins that its mounting leaves, angles at the start.
+/// The mission with what the URDF does not say: actuators of its bus, margins that its mounting leaves,
+/// angles at the start, a distance for scenarios.
 fn completed<const NL: usize>(
     file: &mut MissionFile,
     request: &Request,
     arm: &Arm,
+    is_own: bool,
     decided: &mut Vec<String>,
 ) -> Result<Mission<NL>, FieldError> {
     let links: Vec<String> = arm.joints.iter().map(|joint| joint.link.clone()).collect();
     let unsearched = unsearched::<NL>(file)?;
+    if is_own {
+        actuators::scale(file, &unsearched, decided);
+    }
     mounting::fit(file, &unsearched, &links, decided);
     let mission = start::choose::<NL>(file, request.start.as_deref(), decided)?;
     scenarios::keep_off(file, &mission, decided);

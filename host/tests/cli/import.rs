@@ -1,0 +1,188 @@
+//! `remora import`
+
+use super::bench::Bench;
+use serde_json::Value;
+
+/// A URDF of `fixtures/urdf`.
+fn urdf(name: &str) -> String {
+    format!("{}/../fixtures/urdf/{name}.urdf", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The flags without which the gripper is refused.
+const GRIPPER: &str = "--end-effector tool --hold head_turn=0 --hold left=0.01 --hold right=0.01 \
+                       --limit forearm_pitch=-2,2,0.05,10 --axis 1,0,0";
+
+fn imported(bench: &Bench, arguments: &str) -> Value {
+    let run = bench.solves(&format!("import {arguments} --json"));
+    serde_json::from_str(&run.out).unwrap()
+}
+
+/// A bare arm goes onto the built-in bus, and its mission can be planned for.
+#[test]
+fn a_bare_arm_gets_a_bus_and_is_planned_for() {
+    let bench = Bench::new();
+    let run = bench.solves(&format!("import {}", urdf("planar")));
+    for text in [
+        "robot planar: an arm of 2 joints\n",
+        "\n1      shoulder         0.00           0.00\n",
+        "\n- the bus is the built-in mission's; --bus FILE gives another\n",
+        "\n- the arm's root is mounted at (0, 0, 0.5) m, on the face",
+        "\n4 notes on the file: --explain tells them\n",
+        "\nreach ",
+        "\nnothing forbids an approach to end\nwritten: planar.mission.toml\n",
+    ] {
+        assert!(run.out.contains(text), "{text:?} in\n{}", run.out);
+    }
+    let text = bench.read("planar.mission.toml");
+    assert!(
+        text.starts_with("# Made by `remora import` of planar.urdf, robot planar.\n"),
+        "{text}"
+    );
+    assert!(text.contains("\ncapture = \"pose\"\nend_effector_axis = [0.0, 0.0, 1.0]\n"), "{text}");
+    // The same again, and not over what is there.
+    bench.refuses(&format!("import {}", urdf("planar")), "planar.mission.toml: exists; --force");
+    bench.solves(&format!("import {} --out b.mission.toml", urdf("planar")));
+    assert_eq!(bench.read("b.mission.toml"), text);
+    let out = bench.solves(&format!("import {} --out -", urdf("planar"))).out;
+    assert_eq!(out, text);
+    bench.solves("mission planar.mission.toml");
+    let plan =
+        "plan --mission planar.mission.toml --scenarios set.scenarios.json --integrator euler";
+    bench.solves(&format!("{plan} --warm-start heuristic --out a.plan.json"));
+}
+
+/// The URDF's own bus, its camera on the side where the arm is of use: there the bus has its +z.
+#[test]
+fn a_whole_servicer_keeps_its_bus() {
+    let bench = Bench::new();
+    let told = imported(&bench, &format!("{} --end-effector tip", urdf("spatial")));
+    assert_eq!((&told["format"], &told["robot"]), (&"remora-import/1".into(), &"spatial".into()));
+    let servicer = &told["mission"]["servicer"];
+    assert_eq!(servicer["bus_mass_kg"], 426.0);
+    assert_eq!(servicer["boresight"], serde_json::json!([0.0, 0.0, 1.0]));
+    // Its +x is the bus's +z: the box of 1, 1 and 1.1 m, about the centre of mass.
+    let half: Vec<f64> = serde_json::from_value(servicer["bus_half_extents_m"].clone()).unwrap();
+    assert!((half[1] - 0.5583).abs() < 1e-3 && (half[2] - 0.5239).abs() < 1e-3, "{half:?}");
+    assert_eq!(told["joints"].as_array().map(Vec::len), Some(6));
+    assert_eq!(told["joints"][5]["name"], "j6");
+    assert_eq!(told["vehicle"]["refused"], Value::Null);
+    let decided = told["decided"].to_string();
+    assert!(decided.contains("the camera looks along (1, 0, 0) of the URDF's bus"), "{decided}");
+    assert!(decided.contains("scenarios start about 6 m in front of the port"), "{decided}");
+    // What it found is what reading the mission finds.
+    let run = bench.solves("mission spatial.mission.toml --json");
+    let vehicle: Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(vehicle, told["vehicle"]);
+}
+
+#[test]
+fn a_bus_of_another_mission_carries_the_arm() {
+    let bench = Bench::new();
+    bench.write(
+        "bus.mission.toml",
+        "[servicer]\nbus_mass_kg = 200\nbus_half_extents_m = [0.4, 0.4, 0.3]\nforce_limit_n = 5\n\
+         [horizon]\nduration_s = 1000\n[approach]\nkeep_out_far_m = 9\n",
+    );
+    let flags = format!("{} --bus bus.mission.toml", urdf("planar"));
+    let told = imported(&bench, &flags);
+    let mission = &told["mission"];
+    assert_eq!(
+        (&mission["servicer"]["bus_mass_kg"], &mission["horizon"]["duration_s"]),
+        (&200.0.into(), &1000.0.into())
+    );
+    assert_eq!(mission["servicer"]["force_limit_n"], 5.0);
+    assert_eq!(mission["servicer"]["arm_base_m"], serde_json::json!([0.0, 0.0, 0.4]));
+    // What follows from the arm follows from this one.
+    assert_eq!(mission["approach"]["keep_out_far_m"], "auto");
+    let told = imported(&bench, &format!("{flags} --mount 0,0,0.35 --force"));
+    let base = told["mission"]["servicer"]["arm_base_m"][2].as_f64().unwrap();
+    assert!((base - 0.45).abs() < 1e-15, "{base}");
+    // A base that has mass is fixed to it.
+    let told = imported(&bench, &format!("{} {GRIPPER} --bus bus.mission.toml", urdf("gripper")));
+    assert_eq!(told["mission"]["servicer"]["bus_mass_kg"], 260.0);
+    bench.write("bus.mission.toml", "[servicer]\nbus_mass_kg = -1\n");
+    bench.refuses(
+        &format!("import {flags} --force"),
+        "bus.mission.toml: servicer.bus_mass_kg: must be positive",
+    );
+}
+
+#[test]
+fn all_faults_are_told_at_once_with_what_mends_them() {
+    let bench = Bench::new();
+    let gripper = urdf("gripper");
+    bench.refuses(&format!("import {gripper}"), &format!("{gripper}: several links end the tree:"));
+    let run = bench.run(&format!("import {gripper} --end-effector tool"));
+    for flag in ["--hold head_turn=VALUE", "--hold left=VALUE", "--limit forearm_pitch=lower"] {
+        assert!(run.err.contains(flag), "{flag} in {}", run.err);
+    }
+    let run = bench.run(&format!("import {gripper} --end-effector tool --explain"));
+    assert_eq!((run.status, run.err.as_str()), (1, ""));
+    assert!(run.out.contains("\nfaults\n\n- joint `head_turn`: is continuous"), "{}", run.out);
+    assert!(run.out.ends_with("\nnot imported\n"), "{}", run.out);
+    let run = bench.run(&format!("import {gripper} --end-effector tool --explain --json"));
+    let told: Value = serde_json::from_str(&run.out).unwrap();
+    assert!(run.status == 1 && told["faults"].as_array().is_some_and(|faults| faults.len() >= 3));
+    // An axis that no arm at capture has: the one that would do is named.
+    let without_axis = GRIPPER.replace("--axis 1,0,0", "");
+    let run = bench.run(&format!("import {gripper} {without_axis}"));
+    assert!(run.status == 2 && run.err.contains("would do --axis 1,0,0"), "{}", run.err);
+}
+
+#[test]
+fn an_explanation_writes_nothing() {
+    let bench = Bench::new();
+    let before = bench.names(".");
+    let run = bench.solves(&format!("import {} {GRIPPER} --explain", urdf("gripper")));
+    for text in [
+        "radii of gyration",
+        "\njoints, from the bus outwards",
+        "\nnotes\n",
+        "\n2      pitch ",
+        "the box of the bus is that of an even body of its inertia",
+        "\nextension ",
+        "\ntorques of bus and joints",
+        "\nnothing forbids an approach to end\n",
+    ] {
+        assert!(run.out.contains(text), "{text:?} in\n{}", run.out);
+    }
+    assert_eq!(bench.names("."), before);
+}
+
+#[test]
+fn flags_that_make_no_sense_are_refused() {
+    let bench = Bench::new();
+    let planar = urdf("planar");
+    let refuses = |flags: &str, message: &str| {
+        bench.refuses(&format!("import {planar} {flags}"), message);
+    };
+    refuses("--limit shoulder=1,2", "--limit: `shoulder=1,2`: expects JOINT=lower,upper,rate");
+    refuses("--hold shoulder", "--hold: `shoulder`: expects JOINT=angle");
+    refuses("--mount 0,0", "--mount: `0,0`: expects x,y,z");
+    refuses("--axis 0,0,0", "--axis: must be a direction");
+    refuses("--axis 0,0", "--axis: `0,0`: expects three numbers");
+    refuses("--boresight 0,nan,1", "--boresight: `0,nan,1`: expects finite numbers");
+    refuses("--start 0", "--start: one number for each of 2 joints, not 1");
+    refuses("--start 0,9", "--start: [1] must lie within the joint's stops");
+    refuses("--start -1.5,-2.4", "--start: is 0.");
+    refuses(
+        "--end-effector hand",
+        &format!("{planar}: `--end-effector hand`: the file has no such"),
+    );
+    refuses("--bus none.toml", "none.toml: no such file or directory");
+    refuses("--out no/such.mission.toml", "no/such.mission.toml: ");
+    bench.refuses("import none.urdf", "none.urdf: no such file or directory");
+    bench.write("a.xacro", "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\"><xacro:arm/></robot>");
+    bench.refuses("import a.xacro", "a.xacro: a xacro, not yet a URDF");
+}
+
+/// An arm as short as a hand leaves the bus no room: said, and written for whoever mends it.
+#[test]
+fn what_cannot_end_is_named() {
+    let bench = Bench::new();
+    bench.write("fast.mission.toml", "[scenarios]\nrate_norm_deg_s = 3.0\n");
+    let run = bench.run(&format!("import {} --bus fast.mission.toml", urdf("planar")));
+    assert_eq!(run.status, 1, "{}", run.err);
+    assert!(run.out.contains("\ninfeasible\ntumble: "), "{}", run.out);
+    assert!(run.out.ends_with("written: planar.mission.toml\n"), "{}", run.out);
+}
