@@ -4,6 +4,7 @@
 //! dynamics of bus and arm are in [`crate::dynamics`]. Defaults are exactly those of the problem
 //! definition (docs/problem.md, sections 1-3 and 5-7).
 
+mod capture;
 mod feasibility;
 mod formulation;
 mod grid;
@@ -19,6 +20,7 @@ mod servicer;
 mod target;
 mod typical;
 
+pub use capture::{CAPTURE_ALIGNMENT, CaptureFailure, CaptureSearch, CaptureViolation};
 pub use feasibility::{MAX_NODE_TURN, MIN_NODES, Needs};
 pub use formulation::{Integrator, InvalidIntegrator, Switch};
 pub use grid::Grid;
