@@ -422,6 +422,7 @@ impl MissionFile {
             corridor: self.corridor.convert(),
             scenarios: self.scenarios.convert(),
             typical_magnitudes: self.typical.as_ref().map(Typical::convert),
+            roll: None,
         })
     }
 }
