@@ -67,8 +67,8 @@ pub enum GuessRecord {
     User = 7,
     /// What is left of the plan in force.
     Nominal = 8,
-    /// The heuristic: the model is for plans of another number of nodes, or of joints, or the
-    /// mission gives a roll, which no model knows.
+    /// The heuristic: the model is for another number of nodes or joints, for a roll that is free, or has
+    /// learnt from approaches that begin otherwise ([`MAX_DEVIATION`](crate::warmstart::MAX_DEVIATION)).
     Unfit = 9,
 }
 
@@ -108,9 +108,9 @@ impl GuessRecord {
             Self::Worse => Some("the rollout is worse than the heuristic"),
             Self::Unsolved => Some("from the rollout Stage 2 was not solved"),
             Self::Deadline => Some("no time was left for a rollout"),
-            Self::Unfit => {
-                Some("the model is for another number of nodes or joints, or a free roll")
-            }
+            Self::Unfit => Some(
+                "the model has learnt from other approaches: nodes, joints, roll or features differ",
+            ),
         }
     }
 
@@ -191,6 +191,9 @@ impl<const NL: usize> InitialGuess<'_, NL> {
                 };
                 let mut scene = Scene::new(mission, scenario, translation, target, integrator);
                 scene.deadline = deadline;
+                if !warmstart::is_known(&scene, *policy) {
+                    return GuessRecord::Unfit;
+                }
                 warmstart::rollout(&scene, *policy, *seed, trial).then_some(GuessRecord::Learned)
             }
             Self::User(reorientation) => {
