@@ -493,6 +493,8 @@ impl<const NL: usize> Mission<NL> {
     }
 
     /// Refuses a roll about the approach that two directions along it would give.
+    // Not inlined: before planning time does not count, and an image's room does.
+    #[inline(never)]
     fn validate_roll(&self) -> Result<(), InvalidField> {
         let Some(roll) = &self.roll else { return Ok(()) };
         Check::unit(&roll.end_effector, "roll.end_effector")?;

@@ -165,6 +165,8 @@ impl<const NL: usize> Servicer<NL> {
     }
 
     /// A vector in the last link's axes, in bus axes at capture.
+    // Not inlined, as `moment_bounds`.
+    #[inline(never)]
     pub fn in_bus_axes_at_capture(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         let joints = self.links.iter().zip(self.capture_joint_angle.iter());
         let attitude = joints.fold(quaternion::IDENTITY, |attitude, (link, angle)| {

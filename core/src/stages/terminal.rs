@@ -37,6 +37,8 @@ impl Terminal {
 
     /// Angle of the roll about the approach that is left of a bus of attitude `attitude`, whose end
     /// effector is along it [rad]; zero where the roll is free.
+    // Not inlined, as `fixed`.
+    #[inline(never)]
     pub fn roll_left(&self, attitude: &Vector4<f64>) -> f64 {
         let Some([end_effector, port]) = &self.roll else { return 0.0 };
         let is = quaternion::rotation_matrix(attitude) * end_effector;
@@ -47,6 +49,8 @@ impl Terminal {
 
     /// The attitude of a bus of attitude `attitude`, turned and rolled as at capture, and its turn
     /// [rad, RTN].
+    // Not inlined: it is called once a trajectory, and an image's room counts.
+    #[inline(never)]
     pub fn fixed(&self, attitude: &Vector4<f64>) -> (Vector4<f64>, Vector3<f64>) {
         let mut turn = self.alignment(attitude);
         let mut turned = quaternion::normalized(&quaternion::product(&turn, attitude));
