@@ -9,6 +9,7 @@
 //! - [`polish`]: another solver's solution of a subproblem made exact, as a reference;
 //! - [`qp_file`]: subproblems as files for other solvers;
 //! - [`vehicle`]: what follows from a mission's numbers, and whether it can end;
+//! - [`importing`]: a mission for the arm of a URDF;
 //! - [`draw`]: random scenarios, the same for a seed everywhere;
 //! - [`memory`]: heaps and stacks for what is too large for a usual stack;
 //! - [`threads`]: a second thread for one plan;
@@ -37,6 +38,7 @@ pub mod engine;
 pub mod envelope;
 pub mod export;
 pub mod fingerprint;
+pub mod importing;
 pub mod journal;
 pub mod kkt;
 pub mod learned;

@@ -12,6 +12,7 @@ mod documented;
 mod draw;
 mod envelope;
 mod firmware;
+mod import;
 mod inject;
 #[cfg(feature = "training")]
 mod learn;
@@ -72,6 +73,7 @@ enum Command {
     Check(check::Args),
     Draw(draw::Args),
     Mission(mission::Args),
+    Import(import::Args),
     Envelope(envelope::Args),
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
@@ -211,6 +213,7 @@ impl Command {
             Self::Check(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::Mission(args) => args.run(),
+            Self::Import(args) => args.run(),
             Self::Envelope(args) => args.run(),
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),

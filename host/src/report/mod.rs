@@ -5,6 +5,7 @@ mod check;
 mod dataset;
 mod envelope;
 mod export;
+mod import;
 mod plan;
 mod vehicle;
 
@@ -13,6 +14,7 @@ pub use check::check_report;
 pub use dataset::dataset_report;
 pub use envelope::envelope_report;
 pub use export::export_report;
+pub use import::{import_report, refused_import};
 pub use plan::{evidence, plan_report, refusal_report};
 pub use vehicle::vehicle_report;
 

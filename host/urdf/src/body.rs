@@ -38,7 +38,7 @@ impl Body {
     }
 
     /// Both bodies as one, by the parallel-axis theorem.
-    pub(crate) fn merged(&self, other: &Self) -> Self {
+    pub fn merged(&self, other: &Self) -> Self {
         let mass = self.mass + other.mass;
         if !(mass > 0.0) {
             return Self { mass: 0.0, ..*self };

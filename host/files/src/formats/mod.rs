@@ -7,9 +7,14 @@
 mod evidence_file;
 mod joints;
 pub mod json;
+mod mission_capture;
 mod mission_convert;
 mod mission_file;
 mod mission_keys;
+mod mission_sections;
+mod mission_servicer;
+#[cfg(test)]
+mod mission_tests;
 mod model_file;
 mod output;
 mod plan_convert;
@@ -27,12 +32,14 @@ pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, GainRows, ModelRecord, evidence_path, recovered,
 };
 pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
-pub use mission_file::{
-    Approach as MissionApproach, FORMAT as MISSION_FORMAT, Horizon as MissionHorizon,
-    Link as MissionLink, MissionFile, Orbit as MissionOrbit, Servicer as MissionServicer,
+pub use mission_capture::{Capture as MissionCapture, capture_search};
+pub use mission_file::{FORMAT as MISSION_FORMAT, MissionFile, read_mission, read_mission_file};
+pub use mission_sections::{
+    Approach as MissionApproach, Horizon as MissionHorizon, Orbit as MissionOrbit,
     Target as MissionTarget, Tolerances as MissionTolerances, Typical as MissionTypical,
-    Weights as MissionWeights, read_mission, read_mission_file,
+    Weights as MissionWeights,
 };
+pub use mission_servicer::{Link as MissionLink, Servicer as MissionServicer};
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout, read_model};
 pub use output::{check_writable, make_directory, remove_partials, write_atomically};
 pub use plan_convert::StageEnd;

@@ -1,0 +1,94 @@
+//! Joint angles at capture: given, or found where the mission is read.
+
+use super::mission_servicer::Servicer;
+use super::quantities::rotation;
+use crate::error::FieldError;
+use nalgebra::{SVector, Vector3};
+use remora_core::advanced::model::{CaptureFailure, CaptureSearch, Mission};
+use serde::{Deserialize, Serialize};
+
+/// How far off the boresight the port may be at capture, as a share of the field of view's half angle.
+const OFF_BORESIGHT: f64 = 0.1;
+/// The end effector's axis where a file does not say.
+const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
+/// How far the norm of an axis may be from one.
+const UNIT: f64 = 1e-9;
+
+/// What says where the arm is at capture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Capture {
+    /// Its joint angles, which are given.
+    #[default]
+    Joints,
+    /// The end effector's axis, which has to point into the port: joint angles are found.
+    Pose,
+}
+
+/// What joint angles at capture have to satisfy in a mission, `axis` the end effector's in the last
+/// link's axes: its margins are kept, and the port is all but on the boresight.
+pub fn capture_search<const NL: usize>(mission: &Mission<NL>, axis: Vector3<f64>) -> CaptureSearch {
+    CaptureSearch {
+        axis,
+        max_off_boresight: OFF_BORESIGHT * mission.approach.field_of_view_half_angle,
+        clearance: mission.margins.clearance,
+        stop_margin: mission.margins.joint_angle,
+    }
+}
+
+impl Servicer {
+    /// The end effector's axis in the last link's axes, bus axes at zero joint angles, where joint angles
+    /// at capture are to be found.
+    ///
+    /// # Errors
+    /// It is no unit vector, or stands beside joint angles that are given; they beside it.
+    pub fn capture_axis(&self) -> Result<Option<Vector3<f64>>, FieldError> {
+        let refuse =
+            |key: &str, reason: &str| Err(FieldError::new(format!("servicer.{key}"), reason));
+        if self.capture == Capture::Joints {
+            return match self.end_effector_axis {
+                None => Ok(None),
+                Some(_) => {
+                    refuse("end_effector_axis", "has a meaning only with capture = \"pose\"")
+                }
+            };
+        }
+        if self.capture_joint_angle_rad.is_some() {
+            return refuse(
+                "capture_joint_angle_rad",
+                "is found with capture = \"pose\": leave it out",
+            );
+        }
+        let axis = Vector3::from(self.end_effector_axis.unwrap_or(AXIS));
+        let is_unit = (axis.norm() - 1.0).abs() <= UNIT;
+        if !is_unit {
+            return refuse("end_effector_axis", "must be a unit vector");
+        }
+        Ok(Some(match self.arm_base_rotation {
+            None => axis,
+            Some(q) => rotation(q, "servicer.arm_base_rotation")? * axis,
+        }))
+    }
+}
+
+/// The joint angles at capture of a valid mission, nearest in time to those at the start.
+///
+/// # Errors
+/// What the best that were found violate, and by how much.
+pub(super) fn found<const NL: usize>(
+    mission: &Mission<NL>,
+    axis: Vector3<f64>,
+) -> Result<SVector<f64, NL>, FieldError> {
+    let servicer = &mission.servicer;
+    let search = capture_search(mission, axis);
+    servicer
+        .capture_configuration(&search, &servicer.initial_joint_angle)
+        .map_err(|failure| FieldError::new("servicer.capture", reason(&failure)))
+}
+
+fn reason(failure: &CaptureFailure) -> String {
+    let CaptureFailure { constraint, violation } = failure;
+    // Clearances are distances, all else are angles.
+    let unit = if constraint.starts_with("clearance") { "m" } else { "rad" };
+    format!("no joint angles were found: the best miss {constraint} by {violation:.3} {unit}")
+}

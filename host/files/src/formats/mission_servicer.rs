@@ -1,0 +1,213 @@
+//! The servicer of mission files.
+
+use super::mission_capture::Capture;
+use super::quantities::{Inertia, Limits, Stops, rotation};
+use crate::error::FieldError;
+use nalgebra::{Matrix3, SVector, Vector3};
+use remora_core::advanced::model;
+use serde::{Deserialize, Serialize};
+
+/// `[servicer]` and `[[servicer.links]]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Servicer {
+    /// Bus mass [kg].
+    pub bus_mass_kg: f64,
+    /// Bus inertia about its centre of mass, bus axes [kg m^2].
+    pub bus_inertia_kg_m2: Inertia,
+    /// Half edge lengths of the box that holds the bus [m].
+    pub bus_half_extents_m: [f64; 3],
+    /// Unit boresight, bus axes.
+    pub boresight: [f64; 3],
+    /// First joint from the bus centre of mass, bus axes [m].
+    pub arm_base_m: [f64; 3],
+    /// The rotation from the axes that the links are given in, at zero joint angles, to bus axes, where
+    /// they are not the bus axes themselves: a unit quaternion `[x, y, z, w]`. Written missions have their
+    /// links in bus axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm_base_rotation: Option<[f64; 4]>,
+    /// Joint stops, plus and minus or lower and upper [rad].
+    pub joint_angle_limit_rad: Vec<Stops>,
+    /// Joint rate limits [rad/s].
+    pub joint_rate_limit_rad_s: Limits,
+    /// Joint angles at the start [rad].
+    pub initial_joint_angle_rad: Vec<f64>,
+    /// What says where the arm is at capture.
+    pub capture: Capture,
+    /// Joint angles at capture [rad], with [`Capture::Joints`]; left out, the problem definition's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub capture_joint_angle_rad: Option<Vec<f64>>,
+    /// Unit axis of the end effector, last link's axes, with [`Capture::Pose`]; left out, its +z.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub end_effector_axis: Option<[f64; 3]>,
+    /// Force limits, RTN components [N].
+    pub force_limit_n: Limits,
+    /// Bus torque limits, body components [N m].
+    pub bus_torque_limit_n_m: Limits,
+    /// Joint torque limits [N m].
+    pub joint_torque_limit_n_m: Limits,
+    /// The links, from the bus outwards, one to seven; all of them where any is given.
+    pub links: Vec<Link>,
+}
+
+/// One of `[[servicer.links]]`; no key but armature and radius may be left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Link {
+    /// From this joint to the next one or the end effector, link axes [m].
+    pub tip_m: [f64; 3],
+    /// Centre of mass from the joint, link axes [m].
+    pub center_of_mass_m: [f64; 3],
+    /// Mass [kg].
+    pub mass_kg: f64,
+    /// Inertia about the centre of mass, link axes [kg m^2].
+    pub inertia_kg_m2: Inertia,
+    /// Unit joint axis, link axes.
+    pub axis: [f64; 3],
+    /// Inertia of the joint's rotor about the joint axis, times the gear ratio squared [kg m^2].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub armature_kg_m2: f64,
+    /// Radius of the capsule that holds the link [m].
+    #[serde(default = "Link::default_radius")]
+    pub radius_m: f64,
+}
+
+impl Servicer {
+    /// The servicer; joint angles at capture that are to be found are those of the start.
+    pub(super) fn convert<const NL: usize>(&self) -> Result<model::Servicer<NL>, FieldError> {
+        let mount = match self.arm_base_rotation {
+            Some(q) => Some(rotation(q, "servicer.arm_base_rotation")?),
+            None => None,
+        };
+        let convert = |(i, link): (usize, &Link)| -> Result<model::Link, FieldError> {
+            let link = link.convert(&format!("servicer.links[{i}]"))?;
+            Ok(mount.map_or(link, |mount| turned(&link, &mount)))
+        };
+        let links = self.links.iter().enumerate().map(convert);
+        let links: Vec<model::Link> = links.collect::<Result<_, _>>()?;
+        let links: [model::Link; NL] = links.try_into().map_err(|links: Vec<_>| {
+            FieldError::new("servicer.links", format!("has {} entries, not {NL}", links.len()))
+        })?;
+        let key = "servicer.joint_angle_limit_rad";
+        let [min_joint_angle, max_joint_angle] = Stops::all(&self.joint_angle_limit_rad, key)?;
+        Ok(model::Servicer {
+            bus_mass: self.bus_mass_kg,
+            bus_inertia: self.bus_inertia_kg_m2.tensor("servicer.bus_inertia_kg_m2")?,
+            bus_half_extents: Vector3::from(self.bus_half_extents_m),
+            boresight: Vector3::from(self.boresight),
+            arm_base: Vector3::from(self.arm_base_m),
+            links,
+            min_joint_angle,
+            max_joint_angle,
+            max_joint_rate: self.joint_rate_limit_rad_s.each("servicer.joint_rate_limit_rad_s")?,
+            initial_joint_angle: each(&self.initial_joint_angle_rad, "initial")?,
+            capture_joint_angle: self.capture_angles()?,
+            max_force: self.force_limit_n.each("servicer.force_limit_n")?,
+            max_bus_torque: self.bus_torque_limit_n_m.each("servicer.bus_torque_limit_n_m")?,
+            max_joint_torque: self
+                .joint_torque_limit_n_m
+                .each("servicer.joint_torque_limit_n_m")?,
+        })
+    }
+
+    fn capture_angles<const NL: usize>(&self) -> Result<SVector<f64, NL>, FieldError> {
+        let usual = model::Servicer::default().capture_joint_angle;
+        match (self.capture, &self.capture_joint_angle_rad) {
+            (Capture::Pose, _) => each(&self.initial_joint_angle_rad, "initial"),
+            (Capture::Joints, Some(angles)) => each(angles, "capture"),
+            (Capture::Joints, None) => each(usual.as_slice(), "capture"),
+        }
+    }
+}
+
+impl Link {
+    fn default_radius() -> f64 {
+        0.05
+    }
+
+    fn convert(&self, key: &str) -> Result<model::Link, FieldError> {
+        Ok(model::Link {
+            tip: Vector3::from(self.tip_m),
+            center_of_mass: Vector3::from(self.center_of_mass_m),
+            mass: self.mass_kg,
+            inertia: self.inertia_kg_m2.tensor(&format!("{key}.inertia_kg_m2"))?,
+            axis: Vector3::from(self.axis),
+            armature: self.armature_kg_m2,
+            radius: self.radius_m,
+        })
+    }
+}
+
+/// The joint angles of the start or of capture, one for each joint.
+fn each<const NL: usize>(angles: &[f64], when: &str) -> Result<SVector<f64, NL>, FieldError> {
+    match angles.len() == NL {
+        true => Ok(SVector::from_column_slice(angles)),
+        false => {
+            let reason = format!("one number for each of {NL} joints, not {}", angles.len());
+            Err(FieldError::new(format!("servicer.{when}_joint_angle_rad"), reason))
+        }
+    }
+}
+
+/// A link in axes from which `rotation` leads to those it is given in now.
+fn turned(link: &model::Link, rotation: &Matrix3<f64>) -> model::Link {
+    let inertia = rotation * link.inertia * rotation.transpose();
+    model::Link {
+        tip: rotation * link.tip,
+        center_of_mass: rotation * link.center_of_mass,
+        // Rounding leaves it not quite symmetric.
+        inertia: (inertia + inertia.transpose()) * 0.5,
+        axis: rotation * link.axis,
+        ..*link
+    }
+}
+
+/// Whether a number may be left out.
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl<const NL: usize> From<&model::Servicer<NL>> for Servicer {
+    fn from(s: &model::Servicer<NL>) -> Self {
+        Self {
+            bus_mass_kg: s.bus_mass,
+            bus_inertia_kg_m2: Inertia::from(&s.bus_inertia),
+            bus_half_extents_m: s.bus_half_extents.into(),
+            boresight: s.boresight.into(),
+            arm_base_m: s.arm_base.into(),
+            arm_base_rotation: None,
+            joint_angle_limit_rad: Stops::of(&s.min_joint_angle, &s.max_joint_angle),
+            joint_rate_limit_rad_s: Limits::from(&s.max_joint_rate),
+            initial_joint_angle_rad: s.initial_joint_angle.as_slice().into(),
+            capture: Capture::Joints,
+            capture_joint_angle_rad: Some(s.capture_joint_angle.as_slice().into()),
+            end_effector_axis: None,
+            force_limit_n: Limits::from(&s.max_force),
+            bus_torque_limit_n_m: Limits::from(&s.max_bus_torque),
+            joint_torque_limit_n_m: Limits::from(&s.max_joint_torque),
+            links: s.links.iter().map(Link::from).collect(),
+        }
+    }
+}
+
+impl From<&model::Link> for Link {
+    fn from(link: &model::Link) -> Self {
+        Self {
+            tip_m: link.tip.into(),
+            center_of_mass_m: link.center_of_mass.into(),
+            mass_kg: link.mass,
+            inertia_kg_m2: Inertia::from(&link.inertia),
+            axis: link.axis.into(),
+            armature_kg_m2: link.armature,
+            radius_m: link.radius,
+        }
+    }
+}
+
+impl Default for Servicer {
+    /// The problem definition's; joint angles at capture stand in no file that says how to find them.
+    fn default() -> Self {
+        let given = Self::from(&model::Servicer::default());
+        Self { capture_joint_angle_rad: None, ..given }
+    }
+}

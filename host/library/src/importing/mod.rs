@@ -1,0 +1,258 @@
+//! A mission for the arm of a URDF: the arm is the file's, the bus its own or another mission's, and
+//! all else what that mission says. Joint angles at capture are found from the end effector's axis.
+//!
+//! What a file leaves open is refused with the flag that mends it, or decided and said.
+
+mod bus;
+mod capture;
+mod mount;
+mod mounting;
+mod scenarios;
+mod servicer;
+mod start;
+mod text;
+
+use crate::error::{Error, FieldError};
+use crate::formats::{MissionCapture, MissionFile};
+use crate::method::Integrator;
+use crate::vehicle::Vehicle;
+use crate::with_joints;
+use bus::Settled;
+use nalgebra::Vector3;
+use remora_core::advanced::model::Mission;
+use remora_urdf::{Arm, Options, Pose, Refusal};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// The `format` of `remora import --json`.
+pub const FORMAT: &str = "remora-import/1";
+
+/// What is imported, and what is said beside the file.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The URDF's file, for messages.
+    pub file: PathBuf,
+    /// Its contents.
+    pub urdf: Vec<u8>,
+    /// What is said of the arm; the mount is [`Request::mount`].
+    pub options: Options,
+    /// The mission that gives the bus and all else but the arm.
+    pub bus: Option<(PathBuf, MissionFile)>,
+    /// Pose of the arm's root link in bus axes, from the bus's centre of mass where that is given.
+    pub mount: Option<Pose>,
+    /// The camera's boresight, bus axes.
+    pub boresight: Option<Vector3<f64>>,
+    /// The end effector's axis, in its own frame: what points into the port.
+    pub axis: Option<Vector3<f64>>,
+    /// Joint angles at the start [rad].
+    pub start: Option<Vec<f64>>,
+}
+
+/// A mission that was made of a URDF.
+#[derive(Clone, Debug, Serialize)]
+pub struct Imported {
+    /// [`FORMAT`].
+    pub format: &'static str,
+    /// The URDF's file.
+    pub file: PathBuf,
+    /// The robot's name.
+    pub robot: String,
+    /// The joints, from the bus outwards.
+    pub joints: Vec<Joint>,
+    /// What the file's reader assumed, merged or left out.
+    pub notes: Vec<String>,
+    /// What was decided where neither file nor flags say it.
+    pub decided: Vec<String>,
+    /// The mission file.
+    pub mission: MissionFile,
+    /// What follows from it.
+    pub vehicle: Vehicle,
+}
+
+/// A joint of an imported arm.
+#[derive(Clone, Debug, Serialize)]
+pub struct Joint {
+    /// Its name.
+    pub name: String,
+    /// Angle at the start [rad].
+    pub start_rad: f64,
+    /// Angle at capture [rad].
+    pub capture_rad: f64,
+}
+
+/// Why nothing was imported, as `remora import --explain --json` tells it.
+#[derive(Clone, Debug, Serialize)]
+pub struct NotImported {
+    /// [`FORMAT`].
+    pub format: &'static str,
+    /// The URDF's file.
+    pub file: PathBuf,
+    /// All that is wrong.
+    pub faults: Vec<String>,
+}
+
+/// Why a request gives no mission.
+#[derive(Clone, Debug)]
+pub enum NoImport {
+    /// The URDF gives no arm.
+    Urdf(Refusal),
+    /// The arm gives no mission, or what is said beside it is wrong.
+    Mission(Error),
+}
+
+impl From<Error> for NoImport {
+    fn from(error: Error) -> Self {
+        Self::Mission(error)
+    }
+}
+
+impl NoImport {
+    /// All that is wrong, each in a line.
+    pub fn faults(&self) -> Vec<String> {
+        match self {
+            Self::Urdf(refusal) => refusal.faults.iter().map(ToString::to_string).collect(),
+            Self::Mission(error) => vec![error.to_string()],
+        }
+    }
+
+    /// The same, told by the format.
+    pub fn told(&self, request: &Request) -> NotImported {
+        NotImported { format: FORMAT, file: request.file.clone(), faults: self.faults() }
+    }
+
+    /// The error of a command that needs the mission: all faults at once.
+    pub fn error(self, request: &Request) -> Error {
+        match self {
+            Self::Mission(error) => error,
+            Self::Urdf(_) => Error::input(&request.file, "", self.faults().join("; ")),
+        }
+    }
+}
+
+/// Makes the mission.
+///
+/// # Errors
+/// All faults of the URDF at once; a bus that is none; an arm that finds no joint angles at capture, or
+/// none at the start that are clear of its own bus.
+pub fn import(request: &Request) -> Result<Imported, NoImport> {
+    let mut first = None;
+    for settled in bus::settle(request)? {
+        match imported(request, settled) {
+            Ok(imported) => return Ok(imported),
+            Err(error) => first = first.or(Some(error)),
+        }
+    }
+    // There is always one that was tried.
+    Err(first.map_or(NoImport::Mission(Error::argument("--mount", "none is left")), NoImport::from))
+}
+
+fn imported(request: &Request, settled: Settled) -> Result<Imported, Error> {
+    let file = servicer::mission_file(&settled, &axis(request, &settled.arm)?);
+    with_joints!(file.joints(), NL => {
+        finished::<NL>(request, settled, file)
+    } else {
+        Err(file.wrong_joints("the importer allows 1 to 7").at(&request.file))
+    })
+}
+
+/// What is understood of the URDF, in tables, whether it gives an arm or not.
+pub fn explanation(request: &Request) -> String {
+    let settled = bus::settle(request).ok().and_then(|all| all.into_iter().next());
+    let options = settled.map_or(request.options.clone(), |settled| settled.options);
+    remora_urdf::explain(&name(&request.file), &request.urdf, &options)
+}
+
+fn finished<const NL: usize>(
+    request: &Request,
+    settled: Settled,
+    mut file: MissionFile,
+) -> Result<Imported, Error> {
+    let Settled { arm, mut decided, .. } = settled;
+    let mission = completed::<NL>(&mut file, request, &arm, &mut decided)
+        .map_err(|error| refused::<NL>(error, request, &file, &arm))?;
+    let joints = joints(&arm, &mission);
+    Ok(Imported {
+        format: FORMAT,
+        file: request.file.clone(),
+        robot: arm.name,
+        joints,
+        notes: arm.notes.iter().map(ToString::to_string).collect(),
+        decided,
+        vehicle: Vehicle::of(&mission, Integrator::RK4),
+        mission: file,
+    })
+}
+
+/// The mission with what is not the file's: margins that its mounting leaves, angles at the start.
+fn completed<const NL: usize>(
+    file: &mut MissionFile,
+    request: &Request,
+    arm: &Arm,
+    decided: &mut Vec<String>,
+) -> Result<Mission<NL>, FieldError> {
+    let links: Vec<String> = arm.joints.iter().map(|joint| joint.link.clone()).collect();
+    let unsearched = unsearched::<NL>(file)?;
+    mounting::fit(file, &unsearched, &links, decided);
+    let mission = start::choose::<NL>(file, request.start.as_deref(), decided)?;
+    scenarios::keep_off(file, &mission, decided);
+    file.mission_of()
+}
+
+/// The mission before joint angles at capture are searched for: they are those of the start.
+fn unsearched<const NL: usize>(file: &MissionFile) -> Result<Mission<NL>, FieldError> {
+    let mut given = file.clone();
+    given.servicer.capture = MissionCapture::Joints;
+    given.servicer.end_effector_axis = None;
+    given.servicer.capture_joint_angle_rad = Some(given.servicer.initial_joint_angle_rad.clone());
+    given.mission_of()
+}
+
+fn joints<const NL: usize>(arm: &Arm, mission: &Mission<NL>) -> Vec<Joint> {
+    let s = &mission.servicer;
+    let angles = s.initial_joint_angle.iter().zip(s.capture_joint_angle.iter());
+    let joint = |(joint, (start, capture)): (&remora_urdf::Joint, (&f64, &f64))| Joint {
+        name: joint.name.clone(),
+        start_rad: *start,
+        capture_rad: *capture,
+    };
+    arm.joints.iter().zip(angles).map(joint).collect()
+}
+
+/// The end effector's axis in the last link's axes.
+fn axis(request: &Request, arm: &Arm) -> Result<Vector3<f64>, Error> {
+    let own = unit(request.axis, "--axis")?.unwrap_or_else(Vector3::z);
+    Ok((arm.end_effector.rotation * own).normalize())
+}
+
+/// A direction that a flag gives, as a unit vector.
+fn unit(given: Option<Vector3<f64>>, flag: &'static str) -> Result<Option<Vector3<f64>>, Error> {
+    let Some(given) = given else { return Ok(None) };
+    match given.try_normalize(1e-9) {
+        Some(unit) if unit.iter().all(|x| x.is_finite()) => Ok(Some(unit)),
+        _ => Err(Error::argument(flag, "must be a direction: three numbers, not all zero")),
+    }
+}
+
+/// The error of a field that follows from the URDF, in words of the flags.
+fn refused<const NL: usize>(
+    error: FieldError,
+    request: &Request,
+    file: &MissionFile,
+    arm: &Arm,
+) -> Error {
+    let FieldError { field, reason } = error;
+    if let Some(joint) = field.strip_prefix("servicer.initial_joint_angle_rad") {
+        return Error::argument("--start", format!("{joint} {reason}").trim().to_string());
+    }
+    let reason = match field.as_str() {
+        "servicer.capture" => format!("{reason}; {}", capture::advice::<NL>(request, file, arm)),
+        _ => reason,
+    };
+    Error::input(&request.file, field, reason)
+}
+
+/// A file's name without its folders.
+fn name(file: &Path) -> String {
+    file.file_name()
+        .map_or_else(|| file.display().to_string(), |name| name.to_string_lossy().into())
+}

@@ -1,0 +1,79 @@
+//! How near to the bus the mounting itself brings the arm.
+
+use super::bus::numbers;
+use crate::formats::MissionFile;
+use nalgebra::SVector;
+use remora_core::advanced::model::Mission;
+
+/// Steps of each joint of the mounting, over its stops.
+const STEPS: usize = 12;
+/// Most joints that are looked at: arms have at most two before their first link of any length.
+const MOST: usize = 2;
+/// What is left of a clearance below this is none [m].
+const LEAST: f64 = 5e-3;
+/// To what a clearance is rounded down [m].
+const STEP: f64 = 1e-3;
+
+/// Where the second link, whose joint the first one holds, can nowhere be as far from the bus as the
+/// mission's margin asks for: the margin is what there is. Where that is next to nothing, the link's radius
+/// is what leaves the margin: what is thicker there is part of the mounting.
+pub(super) fn fit<const NL: usize>(
+    file: &mut MissionFile,
+    mission: &Mission<NL>,
+    names: &[String],
+    decided: &mut Vec<String>,
+) {
+    let (s, margin) = (&mission.servicer, mission.margins.clearance);
+    let mut long = (0..NL).filter(|i| s.links.get(*i).is_some_and(|link| link.has_length()));
+    let (Some(first), Some(second)) = (long.next(), long.next()) else { return };
+    let (Some(link), Some(name)) = (file.servicer.links.get_mut(second), names.get(second)) else {
+        return;
+    };
+    let far = farthest(mission, first);
+    let gap = far - link.radius_m;
+    // Rounding must leave the search room.
+    if gap >= margin + STEP {
+        return;
+    }
+    if gap >= LEAST + STEP {
+        let left = ((gap - STEP) / STEP).floor() * STEP;
+        decided.push(format!(
+            "link {name} is mounted {} m from the bus: planning keeps a margin of {} m between bodies, not {margin}",
+            numbers(&[gap]),
+            numbers(&[left])
+        ));
+        file.margins.clearance_m = left;
+        return;
+    }
+    let radius = (far - margin - STEP).max(0.0);
+    decided.push(format!(
+        "the joint of link {name} is {} m from the bus, within the link's radius of {} m: the radius is taken as {} m, \
+         what is thicker as the mounting",
+        numbers(&[far]),
+        numbers(&[link.radius_m]),
+        numbers(&[radius])
+    ));
+    link.radius_m = radius;
+}
+
+/// Farthest that the end of link `last` gets from the bus's box [m].
+fn farthest<const NL: usize>(mission: &Mission<NL>, last: usize) -> f64 {
+    let s = &mission.servicer;
+    let mut arm = *s;
+    // What comes after it is drawn in: the end effector is the end of the link.
+    arm.links.iter_mut().skip(last + 1).for_each(|link| link.tip.fill(0.0));
+    let moving = last.min(MOST - 1) + 1;
+    let count = (STEPS + 1).pow(moving as u32);
+    let distance = |index: usize| {
+        let mut angles = SVector::<f64, NL>::zeros();
+        for i in 0..NL {
+            let share = (index / (STEPS + 1).pow(i.min(MOST) as u32)) % (STEPS + 1);
+            let way = s.max_joint_angle[i] - s.min_joint_angle[i];
+            let turned = s.min_joint_angle[i] + way * share as f64 / STEPS as f64;
+            angles[i] = if i < moving { turned } else { s.initial_joint_angle[i] };
+        }
+        let (_, end) = arm.center_of_mass_and_end_effector(&angles);
+        remora_core::advanced::model::signed_distance_to_box(&s.bus_half_extents, &end).value
+    };
+    (0..count).map(distance).fold(f64::NEG_INFINITY, f64::max)
+}

@@ -1,0 +1,67 @@
+//! The servicer of a mission file from an arm on a bus.
+
+use super::bus::Settled;
+use crate::formats::{
+    Inertia, Limits, MissionCapture, MissionFile, MissionLink, MissionServicer, Radius, Stops,
+};
+use nalgebra::Vector3;
+use remora_urdf::Joint;
+
+/// The mission file: the arm starts straight, as far as its stops let it, and finds its joint angles at
+/// capture. What follows from an arm follows from this one.
+pub(super) fn mission_file(settled: &Settled, axis: &Vector3<f64>) -> MissionFile {
+    let Settled { arm, body, half_extents, boresight, mission, .. } = settled;
+    let mut file = mission.clone();
+    file.typical = None;
+    file.approach.keep_out_far_m = Radius::Auto;
+    file.approach.keep_out_near_m = Radius::Auto;
+    let joints = &arm.joints;
+    file.servicer = MissionServicer {
+        bus_mass_kg: body.mass,
+        bus_inertia_kg_m2: Inertia::from(&body.inertia),
+        bus_half_extents_m: (*half_extents).into(),
+        boresight: (*boresight).into(),
+        arm_base_m: (arm.arm_base - body.center_of_mass).into(),
+        arm_base_rotation: None,
+        joint_angle_limit_rad: joints.iter().map(stops).collect(),
+        joint_rate_limit_rad_s: limits(joints.iter().map(|joint| joint.limits.rate)),
+        joint_torque_limit_n_m: limits(joints.iter().map(|joint| joint.limits.torque)),
+        initial_joint_angle_rad: joints.iter().map(straight).collect(),
+        capture: MissionCapture::Pose,
+        capture_joint_angle_rad: None,
+        end_effector_axis: Some((*axis).into()),
+        links: joints.iter().map(link).collect(),
+        ..file.servicer
+    };
+    file
+}
+
+fn link(joint: &Joint) -> MissionLink {
+    MissionLink {
+        tip_m: joint.tip.into(),
+        center_of_mass_m: joint.body.center_of_mass.into(),
+        mass_kg: joint.body.mass,
+        inertia_kg_m2: Inertia::from(&joint.body.inertia),
+        axis: joint.axis.into(),
+        armature_kg_m2: joint.armature,
+        radius_m: joint.radius,
+    }
+}
+
+fn straight(joint: &Joint) -> f64 {
+    0f64.clamp(joint.limits.lower, joint.limits.upper)
+}
+
+fn stops(joint: &Joint) -> Stops {
+    let (lower, upper) = (joint.limits.lower, joint.limits.upper);
+    if lower == -upper { Stops::Symmetric(upper) } else { Stops::Pair([lower, upper]) }
+}
+
+/// One number where it says it all.
+fn limits(of: impl Iterator<Item = f64>) -> Limits {
+    let each: Vec<f64> = of.collect();
+    match each.as_slice() {
+        [first, others @ ..] if others.iter().all(|other| other == first) => Limits::Same(*first),
+        _ => Limits::Each(each),
+    }
+}
