@@ -37,6 +37,9 @@ mod documents {
 
     #[doc = include_str!("../../docs/planner.md")]
     struct Planner;
+
+    #[doc = include_str!("../../docs/servicer.md")]
+    struct Servicer;
 }
 
 mod bounds;

@@ -18,6 +18,20 @@ use remora_core::advanced::time::Deadline;
 
 type StageTwo<'a> = Reorientation<'a, Sequential, NODES, LINKS, { size::NX }, { size::NU }>;
 
+/// Stage 1's projection, in the size of the planner's subproblems.
+fn project(
+    problem: &impl Problem<
+        NODES,
+        { size::NX },
+        { size::NU },
+        { size::NG },
+        Trajectory = TranslationTrajectory<NODES>,
+    >,
+    trajectory: &mut TranslationTrajectory<NODES>,
+) {
+    problem.project(trajectory);
+}
+
 /// Runs every kernel once on a scenario; prints the checksum of what it computed, the same on
 /// every board, and the instructions it took.
 // Apart from the plans, so that its memory is not on their stack.
@@ -69,7 +83,8 @@ impl<B: Board> Kernels<'_, B> {
         let formulation = Formulation::new(mission, scenario, *integrator);
         measure.run("path", 1, || {
             translation.trajectory = TranslationTrajectory::ZERO;
-            Translation::new(&formulation, target).project(&mut translation.trajectory);
+            let problem = Translation::new(&formulation, target);
+            project(&problem, &mut translation.trajectory);
         });
         measure.check("path", path(&translation.trajectory));
         measure.run("heuristic", 1, || {

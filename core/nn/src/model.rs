@@ -218,6 +218,18 @@ impl<'a> Model<'a> {
         &self.size
     }
 
+    /// How far the features of a node are from those that the model has learnt from: the largest distance
+    /// of one from its mean, in standard deviations. NaN where one is not a number.
+    pub fn deviation(&self, features: &[f32]) -> f32 {
+        let statistics = |e: &Embedding<'a>| e.mean.iter().zip(e.std);
+        let statistics = self.embeddings.iter().flat_map(statistics);
+        features.iter().zip(statistics).fold(0.0, |most, (feature, (mean, std))| {
+            let off = ((feature - f32::from_le_bytes(*mean)) / f32::from_le_bytes(*std)).abs();
+            // NaN is farther than all.
+            if off <= most || most.is_nan() { most } else { off }
+        })
+    }
+
     pub(super) fn block(&self, layer: usize) -> Block<'a> {
         // All blocks have the same size and were checked when the file was opened.
         let bytes = self.blocks.get(layer * self.block_bytes..).unwrap_or_default();

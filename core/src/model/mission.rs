@@ -192,6 +192,9 @@ impl Default for Tolerances {
     }
 }
 
+/// Largest cosine between the approach and a direction across it, of which the roll is told.
+const ALONG: f64 = 0.995;
+
 /// A mission: everything but the scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mission<const NL: usize> {
@@ -215,6 +218,18 @@ pub struct Mission<const NL: usize> {
     pub scenarios: ScenarioRanges,
     /// What steps are divided by; `None`: what follows from the rest, see [`Mission::typical`].
     pub typical_magnitudes: Option<Typical>,
+    /// The roll of the end effector about the approach at capture; `None`: free.
+    pub roll: Option<Roll>,
+}
+
+/// Two directions that are one at capture, seen along the approach: they fix the end effector's roll
+/// about it. What of them lies along the approach does not count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roll {
+    /// Unit vector in the last link's axes.
+    pub end_effector: Vector3<f64>,
+    /// Unit vector in the target's axes, across the port's normal.
+    pub port: Vector3<f64>,
 }
 
 impl Default for Mission<3> {
@@ -230,6 +245,7 @@ impl Default for Mission<3> {
             corridor: Corridor::default(),
             scenarios: ScenarioRanges::default(),
             typical_magnitudes: None,
+            roll: None,
         }
     }
 }
@@ -249,7 +265,7 @@ impl<const NL: usize> Mission<NL> {
     /// The same mission with another servicer, and nothing else changed.
     pub(super) fn with<const M: usize>(&self, servicer: Servicer<M>) -> Mission<M> {
         let Self { orbit, target, servicer: _, approach, weights, tolerances, margins, .. } = *self;
-        let Self { corridor, scenarios, typical_magnitudes, .. } = *self;
+        let Self { corridor, scenarios, typical_magnitudes, roll, .. } = *self;
         Mission {
             orbit,
             target,
@@ -261,6 +277,7 @@ impl<const NL: usize> Mission<NL> {
             corridor,
             scenarios,
             typical_magnitudes,
+            roll,
         }
     }
 }
@@ -463,6 +480,7 @@ impl<const NL: usize> Mission<NL> {
         Check::non_negative(r.rate, "scenarios.rate")?;
         Check::non_negative(r.rate_norm.unwrap_or(0.0), "scenarios.rate_norm")?;
         Check::non_negative(r.velocity, "scenarios.velocity")?;
+        self.validate_roll()?;
         let Some(t) = &self.typical_magnitudes else { return Ok(()) };
         Check::positive(t.length, "typical.length")?;
         Check::positive(t.velocity, "typical.velocity")?;
@@ -472,6 +490,21 @@ impl<const NL: usize> Mission<NL> {
         Check::positive(t.joint_rate, "typical.joint_rate")?;
         Check::positive(t.bus_torque, "typical.bus_torque")?;
         Check::positive(t.joint_torque, "typical.joint_torque")
+    }
+
+    /// Refuses a roll about the approach that two directions along it would give.
+    // Not inlined: before planning time does not count, and an image's room does.
+    #[inline(never)]
+    fn validate_roll(&self) -> Result<(), InvalidField> {
+        let Some(roll) = &self.roll else { return Ok(()) };
+        Check::unit(&roll.end_effector, "roll.end_effector")?;
+        Check::unit(&roll.port, "roll.port")?;
+        let reason = "must be across the approach: it is within 6 degrees of it";
+        let along = self.servicer.capture_geometry().direction;
+        let end_effector = self.servicer.in_bus_axes_at_capture(&roll.end_effector);
+        let is_across = |a: &Vector3<f64>, b: &Vector3<f64>| a.dot(b).abs() < ALONG;
+        Check::that(is_across(&end_effector, &along), "roll.end_effector", reason)?;
+        Check::that(is_across(&roll.port, &self.target.port_normal), "roll.port", reason)
     }
 
     fn validate_weights_and_tolerances(&self) -> Result<(), InvalidField> {

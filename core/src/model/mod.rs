@@ -26,7 +26,7 @@ pub use formulation::{Integrator, InvalidIntegrator, Switch};
 pub use grid::Grid;
 pub use keep_out::{SignedDistance, signed_distance_to_box};
 pub use mission::{
-    Approach, Corridor, InvalidField, Margins, Mission, ScenarioRanges, Tolerances, Weights,
+    Approach, Corridor, InvalidField, Margins, Mission, Roll, ScenarioRanges, Tolerances, Weights,
 };
 pub use orbit::{HcwTransition, Orbit, hcw_acceleration};
 pub use recovery::{RECOVERY_NAMES, Recovery};

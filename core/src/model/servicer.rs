@@ -164,6 +164,17 @@ impl<const NL: usize> Servicer<NL> {
         (moment / self.total_mass(), joint)
     }
 
+    /// A vector in the last link's axes, in bus axes at capture.
+    // Not inlined, as `moment_bounds`.
+    #[inline(never)]
+    pub fn in_bus_axes_at_capture(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        let joints = self.links.iter().zip(self.capture_joint_angle.iter());
+        let attitude = joints.fold(quaternion::IDENTITY, |attitude, (link, angle)| {
+            quaternion::product(&attitude, &quaternion::exp(&(link.axis * *angle)))
+        });
+        quaternion::rotation_matrix(&attitude) * vector
+    }
+
     /// Inertia of bus and arm together about the system's centre of mass, bus axes [kg m^2].
     pub fn system_inertia(&self, angles: &SVector<f64, NL>) -> Matrix3<f64> {
         let (com, _) = self.center_of_mass_and_end_effector(angles);

@@ -67,7 +67,8 @@ pub enum GuessRecord {
     User = 7,
     /// What is left of the plan in force.
     Nominal = 8,
-    /// The heuristic: the model is for plans of another number of nodes, or for another number of joints.
+    /// The heuristic: the model is for another number of nodes or joints, for a roll that is free, or has
+    /// learnt from approaches that begin otherwise ([`MAX_DEVIATION`](crate::warmstart::MAX_DEVIATION)).
     Unfit = 9,
 }
 
@@ -107,7 +108,9 @@ impl GuessRecord {
             Self::Worse => Some("the rollout is worse than the heuristic"),
             Self::Unsolved => Some("from the rollout Stage 2 was not solved"),
             Self::Deadline => Some("no time was left for a rollout"),
-            Self::Unfit => Some("the model is for another number of nodes or joints"),
+            Self::Unfit => Some(
+                "the model has learnt from other approaches: nodes, joints, roll or features differ",
+            ),
         }
     }
 
@@ -177,7 +180,9 @@ impl<const NL: usize> InitialGuess<'_, NL> {
                 z.trajectory = **reorientation;
                 return GuessRecord::User;
             }
-            Self::Learned { policy, .. } if policy.nodes() != nodes => return GuessRecord::Unfit,
+            Self::Learned { policy, .. } if policy.nodes() != nodes || mission.roll.is_some() => {
+                return GuessRecord::Unfit;
+            }
             _ if deadline.has_passed() => return GuessRecord::Deadline,
             Self::Learned { policy, seed } => {
                 let Some((mission, scenario, trial)) = known_arm(mission, scenario, &mut z.trial)
@@ -186,6 +191,9 @@ impl<const NL: usize> InitialGuess<'_, NL> {
                 };
                 let mut scene = Scene::new(mission, scenario, translation, target, integrator);
                 scene.deadline = deadline;
+                if !warmstart::is_known(&scene, *policy) {
+                    return GuessRecord::Unfit;
+                }
                 warmstart::rollout(&scene, *policy, *seed, trial).then_some(GuessRecord::Learned)
             }
             Self::User(reorientation) => {

@@ -91,6 +91,13 @@ mod tests {
         assert_eq!(bytes("subproblem"), size(&w.scratch.qp) + 2 * size(&w.scratch.step));
     }
 
+    /// Workspace and solver of seven joints; the network is for three.
+    #[test]
+    fn seven_joints_fit_into_two_and_a_half_mebibytes() {
+        let bytes = crate::plan::ArmPlanner::<7, 20, 10>::BYTES;
+        assert!(bytes <= 5 << 19, "{bytes}");
+    }
+
     #[test]
     fn the_cache_has_the_documented_size() {
         assert_eq!(bytes("kv_cache"), 3 * NODES * (2 * 96 + 64));

@@ -6,8 +6,8 @@
 use super::{GuessRecord, PlanSettings, StageReport};
 use crate::dynamics::Integrator;
 use crate::model::{
-    Approach, Corridor, Grid, Link, Margins, Mission, Orbit, Scenario, Servicer, Start, Target,
-    Tolerances, Typical, Weights,
+    Approach, Corridor, Grid, Link, Margins, Mission, Orbit, Roll, Scenario, Servicer, Start,
+    Target, Tolerances, Typical, Weights,
 };
 use crate::scp::{Log, Settings, Status};
 use crate::stages::{Mode, NODES, ReorientationTrajectory, TranslationTrajectory};
@@ -199,6 +199,7 @@ fn add_mission<const NL: usize>(sum: &mut Checksum, mission: &Mission<NL>) {
         // Scenarios are sampled from these; a plan has one.
         scenarios: _,
         typical_magnitudes,
+        roll,
     } = mission;
     add_orbit(sum, orbit);
     add_target(sum, target);
@@ -214,6 +215,10 @@ fn add_mission<const NL: usize>(sum: &mut Checksum, mission: &Mission<NL>) {
         let Typical { length, velocity, force, angle, rate, joint_rate, bus_torque, joint_torque } =
             typical;
         sum.numbers([length, velocity, force, angle, rate, joint_rate, bus_torque, joint_torque]);
+    }
+    if let Some(Roll { end_effector, port }) = roll {
+        sum.numbers(end_effector);
+        sum.numbers(port);
     }
 }
 

@@ -1,5 +1,6 @@
 //! The heuristic start of Stage 2 (section 9).
 
+use super::terminal::Terminal;
 use super::{ReorientationTrajectory, TranslationTrajectory};
 use crate::dynamics::{Control, State};
 use crate::math::quaternion;
@@ -38,6 +39,9 @@ pub fn warm_start<const N: usize, const NL: usize>(
         out.states[k].joint_angle = initial.joint_angle + travel * progress;
         out.controls[k] = Control::ZERO;
     }
+    if mission.roll.is_some() {
+        roll_to_port(mission, translation, target, nodes, out);
+    }
     for k in 0..nodes {
         // The pose of the last node says nothing about its rate; the terminal constraints do.
         let next = (k + 1).min(nodes - 1);
@@ -47,6 +51,31 @@ pub fn warm_start<const N: usize, const NL: usize>(
         );
         out.states[k].rate = quaternion::log(&turn) / dt;
         out.states[k].joint_rate = (out.states[next].joint_angle - out.states[k].joint_angle) / dt;
+    }
+}
+
+/// Rolls the bus about the line of sight, by a share that grows with time, until its roll at the last
+/// node is that of capture.
+// Not inlined: most missions leave the roll free.
+#[inline(never)]
+fn roll_to_port<const N: usize, const NL: usize>(
+    mission: &Mission<NL>,
+    translation: &TranslationTrajectory<N>,
+    target: &[TargetState; N],
+    nodes: usize,
+    out: &mut ReorientationTrajectory<N, NL>,
+) {
+    let last = nodes.saturating_sub(1).min(N - 1);
+    let terminal = Terminal::new(mission, &target[last]);
+    let end = &out.states[last].attitude;
+    let aligned = quaternion::product(&terminal.alignment(end), end);
+    let angle = terminal.roll_left(&aligned);
+    for k in 0..nodes {
+        let share = k as f64 / last as f64;
+        let sight = line_of_sight(mission, &translation.position[k], &target[k]);
+        let roll = quaternion::exp(&(sight * (share * angle)));
+        let attitude = &mut out.states[k].attitude;
+        *attitude = quaternion::normalized(&quaternion::product(&roll, attitude));
     }
 }
 

@@ -8,6 +8,7 @@ mod clearance;
 pub mod heuristic;
 mod recovery;
 mod reorientation;
+mod terminal;
 mod translation;
 mod verifier;
 

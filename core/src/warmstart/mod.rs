@@ -16,6 +16,6 @@ mod tokens;
 
 pub use action::{ACTION, Action};
 pub use network::{NetworkPolicy, Unfit, check_model};
-pub use rollout::{MAX_CHUNK, Policy, rollout};
+pub use rollout::{MAX_CHUNK, MAX_DEVIATION, Policy, is_known, rollout};
 pub use scene::Scene;
 pub use tokens::{Encoding, MAX_FEATURES};

@@ -99,6 +99,10 @@ impl<M: Storage> Policy for NetworkPolicy<'_, '_, M> {
         self.model.header().nodes.into()
     }
 
+    fn deviation(&self, features: &[f32]) -> f32 {
+        self.model.deviation(features)
+    }
+
     fn chunk(&self) -> usize {
         self.model.header().chunk.into()
     }

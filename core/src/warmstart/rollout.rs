@@ -21,6 +21,10 @@ pub trait Policy {
     /// Number of nodes of the plans it is for.
     fn nodes(&self) -> usize;
 
+    /// How far the features of a rollout's first node are from those it has learnt from: the largest
+    /// distance of one from its mean, in standard deviations.
+    fn deviation(&self, features: &[f32]) -> f32;
+
     /// Number of actions it predicts at once, at most [`MAX_CHUNK`].
     fn chunk(&self) -> usize;
 
@@ -40,6 +44,23 @@ pub trait Policy {
     /// Observes the features of the next node, whose action is already predicted. Returns false where
     /// it cannot.
     fn observe(&self, features: &[f32]) -> bool;
+}
+
+/// Farthest from what a policy has learnt from that an approach may begin, in standard deviations of a
+/// feature. Of 600 approaches drawn for the shipped models' own mission the farthest is at 6.2; in half its
+/// time one in ten is beyond 8.7, in three times its time half are beyond 9.6, and a target that turns at
+/// 1 deg/s is at 25.
+pub const MAX_DEVIATION: f32 = 8.0;
+
+/// Whether an approach begins where a policy has learnt from others that do.
+// Not inlined: its features are on the stack only while it runs.
+#[inline(never)]
+pub fn is_known<P: Policy + ?Sized>(scene: &Scene<'_>, policy: &P) -> bool {
+    let mut features = [0.0; MAX_FEATURES];
+    let (encoding, nothing) = (policy.encoding(), [0.0; ACTION]);
+    scene.features(encoding, 0, &scene.initial_state(), &nothing, &mut features);
+    let Some(features) = features.get(..encoding.features()) else { return false };
+    policy.deviation(features) <= MAX_DEVIATION
 }
 
 /// Rolls a policy's actions out from the initial state through the dynamics of Stage 2.

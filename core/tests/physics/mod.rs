@@ -39,6 +39,7 @@ impl<const NL: usize, const NX: usize, const NU: usize> Case<NL, NX, NU> {
             corridor: Corridor::default(),
             scenarios: ScenarioRanges::default(),
             typical_magnitudes: None,
+            roll: None,
         }
     }
 

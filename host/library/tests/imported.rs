@@ -54,30 +54,8 @@ fn servicer<const NL: usize>(arm: &Arm) -> Servicer<NL> {
 
 /// A mission far from any planet, where RTN axes are inertial.
 fn mission<const NL: usize>(servicer: Servicer<NL>) -> Mission<NL> {
-    let Mission {
-        target,
-        approach,
-        weights,
-        tolerances,
-        margins,
-        corridor,
-        scenarios,
-        typical_magnitudes,
-        ..
-    } = Mission::<3>::default();
     let orbit = Orbit { gravitational_parameter: 0.0, ..Orbit::default() };
-    Mission {
-        orbit,
-        target,
-        servicer,
-        approach,
-        weights,
-        tolerances,
-        margins,
-        corridor,
-        scenarios,
-        typical_magnitudes,
-    }
+    Mission { orbit, ..Mission::default().with_servicer(servicer) }
 }
 
 /// Compares end effector and accelerations of a free-flying arm in all states of its reference.

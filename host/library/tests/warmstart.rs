@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::model::{Mission, Roll, Scenario};
 use remora_core::advanced::planner::{
     EmbeddedSolver, GuessRecord, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
     plan,
@@ -16,8 +16,12 @@ use remora_core::advanced::time::{Clock, Deadline};
 use remora_core::advanced::warmstart::{
     ACTION, Action, Encoding, MAX_FEATURES, Policy, Scene, rollout,
 };
+use remora_host::draw::draw_one;
 use remora_host::formats::ScenarioSet;
-use remora_host::memory::on_heap;
+use remora_host::learned::Learned;
+use remora_host::memory::{on_heap, on_large_stack};
+use remora_host::method::Method;
+use remora_host::planning::Planner;
 use std::cell::Cell;
 
 /// Gives actions that were written down, whatever it sees.
@@ -52,6 +56,10 @@ impl Policy for Script {
 
     fn nodes(&self) -> usize {
         NODES
+    }
+
+    fn deviation(&self, _: &[f32]) -> f32 {
+        0.0
     }
 
     fn chunk(&self) -> usize {
@@ -433,4 +441,32 @@ fn a_bad_given_start_gives_way_to_the_heuristic() {
     let fast = changed(&|z| z.states[20].joint_rate[0] = 1e300);
     let report = bench.plan(5, Integrator::Euler, &InitialGuess::User(&fast));
     assert_eq!((report.status, report.record.start), (Status::Solved, GuessRecord::User));
+}
+
+/// A mission whose approaches begin otherwise than those that a model has learnt from gets the heuristic,
+/// and the reason; so do other arms and a given roll.
+// Verifies REM-PLN-020.
+#[test]
+fn a_model_is_not_used_where_it_has_not_learnt() {
+    let method = Method { integrator: Integrator::Euler, ..Method::default() };
+    let model = Learned::built_in(method.integrator);
+    let begin = |mission: &Mission<LINKS>| {
+        let scenario = draw_one(1, 0, mission).unwrap();
+        let plan = || Planner::new().plan(mission, &scenario, &method, Some(&model));
+        on_large_stack(plan).unwrap().evidence.start
+    };
+    let own = Mission::default();
+    assert_eq!(begin(&own), GuessRecord::Learned);
+    let mut fast = own;
+    fast.scenarios.rate_norm = Some(1f64.to_radians());
+    assert_eq!(begin(&fast), GuessRecord::Unfit);
+    let mut long = own;
+    long.approach.duration = 7200.0;
+    assert_eq!(begin(&long), GuessRecord::Unfit);
+    let roll = Roll { end_effector: Vector3::x(), port: Vector3::y() };
+    assert_eq!(begin(&Mission { roll: Some(roll), ..own }), GuessRecord::Unfit);
+    let scenario = draw_one(1, 0, &own).unwrap();
+    let four = own.resized::<4>();
+    let plan = || Planner::new().plan(&four, &scenario, &method, Some(&model));
+    assert_eq!(on_large_stack(plan).unwrap().evidence.start, GuessRecord::Unfit);
 }

@@ -94,6 +94,7 @@ fn a_bus_of_another_mission_carries_the_arm() {
     assert_eq!(mission["servicer"]["arm_base_m"], serde_json::json!([0.0, 0.0, 0.4]));
     // What follows from the arm follows from this one.
     assert_eq!(mission["approach"]["keep_out_far_m"], "auto");
+    assert!(told["decided"].to_string().contains("is of another arm: keep_out_far_m"));
     let told = imported(&bench, &format!("{flags} --mount 0,0,0.35 --force"));
     let base = told["mission"]["servicer"]["arm_base_m"][2].as_f64().unwrap();
     assert!((base - 0.45).abs() < 1e-15, "{base}");

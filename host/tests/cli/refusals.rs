@@ -102,7 +102,10 @@ fn missions() {
         "[horizon]\nnodes = 61",
         "horizon.nodes: must lie in [4, 60], what this program is built for",
     );
-    refuses("[servicer]\nlinks = []", "servicer.links: has 0 entries; this program is built for 3");
+    refuses(
+        "[servicer]\nlinks = []",
+        "servicer.links: has 0 entries; arms of 1 to 7 joints are planned for",
+    );
     refuses("[servicer]\njoint_angle_limit_rad = [1, 1]", "servicer.joint_angle_limit_rad: ");
     refuses("[servicer]\nwheels = 4", "servicer.wheels: unknown field `wheels`");
     refuses("[limits]\nforce = 4", "limits: unknown field `limits`");

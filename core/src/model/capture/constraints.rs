@@ -2,7 +2,7 @@
 
 use super::pose::Pose;
 use super::{CaptureSearch, CaptureViolation};
-use crate::model::{Servicer, segment_to_box};
+use crate::model::{Link, Servicer, segment_to_box};
 use nalgebra::{SMatrix, SVector, Vector3};
 
 /// How far within its limits the search goes, so that rounding leaves it there [rad or m].
@@ -40,7 +40,7 @@ fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
 
 impl<'a, const NL: usize> Constraints<'a, NL> {
     pub fn new(servicer: &'a Servicer<NL>, search: &'a CaptureSearch) -> Self {
-        let has_length = |i: &usize| servicer.links.get(*i).is_some_and(is_long);
+        let has_length = |i: &usize| servicer.links.get(*i).is_some_and(Link::has_length);
         let first = (0..NL).find(has_length).unwrap_or(NL);
         let last = (0..NL).rev().find(has_length).unwrap_or(NL);
         Self { servicer, search, first, last }
@@ -107,7 +107,7 @@ impl<'a, const NL: usize> Constraints<'a, NL> {
     fn own_bus(&self, pose: &Pose<NL>, to: &mut impl Take<NL>) {
         let half = &self.servicer.bus_half_extents;
         for (i, link) in self.servicer.links.iter().enumerate() {
-            if i <= self.first || !is_long(link) {
+            if i <= self.first || !link.has_length() {
                 continue;
             }
             let near = segment_to_box(half, &pose.start[i], &pose.end[i]);
@@ -140,10 +140,6 @@ impl<'a, const NL: usize> Constraints<'a, NL> {
             }
         }
     }
-}
-
-fn is_long(link: &crate::model::Link) -> bool {
-    link.tip.dot(&link.tip) > 0.0
 }
 
 /// A number that is not one must not be lost.

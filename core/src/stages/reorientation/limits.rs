@@ -4,7 +4,6 @@
 use super::Reorientation;
 use crate::dynamics::State;
 use crate::executor::ForkJoin;
-use crate::math::quaternion;
 use nalgebra::Vector3;
 
 impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
@@ -60,6 +59,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
             || (angle && if self.is_held { after } else { k == self.preset })
             || (rate && if self.is_held { last } else { after })
             || (last && (i == 1 || i == 2 || (3 + NL..6 + NL).contains(&i)))
+            || (last && i == 0 && self.terminal.roll.is_some())
     }
 
     /// Sets the arm of `state` at node `k` to the values that are fixed there.
@@ -75,9 +75,8 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     /// Sets `state` at the last node to the values that are fixed there; returns its turn [rad, RTN].
     pub(super) fn fix_terminal(&self, state: &mut State<NL>) -> Vector3<f64> {
         state.rate = self.terminal_rate;
-        let arm = quaternion::rotation_matrix(&state.attitude) * self.end_effector;
-        let turn = quaternion::between(&arm, &self.approach);
-        state.attitude = quaternion::normalized(&quaternion::product(&turn, &state.attitude));
-        quaternion::log(&turn)
+        let (attitude, turn) = self.terminal.fixed(&state.attitude);
+        state.attitude = attitude;
+        turn
     }
 }

@@ -8,6 +8,7 @@ mod rollout;
 use super::clearance::Bodies;
 use super::heuristic::line_of_sight;
 use super::size::{self, NG};
+use super::terminal::Terminal;
 use super::worse;
 use super::{Formulation, TranslationTrajectory, recovery};
 use crate::dynamics::{Control, Integrator, Multibody, State, Stepping};
@@ -73,7 +74,7 @@ impl Mode {
 ///
 /// Steps live on the tangent space: `[dtheta, dalpha, drate, djoint_rate]`, `dtheta` a left
 /// perturbation in RTN axes (at the last node, in axes whose first is the approach direction, so
-/// that the terminal attitude constraint fixes the other two).
+/// that the terminal attitude constraint fixes the other two, and the first where the roll is given).
 ///
 /// `P` runs the two halves of the horizon in parallel wherever nodes do not depend on each other.
 pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize, const NU: usize> {
@@ -94,10 +95,8 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
     preset: usize,
     sight: [Vector3<f64>; N],
     terminal_rate: Vector3<f64>,
-    /// Direction of the end effector at the last node, RTN.
-    approach: Vector3<f64>,
-    /// Direction of the end effector at capture, bus axes.
-    end_effector: Vector3<f64>,
+    /// What fixes the attitude at the last node.
+    terminal: Terminal,
     /// Axes of the last node's attitude step, as columns in RTN.
     terminal_axes: Matrix3<f64>,
     target: &'a [TargetState; N],
@@ -156,9 +155,9 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
             mission, scenario, integrator, margins, extra_clearance, deadline, ..
         } = *formulation;
         let grid = formulation.grid();
-        let servicer = &mission.servicer;
         let last = &target[grid.last().min(N - 1)];
-        let approach = -(quaternion::rotation_matrix(&last.attitude) * mission.target.port_normal);
+        let terminal = Terminal::new(mission, last);
+        let approach = terminal.approach;
         let across = quaternion::any_normal(&approach);
         let t = &mission.tolerances;
         let (scale_x, scale_u) = Self::scales(mission);
@@ -185,8 +184,7 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
                 line_of_sight(mission, &translation.position[k], &target[k])
             }),
             terminal_rate: last.rate,
-            approach,
-            end_effector: servicer.capture_geometry().direction,
+            terminal,
             terminal_axes: Matrix3::from_columns(&[approach, across, approach.cross(&across)]),
             target,
             bodies: Bodies::new(mission),

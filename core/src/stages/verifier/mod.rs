@@ -107,7 +107,8 @@ fn verify_some<const N: usize, const NL: usize>(
     let between = mission.approach.between_nodes.is_on(integrator);
     let grid = mission.grid(scenario);
     let mut beyond = Beyond::of(mission, scenario, &grid);
-    if let (false, Some(position)) = (integrator.is_flown(), translation.position.get(1)) {
+    let is_euler = scenario.start.is_given() && !integrator.is_flown();
+    if let (true, Some(position)) = (is_euler, translation.position.get(1)) {
         let dt = grid.interval();
         let first = Tumbling::new(mission, scenario, integrator).along(0, dt);
         beyond = beyond.and_euler_pose(mission, scenario, dt, position, &first[PARTS]);
@@ -161,6 +162,13 @@ pub fn verify_translation<const N: usize, const NL: usize>(
     }
     path.end(&target.state(), &mut out);
     out
+}
+
+/// Angle about `axis` between the planes through it that two directions lie in [rad].
+fn roll_error(a: &Vector3<f64>, b: &Vector3<f64>, axis: &Vector3<f64>) -> f64 {
+    let (a, b) = (axis.cross(a), axis.cross(b));
+    let across = a.cross(&b);
+    libm::atan2(libm::sqrt(across.dot(&across)), a.dot(&b))
 }
 
 /// Target and servicer at one instant.
@@ -285,6 +293,11 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
         let arm = bus * Posture::at_capture(servicer).arm();
         let across = arm.cross(&approach);
         out.ee_angle = libm::atan2(libm::sqrt(across.dot(&across)), arm.dot(&approach));
+        if let Some(roll) = &self.mission.roll {
+            let reference = bus * Posture::at_capture(servicer).last_axes * roll.end_effector;
+            let wanted = quaternion::rotation_matrix(&target.attitude) * roll.port;
+            out.ee_angle = worse(out.ee_angle, roll_error(&reference, &wanted, &approach));
+        }
     }
 
     /// Deviation of the arm from its capture configuration, scaled: flown plans hold its angles from the

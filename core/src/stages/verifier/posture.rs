@@ -11,6 +11,8 @@ pub(super) struct Posture<const NL: usize> {
     pub tip: Vector3<f64>,
     /// The centre of mass of bus and arm.
     pub center: Vector3<f64>,
+    /// The last link's axes, as columns in bus axes.
+    pub last_axes: Matrix3<f64>,
 }
 
 impl<const NL: usize> Posture<NL> {
@@ -28,7 +30,7 @@ impl<const NL: usize> Posture<NL> {
             mass += link.mass;
             tip += rotation * link.tip;
         }
-        Self { joints, tip, center: moment / mass }
+        Self { joints, tip, center: moment / mass, last_axes: rotation }
     }
 
     /// The arm at capture.

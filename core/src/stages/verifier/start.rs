@@ -6,7 +6,7 @@ use super::residuals::{beyond_stops, excess};
 use crate::dynamics::State;
 use crate::math::quaternion;
 use crate::model::{Grid, Mission, Scenario, TargetState};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// The state that Stage 2 begins with.
 pub(super) fn initial_state<const NL: usize>(
@@ -42,9 +42,6 @@ impl<const NL: usize> Beyond<NL> {
         position: &Vector3<f64>,
         target: &TargetState,
     ) -> Self {
-        if !scenario.start.is_given() {
-            return self;
-        }
         let (s, t) = (&mission.servicer, &mission.tolerances);
         let x = initial_state(mission, scenario);
         for i in 0..NL {
@@ -58,9 +55,7 @@ impl<const NL: usize> Beyond<NL> {
         let axis = if speed > 0.0 { x.rate / speed } else { Vector3::z() };
         let turned = quaternion::rotation_matrix(&quaternion::exp(&(axis * turn)))
             * quaternion::rotation_matrix(&x.attitude);
-        let port = quaternion::rotation_matrix(&target.attitude) * mission.target.port_position;
-        let sight = port - position;
-        let seen = sight.dot(&(turned * s.boresight)) / libm::sqrt(sight.dot(&sight));
+        let seen = seen(mission, &target.attitude, position, &turned);
         let cosine = libm::cos(mission.approach.field_of_view_half_angle);
         self.pointing |= cosine - seen > t.pointing;
         self
@@ -73,7 +68,8 @@ impl<const NL: usize> Beyond<NL> {
         let target = quaternion::rotation_matrix(&scenario.target_attitude);
         let local = target.transpose() * scenario.position;
         let (distance, _) = point_to_box(&mission.target.half_extents, &local, &local);
-        let seen = pointing(mission, scenario, &x);
+        let bus = quaternion::rotation_matrix(&x.attitude);
+        let seen = seen(mission, &scenario.target_attitude, &scenario.position, &bus);
         let cosine = libm::cos(mission.approach.field_of_view_half_angle);
         Self {
             joint: core::array::from_fn(|i| {
@@ -89,10 +85,13 @@ impl<const NL: usize> Beyond<NL> {
     }
 }
 
-/// Cosine between boresight and line of sight to the port.
-fn pointing<const NL: usize>(mission: &Mission<NL>, scenario: &Scenario<NL>, x: &State<NL>) -> f64 {
-    let target = quaternion::rotation_matrix(&scenario.target_attitude);
-    let sight = target * mission.target.port_position - scenario.position;
-    let boresight = quaternion::rotation_matrix(&x.attitude) * mission.servicer.boresight;
-    sight.dot(&boresight) / libm::sqrt(sight.dot(&sight))
+/// Cosine between boresight and line of sight to the port, from a bus of this rotation at `position`.
+fn seen<const NL: usize>(
+    mission: &Mission<NL>,
+    target: &Vector4<f64>,
+    position: &Vector3<f64>,
+    bus: &Matrix3<f64>,
+) -> f64 {
+    let sight = quaternion::rotation_matrix(target) * mission.target.port_position - position;
+    sight.dot(&(bus * mission.servicer.boresight)) / libm::sqrt(sight.dot(&sight))
 }

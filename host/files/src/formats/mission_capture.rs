@@ -4,7 +4,7 @@ use super::mission_servicer::Servicer;
 use super::quantities::rotation;
 use crate::error::FieldError;
 use nalgebra::{SVector, Vector3};
-use remora_core::advanced::model::{CaptureFailure, CaptureSearch, Mission};
+use remora_core::advanced::model::{self, CaptureFailure, CaptureSearch, Mission};
 use serde::{Deserialize, Serialize};
 
 /// How far off the boresight the port may be at capture, as a share of the field of view's half angle.
@@ -36,7 +36,40 @@ pub fn capture_search<const NL: usize>(mission: &Mission<NL>, axis: Vector3<f64>
     }
 }
 
+/// `[roll]`: two directions that are one at capture, seen along the approach.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Roll {
+    /// Unit vector in the last link's axes.
+    pub end_effector: [f64; 3],
+    /// Unit vector in the target's axes.
+    pub port: [f64; 3],
+}
+
+impl From<&model::Roll> for Roll {
+    fn from(roll: &model::Roll) -> Self {
+        Self { end_effector: roll.end_effector.into(), port: roll.port.into() }
+    }
+}
+
 impl Servicer {
+    /// The roll of the end effector, whose direction is given in the last link's axes.
+    ///
+    /// # Errors
+    /// The arm's base is rotated by no unit quaternion.
+    pub(super) fn roll(&self, roll: &Roll) -> Result<model::Roll, FieldError> {
+        let end_effector = self.in_bus_axes(Vector3::from(roll.end_effector))?;
+        Ok(model::Roll { end_effector, port: Vector3::from(roll.port) })
+    }
+
+    /// A vector of the axes that the links are given in, in bus axes.
+    fn in_bus_axes(&self, vector: Vector3<f64>) -> Result<Vector3<f64>, FieldError> {
+        Ok(match self.arm_base_rotation {
+            None => vector,
+            Some(q) => rotation(q, "servicer.arm_base_rotation")? * vector,
+        })
+    }
+
     /// The end effector's axis in the last link's axes, bus axes at zero joint angles, where joint angles
     /// at capture are to be found.
     ///
@@ -64,10 +97,7 @@ impl Servicer {
         if !is_unit {
             return refuse("end_effector_axis", "must be a unit vector");
         }
-        Ok(Some(match self.arm_base_rotation {
-            None => axis,
-            Some(q) => rotation(q, "servicer.arm_base_rotation")? * axis,
-        }))
+        self.in_bus_axes(axis).map(Some)
     }
 }
 

@@ -1,5 +1,6 @@
 //! A mission's values as a mission file: the problem definition's, and those of any other.
 
+use super::mission_capture::Roll;
 use super::mission_file::{FORMAT, MissionFile};
 use super::mission_sections::{
     Approach, Corridor, Horizon, Margins, Orbit, Scenarios, Target, Tolerances, Typical, Weights,
@@ -42,6 +43,7 @@ impl MissionFile {
             corridor: Corridor::from(&mission.corridor),
             scenarios: Scenarios::from(&mission.scenarios),
             typical: mission.typical_magnitudes.as_ref().map(Typical::from),
+            roll: mission.roll.as_ref().map(Roll::from),
             servicer: Servicer::from(&mission.servicer),
         }
     }

@@ -4,7 +4,7 @@
 //! may change a single number. `fixtures/missions/default.mission.toml` spells all of them out.
 
 use super::json;
-use super::mission_capture;
+use super::mission_capture::{self, Roll};
 use super::mission_keys::key_of;
 use super::mission_sections::{
     Approach, Corridor, Horizon, Margins, Orbit, Scenarios, Target, Tolerances, Typical, Weights,
@@ -50,6 +50,9 @@ pub struct MissionFile {
     /// What steps are divided by; left out, it follows from the rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub typical: Option<Typical>,
+    /// The end effector's roll about the approach at capture; free where it is left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roll: Option<Roll>,
     /// The servicer.
     pub servicer: Servicer,
 }
@@ -137,6 +140,7 @@ impl MissionFile {
         if let Some(axis) = axis {
             mission.servicer.capture_joint_angle = mission_capture::found(&mission, axis)?;
         }
+        mission.roll = self.roll.as_ref().map(|roll| self.servicer.roll(roll)).transpose()?;
         let a = &self.approach;
         mission.approach.keep_out_far = a.keep_out_far_m.far(&mission.servicer);
         mission.approach.keep_out_near = a.keep_out_near_m.near(&mission.servicer);
@@ -164,6 +168,8 @@ impl MissionFile {
             corridor: self.corridor.convert(),
             scenarios: self.scenarios.convert(),
             typical_magnitudes: self.typical.as_ref().map(Typical::convert),
+            // Looked at where the joint angles at capture are known.
+            roll: None,
         })
     }
 }

@@ -369,3 +369,26 @@ fn a_link_without_mass_needs_an_armature() {
     let error = third("mass_kg = 0").unwrap().mission().unwrap_err();
     assert_eq!(error.field, "servicer.links[2].armature_kg_m2");
 }
+
+#[test]
+fn a_roll_is_read_written_and_looked_at() {
+    let text = "[roll]\nend_effector = [1, 0, 0]\nport = [0.6, 0.8, 0]\n";
+    let mission = MissionFile::parse(text).unwrap().mission().unwrap();
+    assert_eq!(mission.roll.unwrap().port, Vector3::new(0.6, 0.8, 0.0));
+    assert_eq!(bits(&MissionFile::of(&mission).mission().unwrap()), bits(&mission));
+    assert_ne!(mission_checksum(&mission), mission_checksum(&Mission::<LINKS>::default()));
+    // In the axes that the links are given in.
+    let turned = format!("{text}[servicer]\narm_base_rotation = [0.5, 0.5, 0.5, 0.5]");
+    let roll = MissionFile::parse(&turned).unwrap().mission().map(|mission| mission.roll);
+    assert!(roll.is_ok_and(|roll| roll.is_some_and(|roll| roll.end_effector == Vector3::y())));
+    // The joint angles that are found decide what is across the approach.
+    let found = format!("{text}{POSE}");
+    assert!(MissionFile::parse(&found).unwrap().mission().is_ok());
+    let field =
+        |text: &str| MissionFile::parse(text).and_then(|file| file.mission()).unwrap_err().field;
+    assert_eq!(field("[roll]\nend_effector = [1, 0, 0]\nport = [0, 0, 1]"), "roll.port");
+    assert_eq!(field("[roll]\nend_effector = [0, 0, 1]\nport = [1, 0, 0]"), "roll.end_effector");
+    assert_eq!(field("[roll]\nend_effector = [1, 0, nan]\nport = [1, 0, 0]"), "roll.end_effector");
+    assert_eq!(field("[roll]\nport = [1, 0, 0]"), "roll");
+    assert_eq!(field("[roll]\nend_effector = [1, 0]\nport = [1, 0, 0]"), "roll.end_effector");
+}

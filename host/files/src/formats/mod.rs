@@ -32,7 +32,7 @@ pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, GainRows, ModelRecord, evidence_path, recovered,
 };
 pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
-pub use mission_capture::{Capture as MissionCapture, capture_search};
+pub use mission_capture::{Capture as MissionCapture, Roll as MissionRoll, capture_search};
 pub use mission_file::{FORMAT as MISSION_FORMAT, MissionFile, read_mission, read_mission_file};
 pub use mission_sections::{
     Approach as MissionApproach, Horizon as MissionHorizon, Orbit as MissionOrbit,

@@ -1,5 +1,6 @@
 //! What carries the arm, and where the arm is on it.
 
+use super::servicer::of_another_arm;
 use super::{NoImport, Request, mount, name, unit};
 use crate::error::FieldError;
 use crate::formats::{MissionFile, PLANNED_JOINTS};
@@ -156,6 +157,13 @@ fn carried(
             "the arm's root is mounted at ({}) m, on the face of the bus that the boresight leaves, its +z along the \
              boresight; --mount x,y,z[,roll,pitch,yaw] moves it",
             shown(&options.mount.position)
+        ));
+    }
+    let dropped = of_another_arm(&mission);
+    if !dropped.is_empty() {
+        decided.push(format!(
+            "of the bus's mission is left out what is of another arm: {}",
+            dropped.join(", ")
         ));
     }
     let center_of_mass = Vector3::zeros();

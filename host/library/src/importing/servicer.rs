@@ -13,6 +13,7 @@ pub(super) fn mission_file(settled: &Settled, axis: &Vector3<f64>) -> MissionFil
     let Settled { arm, body, half_extents, boresight, mission, .. } = settled;
     let mut file = mission.clone();
     file.typical = None;
+    file.roll = None;
     file.approach.keep_out_far_m = Radius::Auto;
     file.approach.keep_out_near_m = Radius::Auto;
     let joints = &arm.joints;
@@ -64,4 +65,17 @@ fn limits(of: impl Iterator<Item = f64>) -> Limits {
         [first, others @ ..] if others.iter().all(|other| other == first) => Limits::Same(*first),
         _ => Limits::Each(each),
     }
+}
+
+/// What a mission says of another arm, and an import leaves out.
+pub(super) fn of_another_arm(mission: &MissionFile) -> Vec<&'static str> {
+    let approach = &mission.approach;
+    let is_given = |radius: Radius| matches!(radius, Radius::Metres(_));
+    let said = [
+        (mission.typical.is_some(), "[typical]"),
+        (mission.roll.is_some(), "[roll]"),
+        (is_given(approach.keep_out_far_m), "keep_out_far_m"),
+        (is_given(approach.keep_out_near_m), "keep_out_near_m"),
+    ];
+    said.into_iter().filter(|(is_said, _)| *is_said).map(|(_, what)| what).collect()
 }
