@@ -7,10 +7,14 @@ use remora_core::advanced::model::{CaptureSearch, Link, Mission, Roll, Servicer}
 use remora_core::advanced::planner::output_checksum;
 use remora_core::advanced::stages::NODES;
 use remora_core::prelude::{ArmPlanner, InitialGuess, Options, Validate};
-use remora_host::formats::{MissionFile, NamedScenario, PlanFile, ScenarioSet, Verdict};
+use remora_host::formats::{
+    MissionFile, NamedScenario, PlanFile, ScenarioSet, Verdict, read_mission_file,
+};
 use remora_host::memory::{on_heap, on_large_stack};
 use remora_host::method::{Integrator, Method};
 use remora_host::planning::Planner;
+use remora_host::with_joints;
+use std::collections::BTreeSet;
 
 const RK4: Integrator = Integrator::Rk4 { substeps: 4 };
 
@@ -66,21 +70,6 @@ fn four() -> Mission<4> {
     with_arm(links, [0.4, -0.6, 1.2, -0.4])
 }
 
-/// Shoulder and wrist whose axes meet: links without length between them.
-fn seven() -> Mission<7> {
-    let (y, z) = (Vector3::y(), Vector3::z());
-    let links = [
-        link(0.2, 4.0, z),
-        link(0.0, 2.0, y),
-        link(0.65, 8.0, z),
-        link(0.0, 2.0, y),
-        link(0.65, 8.0, z),
-        link(0.0, 1.5, y),
-        link(0.25, 3.0, z),
-    ];
-    with_arm(links, [0.2, -0.5, 0.1, 1.2, 0.0, -0.5, 0.0])
-}
-
 /// Plans some scenarios; every plan is verified, and reads back as what it is.
 fn plans<const NL: usize>(mission: &Mission<NL>) {
     let all = || {
@@ -108,19 +97,19 @@ fn plans<const NL: usize>(mission: &Mission<NL>) {
 // Verifies REM-PLN-018.
 #[test]
 fn arms_of_one_to_seven_joints_are_planned() {
-    let y = Vector3::y();
-    let base = Mission::default();
-    let mut one = base.servicer.resized::<1>();
-    one.links = [link(1.8, 30.0, y)];
-    one.initial_joint_angle = [0.7].into();
-    one.capture_joint_angle = [0.0].into();
-    plans(&base.with_servicer(one));
-    let mut two = base.servicer.resized::<2>();
-    two.links = [link(1.0, 15.0, y), link(0.8, 15.0, y)];
-    (two.initial_joint_angle, two.capture_joint_angle) = ([-0.3, 0.6].into(), [-0.6, 1.3].into());
-    plans(&base.with_servicer(two));
-    plans(&four());
-    plans(&seven());
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/arms");
+    let mut planned = BTreeSet::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let file = read_mission_file(Some(&path)).unwrap();
+        planned.insert(file.joints());
+        with_joints!(file.joints(), NL => {
+            plans(&file.mission_of::<NL>().unwrap())
+        } else {
+            panic!("{path:?}")
+        });
+    }
+    assert_eq!(planned, BTreeSet::from([1, 2, 3, 4, 6, 7]));
 }
 
 /// A plan by a build of the arm's own size, and one by a build with room for more joints.
