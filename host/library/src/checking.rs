@@ -125,10 +125,8 @@ impl Check {
     /// was made for another scenario or mission than those given.
     pub fn run(&self) -> Result<Vec<Checked>, Error> {
         let made = self.plans.iter().map(|file| self.read(file)).collect::<Result<Vec<_>, _>>()?;
-        let look = |(file, made): (&PathBuf, &Box<dyn Verify>)| {
-            made.checked(file.clone(), self.integrator)
-        };
-        Ok(self.plans.iter().zip(&made).map(look).collect())
+        let files = self.plans.iter().cloned();
+        Ok(files.zip(&made).map(|(file, made)| made.checked(file, self.integrator)).collect())
     }
 
     fn read(&self, file: &Path) -> Result<Box<dyn Verify>, Error> {

@@ -141,16 +141,18 @@ macro_rules! build {
 build!(LINKS);
 build!(MAX_JOINTS);
 
-impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
+impl<const M: usize, const NX: usize, const NU: usize> Default for Engine<M, NX, NU> {
     /// An engine that has planned nothing yet.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             workspace: on_heap(ArmWorkspace::new),
             embedded: on_heap(ArmSolver::new),
             clarabel: ClarabelQp::default(),
         }
     }
+}
 
+impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
     /// Bus and arm of the last plan.
     pub fn reorientation<const NL: usize>(&self) -> ReorientationTrajectory<NODES, NL> {
         resized(self.workspace.reorientation())

@@ -78,7 +78,7 @@ impl Planner {
     /// A planner that has planned nothing yet. To be called with [`STACK_BYTES`](crate::memory::STACK_BYTES) of stack.
     pub fn new() -> Self {
         Self {
-            usual: Engine::new(),
+            usual: Engine::default(),
             roomy: None,
             threads: Threads::default(),
             memories: Memories::default(),
@@ -161,7 +161,7 @@ impl Planner {
 
 /// The engine with room for any arm, made where there was no need of it yet.
 fn room(roomy: &mut Option<Box<Roomy>>) -> &mut Roomy {
-    roomy.get_or_insert_with(|| on_heap(Engine::new))
+    roomy.get_or_insert_with(|| on_heap(Engine::default))
 }
 
 /// A plan that is asked for.
