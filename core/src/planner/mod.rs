@@ -56,7 +56,7 @@ impl<const NX: usize, const NU: usize, S: QpSolver<NODES, NX, NU, { size::NG }> 
 pub const MAX_FORCE_TRIALS: usize = 3;
 
 /// Most times that margins are widened after the verifier found a violation between nodes.
-pub const MAX_TIGHTENINGS: usize = 3;
+pub const MAX_TIGHTENINGS: usize = 5;
 
 /// Plans one approach; the trajectories are left in `workspace`.
 ///

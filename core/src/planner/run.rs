@@ -21,6 +21,10 @@ const RESERVE: f64 = 1.5;
 /// Fraction of the iterations that an offered guess may take before the heuristic is tried.
 const TRIAL_SHARE: f64 = 0.6;
 
+/// Iterations of Stage 2 that are kept back where limits hold between nodes, too: a plan that has not
+/// converged and passes one there is led back within them.
+const SPARE: usize = 8;
+
 /// State of a plan.
 pub(super) struct Run<'a, 'w, S, P, const NL: usize, const NX: usize, const NU: usize> {
     /// The current formulation; its deadline leaves the verifier its time.
@@ -48,6 +52,13 @@ impl StageResult {
         self.record = self.record.after(&first.record);
         self.times.add(&first.times);
         self
+    }
+
+    /// Says of a result that it has not converged, though the last try has ended as it should.
+    fn is_unfinished(&mut self) {
+        let status = &mut self.report.outcome.status;
+        *status = (*status).max(Status::IterationLimit);
+        self.record.status = *status;
     }
 
     /// Iterations left in the stage's budget, over all tries.
@@ -88,14 +99,19 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
                 }
             }
             let left = reorientation.left(&self.options.reorientation);
+            let unfinished = reorientation.report.outcome.status == Status::IterationLimit;
             let settings = match change {
                 Change::Gentler => {
                     guess::write_heuristic(&self.formulation, self.workspace);
-                    &self.options.reorientation
+                    self.options.reorientation
                 }
-                _ => &self.options.learned,
+                _ if unfinished => Settings::stopping_when_feasible(&self.options.learned),
+                _ => self.options.learned,
             };
-            reorientation = self.reorient(settings, left).after(&reorientation);
+            reorientation = self.reorient(&settings, left).after(&reorientation);
+            if unfinished {
+                reorientation.is_unfinished();
+            }
             found = self.verify(&mut times);
         }
         times.translation_s = translation.report.time_s;
@@ -193,7 +209,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         }
         let limits = &self.formulation.mission.tolerances;
         match reorientation {
-            Status::Solved => {
+            Status::Solved | Status::IterationLimit => {
                 self.formulation = tightened(&self.formulation, &found.residuals)?;
                 let both = found.residuals.keep_out > limits.keep_out;
                 Some(if both { Change::BothStages } else { Change::ReorientationMargins })
@@ -290,10 +306,11 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             times.inference_s = times.start_s;
         }
         let budget = options.reorientation.max_iterations;
+        let spare = self.spare(budget);
         let mut stage = if guess_record.is_offered() {
             let trial = (TRIAL_SHARE * budget as f64) as usize;
             let first = self.reorient(&options.learned, trial.max(1));
-            let left = first.left(&options.reorientation);
+            let left = first.left(&options.reorientation).saturating_sub(spare);
             match self.next_step(&first, left) {
                 Next::Accept => first,
                 Next::Continue => self.reorient(&options.learned, left).after(&first),
@@ -304,11 +321,27 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
                 }
             }
         } else {
-            self.reorient(&options.reorientation, budget)
+            self.reorient(&options.reorientation, budget - spare)
         };
+        let outcome = &stage.report.outcome;
+        if outcome.status == Status::IterationLimit && outcome.violation > 1.0 && spare > 0 {
+            // Not even the nodes are feasible: all that is left goes there.
+            stage =
+                self.reorient(&options.learned, stage.left(&options.reorientation)).after(&stage);
+        }
         stage.times.add(&times);
         stage.report.time_s = clock.seconds() - from;
         (stage, guess_record)
+    }
+
+    /// Iterations that the first tries of Stage 2 leave of a `budget`: [`SPARE`] where limits hold between
+    /// the nodes, but no more than half of it.
+    fn spare(&self, budget: usize) -> usize {
+        let Formulation { mission, integrator, .. } = self.formulation;
+        match mission.approach.between_nodes.is_on(integrator) {
+            true => SPARE.min(budget / 2),
+            false => 0,
+        }
     }
 
     /// What to do after a first try of Stage 2 from an offered guess; a feasible plan is kept.

@@ -83,6 +83,11 @@ impl Settings {
         let max_iterations = iterations.clamp(1, MAX_ITERATIONS);
         Valid::of_constant(Self { max_iterations, ..**settings })
     }
+
+    /// A copy that stops at the first feasible iterate.
+    pub fn stopping_when_feasible(settings: &Valid<Self>) -> Valid<Self> {
+        Valid::of_constant(Self { stop_when_feasible: true, ..**settings })
+    }
 }
 
 impl Validate for Settings {
