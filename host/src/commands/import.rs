@@ -22,11 +22,11 @@ pub(super) struct Args {
     #[arg(value_name = "FILE.urdf")]
     urdf: PathBuf,
     /// Mission file to write, - for standard output [default: NAME.mission.toml of NAME.urdf, here]
-    #[arg(long, value_name = "FILE.mission.toml")]
+    #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Link that is the bus, or is fixed to it [default: the root of the tree]
     #[arg(long, value_name = "LINK")]
-    root: Option<String>,
+    base_link: Option<String>,
     /// Link whose frame is the end effector [default: the only one that ends the tree]
     #[arg(long, value_name = "LINK")]
     end_effector: Option<String>,
@@ -140,7 +140,7 @@ impl Args {
 
     fn options(&self) -> Result<Options, Error> {
         let mut options = Options {
-            root: self.root.clone(),
+            root: self.base_link.clone(),
             end_effector: self.end_effector.clone(),
             ..Options::default()
         };

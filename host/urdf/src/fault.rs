@@ -90,7 +90,7 @@ pub enum Fault {
     TwoParents { link: String, first: String, second: String },
     #[error("links {} are in or behind a loop: a URDF is a tree", list(links))]
     Cycle { links: Vec<String> },
-    #[error("{} links have no parent: {}; name the one that carries the arm with `--root LINK`", roots.len(), list(roots))]
+    #[error("{} links have no parent: {}; name the one that carries the arm with `--base-link LINK`", roots.len(), list(roots))]
     SeveralRoots { roots: Vec<String> },
 
     #[error("`{flag} {name}`: the file has no such {what}")]

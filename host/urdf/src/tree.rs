@@ -89,7 +89,7 @@ impl<'a> Tree<'a> {
     /// The link that carries the arm.
     pub fn root(&self, asked: Option<&str>, faults: &mut Vec<Fault>) -> Option<usize> {
         if let Some(name) = asked {
-            return self.find("--root", name, faults);
+            return self.find("--base-link", name, faults);
         }
         match self.roots()[..] {
             [root] => Some(root),

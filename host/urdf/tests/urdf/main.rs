@@ -28,7 +28,7 @@ fn options(flags: &str) -> Options {
     for flag in words.chunks(2) {
         match flag[0] {
             "--end-effector" => options.end_effector = Some(flag[1].to_owned()),
-            "--root" => options.root = Some(flag[1].to_owned()),
+            "--base-link" => options.root = Some(flag[1].to_owned()),
             "--limit" => options.add_limit(flag[1]).unwrap(),
             "--hold" => options.add_hold(flag[1]).unwrap(),
             "--mount" => options.set_mount(flag[1]).unwrap(),

@@ -107,7 +107,7 @@ fn trees_that_are_none_are_refused() {
         &["joint `shoulder` is there twice"],
     );
     let two = changed("<link name=\"tool\"/>", "<link name='tool'/><link name='lost'/>", "");
-    assert_says(&two, &["2 links have no parent: `mount`, `lost`", "--root LINK"]);
+    assert_says(&two, &["2 links have no parent: `mount`, `lost`", "--base-link LINK"]);
     assert_says(
         &changed("<link name=\"tool\"/>", "<link name='tool'/><link/>", ""),
         &["a <link> has no name"],
@@ -160,7 +160,7 @@ fn names_of_flags_are_looked_up() {
         &["`--end-effector knee`: the file has no such link"],
     );
     assert_says(&refused("--end-effector mount"), &["is not beyond the root `mount`"]);
-    assert_says(&refused("--root knee"), &["`--root knee`: the file has no such link"]);
+    assert_says(&refused("--base-link knee"), &["`--base-link knee`: the file has no such link"]);
 }
 
 #[test]

@@ -91,7 +91,7 @@ fn messages_lead_to_the_flags_that_a_file_needs() {
 
 #[test]
 fn a_root_further_out_leaves_the_links_before_it_out() {
-    let arm = read(&text("spatial.urdf"), "--root l2 --end-effector tip").unwrap();
+    let arm = read(&text("spatial.urdf"), "--base-link l2 --end-effector tip").unwrap();
     assert_eq!((arm.joints.len(), arm.base.as_ref().unwrap().link.as_str()), (4, "l2"));
     assert!(says(&arm.notes, "links before the root `l2` are left out, 435.5 kg of them"));
 }
