@@ -47,6 +47,8 @@ pub(super) struct StageResult {
 
 impl StageResult {
     /// Adds the work of an earlier try.
+    // Not inlined: it is called between tries, and an image's room counts.
+    #[inline(never)]
     fn after(mut self, first: &Self) -> Self {
         self.report = self.report.after(&first.report);
         self.record = self.record.after(&first.record);
@@ -356,6 +358,8 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
     }
 
     /// Plans Stage 2 from the trajectory in the workspace, in at most `iterations`.
+    // Not inlined, as `StageResult::after`.
+    #[inline(never)]
     fn reorient(&mut self, settings: &Valid<Settings>, iterations: usize) -> StageResult {
         let max_iterations = iterations.min(settings.max_iterations);
         let settings = Settings::with_max_iterations(settings, max_iterations);
