@@ -1,10 +1,17 @@
 //! Arms of one to seven joints: their number is a file's, and a type's in the planner.
 
+use nalgebra::SVector;
+
 /// Most joints of an arm.
 pub const MAX_JOINTS: usize = 7;
 
 /// Which arms are planned for, in messages.
 pub const PLANNED_JOINTS: &str = "arms of 1 to 7 joints are planned for";
+
+/// One number a joint, of a list whose length has been checked; zero where there is none.
+pub(super) fn each<const NL: usize>(values: &[f64]) -> SVector<f64, NL> {
+    SVector::from_fn(|i, _| values.get(i).copied().unwrap_or(0.0))
+}
 
 /// Evaluates an expression in which the constant `NL` is the number of joints, known at run time; the one
 /// after `else` where no arm has so many.

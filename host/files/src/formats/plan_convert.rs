@@ -1,6 +1,7 @@
 //! Between the rows of plan files and the core's trajectories.
 
 use super::Status;
+use super::joints::each;
 use super::plan_file::{PlanStage1, PlanStage2, PlanTarget};
 use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::advanced::dynamics::{Control, State};
@@ -16,11 +17,6 @@ fn joint_rows<T, const NL: usize>(
     row: impl Fn(&T) -> &SVector<f64, NL>,
 ) -> Vec<Vec<f64>> {
     items.iter().map(|item| row(item).as_slice().to_vec()).collect()
-}
-
-/// A row of so many joints, whose length has been checked.
-fn each<const NL: usize>(row: &[f64]) -> SVector<f64, NL> {
-    SVector::from_fn(|i, _| row.get(i).copied().unwrap_or(0.0))
 }
 
 /// The first of them; all where there are no more.

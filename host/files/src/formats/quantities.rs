@@ -57,6 +57,14 @@ pub enum Limits {
 }
 
 impl Limits {
+    /// One number where it says it all, one each where it does not.
+    pub fn of(limits: &[f64]) -> Self {
+        match limits {
+            [first, others @ ..] if others.iter().all(|limit| limit == first) => Self::Same(*first),
+            each => Self::Each(each.to_vec()),
+        }
+    }
+
     /// The limit of each.
     ///
     /// # Errors
@@ -89,10 +97,7 @@ impl fmt::Display for Limits {
 impl<const D: usize> From<&SVector<f64, D>> for Limits {
     /// One number where it says it all.
     fn from(limits: &SVector<f64, D>) -> Self {
-        match limits.as_slice() {
-            [first, others @ ..] if others.iter().all(|limit| limit == first) => Self::Same(*first),
-            each => Self::Each(each.to_vec()),
-        }
+        Self::of(limits.as_slice())
     }
 }
 
@@ -112,11 +117,12 @@ impl Stops {
         lower: &SVector<f64, D>,
         upper: &SVector<f64, D>,
     ) -> Vec<Self> {
-        let of = |(lower, upper): (&f64, &f64)| match *lower == -upper {
-            true => Self::Symmetric(*upper),
-            false => Self::Pair([*lower, *upper]),
-        };
-        lower.iter().zip(upper).map(of).collect()
+        lower.iter().zip(upper).map(|(lower, upper)| Self::between(*lower, *upper)).collect()
+    }
+
+    /// Stops of a joint; the short form where it says it all.
+    pub fn between(lower: f64, upper: f64) -> Self {
+        if lower == -upper { Self::Symmetric(upper) } else { Self::Pair([lower, upper]) }
     }
 
     /// Lower and upper stops of all joints.

@@ -1,8 +1,9 @@
 //! Scenario sets: `*.scenarios.json`.
 
+use super::joints::each;
 use super::{check_id, check_quaternion, json, write_atomically};
 use crate::error::{Error, FieldError};
-use nalgebra::{SVector, Vector3, Vector4};
+use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{MIN_NODES, Scenario, Start};
 use remora_core::advanced::stages::NODES;
@@ -100,11 +101,6 @@ impl ServicerStart {
             joint_rate: each(self.joint_rate_rad_s.as_deref().unwrap_or_default()),
         }
     }
-}
-
-/// One number a joint; zero where there is none, see [`NamedScenario::check_joints`].
-fn each<const NL: usize>(values: &[f64]) -> SVector<f64, NL> {
-    SVector::from_fn(|i, _| values.get(i).copied().unwrap_or(0.0))
 }
 
 impl NamedScenario {

@@ -3,7 +3,7 @@
 use super::bus::numbers;
 use crate::formats::MissionFile;
 use nalgebra::SVector;
-use remora_core::advanced::model::Mission;
+use remora_core::advanced::model::{Mission, signed_distance_to_box};
 
 /// Steps of each joint of the mounting, over its stops.
 const STEPS: usize = 12;
@@ -73,7 +73,7 @@ fn farthest<const NL: usize>(mission: &Mission<NL>, last: usize) -> f64 {
             angles[i] = if i < moving { turned } else { s.initial_joint_angle[i] };
         }
         let (_, end) = arm.center_of_mass_and_end_effector(&angles);
-        remora_core::advanced::model::signed_distance_to_box(&s.bus_half_extents, &end).value
+        signed_distance_to_box(&s.bus_half_extents, &end).value
     };
     (0..count).map(distance).fold(f64::NEG_INFINITY, f64::max)
 }

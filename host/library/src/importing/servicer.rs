@@ -54,17 +54,11 @@ fn straight(joint: &Joint) -> f64 {
 }
 
 fn stops(joint: &Joint) -> Stops {
-    let (lower, upper) = (joint.limits.lower, joint.limits.upper);
-    if lower == -upper { Stops::Symmetric(upper) } else { Stops::Pair([lower, upper]) }
+    Stops::between(joint.limits.lower, joint.limits.upper)
 }
 
-/// One number where it says it all.
 fn limits(of: impl Iterator<Item = f64>) -> Limits {
-    let each: Vec<f64> = of.collect();
-    match each.as_slice() {
-        [first, others @ ..] if others.iter().all(|other| other == first) => Limits::Same(*first),
-        _ => Limits::Each(each),
-    }
+    Limits::of(&of.collect::<Vec<f64>>())
 }
 
 /// What a mission says of another arm, and an import leaves out.
