@@ -16,6 +16,7 @@
 //! - `warmstart`: features, rollout and actions of the learned guess;
 //! - `planner`: scenario in, plan out, with memory and solver of the caller;
 //! - `plan`: the front door: a planner with its memory, and the plan it leaves;
+//! - `guidance`: flies a plan: feedback, modes, when to plan again;
 //! - [`prelude`]: what planning needs; [`advanced`]: all that stands behind it;
 //! - `bounds`: how often each loop may turn whose length depends on data.
 #![no_std]
@@ -45,6 +46,7 @@ mod documents {
 mod bounds;
 mod dynamics;
 mod executor;
+mod guidance;
 mod math;
 mod model;
 mod plan;

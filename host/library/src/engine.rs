@@ -10,7 +10,7 @@ use crate::threads::Threads;
 use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{
-    self, ArmSolver, ArmWorkspace, EmbeddedSolver, Gain, InitialGuess, Options, PlanSettings,
+    self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Options, PlanSettings,
     Platform, Report, Solver, Workspace,
 };
 use remora_core::advanced::stages::{
@@ -66,14 +66,14 @@ pub trait Build<const M: usize, const NX: usize, const NU: usize> {
         task: Task<'_>,
     ) -> Report;
 
-    /// Plans with the solver that the method names, watched, and says the gains.
+    /// Plans with the solver that the method names, watched.
     fn run(
         &mut self,
         mission: &Mission<M>,
         scenario: &Scenario<M>,
         task: Task<'_>,
         watch: &mut dyn FnMut(Solved<'_, NX, NU>),
-    ) -> (Report, Option<Vec<Gain<NX, NU>>>);
+    ) -> Report;
 
     /// Runs the independent verifier.
     fn verify(
@@ -108,10 +108,7 @@ macro_rules! build {
                 watch: &mut dyn FnMut(
                     Solved<'_, { size::states($joints) }, { size::controls($joints) }>,
                 ),
-            ) -> (
-                Report,
-                Option<Vec<Gain<{ size::states($joints) }, { size::controls($joints) }>>>,
-            ) {
+            ) -> Report {
                 let solver: &mut dyn Solver<
                     { size::states($joints) },
                     { size::controls($joints) },
@@ -120,9 +117,7 @@ macro_rules! build {
                     Qp::Clarabel => &mut self.clarabel,
                 };
                 let mut solver = Recorder::new(solver, watch);
-                let report = run(mission, scenario, task, &mut solver, &mut self.workspace);
-                let gains = gains(mission, mission.grid(scenario).last(), &report, &solver);
-                (report, gains)
+                run(mission, scenario, task, &mut solver, &mut self.workspace)
             }
 
             fn verify(
@@ -174,18 +169,16 @@ where
         self.filed(mission, scenario, report)
     }
 
-    /// Plans with the solver that the method names, and says the gains; `watch` looks at each
-    /// subproblem.
+    /// Plans with the solver that the method names; `watch` looks at each subproblem.
     pub fn plan<const NL: usize>(
         &mut self,
         mission: &Mission<NL>,
         scenario: &Scenario<NL>,
         task: Task<'_>,
         watch: &mut dyn FnMut(Solved<'_, NX, NU>),
-    ) -> (Report, Option<Vec<GainRows>>) {
-        let (report, gains) = self.run(&mission.resized(), &scenario.resized(), task, watch);
-        let gains = gains.map(|gains| gains.iter().map(|gain| rows(gain, M, NL)).collect());
-        (self.filed(mission, scenario, report), gains)
+    ) -> Report {
+        let report = self.run(&mission.resized(), &scenario.resized(), task, watch);
+        self.filed(mission, scenario, report)
     }
 
     /// The report with checksums of what the caller gave and gets, without joints that are not there.
@@ -292,31 +285,6 @@ pub fn settings_text(method: &Method) -> String {
     format!("{:?}", options(method))
 }
 
-/// The gains of all intervals, where the solver has them.
-fn gains<const M: usize, const NX: usize, const NU: usize>(
-    mission: &Mission<M>,
-    intervals: usize,
-    report: &Report,
-    solver: &dyn Solver<NX, NU>,
-) -> Option<Vec<Gain<NX, NU>>> {
-    // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
-    if report.reorientation.outcome.iterations == 0 {
-        return None;
-    }
-    (0..intervals).map(|k| planner::feedback_gain(mission, solver, k)).collect()
-}
-
-/// Rows of a gain without the joints beyond the first `joints` of `room`.
-fn rows<const NX: usize, const NU: usize>(
-    gain: &Gain<NX, NU>,
-    room: usize,
-    joints: usize,
-) -> GainRows {
-    let columns: Vec<usize> =
-        [0..3 + joints, 3 + room..6 + room + joints].into_iter().flatten().collect();
-    (0..3 + joints).map(|i| columns.iter().map(|j| gain[(i, *j)]).collect()).collect()
-}
-
 /// The solver that flies, on the heap and called through a pointer: its code, too, is compiled once.
 pub fn embedded_solver() -> Box<dyn Solver + Send> {
     on_heap(EmbeddedSolver::new)
@@ -336,18 +304,6 @@ pub fn plan_with(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Joints that are not there have no row and no column.
-    #[test]
-    fn gains_are_those_of_the_arms_own_joints() {
-        const X: usize = size::states(MAX_JOINTS);
-        const U: usize = size::controls(MAX_JOINTS);
-        let gain = Gain::<X, U>::from_fn(|i, j| (100 * i + j) as f64);
-        let kept = rows(&gain, MAX_JOINTS, 2);
-        assert_eq!(kept.len(), 5);
-        assert_eq!(kept[4], [0, 1, 2, 3, 4, 10, 11, 12, 13, 14].map(|j| f64::from(400 + j)));
-        assert_eq!(rows(&gain, MAX_JOINTS, MAX_JOINTS)[3].len(), X);
-    }
 
     #[test]
     fn a_motion_keeps_its_joints() {

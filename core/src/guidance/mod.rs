@@ -1,0 +1,274 @@
+//! Guidance: flies a plan in a world that is not the plan's.
+//!
+//! [`Guidance::step`] is called at any rate from 0.2 to 20 Hz with what navigation knows, and answers
+//! forces, torques and joint references. It knows the plan's dynamics between nodes, turns the plan with
+//! the target as that is estimated to be (`docs/guidance.md` derives the law), and shortens the feedback as
+//! a whole where it meets limits. Planning again is the caller's, who is told when, and hands the
+//! new plan over. No allocation, no panic; the same input gives the same bits on every target.
+
+mod estimate;
+mod flight_plan;
+mod settings;
+mod tracking;
+mod turn;
+
+pub use estimate::{Command, Estimate, Limits, Mode, Reason, TrackingError};
+pub use flight_plan::{FlightPlan, NotFlyable, Reference};
+pub(crate) use flight_plan::MAX_REFERENCE_STEPS;
+pub use settings::{GuidanceSettings, Triggers};
+
+use crate::dynamics::{Control, Multibody};
+use crate::model::Mission;
+use flight_plan::Cursor;
+use nalgebra::Vector3;
+use remora_qp::Valid;
+use remora_qp::dense::clamp;
+use tracking::{Effort, Errors, Tracking};
+use turn::Turn;
+
+/// Longest time between steps that feedback counts with [s].
+const LONGEST_STEP: f64 = 5.0;
+
+/// Flies one plan after the other.
+#[derive(Clone, Debug)]
+pub struct Guidance<'m, const NL: usize> {
+    mission: &'m Valid<Mission<NL>>,
+    settings: GuidanceSettings,
+    plan: FlightPlan<NL>,
+    /// When the plan in force began, on the clock of the estimates [s].
+    began: f64,
+    cursor: Cursor<NL>,
+    integrals: Errors<NL>,
+    /// What the wrist camera has found the position to be off by [m].
+    offset: Vector3<f64>,
+    /// When the turn to the estimated target began to be faded in; the first step's time.
+    first: Option<f64>,
+    /// Time of the last step [s].
+    last: f64,
+    /// What was commanded last, for a swap without a jump.
+    commanded: (Vector3<f64>, Control<NL>),
+    /// By how much the command of the new plan jumped, and when; it is faded out.
+    jump: Option<Jump<NL>>,
+    /// Whether another plan, or an abort, was asked for.
+    asked: Option<Request>,
+}
+
+/// What the caller asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Request {
+    Replan,
+    Abort,
+}
+
+/// A jump of the command where one plan took over from another.
+#[derive(Clone, Copy, Debug)]
+struct Jump<const NL: usize> {
+    force: Vector3<f64>,
+    control: Control<NL>,
+    /// When; none before the first step of the new plan.
+    at: Option<f64>,
+}
+
+impl<'m, const NL: usize> Guidance<'m, NL> {
+    /// Size in bytes of its state, the plan in force included.
+    pub const BYTES: usize = size_of::<Self>();
+
+    /// Begins to fly `plan`, whose first node is at time `began` [s] on the clock of the estimates.
+    pub fn new(
+        mission: &'m Valid<Mission<NL>>,
+        settings: Valid<GuidanceSettings>,
+        plan: &FlightPlan<NL>,
+        began: f64,
+    ) -> Self {
+        Self {
+            mission,
+            settings: settings.into_inner(),
+            plan: *plan,
+            began,
+            cursor: Cursor::START,
+            integrals: Errors::ZERO,
+            offset: Vector3::zeros(),
+            first: None,
+            last: began,
+            commanded: (Vector3::zeros(), Control::ZERO),
+            jump: None,
+            asked: None,
+        }
+    }
+
+    /// The plan in force, and when it began [s].
+    pub fn plan(&self) -> (&FlightPlan<NL>, f64) {
+        (&self.plan, self.began)
+    }
+
+    /// Puts another plan in force, which began at `began` [s]. Integrals go on, and what the command would
+    /// jump by is faded out. The caller sees to it that the plan is verified.
+    pub fn swap(&mut self, plan: &FlightPlan<NL>, began: f64) {
+        (self.plan, self.began) = (*plan, began);
+        self.cursor = Cursor::START;
+        self.asked = self.asked.filter(|asked| *asked == Request::Abort);
+        let (force, control) = self.commanded;
+        self.jump = Some(Jump { force, control, at: None });
+    }
+
+    /// Asks for another plan: the next steps say that it is wanted.
+    pub fn ask_for_plan(&mut self) {
+        self.asked = self.asked.or(Some(Request::Replan));
+    }
+
+    /// Leaves the target, from the next step on. There is no way back but another `Guidance`.
+    pub fn abort(&mut self) {
+        self.asked = Some(Request::Abort);
+    }
+
+    /// One step: what the actuators are to do from the estimate's time to the next step's.
+    ///
+    /// Cost: five evaluations of the dynamics, one of the inverse dynamics; see `docs/audit` for
+    /// instructions. An estimate that is no number leaves what is planned as it stands
+    /// ([`Mode::Degraded`]).
+    pub fn step(&mut self, estimate: &Estimate<NL>, limits: &Limits<NL>) -> Command<NL> {
+        if !estimate.is_finite() {
+            return self.blind(limits);
+        }
+        let now = estimate.time;
+        let since = clamp(now - self.last, 0.0, LONGEST_STEP);
+        self.last = now;
+        let mission = self.mission;
+        let planned = self.cursor.at(&self.plan, mission, now - self.began);
+        let turn = Turn::new(&planned.target, &estimate.target, self.faded_in(now));
+        let wanted = turn.apply(&planned);
+        let body = Multibody::new(mission);
+        let tracking = Tracking {
+            body,
+            mean_motion: mission.mean_motion(),
+            settings: &self.settings,
+            limits,
+            since,
+        };
+        if self.asked == Some(Request::Abort) {
+            let effort = tracking.escape(estimate);
+            return self.command(Mode::Abort, None, &wanted, &effort, turn.angle);
+        }
+        self.offset += self.seen_by_camera(&body, estimate, since);
+        let mut effort =
+            tracking.effort(&wanted, estimate, &self.offset, &mut self.integrals);
+        self.fade_out_jump(&mut effort, limits, now);
+        let error = effort.errors.sizes(turn.angle);
+        let reason = self.reason(&error, now);
+        let mode = if now - self.began >= self.plan.duration() {
+            Mode::Done
+        } else if !planned.is_finite() {
+            return self.blind(limits);
+        } else if reason.is_some() {
+            Mode::ReplanWanted
+        } else {
+            Mode::Track
+        };
+        self.command(mode, reason, &wanted, &effort, turn.angle)
+    }
+
+    fn command(
+        &mut self,
+        mode: Mode,
+        wanted: Option<Reason>,
+        reference: &Reference<NL>,
+        effort: &Effort<NL>,
+        target: f64,
+    ) -> Command<NL> {
+        self.commanded = (effort.force, effort.control);
+        Command {
+            mode,
+            wanted,
+            force: effort.force,
+            control: effort.control,
+            joint_angle: reference.state.joint_angle,
+            joint_rate: reference.state.joint_rate,
+            error: effort.errors.sizes(target),
+            share: effort.share,
+        }
+    }
+
+    /// What the plan asks for as it stands, without feedback, where nothing is known.
+    fn blind(&mut self, limits: &Limits<NL>) -> Command<NL> {
+        let planned = self.cursor.at(&self.plan, self.mission, self.last - self.began);
+        let free = crate::model::hcw_acceleration(
+            self.mission.mean_motion(),
+            &planned.position,
+            &planned.velocity,
+        );
+        let mass = self.mission.servicer.total_mass();
+        let none = Control::ZERO;
+        let (force, _) = limits.force(&((planned.acceleration - free) * mass), &Vector3::zeros());
+        let (control, _) = limits.torques(&planned.control, &none);
+        let effort = Effort { force, control, share: [0.0; 2], errors: Errors::ZERO };
+        self.command(Mode::Degraded, None, &planned, &effort, 0.0)
+    }
+
+    /// Share of the turn to the estimated target that is in force, and its rate [1/s]: a smooth step.
+    fn faded_in(&mut self, now: f64) -> [f64; 2] {
+        let first = *self.first.get_or_insert(now);
+        let time = self.settings.fade[1];
+        let s = clamp((now - first) / time, 0.0, 1.0);
+        [s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / time]
+    }
+
+    /// By how much the offset of the wrist camera changes in this step [m].
+    fn seen_by_camera(
+        &self,
+        body: &Multibody<'_, NL>,
+        estimate: &Estimate<NL>,
+        since: f64,
+    ) -> Vector3<f64> {
+        let Some(seen) = estimate.wrist else { return Vector3::zeros() };
+        let (center, _) = body.center_of_mass(&estimate.state);
+        let tip = estimate.position + center + body.end_effector(&estimate.state).position;
+        let target = crate::math::quaternion::rotation_matrix(&estimate.target.attitude);
+        let from_port = tip - target * self.mission.target.port_position;
+        (seen - from_port - self.offset) * (since / (since + self.settings.camera))
+    }
+
+    /// Adds what is left of the jump from the plan before.
+    fn fade_out_jump(&mut self, effort: &mut Effort<NL>, limits: &Limits<NL>, now: f64) {
+        let Some(mut jump) = self.jump else { return };
+        let at = match jump.at {
+            Some(at) => at,
+            None => {
+                jump.force -= effort.force;
+                jump.control.bus_torque -= effort.control.bus_torque;
+                jump.control.joint_torque -= effort.control.joint_torque;
+                jump.at = Some(now);
+                now
+            }
+        };
+        let left = 1.0 - (now - at) / self.settings.fade[0];
+        self.jump = (left > 0.0).then_some(jump);
+        let left = left.max(0.0);
+        let Jump { force, control, .. } = jump;
+        let control = Control {
+            bus_torque: control.bus_torque * left,
+            joint_torque: control.joint_torque * left,
+        };
+        effort.force = limits.force(&effort.force, &(force * left)).0;
+        effort.control = limits.torques(&effort.control, &control).0;
+    }
+
+    /// Why another plan is wanted.
+    fn reason(&self, error: &TrackingError, now: f64) -> Option<Reason> {
+        let triggers = &self.settings.triggers;
+        let age = now - self.began;
+        if self.plan.duration() - age < triggers.last {
+            return None;
+        }
+        if self.asked == Some(Request::Replan) {
+            Some(Reason::Caller)
+        } else if error.target > triggers.target {
+            Some(Reason::Tumble)
+        } else if error.position > triggers.position || error.attitude > triggers.attitude {
+            Some(Reason::Error)
+        } else if age > triggers.age {
+            Some(Reason::Time)
+        } else {
+            None
+        }
+    }
+}

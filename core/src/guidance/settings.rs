@@ -1,0 +1,103 @@
+//! Settings of guidance.
+
+use remora_qp::{InvalidSetting, Validate};
+
+/// Bandwidths of the feedback, and when another plan is wanted. The defaults are for the servicer of
+/// `docs/problem.md`, section 3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuidanceSettings {
+    /// Of the centre of mass [rad/s].
+    pub translation: f64,
+    /// Of the bus attitude [rad/s].
+    pub attitude: f64,
+    /// Of the joints [rad/s].
+    pub joint: f64,
+    /// Largest product of a bandwidth and the time between steps [rad].
+    pub most_per_step: f64,
+    /// Integral feedback, over the bandwidth's third power; zero for none.
+    pub integral: f64,
+    /// Largest error that an integral stands for: metres, radians.
+    pub integral_limit: [f64; 2],
+    /// Time over which a new plan's command and the turn to the estimated target are faded in [s].
+    pub fade: [f64; 2],
+    /// Time constant of the offset that the wrist camera measures [s].
+    pub camera: f64,
+    /// When another plan is wanted.
+    pub triggers: Triggers,
+}
+
+/// When another plan is wanted; infinite: never.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triggers {
+    /// Age of the plan in force [s].
+    pub age: f64,
+    /// Error of the centre of mass [m].
+    pub position: f64,
+    /// Error of the bus attitude [rad].
+    pub attitude: f64,
+    /// Error of the target's attitude from what the plan expects [rad].
+    pub target: f64,
+    /// Time before capture from which none is wanted any more [s].
+    pub last: f64,
+}
+
+impl Triggers {
+    /// Never.
+    pub const NEVER: Self = Self {
+        age: f64::INFINITY,
+        position: f64::INFINITY,
+        attitude: f64::INFINITY,
+        target: f64::INFINITY,
+        last: 0.0,
+    };
+}
+
+impl GuidanceSettings {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        translation: 0.04,
+        attitude: 0.06,
+        joint: 0.4,
+        most_per_step: 0.25,
+        integral: 0.2,
+        integral_limit: [0.05, 0.05],
+        fade: [20.0, 120.0],
+        camera: 10.0,
+        triggers: Triggers::NEVER,
+    };
+}
+
+impl Default for GuidanceSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+impl Validate for GuidanceSettings {
+    type Error = InvalidSetting;
+
+    fn validate(&self) -> Result<(), InvalidSetting> {
+        let finite = |x: f64| x > 0.0 && x < f64::INFINITY;
+        let sound = |x: f64| x >= 0.0 && x < f64::INFINITY;
+        let triggers = &self.triggers;
+        let checks = [
+            (finite(self.translation), "translation", "positive"),
+            (finite(self.attitude), "attitude", "positive"),
+            (finite(self.joint), "joint", "positive"),
+            (finite(self.most_per_step), "most_per_step", "positive"),
+            (sound(self.integral), "integral", "not negative"),
+            (self.integral_limit.into_iter().all(sound), "integral_limit", "not negative"),
+            (self.fade.into_iter().all(finite), "fade", "positive"),
+            (finite(self.camera), "camera", "positive"),
+            (triggers.age > 0.0, "triggers.age", "positive"),
+            (triggers.position > 0.0, "triggers.position", "positive"),
+            (triggers.attitude > 0.0, "triggers.attitude", "positive"),
+            (triggers.target > 0.0, "triggers.target", "positive"),
+            (sound(triggers.last), "triggers.last", "not negative"),
+        ];
+        match checks.into_iter().find(|(ok, _, _)| !ok) {
+            Some((_, setting, range)) => Err(InvalidSetting { setting, range }),
+            None => Ok(()),
+        }
+    }
+}
