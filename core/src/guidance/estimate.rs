@@ -100,7 +100,7 @@ fn share_within(share: f64, planned: f64, more: f64, most: f64) -> f64 {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[repr(u32)]
-pub enum Mode {
+pub enum FlightMode {
     /// It tracks the plan.
     Track = 0,
     /// It tracks the plan and wants another one; [`Command::wanted`] says why.
@@ -133,8 +133,8 @@ pub enum Reason {
 /// What the actuators are to do until the next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command<const NL: usize> {
-    /// Mode.
-    pub mode: Mode,
+    /// FlightMode.
+    pub mode: FlightMode,
     /// Why another plan is wanted, where it is.
     pub wanted: Option<Reason>,
     /// Force on the bus at its centre of mass, RTN [N].

@@ -25,6 +25,7 @@ pub struct FlightPlan<const NL: usize> {
     pub nominal: Nominal<NL>,
     /// The target at the nodes.
     pub target: [TargetState; NODES],
+    grid: Grid,
     /// Substeps of an interval.
     substeps: usize,
     /// Whether the gravity gradient turns the target.
@@ -116,9 +117,20 @@ impl<const NL: usize> FlightPlan<NL> {
             translation: *translation,
             nominal: Nominal { reorientation: *reorientation, nodes, duration },
             target: *target,
+            grid: *grid,
             substeps,
             has_gradient,
         })
+    }
+
+    /// Its nodes and what holds at them.
+    pub(super) fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Whether the gravity gradient turns its target.
+    pub(super) fn has_gradient(&self) -> bool {
+        self.has_gradient
     }
 
     /// Time from its first node to its last [s].
@@ -215,7 +227,7 @@ impl<const NL: usize> Cursor<NL> {
 
 impl<const NL: usize> FlightPlan<NL> {
     /// Position and velocity at node `k`.
-    fn node(&self, k: usize) -> (Vector3<f64>, Vector3<f64>) {
+    pub(super) fn node(&self, k: usize) -> (Vector3<f64>, Vector3<f64>) {
         let at = |all: &[Vector3<f64>]| all.get(k).copied().unwrap_or_default();
         (at(&self.translation.position), at(&self.translation.velocity))
     }

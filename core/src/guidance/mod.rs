@@ -8,13 +8,18 @@
 
 mod estimate;
 mod flight_plan;
+mod replanning;
+mod safety;
 mod settings;
 mod tracking;
 mod turn;
 
-pub use estimate::{Command, Estimate, Limits, Mode, Reason, TrackingError};
+pub use estimate::{Command, Estimate, Limits, FlightMode, Reason, TrackingError};
 pub use flight_plan::{FlightPlan, NotFlyable, Reference};
 pub(crate) use flight_plan::MAX_REFERENCE_STEPS;
+pub use replanning::Replan;
+pub use safety::{Drift, Escape, Safety};
+pub(crate) use safety::{MAX_DRIFT_STEPS, MAX_ESCAPE_STEPS};
 pub use settings::{GuidanceSettings, Triggers};
 
 use crate::dynamics::{Control, Multibody};
@@ -125,7 +130,7 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
     ///
     /// Cost: five evaluations of the dynamics, one of the inverse dynamics; see `docs/audit` for
     /// instructions. An estimate that is no number leaves what is planned as it stands
-    /// ([`Mode::Degraded`]).
+    /// ([`FlightMode::Degraded`]).
     pub fn step(&mut self, estimate: &Estimate<NL>, limits: &Limits<NL>) -> Command<NL> {
         if !estimate.is_finite() {
             return self.blind(limits);
@@ -147,7 +152,7 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
         };
         if self.asked == Some(Request::Abort) {
             let effort = tracking.escape(estimate);
-            return self.command(Mode::Abort, None, &wanted, &effort, turn.angle);
+            return self.command(FlightMode::Abort, None, &wanted, &effort, turn.angle);
         }
         self.offset += self.seen_by_camera(&body, estimate, since);
         let mut effort =
@@ -156,20 +161,20 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
         let error = effort.errors.sizes(turn.angle);
         let reason = self.reason(&error, now);
         let mode = if now - self.began >= self.plan.duration() {
-            Mode::Done
+            FlightMode::Done
         } else if !planned.is_finite() {
             return self.blind(limits);
         } else if reason.is_some() {
-            Mode::ReplanWanted
+            FlightMode::ReplanWanted
         } else {
-            Mode::Track
+            FlightMode::Track
         };
         self.command(mode, reason, &wanted, &effort, turn.angle)
     }
 
     fn command(
         &mut self,
-        mode: Mode,
+        mode: FlightMode,
         wanted: Option<Reason>,
         reference: &Reference<NL>,
         effort: &Effort<NL>,
@@ -201,7 +206,7 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
         let (force, _) = limits.force(&((planned.acceleration - free) * mass), &Vector3::zeros());
         let (control, _) = limits.torques(&planned.control, &none);
         let effort = Effort { force, control, share: [0.0; 2], errors: Errors::ZERO };
-        self.command(Mode::Degraded, None, &planned, &effort, 0.0)
+        self.command(FlightMode::Degraded, None, &planned, &effort, 0.0)
     }
 
     /// Share of the turn to the estimated target that is in force, and its rate [1/s]: a smooth step.
@@ -209,7 +214,13 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
         let first = *self.first.get_or_insert(now);
         let time = self.settings.fade[1];
         let s = clamp((now - first) / time, 0.0, 1.0);
-        [s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / time]
+        [self.share_of_turn(now), 6.0 * s * (1.0 - s) / time]
+    }
+
+    /// Share of the turn to the estimated target that is in force.
+    fn share_of_turn(&self, now: f64) -> f64 {
+        let s = clamp((now - self.first.unwrap_or(now)) / self.settings.fade[1], 0.0, 1.0);
+        s * s * (3.0 - 2.0 * s)
     }
 
     /// By how much the offset of the wrist camera changes in this step [m].

@@ -28,6 +28,16 @@ impl Turn {
         Self { attitude, matrix, rate, angle: libm::sqrt(whole.dot(&whole)) }
     }
 
+    /// The turn as a quaternion.
+    pub fn attitude(&self) -> &Vector4<f64> {
+        &self.attitude
+    }
+
+    /// A vector turned.
+    pub fn turned(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        self.matrix * v
+    }
+
     /// What the plan asks for, turned: positions and attitudes, their rates and accelerations. The
     /// turn's own acceleration is left out.
     pub fn apply<const NL: usize>(&self, plan: &Reference<NL>) -> Reference<NL> {

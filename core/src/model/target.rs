@@ -115,7 +115,7 @@ impl Target {
         let frame = Vector3::new(0.0, 0.0, n);
         let mut q = state.attitude;
         let mut w = quaternion::rotation_matrix(&q).tr_mul(&(state.rate + frame));
-        // Bound: reference_steps.
+        // Bound: steps of a reference's target.
         for _ in 0..steps {
             (q, w) = self.rk4_step(has_gradient, n, &q, &w, time / steps as f64);
         }
