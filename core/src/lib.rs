@@ -33,6 +33,9 @@ mod documents {
     #[doc = include_str!("../../docs/flying.md")]
     struct Flying;
 
+    #[doc = include_str!("../../docs/guidance.md")]
+    struct Guidance;
+
     #[doc = include_str!("../../docs/model.md")]
     struct Network;
 

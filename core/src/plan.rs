@@ -5,8 +5,8 @@ use crate::executor::ForkJoin;
 use crate::guidance::{FlightPlan, NotFlyable};
 use crate::model::{Grid, Integrator, Mission, Refusal, Scenario};
 use crate::planner::{
-    self, ArmSolver, ArmWorkspace, EmbeddedSolver, GuessRecord, InitialGuess, Nominal,
-    Options, Report, Session, SolveRecord, Solver, StageReport, Verdict,
+    self, ArmSolver, ArmWorkspace, EmbeddedSolver, GuessRecord, InitialGuess, Nominal, Options,
+    Report, Session, SolveRecord, Solver, StageReport, Verdict,
 };
 use crate::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,

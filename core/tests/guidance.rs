@@ -1,15 +1,16 @@
 //! Guidance in a world of the planner's own equations, integrated here.
 
+use proptest::prelude::*;
 use remora_core::advanced::dynamics::{Control, Multibody, State, SystemState};
 use remora_core::advanced::guidance::{
-    Command, Estimate, Guidance, GuidanceSettings, Limits, FlightMode, Reason, Triggers,
+    Command, Estimate, FlightMode, FlightPlan, Guidance, GuidanceSettings, Limits, NotFlyable,
+    Reason, Triggers,
 };
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Mission, TargetState};
+use remora_core::advanced::stages::clearances_at;
 use remora_core::nalgebra::{Vector3, Vector4};
-use remora_core::prelude::{
-    InitialGuess, Integrator, Options, Planner, Scenario, Validate,
-};
+use remora_core::prelude::{InitialGuess, Integrator, Options, Planner, Scenario, Valid, Validate};
 
 /// A scenario like the drawn ones.
 fn scenario() -> Scenario {
@@ -77,7 +78,8 @@ impl<'m> World<'m> {
         let b = moved(&x, &x, 0.5 * h);
         let c = moved(&x, &b, 0.5 * h);
         let d = moved(&x, &c, h);
-        let y = moved(&moved(&moved(&moved(&x, &x, h / 6.0), &b, h / 3.0), &c, h / 3.0), &d, h / 6.0);
+        let y =
+            moved(&moved(&moved(&moved(&x, &x, h / 6.0), &b, h / 3.0), &c, h / 3.0), &d, h / 6.0);
         self.servicer = y;
         self.servicer.internal.attitude = quaternion::normalized(&y.internal.attitude);
         let mut nodes = [TargetState::ZERO; 2];
@@ -107,11 +109,16 @@ impl<'m> World<'m> {
 
     /// End effector from the port [m].
     fn miss(&self) -> f64 {
+        self.tip_from_port().norm()
+    }
+
+    /// End effector from the port, RTN [m].
+    fn tip_from_port(&self) -> Vector3<f64> {
         let (center, _) = self.body.center_of_mass(&self.servicer.internal);
         let tip = self.body.end_effector(&self.servicer.internal).position;
         let target = quaternion::rotation_matrix(&self.target.attitude);
         let port = target * self.mission.target.port_position;
-        (self.servicer.position + center + tip - port).norm()
+        self.servicer.position + center + tip - port
     }
 }
 
@@ -150,6 +157,7 @@ fn fly(flight: &Flight) -> (f64, Vec<Command<3>>) {
     (world.miss(), commands)
 }
 
+// Verifies REM-GUI-001.
 #[test]
 fn a_plan_flown_as_it_is_ends_at_the_port() {
     for period in [0.05, 0.1, 1.0, 5.0] {
@@ -161,6 +169,7 @@ fn a_plan_flown_as_it_is_ends_at_the_port() {
     }
 }
 
+// Verifies REM-GUI-001.
 #[test]
 fn the_plan_turns_with_the_target() {
     let target = [Vector3::new(0.05, -0.04, 0.02), Vector3::new(2e-5, 1e-5, -2e-5)];
@@ -179,6 +188,7 @@ fn a_disturbed_start_is_made_good() {
     assert!(miss < 3e-4, "{miss}");
 }
 
+// Verifies REM-GUI-004.
 #[test]
 fn a_new_plan_takes_over_without_a_jump() {
     let mission = Mission::<3>::default().validated().unwrap();
@@ -214,10 +224,12 @@ fn a_new_plan_takes_over_without_a_jump() {
             predicted.push(command.error.target);
             let replan = guidance.replan(&world.estimate(), 5.0).unwrap();
             let scenario = replan.scenario.validated().unwrap();
-            let guess =
-                InitialGuess::Nominal { plan: &replan.nominal, elapsed: replan.elapsed };
-            let options =
-                Options::builder().integrator(Integrator::RK4).initial_guess(guess).build().unwrap();
+            let guess = InitialGuess::Nominal { plan: &replan.nominal, elapsed: replan.elapsed };
+            let options = Options::builder()
+                .integrator(Integrator::RK4)
+                .initial_guess(guess)
+                .build()
+                .unwrap();
             let plan = planner.plan(&mission, &scenario, &options).unwrap();
             assert!(plan.is_verified());
             next = Some((plan.flight_plan().unwrap(), replan.begins));
@@ -231,6 +243,7 @@ fn a_new_plan_takes_over_without_a_jump() {
     assert!(predicted[1] < 0.2 * predicted[0]);
 }
 
+// Verifies REM-GUI-005.
 #[test]
 fn every_node_says_how_the_approach_may_end_there() {
     let mission = Mission::<3>::default().validated().unwrap();
@@ -244,7 +257,175 @@ fn every_node_says_how_the_approach_may_end_there() {
         println!("{k} {safety:?}");
         assert!(safety.escape.clears && safety.escape.time <= 60.0, "{k}: {safety:?}");
         // HCW's free drift from here to the place where it is nearest, along a finer path.
-        assert!(safety.drift.distance <= 5.0 && safety.drift.clears == (k == 59), "{k}: {safety:?}");
+        assert!(
+            safety.drift.distance <= 5.0 && safety.drift.clears == (k == 59),
+            "{k}: {safety:?}"
+        );
     }
     assert!(plan.safety(&mission, &limits, 60).is_none());
+}
+
+/// A plan to fly, and the scenario it is for.
+fn planned() -> (Valid<Mission<3>>, Valid<Scenario>, FlightPlan<3>) {
+    let mission = Mission::<3>::default().validated().unwrap();
+    let scenario = scenario().validated().unwrap();
+    let options = Options::builder().integrator(Integrator::RK4).build().unwrap();
+    let mut planner = Box::new(Planner::new());
+    let plan = planner.plan(&mission, &scenario, &options).unwrap().flight_plan().unwrap();
+    (mission, scenario, plan)
+}
+
+// Verifies REM-GUI-003.
+#[test]
+fn what_is_not_a_number_leaves_the_plan_as_it_stands() {
+    let (mission, scenario, plan) = planned();
+    let limits = Limits::of(&mission.servicer);
+    let world = World::beginning(&mission, &scenario, [ZERO; 2], ZERO);
+    let settings = GuidanceSettings::DEFAULT.validated().unwrap();
+    let broken: [fn(&mut Estimate<3>); 8] = [
+        |e| e.time = f64::NAN,
+        |e| e.position.x = f64::NAN,
+        |e| e.velocity.z = f64::INFINITY,
+        |e| e.state.attitude.w = f64::NAN,
+        |e| e.state.joint_rate[2] = f64::NAN,
+        |e| e.target.attitude.x = f64::NEG_INFINITY,
+        |e| e.target.rate.y = f64::NAN,
+        |e| e.wrist = Some(Vector3::new(0.0, f64::NAN, 0.0)),
+    ];
+    for (i, spoil) in broken.into_iter().enumerate() {
+        let mut guidance = Guidance::new(&mission, settings, &plan, 0.0);
+        let sound = guidance.step(&world.estimate(), &limits);
+        let mut estimate = world.estimate();
+        spoil(&mut estimate);
+        let command = guidance.step(&estimate, &limits);
+        assert_eq!(command.mode, FlightMode::Degraded, "{i}");
+        assert_eq!(command.control, plan.nominal.reorientation.controls[0], "{i}");
+        assert!((command.force - plan.translation.force[0]).amax() < 1e-12, "{i}");
+        assert!(guidance.replan(&estimate, 1.0).is_none());
+        // The next sound estimate finds all as it was.
+        assert_eq!(guidance.step(&world.estimate(), &limits), sound, "{i}");
+    }
+}
+
+// Verifies REM-GUI-005.
+#[test]
+fn an_abort_leaves_the_target_within_the_limits() {
+    let (mission, scenario, plan) = planned();
+    let limits = Limits::of(&mission.servicer);
+    let mut world = World::beginning(&mission, &scenario, [ZERO; 2], ZERO);
+    let settings = GuidanceSettings::DEFAULT.validated().unwrap();
+    let mut guidance = Guidance::new(&mission, settings, &plan, 0.0);
+    let place = |world: &World<'_>| {
+        let (center, _) = world.body.center_of_mass(&world.servicer.internal);
+        world.servicer.position + center
+    };
+    let mut nearest = f64::INFINITY;
+    for step in 0..1600 {
+        if step == 1000 {
+            guidance.abort();
+        }
+        let command = guidance.step(&world.estimate(), &limits);
+        assert_eq!(command.mode == FlightMode::Abort, step >= 1000);
+        assert!(is_within(&command, &limits));
+        world.advance(1.0, &command.force, &command.control);
+        if step >= 1000 {
+            let at = place(&world);
+            let found =
+                clearances_at(&mission, world.time, &world.target, &at, &world.servicer.internal);
+            nearest = found.least().min(nearest);
+        }
+    }
+    let rate = world.servicer.internal.rate.norm();
+    println!("{} m, {nearest} m, {rate} rad/s", place(&world).norm());
+    assert!(nearest > 0.0 && place(&world).norm() > 5.0 && rate < 1e-3);
+    assert!(world.servicer.internal.joint_rate.amax() < 1e-4);
+}
+
+fn is_within(command: &Command<3>, limits: &Limits<3>) -> bool {
+    let within = |x: f64, most: f64| x.abs() <= most * (1.0 + 1e-12);
+    command.force.iter().zip(&limits.force).all(|(x, most)| within(*x, *most))
+        && command.control.bus_torque.iter().zip(&limits.bus_torque).all(|(x, m)| within(*x, *m))
+        && command
+            .control
+            .joint_torque
+            .iter()
+            .zip(&limits.joint_torque)
+            .all(|(x, m)| within(*x, *m))
+}
+
+#[test]
+fn the_wrist_camera_closes_what_navigation_does_not_know() {
+    let (mission, scenario, plan) = planned();
+    let limits = Limits::of(&mission.servicer);
+    let wrong = Vector3::new(0.004, -0.006, 0.003);
+    let fly = |has_camera: bool| {
+        let mut world = World::beginning(&mission, &scenario, [ZERO; 2], ZERO);
+        let settings = GuidanceSettings::DEFAULT.validated().unwrap();
+        let mut guidance = Guidance::new(&mission, settings, &plan, 0.0);
+        for _ in 0..1200 {
+            let mut estimate = world.estimate();
+            estimate.position += wrong;
+            if has_camera && world.time > 1050.0 {
+                estimate.wrist = Some(world.tip_from_port());
+            }
+            let command = guidance.step(&estimate, &limits);
+            world.advance(1.0, &command.force, &command.control);
+        }
+        world.miss()
+    };
+    let (without, with) = (fly(false), fly(true));
+    println!("{without} {with}");
+    assert!((without - wrong.norm()).abs() < 1e-4 && with < 3e-4);
+}
+
+#[test]
+fn a_plan_of_eulers_step_is_not_flown() {
+    let mission = Mission::<3>::default().validated().unwrap();
+    let scenario = scenario().validated().unwrap();
+    let options = Options::builder().integrator(Integrator::Euler).build().unwrap();
+    let mut planner = Box::new(Planner::new());
+    let plan = planner.plan(&mission, &scenario, &options).unwrap();
+    assert_eq!(plan.flight_plan().unwrap_err(), NotFlyable::Euler);
+}
+
+proptest! {
+    /// Whatever the estimate, what is commanded is finite and within the limits.
+    // Verifies REM-GUI-002.
+    #[test]
+    fn commands_keep_the_limits(
+        numbers in prop::array::uniform32(-1.0..1.0_f64),
+        scale in -6.0..6.0_f64,
+        times in prop::array::uniform5(-2000.0..4000.0_f64),
+        share in 0.0..1.0_f64,
+        aborts in any::<bool>(),
+    ) {
+        static PLANNED: std::sync::OnceLock<(Valid<Mission<3>>, Valid<Scenario>, FlightPlan<3>)> =
+            std::sync::OnceLock::new();
+        let (mission, scenario, plan) = PLANNED.get_or_init(planned);
+        let world = World::beginning(mission, scenario, [ZERO; 2], ZERO);
+        let mut limits = Limits::of(&mission.servicer);
+        limits.bus_torque *= share;
+        let settings = GuidanceSettings::DEFAULT.validated().unwrap();
+        let mut guidance = Guidance::new(mission, settings, plan, 0.0);
+        for (i, time) in times.into_iter().enumerate() {
+            let mut numbers = numbers.iter().cycle().skip(5 * i).map(|x| x * 10_f64.powf(scale));
+            let mut vector = || Vector3::from_fn(|_, _| numbers.next().unwrap_or(0.0));
+            let mut estimate = world.estimate();
+            estimate.time = time;
+            estimate.position += vector();
+            estimate.velocity += vector();
+            estimate.state.rate += vector();
+            estimate.state.joint_angle += vector();
+            estimate.state.joint_rate += vector();
+            estimate.target.rate += vector();
+            let q = quaternion::exp(&vector());
+            estimate.state.attitude = quaternion::product(&q, &estimate.state.attitude);
+            let command = guidance.step(&estimate, &limits);
+            prop_assert!(command.force.iter().all(|x| x.is_finite()) && command.control.is_finite());
+            prop_assert!(is_within(&command, &limits), "{command:?}");
+            if aborts && i == 2 {
+                guidance.abort();
+            }
+        }
+    }
 }

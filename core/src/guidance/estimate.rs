@@ -28,7 +28,9 @@ impl<const NL: usize> Estimate<NL> {
         let wrist = self.wrist.unwrap_or_default();
         let sum = self.position + self.velocity + self.target.rate + wrist;
         let target = self.target.attitude.iter().chain(sum.iter());
-        self.time.is_finite() && self.state.is_finite() && target.fold(0.0, |a, x| a + x).is_finite()
+        self.time.is_finite()
+            && self.state.is_finite()
+            && target.fold(0.0, |a, x| a + x).is_finite()
     }
 }
 
@@ -54,18 +56,28 @@ impl<const NL: usize> Limits<NL> {
     }
 
     /// The force `planned + s feedback` with the largest share `s`, from zero to one, that keeps the limits.
-    pub(super) fn force(&self, planned: &Vector3<f64>, feedback: &Vector3<f64>) -> (Vector3<f64>, f64) {
+    pub(super) fn force(
+        &self,
+        planned: &Vector3<f64>,
+        feedback: &Vector3<f64>,
+    ) -> (Vector3<f64>, f64) {
         let planned = planned.zip_map(&self.force, |f, most| clamp(f, -most, most));
         let share = planned
             .iter()
             .zip(feedback)
             .zip(&self.force)
-            .fold(1.0, |share, ((planned, more), most)| share_within(share, *planned, *more, *most));
+            .fold(1.0, |share, ((planned, more), most)| {
+                share_within(share, *planned, *more, *most)
+            });
         (planned + feedback * share, share)
     }
 
     /// Likewise the torques, bus and joints by one share: what the bus does not do the arm would suffer.
-    pub(super) fn torques(&self, planned: &Control<NL>, feedback: &Control<NL>) -> (Control<NL>, f64) {
+    pub(super) fn torques(
+        &self,
+        planned: &Control<NL>,
+        feedback: &Control<NL>,
+    ) -> (Control<NL>, f64) {
         let within = |torque: f64, most: f64| clamp(torque, -most, most);
         let bus = planned.bus_torque.zip_map(&self.bus_torque, within);
         let joint = planned.joint_torque.zip_map(&self.joint_torque, within);
@@ -74,7 +86,9 @@ impl<const NL: usize> Limits<NL> {
             .zip(&feedback.bus_torque)
             .zip(&self.bus_torque)
             .chain(joint.iter().zip(&feedback.joint_torque).zip(&self.joint_torque))
-            .fold(1.0, |share, ((planned, more), most)| share_within(share, *planned, *more, *most));
+            .fold(1.0, |share, ((planned, more), most)| {
+                share_within(share, *planned, *more, *most)
+            });
         let bus_torque = bus + feedback.bus_torque * share;
         let joint_torque = joint + feedback.joint_torque * share;
         (Control { bus_torque, joint_torque }, share)

@@ -161,12 +161,7 @@ impl<const NL: usize> Cursor<NL> {
     ///
     /// Cost: four evaluations of the dynamics and those of the target where time goes on by no more than
     /// a substep of planning; at most those of an interval.
-    pub fn at(
-        &mut self,
-        plan: &FlightPlan<NL>,
-        mission: &Mission<NL>,
-        time: f64,
-    ) -> Reference<NL> {
+    pub fn at(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) -> Reference<NL> {
         let body = Multibody::new(mission);
         let (k, share) = plan.nominal.place(time);
         let begin = plan.nominal.time(k);
@@ -178,15 +173,15 @@ impl<const NL: usize> Cursor<NL> {
             let target = plan.target.get(k).copied().unwrap_or(TargetState::ZERO);
             *self = Self { node: k, time: begin, state, target };
         }
-        let control =
-            plan.nominal.reorientation.controls.get(k).copied().unwrap_or(Control::ZERO);
+        let control = plan.nominal.reorientation.controls.get(k).copied().unwrap_or(Control::ZERO);
         let force = plan.translation.force.get(k).copied().unwrap_or_default();
         self.go_on(plan, mission, &control, &force, time);
         let along = HcwTransition::new(mission.mean_motion(), time - begin);
         let (position, velocity) = plan.node(k);
         let from = Vector6::from_fn(|i, _| if i < 3 { position[i] } else { velocity[i - 3] });
         let there = along.state * from + along.input * (force / body.total_mass());
-        let [position, velocity] = [0, 3].map(|i| Vector3::new(there[i], there[i + 1], there[i + 2]));
+        let [position, velocity] =
+            [0, 3].map(|i| Vector3::new(there[i], there[i + 1], there[i + 2]));
         Reference {
             position,
             velocity,

@@ -14,16 +14,17 @@ mod settings;
 mod tracking;
 mod turn;
 
-pub use estimate::{Command, Estimate, Limits, FlightMode, Reason, TrackingError};
-pub use flight_plan::{FlightPlan, NotFlyable, Reference};
+pub use estimate::{Command, Estimate, FlightMode, Limits, Reason, TrackingError};
 pub(crate) use flight_plan::MAX_REFERENCE_STEPS;
+pub use flight_plan::{FlightPlan, NotFlyable, Reference};
 pub use replanning::Replan;
 pub use safety::{Drift, Escape, Safety};
 pub(crate) use safety::{MAX_DRIFT_STEPS, MAX_ESCAPE_STEPS};
 pub use settings::{GuidanceSettings, Triggers};
 
 use crate::dynamics::{Control, Multibody};
-use crate::model::Mission;
+use crate::math::quaternion;
+use crate::model::{Mission, hcw_acceleration};
 use flight_plan::Cursor;
 use nalgebra::Vector3;
 use remora_qp::Valid;
@@ -44,8 +45,8 @@ pub struct Guidance<'m, const NL: usize> {
     began: f64,
     cursor: Cursor<NL>,
     integrals: Errors<NL>,
-    /// What the wrist camera has found the position to be off by [m].
-    offset: Vector3<f64>,
+    /// What the wrist camera has found the position to be off by.
+    offset: Offset,
     /// When the turn to the estimated target began to be faded in; the first step's time.
     first: Option<f64>,
     /// Time of the last step [s].
@@ -63,6 +64,33 @@ pub struct Guidance<'m, const NL: usize> {
 enum Request {
     Replan,
     Abort,
+}
+
+/// What the wrist camera adds to what navigation knows of the position, followed as a smooth path: a step
+/// of the error would wind up the integral.
+#[derive(Clone, Copy, Debug, Default)]
+struct Offset {
+    /// As last seen [m].
+    seen: Vector3<f64>,
+    /// As followed [m], and its rate [m/s].
+    value: Vector3<f64>,
+    rate: Vector3<f64>,
+}
+
+impl Offset {
+    /// Goes on for `since` [s] with critical damping, and shifts what is wanted by what it has come to.
+    fn follow<const NL: usize>(&mut self, wanted: &mut Reference<NL>, bandwidth: f64, since: f64) {
+        // Implicit in the rate, so that no step is too long.
+        let w = bandwidth * since;
+        let pull = (self.seen - self.value) * (bandwidth * w);
+        let rate = (self.rate + pull) / (1.0 + 2.0 * w + w * w);
+        let acceleration = if since > 0.0 { (rate - self.rate) / since } else { Vector3::zeros() };
+        self.rate = rate;
+        self.value += rate * since;
+        wanted.position -= self.value;
+        wanted.velocity -= self.rate;
+        wanted.acceleration -= acceleration;
+    }
 }
 
 /// A jump of the command where one plan took over from another.
@@ -92,7 +120,7 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
             began,
             cursor: Cursor::START,
             integrals: Errors::ZERO,
-            offset: Vector3::zeros(),
+            offset: Offset::default(),
             first: None,
             last: began,
             commanded: (Vector3::zeros(), Control::ZERO),
@@ -141,7 +169,7 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
         let mission = self.mission;
         let planned = self.cursor.at(&self.plan, mission, now - self.began);
         let turn = Turn::new(&planned.target, &estimate.target, self.faded_in(now));
-        let wanted = turn.apply(&planned);
+        let mut wanted = turn.apply(&planned);
         let body = Multibody::new(mission);
         let tracking = Tracking {
             body,
@@ -154,9 +182,11 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
             let effort = tracking.escape(estimate);
             return self.command(FlightMode::Abort, None, &wanted, &effort, turn.angle);
         }
-        self.offset += self.seen_by_camera(&body, estimate, since);
-        let mut effort =
-            tracking.effort(&wanted, estimate, &self.offset, &mut self.integrals);
+        if let Some(seen) = self.seen_by_camera(&body, estimate) {
+            self.offset.seen = seen;
+        }
+        self.offset.follow(&mut wanted, self.settings.camera, since);
+        let mut effort = tracking.effort(&wanted, estimate, &mut self.integrals);
         self.fade_out_jump(&mut effort, limits, now);
         let error = effort.errors.sizes(turn.angle);
         let reason = self.reason(&error, now);
@@ -196,11 +226,8 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
     /// What the plan asks for as it stands, without feedback, where nothing is known.
     fn blind(&mut self, limits: &Limits<NL>) -> Command<NL> {
         let planned = self.cursor.at(&self.plan, self.mission, self.last - self.began);
-        let free = crate::model::hcw_acceleration(
-            self.mission.mean_motion(),
-            &planned.position,
-            &planned.velocity,
-        );
+        let free =
+            hcw_acceleration(self.mission.mean_motion(), &planned.position, &planned.velocity);
         let mass = self.mission.servicer.total_mass();
         let none = Control::ZERO;
         let (force, _) = limits.force(&((planned.acceleration - free) * mass), &Vector3::zeros());
@@ -223,19 +250,17 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
         s * s * (3.0 - 2.0 * s)
     }
 
-    /// By how much the offset of the wrist camera changes in this step [m].
+    /// By how much the end effector is elsewhere than navigation says, where the wrist camera sees it.
     fn seen_by_camera(
         &self,
         body: &Multibody<'_, NL>,
         estimate: &Estimate<NL>,
-        since: f64,
-    ) -> Vector3<f64> {
-        let Some(seen) = estimate.wrist else { return Vector3::zeros() };
+    ) -> Option<Vector3<f64>> {
+        let seen = estimate.wrist?;
         let (center, _) = body.center_of_mass(&estimate.state);
         let tip = estimate.position + center + body.end_effector(&estimate.state).position;
-        let target = crate::math::quaternion::rotation_matrix(&estimate.target.attitude);
-        let from_port = tip - target * self.mission.target.port_position;
-        (seen - from_port - self.offset) * (since / (since + self.settings.camera))
+        let target = quaternion::rotation_matrix(&estimate.target.attitude);
+        Some(seen - (tip - target * self.mission.target.port_position))
     }
 
     /// Adds what is left of the jump from the plan before.

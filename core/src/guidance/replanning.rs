@@ -56,8 +56,8 @@ impl<const NL: usize> Guidance<'_, NL> {
         state.rate += estimate.state.rate - now.state.rate;
         state.joint_angle += estimate.state.joint_angle - now.state.joint_angle;
         state.joint_rate += estimate.state.joint_rate - now.state.joint_rate;
-        let velocity = estimate.velocity + drift - now.velocity;
-        let position = estimate.position + center + self.offset - now.position;
+        let velocity = estimate.velocity + drift + self.offset.rate - now.velocity;
+        let position = estimate.position + center + self.offset.value - now.position;
         let to_body = quaternion::rotation_matrix(&target.attitude).transpose();
         let scenario = Scenario {
             target_attitude: target.attitude,

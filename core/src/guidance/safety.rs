@@ -67,8 +67,11 @@ impl<const NL: usize> FlightPlan<NL> {
         let keep_out = self.grid().keep_out(k);
         let body = Multibody::new(mission);
         let (center, rate) = body.center_of_mass(state);
-        let servicer =
-            SystemState { position: position - center, velocity: velocity - rate, internal: *state };
+        let servicer = SystemState {
+            position: position - center,
+            velocity: velocity - rate,
+            internal: *state,
+        };
         let flight = Flight { mission, body, has_gradient: self.has_gradient() };
         let escape = flight.escape(limits, servicer, *target);
         let drift = flight.drift(keep_out, position, velocity, *target);

@@ -20,7 +20,7 @@ pub struct GuidanceSettings {
     pub integral_limit: [f64; 2],
     /// Time over which a new plan's command and the turn to the estimated target are faded in [s].
     pub fade: [f64; 2],
-    /// Time constant of the offset that the wrist camera measures [s].
+    /// Of the offset that the wrist camera measures [rad/s].
     pub camera: f64,
     /// When another plan is wanted.
     pub triggers: Triggers,
@@ -62,7 +62,7 @@ impl GuidanceSettings {
         integral: 0.2,
         integral_limit: [0.05, 0.05],
         fade: [20.0, 120.0],
-        camera: 10.0,
+        camera: 0.05,
         triggers: Triggers::NEVER,
     };
 }
@@ -78,7 +78,7 @@ impl Validate for GuidanceSettings {
 
     fn validate(&self) -> Result<(), InvalidSetting> {
         let finite = |x: f64| x > 0.0 && x < f64::INFINITY;
-        let sound = |x: f64| x >= 0.0 && x < f64::INFINITY;
+        let sound = |x: f64| (0.0..f64::INFINITY).contains(&x);
         let triggers = &self.triggers;
         let checks = [
             (finite(self.translation), "translation", "positive"),
@@ -99,5 +99,33 @@ impl Validate for GuidanceSettings {
             Some((_, setting, range)) => Err(InvalidSetting { setting, range }),
             None => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_and_nonsense_is_named() {
+        GuidanceSettings::DEFAULT.validate().unwrap();
+        let named = |change: fn(&mut GuidanceSettings)| {
+            let mut settings = GuidanceSettings::DEFAULT;
+            change(&mut settings);
+            settings.validate().unwrap_err().setting
+        };
+        assert_eq!(named(|s| s.translation = 0.0), "translation");
+        assert_eq!(named(|s| s.attitude = f64::NAN), "attitude");
+        assert_eq!(named(|s| s.joint = f64::INFINITY), "joint");
+        assert_eq!(named(|s| s.most_per_step = -1.0), "most_per_step");
+        assert_eq!(named(|s| s.integral = -0.1), "integral");
+        assert_eq!(named(|s| s.integral_limit[1] = f64::NAN), "integral_limit");
+        assert_eq!(named(|s| s.fade[0] = 0.0), "fade");
+        assert_eq!(named(|s| s.camera = 0.0), "camera");
+        assert_eq!(named(|s| s.triggers.age = 0.0), "triggers.age");
+        assert_eq!(named(|s| s.triggers.position = f64::NAN), "triggers.position");
+        assert_eq!(named(|s| s.triggers.attitude = -1.0), "triggers.attitude");
+        assert_eq!(named(|s| s.triggers.target = 0.0), "triggers.target");
+        assert_eq!(named(|s| s.triggers.last = f64::INFINITY), "triggers.last");
     }
 }

@@ -59,8 +59,8 @@ impl<const NL: usize> Tracking<'_, NL> {
         wanted.min(self.settings.most_per_step / self.since.max(1e-3))
     }
 
-    /// Force and torques that lead `estimate` to `wanted`; `offset` is what the wrist camera has found
-    /// the position to be off by. The integrals go on where their limits leave them all of the feedback.
+    /// Force and torques that lead `estimate` to `wanted`. The integrals go on where their limits leave
+    /// them all of the feedback.
     ///
     /// Accelerations are `a + w^2 e + 2 w e' + c w^3 int e`; torques are those of the inverse dynamics
     /// at the estimated state with the whole force, so that its moment is compensated.
@@ -68,11 +68,10 @@ impl<const NL: usize> Tracking<'_, NL> {
         &self,
         wanted: &Reference<NL>,
         estimate: &Estimate<NL>,
-        offset: &Vector3<f64>,
         integrals: &mut Errors<NL>,
     ) -> Effort<NL> {
         let (center, drift) = self.body.center_of_mass(&estimate.state);
-        let position = estimate.position + center + offset;
+        let position = estimate.position + center;
         let velocity = estimate.velocity + drift;
         let turned = quaternion::conjugate(&wanted.state.attitude);
         let turned = quaternion::product(&estimate.state.attitude, &turned);
@@ -93,7 +92,8 @@ impl<const NL: usize> Tracking<'_, NL> {
 
         let w = self.bandwidth(settings.attitude);
         let rate = estimate.state.rate - wanted.state.rate;
-        let bus = (errors.attitude * w + rate * 2.0) * w + integrals.attitude * (integral * w * w * w);
+        let bus =
+            (errors.attitude * w + rate * 2.0) * w + integrals.attitude * (integral * w * w * w);
         let w = self.bandwidth(settings.joint);
         let rate = estimate.state.joint_rate - wanted.state.joint_rate;
         let joint = (errors.joint * w + rate * 2.0) * w + integrals.joint * (integral * w * w * w);

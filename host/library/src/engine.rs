@@ -2,7 +2,7 @@
 //! room for any other. The only module that calls the core's planner.
 
 use crate::backend::{ClarabelQp, Recorder, Solve};
-use crate::formats::{GainRows, MAX_JOINTS};
+use crate::formats::MAX_JOINTS;
 use crate::learned::{Learned, Memories};
 use crate::memory::on_heap;
 use crate::method::{Deadline, Integrator, Method, Qp};
@@ -10,8 +10,8 @@ use crate::threads::Threads;
 use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{
-    self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Options, PlanSettings,
-    Platform, Report, Solver, Workspace,
+    self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Options, PlanSettings, Platform,
+    Report, Solver, Workspace,
 };
 use remora_core::advanced::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,

@@ -1,14 +1,12 @@
 //! The planner against the reference optima, and its promises: verified plans, small stacks, the
 //! same bits whatever was planned before.
 
-use nalgebra::{SVector, Vector3};
-use remora_core::advanced::dynamics::{Integrator, Multibody};
+use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::executor::{ForkJoin, Sequential};
-use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{
-    EmbeddedSolver, Fallback, InitialGuess, Options, PlanSettings, Platform, Report,
-    Workspace, feedback_gain, output_checksum, plan, plan_reorientation,
+    EmbeddedSolver, Fallback, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
+    output_checksum, plan, plan_reorientation,
 };
 use remora_core::advanced::qp::Validate;
 use remora_core::advanced::scp::{Settings, Status};

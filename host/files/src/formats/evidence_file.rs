@@ -1,10 +1,9 @@
 //! Evidence beside a plan: `*.evidence.json`.
 
-use super::{MAX_JOINTS, Status, Verdict, json};
+use super::{Status, Verdict, json};
 use crate::error::{Error, FieldError};
-use remora_core::advanced::model::{MIN_NODES, RECOVERY_NAMES};
+use remora_core::advanced::model::RECOVERY_NAMES;
 use remora_core::advanced::planner::{GuessRecord, SolveRecord, StageSolveRecord};
-use remora_core::advanced::stages::NODES;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -145,11 +144,6 @@ impl EvidenceFile {
         let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
         super::write_atomically(file, text.as_bytes())
     }
-}
-
-/// Whether rows are those of an arm: three and one a joint, of twice as many numbers.
-fn is_gain(rows: &GainRows) -> bool {
-    (4..=3 + MAX_JOINTS).contains(&rows.len()) && rows.iter().all(|row| row.len() == 2 * rows.len())
 }
 
 /// Where the evidence of a plan file stands: `a.evidence.json` beside `a.plan.json`.

@@ -29,7 +29,7 @@ mod row;
 mod scenario_set;
 
 pub use evidence_file::{
-    EvidenceFile, FORMAT as EVIDENCE_FORMAT, GainRows, ModelRecord, evidence_path, recovered,
+    EvidenceFile, FORMAT as EVIDENCE_FORMAT, ModelRecord, evidence_path, recovered,
 };
 pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
 pub use mission_capture::{Capture as MissionCapture, Roll as MissionRoll, capture_search};
