@@ -243,18 +243,20 @@ impl<S: Solver<NX, NU>, const NL: usize, const NX: usize, const NU: usize>
         Nominal { reorientation: *self.planner.reorientation(), nodes, duration }
     }
 
-    /// The plan as [`Guidance`](crate::guidance::Guidance) flies it.
+    /// The plan as [`Guidance`](crate::guidance::Guidance) flies it, its first node at time `begins` [s].
     ///
     /// # Errors
     /// A plan made with Euler's step, or one that the verifier did not find flyable.
-    pub fn flight_plan(&self) -> Result<FlightPlan<NL>, NotFlyable> {
+    pub fn flight_plan(&self, begins: f64) -> Result<FlightPlan<NL>, NotFlyable> {
         if !self.is_verified() {
             return Err(NotFlyable::Unverified);
         }
         let workspace = &self.planner.workspace;
         let trajectories = (workspace.translation(), workspace.reorientation());
         let (integrator, has_gradient) = (self.integrator, self.has_gradient);
-        FlightPlan::of_parts(integrator, has_gradient, &self.grid, trajectories, &workspace.target)
+        let target = &workspace.target;
+        FlightPlan::of_parts(integrator, has_gradient, &self.grid, trajectories, target)
+            .map(|plan| plan.beginning_at(begins))
     }
 
     /// Status, residuals, clearances, iterations, times.

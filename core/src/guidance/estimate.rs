@@ -1,13 +1,15 @@
 //! What guidance is told and what it answers.
 
-use crate::dynamics::{Control, State};
-use crate::model::{Servicer, TargetState};
+use super::Reference;
+use crate::dynamics::{Control, Multibody, State};
+use crate::model::{Mission, Servicer, TargetState};
+use crate::stages::LINKS;
 use nalgebra::{SVector, Vector3};
 use remora_qp::dense::clamp;
 
 /// What navigation knows at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate<const NL: usize> {
+pub struct Estimate<const NL: usize = LINKS> {
     /// Time on the clock that plans are dated by [s].
     pub time: f64,
     /// Bus centre of mass relative to the target's, RTN [m].
@@ -23,6 +25,19 @@ pub struct Estimate<const NL: usize> {
 }
 
 impl<const NL: usize> Estimate<NL> {
+    /// Of a servicer and a target that are exactly where a plan expects them at `time` [s].
+    pub fn as_planned(mission: &Mission<NL>, time: f64, planned: &Reference<NL>) -> Self {
+        let (center, drift) = Multibody::new(mission).center_of_mass(&planned.state);
+        Self {
+            time,
+            position: planned.position - center,
+            velocity: planned.velocity - drift,
+            state: planned.state,
+            target: planned.target,
+            wrist: None,
+        }
+    }
+
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         let wrist = self.wrist.unwrap_or_default();
@@ -36,7 +51,7 @@ impl<const NL: usize> Estimate<NL> {
 
 /// What the actuators can do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits<const NL: usize> {
+pub struct Limits<const NL: usize = LINKS> {
     /// Largest force along each axis, RTN [N].
     pub force: Vector3<f64>,
     /// Largest bus torque about each axis, bus axes [N m].
@@ -146,7 +161,7 @@ pub enum Reason {
 
 /// What the actuators are to do until the next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Command<const NL: usize> {
+pub struct Command<const NL: usize = LINKS> {
     /// FlightMode.
     pub mode: FlightMode,
     /// Why another plan is wanted, where it is.

@@ -3,7 +3,7 @@
 use crate::dynamics::{Acceleration, Control, Integrator, Multibody, State};
 use crate::model::{Grid, HcwTransition, Mission, Scenario, TargetState, hcw_acceleration};
 use crate::planner::Nominal;
-use crate::stages::{NODES, ReorientationTrajectory, TranslationTrajectory};
+use crate::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
 use core::fmt;
 use nalgebra::{SVector, Vector3, Vector6};
 
@@ -15,10 +15,12 @@ pub(crate) const MAX_REFERENCE_STEPS: usize = 10;
 
 /// A plan as it is flown: path, motion of bus and arm, and the target's motion that it was made for.
 ///
-/// It is made by [`ArmPlan::flight_plan`](crate::prelude::ArmPlan::flight_plan) from a plan in a
+/// [`ArmPlan::flight_plan`](crate::prelude::ArmPlan::flight_plan) makes it from a plan in a
 /// planner's memory. It is data, [`FlightPlan::BYTES`] of it, which a spacecraft may keep or uplink.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FlightPlan<const NL: usize> {
+pub struct FlightPlan<const NL: usize = LINKS> {
+    /// Time of its first node on the clock of the estimates [s].
+    pub begins: f64,
     /// Path of the system's centre of mass.
     pub translation: TranslationTrajectory<NODES>,
     /// Bus and arm, with the number of nodes and their time.
@@ -75,7 +77,7 @@ impl<const NL: usize> FlightPlan<NL> {
     /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
-    /// A plan's trajectories as they are flown. Cost: one propagation of the target over the horizon.
+    /// A plan's trajectories as they are flown, from time zero on. Cost: one propagation of the target over the horizon.
     ///
     /// # Errors
     /// A plan made with Euler's step. Whether it is verified is the caller's to know.
@@ -114,6 +116,7 @@ impl<const NL: usize> FlightPlan<NL> {
         let Integrator::Rk4 { substeps } = integrator else { return Err(NotFlyable::Euler) };
         let Grid { nodes, duration, .. } = *grid;
         Ok(Self {
+            begins: 0.0,
             translation: *translation,
             nominal: Nominal { reorientation: *reorientation, nodes, duration },
             target: *target,
@@ -121,6 +124,18 @@ impl<const NL: usize> FlightPlan<NL> {
             substeps,
             has_gradient,
         })
+    }
+
+    /// The same plan, beginning at this time [s].
+    pub fn beginning_at(self, begins: f64) -> Self {
+        Self { begins, ..self }
+    }
+
+    /// What it asks for at a time on the clock of the estimates [s], before its first node and after its
+    /// last what it asks for there. Cost: the motion from the node before.
+    pub fn at(&self, mission: &Mission<NL>, time: f64) -> Reference<NL> {
+        let mut cursor = Cursor::START;
+        cursor.at(self, mission, time - self.begins)
     }
 
     /// Its nodes and what holds at them.

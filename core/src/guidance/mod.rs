@@ -25,6 +25,7 @@ pub use settings::{GuidanceSettings, Triggers};
 use crate::dynamics::{Control, Multibody};
 use crate::math::quaternion;
 use crate::model::{Mission, hcw_acceleration};
+use crate::stages::LINKS;
 use flight_plan::Cursor;
 use nalgebra::Vector3;
 use remora_qp::Valid;
@@ -35,23 +36,40 @@ use turn::Turn;
 /// Longest time between steps that feedback counts with [s].
 const LONGEST_STEP: f64 = 5.0;
 
-/// Flies one plan after the other.
-#[derive(Clone, Debug)]
-pub struct Guidance<'m, const NL: usize> {
-    mission: &'m Valid<Mission<NL>>,
+/// The state of flying plans, one after the other: plain data, [`Guidance::BYTES`] of it.
+///
+/// ```
+/// use remora_core::prelude::*;
+///
+/// let mission = Mission::default().validated()?;
+/// let scenario = Scenario::default().validated()?;
+/// let mut planner = Box::new(Planner::new());
+/// let options = Options::builder().mode(remora_core::prelude::Mode::Feasible).build()?;
+/// let plan = planner.plan(&mission, &scenario, &options)?.flight_plan(0.0)?;
+/// let mut guidance = Guidance::new(GuidanceSettings::DEFAULT.validated()?);
+/// // The servicer is where the plan begins, and so is the target.
+/// let reference = plan.at(&mission, 0.0);
+/// let estimate = Estimate::as_planned(&mission, 0.0, &reference);
+/// let limits = Limits::of(&mission.servicer);
+/// let command = guidance.step(&mission, &plan, &estimate, &limits);
+/// assert_eq!(command.mode, FlightMode::Track);
+/// assert!((command.force - plan.translation.force[0]).amax() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Guidance<const NL: usize = LINKS> {
     settings: GuidanceSettings,
-    plan: FlightPlan<NL>,
-    /// When the plan in force began, on the clock of the estimates [s].
-    began: f64,
+    /// When the plan of the last step begins [s]; by it another plan is known.
+    begins: Option<f64>,
     cursor: Cursor<NL>,
     integrals: Errors<NL>,
     /// What the wrist camera has found the position to be off by.
     offset: Offset,
     /// When the turn to the estimated target began to be faded in; the first step's time.
     first: Option<f64>,
-    /// Time of the last step [s].
-    last: f64,
-    /// What was commanded last, for a swap without a jump.
+    /// Time of the last step [s]; none before the first.
+    last: Option<f64>,
+    /// What was commanded last, for a change of plans without a jump.
     commanded: (Vector3<f64>, Control<NL>),
     /// By how much the command of the new plan jumped, and when; it is faded out.
     jump: Option<Jump<NL>>,
@@ -102,46 +120,24 @@ struct Jump<const NL: usize> {
     at: Option<f64>,
 }
 
-impl<'m, const NL: usize> Guidance<'m, NL> {
-    /// Size in bytes of its state, the plan in force included.
+impl<const NL: usize> Guidance<NL> {
+    /// Size in bytes of its state.
     pub const BYTES: usize = size_of::<Self>();
 
-    /// Begins to fly `plan`, whose first node is at time `began` [s] on the clock of the estimates.
-    pub fn new(
-        mission: &'m Valid<Mission<NL>>,
-        settings: Valid<GuidanceSettings>,
-        plan: &FlightPlan<NL>,
-        began: f64,
-    ) -> Self {
+    /// Nothing flown yet.
+    pub fn new(settings: Valid<GuidanceSettings>) -> Self {
         Self {
-            mission,
             settings: settings.into_inner(),
-            plan: *plan,
-            began,
+            begins: None,
             cursor: Cursor::START,
             integrals: Errors::ZERO,
             offset: Offset::default(),
             first: None,
-            last: began,
+            last: None,
             commanded: (Vector3::zeros(), Control::ZERO),
             jump: None,
             asked: None,
         }
-    }
-
-    /// The plan in force, and when it began [s].
-    pub fn plan(&self) -> (&FlightPlan<NL>, f64) {
-        (&self.plan, self.began)
-    }
-
-    /// Puts another plan in force, which began at `began` [s]. Integrals go on, and what the command would
-    /// jump by is faded out. The caller sees to it that the plan is verified.
-    pub fn swap(&mut self, plan: &FlightPlan<NL>, began: f64) {
-        (self.plan, self.began) = (*plan, began);
-        self.cursor = Cursor::START;
-        self.asked = self.asked.filter(|asked| *asked == Request::Abort);
-        let (force, control) = self.commanded;
-        self.jump = Some(Jump { force, control, at: None });
     }
 
     /// Asks for another plan: the next steps say that it is wanted.
@@ -149,57 +145,77 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
         self.asked = self.asked.or(Some(Request::Replan));
     }
 
-    /// Leaves the target, from the next step on. There is no way back but another `Guidance`.
+    /// Leaves the target, from the next step on; the only way back is another `Guidance`.
     pub fn abort(&mut self) {
         self.asked = Some(Request::Abort);
     }
 
-    /// One step: what the actuators are to do from the estimate's time to the next step's.
+    /// One step along `plan`: what the actuators are to do from the estimate's time to the next step's.
+    ///
+    /// A plan that begins at another time than that of the step before takes over from it: integrals go on,
+    /// and what the command would jump by is faded out. The caller sees to it that plans are verified.
     ///
     /// Cost: five evaluations of the dynamics, one of the inverse dynamics; see `docs/audit` for
     /// instructions. An estimate that is no number leaves what is planned as it stands
     /// ([`FlightMode::Degraded`]).
-    pub fn step(&mut self, estimate: &Estimate<NL>, limits: &Limits<NL>) -> Command<NL> {
+    pub fn step(
+        &mut self,
+        mission: &Valid<Mission<NL>>,
+        plan: &FlightPlan<NL>,
+        estimate: &Estimate<NL>,
+        limits: &Limits<NL>,
+    ) -> Command<NL> {
+        self.notice(plan);
         if !estimate.is_finite() {
-            return self.blind(limits);
+            return self.blind(mission, plan, limits);
         }
         let now = estimate.time;
-        let since = clamp(now - self.last, 0.0, LONGEST_STEP);
-        self.last = now;
-        let mission = self.mission;
-        let planned = self.cursor.at(&self.plan, mission, now - self.began);
+        let since = clamp(now - self.last.unwrap_or(now), 0.0, LONGEST_STEP);
+        self.last = Some(now);
+        let planned = self.cursor.at(plan, mission, now - plan.begins);
+        if !planned.is_finite() {
+            return self.blind(mission, plan, limits);
+        }
         let turn = Turn::new(&planned.target, &estimate.target, self.faded_in(now));
         let mut wanted = turn.apply(&planned);
         let body = Multibody::new(mission);
-        let tracking = Tracking {
-            body,
-            mean_motion: mission.mean_motion(),
-            settings: &self.settings,
-            limits,
-            since,
-        };
+        let mean_motion = mission.mean_motion();
+        let tracking = Tracking { body, mean_motion, settings: &self.settings, limits, since };
         if self.asked == Some(Request::Abort) {
             let effort = tracking.escape(estimate);
             return self.command(FlightMode::Abort, None, &wanted, &effort, turn.angle);
         }
-        if let Some(seen) = self.seen_by_camera(&body, estimate) {
+        if let Some(seen) = seen_by_camera(mission, &body, estimate) {
             self.offset.seen = seen;
         }
         self.offset.follow(&mut wanted, self.settings.camera, since);
         let mut effort = tracking.effort(&wanted, estimate, &mut self.integrals);
         self.fade_out_jump(&mut effort, limits, now);
         let error = effort.errors.sizes(turn.angle);
-        let reason = self.reason(&error, now);
-        let mode = if now - self.began >= self.plan.duration() {
+        let age = now - plan.begins;
+        let reason = self.reason(&error, age, plan.duration() - age);
+        let mode = if age >= plan.duration() {
             FlightMode::Done
-        } else if !planned.is_finite() {
-            return self.blind(limits);
         } else if reason.is_some() {
             FlightMode::ReplanWanted
         } else {
             FlightMode::Track
         };
         self.command(mode, reason, &wanted, &effort, turn.angle)
+    }
+
+    /// Notices another plan.
+    fn notice(&mut self, plan: &FlightPlan<NL>) {
+        if self.begins == Some(plan.begins) {
+            return;
+        }
+        self.cursor = Cursor::START;
+        self.asked = self.asked.filter(|asked| *asked == Request::Abort);
+        if self.begins.is_some() {
+            let (force, control) = self.commanded;
+            self.jump = Some(Jump { force, control, at: None });
+        }
+        self.begins = Some(plan.begins);
     }
 
     fn command(
@@ -224,14 +240,18 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
     }
 
     /// What the plan asks for as it stands, without feedback, where nothing is known.
-    fn blind(&mut self, limits: &Limits<NL>) -> Command<NL> {
-        let planned = self.cursor.at(&self.plan, self.mission, self.last - self.began);
-        let free =
-            hcw_acceleration(self.mission.mean_motion(), &planned.position, &planned.velocity);
-        let mass = self.mission.servicer.total_mass();
-        let none = Control::ZERO;
+    fn blind(
+        &mut self,
+        mission: &Mission<NL>,
+        plan: &FlightPlan<NL>,
+        limits: &Limits<NL>,
+    ) -> Command<NL> {
+        let time = self.last.map_or(0.0, |last| last - plan.begins);
+        let planned = self.cursor.at(plan, mission, time);
+        let free = hcw_acceleration(mission.mean_motion(), &planned.position, &planned.velocity);
+        let mass = mission.servicer.total_mass();
         let (force, _) = limits.force(&((planned.acceleration - free) * mass), &Vector3::zeros());
-        let (control, _) = limits.torques(&planned.control, &none);
+        let (control, _) = limits.torques(&planned.control, &Control::ZERO);
         let effort = Effort { force, control, share: [0.0; 2], errors: Errors::ZERO };
         self.command(FlightMode::Degraded, None, &planned, &effort, 0.0)
     }
@@ -248,19 +268,6 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
     fn share_of_turn(&self, now: f64) -> f64 {
         let s = clamp((now - self.first.unwrap_or(now)) / self.settings.fade[1], 0.0, 1.0);
         s * s * (3.0 - 2.0 * s)
-    }
-
-    /// By how much the end effector is elsewhere than navigation says, where the wrist camera sees it.
-    fn seen_by_camera(
-        &self,
-        body: &Multibody<'_, NL>,
-        estimate: &Estimate<NL>,
-    ) -> Option<Vector3<f64>> {
-        let seen = estimate.wrist?;
-        let (center, _) = body.center_of_mass(&estimate.state);
-        let tip = estimate.position + center + body.end_effector(&estimate.state).position;
-        let target = quaternion::rotation_matrix(&estimate.target.attitude);
-        Some(seen - (tip - target * self.mission.target.port_position))
     }
 
     /// Adds what is left of the jump from the plan before.
@@ -288,14 +295,12 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
         effort.control = limits.torques(&effort.control, &control).0;
     }
 
-    /// Why another plan is wanted.
-    fn reason(&self, error: &TrackingError, now: f64) -> Option<Reason> {
+    /// Why another plan is wanted, at this age of the plan in force and with so much time left [s].
+    fn reason(&self, error: &TrackingError, age: f64, left: f64) -> Option<Reason> {
         let triggers = &self.settings.triggers;
-        let age = now - self.began;
-        if self.plan.duration() - age < triggers.last {
-            return None;
-        }
-        if self.asked == Some(Request::Replan) {
+        if left < triggers.last {
+            None
+        } else if self.asked == Some(Request::Replan) {
             Some(Reason::Caller)
         } else if error.target > triggers.target {
             Some(Reason::Tumble)
@@ -307,4 +312,17 @@ impl<'m, const NL: usize> Guidance<'m, NL> {
             None
         }
     }
+}
+
+/// By how much the end effector is elsewhere than navigation says, where the wrist camera sees it [m].
+fn seen_by_camera<const NL: usize>(
+    mission: &Mission<NL>,
+    body: &Multibody<'_, NL>,
+    estimate: &Estimate<NL>,
+) -> Option<Vector3<f64>> {
+    let seen = estimate.wrist?;
+    let (center, _) = body.center_of_mass(&estimate.state);
+    let tip = estimate.position + center + body.end_effector(&estimate.state).position;
+    let target = quaternion::rotation_matrix(&estimate.target.attitude);
+    Some(seen - (tip - target * mission.target.port_position))
 }

@@ -1,10 +1,11 @@
 //! What the next plan begins from.
 
+use super::flight_plan::Cursor;
 use super::turn::Turn;
-use super::{Estimate, FlightPlan, Guidance};
+use super::{Estimate, FlightPlan, Guidance, MAX_REFERENCE_STEPS};
 use crate::dynamics::Multibody;
 use crate::math::quaternion;
-use crate::model::{Scenario, TargetState};
+use crate::model::{Mission, Scenario, TargetState};
 use crate::planner::Nominal;
 
 /// What the next plan begins from: the scenario of the time that is left, and the plan in force as its guess.
@@ -20,28 +21,33 @@ pub struct Replan<const NL: usize> {
     pub begins: f64,
 }
 
-impl<const NL: usize> Guidance<'_, NL> {
+impl<const NL: usize> Guidance<NL> {
     /// What a plan begins from that takes over `lead` [s] after the estimate: as long as planning may take.
     ///
     /// The servicer is expected to stay as far from the plan in force until then as it is now, and the
     /// target to go on as its model says.
     /// `None` where nothing is left to plan, or the estimate is no number. Cost: that of a step, and the
     /// motion over `lead`.
-    pub fn replan(&self, estimate: &Estimate<NL>, lead: f64) -> Option<Replan<NL>> {
+    pub fn replan(
+        &self,
+        mission: &Mission<NL>,
+        plan: &FlightPlan<NL>,
+        estimate: &Estimate<NL>,
+        lead: f64,
+    ) -> Option<Replan<NL>> {
         if !(estimate.is_finite() && lead >= 0.0) {
             return None;
         }
-        let (plan, mission) = (&self.plan, self.mission);
         let begins = estimate.time + lead;
-        let elapsed = begins - self.began;
+        let elapsed = begins - plan.begins;
         let (duration, nodes) = plan.nominal.left(elapsed);
         if !(duration > 0.0 && elapsed >= 0.0) {
             return None;
         }
-        let mut cursor = self.cursor;
-        let now = cursor.at(plan, mission, estimate.time - self.began);
+        let mut cursor = Cursor::START;
+        let now = cursor.at(plan, mission, estimate.time - plan.begins);
         let then = cursor.at(plan, mission, elapsed);
-        let target = self.target_after(estimate, lead);
+        let target = target_after(mission, plan, estimate, lead);
         let share = [self.share_of_turn(estimate.time), 0.0];
         let now = Turn::new(&now.target, &estimate.target, share).apply(&now);
         let then_turn = Turn::new(&then.target, &target, share);
@@ -70,14 +76,17 @@ impl<const NL: usize> Guidance<'_, NL> {
         };
         Some(Replan { scenario, nominal: turned(plan, &then_turn), elapsed, begins })
     }
+}
 
-    /// The estimated target after `lead` [s].
-    fn target_after(&self, estimate: &Estimate<NL>, lead: f64) -> TargetState {
-        let n = self.mission.mean_motion();
-        let has_gradient = self.plan.has_gradient();
-        let steps = super::MAX_REFERENCE_STEPS;
-        self.mission.target.after(has_gradient, n, &estimate.target, lead, steps)
-    }
+/// The estimated target after `lead` [s].
+fn target_after<const NL: usize>(
+    mission: &Mission<NL>,
+    plan: &FlightPlan<NL>,
+    estimate: &Estimate<NL>,
+    lead: f64,
+) -> TargetState {
+    let (n, steps) = (mission.mean_motion(), MAX_REFERENCE_STEPS);
+    mission.target.after(plan.has_gradient(), n, &estimate.target, lead, steps)
 }
 
 /// A plan's motion turned as a whole.
