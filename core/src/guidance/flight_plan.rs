@@ -139,7 +139,7 @@ impl<const NL: usize> FlightPlan<NL> {
     }
 
     /// Its nodes and what holds at them.
-    pub(super) fn grid(&self) -> &Grid {
+    pub fn grid(&self) -> &Grid {
         &self.grid
     }
 

@@ -6,6 +6,7 @@
 //! a whole where it meets limits. Planning again is the caller's, who is told when, and hands the
 //! new plan over. No allocation, no panic; the same input gives the same bits on every target.
 
+mod closing;
 mod estimate;
 mod flight_plan;
 mod replanning;
@@ -14,6 +15,7 @@ mod settings;
 mod tracking;
 mod turn;
 
+pub use closing::Closing;
 pub use estimate::{Command, Estimate, FlightMode, Limits, Reason, TrackingError};
 pub(crate) use flight_plan::MAX_REFERENCE_STEPS;
 pub use flight_plan::{FlightPlan, NotFlyable, Reference};
@@ -189,6 +191,7 @@ impl<const NL: usize> Guidance<NL> {
             self.offset.seen = seen;
         }
         self.offset.follow(&mut wanted, self.settings.camera, since);
+        closing::add(&mut wanted, &self.settings, mission, &estimate.target, plan.left(now));
         let mut effort = tracking.effort(&wanted, estimate, &mut self.integrals);
         self.fade_out_jump(&mut effort, limits, now);
         let error = effort.errors.sizes(turn.angle);

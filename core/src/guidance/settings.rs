@@ -1,5 +1,6 @@
 //! Settings of guidance.
 
+use super::Closing;
 use remora_qp::{InvalidSetting, Validate};
 
 /// Bandwidths of the feedback, and when another plan is wanted. The defaults are for the servicer of
@@ -22,6 +23,8 @@ pub struct GuidanceSettings {
     pub fade: [f64; 2],
     /// Of the offset that the wrist camera measures [rad/s].
     pub camera: f64,
+    /// The last way along the port's axis.
+    pub closing: Closing,
     /// When another plan is wanted.
     pub triggers: Triggers,
 }
@@ -63,6 +66,7 @@ impl GuidanceSettings {
         integral_limit: [0.05, 0.05],
         fade: [20.0, 120.0],
         camera: 0.05,
+        closing: Closing::DEFAULT,
         triggers: Triggers::NEVER,
     };
 }
@@ -80,6 +84,7 @@ impl Validate for GuidanceSettings {
         let finite = |x: f64| x > 0.0 && x < f64::INFINITY;
         let sound = |x: f64| (0.0..f64::INFINITY).contains(&x);
         let triggers = &self.triggers;
+        let [begins, there, ends] = self.closing.times;
         let checks = [
             (finite(self.translation), "translation", "positive"),
             (finite(self.attitude), "attitude", "positive"),
@@ -89,6 +94,12 @@ impl Validate for GuidanceSettings {
             (self.integral_limit.into_iter().all(sound), "integral_limit", "not negative"),
             (self.fade.into_iter().all(finite), "fade", "positive"),
             (finite(self.camera), "camera", "positive"),
+            (sound(self.closing.distance), "closing.distance", "not negative"),
+            (
+                0.0 < ends && ends <= there && there < begins && begins < f64::INFINITY,
+                "closing.times",
+                "falling and positive",
+            ),
             (triggers.age > 0.0, "triggers.age", "positive"),
             (triggers.position > 0.0, "triggers.position", "positive"),
             (triggers.attitude > 0.0, "triggers.attitude", "positive"),
@@ -122,6 +133,9 @@ mod tests {
         assert_eq!(named(|s| s.integral_limit[1] = f64::NAN), "integral_limit");
         assert_eq!(named(|s| s.fade[0] = 0.0), "fade");
         assert_eq!(named(|s| s.camera = 0.0), "camera");
+        assert_eq!(named(|s| s.closing.distance = -1.0), "closing.distance");
+        assert_eq!(named(|s| s.closing.times = [100.0, 150.0, 50.0]), "closing.times");
+        assert_eq!(named(|s| s.closing.times[2] = 0.0), "closing.times");
         assert_eq!(named(|s| s.triggers.age = 0.0), "triggers.age");
         assert_eq!(named(|s| s.triggers.position = f64::NAN), "triggers.position");
         assert_eq!(named(|s| s.triggers.attitude = -1.0), "triggers.attitude");

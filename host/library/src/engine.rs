@@ -8,13 +8,13 @@ use crate::memory::on_heap;
 use crate::method::{Deadline, Integrator, Method, Qp};
 use crate::threads::Threads;
 use remora_core::advanced::dynamics::{Control, State};
-use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::model::{Mission, Refusal, Scenario};
 use remora_core::advanced::planner::{
-    self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Options, PlanSettings, Platform,
-    Report, Solver, Workspace,
+    self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Nominal, Options, PlanSettings,
+    Platform, Report, Solver, Workspace,
 };
 use remora_core::advanced::stages::{
-    LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
+    LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
 };
 use remora_core::advanced::time::{Clock, Deadline as Until};
 use remora_core::nalgebra::SVector;
@@ -75,6 +75,18 @@ pub trait Build<const M: usize, const NX: usize, const NU: usize> {
         watch: &mut dyn FnMut(Solved<'_, NX, NU>),
     ) -> Report;
 
+    /// Plans with the embedded solver what is left of a plan in force, which is the guess, with no deadline.
+    ///
+    /// # Errors
+    /// A scenario that is refused before planning.
+    fn replan(
+        &mut self,
+        mission: &Mission<M>,
+        scenario: &Scenario<M>,
+        integrator: Integrator,
+        guess: (&Nominal<M>, f64),
+    ) -> Result<Report, Refusal>;
+
     /// Runs the independent verifier.
     fn verify(
         mission: &Mission<M>,
@@ -118,6 +130,25 @@ macro_rules! build {
                 };
                 let mut solver = Recorder::new(solver, watch);
                 run(mission, scenario, task, &mut solver, &mut self.workspace)
+            }
+
+            fn replan(
+                &mut self,
+                mission: &Mission<{ $joints }>,
+                scenario: &Scenario<{ $joints }>,
+                integrator: Integrator,
+                (plan, elapsed): (&Nominal<{ $joints }>, f64),
+            ) -> Result<Report, Refusal> {
+                mission.check::<NODES>(scenario, integrator)?;
+                let settings = PlanSettings::new(Mode::Optimal, integrator);
+                let guess = InitialGuess::Nominal { plan, elapsed };
+                let options = Options::from_parts(settings, guess, Platform::BARE);
+                let mut solver: &mut dyn Solver<
+                    { size::states($joints) },
+                    { size::controls($joints) },
+                > = &mut *self.embedded;
+                let workspace = &mut self.workspace;
+                Ok(planner::plan(mission, scenario, &options, &mut solver, workspace))
             }
 
             fn verify(
