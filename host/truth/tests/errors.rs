@@ -71,9 +71,9 @@ fn look(world: &World<3>, seen: &mut Seen) {
     add("wrist_camera", vector(told.wrist_camera));
 }
 
-/// Whether anything is different by more than rounding.
+/// Whether anything is different by more than integration does where its steps end elsewhere.
 fn moved(a: &[f64], b: &[f64]) -> bool {
-    a.len() != b.len() || a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-9 * b.abs() + 1e-12)
+    a.len() != b.len() || a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-8 * b.abs() + 1e-9)
 }
 
 /// The series that are different.
@@ -168,7 +168,7 @@ fn every_key_moves_what_it_should_and_nothing_else() {
     let tree = serde_json::to_value(&errors).unwrap();
     let mut paths = vec![];
     keys(&tree, "", &mut paths);
-    assert_eq!(paths.len(), 66, "a new key needs a line in `expected`: {paths:#?}");
+    assert_eq!(paths.len(), 69, "a new key needs a line in `expected`: {paths:#?}");
     let before = fly(&errors, 2);
     assert!(before.sensors["wrist_camera"][0] >= 0.0, "the camera sees the port");
     for path in paths {
@@ -285,12 +285,11 @@ fn quantities_read_back_spread_as_the_errors_say() {
         assert!((spread / deviation - 1.0).abs() < 0.12, "{name}: deviation {spread}");
     }
     // No two of all numbers drawn are correlated but for those that are one draw.
+    let classes = ["wheels", "joints", "orbit.d"];
     let all: Vec<(&String, Vec<f64>)> = rows
         .iter()
         .map(|(name, values)| (name, values, spread(values)))
-        .filter(|(name, _, s)| {
-            s.1 > 0.0 && ["wheels", "joints", "orbit.d"].iter().any(|p| name.starts_with(p))
-        })
+        .filter(|(name, _, s)| s.1 > 0.0 && classes.iter().any(|p| name.starts_with(p)))
         .map(|(name, values, s)| (name, values.iter().map(|v| (v - s.0) / s.1).collect()))
         .collect();
     for (i, a) in all.iter().enumerate() {

@@ -114,7 +114,8 @@ fn how_a_flight_is_cut_into_calls_changes_rounding_only() {
         let mut world = World::new(&setup, &common::quiet()).unwrap();
         for step in 1..=steps {
             let time = 1200.0 * f64::from(step) / f64::from(steps);
-            world.advance(time, &Command { axes: Axes::Inertial, ..command(0.0) }).unwrap();
+            let joints = JointCommand::Torque([0.0; 3]);
+            world.advance(time, &Command { joints, ..command(0.0) }).unwrap();
         }
         world.view().tip
     };
