@@ -79,7 +79,7 @@ pub fn matrix(q: &Quaternion) -> Matrix3<f64> {
 /// The matrix of a rotation about a unit axis, by Rodrigues.
 #[inline]
 pub fn about(axis: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
-    let (s, c) = (libm::sin(angle), libm::cos(angle));
+    let (s, c) = libm::sincos(angle);
     let (a, t) = (axis, 1.0 - c);
     Matrix3::new(
         t * a.x * a.x + c,
@@ -106,8 +106,29 @@ pub fn body_kinematics(q: &Quaternion, rate: &Vector3<f64>) -> Quaternion {
     product(q, &[0.5 * rate.x, 0.5 * rate.y, 0.5 * rate.z, 0.0])
 }
 
-/// Something resolved in body axes, turned: `R I R^T`.
+/// `a b`, spelt out: nalgebra's general product costs several times as much.
+#[inline]
+pub fn times(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
+    let column = |j: usize| {
+        let (x, y, z) = (b[(0, j)], b[(1, j)], b[(2, j)]);
+        Vector3::new(
+            a.m11 * x + a.m12 * y + a.m13 * z,
+            a.m21 * x + a.m22 * y + a.m23 * z,
+            a.m31 * x + a.m32 * y + a.m33 * z,
+        )
+    };
+    Matrix3::from_columns(&[column(0), column(1), column(2)])
+}
+
+/// A symmetric tensor of body axes in the axes that the rotation leads to: `R I R^T`.
 #[inline]
 pub fn turned(inertia: &Matrix3<f64>, rotation: &Matrix3<f64>) -> Matrix3<f64> {
-    rotation * inertia * rotation.transpose()
+    let (t, r) = (times(rotation, inertia), rotation);
+    let xx = t.m11 * r.m11 + t.m12 * r.m12 + t.m13 * r.m13;
+    let xy = t.m11 * r.m21 + t.m12 * r.m22 + t.m13 * r.m23;
+    let xz = t.m11 * r.m31 + t.m12 * r.m32 + t.m13 * r.m33;
+    let yy = t.m21 * r.m21 + t.m22 * r.m22 + t.m23 * r.m23;
+    let yz = t.m21 * r.m31 + t.m22 * r.m32 + t.m23 * r.m33;
+    let zz = t.m31 * r.m31 + t.m32 * r.m32 + t.m33 * r.m33;
+    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }

@@ -89,11 +89,14 @@ impl<const NL: usize> State for ServicerState<NL> {
                 sum.momenta[j] += weight * slope.momenta[j];
             }
         }
-        Self {
-            base: core::array::from_fn(|i| self.base[i] + scale * sum.base[i]),
-            angles: core::array::from_fn(|j| self.angles[j] + scale * sum.angles[j]),
-            momenta: core::array::from_fn(|j| self.momenta[j] + scale * sum.momenta[j]),
+        for i in 0..16 {
+            sum.base[i] = self.base[i] + scale * sum.base[i];
         }
+        for j in 0..NL {
+            sum.angles[j] = self.angles[j] + scale * sum.angles[j];
+            sum.momenta[j] = self.momenta[j] + scale * sum.momenta[j];
+        }
+        sum
     }
 
     #[inline]
@@ -186,9 +189,11 @@ impl<const NL: usize> Motion<'_, NL> {
             moment: field.gradient_moment(inertia),
         };
         let bus = wrench(vehicle.bus.mass, &now.pose.bus_center, &now.matrix.bus);
-        let links = core::array::from_fn(|j| {
-            wrench(vehicle.joints[j].link.mass, &now.pose.centers[j], &now.matrix.links[j])
-        });
+        let mut links = [zero; NL];
+        for j in 0..NL {
+            let mass = vehicle.joints[j].link.mass;
+            links[j] = wrench(mass, &now.pose.centers[j], &now.matrix.links[j]);
+        }
         (bus, links)
     }
 

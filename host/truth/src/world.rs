@@ -2,7 +2,7 @@
 
 use crate::actuators::{Actuators, Command, JointCommand, Moment, limited};
 use crate::dispersion::Dispersion;
-use crate::dop853::{Dop853, IntegrationError, Tolerance};
+use crate::dop853::{Dop853, Equation, IntegrationError, Tolerance};
 use crate::errors::ErrorsFault;
 use crate::gravity::{EARTH_MU, Environment};
 use crate::multibody::{Multibody, Rates};
@@ -158,6 +158,16 @@ impl<const NL: usize> World<NL> {
         self.integrator.steps()
     }
 
+    /// One evaluation of the dynamics at this instant: the derivative of the servicer's state under
+    /// a command. For measuring its time.
+    #[doc(hidden)]
+    pub fn slope(&mut self, command: &Command<NL>) -> ServicerState<NL> {
+        let held = self.hold(command, self.time);
+        let motion =
+            Motion { body: &self.body, environment: &self.environment, track: &self.track, held };
+        motion.slope(self.time, &self.state)
+    }
+
     pub(crate) fn locked(&self) -> [bool; NL] {
         self.actuators.locked(self.time)
     }
@@ -205,6 +215,7 @@ impl<const NL: usize> World<NL> {
         (time, state): (f64, ServicerState<NL>),
         end: f64,
     ) -> Result<ServicerState<NL>, IntegrationError> {
+        // Named field by field: the integrator is lent for writing at the same time.
         let motion = Motion {
             body: &self.body,
             environment: &self.environment,

@@ -60,10 +60,15 @@ impl<const N: usize> Segment<[f64; N]> {
     #[inline]
     pub fn part<const K: usize>(&self, first: usize, time: f64) -> [f64; K] {
         let weights = self.weights(time);
-        core::array::from_fn(|i| {
-            let terms = weights.iter().zip(&self.terms);
-            terms.fold(0.0, |sum, (weight, term)| sum + weight * term[first + i])
-                + self.before[first + i]
-        })
+        let mut sum = [0.0; K];
+        for (weight, term) in weights.iter().zip(&self.terms) {
+            for i in 0..K {
+                sum[i] += weight * term[first + i];
+            }
+        }
+        for i in 0..K {
+            sum[i] += self.before[first + i];
+        }
+        sum
     }
 }

@@ -36,7 +36,10 @@ impl<const N: usize> State for [f64; N] {
                 sum[i] += weight * slopes[stage][i];
             }
         }
-        core::array::from_fn(|i| self[i] + scale * sum[i])
+        for i in 0..N {
+            sum[i] = self[i] + scale * sum[i];
+        }
+        sum
     }
 
     #[inline]

@@ -1,5 +1,5 @@
 use super::Multibody;
-use crate::rotation::{Quaternion, about, matrix};
+use crate::rotation::{Quaternion, about, matrix, times};
 use nalgebra::{Matrix3, Vector3};
 
 /// Where all bodies are, relative to the system's centre of mass, inertial axes.
@@ -42,7 +42,7 @@ impl<const NL: usize> Multibody<NL> {
             let joint = &vehicle.joints[j];
             place += rotation * joint.pivot;
             axes[j] = rotation * joint.axis;
-            rotation *= about(&joint.axis, angles[j]);
+            rotation = times(&rotation, &about(&joint.axis, angles[j]));
             (rotations[j], pivots[j]) = (rotation, place);
             centers[j] = place + rotation * joint.link.center;
             sum += centers[j] * joint.link.mass;
