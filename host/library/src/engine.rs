@@ -231,7 +231,7 @@ where
 }
 
 /// A motion of the first `M` joints; those that it does not have stand at zero.
-fn resized<const NL: usize, const M: usize>(
+pub fn resized<const NL: usize, const M: usize>(
     motion: &ReorientationTrajectory<NODES, NL>,
 ) -> ReorientationTrajectory<NODES, M> {
     fn joints<const NL: usize, const M: usize>(from: &SVector<f64, NL>) -> SVector<f64, M> {
