@@ -211,22 +211,8 @@ fn without_errors_the_truth_is_the_nominal_world() {
 fn one_sources_numbers_do_not_depend_on_the_others() {
     let all = fly(&Errors::typical(), 4).read_back;
     for class in Class::ALL {
-        // One class alone, and all but one.
-        let mut alone = Errors::none();
-        let mut without = Errors::typical().scaled(class, 0.0);
-        without.faults = Faults::default();
-        match class {
-            Class::Navigation => alone.navigation = Errors::typical().navigation,
-            Class::Thrusters => alone.thrusters = Errors::typical().thrusters,
-            Class::Torques => {
-                alone.wheels = Errors::typical().wheels;
-                alone.joints = Errors::typical().joints;
-            }
-            Class::Mass => alone.mass = Errors::typical().mass,
-            Class::Tumble => alone.tumble = Errors::typical().tumble,
-            Class::Geometry => alone.geometry = Errors::typical().geometry,
-            Class::Orbit => alone.orbit = Errors::typical().orbit,
-        }
+        let alone = Errors::typical().only(class);
+        let without = Errors::typical().scaled(class, 0.0);
         let (alone, without) = (fly(&alone, 4).read_back, fly(&without, 4).read_back);
         let none = fly(&Errors::none(), 4).read_back;
         for (name, value) in &all {
@@ -370,8 +356,8 @@ fn numbers_that_make_no_sense_are_refused_by_name() {
         let dispersion = Dispersion { errors, seed: 1, run: 1 };
         World::new(&common::setup(common::servicer()), &dispersion).unwrap_err().to_string()
     };
-    assert!(refused(&|e| e.mass.inertia = -0.1).starts_with("mass"));
-    assert!(refused(&|e| e.wheels.noise_n_m = f64::NAN).starts_with("wheels"));
+    assert!(refused(&|e| e.mass.inertia = -0.1).starts_with("mass.inertia is -0.1"));
+    assert!(refused(&|e| e.wheels.noise_n_m = f64::NAN).starts_with("wheels.noise_n_m"));
     assert!(refused(&|e| e.sensors.bus_rate.rate_hz = 0.0).starts_with("sensors.bus_rate"));
     assert!(refused(&|e| e.thrusters.period_s = 0.0).starts_with("thrusters.period_s"));
     assert!(refused(&|e| e.sensors.velocity.delay_s = -1.0).starts_with("sensors.velocity"));
