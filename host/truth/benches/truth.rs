@@ -9,14 +9,10 @@ use remora_truth::{Axes, Command, Dispersion, Environment, Errors, JointCommand,
 use std::hint::black_box;
 
 fn slope(c: &mut Criterion) {
-    let world = World::new(&common::setup(common::servicer()), &common::quiet()).unwrap();
+    let mut world = World::new(&common::setup(common::servicer()), &common::quiet()).unwrap();
     let command = Command::default();
     c.bench_function("slope, three joints", |b| {
-        b.iter_batched_ref(
-            || world.clone(),
-            |world| black_box(world.slope(black_box(&command))),
-            BatchSize::LargeInput,
-        );
+        b.iter(|| black_box(world.slope(black_box(&command))));
     });
 }
 

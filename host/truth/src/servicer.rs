@@ -7,7 +7,7 @@ use crate::multibody::{MassMatrix, Momenta, Multibody, Pose, Rates, Wrench};
 use crate::orbit::Rtn;
 use crate::rotation::{Quaternion, kinematics};
 use crate::target::Track;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// State of the servicer: position and velocity of the centre of mass relative to the target's,
 /// inertial axes [m], [m/s]; attitude of the bus; angular momentum, inertial axes, and momentum of
@@ -127,7 +127,7 @@ pub struct Held<const NL: usize> {
     /// Its axes.
     pub axes: Axes,
     /// From commanded to given force, in bus axes.
-    pub thrusters: nalgebra::Matrix3<f64>,
+    pub thrusters: Matrix3<f64>,
     /// Torque of the wheels on the bus, bus axes [N m].
     pub bus_torque: Vector3<f64>,
     /// Disturbing moment on the bus, bus axes [N m].
@@ -176,7 +176,8 @@ impl<const NL: usize> Motion<'_, NL> {
         &self,
         center: &Vector3<f64>,
         state: &ServicerState<NL>,
-        now: &Instant<NL>,
+        pose: &Pose<NL>,
+        matrix: &MassMatrix<NL>,
     ) -> (Wrench, [Wrench; NL]) {
         let zero = Wrench { force: Vector3::zeros(), moment: Vector3::zeros() };
         if self.environment.mu == 0.0 {
@@ -188,19 +189,19 @@ impl<const NL: usize> Motion<'_, NL> {
             force: field.difference(&(position + place)) * mass,
             moment: field.gradient_moment(inertia),
         };
-        let bus = wrench(vehicle.bus.mass, &now.pose.bus_center, &now.matrix.bus);
+        let bus = wrench(vehicle.bus.mass, &pose.bus_center, &matrix.bus);
         let mut links = [zero; NL];
         for j in 0..NL {
             let mass = vehicle.joints[j].link.mass;
-            links[j] = wrench(mass, &now.pose.centers[j], &now.matrix.links[j]);
+            links[j] = wrench(mass, &pose.centers[j], &matrix.links[j]);
         }
         (bus, links)
     }
 
     /// The thrusters' force, inertial axes [N].
     #[inline]
-    fn thrust(&self, time: f64, now: &Instant<NL>) -> Vector3<f64> {
-        let (held, bus) = (&self.held, &now.pose.bus_rotation);
+    fn thrust(&self, time: f64, bus: &Matrix3<f64>) -> Vector3<f64> {
+        let held = &self.held;
         let command = match held.axes {
             Axes::Bus => held.force,
             Axes::Inertial => bus.tr_mul(&held.force),
@@ -228,20 +229,23 @@ impl<const NL: usize> Equation for Motion<'_, NL> {
     #[inline]
     fn slope(&self, time: f64, state: &ServicerState<NL>) -> ServicerState<NL> {
         let held = &self.held;
-        let now = self.body.instant(state, &held.locked);
-        let bus_axes = &now.pose.bus_rotation;
-        let (mut bus, links) = self.gravity(&self.track.position(time), state, &now);
-        let force = self.thrust(time, &now);
+        // Not as an `Instant`: that would be copied, some hundred instructions.
+        let pose = self.body.pose(&state.attitude(), &state.angles);
+        let matrix = self.body.mass_matrix(&pose);
+        let rates = matrix.rates(&state.momenta(), &held.locked);
+        let bus_axes = &pose.bus_rotation;
+        let (mut bus, links) = self.gravity(&self.track.position(time), state, &pose, &matrix);
+        let force = self.thrust(time, bus_axes);
         let arm = bus_axes * (self.body.vehicle.force_point - self.body.vehicle.bus.center);
         bus.force += force;
         bus.moment += arm.cross(&force) + bus_axes * (held.bus_torque + held.disturbance);
         if self.environment.wheel_momentum {
-            bus.moment -= now.rates.bus.cross(&(bus_axes * state.wheels()));
+            bus.moment -= rates.bus.cross(&(bus_axes * state.wheels()));
         }
         let (mut momenta, acceleration) =
-            self.body.momentum_rates(&now.pose, &now.matrix, &now.rates, (&bus, &links));
+            self.body.momentum_rates(&pose, &matrix, &rates, (&bus, &links));
         for j in 0..NL {
-            momenta.joints[j] += held.joints[j].torque(time, state.angles[j], now.rates.joints[j]);
+            momenta.joints[j] += held.joints[j].torque(time, state.angles[j], rates.joints[j]);
             if held.locked[j] {
                 momenta.joints[j] = 0.0;
             }
@@ -249,8 +253,8 @@ impl<const NL: usize> Equation for Motion<'_, NL> {
         ServicerState::new(
             &state.velocity(),
             &(acceleration + self.drag(time)),
-            &kinematics(&state.attitude(), &now.rates.bus),
-            now.rates.joints,
+            &kinematics(&state.attitude(), &rates.bus),
+            rates.joints,
             &momenta,
             &-held.bus_torque,
         )

@@ -15,6 +15,16 @@ pub struct ErrorsFault {
     pub wanted: &'static str,
 }
 
+/// Fields of a section with their keys.
+macro_rules! named {
+    ($errors:ident . $section:ident : $($field:ident),*) => {
+        vec![$((
+            concat!(stringify!($section), ".", stringify!($field)),
+            &mut $errors.$section.$field,
+        )),*]
+    };
+}
+
 const DEGREE: f64 = core::f64::consts::PI / 180.0;
 
 impl Errors {
@@ -90,76 +100,45 @@ impl Errors {
     /// One class's deviations and impulse bit times a factor; times, ranges and faults stay.
     #[must_use]
     pub fn scaled(mut self, class: Class, factor: f64) -> Self {
-        for value in self.deviations(class) {
+        for (_, value) in self.deviations(class) {
             *value *= factor;
         }
         self
     }
 
-    fn deviations(&mut self, class: Class) -> Vec<&mut f64> {
+    /// One class's errors alone: deviations of all others zero, nothing fails.
+    #[must_use]
+    pub fn only(mut self, class: Class) -> Self {
+        for other in Class::ALL.into_iter().filter(|other| *other != class) {
+            self = self.scaled(other, 0.0);
+        }
+        Self { faults: Faults::default(), ..self }
+    }
+
+    /// The numbers that scale with a class, with their keys.
+    fn deviations(&mut self, class: Class) -> Vec<(&'static str, &mut f64)> {
         match class {
-            Class::Navigation => {
-                let n = &mut self.navigation;
-                vec![
-                    &mut n.position_drift_m,
-                    &mut n.position_noise_m,
-                    &mut n.velocity_noise_m_s,
-                    &mut n.attitude_drift_rad,
-                    &mut n.target_attitude_drift_rad,
-                    &mut n.bus_rate_noise_rad_s,
-                    &mut n.target_rate_noise_rad_s,
-                    &mut n.wrist_camera_noise_m,
-                ]
-            }
+            Class::Navigation => named!(self.navigation: position_drift_m, position_noise_m,
+                velocity_noise_m_s, attitude_drift_rad, target_attitude_drift_rad,
+                bus_rate_noise_rad_s, target_rate_noise_rad_s, wrist_camera_noise_m),
             Class::Thrusters => {
-                let t = &mut self.thrusters;
-                vec![&mut t.scale, &mut t.direction_rad, &mut t.noise, &mut t.impulse_bit_n_s]
+                named!(self.thrusters: scale, direction_rad, noise, impulse_bit_n_s)
             }
             Class::Torques => {
-                let (w, j) = (&mut self.wheels, &mut self.joints);
-                vec![
-                    &mut w.scale,
-                    &mut w.bias_n_m,
-                    &mut w.noise_n_m,
-                    &mut j.scale,
-                    &mut j.bias_n_m,
-                    &mut j.friction_n_m,
-                    &mut j.angle_bias_rad,
-                    &mut j.angle_noise_rad,
-                    &mut j.rate_noise_rad_s,
-                ]
+                let mut all = named!(self.wheels: scale, bias_n_m, noise_n_m);
+                all.extend(named!(self.joints: scale, bias_n_m, friction_n_m, angle_bias_rad,
+                    angle_noise_rad, rate_noise_rad_s));
+                all
             }
             Class::Mass => {
-                let m = &mut self.mass;
-                vec![
-                    &mut m.mass,
-                    &mut m.inertia,
-                    &mut m.inertia_axes_rad,
-                    &mut m.bus_center_m,
-                    &mut m.link_center_m,
-                ]
+                named!(self.mass: mass, inertia, inertia_axes_rad, bus_center_m, link_center_m)
             }
             Class::Tumble => {
-                let t = &mut self.tumble;
-                vec![
-                    &mut t.rate,
-                    &mut t.rate_direction_rad,
-                    &mut t.attitude_rad,
-                    &mut t.inertia_ratio,
-                ]
+                named!(self.tumble: rate, rate_direction_rad, attitude_rad, inertia_ratio)
             }
-            Class::Geometry => {
-                let g = &mut self.geometry;
-                vec![&mut g.port_m, &mut g.arm_base_m, &mut g.wrist_camera_m]
-            }
+            Class::Geometry => named!(self.geometry: port_m, arm_base_m, wrist_camera_m),
             Class::Orbit => {
-                let o = &mut self.orbit;
-                vec![
-                    &mut o.eccentricity,
-                    &mut o.drag_m_s2,
-                    &mut o.disturbance_n_m,
-                    &mut o.target_disturbance_n_m,
-                ]
+                named!(self.orbit: eccentricity, drag_m_s2, disturbance_n_m, target_disturbance_n_m)
             }
         }
     }
@@ -172,11 +151,9 @@ impl Errors {
     pub fn check(&self, joints: usize) -> Result<(), ErrorsFault> {
         let mut copy = self.clone();
         for class in Class::ALL {
-            for value in copy.deviations(class) {
-                if !(*value >= 0.0 && value.is_finite()) {
-                    let wanted = "a deviation is finite and not negative";
-                    return Err(ErrorsFault { key: class.key(), value: *value, wanted });
-                }
+            for (key, value) in copy.deviations(class) {
+                let good = *value >= 0.0 && value.is_finite();
+                fits(key, *value, good, "must be finite and not negative")?;
             }
         }
         self.check_times()?;
@@ -252,19 +229,4 @@ fn fits(
     wanted: &'static str,
 ) -> Result<(), ErrorsFault> {
     if good { Ok(()) } else { Err(ErrorsFault { key, value, wanted }) }
-}
-
-impl Class {
-    /// The section of an errors file.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Navigation => "navigation",
-            Self::Thrusters => "thrusters",
-            Self::Torques => "wheels, joints",
-            Self::Mass => "mass",
-            Self::Tumble => "tumble",
-            Self::Geometry => "geometry",
-            Self::Orbit => "orbit",
-        }
-    }
 }
