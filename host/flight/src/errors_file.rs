@@ -75,7 +75,7 @@ mod tests {
         let (field, reason) = refused(|text| text.replace("attitude_rad = ", "attitude = "));
         assert!(field.contains("tumble") && reason.contains("attitude"), "{field}: {reason}");
         let (field, _) = refused(|text| text.replace("[mass]\nmass = 0.03", "[mass]\nmass = -1.0"));
-        assert_eq!(field, "mass");
+        assert_eq!(field, "mass.mass");
         let (_, reason) = refused(|text| text.replace("[mass]", "[mass"));
         assert!(!reason.is_empty());
     }
