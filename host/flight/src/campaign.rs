@@ -5,13 +5,15 @@
 //! DIR/flights.journal.jsonl    what was asked for, then a line a finished run
 //! DIR/flights.parquet          a row a run, when all are there
 //! DIR/flights.summary.json     statistics over the rows
+//! DIR/flights.html             all of it as one page
 //! DIR/history/RUN.parquet      runs that are kept, a row a second
 //! ```
 
-use crate::history;
+use crate::history::{self, Sample};
 use crate::keep::Keep;
 use crate::options::Options;
 use crate::pilot::{Pilot, Sortie};
+use crate::report;
 use crate::row::{Drawn, FlownRow, Row};
 use crate::statistics::Summary;
 use crate::until::Until;
@@ -33,7 +35,11 @@ pub const FLIGHTS: &str = "flights.json";
 const JOURNAL: &str = "flights.journal.jsonl";
 const TABLE: &str = "flights.parquet";
 const SUMMARY: &str = "flights.summary.json";
+const PAGE: &str = "flights.html";
 const FORMAT: &str = "remora-flights/1";
+
+/// Most runs that the page shows over time.
+const MOST_SHOWN: usize = 12;
 
 /// What is flown: all that a run depends on. It is the file [`FLIGHTS`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -263,11 +269,21 @@ impl Flights {
         write_atomically(&summary_file, text.as_bytes())?;
         let mut files = vec![table, summary_file];
         let mut pilot = Pilot::default();
+        let mut histories = Vec::new();
         for run in self.keep.chosen(&rows) {
             let Some(sortie) = &plans[(run / self.asked.runs) as usize].sortie else { continue };
-            files.push(keep_history(&self.out, &self.asked, sortie, &mut pilot, run)?);
+            let (file, samples) = keep_history(&self.out, &self.asked, sortie, &mut pilot, run)?;
+            files.push(file);
+            if histories.len() < MOST_SHOWN {
+                histories.push((run, samples));
+            }
         }
-        Ok(Results { rows, drawn, summary, files })
+        let mut results = Results { rows, drawn, summary, files };
+        let page = self.out.join(PAGE);
+        let text = report::page(&self.asked, &results, &histories)?;
+        write_atomically(&page, text.as_bytes())?;
+        results.files.push(page);
+        Ok(results)
     }
 }
 
@@ -287,7 +303,7 @@ pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
         return Err(Error::input(file, "verdict", "is not flyable: there was nothing to fly"));
     };
     make_directory(folder)?;
-    let history = keep_history(folder, &asked, sortie, &mut pilot, run)?;
+    let (history, _) = keep_history(folder, &asked, sortie, &mut pilot, run)?;
     let flown = pilot.fly(sortie, &asked.options.settings(), &asked.dispersion(run), None);
     let flown = flown.map_err(|error| wrong_world(&error))?;
     let row = Row { run, scenario: plan.id, flown: Some(FlownRow::from(&flown)) };
@@ -301,7 +317,7 @@ fn keep_history(
     sortie: &Sortie,
     pilot: &mut Pilot,
     run: u64,
-) -> Result<PathBuf, Error> {
+) -> Result<(PathBuf, Vec<Sample>), Error> {
     let mut samples = Vec::new();
     pilot
         .fly(sortie, &asked.options.settings(), &asked.dispersion(run), Some(&mut samples))
@@ -310,7 +326,7 @@ fn keep_history(
     make_directory(&folder)?;
     let file = folder.join(format!("{run}.parquet"));
     history::write(&file, &samples, run)?;
-    Ok(file)
+    Ok((file, samples))
 }
 
 /// A plan file of flights in `folder`; one that is not flyable has nothing to fly.

@@ -9,6 +9,7 @@ use remora_core::advanced::guidance::{
 };
 use remora_core::advanced::model::{Integrator, Mission, Scenario};
 use remora_core::prelude::Valid;
+use remora_host::choice::Choice;
 use remora_host::engine::{Build, Engine};
 use remora_truth::{
     Axes, Command as Act, Dispersion, JointCommand, Quantity, Setup, View, World, WorldError,
@@ -33,6 +34,42 @@ pub enum JointControl {
     Torque,
     /// By angle and rate references that loops of their own follow.
     Servo,
+}
+
+impl Choice for Controller {
+    const ALL: &'static [Self] = &[Self::Track, Self::Replan];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Track => "track",
+            Self::Replan => "replan",
+        }
+    }
+
+    fn help(self) -> &'static str {
+        match self {
+            Self::Track => "guidance tracks the plan",
+            Self::Replan => "guidance tracks the plan, and plans again",
+        }
+    }
+}
+
+impl Choice for JointControl {
+    const ALL: &'static [Self] = &[Self::Torque, Self::Servo];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Torque => "torque",
+            Self::Servo => "servo",
+        }
+    }
+
+    fn help(self) -> &'static str {
+        match self {
+            Self::Torque => "by torques",
+            Self::Servo => "by angle and rate references that loops of their own follow",
+        }
+    }
 }
 
 /// How a plan is flown.

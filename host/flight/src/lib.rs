@@ -9,7 +9,8 @@
 //! - [`options`], [`errors_file`]: how to fly, and what is wrong with the world, as files say it;
 //! - [`history`], [`pilot`]: a flight over time; flights of arms of any number of joints;
 //! - [`row`], [`statistics`]: flights as rows, and what many of them say;
-//! - [`keep`], [`until`], [`campaign`]: many flights over several threads, resumable.
+//! - [`keep`], [`until`], [`campaign`]: many flights over several threads, resumable;
+//! - [`report`]: flights as one page.
 #![forbid(unsafe_code)]
 
 pub mod campaign;
@@ -22,6 +23,7 @@ pub mod navigation;
 pub mod nominal;
 pub mod options;
 pub mod pilot;
+pub mod report;
 pub mod row;
 pub mod statistics;
 pub mod until;

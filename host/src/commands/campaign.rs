@@ -1,15 +1,17 @@
 //! `remora campaign`
 
 use super::Output;
+use super::flying::{FlyingArgs, Ready, RunsArgs};
 use super::options::{DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SetArgs};
 use super::progress::Bar;
 use crate::report;
 use remora_core::advanced::model::Mission;
-use remora_host::campaign::Campaign;
+use remora_host::campaign::{Campaign, Results};
 use remora_host::error::Error;
-use remora_host::formats::Verdict;
+use remora_host::formats::{Row, Verdict};
 use remora_host::with_joints;
-use std::path::PathBuf;
+use remora_truth::Errors;
+use std::path::{Path, PathBuf};
 
 /// Plan many scenarios over several threads; resumes what was interrupted.
 #[derive(Debug, clap::Args)]
@@ -31,6 +33,13 @@ pub(super) struct Args {
     /// Write the table as CSV too
     #[arg(long)]
     csv: bool,
+    /// Fly the plans too, in a world with these errors (*.errors.toml)
+    #[arg(long, value_name = "ERRORS")]
+    fly: Option<PathBuf>,
+    #[command(flatten)]
+    runs: RunsArgs,
+    #[command(flatten)]
+    flying: FlyingArgs,
     #[command(flatten)]
     json: JsonArgs,
     /// Directory of the results; made where it does not exist
@@ -44,6 +53,7 @@ Examples:
   remora campaign --count 300 --seed 1 --integrator euler --jobs 8 --plans --csv --out runs/b
   remora campaign --count 300 --seed 7 --warm-start model --model mine.model --out runs/mine
   remora campaign --count 300 --seed 1 --deadline 0.5 --jobs 1 --out runs/c
+  remora campaign --count 300 --seed 1 --fly mine.errors.toml --runs 4 --out runs/flown
 
 DIR gets results.parquet (--csv: results.csv too), summary.json, the scenarios and, with --plans, a
 plan a scenario. Interrupt it at any time: the same command goes on where it stopped. Results do not depend on the
@@ -55,7 +65,11 @@ the constraint's name as its reason.
 
 Scenarios that the model, or one that it descends from, has learnt from are refused.
 
-Exit status: 0 all optimal, 1 some are not flyable, 2 bad input, 3 all verified but some not converged.";
+With --fly every plan is kept and flown --runs times, and DIR gets what `remora fly` writes; the seed of the
+errors is that of the scenarios.
+
+Exit status: 0 all optimal, 1 some are not flyable (with --fly: not all captured), 2 bad input, 3 all
+verified but some not converged.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
@@ -69,6 +83,8 @@ impl Args {
 
     fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
         let chosen = self.set.chosen(&mission)?;
+        let errors = self.fly.as_deref().map(|file| errors_of_flights(file, &self.method, NL));
+        let errors = errors.transpose()?;
         let campaign = Campaign {
             mission,
             method: self.method.method_until(&self.deadline),
@@ -76,13 +92,47 @@ impl Args {
             scenarios: chosen.scenarios,
             seed: chosen.seed,
             jobs: self.jobs.jobs(),
-            save_plans: self.plans,
+            save_plans: self.plans || errors.is_some(),
             csv: self.csv,
-            out: self.out,
+            out: self.out.clone(),
         };
         let results = campaign.run(&mut Bar::named("campaign"))?;
+        if let Some(errors) = errors {
+            return self.flown(&campaign, &results, errors);
+        }
         let worst = results.rows.iter().map(|row| row.verdict).max().unwrap_or(Verdict::Optimal);
         Output::judged(report::campaign_report(&results), worst)
             .or_json(self.json.json, &results.summary)
     }
+
+    /// Flies what was planned.
+    fn flown<const NL: usize>(
+        &self,
+        campaign: &Campaign<NL>,
+        results: &Results,
+        errors: Errors,
+    ) -> Result<Output, Error> {
+        let there = |row: &&Row| !row.is_refused();
+        let plan = |row: &Row| Path::new("plans").join(format!("{}.plan.json", row.scenario));
+        let ready = Ready {
+            out: self.out.clone(),
+            plans: results.rows.iter().filter(there).map(plan).collect(),
+            joints: NL,
+            integrator: campaign.method.integrator,
+            runs: (self.runs.runs, campaign.seed.unwrap_or(0)),
+            jobs: campaign.jobs,
+        };
+        let (flown, is_well) = self.flying.fly(ready, errors)?;
+        let text = report::campaign_report(results) + "\n" + &report::flights_report(&flown);
+        Output::new(text, is_well).or_json(self.json.json, &flown.summary)
+    }
+}
+
+/// Errors of the flights of a campaign, whose plans can be flown.
+fn errors_of_flights(file: &Path, method: &MethodArgs, joints: usize) -> Result<Errors, Error> {
+    if !method.method().integrator.is_flown() {
+        let reason = "euler plans say nothing between their nodes; --fly takes rk4's";
+        return Err(Error::argument("--integrator", reason));
+    }
+    FlyingArgs::errors(Some(file), joints)
 }

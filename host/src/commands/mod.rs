@@ -11,7 +11,10 @@ mod dataset;
 mod documented;
 mod draw;
 mod envelope;
+mod errors;
 mod firmware;
+mod fly;
+mod flying;
 mod import;
 mod inject;
 #[cfg(feature = "training")]
@@ -26,6 +29,7 @@ mod progress;
 mod qp_export;
 mod quantise;
 mod reproduce;
+mod rerun;
 #[cfg(feature = "training")]
 mod train;
 
@@ -55,6 +59,7 @@ Examples:
   remora                                             plan a built-in scenario
   remora campaign --count 300 --seed 1 --out runs/a  plan 300 drawn scenarios
   remora check runs/pub-000.plan.json                verify a plan, whoever wrote it
+  remora fly runs/pub-000.plan.json --out runs/flown fly it in a world that it does not know
 
 A plan is one of three:
   optimal                     verified, and what was asked for was reached            exit status 0
@@ -71,6 +76,9 @@ enum Command {
     Profile(profile::Args),
     Campaign(campaign::Args),
     Check(check::Args),
+    Fly(fly::Args),
+    Rerun(rerun::Args),
+    Errors(errors::Args),
     Draw(draw::Args),
     Mission(mission::Args),
     Import(import::Args),
@@ -211,6 +219,9 @@ impl Command {
             Self::Profile(args) => args.run(),
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
+            Self::Fly(args) => args.run(),
+            Self::Rerun(args) => args.run(),
+            Self::Errors(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::Mission(args) => args.run(),
             Self::Import(args) => args.run(),

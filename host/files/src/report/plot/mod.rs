@@ -6,6 +6,7 @@ mod heat;
 mod lines;
 mod panels;
 mod points;
+mod scatter;
 
 pub use bars::Bars;
 pub use distributions::Distributions;
@@ -13,6 +14,7 @@ pub use heat::Heat;
 pub use lines::{Lines, Series};
 pub use panels::{Outline, Panel, Sheet};
 pub use points::Points;
+pub use scatter::Scatter;
 
 use crate::error::Error;
 use plotters::coord::Shift;

@@ -52,6 +52,20 @@ impl Sheet {
         to_svg_of((WIDTH, PICTURE + rows * PANEL), &self.title, |area| self.draw(area))
     }
 
+    /// The panels alone, without the picture.
+    ///
+    /// # Errors
+    /// Where there is nothing to draw.
+    pub fn panels_svg(title: &str, panels: &[Panel]) -> Result<String, Error> {
+        let rows = panels.len().div_ceil(2);
+        to_svg_of((WIDTH, rows as u32 * PANEL), title, |area| {
+            for (panel, area) in panels.iter().zip(area.split_evenly((rows, 2))) {
+                panel.draw(&area)?;
+            }
+            Ok(())
+        })
+    }
+
     fn draw(&self, area: &Area<'_>) -> Drawn {
         let (picture, panels) = area.split_vertically(PICTURE);
         self.draw_picture(&picture)?;

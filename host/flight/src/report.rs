@@ -1,0 +1,215 @@
+//! Flights as one page that loads nothing: pictures first, then tables.
+
+use crate::campaign::{Asked, Results};
+use crate::flight::Ending;
+use crate::history::Sample;
+use crate::row::{FlownRow, Row};
+use crate::statistics::Summary;
+use remora_host::error::Error;
+use remora_host::report::page::html;
+use remora_host::report::plot::{Distributions, Panel, Scatter, Sheet};
+use remora_host::report::{Align, Page, Table};
+
+/// Miss of a capture at most [m], for the picture.
+fn capture_radius(asked: &Asked) -> f64 {
+    asked.options.settings().criteria.miss_m
+}
+
+/// The page of some flights; `histories` are those of notable runs.
+///
+/// # Errors
+/// Where a picture cannot be drawn.
+pub fn page(
+    asked: &Asked,
+    results: &Results,
+    histories: &[(u64, Vec<Sample>)],
+) -> Result<String, Error> {
+    let mut page = Page::new("flights", "Flights");
+    page.text(headline(&results.summary));
+    if results.rows.iter().any(|row| row.flown.is_some()) {
+        page.plot("miss", "Where the end effector is at the port's plane", miss(asked, results)?);
+        page.plot("cdf", "Miss, angle and speed: shares of the flights", spreads(results)?);
+    }
+    page.heading("How they ended").table(endings(&results.summary));
+    page.heading("How they are spread").table(spread_table(&results.summary));
+    page.heading("What to improve first").text(
+        "Rank correlation (Spearman) of the miss with how far each drawn number is from its median.",
+    );
+    page.table(influences(&results.summary));
+    let mut runs = Page::new("runs", "Notable runs");
+    for (run, history) in histories {
+        let row = results.rows.iter().find(|row| row.run == *run);
+        runs.heading(format!("Run {run}"));
+        runs.text(row.map_or(String::new(), described));
+        let caption = format!("Run {run} over time");
+        runs.plot(&format!("run-{run}"), &caption, over_time(&caption, history)?);
+    }
+    let made = format!(
+        "{} runs, errors drawn with seed {}, {} Hz",
+        results.rows.len(),
+        asked.seed,
+        asked.options.rate_hz
+    );
+    Ok(html("Remora: flights", &made, &[page, runs]))
+}
+
+fn headline(summary: &Summary) -> String {
+    let captured = summary.endings.iter().find(|(name, _)| *name == Ending::Captured.name());
+    match captured {
+        None => format!("{} runs, none of which had a plan to fly.", summary.runs),
+        Some((_, share)) => format!(
+            "{} of {} flights captured; with 95 % confidence at least {:.2} %.",
+            share.count,
+            share.of,
+            100.0 * share.at_least
+        ),
+    }
+}
+
+fn flown(results: &Results) -> impl Iterator<Item = &FlownRow> {
+    results.rows.iter().filter_map(|row| row.flown.as_ref())
+}
+
+fn miss(asked: &Asked, results: &Results) -> Result<String, Error> {
+    let of = |captured: bool| {
+        let wanted = flown(results).filter(|row| (row.ending == Ending::Captured) == captured);
+        let points =
+            wanted.map(|row| row.arrival.miss_target_m).map(|[x, y, _]| (1e3 * x, 1e3 * y));
+        points.collect::<Vec<_>>()
+    };
+    let series: Vec<_> = [("captured", of(true)), ("not captured", of(false))]
+        .into_iter()
+        .filter(|(_, points)| !points.is_empty())
+        .map(|(name, points)| (name.to_string(), points))
+        .collect();
+    Scatter {
+        title: "Miss in the port's plane, ellipses of two deviations".into(),
+        axes: ("target's x [mm]".into(), "target's y [mm]".into()),
+        series,
+        circle: Some(("capture".into(), 1e3 * capture_radius(asked))),
+        ellipses: true,
+    }
+    .svg()
+}
+
+fn spreads(results: &Results) -> Result<String, Error> {
+    let positive = |of: fn(&FlownRow) -> f64| {
+        flown(results).map(of).filter(|x| *x > 0.0 && x.is_finite()).collect::<Vec<_>>()
+    };
+    Distributions {
+        title: "Distributions at the port".into(),
+        x_label: "miss [mm], angle [deg], speed [mm/s]".into(),
+        series: vec![
+            ("miss [mm]".into(), positive(|row| 1e3 * row.arrival.miss_m)),
+            ("angle [deg]".into(), positive(|row| row.arrival.angle_rad.to_degrees())),
+            ("speed [mm/s]".into(), positive(|row| 1e3 * row.arrival.speed_m_s)),
+        ],
+    }
+    .svg()
+}
+
+/// A flight over time.
+///
+/// # Errors
+/// Where there is nothing to draw.
+pub fn over_time(title: &str, history: &[Sample]) -> Result<String, Error> {
+    let line = |name: &str, of: &dyn Fn(&Sample) -> f64| {
+        let points = history.iter().map(|sample| (sample.time_s, of(sample))).collect();
+        (name.to_string(), points)
+    };
+    let rows = |which: usize, scale: f64| {
+        let count = history.first().map_or(0, |sample| sample.joints[which].len());
+        (0..count)
+            .map(|i| line(&format!("{}", i + 1), &|sample| scale * sample.joints[which][i]))
+            .collect::<Vec<_>>()
+    };
+    let panel =
+        |title: &str, lines| Panel { title: title.into(), lines, limits: Vec::new(), moment: None };
+    let distance = |sample: &Sample| sample.tip_target_m.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let size = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let panels = [
+        panel("end effector from the port [m]", vec![line("distance", &distance)]),
+        panel("approach axis [deg]", vec![line("angle", &|s| s.angle_rad.to_degrees())]),
+        panel("joint angles [deg]", rows(0, 1.0_f64.to_degrees())),
+        panel("joint rates [mrad/s]", rows(1, 1e3)),
+        panel("joint torques [mN m]", rows(2, 1e3)),
+        panel("bus torque [mN m]", vec![line("size", &|s| 1e3 * size(&s.bus_torque_n_m))]),
+        panel("force [mN]", vec![line("size", &|s| 1e3 * size(&s.force_n))]),
+        panel(
+            "tracking",
+            vec![
+                line("position [mm]", &|s| 1e3 * s.tracking[0]),
+                line("attitude [mrad]", &|s| 1e3 * s.tracking[1]),
+            ],
+        ),
+    ];
+    Sheet::panels_svg(title, &panels)
+}
+
+fn described(row: &Row) -> String {
+    let Some(flown) = &row.flown else { return "No plan to fly.".into() };
+    let passed = match flown.violations.as_slice() {
+        [] => String::new(),
+        names => format!("; passed: {}", names.join(", ")),
+    };
+    format!(
+        "{}, scenario {}: miss {:.1} mm, {:.2} deg, {:.2} mm/s{passed}.",
+        flown.ending.name(),
+        row.scenario,
+        1e3 * flown.arrival.miss_m,
+        flown.arrival.angle_rad.to_degrees(),
+        1e3 * flown.arrival.speed_m_s
+    )
+}
+
+/// How flights ended, with bounds of the shares.
+pub fn endings(summary: &Summary) -> Table {
+    let mut table = Table::new([
+        ("ended", Align::Left),
+        ("flights", Align::Right),
+        ("share [%]", Align::Right),
+        ("at least [%]", Align::Right),
+        ("at most [%]", Align::Right),
+    ]);
+    for (name, share) in &summary.endings {
+        table.row([
+            (*name).into(),
+            share.count.to_string(),
+            format!("{:.2}", 100.0 * share.share),
+            format!("{:.2}", 100.0 * share.at_least),
+            format!("{:.2}", 100.0 * share.at_most),
+        ]);
+    }
+    for (name, count) in &summary.violations {
+        let none = String::new;
+        table.row([format!("passed: {name}"), count.to_string(), none(), none(), none()]);
+    }
+    table
+}
+
+/// How quantities are spread.
+pub fn spread_table(summary: &Summary) -> Table {
+    let mut table = Table::new([
+        ("", Align::Left),
+        ("mean", Align::Right),
+        ("median", Align::Right),
+        ("95 %", Align::Right),
+        ("99.73 %", Align::Right),
+        ("worst", Align::Right),
+    ]);
+    for spread in &summary.spreads {
+        let numbers = [spread.mean, spread.median, spread.p95, spread.p99_73, spread.worst];
+        let [mean, median, p95, p99_73, worst] = numbers.map(|x| format!("{x:.3e}"));
+        table.row([spread.name.into(), mean, median, p95, p99_73, worst]);
+    }
+    table
+}
+
+/// The errors that the miss goes with most.
+pub fn influences(summary: &Summary) -> Table {
+    let mut table = Table::new([("error", Align::Left), ("correlation", Align::Right)]);
+    for influence in &summary.influences {
+        table.row([influence.name.clone(), format!("{:.2}", influence.correlation)]);
+    }
+    table
+}

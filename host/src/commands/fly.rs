@@ -1,0 +1,153 @@
+//! `remora fly`
+
+use super::Output;
+use super::flying::{FlyingArgs, Ready, RunsArgs};
+use super::options::{
+    DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SEED, ScenarioArgs,
+};
+use crate::report;
+use remora_core::advanced::model::Mission;
+use remora_host::error::Error;
+use remora_host::formats::{PlanFile, make_directory, write_atomically};
+use remora_host::planning::PlanJob;
+use remora_host::threads::Threads;
+use remora_host::with_joints;
+use std::path::{Path, PathBuf};
+
+/// Fly a plan in a world that it does not know.
+///
+/// The truth has its own dynamics, orbit, actuators and sensors; guidance tracks the plan by what
+/// navigation makes of them. What is judged is the end effector at the port.
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// Plan file (*.plan.json) made with rk4 [default: one is made of the scenario]
+    #[arg(value_name = "PLAN", conflicts_with_all = ["scenarios", "id", "mission"])]
+    plan: Option<PathBuf>,
+    #[command(flatten)]
+    scenario: ScenarioArgs,
+    #[command(flatten)]
+    mission: MissionArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    deadline: DeadlineArgs,
+    /// Errors of the world (*.errors.toml) [default: none]
+    #[arg(long, value_name = "FILE")]
+    errors: Option<PathBuf>,
+    #[command(flatten)]
+    runs: RunsArgs,
+    #[arg(long, value_name = "S", help = format!("{SEED} [default: 0]"))]
+    seed: Option<u64>,
+    #[command(flatten)]
+    flying: FlyingArgs,
+    #[command(flatten)]
+    jobs: JobsArgs,
+    #[command(flatten)]
+    json: JsonArgs,
+    /// Directory of the results; made where it does not exist
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  remora fly runs/pub-000.plan.json --out runs/flown
+  remora errors --default > mine.errors.toml
+  remora fly runs/pub-000.plan.json --errors mine.errors.toml --runs 200 --seed 3 --out runs/mine
+  remora fly --id pub-007 --errors mine.errors.toml --runs 100 --controller replan --out runs/seven
+  remora fly --errors mine.errors.toml --runs 5000 --until 'miss_m<=0.02 p>=0.9973 conf>=0.95' --out runs/b
+
+DIR gets the plan, flights.json (all that a run depends on), flights.parquet (a row a run),
+flights.summary.json, flights.html, and history/RUN.parquet of the runs that --keep names. Interrupt it at
+any time: the same command goes on where it stopped. Rows do not depend on the number of threads.
+`remora rerun DIR --run N` flies one run again, with its history.
+
+Exit status: 0 all captured (with --until: the share is shown), 1 some are not, 2 bad input.";
+
+impl Args {
+    pub(super) fn run(self) -> Result<Output, Error> {
+        if let Some(list) = self.scenario.listed()? {
+            return Ok(Output::data(list));
+        }
+        match self.plan.clone() {
+            Some(file) => self.fly_file(&file),
+            None => {
+                let mission = self.mission.any()?;
+                with_joints!(mission.joints(), NL => {
+                    self.fly_scenario::<NL>(mission.of()?)
+                } else {
+                    Err(mission.wrong_joints())
+                })
+            }
+        }
+    }
+
+    /// Flies the plan of a file, of which the folder gets a copy.
+    fn fly_file(&self, file: &Path) -> Result<Output, Error> {
+        let plan = PlanFile::read(file)?;
+        if !plan.integrator.is_flown() {
+            let reason = format!(
+                "is {}: between its nodes the plan says nothing; plan with rk4",
+                plan.integrator
+            );
+            return Err(Error::input(file, "integrator", reason));
+        }
+        let Some(joints) = plan.inputs.as_ref().map(|inputs| inputs.mission.joints()) else {
+            let reason = "is missing: a plan of the first format cannot be flown; plan again";
+            return Err(Error::input(file, "inputs", reason));
+        };
+        let errors = FlyingArgs::errors(self.errors.as_deref(), joints)?;
+        let bytes = std::fs::read(file).map_err(|cause| Error::output(file, &cause))?;
+        let path = self.place(&plan.scenario)?;
+        write_atomically(&self.out.join(&path), &bytes)?;
+        self.fly(path, &plan, joints, errors)
+    }
+
+    /// Plans a scenario and flies the plan.
+    fn fly_scenario<const NL: usize>(&self, mission: Mission<NL>) -> Result<Output, Error> {
+        let method = self.method.method_until(&self.deadline);
+        if !method.integrator.is_flown() {
+            let reason = "euler plans say nothing between their nodes; fly rk4's";
+            return Err(Error::argument("--integrator", reason));
+        }
+        let errors = FlyingArgs::errors(self.errors.as_deref(), NL)?;
+        let scenario = self.scenario.scenario()?;
+        let path = Path::new("plans").join(format!("{}.plan.json", scenario.id));
+        let out = self.out.join(&path);
+        let (threads, model) = (Threads::default(), self.method.model()?);
+        let job = PlanJob { scenario, mission, method, model, threads, out };
+        if let Some(refusal) = job.refusal()? {
+            return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
+        }
+        make_directory(&self.out.join("plans"))?;
+        let planned = job.run()?;
+        self.fly(path, &planned.file, NL, errors)
+    }
+
+    /// Where the plan of a scenario goes, from the folder.
+    fn place(&self, id: &str) -> Result<PathBuf, Error> {
+        make_directory(&self.out.join("plans"))?;
+        Ok(Path::new("plans").join(format!("{id}.plan.json")))
+    }
+
+    fn fly(
+        &self,
+        plan: PathBuf,
+        file: &PlanFile,
+        joints: usize,
+        errors: remora_truth::Errors,
+    ) -> Result<Output, Error> {
+        let ready = Ready {
+            out: self.out.clone(),
+            plans: vec![plan],
+            joints,
+            integrator: file.integrator,
+            runs: (self.runs.runs, self.seed.unwrap_or(0)),
+            jobs: self.jobs.jobs(),
+        };
+        let (results, is_well) = self.flying.fly(ready, errors)?;
+        Output::new(report::flights_report(&results), is_well)
+            .or_json(self.json.json, &results.summary)
+    }
+}
