@@ -40,7 +40,7 @@ fn fault(line: &str, written: Written) -> Option<String> {
 /// The arguments that a line of a shell gives to the program, if it calls it.
 fn arguments(line: &str) -> Option<Vec<String>> {
     let line = line.split(" #").next()?.trim();
-    let line = line.split([';', '|', '>', '&']).next()?.trim();
+    let line = first_command(line).trim();
     let rest = match line.strip_prefix("cargo run") {
         Some(rest) if rest.contains("--bin") || rest.contains("--example") => return None,
         Some(rest) => rest.split_once(" -- ").map_or("", |(_, rest)| rest),
@@ -50,8 +50,30 @@ fn arguments(line: &str) -> Option<Vec<String>> {
     if !rest.is_empty() && !rest.starts_with(' ') && !line.starts_with("cargo") {
         return None;
     }
-    let words = rest.split_whitespace().filter(|word| *word != "...");
+    let words = words(rest).into_iter().filter(|word| word != "...");
     Some(words.map(|word| word.trim_matches('"').to_string()).collect())
+}
+
+/// A line up to what a shell takes for another command or a file, outside of single quotes.
+fn first_command(line: &str) -> &str {
+    let mut is_quoted = false;
+    let end = line.find(|c: char| {
+        is_quoted ^= c == '\'';
+        !is_quoted && matches!(c, ';' | '|' | '>' | '&')
+    });
+    &line[..end.unwrap_or(line.len())]
+}
+
+/// The words of a line; what stands in single quotes is one.
+fn words(line: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    for (i, part) in line.split('\'').enumerate() {
+        match i % 2 {
+            0 => words.extend(part.split_whitespace().map(String::from)),
+            _ => words.push(part.to_string()),
+        }
+    }
+    words
 }
 
 #[test]

@@ -59,7 +59,7 @@ Examples:
   remora                                             plan a built-in scenario
   remora campaign --count 300 --seed 1 --out runs/a  plan 300 drawn scenarios
   remora check runs/pub-000.plan.json                verify a plan, whoever wrote it
-  remora fly runs/pub-000.plan.json --out runs/flown fly it in a world that it does not know
+  remora fly runs/pub-000.plan.json --out runs/a     fly it in a world that it does not know
 
 A plan is one of three:
   optimal                     verified, and what was asked for was reached            exit status 0
