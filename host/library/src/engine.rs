@@ -6,6 +6,7 @@ use crate::formats::{GainRows, MAX_JOINTS};
 use crate::learned::{Learned, Memories};
 use crate::memory::on_heap;
 use crate::method::{Deadline, Integrator, Method, Qp};
+use crate::padded::Padded;
 use crate::threads::Threads;
 use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::model::{Mission, Scenario};
@@ -49,6 +50,8 @@ pub struct Task<'a> {
     pub threads: &'a Threads,
     /// Model of a learned start; none is the heuristic.
     pub model: Option<&'a Learned>,
+    /// Joints of the arm.
+    pub joints: usize,
     /// Memory for models.
     pub memories: &'a mut Memories,
     /// All else.
@@ -263,7 +266,7 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
     mut solver: &mut dyn Solver<NX, NU>,
     workspace: &mut ArmWorkspace<M, NX, NU>,
 ) -> Report {
-    let Task { clock, threads, model, memories, method } = task;
+    let Task { clock, threads, model, joints, memories, method } = task;
     threads.prepare();
     let platform = Platform { clock, executor: threads };
     let mut planned = |start: &InitialGuess<'_, M>| {
@@ -275,7 +278,11 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
         None => planned(&InitialGuess::Heuristic),
         Some(model) => model.at_work(memories, |policy| match policy {
             None => planned(&InitialGuess::Refused),
-            Some(policy) => planned(&InitialGuess::Learned { policy, seed: SEED }),
+            Some(policy) if joints == M => planned(&InitialGuess::Learned { policy, seed: SEED }),
+            Some(policy) => {
+                let policy = &Padded { policy, joints, room: M };
+                planned(&InitialGuess::Learned { policy, seed: SEED })
+            }
         }),
     }
 }
