@@ -10,7 +10,7 @@ use remora_learn::training::network::{Losses, Network};
 use remora_learn::training::output::Outcome;
 use remora_learn::training::params::Table;
 use remora_learn::training::random::Random;
-use remora_learn::training::shape::{ACTION, Shape};
+use remora_learn::training::shape::Shape;
 use remora_learn::training::source::{
     Batch, Batches, Example, ExampleSource, Split, Statistics, Synthetic,
 };
@@ -146,7 +146,7 @@ fn the_core_says_what_training_says() {
                     let mut actions = vec![0.0; table.outputs];
                     network.act(features, &mut actions).unwrap();
                     let normal = |(i, x): (usize, &f32)| {
-                        let [mean, deviation] = statistics.actions[i % ACTION];
+                        let [mean, deviation] = statistics.actions[i % table.action];
                         (x - mean) / deviation
                     };
                     out.extend(actions.iter().enumerate().map(normal));

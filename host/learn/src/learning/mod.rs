@@ -16,7 +16,7 @@ mod recipe;
 
 pub use recipe::{LEAST_SCENARIOS, LEAST_STEPS, PASSES, SHARD, SHARES, TESTS};
 
-use crate::dataset::{self, Dataset, Made};
+use crate::dataset::{self, Dataset, Made, Manifest};
 use crate::quantise::quantise_file;
 use crate::reproduce::{Bench, Card, Paired};
 use crate::training::output::{MODEL, Summary};
@@ -38,16 +38,17 @@ use std::path::PathBuf;
 
 /// What is to be learnt: the input of `remora learn`.
 #[derive(Clone, Debug)]
-pub struct Learning {
+pub struct Learning<const NL: usize = LINKS> {
     /// The mission; valid, its plans of all nodes of this build.
-    pub mission: Mission<LINKS>,
+    pub mission: Mission<NL>,
     /// Hours of work in all, over all interruptions.
     pub hours: f64,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
     /// Seed of the dataset's draw and of the training.
     pub seed: u64,
-    /// Whether the network starts from random numbers, not from the built-in model.
+    /// Whether the network starts from random numbers, not from the built-in model; that of an arm of
+    /// another number of joints than the built-in mission's always does.
     pub anew: bool,
     /// Number of worker threads that plan.
     pub jobs: NonZeroUsize,
@@ -91,18 +92,22 @@ pub struct Learnt {
     pub test: Paired,
 }
 
-impl Learning {
+impl<const NL: usize> Learning<NL> {
     /// Does what is not done yet, to the end.
     ///
     /// # Errors
     /// Work begun with something else; files that cannot be read or written; a mission that allows
-    /// no start or of which nothing can be learnt.
+    /// no start, that fixes the roll at capture, or of which nothing can be learnt.
     pub fn run(&self, hands: &mut Hands<'_>) -> Result<Learnt, Error> {
+        if self.mission.roll.is_some() {
+            let reason = "fixes the end effector's roll at capture ([roll]), of which a network sees nothing";
+            return Err(Error::argument("MISSION", reason));
+        }
         check_writable(&self.out)?;
         make_directory(&self.work)?;
         let mut state = State::open(&self.work, &self.begun())?;
         let sizes = self.plan_all(&mut state, hands)?;
-        let dataset = Dataset::open(&self.dataset())?;
+        let dataset = Dataset::<NL>::open(&self.dataset())?;
         self.train(&mut state, sizes, hands)?;
         quantise_file(&self.trained().join(MODEL), &self.out)?;
         let card = Card::read(&self.out)?;
@@ -163,7 +168,7 @@ impl Learning {
                 sizes
             }
         };
-        Dataset::grow(&self.dataset(), sizes.count)?;
+        Manifest::grow(&self.dataset(), sizes.count)?;
         self.plan(sizes.count, state, hands)?;
         Ok(sizes)
     }
@@ -223,7 +228,7 @@ impl Learning {
     /// The file of the model that the training starts from.
     fn start(&self) -> Result<Option<PathBuf>, Error> {
         let write = || Learned::write_built_in(self.integrator, &self.work);
-        (!self.anew).then(write).transpose()
+        (!self.anew && NL == LINKS).then(write).transpose()
     }
 
     /// The paired test, and the seed of its scenarios.
