@@ -18,7 +18,11 @@ use remora_core::advanced::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
 };
 use remora_core::advanced::time::{Clock, Deadline as Until};
+use remora_core::advanced::warmstart;
 use remora_core::nalgebra::SVector;
+
+// A learned start has room for every arm that there is an engine for.
+const _: () = assert!(MAX_JOINTS <= warmstart::MAX_JOINTS);
 
 /// Seed of learned starts that draw.
 pub const SEED: u64 = 0;

@@ -26,7 +26,7 @@ pub(super) struct Args {
     integrator: IntegratorArgs,
     #[arg(long, value_name = "S", default_value_t = 5000, help = SEED)]
     seed: u64,
-    /// Start from random numbers, not from the built-in model; arms that do not have three joints always do
+    /// Start from random numbers, not from the built-in model
     #[arg(long)]
     anew: bool,
     #[command(flatten)]

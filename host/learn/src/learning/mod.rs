@@ -11,6 +11,7 @@
 //! that the first shard took, how long the training lasts from what is left then; both are decided
 //! once and kept.
 
+mod fitted;
 mod journal;
 mod recipe;
 
@@ -47,8 +48,7 @@ pub struct Learning<const NL: usize = LINKS> {
     pub integrator: Integrator,
     /// Seed of the dataset's draw and of the training.
     pub seed: u64,
-    /// Whether the network starts from random numbers, not from the built-in model; that of an arm of
-    /// another number of joints than the built-in mission's always does.
+    /// Whether the network starts from random numbers, not from the built-in model.
     pub anew: bool,
     /// Number of worker threads that plan.
     pub jobs: NonZeroUsize,
@@ -225,10 +225,16 @@ impl<const NL: usize> Learning<NL> {
         Ok(recipe::config(self.dataset(), from.as_deref(), sizes, self.seed, minutes))
     }
 
-    /// The file of the model that the training starts from.
+    /// The file of the model that the training starts from: the built-in one, made fit for the arm.
     fn start(&self) -> Result<Option<PathBuf>, Error> {
-        let write = || Learned::write_built_in(self.integrator, &self.work);
-        (!self.anew && NL == LINKS).then(write).transpose()
+        if self.anew {
+            return Ok(None);
+        }
+        let built_in = Learned::write_built_in(self.integrator, &self.work)?;
+        match NL {
+            LINKS => Ok(Some(built_in)),
+            _ => fitted::write(&built_in, NL).map(Some),
+        }
     }
 
     /// The paired test, and the seed of its scenarios.
@@ -248,7 +254,9 @@ impl<const NL: usize> Learning<NL> {
             out: &self.work.join("test"),
             progress: hands.test,
         };
-        let before = self.start()?.map(|file| Card::read(&file)).transpose()?;
+        // Made fit for another arm it is a start of trainings, not yet one of plans.
+        let before = self.start()?.filter(|_| NL == LINKS);
+        let before = before.map(|file| Card::read(&file)).transpose()?;
         Ok((seed, Paired::test(model, before.as_ref(), &mut bench)?))
     }
 
