@@ -32,6 +32,11 @@ pub mod executor {
     pub use crate::executor::*;
 }
 
+/// Flies a plan: feedback, modes, when to plan again.
+pub mod guidance {
+    pub use crate::guidance::*;
+}
+
 /// Scenario in, plan out, with memory and solver of the caller.
 pub mod planner {
     pub use crate::planner::*;

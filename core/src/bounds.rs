@@ -6,6 +6,7 @@
 //! ([`Options::deadline_s`](crate::planner::PlanSettings)) ends the long ones long before.
 
 use crate::dynamics::TRACKING_ITERATIONS;
+use crate::guidance::{MAX_DRIFT_STEPS, MAX_ESCAPE_STEPS, MAX_REFERENCE_STEPS};
 use crate::model::MAX_TUMBLE_SUBSTEPS;
 use crate::planner::{MAX_FORCE_TRIALS, MAX_TIGHTENINGS};
 use crate::scp::{MAX_CORRECTIONS, MAX_ITERATIONS, MAX_SEARCHES, Settings};
@@ -44,7 +45,7 @@ const SOLVER: InteriorPointSettings = InteriorPointSettings::DEFAULT;
 const LONGEST_ROW: usize = 4 * limit::WIDTH;
 
 /// The table, from the outermost loop inwards.
-pub const LOOPS: [LoopBound; 21] = [
+pub const LOOPS: [LoopBound; 24] = [
     LoopBound {
         name: "trials of less force",
         file: "src/planner/run.rs",
@@ -233,6 +234,33 @@ pub const LOOPS: [LoopBound; 21] = [
         most: None,
         from: "the file's length, or the caller's slice of it",
         ends: NOTHING,
+    },
+    LoopBound {
+        name: "steps of a reference's target",
+        file: "src/model/target.rs",
+        turn: "one RK4 step of the target's motion, as guidance goes on within an interval",
+        default: Some(MAX_REFERENCE_STEPS as u64),
+        most: Some(MAX_REFERENCE_STEPS as u64),
+        from: "guidance::MAX_REFERENCE_STEPS",
+        ends: NOTHING,
+    },
+    LoopBound {
+        name: "steps of an escape",
+        file: "src/guidance/safety.rs",
+        turn: "one RK4 step of an abort from a node",
+        default: Some(MAX_ESCAPE_STEPS as u64),
+        most: Some(MAX_ESCAPE_STEPS as u64),
+        from: "guidance::MAX_ESCAPE_STEPS",
+        ends: "clear of the target",
+    },
+    LoopBound {
+        name: "steps of a drift",
+        file: "src/guidance/safety.rs",
+        turn: "one step of a free drift from a node",
+        default: Some(MAX_DRIFT_STEPS as u64),
+        most: Some(MAX_DRIFT_STEPS as u64),
+        from: "guidance::MAX_DRIFT_STEPS",
+        ends: "one orbit",
     },
 ];
 

@@ -16,6 +16,7 @@
 //! - `warmstart`: features, rollout and actions of the learned guess;
 //! - `planner`: scenario in, plan out, with memory and solver of the caller;
 //! - `plan`: the front door: a planner with its memory, and the plan it leaves;
+//! - `guidance`: flies a plan: feedback, modes, when to plan again;
 //! - [`prelude`]: what planning needs; [`advanced`]: all that stands behind it;
 //! - `bounds`: how often each loop may turn whose length depends on data.
 #![no_std]
@@ -32,6 +33,9 @@ mod documents {
     #[doc = include_str!("../../docs/flying.md")]
     struct Flying;
 
+    #[doc = include_str!("../../docs/guidance.md")]
+    struct Guidance;
+
     #[doc = include_str!("../../docs/model.md")]
     struct Network;
 
@@ -45,6 +49,7 @@ mod documents {
 mod bounds;
 mod dynamics;
 mod executor;
+mod guidance;
 mod math;
 mod model;
 mod plan;

@@ -2,10 +2,11 @@
 
 use crate::dynamics::{Control, State};
 use crate::executor::ForkJoin;
-use crate::model::{Grid, Mission, Refusal, Scenario};
+use crate::guidance::{FlightPlan, NotFlyable};
+use crate::model::{Grid, Integrator, Mission, Refusal, Scenario};
 use crate::planner::{
-    self, ArmSolver, ArmWorkspace, EmbeddedSolver, Gain, GuessRecord, InitialGuess, Nominal,
-    Options, Report, Scales, Session, SolveRecord, Solver, StageReport, Verdict,
+    self, ArmSolver, ArmWorkspace, EmbeddedSolver, GuessRecord, InitialGuess, Nominal, Options,
+    Report, Session, SolveRecord, Solver, StageReport, Verdict,
 };
 use crate::stages::{
     LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
@@ -120,7 +121,9 @@ impl<S: Solver<NX, NU>, const NL: usize, const NX: usize, const NU: usize>
             Some(refusal) => Err(refusal),
             None => {
                 let grid = mission.grid(scenario);
-                Ok(ArmPlan { planner: self, scales: Scales::of(mission), grid, report })
+                let integrator = options.settings().integrator;
+                let has_gradient = mission.target.gravity_gradient.is_on(integrator);
+                Ok(ArmPlan { planner: self, grid, integrator, has_gradient, report })
             }
         }
     }
@@ -185,8 +188,10 @@ pub type Plan<'p, S = EmbeddedSolver> = ArmPlan<'p, LINKS, { size::NX }, { size:
 #[must_use]
 pub struct ArmPlan<'p, const NL: usize, const NX: usize, const NU: usize, S = ArmSolver<NX, NU>> {
     planner: &'p ArmPlanner<NL, NX, NU, S>,
-    scales: Scales<NX, NU>,
     grid: Grid,
+    integrator: Integrator,
+    /// Whether the gravity gradient turns the target.
+    has_gradient: bool,
     report: Report,
 }
 
@@ -238,15 +243,20 @@ impl<S: Solver<NX, NU>, const NL: usize, const NX: usize, const NU: usize>
         Nominal { reorientation: *self.planner.reorientation(), nodes, duration }
     }
 
-    /// Feedback gain of an interval for a tracking controller, see [`planner::feedback_gain`]; `None`
-    /// where the QP solver has none.
-    #[must_use]
-    pub fn gain(&self, interval: usize) -> Option<Gain<NX, NU>> {
-        // Without an iteration of Stage 2 the solver's last QP was Stage 1's.
-        if self.report.reorientation.outcome.iterations == 0 {
-            return None;
+    /// The plan as [`Guidance`](crate::guidance::Guidance) flies it, its first node at time `begins` [s].
+    ///
+    /// # Errors
+    /// A plan made with Euler's step, or one that the verifier did not find flyable.
+    pub fn flight_plan(&self, begins: f64) -> Result<FlightPlan<NL>, NotFlyable> {
+        if !self.is_verified() {
+            return Err(NotFlyable::Unverified);
         }
-        self.scales.gain(&self.planner.solver, interval)
+        let workspace = &self.planner.workspace;
+        let trajectories = (workspace.translation(), workspace.reorientation());
+        let (integrator, has_gradient) = (self.integrator, self.has_gradient);
+        let target = &workspace.target;
+        FlightPlan::of_parts(integrator, has_gradient, &self.grid, trajectories, target)
+            .map(|plan| plan.beginning_at(begins))
     }
 
     /// Status, residuals, clearances, iterations, times.

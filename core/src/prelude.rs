@@ -2,6 +2,9 @@
 
 pub use crate::dynamics::{Control, State};
 pub use crate::executor::{ForkJoin, Sequential};
+pub use crate::guidance::{
+    Command, Estimate, FlightMode, FlightPlan, Guidance, GuidanceSettings, Limits, Triggers,
+};
 pub use crate::model::{Integrator, Refusal, Scenario, Start};
 pub use crate::nalgebra::{Vector3, Vector4};
 pub use crate::plan::{ArmPlan, ArmPlanner, Plan, Planner};

@@ -6,6 +6,11 @@ use core::fmt;
 pub trait Clock: Sync {
     /// Time since some fixed instant [s].
     fn seconds(&self) -> f64;
+
+    /// Called between slices of work, deadline or not: the place to do something else where there is one
+    /// core and no operating system, such as a step of guidance while a plan is made. It must not
+    /// touch what the work uses. Does nothing unless implemented.
+    fn pause(&self) {}
 }
 
 /// A clock that stands still, for targets without one. Its deadlines never pass.
@@ -18,8 +23,8 @@ impl Clock for NoClock {
     }
 }
 
-/// A moment by which work ends, with the clock that measures it. Each check reads the clock once; a
-/// deadline that never comes reads nothing.
+/// A moment by which work ends, with the clock that measures it. Each check lets the clock
+/// [pause](Clock::pause) the work and reads it once; a deadline that never comes reads nothing.
 #[derive(Clone, Copy)]
 pub struct Deadline<'a> {
     clock: &'a dyn Clock,
@@ -57,6 +62,7 @@ impl<'a> Deadline<'a> {
     // resolves them.
     #[inline(never)]
     pub fn has_passed(&self) -> bool {
+        self.clock.pause();
         // Written so that NaN counts as passed.
         !(self.at_s == f64::INFINITY || self.clock.seconds() < self.at_s)
     }

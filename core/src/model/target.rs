@@ -103,6 +103,25 @@ impl Target {
         }
     }
 
+    /// The target `time` [s] after `state`, in so many steps of RK4.
+    pub(crate) fn after(
+        &self,
+        has_gradient: bool,
+        n: f64,
+        state: &TargetState,
+        time: f64,
+        steps: usize,
+    ) -> TargetState {
+        let frame = Vector3::new(0.0, 0.0, n);
+        let mut q = state.attitude;
+        let mut w = quaternion::rotation_matrix(&q).tr_mul(&(state.rate + frame));
+        // Bound: steps of a reference's target.
+        for _ in 0..steps {
+            (q, w) = self.rk4_step(has_gradient, n, &q, &w, time / steps as f64);
+        }
+        TargetState { attitude: q, rate: quaternion::rotation_matrix(&q) * w - frame }
+    }
+
     /// Most that the rate relative to inertial space can ever be, for a target that begins with
     /// `attitude` and `rate` as in [`Target::tumble`] [rad/s].
     ///

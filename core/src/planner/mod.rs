@@ -3,7 +3,6 @@
 //! [`plan`] needs a QP solver, a [`Platform`] and a [`Workspace`], all the caller's. `docs/planner.md`
 //! describes its use in flight.
 
-mod gains;
 mod guess;
 pub mod memory;
 mod nominal;
@@ -17,8 +16,6 @@ mod tests;
 mod tighten;
 mod workspace;
 
-pub(crate) use gains::Scales;
-pub use gains::{Gain, feedback_gain};
 pub use guess::{GuessRecord, InitialGuess};
 pub use nominal::Nominal;
 pub use options::{Options, OptionsBuilder, PlanSettings, Platform};

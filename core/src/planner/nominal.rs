@@ -50,7 +50,7 @@ pub struct Nominal<const NL: usize = LINKS> {
 }
 
 impl<const NL: usize> Nominal<NL> {
-    fn interval(&self) -> f64 {
+    pub(crate) fn interval(&self) -> f64 {
         self.duration / self.last() as f64
     }
 
@@ -74,7 +74,7 @@ impl<const NL: usize> Nominal<NL> {
     }
 
     /// Interval that holds `time`, and the share of it that has passed by then.
-    fn place(&self, time: f64) -> (usize, f64) {
+    pub(crate) fn place(&self, time: f64) -> (usize, f64) {
         let at = clamp(time / self.interval(), 0.0, self.last() as f64);
         // Of a number that is none, zero.
         let k = (at as usize).min(self.last() - 1);

@@ -16,7 +16,9 @@ pub(crate) use recovery::recovery;
 pub use reorientation::{Mode, Reorientation, ReorientationTrajectory};
 pub use translation::{Translation, TranslationTrajectory};
 pub(crate) use verifier::verify_first;
-pub use verifier::{Clearances, Closest, Residuals, Verification, verify, verify_translation};
+pub use verifier::{
+    Clearances, Closest, Residuals, Verification, clearances_at, verify, verify_translation,
+};
 pub(crate) use verifier::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
 
 /// The larger of two violations; unlike `f64::max` it keeps NaN.

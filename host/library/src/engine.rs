@@ -2,20 +2,20 @@
 //! room for any other. The only module that calls the core's planner.
 
 use crate::backend::{ClarabelQp, Recorder, Solve};
-use crate::formats::{GainRows, MAX_JOINTS};
+use crate::formats::MAX_JOINTS;
 use crate::learned::{Learned, Memories};
 use crate::memory::on_heap;
 use crate::method::{Deadline, Integrator, Method, Qp};
 use crate::padded::Padded;
 use crate::threads::Threads;
 use remora_core::advanced::dynamics::{Control, State};
-use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::model::{Mission, Refusal, Scenario};
 use remora_core::advanced::planner::{
-    self, ArmSolver, ArmWorkspace, EmbeddedSolver, Gain, InitialGuess, Options, PlanSettings,
+    self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Nominal, Options, PlanSettings,
     Platform, Report, Solver, Workspace,
 };
 use remora_core::advanced::stages::{
-    LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
+    LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
 };
 use remora_core::advanced::time::{Clock, Deadline as Until};
 use remora_core::advanced::warmstart;
@@ -73,14 +73,26 @@ pub trait Build<const M: usize, const NX: usize, const NU: usize> {
         task: Task<'_>,
     ) -> Report;
 
-    /// Plans with the solver that the method names, watched, and says the gains.
+    /// Plans with the solver that the method names, watched.
     fn run(
         &mut self,
         mission: &Mission<M>,
         scenario: &Scenario<M>,
         task: Task<'_>,
         watch: &mut dyn FnMut(Solved<'_, NX, NU>),
-    ) -> (Report, Option<Vec<Gain<NX, NU>>>);
+    ) -> Report;
+
+    /// Plans with the embedded solver what is left of a plan in force, which is the guess, with no deadline.
+    ///
+    /// # Errors
+    /// A scenario that is refused before planning.
+    fn replan(
+        &mut self,
+        mission: &Mission<M>,
+        scenario: &Scenario<M>,
+        integrator: Integrator,
+        guess: (&Nominal<M>, f64),
+    ) -> Result<Report, Refusal>;
 
     /// Runs the independent verifier.
     fn verify(
@@ -115,10 +127,7 @@ macro_rules! build {
                 watch: &mut dyn FnMut(
                     Solved<'_, { size::states($joints) }, { size::controls($joints) }>,
                 ),
-            ) -> (
-                Report,
-                Option<Vec<Gain<{ size::states($joints) }, { size::controls($joints) }>>>,
-            ) {
+            ) -> Report {
                 let solver: &mut dyn Solver<
                     { size::states($joints) },
                     { size::controls($joints) },
@@ -127,9 +136,26 @@ macro_rules! build {
                     Qp::Clarabel => &mut self.clarabel,
                 };
                 let mut solver = Recorder::new(solver, watch);
-                let report = run(mission, scenario, task, &mut solver, &mut self.workspace);
-                let gains = gains(mission, mission.grid(scenario).last(), &report, &solver);
-                (report, gains)
+                run(mission, scenario, task, &mut solver, &mut self.workspace)
+            }
+
+            fn replan(
+                &mut self,
+                mission: &Mission<{ $joints }>,
+                scenario: &Scenario<{ $joints }>,
+                integrator: Integrator,
+                (plan, elapsed): (&Nominal<{ $joints }>, f64),
+            ) -> Result<Report, Refusal> {
+                mission.check::<NODES>(scenario, integrator)?;
+                let settings = PlanSettings::new(Mode::Optimal, integrator);
+                let guess = InitialGuess::Nominal { plan, elapsed };
+                let options = Options::from_parts(settings, guess, Platform::BARE);
+                let mut solver: &mut dyn Solver<
+                    { size::states($joints) },
+                    { size::controls($joints) },
+                > = &mut *self.embedded;
+                let workspace = &mut self.workspace;
+                Ok(planner::plan(mission, scenario, &options, &mut solver, workspace))
             }
 
             fn verify(
@@ -181,18 +207,16 @@ where
         self.filed(mission, scenario, report)
     }
 
-    /// Plans with the solver that the method names, and says the gains; `watch` looks at each
-    /// subproblem.
+    /// Plans with the solver that the method names; `watch` looks at each subproblem.
     pub fn plan<const NL: usize>(
         &mut self,
         mission: &Mission<NL>,
         scenario: &Scenario<NL>,
         task: Task<'_>,
         watch: &mut dyn FnMut(Solved<'_, NX, NU>),
-    ) -> (Report, Option<Vec<GainRows>>) {
-        let (report, gains) = self.run(&mission.resized(), &scenario.resized(), task, watch);
-        let gains = gains.map(|gains| gains.iter().map(|gain| rows(gain, M, NL)).collect());
-        (self.filed(mission, scenario, report), gains)
+    ) -> Report {
+        let report = self.run(&mission.resized(), &scenario.resized(), task, watch);
+        self.filed(mission, scenario, report)
     }
 
     /// The report with checksums of what the caller gave and gets, without joints that are not there.
@@ -214,7 +238,7 @@ where
 }
 
 /// A motion of the first `M` joints; those that it does not have stand at zero.
-fn resized<const NL: usize, const M: usize>(
+pub fn resized<const NL: usize, const M: usize>(
     motion: &ReorientationTrajectory<NODES, NL>,
 ) -> ReorientationTrajectory<NODES, M> {
     fn joints<const NL: usize, const M: usize>(from: &SVector<f64, NL>) -> SVector<f64, M> {
@@ -303,31 +327,6 @@ pub fn settings_text(method: &Method) -> String {
     format!("{:?}", options(method))
 }
 
-/// The gains of all intervals, where the solver has them.
-fn gains<const M: usize, const NX: usize, const NU: usize>(
-    mission: &Mission<M>,
-    intervals: usize,
-    report: &Report,
-    solver: &dyn Solver<NX, NU>,
-) -> Option<Vec<Gain<NX, NU>>> {
-    // Where Stage 2 solved nothing, the solver's last program was Stage 1's.
-    if report.reorientation.outcome.iterations == 0 {
-        return None;
-    }
-    (0..intervals).map(|k| planner::feedback_gain(mission, solver, k)).collect()
-}
-
-/// Rows of a gain without the joints beyond the first `joints` of `room`.
-fn rows<const NX: usize, const NU: usize>(
-    gain: &Gain<NX, NU>,
-    room: usize,
-    joints: usize,
-) -> GainRows {
-    let columns: Vec<usize> =
-        [0..3 + joints, 3 + room..6 + room + joints].into_iter().flatten().collect();
-    (0..3 + joints).map(|i| columns.iter().map(|j| gain[(i, *j)]).collect()).collect()
-}
-
 /// The solver that flies, on the heap and called through a pointer: its code, too, is compiled once.
 pub fn embedded_solver() -> Box<dyn Solver + Send> {
     on_heap(EmbeddedSolver::new)
@@ -347,18 +346,6 @@ pub fn plan_with(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Joints that are not there have no row and no column.
-    #[test]
-    fn gains_are_those_of_the_arms_own_joints() {
-        const X: usize = size::states(MAX_JOINTS);
-        const U: usize = size::controls(MAX_JOINTS);
-        let gain = Gain::<X, U>::from_fn(|i, j| (100 * i + j) as f64);
-        let kept = rows(&gain, MAX_JOINTS, 2);
-        assert_eq!(kept.len(), 5);
-        assert_eq!(kept[4], [0, 1, 2, 3, 4, 10, 11, 12, 13, 14].map(|j| f64::from(400 + j)));
-        assert_eq!(rows(&gain, MAX_JOINTS, MAX_JOINTS)[3].len(), X);
-    }
 
     #[test]
     fn a_motion_keeps_its_joints() {

@@ -49,7 +49,7 @@ pub struct Planned {
     pub flight: Flight,
     /// Where the time went.
     pub times: PhaseTimes,
-    /// The record to file with the plan, with the gains to track it.
+    /// The record to file with the plan.
     pub evidence: EvidenceFile,
     /// Iteration logs of stages 1 and 2.
     pub logs: [Vec<IterationRecord>; 2],
@@ -186,7 +186,7 @@ impl<const NL: usize> Asked<'_, NL> {
     {
         let Self { mission, scenario, method, model } = *self;
         let watched = Stopwatch::start();
-        let (report, gains) = engine.plan(mission, &scenario.scenario(), task, watch);
+        let report = engine.plan(mission, &scenario.scenario(), task, watch);
         let spent = watched.spent();
         let file = self.file(engine, &report, &spent);
         let (translation, reorientation) = (&report.translation, &report.reorientation);
@@ -202,7 +202,6 @@ impl<const NL: usize> Asked<'_, NL> {
                 method.qp.name(),
                 model.map(Learned::record),
                 &report.record,
-                gains,
             ),
             logs: [log1.to_vec(), log2.to_vec()],
         }

@@ -1,14 +1,12 @@
 //! The planner against the reference optima, and its promises: verified plans, small stacks, the
 //! same bits whatever was planned before.
 
-use nalgebra::{SVector, Vector3};
-use remora_core::advanced::dynamics::{Integrator, Multibody};
+use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::executor::{ForkJoin, Sequential};
-use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{
-    EmbeddedSolver, Fallback, Gain, InitialGuess, Options, PlanSettings, Platform, Report,
-    Workspace, feedback_gain, output_checksum, plan, plan_reorientation,
+    EmbeddedSolver, Fallback, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
+    output_checksum, plan, plan_reorientation,
 };
 use remora_core::advanced::qp::Validate;
 use remora_core::advanced::scp::{Settings, Status};
@@ -372,69 +370,4 @@ fn phases_add_up_to_the_whole() {
     assert!(phases.iter().all(|phase| *phase > 0.0), "{t:?}");
     assert!(phases.iter().sum::<f64>() <= t.total_s);
     assert_eq!(bench.plan(0, &options).times, Default::default());
-}
-
-fn gain(bench: &Bench, solver: &EmbeddedSolver, k: usize) -> Option<Gain> {
-    feedback_gain(&bench.mission, solver, k)
-}
-
-/// Flies the plan from a start turned by `turn`, with the gains or without; returns by how much
-/// that has grown at the end, where the arm has to point (the roll about it is free).
-fn growth(bench: &Bench, solver: &EmbeddedSolver, turn: f64, is_tracking: bool) -> f64 {
-    let (path, motion) = (bench.workspace.translation(), bench.workspace.reorientation());
-    let (body, servicer) = (Multibody::new(&bench.mission), &bench.mission.servicer);
-    let dt = bench.mission.approach.duration / (NODES - 1) as f64;
-    let mut x = motion.states[0];
-    let axis = Vector3::new(0.6, -0.48, 0.64);
-    x.attitude = quaternion::product(&quaternion::exp(&(axis * turn)), &x.attitude);
-    for k in 0..NODES - 1 {
-        let (planned, mut u) = (&motion.states[k], motion.controls[k]);
-        if is_tracking {
-            let gain = gain(bench, solver, k).unwrap();
-            let mut error = SVector::<f64, 12>::zeros();
-            error
-                .fixed_rows_mut::<3>(0)
-                .copy_from(&quaternion::difference(&x.attitude, &planned.attitude));
-            error.fixed_rows_mut::<3>(3).copy_from(&(x.joint_angle - planned.joint_angle));
-            error.fixed_rows_mut::<3>(6).copy_from(&(x.rate - planned.rate));
-            error.fixed_rows_mut::<3>(9).copy_from(&(x.joint_rate - planned.joint_rate));
-            let more = gain * error;
-            let within = |torque: f64, limit: f64| torque.clamp(-limit, limit);
-            u.bus_torque =
-                (u.bus_torque + more.fixed_rows::<3>(0)).zip_map(&servicer.max_bus_torque, within);
-            u.joint_torque = (u.joint_torque + more.fixed_rows::<3>(3))
-                .zip_map(&servicer.max_joint_torque, within);
-        }
-        x = body.step(Integrator::Euler, dt, &x, &u, &path.force[k]);
-    }
-    let arm = servicer.capture_geometry().direction;
-    let pointing = |q| quaternion::rotation_matrix(q) * arm;
-    (pointing(&x.attitude) - pointing(&motion.states[NODES - 1].attitude)).norm() / turn
-}
-
-// Verifies REM-PLN-010.
-#[test]
-fn the_gains_bring_a_disturbed_start_back_to_the_plan() {
-    let mut bench = Bench::new();
-    let mut solver = on_heap(EmbeddedSolver::new);
-    let options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
-    for k in [0, 7, 21] {
-        let scenario = bench.set.scenarios[k].scenario();
-        let report = plan(
-            &bench.mission,
-            &scenario,
-            &Options::from_parts(options, InitialGuess::Heuristic, Platform::BARE),
-            &mut *solver,
-            &mut bench.workspace,
-        );
-        assert_eq!(report.status, Status::Solved);
-        let flown = |is_tracking| growth(&bench, &solver, 1e-4, is_tracking);
-        let (tracked, open) = (flown(true), flown(false));
-        println!("{k}: {tracked} {open}");
-        assert!(tracked < 0.05 && open > 0.5, "scenario {k}: {tracked} against {open}");
-    }
-    assert!(gain(&bench, &solver, NODES - 1).is_none());
-    bench.plan(0, &options);
-    let none: Option<Gain> = feedback_gain(&bench.mission, &bench.solver, 0);
-    assert!(none.is_none());
 }

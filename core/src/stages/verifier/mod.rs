@@ -179,6 +179,20 @@ struct Instant<'a, const NL: usize> {
     state: &'a State<NL>,
 }
 
+/// How near bodies come to each other at one instant, by the verifier's distances: the servicer's centre
+/// of mass at `position` (RTN, m) in `state`, and the target.
+pub fn clearances_at<const NL: usize>(
+    mission: &Mission<NL>,
+    time_s: f64,
+    target: &TargetState,
+    position: &Vector3<f64>,
+    state: &State<NL>,
+) -> Clearances {
+    let mut bodies = Bodies { mission, found: Clearances::NONE };
+    bodies.look(&Instant { time_s, target, position, state });
+    bodies.found
+}
+
 /// Stage 2 of a plan under verification.
 struct Checked<'a, const N: usize, const NL: usize> {
     mission: &'a Mission<NL>,

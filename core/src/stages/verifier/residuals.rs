@@ -102,6 +102,13 @@ impl Clearances {
         [("arm", self.arm), ("bus", self.bus), ("own", self.own)]
     }
 
+    /// Distance of the bodies that are nearest to each other [m].
+    pub fn least(&self) -> f64 {
+        -[self.arm, self.bus, self.own]
+            .iter()
+            .fold(f64::NEG_INFINITY, |most, pair| worse(most, -pair.distance))
+    }
+
     /// By how much the bodies that overlap most do so [m].
     pub(super) fn overlap(&self) -> f64 {
         [self.arm, self.bus, self.own].iter().fold(0.0, |most, pair| worse(most, -pair.distance))

@@ -1,21 +1,18 @@
 //! Evidence beside a plan: `*.evidence.json`.
 
-use super::{MAX_JOINTS, Status, Verdict, json};
+use super::{Status, Verdict, json};
 use crate::error::{Error, FieldError};
-use remora_core::advanced::model::{MIN_NODES, RECOVERY_NAMES};
+use remora_core::advanced::model::RECOVERY_NAMES;
 use remora_core::advanced::planner::{GuessRecord, SolveRecord, StageSolveRecord};
-use remora_core::advanced::stages::NODES;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// The `format` of the evidence this version reads and writes.
 pub const FORMAT: &str = "remora-evidence/2";
 
-/// A feedback gain, its rows in order.
-pub type GainRows = Vec<Vec<f64>>;
-
-/// What a plan was made from, by what, and what came out; with the gains to track it. It holds no
-/// times: the same plan has the same file.
+/// What a plan was made from, by what, and what came out. It holds no times: the same plan has
+/// the same file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a record of evidence")]
 pub struct EvidenceFile {
@@ -53,8 +50,9 @@ pub struct EvidenceFile {
     pub stage1: StageSolveRecord,
     /// Stage 2.
     pub stage2: StageSolveRecord,
-    /// Feedback gain of each interval; none from a solver that has none.
-    pub gains: Option<Vec<GainRows>>,
+    /// Feedback gains, which older versions wrote and nothing may fly.
+    #[serde(default, skip_serializing)]
+    gains: IgnoredAny,
 }
 
 /// A model, and why it was refused if it was.
@@ -76,7 +74,6 @@ impl EvidenceFile {
         qp: &str,
         model: Option<ModelRecord>,
         evidence: &SolveRecord,
-        gains: Option<Vec<GainRows>>,
     ) -> Self {
         let checksum = |value: u64| format!("{value:016x}");
         Self {
@@ -96,7 +93,7 @@ impl EvidenceFile {
             model,
             stage1: evidence.translation,
             stage2: evidence.reorientation,
-            gains,
+            gains: IgnoredAny,
         }
     }
 
@@ -136,22 +133,7 @@ impl EvidenceFile {
                 ));
             }
         }
-        match &self.gains {
-            Some(gains) if !(MIN_NODES..=NODES).contains(&(gains.len() + 1)) => {
-                let (least, most) = (MIN_NODES - 1, NODES - 1);
-                let reason = format!("has {} entries; expected {least} to {most}", gains.len());
-                Err(FieldError::new("gains", reason))
-            }
-            Some(gains) => match gains.iter().position(|gain| !is_gain(gain)) {
-                Some(k) => {
-                    let reason = "expected a row for each torque of bus and joints, in each a number \
-                                  for each angle and rate";
-                    Err(FieldError::new(format!("gains[{k}]"), reason))
-                }
-                None => Ok(()),
-            },
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     /// Writes the file, whole or not at all.
@@ -162,11 +144,6 @@ impl EvidenceFile {
         let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
         super::write_atomically(file, text.as_bytes())
     }
-}
-
-/// Whether rows are those of an arm: three and one a joint, of twice as many numbers.
-fn is_gain(rows: &GainRows) -> bool {
-    (4..=3 + MAX_JOINTS).contains(&rows.len()) && rows.iter().all(|row| row.len() == 2 * rows.len())
 }
 
 /// Where the evidence of a plan file stands: `a.evidence.json` beside `a.plan.json`.
@@ -187,7 +164,7 @@ mod tests {
     use super::*;
     use remora_core::advanced::planner::Fallback;
 
-    fn record(gains: Option<Vec<GainRows>>) -> EvidenceFile {
+    fn record(is_refused: bool) -> EvidenceFile {
         let evidence = SolveRecord {
             version: "1.2.3",
             input: 1,
@@ -206,15 +183,15 @@ mod tests {
         let model = ModelRecord {
             name: "b.model".into(),
             checksum: "01234567".into(),
-            refused: gains.is_none().then(|| "is too old".into()),
+            refused: is_refused.then(|| "is too old".into()),
         };
-        EvidenceFile::new("a", "embedded", Some(model), &evidence, gains)
+        EvidenceFile::new("a", "embedded", Some(model), &evidence)
     }
 
     #[test]
     fn evidence_survives_a_round_trip() {
-        for gains in [None, Some(vec![vec![vec![1.0 / 3.0; 12]; 6]; NODES - 1])] {
-            let record = record(gains);
+        for is_refused in [false, true] {
+            let record = record(is_refused);
             let text = json::to_text(&record).unwrap();
             assert_eq!(EvidenceFile::parse(&text).unwrap(), record);
             assert!(text.contains("\"output\": \"000000000000feed\""), "{text}");
@@ -225,26 +202,25 @@ mod tests {
 
     #[test]
     fn a_record_of_an_older_version_is_read() {
-        let mut old = serde_json::to_value(record(None)).unwrap();
-        let verdict = old.as_object_mut().unwrap().remove("verdict");
+        let mut old = serde_json::to_value(record(true)).unwrap();
+        let entries = old.as_object_mut().unwrap();
+        let verdict = entries.remove("verdict");
+        entries.insert("gains".into(), serde_json::json!([[[0.5]]]));
         assert_eq!(verdict, Some("verified_not_converged".into()));
         let read = EvidenceFile::parse(&old.to_string()).unwrap();
-        assert_eq!(read, EvidenceFile { verdict: None, ..record(None) });
+        assert_eq!(read, EvidenceFile { verdict: None, ..record(true) });
     }
 
     #[test]
     fn each_kind_of_nonsense_is_named() {
         let field = |change: fn(&mut EvidenceFile)| {
-            let mut record = record(None);
+            let mut record = record(true);
             change(&mut record);
             EvidenceFile::parse(&json::to_text(&record).unwrap()).unwrap_err().field
         };
         assert_eq!(field(|r| r.format = "remora-evidence/3".into()), "format");
         assert_eq!(field(|r| r.output = "12".into()), "output");
         assert_eq!(field(|r| r.input = "000000000000FEED".into()), "input");
-        assert_eq!(field(|r| r.gains = Some(Vec::new())), "gains");
-        let crooked = |r: &mut EvidenceFile| r.gains = Some(vec![vec![vec![0.0; 11]; 6]; 9]);
-        assert_eq!(field(crooked), "gains[0]");
         let short = |r: &mut EvidenceFile| r.model.iter_mut().for_each(|m| m.checksum.truncate(7));
         assert_eq!(field(short), "model.checksum");
     }

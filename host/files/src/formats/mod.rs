@@ -27,9 +27,10 @@ mod radius;
 mod results;
 mod row;
 mod scenario_set;
+mod table;
 
 pub use evidence_file::{
-    EvidenceFile, FORMAT as EVIDENCE_FORMAT, GainRows, ModelRecord, evidence_path, recovered,
+    EvidenceFile, FORMAT as EVIDENCE_FORMAT, ModelRecord, evidence_path, recovered,
 };
 pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
 pub use mission_capture::{Capture as MissionCapture, Roll as MissionRoll, capture_search};
@@ -62,6 +63,7 @@ pub use scenario_set::{
     FIRST_FORMAT as FIRST_SCENARIO_FORMAT, FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet,
     ServicerStart, TargetStart,
 };
+pub use table::{Cell, Column, parquet as parquet_table};
 
 /// How far a quaternion's norm may be from one in a file.
 pub const QUATERNION_TOLERANCE: f64 = 1e-6;

@@ -1,0 +1,253 @@
+//! The plan that is flown, and what it asks for at any instant.
+
+use crate::dynamics::{Acceleration, Control, Integrator, Multibody, State};
+use crate::model::{Grid, HcwTransition, Mission, Scenario, TargetState, hcw_acceleration};
+use crate::planner::Nominal;
+use crate::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
+use core::fmt;
+use nalgebra::{SVector, Vector3, Vector6};
+
+/// Fewest steps of the target's motion an interval, as in planning.
+const TARGET_STEPS: f64 = 10.0;
+
+/// Most steps of the target's motion between two instants.
+pub(crate) const MAX_REFERENCE_STEPS: usize = 10;
+
+/// A plan as it is flown: path, motion of bus and arm, and the target's motion that it was made for.
+///
+/// [`ArmPlan::flight_plan`](crate::prelude::ArmPlan::flight_plan) makes it from a plan in a
+/// planner's memory. It is data, [`FlightPlan::BYTES`] of it, which a spacecraft may keep or uplink.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlightPlan<const NL: usize = LINKS> {
+    /// Time of its first node on the clock of the estimates [s].
+    pub begins: f64,
+    /// Path of the system's centre of mass.
+    pub translation: TranslationTrajectory<NODES>,
+    /// Bus and arm, with the number of nodes and their time.
+    pub nominal: Nominal<NL>,
+    /// The target at the nodes.
+    pub target: [TargetState; NODES],
+    grid: Grid,
+    /// Substeps of an interval.
+    substeps: usize,
+    /// Whether the gravity gradient turns the target.
+    has_gradient: bool,
+}
+
+/// Why a plan cannot be flown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotFlyable {
+    /// It was made with Euler's step: between its nodes it says nothing.
+    Euler,
+    /// The verifier did not find every constraint satisfied.
+    Unverified,
+}
+
+impl fmt::Display for NotFlyable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Euler => "was made with Euler's step, which says nothing between nodes; use rk4",
+            Self::Unverified => "was not found flyable by the verifier",
+        })
+    }
+}
+
+impl core::error::Error for NotFlyable {}
+
+/// What a plan asks for at one instant, in the world that it was made for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference<const NL: usize> {
+    /// System's centre of mass, RTN [m].
+    pub position: Vector3<f64>,
+    /// Its velocity relative to RTN, in RTN [m/s].
+    pub velocity: Vector3<f64>,
+    /// Its acceleration relative to RTN, in RTN [m/s^2].
+    pub acceleration: Vector3<f64>,
+    /// Bus and arm.
+    pub state: State<NL>,
+    /// Their accelerations.
+    pub state_acceleration: Acceleration<NL>,
+    /// Torques of the interval.
+    pub control: Control<NL>,
+    /// The target, as the plan expects it.
+    pub target: TargetState,
+}
+
+impl<const NL: usize> FlightPlan<NL> {
+    /// Size in bytes.
+    pub const BYTES: usize = size_of::<Self>();
+
+    /// A plan's trajectories as they are flown, from time zero on. Cost: one propagation of the target over the horizon.
+    ///
+    /// # Errors
+    /// A plan made with Euler's step. Whether it is verified is the caller's to know.
+    pub fn new(
+        mission: &Mission<NL>,
+        scenario: &Scenario<NL>,
+        integrator: Integrator,
+        translation: &TranslationTrajectory<NODES>,
+        reorientation: &ReorientationTrajectory<NODES, NL>,
+    ) -> Result<Self, NotFlyable> {
+        let grid = mission.grid(scenario);
+        let mut target = [TargetState::ZERO; NODES];
+        mission.target.tumble(
+            integrator,
+            mission.mean_motion(),
+            &scenario.target_attitude,
+            &scenario.target_rate,
+            grid.interval(),
+            &mut target[..grid.nodes.min(NODES)],
+        );
+        let has_gradient = mission.target.gravity_gradient.is_on(integrator);
+        Self::of_parts(integrator, has_gradient, &grid, (translation, reorientation), &target)
+    }
+
+    /// The same with the target's motion known.
+    pub(crate) fn of_parts(
+        integrator: Integrator,
+        has_gradient: bool,
+        grid: &Grid,
+        (translation, reorientation): (
+            &TranslationTrajectory<NODES>,
+            &ReorientationTrajectory<NODES, NL>,
+        ),
+        target: &[TargetState; NODES],
+    ) -> Result<Self, NotFlyable> {
+        let Integrator::Rk4 { substeps } = integrator else { return Err(NotFlyable::Euler) };
+        let Grid { nodes, duration, .. } = *grid;
+        Ok(Self {
+            begins: 0.0,
+            translation: *translation,
+            nominal: Nominal { reorientation: *reorientation, nodes, duration },
+            target: *target,
+            grid: *grid,
+            substeps,
+            has_gradient,
+        })
+    }
+
+    /// The same plan, beginning at this time [s].
+    pub fn beginning_at(self, begins: f64) -> Self {
+        Self { begins, ..self }
+    }
+
+    /// What it asks for at a time on the clock of the estimates [s], before its first node and after its
+    /// last what it asks for there. Cost: the motion from the node before.
+    pub fn at(&self, mission: &Mission<NL>, time: f64) -> Reference<NL> {
+        let mut cursor = Cursor::START;
+        cursor.at(self, mission, time - self.begins)
+    }
+
+    /// Its nodes and what holds at them.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Whether the gravity gradient turns its target.
+    pub(super) fn has_gradient(&self) -> bool {
+        self.has_gradient
+    }
+
+    /// Time from its first node to its last [s].
+    pub fn duration(&self) -> f64 {
+        self.nominal.duration
+    }
+}
+
+/// A place on a plan that moves on with time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Cursor<const NL: usize> {
+    /// The node before.
+    node: usize,
+    /// Time since the plan's first node [s].
+    time: f64,
+    state: State<NL>,
+    target: TargetState,
+}
+
+impl<const NL: usize> Cursor<NL> {
+    /// Not on the plan yet.
+    pub const START: Self =
+        Self { node: NODES, time: 0.0, state: State::ZERO, target: TargetState::ZERO };
+
+    /// What `plan` asks for at `time` [s] after its first node, along its own dynamics from the node
+    /// before or from where it was last asked for. Before the first node and after the last, that of
+    /// the node.
+    ///
+    /// Cost: four evaluations of the dynamics and those of the target where time goes on by no more than
+    /// a substep of planning; at most those of an interval.
+    pub fn at(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) -> Reference<NL> {
+        let body = Multibody::new(mission);
+        let (k, share) = plan.nominal.place(time);
+        let begin = plan.nominal.time(k);
+        let interval = plan.nominal.interval();
+        let time = begin + share * interval;
+        let at_node = |all: &[State<NL>]| all.get(k).copied().unwrap_or(State::ZERO);
+        if k != self.node || !(time >= self.time) {
+            let state = at_node(&plan.nominal.reorientation.states);
+            let target = plan.target.get(k).copied().unwrap_or(TargetState::ZERO);
+            *self = Self { node: k, time: begin, state, target };
+        }
+        let control = plan.nominal.reorientation.controls.get(k).copied().unwrap_or(Control::ZERO);
+        let force = plan.translation.force.get(k).copied().unwrap_or_default();
+        self.go_on(plan, mission, &control, &force, time);
+        let along = HcwTransition::new(mission.mean_motion(), time - begin);
+        let (position, velocity) = plan.node(k);
+        let from = Vector6::from_fn(|i, _| if i < 3 { position[i] } else { velocity[i - 3] });
+        let there = along.state * from + along.input * (force / body.total_mass());
+        let [position, velocity] =
+            [0, 3].map(|i| Vector3::new(there[i], there[i + 1], there[i + 2]));
+        Reference {
+            position,
+            velocity,
+            acceleration: hcw_acceleration(mission.mean_motion(), &position, &velocity)
+                + force / body.total_mass(),
+            state: self.state,
+            state_acceleration: body.acceleration(&self.state, &control, &force),
+            control,
+            target: self.target,
+        }
+    }
+
+    /// Moves on within the interval to `time`.
+    fn go_on(
+        &mut self,
+        plan: &FlightPlan<NL>,
+        mission: &Mission<NL>,
+        control: &Control<NL>,
+        force: &Vector3<f64>,
+        time: f64,
+    ) {
+        let (gap, interval) = (time - self.time, plan.nominal.interval());
+        if !(gap > 0.0) {
+            return;
+        }
+        // Conversions to integers saturate, and make nothing of NaN.
+        let substeps = libm::ceil(gap / interval * plan.substeps as f64) as usize;
+        let substeps = substeps.clamp(1, plan.substeps.max(1));
+        let body = Multibody::new(mission);
+        self.state = body.step(Integrator::Rk4 { substeps }, gap, &self.state, control, force);
+        let steps = libm::ceil(gap / interval * TARGET_STEPS) as usize;
+        let steps = steps.clamp(1, MAX_REFERENCE_STEPS);
+        let n = mission.mean_motion();
+        self.target = mission.target.after(plan.has_gradient, n, &self.target, gap, steps);
+        self.time = time;
+    }
+}
+
+impl<const NL: usize> FlightPlan<NL> {
+    /// Position and velocity at node `k`.
+    pub(super) fn node(&self, k: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let at = |all: &[Vector3<f64>]| all.get(k).copied().unwrap_or_default();
+        (at(&self.translation.position), at(&self.translation.velocity))
+    }
+}
+
+impl<const NL: usize> Reference<NL> {
+    /// Whether every number is finite.
+    pub(super) fn is_finite(&self) -> bool {
+        let bus = self.position + self.velocity + self.acceleration + self.state_acceleration.bus;
+        let arm: SVector<f64, NL> = self.state_acceleration.joint;
+        self.state.is_finite() && bus.iter().chain(arm.iter()).all(|x| x.is_finite())
+    }
+}

@@ -1,0 +1,331 @@
+//! Guidance: flies a plan in a world that is not the plan's.
+//!
+//! [`Guidance::step`] is called at any rate from 0.2 to 20 Hz with what navigation knows, and answers
+//! forces, torques and joint references. It knows the plan's dynamics between nodes, turns the plan with
+//! the target as that is estimated to be (`docs/guidance.md` derives the law), and shortens the feedback as
+//! a whole where it meets limits. Planning again is the caller's, who is told when, and hands the
+//! new plan over. No allocation, no panic; the same input gives the same bits on every target.
+
+mod closing;
+mod estimate;
+mod flight_plan;
+mod replanning;
+mod safety;
+mod settings;
+mod tracking;
+mod turn;
+
+pub use closing::Closing;
+pub use estimate::{Command, Estimate, FlightMode, Limits, Reason, TrackingError};
+pub(crate) use flight_plan::MAX_REFERENCE_STEPS;
+pub use flight_plan::{FlightPlan, NotFlyable, Reference};
+pub use replanning::Replan;
+pub use safety::{Drift, Escape, Safety};
+pub(crate) use safety::{MAX_DRIFT_STEPS, MAX_ESCAPE_STEPS};
+pub use settings::{GuidanceSettings, Triggers};
+
+use crate::dynamics::{Control, Multibody};
+use crate::math::quaternion;
+use crate::model::{Mission, hcw_acceleration};
+use crate::stages::LINKS;
+use flight_plan::Cursor;
+use nalgebra::Vector3;
+use remora_qp::Valid;
+use remora_qp::dense::clamp;
+use tracking::{Effort, Errors, Tracking};
+use turn::Turn;
+
+/// Longest time between steps that feedback counts with [s].
+const LONGEST_STEP: f64 = 5.0;
+
+/// The state of flying plans, one after the other: plain data, [`Guidance::BYTES`] of it.
+///
+/// ```
+/// use remora_core::prelude::*;
+///
+/// let mission = Mission::default().validated()?;
+/// let scenario = Scenario::default().validated()?;
+/// let mut planner = Box::new(Planner::new());
+/// let options = Options::builder().mode(remora_core::prelude::Mode::Feasible).build()?;
+/// let plan = planner.plan(&mission, &scenario, &options)?.flight_plan(0.0)?;
+/// let mut guidance = Guidance::new(GuidanceSettings::DEFAULT.validated()?);
+/// // The servicer is where the plan begins, and so is the target.
+/// let reference = plan.at(&mission, 0.0);
+/// let estimate = Estimate::as_planned(&mission, 0.0, &reference);
+/// let limits = Limits::of(&mission.servicer);
+/// let command = guidance.step(&mission, &plan, &estimate, &limits);
+/// assert_eq!(command.mode, FlightMode::Track);
+/// assert!((command.force - plan.translation.force[0]).amax() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Guidance<const NL: usize = LINKS> {
+    settings: GuidanceSettings,
+    /// When the plan of the last step begins [s]; by it another plan is known.
+    begins: Option<f64>,
+    cursor: Cursor<NL>,
+    integrals: Errors<NL>,
+    /// What the wrist camera has found the position to be off by.
+    offset: Offset,
+    /// When the turn to the estimated target began to be faded in; the first step's time.
+    first: Option<f64>,
+    /// Time of the last step [s]; none before the first.
+    last: Option<f64>,
+    /// What was commanded last, for a change of plans without a jump.
+    commanded: (Vector3<f64>, Control<NL>),
+    /// By how much the command of the new plan jumped, and when; it is faded out.
+    jump: Option<Jump<NL>>,
+    /// Whether another plan, or an abort, was asked for.
+    asked: Option<Request>,
+}
+
+/// What the caller asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Request {
+    Replan,
+    Abort,
+}
+
+/// What the wrist camera adds to what navigation knows of the position, followed as a smooth path: a step
+/// of the error would wind up the integral.
+#[derive(Clone, Copy, Debug, Default)]
+struct Offset {
+    /// As last seen [m].
+    seen: Vector3<f64>,
+    /// As followed [m], and its rate [m/s].
+    value: Vector3<f64>,
+    rate: Vector3<f64>,
+}
+
+impl Offset {
+    /// Goes on for `since` [s] with critical damping, and shifts what is wanted by what it has come to.
+    fn follow<const NL: usize>(&mut self, wanted: &mut Reference<NL>, bandwidth: f64, since: f64) {
+        // Implicit in the rate, so that no step is too long.
+        let w = bandwidth * since;
+        let pull = (self.seen - self.value) * (bandwidth * w);
+        let rate = (self.rate + pull) / (1.0 + 2.0 * w + w * w);
+        let acceleration = if since > 0.0 { (rate - self.rate) / since } else { Vector3::zeros() };
+        self.rate = rate;
+        self.value += rate * since;
+        wanted.position -= self.value;
+        wanted.velocity -= self.rate;
+        wanted.acceleration -= acceleration;
+    }
+}
+
+/// A jump of the command where one plan took over from another.
+#[derive(Clone, Copy, Debug)]
+struct Jump<const NL: usize> {
+    force: Vector3<f64>,
+    control: Control<NL>,
+    /// When; none before the first step of the new plan.
+    at: Option<f64>,
+}
+
+impl<const NL: usize> Guidance<NL> {
+    /// Size in bytes of its state.
+    pub const BYTES: usize = size_of::<Self>();
+
+    /// Nothing flown yet.
+    pub fn new(settings: Valid<GuidanceSettings>) -> Self {
+        Self {
+            settings: settings.into_inner(),
+            begins: None,
+            cursor: Cursor::START,
+            integrals: Errors::ZERO,
+            offset: Offset::default(),
+            first: None,
+            last: None,
+            commanded: (Vector3::zeros(), Control::ZERO),
+            jump: None,
+            asked: None,
+        }
+    }
+
+    /// Asks for another plan: the next steps say that it is wanted.
+    pub fn ask_for_plan(&mut self) {
+        self.asked = self.asked.or(Some(Request::Replan));
+    }
+
+    /// Leaves the target, from the next step on; the only way back is another `Guidance`.
+    pub fn abort(&mut self) {
+        self.asked = Some(Request::Abort);
+    }
+
+    /// One step along `plan`: what the actuators are to do from the estimate's time to the next step's.
+    ///
+    /// A plan that begins at another time than that of the step before takes over from it: integrals go on,
+    /// and what the command would jump by is faded out. The caller sees to it that plans are verified.
+    ///
+    /// Cost: five evaluations of the dynamics, one of the inverse dynamics; see `docs/audit` for
+    /// instructions. An estimate that is no number leaves what is planned as it stands
+    /// ([`FlightMode::Degraded`]).
+    pub fn step(
+        &mut self,
+        mission: &Valid<Mission<NL>>,
+        plan: &FlightPlan<NL>,
+        estimate: &Estimate<NL>,
+        limits: &Limits<NL>,
+    ) -> Command<NL> {
+        self.notice(plan);
+        if !estimate.is_finite() {
+            return self.blind(mission, plan, limits);
+        }
+        let now = estimate.time;
+        let since = clamp(now - self.last.unwrap_or(now), 0.0, LONGEST_STEP);
+        self.last = Some(now);
+        let planned = self.cursor.at(plan, mission, now - plan.begins);
+        if !planned.is_finite() {
+            return self.blind(mission, plan, limits);
+        }
+        let turn = Turn::new(&planned.target, &estimate.target, self.faded_in(now));
+        let mut wanted = turn.apply(&planned);
+        let body = Multibody::new(mission);
+        let mean_motion = mission.mean_motion();
+        let tracking = Tracking { body, mean_motion, settings: &self.settings, limits, since };
+        if self.asked == Some(Request::Abort) {
+            let effort = tracking.escape(estimate);
+            return self.command(FlightMode::Abort, None, &wanted, &effort, turn.angle);
+        }
+        if let Some(seen) = seen_by_camera(mission, &body, estimate) {
+            self.offset.seen = seen;
+        }
+        self.offset.follow(&mut wanted, self.settings.camera, since);
+        closing::add(&mut wanted, &self.settings, mission, &estimate.target, plan.left(now));
+        let mut effort = tracking.effort(&wanted, estimate, &mut self.integrals);
+        self.fade_out_jump(&mut effort, limits, now);
+        let error = effort.errors.sizes(turn.angle);
+        let age = now - plan.begins;
+        let reason = self.reason(&error, age, plan.duration() - age);
+        let mode = if age >= plan.duration() {
+            FlightMode::Done
+        } else if reason.is_some() {
+            FlightMode::ReplanWanted
+        } else {
+            FlightMode::Track
+        };
+        self.command(mode, reason, &wanted, &effort, turn.angle)
+    }
+
+    /// Notices another plan.
+    fn notice(&mut self, plan: &FlightPlan<NL>) {
+        if self.begins == Some(plan.begins) {
+            return;
+        }
+        self.cursor = Cursor::START;
+        self.asked = self.asked.filter(|asked| *asked == Request::Abort);
+        if self.begins.is_some() {
+            let (force, control) = self.commanded;
+            self.jump = Some(Jump { force, control, at: None });
+        }
+        self.begins = Some(plan.begins);
+    }
+
+    fn command(
+        &mut self,
+        mode: FlightMode,
+        wanted: Option<Reason>,
+        reference: &Reference<NL>,
+        effort: &Effort<NL>,
+        target: f64,
+    ) -> Command<NL> {
+        self.commanded = (effort.force, effort.control);
+        Command {
+            mode,
+            wanted,
+            force: effort.force,
+            control: effort.control,
+            joint_angle: reference.state.joint_angle,
+            joint_rate: reference.state.joint_rate,
+            error: effort.errors.sizes(target),
+            share: effort.share,
+        }
+    }
+
+    /// What the plan asks for as it stands, without feedback, where nothing is known.
+    fn blind(
+        &mut self,
+        mission: &Mission<NL>,
+        plan: &FlightPlan<NL>,
+        limits: &Limits<NL>,
+    ) -> Command<NL> {
+        let time = self.last.map_or(0.0, |last| last - plan.begins);
+        let planned = self.cursor.at(plan, mission, time);
+        let free = hcw_acceleration(mission.mean_motion(), &planned.position, &planned.velocity);
+        let mass = mission.servicer.total_mass();
+        let (force, _) = limits.force(&((planned.acceleration - free) * mass), &Vector3::zeros());
+        let (control, _) = limits.torques(&planned.control, &Control::ZERO);
+        let effort = Effort { force, control, share: [0.0; 2], errors: Errors::ZERO };
+        self.command(FlightMode::Degraded, None, &planned, &effort, 0.0)
+    }
+
+    /// Share of the turn to the estimated target that is in force, and its rate [1/s]: a smooth step.
+    fn faded_in(&mut self, now: f64) -> [f64; 2] {
+        let first = *self.first.get_or_insert(now);
+        let time = self.settings.fade[1];
+        let s = clamp((now - first) / time, 0.0, 1.0);
+        [self.share_of_turn(now), 6.0 * s * (1.0 - s) / time]
+    }
+
+    /// Share of the turn to the estimated target that is in force.
+    fn share_of_turn(&self, now: f64) -> f64 {
+        let s = clamp((now - self.first.unwrap_or(now)) / self.settings.fade[1], 0.0, 1.0);
+        s * s * (3.0 - 2.0 * s)
+    }
+
+    /// Adds what is left of the jump from the plan before.
+    fn fade_out_jump(&mut self, effort: &mut Effort<NL>, limits: &Limits<NL>, now: f64) {
+        let Some(mut jump) = self.jump else { return };
+        let at = match jump.at {
+            Some(at) => at,
+            None => {
+                jump.force -= effort.force;
+                jump.control.bus_torque -= effort.control.bus_torque;
+                jump.control.joint_torque -= effort.control.joint_torque;
+                jump.at = Some(now);
+                now
+            }
+        };
+        let left = 1.0 - (now - at) / self.settings.fade[0];
+        self.jump = (left > 0.0).then_some(jump);
+        let left = left.max(0.0);
+        let Jump { force, control, .. } = jump;
+        let control = Control {
+            bus_torque: control.bus_torque * left,
+            joint_torque: control.joint_torque * left,
+        };
+        effort.force = limits.force(&effort.force, &(force * left)).0;
+        effort.control = limits.torques(&effort.control, &control).0;
+    }
+
+    /// Why another plan is wanted, at this age of the plan in force and with so much time left [s].
+    fn reason(&self, error: &TrackingError, age: f64, left: f64) -> Option<Reason> {
+        let triggers = &self.settings.triggers;
+        if left < triggers.last {
+            None
+        } else if self.asked == Some(Request::Replan) {
+            Some(Reason::Caller)
+        } else if error.target > triggers.target {
+            Some(Reason::Tumble)
+        } else if error.position > triggers.position || error.attitude > triggers.attitude {
+            Some(Reason::Error)
+        } else if age > triggers.age {
+            Some(Reason::Time)
+        } else {
+            None
+        }
+    }
+}
+
+/// By how much the end effector is elsewhere than navigation says, where the wrist camera sees it [m].
+fn seen_by_camera<const NL: usize>(
+    mission: &Mission<NL>,
+    body: &Multibody<'_, NL>,
+    estimate: &Estimate<NL>,
+) -> Option<Vector3<f64>> {
+    let seen = estimate.wrist?;
+    let (center, _) = body.center_of_mass(&estimate.state);
+    let tip = estimate.position + center + body.end_effector(&estimate.state).position;
+    let target = quaternion::rotation_matrix(&estimate.target.attitude);
+    Some(seen - (tip - target * mission.target.port_position))
+}

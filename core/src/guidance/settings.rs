@@ -1,0 +1,145 @@
+//! Settings of guidance.
+
+use super::Closing;
+use remora_qp::{InvalidSetting, Validate};
+
+/// Bandwidths of the feedback, and when another plan is wanted. The defaults are for the servicer of
+/// `docs/problem.md`, section 3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuidanceSettings {
+    /// Of the centre of mass [rad/s].
+    pub translation: f64,
+    /// Of the bus attitude [rad/s].
+    pub attitude: f64,
+    /// Of the joints [rad/s].
+    pub joint: f64,
+    /// Largest product of a bandwidth and the time between steps [rad].
+    pub most_per_step: f64,
+    /// Integral feedback, over the bandwidth's third power; zero for none.
+    pub integral: f64,
+    /// Largest error that an integral stands for: metres, radians.
+    pub integral_limit: [f64; 2],
+    /// Time over which a new plan's command and the turn to the estimated target are faded in [s].
+    pub fade: [f64; 2],
+    /// Of the offset that the wrist camera measures [rad/s].
+    pub camera: f64,
+    /// The last way along the port's axis.
+    pub closing: Closing,
+    /// When another plan is wanted.
+    pub triggers: Triggers,
+}
+
+/// When another plan is wanted; infinite: never.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triggers {
+    /// Age of the plan in force [s].
+    pub age: f64,
+    /// Error of the centre of mass [m].
+    pub position: f64,
+    /// Error of the bus attitude [rad].
+    pub attitude: f64,
+    /// Error of the target's attitude from what the plan expects [rad].
+    pub target: f64,
+    /// Time before capture from which none is wanted any more [s].
+    pub last: f64,
+}
+
+impl Triggers {
+    /// Never.
+    pub const NEVER: Self = Self {
+        age: f64::INFINITY,
+        position: f64::INFINITY,
+        attitude: f64::INFINITY,
+        target: f64::INFINITY,
+        last: 0.0,
+    };
+}
+
+impl GuidanceSettings {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        translation: 0.04,
+        attitude: 0.06,
+        joint: 0.4,
+        most_per_step: 0.25,
+        integral: 0.2,
+        integral_limit: [0.05, 0.05],
+        fade: [20.0, 120.0],
+        camera: 0.05,
+        closing: Closing::DEFAULT,
+        triggers: Triggers::NEVER,
+    };
+}
+
+impl Default for GuidanceSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+impl Validate for GuidanceSettings {
+    type Error = InvalidSetting;
+
+    fn validate(&self) -> Result<(), InvalidSetting> {
+        let finite = |x: f64| x > 0.0 && x < f64::INFINITY;
+        let sound = |x: f64| (0.0..f64::INFINITY).contains(&x);
+        let triggers = &self.triggers;
+        let [begins, there, ends] = self.closing.times;
+        let checks = [
+            (finite(self.translation), "translation", "positive"),
+            (finite(self.attitude), "attitude", "positive"),
+            (finite(self.joint), "joint", "positive"),
+            (finite(self.most_per_step), "most_per_step", "positive"),
+            (sound(self.integral), "integral", "not negative"),
+            (self.integral_limit.into_iter().all(sound), "integral_limit", "not negative"),
+            (self.fade.into_iter().all(finite), "fade", "positive"),
+            (finite(self.camera), "camera", "positive"),
+            (sound(self.closing.distance), "closing.distance", "not negative"),
+            (
+                0.0 < ends && ends <= there && there < begins && begins < f64::INFINITY,
+                "closing.times",
+                "falling and positive",
+            ),
+            (triggers.age > 0.0, "triggers.age", "positive"),
+            (triggers.position > 0.0, "triggers.position", "positive"),
+            (triggers.attitude > 0.0, "triggers.attitude", "positive"),
+            (triggers.target > 0.0, "triggers.target", "positive"),
+            (sound(triggers.last), "triggers.last", "not negative"),
+        ];
+        match checks.into_iter().find(|(ok, _, _)| !ok) {
+            Some((_, setting, range)) => Err(InvalidSetting { setting, range }),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_and_nonsense_is_named() {
+        GuidanceSettings::DEFAULT.validate().unwrap();
+        let named = |change: fn(&mut GuidanceSettings)| {
+            let mut settings = GuidanceSettings::DEFAULT;
+            change(&mut settings);
+            settings.validate().unwrap_err().setting
+        };
+        assert_eq!(named(|s| s.translation = 0.0), "translation");
+        assert_eq!(named(|s| s.attitude = f64::NAN), "attitude");
+        assert_eq!(named(|s| s.joint = f64::INFINITY), "joint");
+        assert_eq!(named(|s| s.most_per_step = -1.0), "most_per_step");
+        assert_eq!(named(|s| s.integral = -0.1), "integral");
+        assert_eq!(named(|s| s.integral_limit[1] = f64::NAN), "integral_limit");
+        assert_eq!(named(|s| s.fade[0] = 0.0), "fade");
+        assert_eq!(named(|s| s.camera = 0.0), "camera");
+        assert_eq!(named(|s| s.closing.distance = -1.0), "closing.distance");
+        assert_eq!(named(|s| s.closing.times = [100.0, 150.0, 50.0]), "closing.times");
+        assert_eq!(named(|s| s.closing.times[2] = 0.0), "closing.times");
+        assert_eq!(named(|s| s.triggers.age = 0.0), "triggers.age");
+        assert_eq!(named(|s| s.triggers.position = f64::NAN), "triggers.position");
+        assert_eq!(named(|s| s.triggers.attitude = -1.0), "triggers.attitude");
+        assert_eq!(named(|s| s.triggers.target = 0.0), "triggers.target");
+        assert_eq!(named(|s| s.triggers.last = f64::INFINITY), "triggers.last");
+    }
+}

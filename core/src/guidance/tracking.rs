@@ -1,0 +1,163 @@
+//! The feedback: computed torque about the turned plan, with integrals that stop at limits.
+
+use super::{Estimate, GuidanceSettings, Limits, Reference, TrackingError};
+use crate::dynamics::{Acceleration, Control, Multibody};
+use crate::math::quaternion;
+use crate::model::hcw_acceleration;
+use nalgebra::{SVector, Vector3};
+use remora_qp::dense::clamp;
+
+/// Errors of the servicer from what is asked for, and their integrals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Errors<const NL: usize> {
+    pub position: Vector3<f64>,
+    pub attitude: Vector3<f64>,
+    pub joint: SVector<f64, NL>,
+}
+
+impl<const NL: usize> Errors<NL> {
+    pub const ZERO: Self = Self {
+        position: Vector3::new(0.0, 0.0, 0.0),
+        attitude: Vector3::new(0.0, 0.0, 0.0),
+        joint: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
+    };
+
+    /// Their sizes.
+    pub fn sizes(&self, target: f64) -> TrackingError {
+        let size = |v: &Vector3<f64>| libm::sqrt(v.dot(v));
+        TrackingError {
+            position: size(&self.position),
+            attitude: size(&self.attitude),
+            joint: self.joint.amax(),
+            target,
+        }
+    }
+}
+
+/// One step of the feedback.
+pub(super) struct Tracking<'a, const NL: usize> {
+    pub body: Multibody<'a, NL>,
+    pub mean_motion: f64,
+    pub settings: &'a GuidanceSettings,
+    pub limits: &'a Limits<NL>,
+    /// Time since the step before [s].
+    pub since: f64,
+}
+
+/// What one step asks of the actuators.
+pub(super) struct Effort<const NL: usize> {
+    pub force: Vector3<f64>,
+    pub control: Control<NL>,
+    /// Shares of the feedback that the limits leave: of the force, and of the torques.
+    pub share: [f64; 2],
+    pub errors: Errors<NL>,
+}
+
+impl<const NL: usize> Tracking<'_, NL> {
+    /// A bandwidth that the time between steps allows [rad/s].
+    fn bandwidth(&self, wanted: f64) -> f64 {
+        wanted.min(self.settings.most_per_step / self.since.max(1e-3))
+    }
+
+    /// Force and torques that lead `estimate` to `wanted`. The integrals go on where their limits leave
+    /// them all of the feedback.
+    ///
+    /// Accelerations are `a + w^2 e + 2 w e' + c w^3 int e`; torques are those of the inverse dynamics
+    /// at the estimated state with the whole force, so that its moment is compensated.
+    pub fn effort(
+        &self,
+        wanted: &Reference<NL>,
+        estimate: &Estimate<NL>,
+        integrals: &mut Errors<NL>,
+    ) -> Effort<NL> {
+        let (center, drift) = self.body.center_of_mass(&estimate.state);
+        let position = estimate.position + center;
+        let velocity = estimate.velocity + drift;
+        let turned = quaternion::conjugate(&wanted.state.attitude);
+        let turned = quaternion::product(&estimate.state.attitude, &turned);
+        let errors = Errors {
+            position: position - wanted.position,
+            attitude: quaternion::log(&turned),
+            joint: estimate.state.joint_angle - wanted.state.joint_angle,
+        };
+        let settings = self.settings;
+        let integral = settings.integral;
+        let w = self.bandwidth(settings.translation);
+        let pull = (errors.position * w + (velocity - wanted.velocity) * 2.0) * w
+            + integrals.position * (integral * w * w * w);
+        let mass = self.body.total_mass();
+        let free = hcw_acceleration(self.mean_motion, &wanted.position, &wanted.velocity);
+        let planned = (wanted.acceleration - free) * mass;
+        let (force, force_share) = self.limits.force(&planned, &(pull * -mass));
+
+        let w = self.bandwidth(settings.attitude);
+        let rate = estimate.state.rate - wanted.state.rate;
+        let bus =
+            (errors.attitude * w + rate * 2.0) * w + integrals.attitude * (integral * w * w * w);
+        let w = self.bandwidth(settings.joint);
+        let rate = estimate.state.joint_rate - wanted.state.joint_rate;
+        let joint = (errors.joint * w + rate * 2.0) * w + integrals.joint * (integral * w * w * w);
+        let acceleration = Acceleration {
+            bus: wanted.state_acceleration.bus - bus,
+            joint: wanted.state_acceleration.joint - joint,
+        };
+        let needed = self.body.torques(&estimate.state, &force, &acceleration);
+        let feedback = Control {
+            bus_torque: needed.bus_torque - wanted.control.bus_torque,
+            joint_torque: needed.joint_torque - wanted.control.joint_torque,
+        };
+        let (control, torque_share) = self.limits.torques(&wanted.control, &feedback);
+        self.integrate(integrals, &errors, [force_share, torque_share]);
+        Effort { force, control, share: [force_share, torque_share], errors }
+    }
+
+    /// Integrals go on only where no limit is reached, each up to its own bound.
+    fn integrate(&self, integrals: &mut Errors<NL>, errors: &Errors<NL>, share: [f64; 2]) {
+        let settings = self.settings;
+        let [far, angle] = settings.integral_limit;
+        let go_on = |sum: f64, error: f64, most: f64| clamp(sum + error * self.since, -most, most);
+        if share[0] >= 1.0 {
+            let most = far / self.bandwidth(settings.translation);
+            integrals.position =
+                integrals.position.zip_map(&errors.position, |sum, e| go_on(sum, e, most));
+        }
+        if share[1] >= 1.0 {
+            let most = angle / self.bandwidth(settings.attitude);
+            integrals.attitude =
+                integrals.attitude.zip_map(&errors.attitude, |sum, e| go_on(sum, e, most));
+            let most = angle / self.bandwidth(settings.joint);
+            integrals.joint = integrals.joint.zip_map(&errors.joint, |sum, e| go_on(sum, e, most));
+        }
+    }
+
+    /// Force that leads away from the target, as large as wheels and joints can hold against, and the
+    /// torques that stop bus and joints meanwhile.
+    pub fn escape(&self, estimate: &Estimate<NL>) -> Effort<NL> {
+        let (center, _) = self.body.center_of_mass(&estimate.state);
+        let position = estimate.position + center;
+        let rest = Acceleration {
+            bus: estimate.state.rate * (-2.0 * self.bandwidth(self.settings.attitude)),
+            joint: estimate.state.joint_rate * (-2.0 * self.bandwidth(self.settings.joint)),
+        };
+        let free = self.body.torques(&estimate.state, &Vector3::zeros(), &rest);
+        let (stop, share) = self.limits.torques(&Control::ZERO, &free);
+        let full = largest_along(&position, &self.limits.force);
+        let held = self.body.torques(&estimate.state, &full, &rest);
+        let moment = Control {
+            bus_torque: held.bus_torque - free.bus_torque,
+            joint_torque: held.joint_torque - free.joint_torque,
+        };
+        let (control, force_share) = self.limits.torques(&stop, &moment);
+        let force = full * force_share;
+        Effort { force, control, share: [force_share, share], errors: Errors::ZERO }
+    }
+}
+
+/// The largest force along `direction` within limits by axis; none along zero.
+pub(super) fn largest_along(direction: &Vector3<f64>, limits: &Vector3<f64>) -> Vector3<f64> {
+    let longest = direction
+        .iter()
+        .zip(limits)
+        .fold(0.0, |most: f64, (along, limit)| most.max(along.abs() / limit));
+    if longest > 0.0 && longest < f64::INFINITY { direction / longest } else { Vector3::zeros() }
+}

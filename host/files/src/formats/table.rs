@@ -1,0 +1,123 @@
+//! Tables as Parquet files, with units and origin beside the rows.
+
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::types::{Type, TypePtr};
+use serde_json::{Map, Value, json};
+use std::sync::Arc;
+
+/// A cell of the table.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// Text.
+    Text(String),
+    /// A whole number.
+    Integer(i64),
+    /// A number.
+    Number(f64),
+    /// Yes or no.
+    Flag(bool),
+}
+
+impl Cell {
+    fn physical(&self) -> Physical {
+        match self {
+            Self::Text(_) => Physical::BYTE_ARRAY,
+            Self::Integer(_) => Physical::INT64,
+            Self::Number(_) => Physical::DOUBLE,
+            Self::Flag(_) => Physical::BOOLEAN,
+        }
+    }
+
+    /// The type's name in metadata of tables on the web.
+    pub(super) fn datatype(&self) -> &'static str {
+        match self {
+            Self::Text(_) => "string",
+            Self::Integer(_) => "integer",
+            Self::Number(_) => "double",
+            Self::Flag(_) => "boolean",
+        }
+    }
+}
+
+/// A cell with name and unit of its column; the unit is empty where there is none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Name of the column.
+    pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What stands in the row.
+    pub cell: Cell,
+}
+
+/// A table as a Parquet file: uncompressed, one row group, strings, 64-bit integers, doubles and
+/// booleans; units and `entries` in the file's metadata.
+///
+/// # Errors
+/// Where there is no row, or too much of them for memory.
+pub fn parquet(
+    table: &[Vec<Column>],
+    entries: Vec<(&'static str, String)>,
+) -> Result<Vec<u8>, ParquetError> {
+    let first = table.first().ok_or_else(|| ParquetError::General("no rows".into()))?;
+    let with_units = first.iter().filter(|column| !column.unit.is_empty());
+    let units: Map<String, Value> =
+        with_units.map(|column| (column.name.clone(), column.unit.into())).collect();
+    let entries = entries.into_iter().chain([("remora.units", json!(units).to_string())]);
+    let metadata = entries.map(|(key, value)| KeyValue::new(key.to_string(), value)).collect();
+    let properties = WriterProperties::builder().set_key_value_metadata(Some(metadata)).build();
+    let mut writer = SerializedFileWriter::new(Vec::new(), schema(first)?, Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    for j in 0..first.len() {
+        write_column(&mut group, table.iter().map(|row| &row[j].cell))?;
+    }
+    group.close()?;
+    writer.into_inner()
+}
+
+fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
+    let column = |Column { name, cell, .. }: &Column| {
+        let string = matches!(cell, Cell::Text(_)).then_some(LogicalType::String);
+        let column = Type::primitive_type_builder(name, cell.physical())
+            .with_repetition(Repetition::REQUIRED)
+            .with_logical_type(string)
+            .build()?;
+        Ok(Arc::new(column))
+    };
+    let fields = columns.iter().map(column).collect::<Result<Vec<_>, ParquetError>>()?;
+    Ok(Arc::new(Type::group_type_builder("results").with_fields(fields).build()?))
+}
+
+/// Writes the next column of a row group.
+fn write_column<'a>(
+    group: &mut SerializedRowGroupWriter<'_, Vec<u8>>,
+    cells: impl Iterator<Item = &'a Cell>,
+) -> Result<(), ParquetError> {
+    let (mut texts, mut integers, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
+    let mut flags = Vec::new();
+    for cell in cells {
+        match cell {
+            Cell::Text(text) => texts.push(ByteArray::from(text.as_str())),
+            Cell::Integer(n) => integers.push(*n),
+            Cell::Number(x) => numbers.push(*x),
+            Cell::Flag(is) => flags.push(*is),
+        }
+    }
+    let missing = || ParquetError::General("fewer columns than the schema has".into());
+    let mut column = group.next_column()?.ok_or_else(missing)?;
+    if !texts.is_empty() {
+        column.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
+    } else if !integers.is_empty() {
+        column.typed::<Int64Type>().write_batch(&integers, None, None)?;
+    } else if !flags.is_empty() {
+        column.typed::<BoolType>().write_batch(&flags, None, None)?;
+    } else {
+        column.typed::<DoubleType>().write_batch(&numbers, None, None)?;
+    }
+    column.close()
+}

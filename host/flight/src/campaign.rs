@@ -1,0 +1,342 @@
+//! Many flights over a few threads, resumable, the same rows whatever their number.
+//!
+//! ```text
+//! DIR/flights.json             what is flown: all that a run depends on
+//! DIR/flights.journal.jsonl    what was asked for, then a line a finished run
+//! DIR/flights.parquet          a row a run, when all are there
+//! DIR/flights.summary.json     statistics over the rows
+//! DIR/history/RUN.parquet      runs that are kept, a row a second
+//! ```
+
+use crate::history;
+use crate::keep::Keep;
+use crate::options::Options;
+use crate::pilot::{Pilot, Sortie};
+use crate::row::{Drawn, FlownRow, Row};
+use crate::statistics::Summary;
+use crate::until::Until;
+use remora_host::error::Error;
+use remora_host::fingerprint::{self, fingerprint};
+use remora_host::formats::{
+    self, PlanFile, Verdict, check_writable, json, make_directory, parquet_table, write_atomically,
+};
+use remora_host::journal::{Heading, Journal};
+use remora_host::pool;
+use remora_host::progress::Progress;
+use remora_truth::{Dispersion, Errors, WorldError};
+use serde::{Deserialize, Serialize};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// Name of what says all that a run depends on.
+pub const FLIGHTS: &str = "flights.json";
+const JOURNAL: &str = "flights.journal.jsonl";
+const TABLE: &str = "flights.parquet";
+const SUMMARY: &str = "flights.summary.json";
+const FORMAT: &str = "remora-flights/1";
+
+/// What is flown: all that a run depends on. It is the file [`FLIGHTS`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Asked {
+    /// Format of the file.
+    pub format: String,
+    /// Plan files in their order, from the folder of the flights or absolute.
+    pub plans: Vec<PathBuf>,
+    /// Runs of each plan.
+    pub runs: u64,
+    /// Seed of the errors' draw.
+    pub seed: u64,
+    /// Joints of the arm.
+    pub joints: usize,
+    /// How plans are flown.
+    pub options: Options,
+    /// Errors of the world.
+    pub errors: Errors,
+}
+
+impl Asked {
+    /// What is flown, in the present form.
+    pub fn new(
+        plans: Vec<PathBuf>,
+        (runs, seed): (u64, u64),
+        joints: usize,
+        options: Options,
+        errors: Errors,
+    ) -> Self {
+        Self { format: FORMAT.into(), plans, runs, seed, joints, options, errors }
+    }
+
+    /// Reads a folder's.
+    ///
+    /// # Errors
+    /// The file with the field that is wrong.
+    pub fn read(folder: &Path) -> Result<Self, Error> {
+        let file = folder.join(FLIGHTS);
+        let text = json::read_text(&file)?;
+        json::parse(&text, FORMAT).map_err(|error| error.at(&file))
+    }
+
+    /// Draw of a run.
+    pub fn dispersion(&self, run: u64) -> Dispersion {
+        Dispersion { errors: self.errors.clone(), seed: self.seed, run }
+    }
+
+    fn count(&self) -> u64 {
+        self.runs * self.plans.len() as u64
+    }
+}
+
+/// Flights to be flown.
+pub struct Flights {
+    /// What is flown.
+    pub asked: Asked,
+    /// Number of worker threads.
+    pub jobs: NonZeroUsize,
+    /// Which runs' histories are kept.
+    pub keep: Keep,
+    /// When enough has been flown.
+    pub until: Option<Until>,
+    /// The folder of the results.
+    pub out: PathBuf,
+}
+
+/// Flights that were flown.
+pub struct Results {
+    /// A row a run, in their order.
+    pub rows: Vec<Row>,
+    /// What was drawn, in the order of the rows' numbers.
+    pub drawn: Vec<Drawn>,
+    /// Statistics over them.
+    pub summary: Summary,
+    /// The files written at the end.
+    pub files: Vec<PathBuf>,
+}
+
+/// A plan of the flights: its scenario's id, and what can be flown of it.
+struct Planned {
+    id: String,
+    sortie: Option<Sortie>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Header {
+    format: String,
+    version: String,
+    program: String,
+    flights: String,
+}
+
+impl Heading for Header {
+    const FORMAT: &'static str = "remora-flights-journal/1";
+    const WORK: &'static str = "series of flights";
+
+    fn format(&self) -> &str {
+        &self.format
+    }
+
+    fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
+        let checks = [
+            ("version", self.version != begun.version, "another version of this program"),
+            ("program", self.program != begun.program, "another build of this program"),
+            ("flights", self.flights != begun.flights, "other plans, errors, options or runs"),
+        ];
+        checks.into_iter().find(|(_, differs, _)| *differs).map(|(field, _, what)| {
+            (field, format!("these flights were begun with {what}; choose another --out"))
+        })
+    }
+}
+
+/// Runs between two looks at whether enough has been flown.
+const BATCH: u64 = 100;
+
+impl Flights {
+    /// Flies what is not in the journal yet, then writes table, summary and the histories that are kept.
+    ///
+    /// # Errors
+    /// A plan that cannot be read or flown; a folder or file that cannot be written; a journal of
+    /// other flights.
+    pub fn fly(&self, progress: &mut dyn Progress) -> Result<Results, Error> {
+        let plans = self.plans()?;
+        let drawn = self.drawn(&plans)?;
+        make_directory(&self.out)?;
+        let header = self.header();
+        let journal = self.out.join(JOURNAL);
+        Journal::<Row>::look(&journal, &header)?;
+        self.files().iter().try_for_each(|file| check_writable(file))?;
+        let text = json::to_text(&self.asked).map_err(|error| failed(&self.out, &error))?;
+        write_atomically(&self.out.join(FLIGHTS), text.as_bytes())?;
+        let (mut journal, finished) = Journal::<Row>::open(&journal, &header)?;
+        let count = self.asked.count();
+        let mut rows: Vec<Option<Row>> = (0..count).map(|_| None).collect();
+        for row in finished {
+            let index = row.run as usize;
+            if let Some(place) = rows.get_mut(index) {
+                *place = Some(row);
+            }
+        }
+        progress.begin(rows.len(), rows.iter().flatten().count());
+        let mut flown_until = 0;
+        while flown_until < count {
+            let end = match self.until {
+                Some(_) => (flown_until + BATCH).min(count),
+                None => count,
+            };
+            let pending: Vec<u64> =
+                (flown_until..end).filter(|run| rows[*run as usize].is_none()).collect();
+            let fly = |pilot: &mut Pilot, run: u64| self.run(pilot, &plans, run);
+            let finish = |run: u64, row: Row| {
+                progress.done(is_captured(&row));
+                journal.append(&row)?;
+                rows[run as usize] = Some(row);
+                Ok(())
+            };
+            pool::plan_all_with(self.jobs, &pending, |_| Pilot::default(), fly, finish)?;
+            flown_until = end;
+            let so_far: Vec<Row> = rows[..end as usize].iter().flatten().cloned().collect();
+            if self.until.as_ref().is_some_and(|until| until.is_decided(&so_far, count)) {
+                break;
+            }
+        }
+        progress.end();
+        let rows: Vec<Row> = rows.into_iter().take(flown_until as usize).flatten().collect();
+        self.end(rows, drawn, &plans)
+    }
+
+    fn header(&self) -> Header {
+        Header {
+            format: Header::FORMAT.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            program: fingerprint::program(),
+            flights: fingerprint(&self.asked),
+        }
+    }
+
+    fn files(&self) -> [PathBuf; 2] {
+        [TABLE, SUMMARY].map(|name| self.out.join(name))
+    }
+
+    fn plans(&self) -> Result<Vec<Planned>, Error> {
+        self.asked.plans.iter().map(|file| planned(&self.out, file, self.asked.joints)).collect()
+    }
+
+    /// What is drawn, by the first plan that can be flown.
+    fn drawn(&self, plans: &[Planned]) -> Result<Vec<Drawn>, Error> {
+        let Some(sortie) = plans.iter().find_map(|plan| plan.sortie.as_ref()) else {
+            return Ok(Vec::new());
+        };
+        let quantities = sortie.drawn(&self.asked.options.settings(), &self.asked.dispersion(0));
+        let named = |quantities: Vec<remora_truth::Quantity>| {
+            quantities.into_iter().map(|q| Drawn { name: q.name, unit: q.unit }).collect()
+        };
+        quantities.map(named).map_err(|error| wrong_world(&error))
+    }
+
+    fn run(&self, pilot: &mut Pilot, plans: &[Planned], run: u64) -> Result<Row, Error> {
+        let plan = &plans[(run / self.asked.runs) as usize];
+        let settings = self.asked.options.settings();
+        let flown = match &plan.sortie {
+            None => None,
+            Some(sortie) => {
+                let flown = pilot.fly(sortie, &settings, &self.asked.dispersion(run), None);
+                Some(FlownRow::from(&flown.map_err(|error| wrong_world(&error))?))
+            }
+        };
+        Ok(Row { run, scenario: plan.id.clone(), flown })
+    }
+
+    fn end(&self, rows: Vec<Row>, drawn: Vec<Drawn>, plans: &[Planned]) -> Result<Results, Error> {
+        let summary = Summary::of(&rows, &drawn);
+        let [table, summary_file] = self.files();
+        let columns: Vec<_> = rows.iter().map(|row| row.columns(&drawn)).collect();
+        let program = formats::Program::this();
+        let entries = vec![
+            ("remora.format", "remora-flights-table/1".to_string()),
+            ("remora.version", program.version),
+            ("remora.commit", program.commit),
+            ("remora.seed", self.asked.seed.to_string()),
+        ];
+        let bytes = parquet_table(&columns, entries).map_err(|error| failed(&table, &error))?;
+        write_atomically(&table, &bytes)?;
+        let text = json::to_text(&summary).map_err(|error| failed(&summary_file, &error))?;
+        write_atomically(&summary_file, text.as_bytes())?;
+        let mut files = vec![table, summary_file];
+        let mut pilot = Pilot::default();
+        for run in self.keep.chosen(&rows) {
+            let Some(sortie) = &plans[(run / self.asked.runs) as usize].sortie else { continue };
+            files.push(keep_history(&self.out, &self.asked, sortie, &mut pilot, run)?);
+        }
+        Ok(Results { rows, drawn, summary, files })
+    }
+}
+
+/// Flies one run of a folder's flights again; its history goes to `history/RUN.parquet`.
+///
+/// # Errors
+/// A folder without flights; a run that it does not have; a plan that is gone or cannot be flown.
+pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
+    let asked = Asked::read(folder)?;
+    let Some(file) = asked.plans.get((run / asked.runs.max(1)) as usize) else {
+        let reason = format!("has {} runs, from 0 on; there is no run {run}", asked.count());
+        return Err(Error::input(&folder.join(FLIGHTS), "runs", reason));
+    };
+    let plan = planned(folder, file, asked.joints)?;
+    let mut pilot = Pilot::default();
+    let Some(sortie) = &plan.sortie else {
+        return Err(Error::input(file, "verdict", "is not flyable: there was nothing to fly"));
+    };
+    make_directory(folder)?;
+    let history = keep_history(folder, &asked, sortie, &mut pilot, run)?;
+    let flown = pilot.fly(sortie, &asked.options.settings(), &asked.dispersion(run), None);
+    let flown = flown.map_err(|error| wrong_world(&error))?;
+    let row = Row { run, scenario: plan.id, flown: Some(FlownRow::from(&flown)) };
+    Ok((row, history))
+}
+
+/// Flies a run with its history, which goes to a file.
+fn keep_history(
+    folder: &Path,
+    asked: &Asked,
+    sortie: &Sortie,
+    pilot: &mut Pilot,
+    run: u64,
+) -> Result<PathBuf, Error> {
+    let mut samples = Vec::new();
+    pilot
+        .fly(sortie, &asked.options.settings(), &asked.dispersion(run), Some(&mut samples))
+        .map_err(|error| wrong_world(&error))?;
+    let folder = folder.join("history");
+    make_directory(&folder)?;
+    let file = folder.join(format!("{run}.parquet"));
+    history::write(&file, &samples, run)?;
+    Ok(file)
+}
+
+/// A plan file of flights in `folder`; one that is not flyable has nothing to fly.
+fn planned(folder: &Path, file: &Path, joints: usize) -> Result<Planned, Error> {
+    let file = folder.join(file);
+    let plan = PlanFile::read(&file)?;
+    let id = plan.scenario.clone();
+    if plan.verdict == Some(Verdict::NotFlyable) {
+        return Ok(Planned { id, sortie: None });
+    }
+    let sortie = remora_host::with_joints!(joints, NL => {
+        Sortie::of::<NL>(&file, &plan)?
+    } else {
+        return Err(Error::input(&file, "inputs.mission.servicer", "has no arm of 1 to 7 joints"));
+    });
+    Ok(Planned { id, sortie: Some(sortie) })
+}
+
+fn is_captured(row: &Row) -> bool {
+    row.flown.as_ref().is_some_and(|flown| flown.ending == crate::flight::Ending::Captured)
+}
+
+fn failed(file: &Path, error: &dyn std::fmt::Display) -> Error {
+    Error::Output { file: file.into(), reason: error.to_string() }
+}
+
+fn wrong_world(error: &WorldError) -> Error {
+    Error::Thread { reason: format!("the world cannot be flown in: {error}") }
+}

@@ -1,0 +1,388 @@
+//! One flight: a plan, a draw of errors, and what comes of it.
+
+use crate::judge::{Arrival, Criteria, Judge, KEEP_OUT_TOLERANCE_M, Room, VIEW_TOLERANCE};
+use crate::navigation::{Filters, Navigation};
+use crate::nominal::{self, Surroundings};
+use nalgebra::Vector3;
+use remora_core::advanced::guidance::{
+    Command, Estimate, FlightMode, FlightPlan, Guidance, GuidanceSettings, Limits, Triggers,
+};
+use remora_core::advanced::model::{Integrator, Mission, Scenario};
+use remora_core::prelude::Valid;
+use remora_host::engine::{Build, Engine};
+use remora_truth::{
+    Axes, Command as Act, Dispersion, JointCommand, Quantity, Setup, View, World, WorldError,
+};
+use serde::{Deserialize, Serialize};
+
+/// Who flies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Controller {
+    /// Tracks the plan.
+    Track,
+    /// Tracks it and plans again.
+    Replan,
+}
+
+/// How joints are driven.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JointControl {
+    /// By torques.
+    Torque,
+    /// By angle and rate references that loops of their own follow.
+    Servo,
+}
+
+/// How a plan is flown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Steps of guidance a second [Hz].
+    pub rate_hz: f64,
+    /// Who flies.
+    pub controller: Controller,
+    /// How joints are driven.
+    pub joints: JointControl,
+    /// Time before capture from which the wrist camera is used [s]; zero: never.
+    pub camera_s: f64,
+    /// Time that planning again takes [s].
+    pub lead_s: f64,
+    /// Guidance's own settings; its triggers count where the controller plans again.
+    pub guidance: GuidanceSettings,
+    /// Navigation's filters.
+    pub filters: Filters,
+    /// Gravity and what follows from it.
+    pub surroundings: Surroundings,
+    /// What counts as a capture.
+    pub criteria: Criteria,
+    /// Integrator of plans that are made in flight.
+    pub integrator: Integrator,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            rate_hz: 10.0,
+            controller: Controller::Track,
+            joints: JointControl::Torque,
+            camera_s: 150.0,
+            lead_s: 5.0,
+            guidance: GuidanceSettings {
+                triggers: Triggers { age: 100.0, last: 150.0, ..Triggers::NEVER },
+                ..GuidanceSettings::DEFAULT
+            },
+            filters: Filters::default(),
+            surroundings: Surroundings::default(),
+            criteria: Criteria::default(),
+            integrator: Integrator::RK4,
+        }
+    }
+}
+
+/// How a flight ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ending {
+    /// At the port, as capture demands, and nothing touched on the way.
+    Captured,
+    /// Elsewhere or otherwise than capture demands.
+    Missed,
+    /// Bodies overlapped on the way.
+    Collided,
+    /// The approach was given up, and the target left clear.
+    Aborted,
+}
+
+/// What came of a flight.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flown {
+    /// How it ended.
+    pub ending: Ending,
+    /// When [s].
+    pub time_s: f64,
+    /// The state at the end.
+    pub arrival: Arrival,
+    /// How near it came to limits.
+    pub room: Room,
+    /// Plans made in flight, and how many of them were verified.
+    pub replans: [u32; 2],
+    /// Largest tracking errors after the first minute: position [m], attitude [rad].
+    pub tracking: [f64; 2],
+    /// Impulse of the commanded force [N s].
+    pub impulse_n_s: f64,
+    /// What was drawn, read back from the truth.
+    pub drawn: Vec<Quantity>,
+}
+
+impl Flown {
+    /// The limits that were passed, by name.
+    pub fn violations(&self) -> Vec<&'static str> {
+        let room = &self.room;
+        let passed = [
+            ("arm", !(room.arm_m >= 0.0)),
+            ("bus", !(room.bus_m >= 0.0)),
+            ("own", !(room.own_m >= 0.0)),
+            ("keep_out", !(room.keep_out_m >= -KEEP_OUT_TOLERANCE_M)),
+            ("view", !(room.view >= -VIEW_TOLERANCE)),
+            ("joint", !(room.joint_rad >= 0.0)),
+            ("command", !(room.command <= 1.0 + 1e-9)),
+        ];
+        passed.iter().filter(|(_, is)| *is).map(|(name, _)| *name).collect()
+    }
+}
+
+/// One instant of a flight, for whoever watches.
+pub struct Moment<'a, const NL: usize> {
+    /// The truth.
+    pub view: &'a View<NL>,
+    /// What guidance was told.
+    pub estimate: &'a Estimate<NL>,
+    /// What it answered.
+    pub command: &'a Command<NL>,
+}
+
+/// A plan to be flown.
+pub struct Flight<'a, const NL: usize> {
+    /// Its mission.
+    pub mission: &'a Valid<Mission<NL>>,
+    /// What the plan was made for.
+    pub scenario: &'a Scenario<NL>,
+    /// The plan.
+    pub plan: &'a FlightPlan<NL>,
+    /// How it is flown.
+    pub settings: &'a Settings,
+}
+
+impl<const NL: usize> Flight<'_, NL> {
+    /// Flies with one draw of errors. The engine plans where the controller plans again.
+    ///
+    /// # Errors
+    /// Errors that make no sense; a truth that cannot be integrated.
+    pub fn fly<const NX: usize, const NU: usize>(
+        &self,
+        dispersion: &Dispersion,
+        engine: &mut Engine<NL, NX, NU>,
+        watch: &mut dyn FnMut(&Moment<'_, NL>),
+    ) -> Result<Flown, WorldError>
+    where
+        Engine<NL, NX, NU>: Build<NL, NX, NU>,
+    {
+        let setup = nominal::setup(self.mission, self.scenario, &self.settings.surroundings);
+        let world = World::new(&setup, dispersion)?;
+        let real = dispersion.disperse(&setup);
+        let known = with_true_geometry(self.mission, &real);
+        let mut loop_ = Loop::new(self, world, &known);
+        while !loop_.is_over() {
+            loop_.turn(engine, watch)?;
+        }
+        Ok(loop_.ended())
+    }
+}
+
+/// The mission with the port and the arm's base where they really are.
+fn with_true_geometry<const NL: usize>(mission: &Mission<NL>, real: &Setup<NL>) -> Mission<NL> {
+    let mut known = *mission;
+    known.target.port_position = real.target.port;
+    if let Some(first) = real.vehicle.joints.first() {
+        known.servicer.arm_base = first.pivot;
+    }
+    known
+}
+
+/// The control loop of a flight.
+struct Loop<'a, const NL: usize> {
+    flight: &'a Flight<'a, NL>,
+    world: World<NL>,
+    navigation: Navigation<NL>,
+    guidance: Guidance<NL>,
+    limits: Limits<NL>,
+    judge: Judge<'a, NL>,
+    plan: FlightPlan<NL>,
+    /// A plan that takes over later.
+    next: Option<FlightPlan<NL>>,
+    drawn: Vec<Quantity>,
+    /// Force commanded last, RTN.
+    force: Vector3<f64>,
+    turns: u64,
+    touched: bool,
+    flown: Tally,
+}
+
+/// What is counted in flight.
+#[derive(Default)]
+struct Tally {
+    replans: [u32; 2],
+    tracking: [f64; 2],
+    impulse: f64,
+    aborted: bool,
+}
+
+/// Turns between looks at distances: a second's.
+fn look_every(rate: f64) -> u64 {
+    (rate as u64).max(1)
+}
+
+impl<'a, const NL: usize> Loop<'a, NL> {
+    fn new(flight: &'a Flight<'a, NL>, world: World<NL>, known: &'a Mission<NL>) -> Self {
+        let settings = flight.settings;
+        let triggers = match settings.controller {
+            Controller::Track => Triggers::NEVER,
+            Controller::Replan => settings.guidance.triggers,
+        };
+        let guidance = GuidanceSettings { triggers, ..settings.guidance };
+        let drawn = world.read_back();
+        Self {
+            flight,
+            world,
+            navigation: Navigation::new(settings.filters),
+            guidance: Guidance::new(Valid::of_constant(guidance)),
+            limits: Limits::of(&flight.mission.servicer),
+            judge: Judge::new(known, &flight.mission.target.port_position, flight.plan.grid()),
+            plan: *flight.plan,
+            next: None,
+            drawn,
+            force: Vector3::zeros(),
+            turns: 0,
+            touched: false,
+            flown: Tally::default(),
+        }
+    }
+
+    fn end(&self) -> f64 {
+        self.flight.plan.begins + self.flight.plan.duration()
+    }
+
+    fn is_over(&self) -> bool {
+        self.touched || self.world.time() >= self.end() - 1e-9
+    }
+
+    /// One turn: measure, estimate, guide, act.
+    fn turn<const NX: usize, const NU: usize>(
+        &mut self,
+        engine: &mut Engine<NL, NX, NU>,
+        watch: &mut dyn FnMut(&Moment<'_, NL>),
+    ) -> Result<(), WorldError>
+    where
+        Engine<NL, NX, NU>: Build<NL, NX, NU>,
+    {
+        let settings = self.flight.settings;
+        let time = self.world.time();
+        if let Some(next) = self.next.take_if(|next| time >= next.begins - 1e-9) {
+            self.plan = next;
+        }
+        let looks = self.turns % look_every(settings.rate_hz) == 0;
+        let estimate = self.estimate(time);
+        let mut act = Act::default();
+        if let Some(estimate) = estimate {
+            let command =
+                self.guidance.step(self.flight.mission, &self.plan, &estimate, &self.limits);
+            self.count(time, &command);
+            if command.mode == FlightMode::ReplanWanted && self.next.is_none() {
+                self.next = self.plan_again(&estimate, engine);
+            }
+            self.force = command.force;
+            act = self.act(&command);
+            if looks {
+                let view = self.world.view();
+                self.judge.look(&view);
+                watch(&Moment { view: &view, estimate: &estimate, command: &command });
+            }
+        }
+        self.turns += 1;
+        let until = f64::min(self.turns as f64 / settings.rate_hz, self.end());
+        self.touched = self.world.advance(until, &act)?.is_some();
+        Ok(())
+    }
+
+    fn estimate(&mut self, time: f64) -> Option<Estimate<NL>> {
+        let (frame, measured) = (self.world.rtn(), self.world.measure());
+        let mission = self.flight.mission;
+        let mut estimate =
+            self.navigation.estimate(mission, (time, &frame), &measured, &self.force)?;
+        if self.end() - time > self.flight.settings.camera_s {
+            estimate.wrist = None;
+        }
+        Some(estimate)
+    }
+
+    fn act(&self, command: &Command<NL>) -> Act<NL> {
+        let torque = command.control.joint_torque.data.0[0];
+        let joints = match self.flight.settings.joints {
+            JointControl::Torque => JointCommand::Torque(torque),
+            JointControl::Servo => JointCommand::Servo {
+                angle: command.joint_angle.data.0[0],
+                rate: command.joint_rate.data.0[0],
+                torque,
+            },
+        };
+        Act {
+            force: command.force,
+            axes: Axes::Rtn,
+            bus_torque: command.control.bus_torque,
+            joints,
+        }
+    }
+
+    fn count(&mut self, time: f64, command: &Command<NL>) {
+        self.judge.look_at_command(command, &self.limits);
+        let flown = &mut self.flown;
+        let size = libm::sqrt(command.force.dot(&command.force));
+        flown.impulse += size / self.flight.settings.rate_hz;
+        flown.aborted |= command.mode == FlightMode::Abort;
+        if time >= 60.0 {
+            flown.tracking[0] = flown.tracking[0].max(command.error.position);
+            flown.tracking[1] = flown.tracking[1].max(command.error.attitude);
+        }
+    }
+
+    /// Plans again; the plan in force stays where nothing verified comes of it.
+    fn plan_again<const NX: usize, const NU: usize>(
+        &mut self,
+        estimate: &Estimate<NL>,
+        engine: &mut Engine<NL, NX, NU>,
+    ) -> Option<FlightPlan<NL>>
+    where
+        Engine<NL, NX, NU>: Build<NL, NX, NU>,
+    {
+        let Flight { mission, settings, .. } = self.flight;
+        let replan = self.guidance.replan(mission, &self.plan, estimate, settings.lead_s)?;
+        let (scenario, integrator) = (&replan.scenario, settings.integrator);
+        self.flown.replans[0] += 1;
+        let guess = (&replan.nominal, replan.elapsed);
+        let report = engine.replan(mission, scenario, integrator, guess).ok()?;
+        if !report.is_verified() {
+            return None;
+        }
+        self.flown.replans[1] += 1;
+        let (path, motion) = (engine.workspace.translation(), engine.workspace.reorientation());
+        let plan = FlightPlan::new(mission, scenario, integrator, path, motion).ok()?;
+        Some(plan.beginning_at(replan.begins))
+    }
+
+    fn ended(mut self) -> Flown {
+        let view = self.world.view();
+        self.judge.look(&view);
+        let arrival = Arrival::of(&view);
+        let mut flown = Flown {
+            ending: Ending::Missed,
+            time_s: view.time,
+            arrival,
+            room: self.judge.room,
+            replans: self.flown.replans,
+            tracking: self.flown.tracking,
+            impulse_n_s: self.flown.impulse,
+            drawn: self.drawn,
+        };
+        flown.ending = if flown.room.collided() {
+            Ending::Collided
+        } else if self.flown.aborted {
+            Ending::Aborted
+        } else if arrival.is_captured(&self.flight.settings.criteria) {
+            Ending::Captured
+        } else {
+            Ending::Missed
+        };
+        flown
+    }
+}

@@ -1,0 +1,27 @@
+#![doc = include_str!("../README.md")]
+//!
+//! Data goes down this list, imports go up it:
+//!
+//! - [`nominal`]: the truth's world as the planner believes it to be;
+//! - [`navigation`]: from what sensors tell to what guidance is told;
+//! - [`judge`]: what a flight comes to, and what it violates on the way;
+//! - [`flight`]: one flight, from a plan to the port;
+//! - [`options`], [`errors_file`]: how to fly, and what is wrong with the world, as files say it;
+//! - [`history`], [`pilot`]: a flight over time; flights of arms of any number of joints;
+//! - [`row`], [`statistics`]: flights as rows, and what many of them say;
+//! - [`keep`], [`until`], [`campaign`]: many flights over several threads, resumable.
+#![forbid(unsafe_code)]
+
+pub mod campaign;
+pub mod errors_file;
+pub mod flight;
+pub mod history;
+pub mod judge;
+pub mod keep;
+pub mod navigation;
+pub mod nominal;
+pub mod options;
+pub mod pilot;
+pub mod row;
+pub mod statistics;
+pub mod until;

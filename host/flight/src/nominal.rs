@@ -1,0 +1,122 @@
+//! The truth's world as the planner believes it to be: the setup whose errors a dispersion draws.
+
+use nalgebra::{Matrix3, Vector3, Vector4};
+use remora_core::advanced::dynamics::{EndEffectorPose, Multibody, State};
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::{Mission, Scenario};
+use remora_truth::{
+    Body, EARTH_MU, Environment, Joint, Limits, Orbit, Rtn, Servo, Setup, Start, Target, Vehicle,
+    rotation,
+};
+
+/// Farthest from the port that the tip's passage of the port's plane ends a flight [m].
+const CONTACT_RADIUS: f64 = 0.1;
+
+/// What of the world is chosen, besides mission and scenario.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surroundings {
+    /// Gravity and what follows from it.
+    pub environment: Environment,
+    /// Argument of latitude at the start, from the ascending node [rad].
+    pub argument_of_latitude: f64,
+}
+
+impl Default for Surroundings {
+    fn default() -> Self {
+        Self { environment: Environment::EARTH, argument_of_latitude: 0.0 }
+    }
+}
+
+/// The nominal world of a scenario: servicer and target as the mission has them, on the mission's orbit.
+pub fn setup<const NL: usize>(
+    mission: &Mission<NL>,
+    scenario: &Scenario<NL>,
+    surroundings: &Surroundings,
+) -> Setup<NL> {
+    let orbit = Orbit {
+        semi_major_axis: mission.orbit.semi_major_axis,
+        eccentricity: 0.0,
+        inclination: mission.orbit.inclination,
+        argument_of_latitude: surroundings.argument_of_latitude,
+        argument_of_perigee: 0.0,
+    };
+    let (r, v) = orbit.state(EARTH_MU);
+    let frame = Rtn::of(&r, &v);
+    let (axes, spin) = (&frame.axes, Vector3::new(0.0, 0.0, frame.rate));
+    let first = State::at_start(mission, scenario);
+    let vehicle = vehicle(mission);
+    let start = Start {
+        position: axes * scenario.position,
+        velocity: axes * (scenario.velocity + spin.cross(&scenario.position)),
+        attitude: to_inertial(axes, &first.attitude),
+        rate: axes * (first.rate + spin),
+        joint_angle: first.joint_angle.data.0[0],
+        joint_rate: first.joint_rate.data.0[0],
+        wheel_momentum: Vector3::zeros(),
+    }
+    .from_center_of_mass(&vehicle);
+    let attitude = to_inertial(axes, &scenario.target_attitude);
+    let to_body = quaternion::rotation_matrix(&scenario.target_attitude).transpose();
+    Setup {
+        vehicle,
+        target: Target {
+            inertia: mission.target.inertia,
+            port: mission.target.port_position,
+            normal: mission.target.port_normal,
+            attitude,
+            rate: scenario.target_rate + to_body * spin,
+            disturbance: Vector3::zeros(),
+        },
+        orbit,
+        environment: surroundings.environment,
+        start,
+        contact_radius: CONTACT_RADIUS,
+    }
+}
+
+/// Attitude to inertial axes of a body whose attitude to RTN is `q`.
+fn to_inertial(axes: &Matrix3<f64>, q: &Vector4<f64>) -> rotation::Quaternion {
+    let frame = quaternion::from_rotation_matrix(axes);
+    quaternion::product(&frame, q).data.0[0]
+}
+
+/// The mission's servicer.
+fn vehicle<const NL: usize>(mission: &Mission<NL>) -> Vehicle<NL> {
+    let servicer = &mission.servicer;
+    let joints = core::array::from_fn(|i| {
+        let link = &servicer.links[i];
+        let pivot = match i.checked_sub(1) {
+            None => servicer.arm_base,
+            Some(before) => servicer.links[before].tip,
+        };
+        let body = Body { mass: link.mass, center: link.center_of_mass, inertia: link.inertia };
+        Joint { pivot, axis: link.axis, link: body, armature: link.armature }
+    });
+    Vehicle {
+        bus: Body {
+            mass: servicer.bus_mass,
+            center: Vector3::zeros(),
+            inertia: servicer.bus_inertia,
+        },
+        force_point: Vector3::zeros(),
+        joints,
+        tip: servicer.links.last().map_or(servicer.arm_base, |link| link.tip),
+        approach: approach(mission),
+        limits: Limits {
+            force: servicer.max_force.data.0[0],
+            bus_torque: servicer.max_bus_torque.data.0[0],
+            wheel_momentum: [f64::INFINITY; 3],
+            joint_torque: servicer.max_joint_torque.data.0[0],
+        },
+        servo: [Servo::DEFAULT; NL],
+    }
+}
+
+/// The axis of the last link that the plan points at the port: from the centre of mass to the end
+/// effector in the capture configuration.
+fn approach<const NL: usize>(mission: &Mission<NL>) -> Vector3<f64> {
+    let captured = State { joint_angle: mission.servicer.capture_joint_angle, ..State::<NL>::ZERO };
+    let EndEffectorPose { position, rotation } = Multibody::new(mission).end_effector(&captured);
+    let along = rotation.tr_mul(&position);
+    along / libm::sqrt(along.dot(&along))
+}

@@ -1,0 +1,65 @@
+//! How plans are flown, as a command line and files say it.
+
+use crate::flight::{Controller, JointControl, Settings};
+use crate::nominal::Surroundings;
+use remora_core::advanced::guidance::{GuidanceSettings, Triggers};
+use remora_core::advanced::model::Integrator;
+use remora_truth::{Environment, Oblateness};
+use serde::{Deserialize, Serialize};
+
+/// What of a flight may be chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Options {
+    /// Steps of guidance a second [Hz].
+    pub rate_hz: f64,
+    /// Who flies.
+    pub controller: Controller,
+    /// How joints are driven.
+    pub joints: JointControl,
+    /// Time before capture from which the wrist camera is used [s]; zero: never.
+    pub camera_s: f64,
+    /// Age of a plan at which the controller that plans again does so [s].
+    pub replan_every_s: f64,
+    /// Whether the Earth's oblateness acts.
+    pub j2: bool,
+    /// Whether there is gravity at all.
+    pub gravity: bool,
+    /// Integrator of plans that are made in flight.
+    pub integrator: Integrator,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            rate_hz: 10.0,
+            controller: Controller::Track,
+            joints: JointControl::Torque,
+            camera_s: 150.0,
+            replan_every_s: 100.0,
+            j2: false,
+            gravity: true,
+            integrator: Integrator::RK4,
+        }
+    }
+}
+
+impl Options {
+    /// The settings that they stand for.
+    pub fn settings(&self) -> Settings {
+        let usual = Settings::default();
+        let triggers = Triggers { age: self.replan_every_s, ..usual.guidance.triggers };
+        let earth = if self.gravity { Environment::EARTH } else { Environment::FREE };
+        let environment = Environment { oblateness: self.j2.then_some(Oblateness::EARTH), ..earth };
+        Settings {
+            rate_hz: self.rate_hz,
+            controller: self.controller,
+            joints: self.joints,
+            camera_s: self.camera_s,
+            guidance: GuidanceSettings { triggers, ..usual.guidance },
+            surroundings: Surroundings { environment, ..usual.surroundings },
+            integrator: self.integrator,
+            ..usual
+        }
+    }
+}

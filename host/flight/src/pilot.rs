@@ -1,0 +1,175 @@
+//! Flights of arms of any number of joints, by the code of the two sizes that this program is built for.
+
+use crate::flight::{Flight, Flown, Moment, Settings};
+use crate::history::Sample;
+use crate::nominal;
+use remora_core::advanced::guidance::FlightPlan;
+use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::stages::LINKS;
+use remora_core::prelude::{Valid, Validate};
+use remora_host::engine::{self, Roomy, Usual};
+use remora_host::error::Error;
+use remora_host::formats::{MAX_JOINTS, PlanFile};
+use remora_host::memory::on_heap;
+use remora_truth::{Dispersion, Quantity, World, WorldError};
+use std::path::Path;
+
+/// A plan that can be flown.
+pub struct Sortie(Sized);
+
+enum Sized {
+    Usual(Box<Parts<LINKS>>),
+    Roomy(Box<Parts<MAX_JOINTS>>, usize),
+}
+
+struct Parts<const M: usize> {
+    mission: Valid<Mission<M>>,
+    scenario: Scenario<M>,
+    plan: FlightPlan<M>,
+}
+
+impl<const M: usize> Parts<M> {
+    fn new<const NL: usize>(
+        mission: &Mission<NL>,
+        scenario: &Scenario<NL>,
+        file: &PlanFile,
+    ) -> Result<Self, String> {
+        let mission: Mission<M> = mission.resized();
+        let scenario = scenario.resized();
+        let motion = engine::resized(&file.stage2.trajectory::<NL>());
+        let path = file.stage1.trajectory();
+        let plan = FlightPlan::new(&mission, &scenario, file.integrator, &path, &motion)
+            .map_err(|error| error.to_string())?;
+        let mission = mission.validated().map_err(|error| error.to_string())?;
+        Ok(Self { mission, scenario, plan })
+    }
+
+    fn drawn(
+        &self,
+        settings: &Settings,
+        dispersion: &Dispersion,
+    ) -> Result<Vec<Quantity>, WorldError> {
+        let setup = nominal::setup(&self.mission, &self.scenario, &settings.surroundings);
+        Ok(World::new(&setup, dispersion)?.read_back())
+    }
+}
+
+impl Sortie {
+    /// The plan of a file.
+    ///
+    /// # Errors
+    /// A plan that cannot be flown, or does not say what it was made for.
+    pub fn of<const NL: usize>(file: &Path, plan: &PlanFile) -> Result<Self, Error> {
+        let Some(inputs) = &plan.inputs else {
+            let reason = "is missing: a plan of the first format cannot be flown; plan again";
+            return Err(Error::input(file, "inputs", reason));
+        };
+        let made = inputs.read::<NL>(&plan.scenario).map_err(|error| error.at(file))?;
+        let wrong = |reason: String| Error::input(file, "integrator", reason);
+        let sized = match NL {
+            LINKS => Sized::Usual(Box::new(
+                Parts::new(&made.mission, &made.scenario, plan).map_err(wrong)?,
+            )),
+            _ => Sized::Roomy(
+                Box::new(Parts::new(&made.mission, &made.scenario, plan).map_err(wrong)?),
+                NL,
+            ),
+        };
+        Ok(Self(sized))
+    }
+
+    /// What a draw of errors comes to in the world of this plan, without flying.
+    ///
+    /// # Errors
+    /// Errors that make no sense.
+    pub fn drawn(
+        &self,
+        settings: &Settings,
+        dispersion: &Dispersion,
+    ) -> Result<Vec<Quantity>, WorldError> {
+        match &self.0 {
+            Sized::Usual(parts) => parts.drawn(settings, dispersion),
+            Sized::Roomy(parts, joints) => {
+                let mut drawn = parts.drawn(settings, dispersion)?;
+                drawn.retain(|drawn| is_of_arm(&drawn.name, *joints));
+                Ok(drawn)
+            }
+        }
+    }
+}
+
+/// Flies; the planner that plans again is its own.
+#[derive(Default)]
+pub struct Pilot {
+    usual: Option<Box<Usual>>,
+    roomy: Option<Box<Roomy>>,
+}
+
+impl Pilot {
+    /// Flies a plan with a draw of errors; `history` gets a sample a second.
+    ///
+    /// # Errors
+    /// Errors that make no sense; a truth that cannot be integrated.
+    pub fn fly(
+        &mut self,
+        sortie: &Sortie,
+        settings: &Settings,
+        dispersion: &Dispersion,
+        history: Option<&mut Vec<Sample>>,
+    ) -> Result<Flown, WorldError> {
+        match &sortie.0 {
+            Sized::Usual(parts) => {
+                let engine = self.usual.get_or_insert_with(|| on_heap(Usual::default));
+                usual(parts, settings, dispersion, engine, history)
+            }
+            Sized::Roomy(parts, joints) => {
+                let engine = self.roomy.get_or_insert_with(|| on_heap(Roomy::default));
+                let mut flown = roomy(parts, settings, dispersion, engine, history, *joints)?;
+                flown.drawn.retain(|drawn| is_of_arm(&drawn.name, *joints));
+                Ok(flown)
+            }
+        }
+    }
+}
+
+/// Whether something drawn belongs to an arm of so many joints: names end in the joint's number.
+fn is_of_arm(name: &str, joints: usize) -> bool {
+    let number = name.split('[').nth(1).and_then(|rest| rest.split(']').next());
+    let belongs = name.starts_with("joints.") || name.contains("link[");
+    !belongs || number.and_then(|i| i.parse::<usize>().ok()).is_none_or(|i| i < joints)
+}
+
+/// The flights' code for three joints: instantiated here, where it is optimised.
+fn usual(
+    parts: &Parts<LINKS>,
+    settings: &Settings,
+    dispersion: &Dispersion,
+    engine: &mut Usual,
+    mut history: Option<&mut Vec<Sample>>,
+) -> Result<Flown, WorldError> {
+    let Parts { mission, scenario, plan } = parts;
+    let mut watch = |moment: &Moment<'_, LINKS>| {
+        if let Some(history) = &mut history {
+            history.push(Sample::of(moment, LINKS));
+        }
+    };
+    Flight { mission, scenario, plan, settings }.fly(dispersion, engine, &mut watch)
+}
+
+/// The same with room for seven.
+fn roomy(
+    parts: &Parts<MAX_JOINTS>,
+    settings: &Settings,
+    dispersion: &Dispersion,
+    engine: &mut Roomy,
+    mut history: Option<&mut Vec<Sample>>,
+    joints: usize,
+) -> Result<Flown, WorldError> {
+    let Parts { mission, scenario, plan } = parts;
+    let mut watch = |moment: &Moment<'_, MAX_JOINTS>| {
+        if let Some(history) = &mut history {
+            history.push(Sample::of(moment, joints));
+        }
+    };
+    Flight { mission, scenario, plan, settings }.fly(dispersion, engine, &mut watch)
+}

@@ -1,0 +1,122 @@
+//! One flight as a row.
+
+use crate::flight::{Ending, Flown};
+use crate::judge::{Arrival, Room};
+use remora_host::formats::{Cell, Column};
+use serde::{Deserialize, Serialize};
+
+/// What came of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// Number of the run: its errors are drawn from the seed and this.
+    pub run: u64,
+    /// Id of the scenario.
+    pub scenario: String,
+    /// What came of it; none where there was no plan to fly.
+    pub flown: Option<FlownRow>,
+}
+
+/// What came of a flight.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlownRow {
+    /// How it ended.
+    pub ending: Ending,
+    /// When [s].
+    pub time_s: f64,
+    /// The state at the end.
+    pub arrival: Arrival,
+    /// How near it came to limits.
+    pub room: Room,
+    /// Limits that were passed.
+    pub violations: Vec<String>,
+    /// Plans made in flight, and how many of them were verified.
+    pub replans: [u32; 2],
+    /// Largest tracking errors after the first minute: position [m], attitude [rad].
+    pub tracking: [f64; 2],
+    /// Impulse of the commanded force [N s].
+    pub impulse_n_s: f64,
+    /// What was drawn, in the order of the table's columns.
+    pub drawn: Vec<f64>,
+}
+
+impl From<&Flown> for FlownRow {
+    fn from(flown: &Flown) -> Self {
+        Self {
+            ending: flown.ending,
+            time_s: flown.time_s,
+            arrival: flown.arrival,
+            room: flown.room,
+            violations: flown.violations().into_iter().map(String::from).collect(),
+            replans: flown.replans,
+            tracking: flown.tracking,
+            impulse_n_s: flown.impulse_n_s,
+            drawn: flown.drawn.iter().map(|quantity| quantity.value).collect(),
+        }
+    }
+}
+
+/// Name and unit of something that is drawn.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Drawn {
+    /// Section and key of the errors file, with what it belongs to.
+    pub name: String,
+    /// Its unit; empty where it has none.
+    pub unit: &'static str,
+}
+
+impl Row {
+    /// The row with names and units of its columns; NaN where there was no plan to fly.
+    pub fn columns(&self, drawn: &[Drawn]) -> Vec<Column> {
+        let mut columns = Vec::new();
+        let mut push = |name: &str, unit: &'static str, cell: Cell| {
+            columns.push(Column { name: name.to_string(), unit, cell });
+        };
+        let flown = self.flown.as_ref();
+        let number = |of: &dyn Fn(&FlownRow) -> f64| Cell::Number(flown.map_or(f64::NAN, of));
+        let ending = flown.map_or("no_plan", |flown| flown.ending.name());
+        push("run", "", Cell::Integer(i64::try_from(self.run).unwrap_or(i64::MAX)));
+        push("scenario", "", Cell::Text(self.scenario.clone()));
+        push("ending", "", Cell::Text(ending.into()));
+        push("time_s", "s", number(&|f| f.time_s));
+        push("miss_m", "m", number(&|f| f.arrival.miss_m));
+        for (i, axis) in ["x", "y", "z"].iter().enumerate() {
+            push(&format!("miss_target_{axis}_m"), "m", number(&|f| f.arrival.miss_target_m[i]));
+        }
+        push("angle_rad", "rad", number(&|f| f.arrival.angle_rad));
+        push("speed_m_s", "m/s", number(&|f| f.arrival.speed_m_s));
+        push("room_arm_m", "m", number(&|f| f.room.arm_m));
+        push("room_bus_m", "m", number(&|f| f.room.bus_m));
+        push("room_own_m", "m", number(&|f| f.room.own_m));
+        push("room_keep_out_m", "m", number(&|f| f.room.keep_out_m));
+        push("room_view", "", number(&|f| f.room.view));
+        push("room_joint_rad", "rad", number(&|f| f.room.joint_rad));
+        push("joint_rate_over_limit", "", number(&|f| f.room.joint_rate));
+        push("command_over_limit", "", number(&|f| f.room.command));
+        let violations = flown.map_or(String::new(), |flown| flown.violations.join("+"));
+        push("violations", "", Cell::Text(violations));
+        push("replans", "", number(&|f| f.replans[0].into()));
+        push("replans_verified", "", number(&|f| f.replans[1].into()));
+        push("tracking_position_m", "m", number(&|f| f.tracking[0]));
+        push("tracking_attitude_rad", "rad", number(&|f| f.tracking[1]));
+        push("impulse_n_s", "N s", number(&|f| f.impulse_n_s));
+        for (i, drawn) in drawn.iter().enumerate() {
+            let value = number(&|f| f.drawn.get(i).copied().unwrap_or(f64::NAN));
+            push(&format!("drawn.{}", drawn.name), drawn.unit, value);
+        }
+        columns
+    }
+}
+
+impl Ending {
+    /// As files spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Captured => "captured",
+            Self::Missed => "missed",
+            Self::Collided => "collided",
+            Self::Aborted => "aborted",
+        }
+    }
+}
