@@ -53,6 +53,7 @@ fn header() -> Header {
         width: WIDTH as u16,
         token_types: TOKEN_TYPES.iter().copied().collect(),
         provenance: Provenance::default(),
+        action: ACTION as u16,
     }
 }
 

@@ -1,7 +1,7 @@
 //! From a hidden state to normalised actions.
 
 use super::arithmetic::{add_multiple, relu};
-use super::header::{ACTION, Dimensions, limit};
+use super::header::{Dimensions, limit};
 use super::kernels::Kernel;
 use super::linear::{Input, Output, apply};
 use super::memory::Quantised;
@@ -10,7 +10,7 @@ use super::noise::normal_pair;
 use super::rows::from;
 
 /// Room for the largest prediction.
-pub(super) type Prediction = [f32; ACTION * limit::CHUNK];
+pub(super) type Prediction = [f32; limit::ACTIONS];
 
 /// How the flow decoder samples an action.
 pub(super) struct Sampling<'a, F> {
@@ -41,15 +41,15 @@ pub(super) fn decode<F: Fn() -> bool>(
     hidden_state: &[f32],
     work: Workbench<'_, '_, F>,
 ) -> Prediction {
-    let mut prediction = [0.0; ACTION * limit::CHUNK];
+    let mut prediction = [0.0; limit::ACTIONS];
     match head {
         Head::Linear(map) => {
             let x = Input { data: hidden_state, stride: work.size.width, count: 1 };
-            let y = Output { data: &mut prediction, stride: ACTION * limit::CHUNK };
+            let y = Output { data: &mut prediction, stride: limit::ACTIONS };
             apply(work.kernel, map, x, y, work.quantised);
         }
         Head::Flow(flow) => {
-            noise(&mut prediction, work.size.actions, &work.sampling);
+            noise(&mut prediction, work.size, &work.sampling);
             integrate(flow, hidden_state, work, &mut prediction);
         }
     }
@@ -57,11 +57,12 @@ pub(super) fn decode<F: Fn() -> bool>(
 }
 
 /// Writes the noise from which the flow of a node starts.
-fn noise<F>(z: &mut Prediction, actions: usize, sampling: &Sampling<'_, F>) {
-    let pairs = (ACTION * limit::CHUNK / 2) as u64;
+fn noise<F>(z: &mut Prediction, size: &Dimensions, sampling: &Sampling<'_, F>) {
+    // Enough for the longest chunk of such actions, odd or even.
+    let pairs = (size.action * limit::CHUNK / 2) as u64;
     let from = sampling.node as u64 * pairs;
     let (z, _) = z.as_chunks_mut::<2>();
-    for (pair, z) in (from..).zip(z.iter_mut().take(actions / 2)) {
+    for (pair, z) in (from..).zip(z.iter_mut().take(size.actions.div_ceil(2))) {
         *z = normal_pair(sampling.seed, pair);
     }
 }
@@ -101,9 +102,9 @@ fn integrate<F: Fn() -> bool>(
         apply(kernel, &flow.hidden, x, Output { data: second, stride: width }, quantised);
         let layer2 = second.get_mut(..width).unwrap_or_default();
         relu(layer2);
-        let mut velocity = [0.0; ACTION * limit::CHUNK];
+        let mut velocity = [0.0; limit::ACTIONS];
         let x = Input { data: from(layer2, 0), stride: width, count: 1 };
-        let y = Output { data: &mut velocity, stride: ACTION * limit::CHUNK };
+        let y = Output { data: &mut velocity, stride: limit::ACTIONS };
         apply(kernel, &flow.out, x, y, quantised);
         for (z, velocity) in z.iter_mut().zip(velocity) {
             *z += velocity / f32::from(steps);

@@ -6,10 +6,12 @@ use serde::{Deserialize, Serialize};
 
 /// First bytes of every model file.
 pub const MAGIC: [u8; 4] = *b"RMRN";
-/// Version of the format that this code reads and writes.
+/// First version of the format: an action has [`ACTION`] numbers.
 pub const VERSION: u16 = 1;
+/// Second version: after the header of the first stands how many numbers an action has.
+pub const VERSION_OF_ANY_ACTION: u16 = 2;
 
-/// Size of one action in this version of the format.
+/// Numbers of an action in the first version of the format.
 pub const ACTION: usize = 6;
 
 /// Limits of the header's dimensions. They bound memory on the stack and keep every product of
@@ -21,6 +23,8 @@ pub mod limit {
     pub const INPUTS: usize = 128;
     /// Actions predicted at once.
     pub const CHUNK: usize = 8;
+    /// Numbers of all actions predicted at once.
+    pub const ACTIONS: usize = 50;
     /// Nodes.
     pub const NODES: usize = 1024;
     /// Transformer blocks.
@@ -83,7 +87,7 @@ pub struct Provenance {
 /// The header of a model file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
-    /// [`VERSION`].
+    /// That of [`Header::version_of`] its actions.
     pub version: u16,
     /// Precision of weights and arithmetic.
     pub precision: Precision,
@@ -109,6 +113,9 @@ pub struct Header {
     pub token_types: Vec<u16, { limit::TOKEN_TYPES }>,
     /// Where it comes from.
     pub provenance: Provenance,
+    /// Numbers of an action. In a file it follows the header, where the version says that it is there.
+    #[serde(skip)]
+    pub action: u16,
 }
 
 /// The header's dimensions, checked, as sizes.
@@ -128,18 +135,25 @@ pub struct Dimensions {
     pub action: usize,
     /// Inputs of a node: the sum over its token types.
     pub features: usize,
-    /// Numbers of a prediction: [`ACTION`] times the chunk.
+    /// Numbers of a prediction: those of an action times the chunk.
     pub actions: usize,
     /// Tokens of a whole sequence.
     pub tokens: usize,
 }
 
 impl Header {
+    /// The version of the format that a file with actions of so many numbers has: the first where that
+    /// one has room for it.
+    pub const fn version_of(action: u16) -> u16 {
+        if action as usize == ACTION { VERSION } else { VERSION_OF_ANY_ACTION }
+    }
+
     /// The dimensions.
     ///
     /// # Errors
     /// [`ModelError::Shape`] where one is zero or beyond its [`limit`], where the heads do not divide
-    /// the width, or where the number of token types is not the layout's.
+    /// the width, where the number of token types is not the layout's, or where the version has no room
+    /// for the actions.
     pub fn dimensions(&self) -> Result<Dimensions, ModelError> {
         let within = |value: u16, most: usize| match usize::from(value) {
             value if (1..=most).contains(&value) => Ok(value),
@@ -159,10 +173,15 @@ impl Header {
         if let Decoder::Flow { steps } = self.decoder {
             within(steps, limit::STEPS)?;
         }
-        if head_width * heads != width || self.token_types.len() != token_types {
+        let action = within(self.action, limit::ACTIONS)?;
+        let actions = action * within(self.chunk, limit::CHUNK)?;
+        if head_width * heads != width
+            || self.token_types.len() != token_types
+            || actions > limit::ACTIONS
+            || self.version < Self::version_of(self.action)
+        {
             return Err(ModelError::Shape);
         }
-        let actions = ACTION * within(self.chunk, limit::CHUNK)?;
         let layers = within(self.layers, limit::LAYERS)?;
         Ok(Dimensions {
             nodes,
@@ -170,7 +189,7 @@ impl Header {
             heads,
             width,
             head_width,
-            action: ACTION,
+            action,
             features,
             actions,
             tokens,

@@ -1,7 +1,7 @@
 //! Names and shapes of a model file's tensors in their order, for writers and inspection.
 
 use super::error::ModelError;
-use super::header::{ACTION, Decoder, Header, Precision};
+use super::header::{Decoder, Header, Precision};
 use core::fmt;
 
 /// How a tensor's numbers are stored.
@@ -85,8 +85,8 @@ pub fn tensors(header: &Header, mut visit: impl FnMut(Tensor)) -> Result<(), Mod
 
     walk.float(("input", None, ""), "mean", [1, size.features]);
     walk.float(("input", None, ""), "std", [1, size.features]);
-    walk.float(("action", None, ""), "mean", [1, ACTION]);
-    walk.float(("action", None, ""), "std", [1, ACTION]);
+    walk.float(("action", None, ""), "mean", [1, size.action]);
+    walk.float(("action", None, ""), "std", [1, size.action]);
     for (token_type, inputs) in header.token_types.iter().enumerate() {
         walk.float(("embed", Some(token_type), ""), "weight", [usize::from(*inputs), w]);
         walk.float(("embed", Some(token_type), ""), "bias", [1, w]);

@@ -34,7 +34,8 @@ pub use crc::Crc32;
 pub use element::Element;
 pub use error::{ModelError, NetworkError};
 pub use header::{
-    ACTION, Decoder, Dimensions, Header, Layout, MAGIC, Precision, Provenance, VERSION, limit,
+    ACTION, Decoder, Dimensions, Header, Layout, MAGIC, Precision, Provenance, VERSION,
+    VERSION_OF_ANY_ACTION, limit,
 };
 pub use kernels::{Kernel, TILE};
 pub use layout::{Element as TensorElement, Tensor, TensorName, tensors};

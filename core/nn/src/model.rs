@@ -2,7 +2,9 @@
 
 use super::crc::Crc32;
 use super::error::ModelError;
-use super::header::{ACTION, Decoder, Dimensions, Header, MAGIC, Precision, VERSION, limit};
+use super::header::{
+    ACTION, Decoder, Dimensions, Header, MAGIC, Precision, VERSION, VERSION_OF_ANY_ACTION, limit,
+};
 
 /// Numbers of single precision in their little-endian bytes, wherever they lie.
 pub(super) type Floats<'a> = &'a [[u8; 4]];
@@ -153,10 +155,17 @@ impl<'a> Model<'a> {
         // Of another format version only the version is read.
         let (version, _) =
             postcard::take_from_bytes::<u16>(rest).map_err(|_| ModelError::Version)?;
-        if version != VERSION {
+        if version != VERSION && version != VERSION_OF_ANY_ACTION {
             return Err(ModelError::Version);
         }
-        postcard::take_from_bytes(rest).map_err(|_| ModelError::Header)
+        let (mut header, mut rest) =
+            postcard::take_from_bytes::<Header>(rest).map_err(|_| ModelError::Header)?;
+        header.action = ACTION as u16;
+        if version == VERSION_OF_ANY_ACTION {
+            (header.action, rest) =
+                postcard::take_from_bytes(rest).map_err(|_| ModelError::Header)?;
+        }
+        Ok((header, rest))
     }
 
     fn view(header: Header, tensors: &'a [u8]) -> Result<Self, ModelError> {
@@ -164,7 +173,7 @@ impl<'a> Model<'a> {
         let w = size.width;
         let mut cursor = Cursor { rest: tensors, precision: header.precision };
         let (mut mean, mut std) = (cursor.floats(size.features)?, cursor.floats(size.features)?);
-        let (action_mean, action_std) = (cursor.floats(ACTION)?, cursor.floats(ACTION)?);
+        let (action_mean, action_std) = (cursor.floats(size.action)?, cursor.floats(size.action)?);
         let mut embeddings = [Embedding::default(); limit::TOKEN_TYPES];
         for (embedding, inputs) in embeddings.iter_mut().zip(&header.token_types) {
             let inputs = usize::from(*inputs);

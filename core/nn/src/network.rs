@@ -78,7 +78,8 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
 
     /// Appends the next node and predicts its actions. `features`: the raw inputs of all token types
     /// in the header's order (those of the previous action are ignored at node 0 of a separate
-    /// layout); `actions`: [`ACTION`] raw numbers for each step of the chunk.
+    /// layout); `actions`: as many raw numbers as an action has for each step of
+    /// the chunk.
     ///
     /// # Errors
     /// See [`NetworkError`]. After an error other than of length the KV cache is invalid: call

@@ -2,7 +2,7 @@
 //! benchmarks and the self-check of an image.
 
 use super::crc::Crc32;
-use super::header::{Header, MAGIC};
+use super::header::{Header, MAGIC, VERSION_OF_ANY_ACTION};
 use super::layout::{Element, Tensor, tensors};
 use super::noise::uniform;
 
@@ -31,8 +31,11 @@ pub fn synthetic_model(header: &Header, seed: u64, out: &mut [u8]) -> Option<usi
 pub fn write_header(header: &Header, out: &mut [u8]) -> Option<usize> {
     let (magic, rest) = out.split_first_chunk_mut::<4>()?;
     *magic = MAGIC;
-    let written = postcard::to_slice(header, rest).ok()?;
-    Some(MAGIC.len() + written.len())
+    let mut length = postcard::to_slice(header, rest).ok()?.len();
+    if header.version == VERSION_OF_ANY_ACTION {
+        length += postcard::to_slice(&header.action, rest.get_mut(length..)?).ok()?.len();
+    }
+    Some(MAGIC.len() + length)
 }
 
 fn fill(tensor: &Tensor, seed: u64, count: &mut u64, place: &mut [u8]) {

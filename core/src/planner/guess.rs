@@ -3,11 +3,9 @@
 use super::{ArmWorkspace, Nominal, PlanSettings};
 use crate::dynamics::{Control, State};
 use crate::executor::ForkJoin;
-use crate::model::{Mission, Scenario};
 use crate::scp::Problem;
 use crate::stages::{Formulation, LINKS, NODES, Reorientation, ReorientationTrajectory, heuristic};
 use crate::warmstart::{self, Policy, Scene};
-use core::any::Any;
 use core::mem;
 use remora_qp::Checksum;
 
@@ -180,20 +178,19 @@ impl<const NL: usize> InitialGuess<'_, NL> {
                 z.trajectory = **reorientation;
                 return GuessRecord::User;
             }
-            Self::Learned { policy, .. } if policy.nodes() != nodes || mission.roll.is_some() => {
+            Self::Learned { policy, .. }
+                if policy.nodes() != nodes || policy.joints() != NL || mission.roll.is_some() =>
+            {
                 return GuessRecord::Unfit;
             }
             _ if deadline.has_passed() => return GuessRecord::Deadline,
             Self::Learned { policy, seed } => {
-                let Some((mission, scenario, trial)) = known_arm(mission, scenario, &mut z.trial)
-                else {
-                    return GuessRecord::Unfit;
-                };
                 let mut scene = Scene::new(mission, scenario, translation, target, integrator);
                 scene.deadline = deadline;
                 if !warmstart::is_known(&scene, *policy) {
                     return GuessRecord::Unfit;
                 }
+                let trial = &mut z.trial;
                 warmstart::rollout(&scene, *policy, *seed, trial).then_some(GuessRecord::Learned)
             }
             Self::User(reorientation) => {
@@ -235,18 +232,6 @@ impl<const NL: usize> InitialGuess<'_, NL> {
         mem::swap(&mut z.trajectory, &mut z.trial);
         offered
     }
-}
-
-/// Mission, scenario and place of a learned rollout, whose features are those of [`LINKS`] joints;
-/// `None` for an arm of any other number.
-fn known_arm<'a, const NL: usize>(
-    mission: &'a Mission<NL>,
-    scenario: &'a Scenario<NL>,
-    out: &'a mut ReorientationTrajectory<NODES, NL>,
-) -> Option<(&'a Mission<LINKS>, &'a Scenario<LINKS>, &'a mut ReorientationTrajectory<NODES, LINKS>)>
-{
-    let (mission, scenario, out): (&dyn Any, &dyn Any, &mut dyn Any) = (mission, scenario, out);
-    Some((mission.downcast_ref()?, scenario.downcast_ref()?, out.downcast_mut()?))
 }
 
 fn is_finite<const NL: usize>(

@@ -9,12 +9,12 @@
 use super::Scene;
 use crate::dynamics::{Control, Integrator, State, Stepping, Transition};
 use crate::math::quaternion;
-use crate::stages::LINKS;
+use crate::stages::{LINKS, size};
 use nalgebra::{SVector, Vector3};
 use remora_qp::dense::clamp;
 
-/// Numbers of an action: three for the bus, one a joint.
-pub const ACTION: usize = 3 + LINKS;
+/// Numbers of an action of the built-in mission's arm: three for the bus, one a joint, as its torques.
+pub const ACTION: usize = size::controls(LINKS);
 
 /// What the numbers of an action are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,25 +44,26 @@ impl Action {
     }
 
     /// The action that leads from `state` under `control` to `next`.
-    pub fn of(
+    pub fn of<const NL: usize>(
         self,
-        state: &State<LINKS>,
-        control: &Control<LINKS>,
-        next: &State<LINKS>,
-    ) -> [f32; ACTION] {
+        state: &State<NL>,
+        control: &Control<NL>,
+        next: &State<NL>,
+    ) -> impl Iterator<Item = f32> + use<NL> {
         let (bus, joint) = match self {
             Self::Torque => (control.bus_torque, control.joint_torque),
             Self::Rate => {
                 (quaternion::rotation_matrix(&state.attitude).tr_mul(&next.rate), next.joint_rate)
             }
         };
-        core::array::from_fn(|i| if i < 3 { bus[i] } else { joint[i - 3] } as f32)
+        let numbers = (0..3).map(move |i| bus[i]).chain((0..NL).map(move |i| joint[i]));
+        numbers.map(|x| x as f32)
     }
 }
 
-impl Scene<'_> {
-    /// Applies an action at node `k`, and says by which torques and where to. The torques are
-    /// within their limits, and so are the rates asked of the joints; rates that constraints pin
+impl<const NL: usize> Scene<'_, NL> {
+    /// Applies an action, the first of `numbers`, at node `k`, and says by which torques and where to. The
+    /// torques are within their limits, and so are the rates asked of the joints; rates that constraints pin
     /// (joints from the preset on, bus at the last node) are asked for as pinned.
     ///
     /// `held` is the control of the interval before: for RK4 a start of the search.
@@ -70,13 +71,14 @@ impl Scene<'_> {
         &self,
         action: Action,
         k: usize,
-        state: &State<LINKS>,
-        numbers: &[f32; ACTION],
-        held: &Control<LINKS>,
-    ) -> (Control<LINKS>, State<LINKS>) {
+        state: &State<NL>,
+        numbers: &[f32],
+        held: &Control<NL>,
+    ) -> (Control<NL>, State<NL>) {
         let (body, integrator, force) = (&self.body, self.integrator, &self.translation.force[k]);
-        let bus = Vector3::from_fn(|i, _| f64::from(numbers[i]));
-        let joint = SVector::<f64, LINKS>::from_fn(|i, _| f64::from(numbers[3 + i]));
+        let number = |i: usize| numbers.get(i).copied().map_or(0.0, f64::from);
+        let bus = Vector3::from_fn(|i, _| number(i));
+        let joint = SVector::<f64, NL>::from_fn(|i, _| number(3 + i));
         let (wanted, reached) = match action {
             Action::Torque => (Control { bus_torque: bus, joint_torque: joint }, None),
             Action::Rate => {
@@ -106,8 +108,8 @@ impl Scene<'_> {
         &self,
         k: usize,
         rate: Vector3<f64>,
-        joint_rate: SVector<f64, LINKS>,
-    ) -> (Vector3<f64>, SVector<f64, LINKS>) {
+        joint_rate: SVector<f64, NL>,
+    ) -> (Vector3<f64>, SVector<f64, NL>) {
         let limits = &self.mission.servicer.max_joint_rate;
         let last = self.target.len() - 1;
         (

@@ -1,6 +1,7 @@
 //! The transformer as a policy.
 
-use super::{ACTION, Action, Encoding, MAX_CHUNK, Policy};
+use super::{Action, Encoding, MAX_CHUNK, MAX_JOINTS, Policy};
+use crate::stages::size;
 use core::cell::RefCell;
 use core::fmt;
 use remora_nn::{Decoder, Model, Network, Storage};
@@ -19,7 +20,7 @@ pub enum Unfit {
     Encoding = 201,
     /// Its outputs are of no [`Action`].
     Action = 202,
-    /// Its actions are not three numbers for the bus and one a joint.
+    /// Its actions are not three numbers for the bus and one for each of 1 to 7 joints.
     ActionSize = 203,
     /// Its number of features is not its encoding's.
     Features = 204,
@@ -55,8 +56,18 @@ pub struct NetworkPolicy<'m, 'a, M> {
     network: RefCell<Network<'m, 'a, M>>,
     model: &'m Model<'a>,
     flow_steps: u16,
-    encoding: Encoding,
-    action: Action,
+    meaning: Meaning,
+}
+
+/// What a model's inputs and outputs are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Meaning {
+    /// Its inputs.
+    pub encoding: Encoding,
+    /// Its outputs.
+    pub action: Action,
+    /// Joints of the arms it is for.
+    pub joints: usize,
 }
 
 impl<'m, 'a, M: Storage> NetworkPolicy<'m, 'a, M> {
@@ -66,8 +77,8 @@ impl<'m, 'a, M: Storage> NetworkPolicy<'m, 'a, M> {
     /// As [`check_model`].
     pub fn new(network: Network<'m, 'a, M>) -> Result<Self, Unfit> {
         let (model, flow_steps) = (network.model(), network.flow_steps());
-        let (encoding, action) = check_model(model)?;
-        Ok(Self { network: RefCell::new(network), model, flow_steps, encoding, action })
+        let meaning = check_model(model)?;
+        Ok(Self { network: RefCell::new(network), model, flow_steps, meaning })
     }
 }
 
@@ -75,28 +86,33 @@ impl<'m, 'a, M: Storage> NetworkPolicy<'m, 'a, M> {
 ///
 /// # Errors
 /// The first of [`Unfit`] that applies.
-pub fn check_model(model: &Model<'_>) -> Result<(Encoding, Action), Unfit> {
-    let (header, size) = (model.header(), model.dimensions());
+pub fn check_model(model: &Model<'_>) -> Result<Meaning, Unfit> {
+    let (header, found) = (model.header(), model.dimensions());
     let encoding = Encoding::of_tag(header.inputs).ok_or(Unfit::Encoding)?;
     let action = Action::of_tag(header.outputs).ok_or(Unfit::Action)?;
+    let joints = found.action.saturating_sub(size::controls(0));
     match () {
-        () if size.action != ACTION => Err(Unfit::ActionSize),
-        () if size.features != encoding.features() => Err(Unfit::Features),
-        () => Ok((encoding, action)),
+        () if !(1..=MAX_JOINTS).contains(&joints) => Err(Unfit::ActionSize),
+        () if found.features != encoding.features(joints) => Err(Unfit::Features),
+        () => Ok(Meaning { encoding, action, joints }),
     }
 }
 
 impl<M: Storage> Policy for NetworkPolicy<'_, '_, M> {
     fn encoding(&self) -> Encoding {
-        self.encoding
+        self.meaning.encoding
     }
 
     fn action(&self) -> Action {
-        self.action
+        self.meaning.action
     }
 
     fn nodes(&self) -> usize {
         self.model.header().nodes.into()
+    }
+
+    fn joints(&self) -> usize {
+        self.meaning.joints
     }
 
     fn deviation(&self, features: &[f32]) -> f32 {

@@ -1,13 +1,16 @@
 //! The rollout of a policy.
 
-use super::{ACTION, Action, Encoding, MAX_FEATURES, Scene};
+use super::{Action, Encoding, MAX_FEATURES, Scene};
 use crate::dynamics::Control;
-use crate::stages::{LINKS, NODES, ReorientationTrajectory};
+use crate::stages::{NODES, ReorientationTrajectory, size};
 use remora_qp::Checksum;
 use remora_qp::time::Deadline;
 
 /// Largest chunk: most actions a policy predicts at once.
 pub const MAX_CHUNK: usize = 8;
+
+/// Most numbers of all actions that a policy predicts at once.
+const MAX_ACTIONS: usize = remora_nn::limit::ACTIONS;
 
 /// A policy: predicts actions from the features of a node. It may keep state since [`Policy::begin`], by
 /// interior mutability.
@@ -20,6 +23,9 @@ pub trait Policy {
 
     /// Number of nodes of the plans it is for.
     fn nodes(&self) -> usize;
+
+    /// Number of joints of the arms it is for.
+    fn joints(&self) -> usize;
 
     /// How far the features of a rollout's first node are from those it has learnt from: the largest
     /// distance of one from its mean, in standard deviations.
@@ -55,11 +61,11 @@ pub const MAX_DEVIATION: f32 = 8.0;
 /// Whether an approach begins where a policy has learnt from others that do.
 // Not inlined: its features are on the stack only while it runs.
 #[inline(never)]
-pub fn is_known<P: Policy + ?Sized>(scene: &Scene<'_>, policy: &P) -> bool {
+pub fn is_known<P: Policy + ?Sized, const NL: usize>(scene: &Scene<'_, NL>, policy: &P) -> bool {
     let mut features = [0.0; MAX_FEATURES];
-    let (encoding, nothing) = (policy.encoding(), [0.0; ACTION]);
-    scene.features(encoding, 0, &scene.initial_state(), &nothing, &mut features);
-    let Some(features) = features.get(..encoding.features()) else { return false };
+    let encoding = policy.encoding();
+    scene.features(encoding, 0, &scene.initial_state(), &[], &mut features);
+    let Some(features) = features.get(..encoding.features(NL)) else { return false };
     policy.deviation(features) <= MAX_DEVIATION
 }
 
@@ -69,27 +75,30 @@ pub fn is_known<P: Policy + ?Sized>(scene: &Scene<'_>, policy: &P) -> bool {
 /// then invalid.
 // Not inlined: an entry point with a stack bound of its own.
 #[inline(never)]
-pub fn rollout<P: Policy + ?Sized>(
-    scene: &Scene<'_>,
+pub fn rollout<P: Policy + ?Sized, const NL: usize>(
+    scene: &Scene<'_, NL>,
     policy: &P,
     seed: u64,
-    out: &mut ReorientationTrajectory<NODES, LINKS>,
+    out: &mut ReorientationTrajectory<NODES, NL>,
 ) -> bool {
     let (encoding, action) = (policy.encoding(), policy.action());
     let chunk = policy.chunk().clamp(1, MAX_CHUNK);
     let executed = policy.executed().clamp(1, chunk);
     let mut features = [0.0; MAX_FEATURES];
-    let mut actions = [[0.0; ACTION]; MAX_CHUNK];
-    let mut previous = [0.0; ACTION];
+    let size = size::controls(NL);
+    let mut actions = [0.0; MAX_ACTIONS];
+    // Where among them the one is that was executed last.
+    let mut at = 0;
     let mut held = Control::ZERO;
     policy.begin(seed);
     out.states[0] = scene.initial_state();
     let last = scene.last.min(NODES - 1);
     for k in 0..last {
         let state = out.states[k];
-        scene.features(encoding, k, &state, &previous, &mut features);
+        let previous = actions.get(at..).unwrap_or_default();
+        scene.features(encoding, k, &state, previous, &mut features);
         let (Some(features), Some(answer)) =
-            (features.get(..encoding.features()), actions.get_mut(..chunk))
+            (features.get(..encoding.features(NL)), actions.get_mut(..chunk * size))
         else {
             return false;
         };
@@ -97,14 +106,15 @@ pub fn rollout<P: Policy + ?Sized>(
             return false;
         }
         let looked = match k % executed {
-            0 => policy.act(features, answer.as_flattened_mut(), &scene.deadline),
+            0 => policy.act(features, answer, &scene.deadline),
             _ => policy.observe(features),
         };
         if !looked {
             return false;
         }
-        previous = actions[k % executed];
-        let (control, next) = scene.apply(action, k, &state, &previous, &held);
+        at = k % executed * size;
+        let numbers = actions.get(at..).unwrap_or_default();
+        let (control, next) = scene.apply(action, k, &state, numbers, &held);
         if !(control.is_finite() && next.is_finite()) {
             return false;
         }

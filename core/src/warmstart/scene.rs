@@ -10,11 +10,11 @@ use remora_qp::time::Deadline;
 
 /// An approach as the learned guess sees it: Stage 1's translation, the target's motion, and what
 /// follows from them.
-pub struct Scene<'a> {
+pub struct Scene<'a, const NL: usize = LINKS> {
     /// The mission.
-    pub mission: &'a Mission<LINKS>,
+    pub mission: &'a Mission<NL>,
     /// The scenario.
-    pub scenario: &'a Scenario<LINKS>,
+    pub scenario: &'a Scenario<NL>,
     /// Trajectory of the system's centre of mass.
     pub translation: &'a TranslationTrajectory<NODES>,
     /// The target at the nodes.
@@ -24,7 +24,7 @@ pub struct Scene<'a> {
     /// Deadline of a rollout; none by default.
     pub deadline: Deadline<'a>,
     /// The dynamics of bus and arm.
-    pub body: Multibody<'a, LINKS>,
+    pub body: Multibody<'a, NL>,
     /// Duration of an interval [s].
     pub dt: f64,
     /// The last node.
@@ -39,11 +39,11 @@ pub struct Scene<'a> {
     pub(super) arm: Vector3<f64>,
 }
 
-impl<'a> Scene<'a> {
+impl<'a, const NL: usize> Scene<'a, NL> {
     /// The scene of a planned translation. Cost: a few square roots a node.
     pub fn new(
-        mission: &'a Mission<LINKS>,
-        scenario: &'a Scenario<LINKS>,
+        mission: &'a Mission<NL>,
+        scenario: &'a Scenario<NL>,
         translation: &'a TranslationTrajectory<NODES>,
         target: &'a [TargetState; NODES],
         integrator: Integrator,
@@ -71,13 +71,13 @@ impl<'a> Scene<'a> {
     }
 
     /// Initial state of every trajectory.
-    pub fn initial_state(&self) -> State<LINKS> {
+    pub fn initial_state(&self) -> State<NL> {
         State::at_start(self.mission, self.scenario)
     }
 
     /// Distance of the end effector from the docking port at the last node [m], the paper's error of a
     /// rollout.
-    pub fn miss(&self, last: &State<LINKS>) -> f64 {
+    pub fn miss(&self, last: &State<NL>) -> f64 {
         let (Some(target), Some(position)) =
             (self.target.get(self.last), self.translation.position.get(self.last))
         else {

@@ -4,17 +4,17 @@
 //! previous action, time, target, centre of mass, state. A network may embed each group as a token
 //! of its own or all of them as one.
 //!
-//! Two encodings. [`Encoding::Paper`] has the paper's 36 numbers, resolved in RTN. In
+//! Two encodings. [`Encoding::Paper`] has the paper's numbers, 36 for three joints, resolved in RTN. In
 //! [`Encoding::Body`] every direction is resolved in bus axes, so that approaches that differ by a
 //! rotation look nearly alike (the orbit's own directions, which are among the features, are all
 //! that tells them apart), and what lies ahead is among them, for it is known: the line of sight
 //! at nodes to come, the forces to come, the turn and the bend left to be made and the mean
 //! rates that would make them. All are raw: SI units, unit vectors, radians.
 
-use super::{ACTION, Scene};
+use super::Scene;
 use crate::dynamics::State;
 use crate::math::quaternion;
-use crate::stages::{LINKS, NODES};
+use crate::stages::{NODES, size};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// Which numbers a node's features are, and in which frame.
@@ -44,23 +44,36 @@ impl Encoding {
         }
     }
 
-    /// Sizes of the five groups: previous action, time, target, centre of mass, state.
-    pub const fn groups(self) -> [usize; 5] {
+    /// Sizes of the five groups for an arm of so many joints: previous action, time, target, centre of
+    /// mass, state.
+    pub const fn groups(self, joints: usize) -> [usize; 5] {
+        let action = size::controls(joints);
         match self {
-            Self::Paper => [ACTION, 1, 7, 9, 13],
-            Self::Body => [ACTION, 1, 24, 21, 18],
+            Self::Paper => [action, 1, 7, 9, 7 + 2 * joints],
+            Self::Body => [action, 1, 24, 21, 9 + 3 * joints],
         }
     }
 
-    /// Features of a node.
-    pub const fn features(self) -> usize {
-        let [a, b, c, d, e] = self.groups();
+    /// How many numbers stand before each row of one number a joint; the last row is the features' end.
+    pub const fn gaps(self) -> &'static [usize] {
+        match self {
+            Self::Paper => &[3, 1 + 7 + 9 + 4, 3],
+            Self::Body => &[3, 1 + 24 + 21 + 3, 0, 6],
+        }
+    }
+
+    /// Features of a node for an arm of so many joints.
+    pub const fn features(self, joints: usize) -> usize {
+        let [a, b, c, d, e] = self.groups(joints);
         a + b + c + d + e
     }
 }
 
+/// Most joints of an arm for which a rollout has room.
+pub const MAX_JOINTS: usize = 7;
+
 /// Most features a node has in any encoding.
-pub const MAX_FEATURES: usize = Encoding::Body.features();
+pub const MAX_FEATURES: usize = Encoding::Body.features(MAX_JOINTS);
 
 /// How many nodes ahead the line of sight is looked up, but for the last, which is always.
 const SIGHTS_AHEAD: [usize; 5] = [0, 3, 6, 12, 24];
@@ -83,22 +96,23 @@ impl Writer<'_> {
     }
 }
 
-impl Scene<'_> {
-    /// Writes the features of node `k` in `state`, reached by the action `previous` (ignored at
+impl<const NL: usize> Scene<'_, NL> {
+    /// Writes the features of node `k` in `state`, reached by the first action of `previous` (ignored at
     /// the first node, where zeros stand for it), into the first [`Encoding::features`] of `out`.
     pub fn features(
         &self,
         encoding: Encoding,
         k: usize,
-        state: &State<LINKS>,
-        previous: &[f32; ACTION],
+        state: &State<NL>,
+        previous: &[f32],
         out: &mut [f32],
     ) {
         // No node is beyond the last: no panic in the image.
         let k = k.min(NODES - 1);
         let mut out = Writer(out.iter_mut());
-        for value in previous {
-            out.put(if k == 0 { 0.0 } else { f64::from(*value) });
+        for i in 0..size::controls(NL) {
+            let value = previous.get(i).filter(|_| k > 0);
+            out.put(value.copied().map_or(0.0, f64::from));
         }
         out.put(self.last.saturating_sub(k) as f64 * self.dt);
         match encoding {
@@ -107,7 +121,7 @@ impl Scene<'_> {
         }
     }
 
-    fn paper_features(&self, k: usize, state: &State<LINKS>, out: &mut Writer<'_>) {
+    fn paper_features(&self, k: usize, state: &State<NL>, out: &mut Writer<'_>) {
         let target = &self.target[k];
         let upright = self.target[0].attitude.w >= 0.0;
         out.put_all((target.attitude * if upright { 1.0 } else { -1.0 }).as_slice());
@@ -122,13 +136,13 @@ impl Scene<'_> {
     }
 
     /// The attitude with the sign that is continuous along an approach, positive `w` at its start.
-    fn bus_attitude(&self, state: &State<LINKS>) -> Vector4<f64> {
+    fn bus_attitude(&self, state: &State<NL>) -> Vector4<f64> {
         let start = self.mission.bus_attitude_at_start(self.scenario);
         let upright = (state.attitude.dot(&start) >= 0.0) == (start.w >= 0.0);
         state.attitude * if upright { 1.0 } else { -1.0 }
     }
 
-    fn body_features(&self, k: usize, state: &State<LINKS>, out: &mut Writer<'_>) {
+    fn body_features(&self, k: usize, state: &State<NL>, out: &mut Writer<'_>) {
         let to_body = quaternion::rotation_matrix(&state.attitude).transpose();
         self.target_ahead(k, &to_body, out);
         out.put_all(to_body.column(0).as_slice());
@@ -162,7 +176,7 @@ impl Scene<'_> {
     fn what_is_left(
         &self,
         k: usize,
-        state: &State<LINKS>,
+        state: &State<NL>,
         to_body: &Matrix3<f64>,
         out: &mut Writer<'_>,
     ) {

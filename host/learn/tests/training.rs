@@ -10,7 +10,7 @@ use remora_learn::training::network::{Losses, Network};
 use remora_learn::training::output::Outcome;
 use remora_learn::training::params::Table;
 use remora_learn::training::random::Random;
-use remora_learn::training::shape::{ACTION, Shape};
+use remora_learn::training::shape::Shape;
 use remora_learn::training::source::{
     Batch, Batches, Example, ExampleSource, Split, Statistics, Synthetic,
 };
@@ -51,15 +51,22 @@ fn config(layout: Layout, decoder: Decoder, chunk: usize) -> Config {
     config
 }
 
-const VARIANTS: [(Layout, Decoder, usize); 4] = [
-    (Layout::Fused, Decoder::Linear, 1),
-    (Layout::Fused, Decoder::Flow, 5),
-    (Layout::Separate, Decoder::Linear, 5),
-    (Layout::Separate, Decoder::Flow, 1),
+/// With the numbers of an action: six are those of three joints.
+const VARIANTS: [(Layout, Decoder, usize, usize); 6] = [
+    (Layout::Fused, Decoder::Linear, 1, 6),
+    (Layout::Fused, Decoder::Flow, 5, 6),
+    (Layout::Separate, Decoder::Linear, 5, 6),
+    (Layout::Separate, Decoder::Flow, 1, 6),
+    (Layout::Separate, Decoder::Flow, 1, 5),
+    (Layout::Fused, Decoder::Linear, 5, 10),
 ];
 
 fn source() -> Synthetic {
-    Synthetic::new(Shape { nodes: 7, groups: vec![6, 1, 3, 2, 4], states: 4 }, 40)
+    source_of(6)
+}
+
+fn source_of(action: usize) -> Synthetic {
+    Synthetic::new(Shape { nodes: 7, groups: vec![action, 1, 3, 2, 4], states: 4 }, 40)
 }
 
 struct Fixture {
@@ -69,8 +76,8 @@ struct Fixture {
     batch: Batch,
 }
 
-fn fixture(config: &Config) -> Fixture {
-    let source = source();
+fn fixture(config: &Config, action: usize) -> Fixture {
+    let source = source_of(action);
     let table = Table::new(config, source.shape());
     let statistics = Statistics::of(&source, 1).unwrap();
     let batches = Batches { source: &source, statistics: &statistics, table: &table, seed: 5 };
@@ -85,9 +92,9 @@ fn fixture(config: &Config) -> Fixture {
 /// Along the gradient of each tensor alone, the loss changes as the gradient says.
 #[test]
 fn gradients_are_not_zero_and_those_of_differences() {
-    for (layout, decoder, chunk) in VARIANTS {
+    for (layout, decoder, chunk, action) in VARIANTS {
         let config = config(layout, decoder, chunk);
-        let Fixture { table, parameters, batch, .. } = fixture(&config);
+        let Fixture { table, parameters, batch, .. } = fixture(&config, action);
         let network = Network::<Cpu>::new(&table, Default::default(), 0.0, 0.3);
         let mut gradient = vec![0.0; table.len()];
         network.gradient(&parameters, &batch, 1.0, &mut gradient);
@@ -125,17 +132,17 @@ fn gradients_are_not_zero_and_those_of_differences() {
 /// training all at once.
 #[test]
 fn the_core_says_what_training_says() {
-    for (layout, decoder, chunk) in VARIANTS {
+    for (layout, decoder, chunk, action) in VARIANTS {
         let config = config(layout, decoder, chunk);
-        let Fixture { table, statistics, parameters, mut batch } = fixture(&config);
+        let Fixture { table, statistics, parameters, mut batch } = fixture(&config, action);
         let infer = |parameters: &[f32]| -> Vec<f32> {
             let header = model::header(&config, &table, &Origin::default(), 1);
             let bytes = model::model_bytes(header, &table, &statistics, parameters).unwrap();
             let model = Model::open(&bytes).unwrap();
             let mut memory = Box::new(ReferenceMemory::<2, 16, 35>::new());
             let mut network = Inference::new(&model, &mut *memory).unwrap();
-            let (mut example, mut out) = (Example::zeros(source().shape()), Vec::new());
-            let source = source();
+            let (mut example, mut out) = (Example::zeros(source_of(action).shape()), Vec::new());
+            let source = source_of(action);
             let order = Random::new(5, Random::ORDER, 0).order(source.len(Split::Training));
             for trajectory in &order[..batch.size] {
                 let index = *trajectory as usize;
@@ -146,7 +153,7 @@ fn the_core_says_what_training_says() {
                     let mut actions = vec![0.0; table.outputs];
                     network.act(features, &mut actions).unwrap();
                     let normal = |(i, x): (usize, &f32)| {
-                        let [mean, deviation] = statistics.actions[i % ACTION];
+                        let [mean, deviation] = statistics.actions[i % table.action];
                         (x - mean) / deviation
                     };
                     out.extend(actions.iter().enumerate().map(normal));
@@ -217,7 +224,7 @@ fn timeless(outcome: &Outcome) -> (Vec<f32>, Vec<f32>, Vec<f32>, Vec<[f64; 6]>) 
 
 #[test]
 fn an_interrupted_training_ends_with_the_same_bits() {
-    for (layout, decoder, chunk) in [VARIANTS[1], VARIANTS[2]] {
+    for (layout, decoder, chunk, _) in [VARIANTS[1], VARIANTS[2]] {
         let mut config = config(layout, decoder, chunk);
         config.model.dropout = 0.1;
         let dir = tempfile::tempdir().unwrap();
@@ -275,12 +282,14 @@ fn a_network_learns() {
 /// The model of any network, read back, is the parameters that it was written from.
 #[test]
 fn parameters_come_back_from_a_model_file() {
-    for (layout, decoder, chunk) in VARIANTS {
+    for (layout, decoder, chunk, action) in VARIANTS {
         let config = config(layout, decoder, chunk);
-        let Fixture { table, statistics, parameters, .. } = fixture(&config);
+        let Fixture { table, statistics, parameters, .. } = fixture(&config, action);
         let header = model::header(&config, &table, &Origin::default(), 1);
         let bytes = model::model_bytes(header, &table, &statistics, &parameters).unwrap();
         let file = ModelFile::parse(&bytes).unwrap();
+        assert!(file.bytes() == bytes);
+        assert_eq!(file.header().version, if action == 6 { 1 } else { 2 });
         let read = |file: &ModelFile| {
             let mut found = Statistics { states: statistics.states.clone(), ..Default::default() };
             let mut numbers = parameters.clone();
@@ -382,7 +391,13 @@ fn a_training_starts_from_a_model_and_remembers_it() {
     let long = (100..110).map(|seed| format!("s{seed}:90000")).collect::<Vec<_>>().join("+");
     assert!(reason(&config, &long).contains("more datasets than"));
 
+    // A model of another arm is none to start from.
+    let two = source_of(5);
     config.training.init_from = Some(parent.clone());
+    let other = Run { config: config.clone(), out: dir.path().join("two"), ..quiet(&two) };
+    let wrong = other.train::<Cpu>(Default::default(), &mut Silent).unwrap_err().to_string();
+    assert!(wrong.contains("joints: the model has 3, the configuration 2"), "{wrong}");
+
     config.model.layers = 1;
     let wrong = reason(&config, "s3:40");
     assert!(wrong.contains("layers: the model has 2, the configuration 1"), "{wrong}");

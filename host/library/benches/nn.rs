@@ -60,6 +60,7 @@ impl Case {
             width: self.width,
             token_types: token_types.iter().copied().collect(),
             provenance: Provenance::default(),
+            action: ACTION as u16,
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::formats::MAX_JOINTS;
 use crate::learned::{Learned, Memories};
 use crate::memory::on_heap;
 use crate::method::{Deadline, Integrator, Method, Qp};
+use crate::padded::Padded;
 use crate::threads::Threads;
 use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::model::{Mission, Refusal, Scenario};
@@ -17,7 +18,11 @@ use remora_core::advanced::stages::{
     LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
 };
 use remora_core::advanced::time::{Clock, Deadline as Until};
+use remora_core::advanced::warmstart;
 use remora_core::nalgebra::SVector;
+
+// A learned start has room for every arm that there is an engine for.
+const _: () = assert!(MAX_JOINTS <= warmstart::MAX_JOINTS);
 
 /// Seed of learned starts that draw.
 pub const SEED: u64 = 0;
@@ -49,6 +54,8 @@ pub struct Task<'a> {
     pub threads: &'a Threads,
     /// Model of a learned start; none is the heuristic.
     pub model: Option<&'a Learned>,
+    /// Joints of the arm.
+    pub joints: usize,
     /// Memory for models.
     pub memories: &'a mut Memories,
     /// All else.
@@ -287,7 +294,7 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
     mut solver: &mut dyn Solver<NX, NU>,
     workspace: &mut ArmWorkspace<M, NX, NU>,
 ) -> Report {
-    let Task { clock, threads, model, memories, method } = task;
+    let Task { clock, threads, model, joints, memories, method } = task;
     threads.prepare();
     let platform = Platform { clock, executor: threads };
     let mut planned = |start: &InitialGuess<'_, M>| {
@@ -299,7 +306,11 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
         None => planned(&InitialGuess::Heuristic),
         Some(model) => model.at_work(memories, |policy| match policy {
             None => planned(&InitialGuess::Refused),
-            Some(policy) => planned(&InitialGuess::Learned { policy, seed: SEED }),
+            Some(policy) if joints == M => planned(&InitialGuess::Learned { policy, seed: SEED }),
+            Some(policy) => {
+                let policy = &Padded { policy, joints, room: M };
+                planned(&InitialGuess::Learned { policy, seed: SEED })
+            }
         }),
     }
 }

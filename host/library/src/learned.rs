@@ -227,6 +227,7 @@ mod tests {
             width,
             token_types: [features].into_iter().collect(),
             provenance: Provenance::default(),
+            action: 6,
         };
         let mut file = vec![0; 4 << 20];
         let length = synthetic_model(&header, 1, &mut file).unwrap();
@@ -246,10 +247,10 @@ mod tests {
         assert_eq!(reason(learned(Encoding::Paper.tag(), 7, 32)), other);
         let too_large = "the model is larger than the memory set aside for it";
         assert_eq!(
-            reason(learned(Encoding::Paper.tag(), Encoding::Paper.features() as u16, 512)),
+            reason(learned(Encoding::Paper.tag(), Encoding::Paper.features(3) as u16, 512)),
             too_large
         );
-        let sound = learned(Encoding::Paper.tag(), Encoding::Paper.features() as u16, 32);
+        let sound = learned(Encoding::Paper.tag(), Encoding::Paper.features(3) as u16, 32);
         assert_eq!(sound.refused(), None);
         assert!(sound.at_work(&mut Memories::default(), |policy| policy.is_some()));
     }

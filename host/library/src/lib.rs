@@ -14,7 +14,7 @@
 //! - [`memory`]: heaps and stacks for what is too large for a usual stack;
 //! - [`threads`]: a second thread for one plan;
 //! - [`lineage`]: what a model descends from, and the scenarios that it must not be judged by;
-//! - [`learned`]: learned models, from files or built in;
+//! - [`learned`]: learned models, from files or built in; `padded`: for a build with room for more joints;
 //! - [`planning`]: from a scenario to a plan file, by the core's planner of the arm's size ([`engine`]);
 //! - [`picture`]: a plan as a picture;
 //! - [`export`]: the subproblems of a plan as files for other solvers;
@@ -56,5 +56,7 @@ pub mod qp_file;
 pub mod stopwatch;
 pub mod threads;
 pub mod vehicle;
+
+mod padded;
 
 pub use remora_files::{choice, error, formats, method, report, statistics, with_joints};

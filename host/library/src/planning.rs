@@ -116,7 +116,7 @@ impl Planner {
         let clock = &WallClock::start();
         let scenario = &scenario.scenario();
         let Self { usual, roomy, threads, memories } = self;
-        let task = Task { clock, threads, model, memories, method };
+        let task = Task { clock, threads, model, joints: NL, memories, method };
         match NL {
             LINKS => usual.plan_in_place(mission, scenario, task),
             _ => room(roomy).plan_in_place(mission, scenario, task),
@@ -135,7 +135,7 @@ impl Planner {
     ) -> Planned {
         let asked = Asked { mission, scenario, method, model };
         let Self { usual, roomy, threads, memories } = self;
-        let task = Task { clock, threads, model, memories, method };
+        let task = Task { clock, threads, model, joints: NL, memories, method };
         match NL {
             LINKS => asked.planned(usual, task, &mut |_| ()),
             _ => asked.planned(room(roomy), task, &mut |_| ()),
@@ -155,7 +155,8 @@ impl Planner {
     ) -> Planned {
         let asked = Asked { mission, scenario, method, model };
         let Self { usual, threads, memories, .. } = self;
-        asked.planned(usual, Task { clock, threads, model, memories, method }, watch)
+        let task = Task { clock, threads, model, joints: LINKS, memories, method };
+        asked.planned(usual, task, watch)
     }
 }
 

@@ -91,6 +91,7 @@ fn network_in_place() {
         width: 64,
         token_types: [36].into_iter().collect(),
         provenance: nn::Provenance::default(),
+        action: nn::ACTION as u16,
     };
     let mut file = vec![0; 1 << 20];
     let length = synthetic_model(&header, 1, &mut file).unwrap();

@@ -39,8 +39,11 @@ impl Script {
     }
 
     fn of(action: Action, motion: &ReorientationTrajectory<NODES, LINKS>) -> Self {
-        let line =
-            |k: usize| action.of(&motion.states[k], &motion.controls[k], &motion.states[k + 1]);
+        let line = |k: usize| {
+            let (state, next) = (&motion.states[k], &motion.states[k + 1]);
+            let numbers: Vec<f32> = action.of(state, &motion.controls[k], next).collect();
+            numbers.try_into().unwrap()
+        };
         Self::new(action, (0..NODES - 1).map(line).collect())
     }
 }
@@ -56,6 +59,10 @@ impl Policy for Script {
 
     fn nodes(&self) -> usize {
         NODES
+    }
+
+    fn joints(&self) -> usize {
+        LINKS
     }
 
     fn deviation(&self, _: &[f32]) -> f32 {
@@ -88,7 +95,7 @@ impl Policy for Script {
     }
 
     fn observe(&self, features: &[f32]) -> bool {
-        assert_eq!(features.len(), Encoding::Body.features());
+        assert_eq!(features.len(), Encoding::Body.features(LINKS));
         self.at.set(self.at.get() + 1);
         true
     }
@@ -357,9 +364,9 @@ fn bus_axes_do_not_see_where_the_approach_points() {
         let [mut a, mut b] = [[0.0f32; MAX_FEATURES]; 2];
         scene.features(Encoding::Body, k, &state, &previous, &mut a);
         turned.features(Encoding::Body, k, &turned_state, &previous, &mut b);
-        let [_, _, ahead, ..] = Encoding::Body.groups();
+        let [_, _, ahead, ..] = Encoding::Body.groups(LINKS);
         let orbit = ACTION + 1 + ahead..ACTION + 1 + ahead + 6;
-        for i in (0..MAX_FEATURES).filter(|i| !orbit.contains(i)) {
+        for i in (0..Encoding::Body.features(LINKS)).filter(|i| !orbit.contains(i)) {
             assert!((a[i] - b[i]).abs() <= 1e-6 * a[i].abs().max(1.0), "node {k}, feature {i}");
         }
         assert!(a.iter().all(|value| value.is_finite()));
@@ -384,7 +391,7 @@ fn the_paper_sees_attitudes_of_one_sign() {
     scene.features(Encoding::Paper, 20, &state, &[0.0; ACTION], &mut a);
     scene.features(Encoding::Paper, 20, &opposite, &[0.0; ACTION], &mut b);
     assert_eq!(a, b);
-    assert!(a[Encoding::Paper.features()..].iter().all(|value| *value == 0.0));
+    assert!(a[Encoding::Paper.features(LINKS)..].iter().all(|value| *value == 0.0));
 }
 
 /// What is handed in is treated as a model's roll-out is, to the last bit.

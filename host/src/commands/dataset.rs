@@ -4,9 +4,11 @@ use super::Output;
 use super::options::{COUNT, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED};
 use super::progress::Bar;
 use crate::report;
+use remora_core::advanced::model::Mission;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::learned::Learned;
+use remora_host::with_joints;
 use remora_learn::dataset::{Recipe, SHARD};
 use std::num::NonZeroU32;
 use std::path::PathBuf;
@@ -54,19 +56,29 @@ Exit status: 0 done, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
+        let mission = self.mission.any()?;
+        with_joints!(mission.joints(), NL => {
+            self.run_for::<NL>(mission.of_all_nodes()?)
+        } else {
+            Err(mission.wrong_joints())
+        })
+    }
+
+    fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
         let recipe = Recipe {
             count: self.count,
             seed: self.seed,
             integrator: self.integrator.integrator,
             model: self.model.as_deref().map(Learned::usable).transpose()?,
-            mission: self.mission.of_all_nodes()?,
+            mission,
             shard: self.shard,
             jobs: self.jobs.jobs(),
             out: self.out,
         };
         let started = Instant::now();
         let made = recipe.make(&mut Bar::named("dataset"))?;
-        let text = report::dataset_report(&made, started.elapsed().as_secs_f64(), &recipe.out);
+        let text =
+            report::dataset_report::<NL>(&made, started.elapsed().as_secs_f64(), &recipe.out);
         Output::new(text, true).or_json(self.json.json, &made)
     }
 }

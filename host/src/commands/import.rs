@@ -53,6 +53,9 @@ pub(super) struct Args {
     /// Joint angles at the start [rad; default: straight, or bent as little as keeps clear of the bus]
     #[arg(long, value_name = "A,B,...", allow_hyphen_values = true)]
     start: Option<String>,
+    /// Rotors' inertias seen through their gears, one for all joints or one for each [kg m^2; default: none]
+    #[arg(long, value_name = "A[,B,...]", allow_hyphen_values = true)]
+    armature: Option<String>,
     /// Print all that was understood of the file and what follows from it, and write nothing
     #[arg(long, conflicts_with = "out")]
     explain: bool,
@@ -68,7 +71,7 @@ Examples:
   remora import servicer.urdf --out mine.mission.toml
   remora import arm.urdf --bus bus.mission.toml --mount 0,0,0.5
   remora import arm.urdf --end-effector tool0 --hold finger=0.02 --limit elbow=-2,2,0.05,10
-  remora import arm.urdf --axis 1,0,0 --start 0,-1.2,1.2 --json
+  remora import arm.urdf --axis 1,0,0 --start 0,-1.2,1.2 --armature 0.4,0.4,0.1 --json
 
 What the file leaves open is refused, all of it at once, with the flag that mends it; or it is decided
 and said. No xacro, no SDF, no meshes.
@@ -135,6 +138,11 @@ impl Args {
                 .transpose()?,
             axis: self.axis.as_deref().map(|text| vector(text, "--axis")).transpose()?,
             start: self.start.as_deref().map(|text| numbers(text, "--start")).transpose()?,
+            armature: self
+                .armature
+                .as_deref()
+                .map(|text| numbers(text, "--armature"))
+                .transpose()?,
         })
     }
 

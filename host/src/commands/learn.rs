@@ -1,11 +1,13 @@
 //! `remora learn`
 
 use super::Output;
-use super::options::{ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, SEED, of_all_nodes};
+use super::options::{AnyMission, ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, SEED};
 use super::progress::{Bar, tell};
 use super::train::{Device, Progress};
+use remora_core::advanced::model::Mission;
 use remora_host::error::Error;
 use remora_host::lineage;
+use remora_host::with_joints;
 use remora_learn::learning::{Hands, Learning, Learnt};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -62,9 +64,18 @@ Exit status: 0 done, also where the model is worse than the heuristic (it says s
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
+        let mission = AnyMission::read(self.mission.as_deref())?;
+        with_joints!(mission.joints(), NL => {
+            self.run_for::<NL>(mission.of_all_nodes()?)
+        } else {
+            Err(mission.wrong_joints())
+        })
+    }
+
+    fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
         let jobs = self.jobs.jobs();
         let learning = Learning {
-            mission: of_all_nodes(self.mission.as_deref())?,
+            mission,
             hours: self.hours,
             integrator: self.integrator.integrator,
             seed: self.seed,

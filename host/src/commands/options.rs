@@ -171,9 +171,9 @@ impl MissionArgs {
         AnyMission::read(self.mission.as_deref())
     }
 
-    /// The mission, where its plans have all the nodes of this build.
+    /// The same, where its plans have all the nodes of this build.
     pub(super) fn of_all_nodes(&self) -> Result<Mission<LINKS>, Error> {
-        of_all_nodes(self.mission.as_deref())
+        self.any()?.of_all_nodes()
     }
 }
 
@@ -200,22 +200,22 @@ impl AnyMission {
         self.file.mission_of().map_err(|error| error.at(&self.name))
     }
 
+    /// The mission, judged, where its plans have all the nodes of this build: what trajectories are recorded
+    /// for and models are made for.
+    pub(super) fn of_all_nodes<const NL: usize>(&self) -> Result<Mission<NL>, Error> {
+        let mission = self.of()?;
+        match mission.approach.nodes {
+            NODES => Ok(mission),
+            nodes => {
+                let reason = format!("is {nodes}; this command needs {NODES}");
+                Err(Error::input(&self.name, "horizon.nodes", reason))
+            }
+        }
+    }
+
     /// Why its number of joints cannot be planned for.
     pub(super) fn wrong_joints(&self) -> Error {
         self.file.wrong_joints(PLANNED_JOINTS).at(&self.name)
-    }
-}
-
-/// The mission of a file or the built-in one, where its plans have all the nodes of this build: what trajectories
-/// are recorded for and models are made for.
-pub(super) fn of_all_nodes(file: Option<&Path>) -> Result<Mission<LINKS>, Error> {
-    let mission = read_mission(file)?;
-    match (file, mission.approach.nodes) {
-        (Some(file), nodes) if nodes != NODES => {
-            let reason = format!("is {nodes}; this command needs {NODES}");
-            Err(Error::input(file, "horizon.nodes", reason))
-        }
-        _ => Ok(mission),
     }
 }
 

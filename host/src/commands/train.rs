@@ -5,8 +5,9 @@ use super::options::{JsonArgs, MissionArgs};
 use super::progress::{is_shown_live, tell};
 use indicatif::{ProgressBar, ProgressStyle};
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
+use remora_core::advanced::stages::NODES;
 use remora_host::error::Error;
+use remora_host::with_joints;
 use remora_learn::training::checkpoint::LossRow;
 use remora_learn::training::model::Origin;
 use remora_learn::training::network::Losses;
@@ -62,12 +63,21 @@ Exit status: 0 done, 1 stopped before the end of the schedule, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
+        let mission = self.mission.any()?;
+        with_joints!(mission.joints(), NL => {
+            self.run_for::<NL>(&mission.of_all_nodes()?)
+        } else {
+            Err(mission.wrong_joints())
+        })
+    }
+
+    fn run_for<const NL: usize>(self, mission: &Mission<NL>) -> Result<Output, Error> {
         let config = Config::read(&self.config)?;
         // An error means that there is a pool already, as in tests.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.get()).build_global();
         let name = self.config.file_stem().unwrap_or_default();
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
-        let data = Data::read(&config, &self.mission.of_all_nodes()?)?;
+        let data = Data::read(&config, mission)?;
         let count = config.training.rollout_count.unwrap_or(ROLLOUT_COUNT);
         let run = Run {
             config,
@@ -119,19 +129,18 @@ impl Device {
 const ROLLOUT_COUNT: usize = 64;
 
 /// Datasets, or random trajectories to measure speed with.
-enum Data {
-    Recorded(Box<Recorded>),
+enum Data<const NL: usize> {
+    Recorded(Box<Recorded<NL>>),
     Synthetic(Synthetic),
 }
 
-impl Data {
-    fn read(config: &Config, mission: &Mission<LINKS>) -> Result<Self, Error> {
+impl<const NL: usize> Data<NL> {
+    fn read(config: &Config, mission: &Mission<NL>) -> Result<Self, Error> {
         if config.data.path.as_os_str() != "synthetic" {
             return Recorded::read(config, mission)
                 .map(|recorded| Self::Recorded(Box::new(recorded)));
         }
-        let groups = config.model.encoding.groups();
-        let shape = Shape { nodes: 60, groups: groups.to_vec(), states: groups[4] };
+        let shape = Shape::of(config.model.encoding, NODES, NL);
         Ok(Self::Synthetic(Synthetic::new(shape, config.data.count.unwrap_or(5000) as usize)))
     }
 

@@ -2,6 +2,7 @@
 
 use super::bench::Bench;
 use std::fs;
+use std::path::Path;
 use std::time::Duration;
 
 const DATASET: &str = "dataset --count 6 --seed 3 --integrator euler --shard 2";
@@ -141,4 +142,21 @@ fn arguments() {
     refuses("--count 1 --seed 1 --mission wide.mission.toml", "--mission: its geometry lets no");
     bench.write("file", "");
     bench.refuses("dataset --count 1 --seed 1 --out file", "file: is not a directory");
+}
+
+/// The records of another arm have another size, and are not taken for its neighbour's.
+#[test]
+fn an_arm_of_two_joints_has_a_dataset() {
+    let bench = Bench::new();
+    let arms = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/arms");
+    let two = arms.join("two.mission.toml");
+    let line = "dataset --count 2 --seed 3 --integrator euler --out two";
+    let run = bench.solves(&format!("{line} --mission {}", two.display()));
+    assert!(run.out.starts_with("2 scenarios: 2 trajectories kept"), "{}", run.out);
+    let manifest = bench.json("two/dataset.json");
+    assert_eq!((&manifest["links"], &manifest["record"]), (&2.into(), &7700.into()));
+    let shard = fs::metadata(bench.path("two/shard-00000.bin")).unwrap();
+    assert_eq!(shard.len(), 36 + 2 * 7700);
+    let other = "two/dataset.json: mission: this dataset was begun with another mission";
+    bench.refuses(line, other);
 }

@@ -166,6 +166,9 @@ fn flags_that_make_no_sense_are_refused() {
     refuses("--start 0", "--start: one number for each of 2 joints, not 1");
     refuses("--start 0,9", "--start: [1] must lie within the joint's stops");
     refuses("--start -1.5,-2.4", "--start: is 0.");
+    refuses("--armature 1,2,3", "--armature: one number, or one for each of 2 joints, not 3");
+    refuses("--armature 0.1,-0.2", "--armature: -0.2 must not be negative");
+    refuses("--armature 0.1,inf", "--armature: `0.1,inf`: expects finite numbers");
     refuses(
         "--end-effector hand",
         &format!("{planar}: `--end-effector hand`: the file has no such"),
@@ -175,6 +178,28 @@ fn flags_that_make_no_sense_are_refused() {
     bench.refuses("import none.urdf", "none.urdf: no such file or directory");
     bench.write("a.xacro", "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\"><xacro:arm/></robot>");
     bench.refuses("import a.xacro", "a.xacro: a xacro, not yet a URDF");
+}
+
+/// Rotors are in no URDF; what they weigh in stands with the links, and nothing else changes.
+#[test]
+fn rotors_are_given_by_a_flag() {
+    let bench = Bench::new();
+    let armatures = |flags: &str| {
+        let told = imported(&bench, &format!("{} --explain {flags}", urdf("planar")));
+        let links = told["mission"]["servicer"]["links"].clone();
+        let of = |link: &Value| link.get("armature_kg_m2").and_then(Value::as_f64).unwrap_or(0.0);
+        links.as_array().unwrap().iter().map(of).collect::<Vec<f64>>()
+    };
+    assert_eq!(armatures(""), [0.0, 0.0]);
+    assert_eq!(armatures("--armature 0.25"), [0.25, 0.25]);
+    assert_eq!(armatures("--armature 0.25,0"), [0.25, 0.0]);
+    bench.solves(&format!("import {} --armature 0.4,0.1 --out a.mission.toml", urdf("planar")));
+    let text = bench.read("a.mission.toml");
+    assert!(
+        text.contains("armature_kg_m2 = 0.4\n") && text.contains("armature_kg_m2 = 0.1\n"),
+        "{text}"
+    );
+    bench.solves("mission a.mission.toml");
 }
 
 /// An arm as short as a hand leaves the bus no room: said, and written for whoever mends it.

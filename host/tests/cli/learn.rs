@@ -83,6 +83,8 @@ fn what_cannot_be_learnt_is_refused() {
     bench.write("few.mission.toml", "[horizon]\nnodes = 40\n");
     let message = "few.mission.toml: horizon.nodes: is 40; this command needs 60";
     refuses("few.mission.toml --hours 1 --out a.model", message);
+    bench.write("roll.mission.toml", "[roll]\nend_effector = [1, 0, 0]\nport = [0, 1, 0]\n");
+    refuses("roll.mission.toml --hours 1 --out a.model", "MISSION: fixes the end effector's roll");
     refuses("none.mission.toml --hours 1 --out a.model", "none.mission.toml: no such file");
     refuses("--hours 1 --out none/a.model", "none/a.model: no such file or directory");
     bench.write("a.model", "somebody's");

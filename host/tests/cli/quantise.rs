@@ -24,6 +24,7 @@ fn header() -> Header {
         width: 32,
         token_types: [36].into_iter().collect(),
         provenance: Provenance { dataset: "drawn".try_into().unwrap(), ..Default::default() },
+        action: 6,
     }
 }
 

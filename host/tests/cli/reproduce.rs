@@ -21,12 +21,13 @@ fn write_model(bench: &Bench, name: &str, decoder: Decoder, chunk: u16, size: u6
         layers: 1,
         heads: 2,
         width: 16,
-        token_types: [Encoding::Body.features() as u16].into_iter().collect(),
+        token_types: [Encoding::Body.features(3) as u16].into_iter().collect(),
         provenance: Provenance {
             integrator: "euler".parse().unwrap(),
             dataset: format!("s1000:{size}").as_str().parse().unwrap(),
             ..Provenance::default()
         },
+        action: 6,
     };
     let mut bytes = vec![0; 1 << 20];
     let length = synthetic_model(&header, 1, &mut bytes).unwrap();

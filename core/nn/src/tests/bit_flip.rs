@@ -2,7 +2,7 @@
 
 use super::*;
 
-const SHAPE: Shape = Shape { layers: 2, heads: 2, width: 12, nodes: 5, chunk: 1 };
+const SHAPE: Shape = Shape { layers: 2, heads: 2, width: 12, nodes: 5, chunk: 1, action: 6 };
 type Quantised = Memory<2, 12, 5>;
 
 /// The actions of a rollout with a strike, those that came; how often the memory was used, and

@@ -64,7 +64,7 @@ fn each_refusal_has_its_reason() {
         refusal(&bytes)
     };
     assert_eq!(with(0, b'x'), Some(ModelError::Magic));
-    assert_eq!(with(4, 2), Some(ModelError::Version));
+    assert_eq!(with(4, 3), Some(ModelError::Version));
     assert_eq!(with(5, 9), Some(ModelError::Header));
     assert_eq!(with(good.len() - 1, !good[good.len() - 1]), Some(ModelError::Crc));
     assert_eq!(with(good.len() - 5, !good[good.len() - 5]), Some(ModelError::Crc));
@@ -87,7 +87,7 @@ fn shapes_beyond_the_limits_are_refused() {
         refusal(&bytes[..length + 4])
     };
     assert_eq!(changed(&|_| {}), Some(ModelError::Missing));
-    let wrong: [&dyn Fn(&mut Header); 14] = [
+    let wrong: [&dyn Fn(&mut Header); 18] = [
         &|h| h.width = 0,
         &|h| h.width = 1032,
         &|h| h.heads = 0,
@@ -99,6 +99,10 @@ fn shapes_beyond_the_limits_are_refused() {
         &|h| h.nodes = 1025,
         &|h| h.chunk = 0,
         &|h| h.chunk = 9,
+        &|h| (h.version, h.action) = (2, 0),
+        &|h| (h.version, h.action) = (2, 51),
+        &|h| (h.version, h.action, h.chunk) = (2, 10, 6),
+        &|h| (h.version, h.action, h.chunk) = (2, 7, 8),
         &|h| h.decoder = Decoder::Flow { steps: 0 },
         &|h| h.layout = Layout::Fused,
         &|h| h.token_types[2] = 129,
@@ -106,6 +110,28 @@ fn shapes_beyond_the_limits_are_refused() {
     for change in wrong {
         assert_eq!(changed(change), Some(ModelError::Shape));
     }
+}
+
+/// What three joints need is written as it always was; another number stands behind the header.
+#[test]
+fn the_second_version_says_how_many_numbers_an_action_has() {
+    for (action, version) in [(4, 2), (5, 2), (6, 1), (10, 2)] {
+        let shape = Shape { action, ..TINY };
+        let header = header(Precision::Int8, Layout::Fused, Decoder::Linear, shape);
+        assert_eq!(header.version, version);
+        let bytes = file(&header, 1);
+        let model = Model::open(&bytes).unwrap();
+        assert_eq!(model.header(), &header);
+        assert_eq!(model.dimensions().action, usize::from(action));
+    }
+    // Six numbers may be said to be six.
+    let header =
+        Header { version: 2, ..header(Precision::F32, Layout::Fused, Decoder::Linear, TINY) };
+    assert_eq!(Model::open(&file(&header, 1)).unwrap().header(), &header);
+    // The first version has no room for another number.
+    let odd = Header { version: 1, action: 5, ..header };
+    assert_eq!(odd.dimensions(), Err(ModelError::Shape));
+    assert_eq!(synthetic_model(&odd, 1, &mut vec![0; 1 << 16]), None);
 }
 
 proptest! {

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const SHAPE: Shape = Shape { layers: 2, heads: 3, width: 48, nodes: 6, chunk: 5 };
+const SHAPE: Shape = Shape { layers: 2, heads: 3, width: 48, nodes: 6, chunk: 5, action: 6 };
 type Room = Memory<2, 48, 29>;
 
 fn with_network<R>(
@@ -149,7 +149,7 @@ fn memory_may_be_larger_than_the_model() {
 #[test]
 fn the_small_model_fits_a_small_computer() {
     const { assert!(Memory::<4, 128, 60>::BYTES <= 128 << 10) };
-    let shape = Shape { layers: 4, heads: 4, width: 128, nodes: 60, chunk: 1 };
+    let shape = Shape { layers: 4, heads: 4, width: 128, nodes: 60, chunk: 1, action: 6 };
     for decoder in [Decoder::Linear, Decoder::Flow { steps: 1 }] {
         let header = header(Precision::Int8, Layout::Fused, decoder, shape);
         assert!(file(&header, 0).len() <= 1 << 20);

@@ -22,17 +22,18 @@ struct Shape {
     width: u16,
     nodes: u16,
     chunk: u16,
+    action: u16,
 }
 
-const TINY: Shape = Shape { layers: 2, heads: 2, width: 12, nodes: 3, chunk: 1 };
+const TINY: Shape = Shape { layers: 2, heads: 2, width: 12, nodes: 3, chunk: 1, action: 6 };
 
 fn header(precision: Precision, layout: Layout, decoder: Decoder, shape: Shape) -> Header {
     let token_types: &[u16] = match layout {
-        Layout::Separate => &[6, 1, 7, 9, 13],
-        Layout::Fused => &[36],
+        Layout::Separate => &[shape.action, 1, 7, 9, 13],
+        Layout::Fused => &[30 + shape.action],
     };
     Header {
-        version: VERSION,
+        version: Header::version_of(shape.action),
         precision,
         layout,
         inputs: 0,
@@ -45,6 +46,7 @@ fn header(precision: Precision, layout: Layout, decoder: Decoder, shape: Shape) 
         width: shape.width,
         token_types: heapless::Vec::from_slice(token_types).unwrap(),
         provenance: Provenance { seed: 3, ..Provenance::default() },
+        action: shape.action,
     }
 }
 

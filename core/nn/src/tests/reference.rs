@@ -90,14 +90,17 @@ fn actions(header: &Header, bytes: &[u8], features: &[Vec<f32>], seed: u64) -> V
     for layer in 0..usize::from(header.layers) {
         block(&t, &format!("block.{layer}"), usize::from(header.heads), &mut tokens);
     }
+    let action = usize::from(header.action);
     let decode = |(node, state): (usize, &usize)| {
         let hidden_state = t.norm("norm", &tokens[*state]);
         let z = match header.decoder {
             Decoder::Linear => t.linear("head", &hidden_state),
-            Decoder::Flow { steps } => flow(&t, &hidden_state, usize::from(steps), node, seed),
+            Decoder::Flow { steps } => {
+                flow(&t, &hidden_state, usize::from(steps), noise(action, node, seed))
+            }
         };
         let raw = |(i, z): (usize, &f64)| {
-            t.get("action.mean")[i % ACTION] + t.get("action.std")[i % ACTION] * z
+            t.get("action.mean")[i % action] + t.get("action.std")[i % action] * z
         };
         z.iter().enumerate().map(raw).collect()
     };
@@ -135,10 +138,20 @@ fn block(t: &Tensors, name: &str, heads: usize, tokens: &mut [Vec<f64>]) {
     }
 }
 
-fn flow(t: &Tensors, hidden_state: &[f64], steps: usize, node: usize, seed: u64) -> Vec<f64> {
+/// The noise of a node, more of it than any prediction takes.
+fn noise(action: usize, node: usize, seed: u64) -> impl Iterator<Item = f64> {
+    let from = node * (action * limit::CHUNK / 2);
+    (from..).flat_map(move |i| noise::normal_pair(seed, i as u64)).map(f64::from)
+}
+
+fn flow(
+    t: &Tensors,
+    hidden_state: &[f64],
+    steps: usize,
+    noise: impl Iterator<Item = f64>,
+) -> Vec<f64> {
     let count = t.get("flow.out.bias").len();
-    let pair = |i: usize| noise::normal_pair(seed, (node * ACTION * limit::CHUNK / 2 + i) as u64);
-    let mut z: Vec<f64> = (0..count / 2).flat_map(pair).map(f64::from).collect();
+    let mut z: Vec<f64> = noise.take(count).collect();
     for step in 0..steps {
         let mut x = t.linear("flow.latent", hidden_state);
         let tau = step as f64 / steps as f64;
@@ -163,10 +176,12 @@ fn difference(ours: &[Vec<f32>], exact: &[Vec<f64>]) -> f64 {
     all().map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / size
 }
 
-const SHAPES: [Shape; 3] = [
+const SHAPES: [Shape; 5] = [
     TINY,
-    Shape { layers: 3, heads: 4, width: 64, nodes: 12, chunk: 5 },
-    Shape { layers: 1, heads: 3, width: 57, nodes: 7, chunk: 2 },
+    Shape { layers: 3, heads: 4, width: 64, nodes: 12, chunk: 5, action: 6 },
+    Shape { layers: 1, heads: 3, width: 57, nodes: 7, chunk: 2, action: 6 },
+    Shape { action: 5, ..TINY },
+    Shape { chunk: 5, action: 9, ..TINY },
 ];
 
 #[test]

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 
 /// A dataset to be made: the input of `remora dataset`.
 #[derive(Clone, Debug)]
-pub struct Recipe {
+pub struct Recipe<const NL: usize = LINKS> {
     /// Scenarios `0..count` are tried.
     pub count: u64,
     /// Seed of the draw.
@@ -30,7 +30,7 @@ pub struct Recipe {
     /// the optimiser takes its own roll-outs.
     pub model: Option<Learned>,
     /// The mission; valid.
-    pub mission: Mission<LINKS>,
+    pub mission: Mission<NL>,
     /// Scenarios a shard; an interruption loses the shards that are not complete.
     pub shard: NonZeroU32,
     /// Number of worker threads.
@@ -51,13 +51,18 @@ pub struct Made {
 }
 
 /// A shard that is being made: what came of its scenarios so far.
-#[derive(Default)]
-struct Open {
+struct Open<const NL: usize> {
     done: u32,
-    kept: BTreeMap<u64, Trajectory>,
+    kept: BTreeMap<u64, Trajectory<NL>>,
 }
 
-impl Recipe {
+impl<const NL: usize> Default for Open<NL> {
+    fn default() -> Self {
+        Self { done: 0, kept: BTreeMap::new() }
+    }
+}
+
+impl<const NL: usize> Recipe<NL> {
     /// Plans the scenarios of all shards that are not there yet.
     ///
     /// # Errors
@@ -73,7 +78,7 @@ impl Recipe {
         let mut made = Made { tried: 0, kept: 0, now: 0 };
         let mut pending = Vec::new();
         for (first, tried) in manifest.shards() {
-            match shard::verify(&self.shard_path(first), first, tried)? {
+            match shard::verify::<NL>(&self.shard_path(first), first, tried)? {
                 Some(head) => {
                     made.tried += u64::from(tried);
                     made.kept += u64::from(head.kept);
@@ -83,7 +88,7 @@ impl Recipe {
         }
         progress.begin(self.count as usize, made.tried as usize);
         let mut open = BTreeMap::new();
-        let finish = |index, trajectory: Option<Box<Trajectory>>| {
+        let finish = |index, trajectory: Option<Box<Trajectory<NL>>>| {
             progress.done(trajectory.is_some());
             made.now += 1;
             made.tried += 1;
@@ -125,7 +130,7 @@ impl Recipe {
         planner: &mut Planner,
         method: &Method,
         index: u64,
-    ) -> Result<Option<Box<Trajectory>>, Error> {
+    ) -> Result<Option<Box<Trajectory<NL>>>, Error> {
         let plan =
             planner.plan(&self.mission, &self.draw(index)?, method, self.model.as_ref()).file;
         let is_solved = plan.status == Status::Solved;
@@ -142,9 +147,9 @@ impl Recipe {
     /// Adds what came of a scenario to its shard, and writes the shard once it has all.
     fn file_away(
         &self,
-        open: &mut BTreeMap<u64, Open>,
+        open: &mut BTreeMap<u64, Open<NL>>,
         index: u64,
-        trajectory: Option<Box<Trajectory>>,
+        trajectory: Option<Box<Trajectory<NL>>>,
     ) -> Result<(), Error> {
         let size = u64::from(self.shard.get());
         let first = index / size * size;
@@ -155,7 +160,7 @@ impl Recipe {
         if shard.done < tried {
             return Ok(());
         }
-        let kept: Vec<Trajectory> = std::mem::take(&mut shard.kept).into_values().collect();
+        let kept: Vec<Trajectory<NL>> = std::mem::take(&mut shard.kept).into_values().collect();
         open.remove(&first);
         shard::write(&self.shard_path(first), first, tried, &kept)
     }

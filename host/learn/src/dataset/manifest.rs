@@ -1,11 +1,12 @@
 //! The manifest: what a dataset was asked to be.
 
-use super::{CONTROL, Recipe, STATE, Trajectory};
-use remora_core::advanced::stages::{LINKS, NODES};
+use super::Recipe;
+use super::trajectory::{record_bytes, state_size};
+use remora_core::advanced::stages::{NODES, size};
 use remora_host::engine;
 use remora_host::error::{Error, FieldError};
 use remora_host::fingerprint::fingerprint;
-use remora_host::formats::{json, write_atomically};
+use remora_host::formats::{MAX_JOINTS, PLANNED_JOINTS, json, write_atomically};
 use remora_host::method::{Integrator, Method};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
@@ -45,7 +46,7 @@ pub struct Manifest {
     pub shard: u32,
     /// Nodes of a trajectory.
     pub nodes: usize,
-    /// Links of the arm.
+    /// Joints of the arm.
     pub links: usize,
     /// Numbers of a state.
     pub state: usize,
@@ -57,7 +58,7 @@ pub struct Manifest {
 
 impl Manifest {
     /// The manifest of what a recipe makes.
-    pub fn new(recipe: &Recipe) -> Self {
+    pub fn new<const NL: usize>(recipe: &Recipe<NL>) -> Self {
         let method = Method { integrator: recipe.integrator, ..Method::default() };
         Self {
             format: FORMAT.into(),
@@ -70,10 +71,10 @@ impl Manifest {
             settings: fingerprint(&engine::settings_text(&method)),
             shard: recipe.shard.get(),
             nodes: NODES,
-            links: LINKS,
-            state: STATE,
-            control: CONTROL,
-            record: Trajectory::BYTES,
+            links: NL,
+            state: state_size(NL),
+            control: size::controls(NL),
+            record: record_bytes(NL),
         }
     }
 
@@ -95,6 +96,18 @@ impl Manifest {
         write_atomically(file, text.as_bytes())
     }
 
+    /// Asks for more scenarios than the dataset in a directory was begun with; its shards must all be whole
+    /// ones.
+    ///
+    /// # Errors
+    /// Fewer scenarios than there are, a last shard that is not whole, a manifest that cannot be
+    /// written.
+    pub fn grow(directory: &Path, count: u64) -> Result<(), Error> {
+        let file = directory.join(MANIFEST);
+        let manifest = Self::read(&file)?;
+        manifest.of_more(count).map_err(|error| error.at(&file))?.write(&file)
+    }
+
     /// First scenario and number of scenarios of each shard.
     pub(super) fn shards(&self) -> impl Iterator<Item = (u64, u32)> + use<> {
         let (count, shard) = (self.count, u64::from(self.shard));
@@ -102,7 +115,7 @@ impl Manifest {
     }
 
     /// The same of more scenarios: whole shards stay as they are.
-    pub(super) fn of_more(&self, count: u64) -> Result<Self, FieldError> {
+    fn of_more(&self, count: u64) -> Result<Self, FieldError> {
         if count < self.count || !self.count.is_multiple_of(self.shard.into()) {
             let reason = format!("is {}, which cannot grow to {count}", self.count);
             return Err(FieldError::new("count", reason));
@@ -110,14 +123,26 @@ impl Manifest {
         Ok(Self { count, ..self.clone() })
     }
 
+    /// Refuses trajectories of another arm.
+    pub(super) fn of_joints(self, joints: usize) -> Result<Self, FieldError> {
+        if self.links == joints {
+            return Ok(self);
+        }
+        let reason = format!("is {}; the mission's arm has {joints}", self.links);
+        Err(FieldError::new("links", reason))
+    }
+
     /// Refuses sizes that this program was not built for.
     fn validate(&self) -> Result<(), FieldError> {
+        let joints = self.links;
+        if !(1..=MAX_JOINTS).contains(&joints) {
+            return Err(FieldError::new("links", format!("is {joints}; {PLANNED_JOINTS}")));
+        }
         for (field, found, expected) in [
             ("nodes", self.nodes, NODES),
-            ("links", self.links, LINKS),
-            ("state", self.state, STATE),
-            ("control", self.control, CONTROL),
-            ("record", self.record, Trajectory::BYTES),
+            ("state", self.state, state_size(joints)),
+            ("control", self.control, size::controls(joints)),
+            ("record", self.record, record_bytes(joints)),
         ] {
             if found != expected {
                 let reason = format!("is {found}; this program was built for {expected}");

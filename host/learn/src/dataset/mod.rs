@@ -21,15 +21,16 @@ mod trajectory;
 pub use make::{Made, Recipe};
 pub use manifest::{FORMAT, MANIFEST, Manifest, SHARD};
 pub use split::Split;
-pub use trajectory::{CONTROL, STATE, Trajectory};
+pub use trajectory::Trajectory;
 
+use remora_core::advanced::stages::LINKS;
 use remora_host::error::Error;
 use remora_host::lineage::Source;
 use std::path::{Path, PathBuf};
 
 /// A dataset to read. One that is still being made can be read up to where it is complete.
 #[derive(Clone, Debug)]
-pub struct Dataset {
+pub struct Dataset<const NL: usize = LINKS> {
     /// What it was asked to be.
     pub manifest: Manifest,
     directory: PathBuf,
@@ -38,33 +39,23 @@ pub struct Dataset {
     kept: u64,
 }
 
-impl Dataset {
+impl<const NL: usize> Dataset<NL> {
     /// Reads the manifest and looks at the shards that are there.
     ///
     /// # Errors
-    /// A file that cannot be read or understood; a shard whose size is wrong.
+    /// A file that cannot be read or understood; another number of joints; a shard whose size is wrong.
     pub fn open(directory: &Path) -> Result<Self, Error> {
-        let manifest = Manifest::read(&directory.join(MANIFEST))?;
+        let file = directory.join(MANIFEST);
+        let manifest = Manifest::read(&file)?.of_joints(NL).map_err(|error| error.at(&file))?;
         let (mut tried, mut kept) = (0, 0);
         for (number, (first, size)) in (0..).zip(manifest.shards()) {
-            let Some(head) = shard::look(&shard_path(directory, number), first, size)? else {
+            let Some(head) = shard::look::<NL>(&shard_path(directory, number), first, size)? else {
                 break;
             };
             tried += u64::from(head.tried);
             kept += u64::from(head.kept);
         }
         Ok(Self { manifest, directory: directory.to_path_buf(), tried, kept })
-    }
-
-    /// Asks for more scenarios than the dataset was begun with; its shards must all be whole ones.
-    ///
-    /// # Errors
-    /// Fewer scenarios than there are, a last shard that is not whole, a manifest that cannot be
-    /// written.
-    pub fn grow(directory: &Path, count: u64) -> Result<(), Error> {
-        let file = directory.join(MANIFEST);
-        let manifest = Manifest::read(&file)?;
-        manifest.of_more(count).map_err(|error| error.at(&file))?.write(&file)
     }
 
     /// Number of trajectories, up to the first shard that is missing.
@@ -87,7 +78,7 @@ impl Dataset {
     ///
     /// # Errors
     /// A shard that is damaged, or that has not been made yet.
-    pub fn read(&self, limit: Option<usize>) -> Result<Vec<Trajectory>, Error> {
+    pub fn read(&self, limit: Option<usize>) -> Result<Vec<Trajectory<NL>>, Error> {
         let end = limit.map_or(self.manifest.count, |limit| limit as u64);
         let capacity = end.min(self.kept) as usize;
         let mut out = Vec::with_capacity(capacity);
@@ -107,7 +98,7 @@ impl Dataset {
     }
 
     /// The part that a trajectory of this dataset belongs to.
-    pub fn split(&self, trajectory: &Trajectory) -> Split {
+    pub fn split(&self, trajectory: &Trajectory<NL>) -> Split {
         Split::of(self.manifest.seed, trajectory.scenario)
     }
 }
@@ -154,7 +145,7 @@ mod tests {
         let out = dir.path().join("set");
         assert_eq!(recipe(&out).make(&mut ()), Ok(Made { tried: 4, kept: 4, now: 4 }));
         assert_eq!(recipe(&out).make(&mut ()), Ok(Made { tried: 4, kept: 4, now: 0 }));
-        let dataset = Dataset::open(&out).unwrap();
+        let dataset = Dataset::<LINKS>::open(&out).unwrap();
         assert_eq!((dataset.len(), dataset.tried(), dataset.is_empty()), (4, 4, false));
         let all = dataset.read(None).unwrap();
         assert_eq!(all.iter().map(|t| t.scenario).collect::<Vec<_>>(), [0, 1, 2, 3]);
@@ -173,14 +164,14 @@ mod tests {
         let shard = NonZeroU32::new(2).unwrap();
         let of = |count| Recipe { count, shard, ..recipe(&out) };
         of(2).make(&mut ()).unwrap();
-        Dataset::grow(&out, 3).unwrap();
+        Manifest::grow(&out, 3).unwrap();
         assert_eq!(of(3).make(&mut ()), Ok(Made { tried: 3, kept: 3, now: 1 }));
         let whole = dir.path().join("whole");
         Recipe { out: whole.clone(), ..of(3) }.make(&mut ()).unwrap();
-        let all = |directory: &Path| Dataset::open(directory).unwrap().read(None).unwrap();
+        let all = |directory: &Path| Dataset::<LINKS>::open(directory).unwrap().read(None).unwrap();
         assert_eq!(all(&out), all(&whole));
         for (count, reason) in [(4, "is 3, which cannot grow to 4"), (2, "is 3, which cannot")] {
-            let error = Dataset::grow(&out, count).unwrap_err().to_string();
+            let error = Manifest::grow(&out, count).unwrap_err().to_string();
             assert!(error.contains(reason), "{error}");
         }
     }
@@ -199,12 +190,42 @@ mod tests {
         };
         write(0, &[trajectory::tests::counting(4), trajectory::tests::counting(400)]);
         write(2, &[trajectory::tests::counting(1001)]);
-        let dataset = Dataset::open(dir.path()).unwrap();
+        let dataset = Dataset::<LINKS>::open(dir.path()).unwrap();
         assert_eq!((dataset.len(), dataset.tried()), (2, 500));
         assert_eq!(dataset.read(Some(500)).unwrap().len(), 2);
         let missing = dataset.read(None).unwrap_err().to_string();
         assert!(missing.ends_with("shard-00001.bin: no such file or directory"), "{missing}");
         write(1, &[]);
-        assert_eq!(Dataset::open(dir.path()).unwrap().read(None).unwrap().len(), 3);
+        assert_eq!(Dataset::<LINKS>::open(dir.path()).unwrap().read(None).unwrap().len(), 3);
+    }
+
+    /// Arms of other numbers of joints have their own size of records, and are not taken for each other.
+    #[test]
+    fn a_dataset_is_of_an_arm() {
+        let dir = tempfile::tempdir().unwrap();
+        let mission = Mission::default().resized::<2>();
+        let Recipe { count, seed, integrator, model, shard, jobs, .. } = recipe(dir.path());
+        let two =
+            Recipe { count, seed, integrator, model, mission, shard, jobs, out: dir.path().into() };
+        let manifest = Manifest::new(&two);
+        assert_eq!((manifest.links, manifest.state, manifest.control), (2, 11, 5));
+        assert_eq!(manifest.record, Trajectory::<2>::BYTES);
+        manifest.write(&dir.path().join(MANIFEST)).unwrap();
+        let file = shard_path(dir.path(), 0);
+        let kept = [trajectory::tests::counting::<2>(1), trajectory::tests::counting(3)];
+        shard::write(&file, 0, 4, &kept).unwrap();
+        assert_eq!(Dataset::open(dir.path()).unwrap().read(None).unwrap(), kept);
+        let reason = Dataset::<3>::open(dir.path()).unwrap_err().to_string();
+        assert!(reason.ends_with("dataset.json: links: is 2; the mission's arm has 3"), "{reason}");
+        for (field, change) in [
+            ("links: is 8; arms of 1 to 7", Manifest { links: 8, ..manifest.clone() }),
+            ("links: is 0; arms", Manifest { links: 0, ..manifest.clone() }),
+            ("state: is 13; this", Manifest { state: 13, ..manifest.clone() }),
+            ("record: is 8420; this", Manifest { record: 8420, ..manifest.clone() }),
+        ] {
+            change.write(&dir.path().join(MANIFEST)).unwrap();
+            let reason = Dataset::<2>::open(dir.path()).unwrap_err().to_string();
+            assert!(reason.contains(field), "{reason}");
+        }
     }
 }

@@ -11,12 +11,13 @@
 //! that the first shard took, how long the training lasts from what is left then; both are decided
 //! once and kept.
 
+mod fitted;
 mod journal;
 mod recipe;
 
 pub use recipe::{LEAST_SCENARIOS, LEAST_STEPS, PASSES, SHARD, SHARES, TESTS};
 
-use crate::dataset::{self, Dataset, Made};
+use crate::dataset::{self, Dataset, Made, Manifest};
 use crate::quantise::quantise_file;
 use crate::reproduce::{Bench, Card, Paired};
 use crate::training::output::{MODEL, Summary};
@@ -38,9 +39,9 @@ use std::path::PathBuf;
 
 /// What is to be learnt: the input of `remora learn`.
 #[derive(Clone, Debug)]
-pub struct Learning {
+pub struct Learning<const NL: usize = LINKS> {
     /// The mission; valid, its plans of all nodes of this build.
-    pub mission: Mission<LINKS>,
+    pub mission: Mission<NL>,
     /// Hours of work in all, over all interruptions.
     pub hours: f64,
     /// Discretisation of Stage 2.
@@ -91,18 +92,22 @@ pub struct Learnt {
     pub test: Paired,
 }
 
-impl Learning {
+impl<const NL: usize> Learning<NL> {
     /// Does what is not done yet, to the end.
     ///
     /// # Errors
     /// Work begun with something else; files that cannot be read or written; a mission that allows
-    /// no start or of which nothing can be learnt.
+    /// no start, that fixes the roll at capture, or of which nothing can be learnt.
     pub fn run(&self, hands: &mut Hands<'_>) -> Result<Learnt, Error> {
+        if self.mission.roll.is_some() {
+            let reason = "fixes the end effector's roll at capture ([roll]), of which a network sees nothing";
+            return Err(Error::argument("MISSION", reason));
+        }
         check_writable(&self.out)?;
         make_directory(&self.work)?;
         let mut state = State::open(&self.work, &self.begun())?;
         let sizes = self.plan_all(&mut state, hands)?;
-        let dataset = Dataset::open(&self.dataset())?;
+        let dataset = Dataset::<NL>::open(&self.dataset())?;
         self.train(&mut state, sizes, hands)?;
         quantise_file(&self.trained().join(MODEL), &self.out)?;
         let card = Card::read(&self.out)?;
@@ -163,7 +168,7 @@ impl Learning {
                 sizes
             }
         };
-        Dataset::grow(&self.dataset(), sizes.count)?;
+        Manifest::grow(&self.dataset(), sizes.count)?;
         self.plan(sizes.count, state, hands)?;
         Ok(sizes)
     }
@@ -220,10 +225,16 @@ impl Learning {
         Ok(recipe::config(self.dataset(), from.as_deref(), sizes, self.seed, minutes))
     }
 
-    /// The file of the model that the training starts from.
+    /// The file of the model that the training starts from: the built-in one, made fit for the arm.
     fn start(&self) -> Result<Option<PathBuf>, Error> {
-        let write = || Learned::write_built_in(self.integrator, &self.work);
-        (!self.anew).then(write).transpose()
+        if self.anew {
+            return Ok(None);
+        }
+        let built_in = Learned::write_built_in(self.integrator, &self.work)?;
+        match NL {
+            LINKS => Ok(Some(built_in)),
+            _ => fitted::write(&built_in, NL).map(Some),
+        }
     }
 
     /// The paired test, and the seed of its scenarios.
@@ -243,7 +254,9 @@ impl Learning {
             out: &self.work.join("test"),
             progress: hands.test,
         };
-        let before = self.start()?.map(|file| Card::read(&file)).transpose()?;
+        // Made fit for another arm it is a start of trainings, not yet one of plans.
+        let before = self.start()?.filter(|_| NL == LINKS);
+        let before = before.map(|file| Card::read(&file)).transpose()?;
         Ok((seed, Paired::test(model, before.as_ref(), &mut bench)?))
     }
 

@@ -18,11 +18,11 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 /// Plans the same scenarios in as many ways as it is asked to.
-pub struct Bench<'a> {
+pub struct Bench<'a, const NL: usize = LINKS> {
     /// The scenarios.
     pub scenarios: Vec<NamedScenario>,
     /// The mission; valid.
-    pub mission: Mission<LINKS>,
+    pub mission: Mission<NL>,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
     /// Number of worker threads. Times are those of flight with one.
@@ -33,7 +33,7 @@ pub struct Bench<'a> {
     pub progress: &'a mut dyn Progress,
 }
 
-impl Bench<'_> {
+impl<const NL: usize> Bench<'_, NL> {
     /// Folder of a run. Another build, mission or set of scenarios has another, so that nothing is
     /// mixed and nothing refused.
     fn folder(&self, run: &Run) -> PathBuf {
@@ -42,7 +42,7 @@ impl Bench<'_> {
         self.out.join("runs").join(build).join(run.key())
     }
 
-    fn campaign(&self, run: &Run) -> Result<Campaign, Error> {
+    fn campaign(&self, run: &Run) -> Result<Campaign<NL>, Error> {
         let warm_start = match run.start {
             Start::Heuristic => WarmStart::Heuristic,
             Start::Model(..) => WarmStart::Model,
@@ -82,8 +82,8 @@ impl Bench<'_> {
 }
 
 /// How far the end effector is from the port at the end of a roll-out along a plan's path [m].
-fn miss(
-    mission: &Mission<LINKS>,
+fn miss<const NL: usize>(
+    mission: &Mission<NL>,
     integrator: Integrator,
     model: &Learned,
     memories: &mut Memories,
@@ -119,9 +119,9 @@ struct Misses {
 
 const FORMAT: &str = "remora-misses/1";
 
-impl Laboratory for Bench<'_> {
+impl<const NL: usize> Laboratory for Bench<'_, NL> {
     fn plan(&mut self, runs: &[Run]) -> Result<Vec<Vec<Row>>, Error> {
-        let campaigns: Vec<Campaign> =
+        let campaigns: Vec<Campaign<NL>> =
             runs.iter().map(|run| self.campaign(run)).collect::<Result<_, _>>()?;
         let results = run_together(&campaigns, self.jobs, self.progress)?;
         Ok(results.into_iter().map(|results| results.rows).collect())

@@ -6,13 +6,13 @@
 //! rates would, and its actions lead back.
 
 use crate::dataset::Trajectory;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{SVector, Vector3};
 use rand_chacha::ChaCha8Rng;
 use remora_core::advanced::dynamics::{Acceleration, Control, Integrator, State};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Mission, Scenario, TargetState};
-use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
-use remora_core::advanced::warmstart::{ACTION, Action, Encoding, Scene};
+use remora_core::advanced::stages::{NODES, ReorientationTrajectory, TranslationTrajectory, size};
+use remora_core::advanced::warmstart::{Action, Encoding, Scene};
 use remora_host::perturbation::{normal, uniform};
 use serde::{Deserialize, Serialize};
 
@@ -51,23 +51,24 @@ pub struct Recipe {
 pub struct Example {
     /// Features of all nodes but the last, `[N - 1][F]`: at the last there is nothing to do.
     pub features: Vec<f32>,
-    /// Actions, `[N - 1][6]`.
+    /// Actions, `[N - 1][A]`.
     pub actions: Vec<f32>,
     /// The state group of the features of the next node, `[N - 1][S]`.
     pub next: Vec<f32>,
 }
 
 /// A trajectory in the core's types.
-pub(super) struct Recorded {
-    pub(super) scenario: Scenario,
+pub(super) struct Recorded<const NL: usize> {
+    pub(super) scenario: Scenario<NL>,
     pub(super) path: TranslationTrajectory<NODES>,
     pub(super) target: [TargetState; NODES],
-    pub(super) motion: ReorientationTrajectory<NODES, LINKS>,
+    pub(super) motion: ReorientationTrajectory<NODES, NL>,
 }
 
-impl Recorded {
-    pub(super) fn new(trajectory: &Trajectory) -> Self {
+impl<const NL: usize> Recorded<NL> {
+    pub(super) fn new(trajectory: &Trajectory<NL>) -> Self {
         let vector = |v: &[f32; 3]| Vector3::from(v.map(f64::from));
+        let joints = |v: &[f32; NL]| SVector::from(v.map(f64::from));
         let attitude = |q: &[f32; 4]| quaternion::normalized(&q.map(f64::from).into());
         let mut recorded = Self {
             // All that a scene takes from it: where it began, at rest.
@@ -84,17 +85,15 @@ impl Recorded {
                 attitude: attitude(&trajectory.target_attitude[k]),
                 rate: vector(&trajectory.target_rate[k]),
             };
-            let x = trajectory.states[k].map(f64::from);
             recorded.motion.states[k] = State {
-                attitude: quaternion::normalized(&[x[0], x[1], x[2], x[3]].into()),
-                joint_angle: [x[4], x[5], x[6]].into(),
-                rate: [x[7], x[8], x[9]].into(),
-                joint_rate: [x[10], x[11], x[12]].into(),
+                attitude: attitude(&trajectory.attitude[k]),
+                joint_angle: joints(&trajectory.joint_angle[k]),
+                rate: vector(&trajectory.rate[k]),
+                joint_rate: joints(&trajectory.joint_rate[k]),
             };
-            let u = trajectory.controls[k].map(f64::from);
             recorded.motion.controls[k] = Control {
-                bus_torque: [u[0], u[1], u[2]].into(),
-                joint_torque: [u[3], u[4], u[5]].into(),
+                bus_torque: vector(&trajectory.bus_torque[k]),
+                joint_torque: joints(&trajectory.joint_torque[k]),
             };
         }
         recorded
@@ -104,18 +103,23 @@ impl Recorded {
 /// How far a disturbed example has left its trajectory: turn of the bus (RTN) and bend of the
 /// joints, and the same of the rates.
 #[derive(Clone, Copy)]
-struct Drift {
-    pose: Vector6<f64>,
-    rates: Vector6<f64>,
+struct Drift<const NL: usize> {
+    bus: Part<3>,
+    joint: Part<NL>,
 }
 
-impl Drift {
-    const NONE: Self = Self {
-        pose: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        rates: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-    };
+/// The part of the bus, or of the joints.
+#[derive(Clone, Copy)]
+struct Part<const N: usize> {
+    pose: SVector<f64, N>,
+    rates: SVector<f64, N>,
+}
 
-    /// The drift an interval later: its rates decay and take the pose back.
+impl<const N: usize> Part<N> {
+    fn none() -> Self {
+        Self { pose: SVector::zeros(), rates: SVector::zeros() }
+    }
+
     fn next(&self, integrator: Integrator, dt: f64) -> Self {
         let mut next = Self { rates: self.rates * PERSISTENCE, ..*self };
         let ahead = match integrator {
@@ -127,22 +131,37 @@ impl Drift {
         next
     }
 
+    /// Adds an error of this standard deviation to each rate.
+    fn disturb(&mut self, deviation: f64, random: &mut ChaCha8Rng) {
+        self.rates.iter_mut().for_each(|rate| *rate += deviation * normal(random));
+    }
+}
+
+impl<const NL: usize> Drift<NL> {
+    fn none() -> Self {
+        Self { bus: Part::none(), joint: Part::none() }
+    }
+
+    /// The drift an interval later: its rates decay and take the pose back.
+    fn next(&self, integrator: Integrator, dt: f64) -> Self {
+        Self { bus: self.bus.next(integrator, dt), joint: self.joint.next(integrator, dt) }
+    }
+
     /// `state` displaced by this drift.
-    fn applied(&self, state: &State<LINKS>) -> State<LINKS> {
-        let half = |v: &Vector6<f64>, from: usize| Vector3::new(v[from], v[from + 1], v[from + 2]);
+    fn applied(&self, state: &State<NL>) -> State<NL> {
         State {
-            attitude: quaternion::product(&quaternion::exp(&half(&self.pose, 0)), &state.attitude),
-            joint_angle: state.joint_angle + half(&self.pose, 3),
-            rate: state.rate + half(&self.rates, 0),
-            joint_rate: state.joint_rate + half(&self.rates, 3),
+            attitude: quaternion::product(&quaternion::exp(&self.bus.pose), &state.attitude),
+            joint_angle: state.joint_angle + self.joint.pose,
+            rate: state.rate + self.bus.rates,
+            joint_rate: state.joint_rate + self.joint.rates,
         }
     }
 }
 
 /// The example of a trajectory; `random` disturbs it.
-pub fn example(
-    mission: &Mission<LINKS>,
-    trajectory: &Trajectory,
+pub fn example<const NL: usize>(
+    mission: &Mission<NL>,
+    trajectory: &Trajectory<NL>,
     recipe: &Recipe,
     random: &mut ChaCha8Rng,
 ) -> Example {
@@ -154,22 +173,20 @@ pub fn example(
         &recorded.target,
         recipe.integrator,
     );
-    let sizes = recipe.encoding.groups();
-    let (width, state_size) = (recipe.encoding.features(), sizes[4]);
+    let sizes = recipe.encoding.groups(NL);
+    let (width, state_size) = (recipe.encoding.features(NL), sizes[4]);
     let mut out = Example {
         features: vec![0.0; (NODES - 1) * width],
-        actions: Vec::with_capacity((NODES - 1) * ACTION),
+        actions: Vec::with_capacity((NODES - 1) * size::controls(NL)),
         next: Vec::with_capacity((NODES - 1) * state_size),
     };
     let mut row = vec![0.0; width];
-    let size = uniform(random).powi(2);
-    let amplitude = Vector6::from_fn(|i, _| match i {
-        0..3 => size * recipe.disturbance.bus_rate_rad_s,
-        _ => size * recipe.disturbance.joint_rate_rad_s,
-    });
-    let is_disturbed = amplitude.amax() > 0.0;
-    let mut drift = Drift::NONE;
-    let mut previous = [0.0; ACTION];
+    let share = uniform(random).powi(2);
+    let Disturbance { bus_rate_rad_s, joint_rate_rad_s } = recipe.disturbance;
+    let [bus, joint] = [bus_rate_rad_s, joint_rate_rad_s].map(|deviation| share * deviation);
+    let is_disturbed = bus.max(joint) > 0.0;
+    let mut drift = Drift::none();
+    let mut previous = Vec::new();
     for k in 0..NODES - 1 {
         let (best, then) = (&recorded.motion.states[k], &recorded.motion.states[k + 1]);
         let state = drift.applied(best);
@@ -191,14 +208,15 @@ pub fn example(
             }
             _ => recorded.motion.controls[k],
         };
-        let action = recipe.action.of(&state, &control, &goal);
-        out.actions.extend(action);
+        let action: Vec<f32> = recipe.action.of(&state, &control, &goal).collect();
+        out.actions.extend(&action);
         if is_disturbed {
-            next.rates += amplitude.map(|a| a * normal(random));
+            next.bus.disturb(bus, random);
+            next.joint.disturb(joint, random);
             pin(&scene, k + 1, &mut next);
         }
         let reached = next.applied(then);
-        previous = recipe.action.of(&state, &control, &reached);
+        previous = recipe.action.of(&state, &control, &reached).collect();
         scene.features(recipe.encoding, k + 1, &goal, &action, &mut row);
         out.next.extend(&row[width - state_size..]);
         drift = next;
@@ -207,11 +225,12 @@ pub fn example(
 }
 
 /// What constraints pin has no error of its rates.
-fn pin(scene: &Scene<'_>, k: usize, drift: &mut Drift) {
+fn pin<const NL: usize>(scene: &Scene<'_, NL>, k: usize, drift: &mut Drift<NL>) {
     if k >= scene.preset {
-        drift.rates.rows_mut(3, 3).fill(0.0);
+        drift.joint.rates.fill(0.0);
     }
     if k + 1 >= NODES {
-        drift.rates.fill(0.0);
+        drift.bus.rates.fill(0.0);
+        drift.joint.rates.fill(0.0);
     }
 }

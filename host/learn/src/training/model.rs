@@ -3,7 +3,7 @@
 use super::config::{self, Action, Config, Encoding};
 use super::params::{Entry, Table};
 use super::source::Statistics;
-use remora_core::advanced::nn::{Decoder, Header, Layout, Precision, Provenance, VERSION};
+use remora_core::advanced::nn::{Decoder, Header, Layout, Precision, Provenance};
 use remora_host::error::FieldError;
 use remora_host::formats::{ModelBuilder, ModelFile, Values};
 use remora_host::lineage::{Lineage, Source, Training};
@@ -87,8 +87,9 @@ pub fn header(config: &Config, table: &Table, origin: &Origin, steps: u64) -> He
     if !origin.parent.is_empty() {
         digest += &format!(" from {}", origin.parent);
     }
+    let action = table.action as u16;
     Header {
-        version: VERSION,
+        version: Header::version_of(action),
         precision: Precision::F32,
         layout: match model.layout {
             config::Layout::Fused => Layout::Fused,
@@ -114,6 +115,7 @@ pub fn header(config: &Config, table: &Table, origin: &Origin, steps: u64) -> He
             seed: config.training.seed,
             steps,
         },
+        action,
     }
 }
 
@@ -245,11 +247,14 @@ fn same_network(found: &Header, wanted: &Header) -> Result<(), FieldError> {
     let encoding =
         |header: &Header| name(Encoding::of_tag(header.inputs).map(|of| format!("{of:?}")));
     let action = |header: &Header| name(Action::of_tag(header.outputs).map(|of| format!("{of:?}")));
+    // Three numbers of an action are the bus's.
+    let joints = |header: &Header| header.action.saturating_sub(3).to_string();
     for (field, found, wanted) in [
         ("layout", format!("{:?}", found.layout), format!("{:?}", wanted.layout)),
         ("encoding", encoding(found), encoding(wanted)),
         ("action", action(found), action(wanted)),
         ("decoder", decoder(found).into(), decoder(wanted).into()),
+        ("joints", joints(found), joints(wanted)),
         ("chunk", found.chunk.to_string(), wanted.chunk.to_string()),
         ("nodes", found.nodes.to_string(), wanted.nodes.to_string()),
         ("layers", found.layers.to_string(), wanted.layers.to_string()),

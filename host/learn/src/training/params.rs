@@ -6,7 +6,7 @@
 
 use super::config::{Config, Decoder, Layout};
 use super::random::Random;
-use super::shape::{ACTION, Shape};
+use super::shape::Shape;
 
 /// How a tensor starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +70,8 @@ pub struct Table {
     pub heads: usize,
     /// Width.
     pub width: usize,
+    /// Numbers of an action.
+    pub action: usize,
     /// Outputs of the decoder: actions of a chunk.
     pub outputs: usize,
     /// Numbers of a next state.
@@ -94,7 +96,8 @@ impl Table {
             layers: m.layers,
             heads: m.heads,
             width: m.width,
-            outputs: ACTION * m.chunk,
+            action: shape.action(),
+            outputs: shape.action() * m.chunk,
             states: shape.states,
             entries: Vec::new(),
         };

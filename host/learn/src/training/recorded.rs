@@ -17,32 +17,31 @@ use remora_host::method::Integrator;
 use std::path::Path;
 
 /// The trajectories of one or several datasets, as a configuration wants to see them.
-pub struct Recorded {
-    mission: Mission<LINKS>,
+pub struct Recorded<const NL: usize = LINKS> {
+    mission: Mission<NL>,
     recipe: Recipe,
     shape: Shape,
-    training: Vec<Trajectory>,
-    validation: Vec<Trajectory>,
+    training: Vec<Trajectory<NL>>,
+    validation: Vec<Trajectory<NL>>,
     integrator: Integrator,
     sources: Vec<Source>,
 }
 
-impl Recorded {
+impl<const NL: usize> Recorded<NL> {
     /// Reads the datasets of a configuration: the first `count` scenarios of the first, all of the
     /// others. They must have been made for this mission, and with the same integrator.
     ///
     /// # Errors
     /// A dataset that cannot be read or does not fit the first.
-    pub fn read(config: &Config, mission: &Mission<LINKS>) -> Result<Self, Error> {
+    pub fn read(config: &Config, mission: &Mission<NL>) -> Result<Self, Error> {
         let (encoding, action) = (config.model.encoding, config.model.action);
         let data = &config.data;
         let first = Dataset::open(&data.path)?;
         let integrator = first.manifest.integrator;
-        let groups = encoding.groups();
         let mut found = Self {
             mission: *mission,
             recipe: Recipe { encoding, action, integrator, disturbance: data.disturbance },
-            shape: Shape { nodes: NODES, groups: groups.to_vec(), states: groups[4] },
+            shape: Shape::of(encoding, NODES, NL),
             training: Vec::new(),
             validation: Vec::new(),
             integrator,
@@ -60,7 +59,12 @@ impl Recorded {
         Ok(found)
     }
 
-    fn add(&mut self, path: &Path, dataset: &Dataset, count: Option<usize>) -> Result<(), Error> {
+    fn add(
+        &mut self,
+        path: &Path,
+        dataset: &Dataset<NL>,
+        count: Option<usize>,
+    ) -> Result<(), Error> {
         if dataset.manifest.mission != fingerprint(&self.mission) {
             let file = path.join(dataset::MANIFEST);
             let reason = "was made for another mission; --mission names it";
@@ -99,7 +103,7 @@ impl Recorded {
     }
 }
 
-impl ExampleSource for Recorded {
+impl<const NL: usize> ExampleSource for Recorded<NL> {
     fn shape(&self) -> &Shape {
         &self.shape
     }

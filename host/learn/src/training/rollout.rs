@@ -5,7 +5,7 @@ use crate::dataset::Trajectory;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{Model, Network, ReferenceMemory};
-use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory};
+use remora_core::advanced::stages::{NODES, ReorientationTrajectory};
 use remora_core::advanced::warmstart::{NetworkPolicy, Scene, rollout};
 use remora_host::memory::on_heap;
 use serde::{Deserialize, Serialize};
@@ -28,11 +28,11 @@ type Memory = ReferenceMemory<6, 384, 300>;
 
 /// Rolls a model out on the scenarios of some trajectories. `None` where it cannot be opened or is
 /// too large.
-pub fn measure(
+pub fn measure<const NL: usize>(
     model: &[u8],
-    mission: &Mission<LINKS>,
+    mission: &Mission<NL>,
     integrator: Integrator,
-    trajectories: &[Trajectory],
+    trajectories: &[Trajectory<NL>],
 ) -> Option<RolloutError> {
     let model = Model::open(model).ok()?;
     let mut memory = on_heap(Memory::new);
@@ -61,9 +61,9 @@ pub fn measure(
 }
 
 /// Root mean square distance of the controls [N m].
-fn distance(
-    a: &ReorientationTrajectory<NODES, LINKS>,
-    b: &ReorientationTrajectory<NODES, LINKS>,
+fn distance<const NL: usize>(
+    a: &ReorientationTrajectory<NODES, NL>,
+    b: &ReorientationTrajectory<NODES, NL>,
 ) -> f64 {
     let square = |k: usize| {
         let (a, b) = (&a.controls[k], &b.controls[k]);

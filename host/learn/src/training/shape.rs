@@ -1,20 +1,30 @@
 //! Sizes of what a network learns.
 
-/// Numbers of an action.
-pub const ACTION: usize = remora_core::advanced::warmstart::ACTION;
+use remora_core::advanced::warmstart::Encoding;
 
 /// What examples look like.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// Nodes of a trajectory; an action leads from each to the next.
     pub nodes: usize,
-    /// Features of a node by group: previous action, time, target, centre of mass, state.
+    /// Features of a node by group: previous action, which says how many numbers one has, time, target, centre of mass, state.
     pub groups: Vec<usize>,
     /// Numbers of a next state.
     pub states: usize,
 }
 
 impl Shape {
+    /// That of trajectories of an arm of so many joints.
+    pub fn of(encoding: Encoding, nodes: usize, joints: usize) -> Self {
+        let groups = encoding.groups(joints);
+        Self { nodes, groups: groups.to_vec(), states: groups[4] }
+    }
+
+    /// Numbers of an action.
+    pub fn action(&self) -> usize {
+        self.groups.first().copied().unwrap_or_default()
+    }
+
     /// Features of a node.
     pub fn features(&self) -> usize {
         self.groups.iter().sum()

@@ -3,7 +3,7 @@
 use super::config::Decoder;
 use super::params::Table;
 use super::random::Random;
-use super::shape::{ACTION, Shape};
+use super::shape::Shape;
 use remora_host::error::Error;
 
 /// One trajectory as the network learns it, raw numbers.
@@ -11,7 +11,7 @@ use remora_host::error::Error;
 pub struct Example {
     /// `[nodes - 1][features]`: at the last node there is nothing to do.
     pub features: Vec<f32>,
-    /// `[nodes - 1][6]`.
+    /// `[nodes - 1][action]`.
     pub actions: Vec<f32>,
     /// `[nodes - 1][states]`: the states that the actions lead to.
     pub states: Vec<f32>,
@@ -22,7 +22,7 @@ impl Example {
     pub fn zeros(shape: &Shape) -> Self {
         Self {
             features: vec![0.0; shape.steps() * shape.features()],
-            actions: vec![0.0; shape.steps() * ACTION],
+            actions: vec![0.0; shape.steps() * shape.action()],
             states: vec![0.0; shape.steps() * shape.states],
         }
     }
@@ -125,7 +125,7 @@ impl Statistics {
     pub fn of(source: &dyn ExampleSource, seed: u64) -> Result<Self, Error> {
         let shape = source.shape();
         let mut example = Example::zeros(shape);
-        let mut moments = [shape.features(), ACTION, shape.states].map(Moments::new);
+        let mut moments = [shape.features(), shape.action(), shape.states].map(Moments::new);
         let mut random = Random::new(seed, Random::STATISTICS, 0);
         for index in 0..source.len(Split::Training).min(STATISTICS_COUNT) {
             source.sample(Split::Training, index, &mut random, &mut example)?;
@@ -224,7 +224,7 @@ impl Batches<'_> {
 
     fn add(&self, example: &Example, random: &mut Random, batch: &mut Batch) {
         let (shape, statistics) = (self.source.shape(), self.statistics);
-        let steps = shape.steps();
+        let (steps, size) = (shape.steps(), shape.action());
         for features in example.features.chunks_exact(shape.features()) {
             let mut from = 0;
             for (kind, inputs) in batch.token_types.iter_mut().zip(&self.table.token_types) {
@@ -238,11 +238,11 @@ impl Batches<'_> {
         }
         let actions: Vec<f32> = example
             .actions
-            .chunks_exact(ACTION)
+            .chunks_exact(size)
             .flat_map(|action| normalised(action, &statistics.actions))
             .collect();
         for k in 0..steps {
-            let ahead = &actions[ACTION * k..(ACTION * k + self.table.outputs).min(actions.len())];
+            let ahead = &actions[size * k..(size * k + self.table.outputs).min(actions.len())];
             self.add_target(ahead, random, batch);
         }
     }
@@ -319,7 +319,8 @@ impl ExampleSource for Synthetic {
         let (features, states) = (self.shape.features(), self.shape.states);
         let goal: Vec<f64> = (0..states).map(|_| own.normal()).collect();
         let mut state: Vec<f64> = (0..states).map(|_| own.normal()).collect();
-        let mut action = [0.0; ACTION];
+        let size = self.shape.action();
+        let mut action = vec![0.0; size];
         for k in 0..self.shape.steps() {
             let row = &mut example.features[k * features..(k + 1) * features];
             row.fill(k as f32);
@@ -329,10 +330,11 @@ impl ExampleSource for Synthetic {
             for (x, value) in row.iter_mut().rev().zip(&state) {
                 *x = *value as f32;
             }
-            action = core::array::from_fn(|i| 0.2 * (goal[i % states] - state[i % states]));
-            state.iter_mut().enumerate().for_each(|(i, x)| *x += action[i % ACTION]);
-            let out = &mut example.actions[k * ACTION..(k + 1) * ACTION];
-            out.iter_mut().zip(action).for_each(|(x, value)| *x = value as f32);
+            let feedback = |i: usize| 0.2 * (goal[i % states] - state[i % states]);
+            action = (0..size).map(feedback).collect();
+            state.iter_mut().enumerate().for_each(|(i, x)| *x += action[i % size]);
+            let out = &mut example.actions[k * size..(k + 1) * size];
+            out.iter_mut().zip(&action).for_each(|(x, value)| *x = *value as f32);
             let out = &mut example.states[k * states..(k + 1) * states];
             out.iter_mut().zip(&state).for_each(|(x, value)| *x = *value as f32);
         }

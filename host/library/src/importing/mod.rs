@@ -47,6 +47,9 @@ pub struct Request {
     pub axis: Option<Vector3<f64>>,
     /// Joint angles at the start [rad].
     pub start: Option<Vec<f64>>,
+    /// Inertias of the joints' rotors, as they are seen through their gears [kg m^2]: one for all joints, or
+    /// one for each. None where a URDF's arm has none.
+    pub armature: Option<Vec<f64>>,
 }
 
 /// A mission that was made of a URDF.
@@ -158,7 +161,10 @@ fn is_of_the_mount(error: &Error, request: &Request) -> bool {
 }
 
 fn imported(request: &Request, settled: Settled) -> Result<Imported, Error> {
-    let file = servicer::mission_file(&settled, &axis(request, &settled.arm)?);
+    let mut file = servicer::mission_file(&settled, &axis(request, &settled.arm)?);
+    if let Some(armature) = &request.armature {
+        servicer::give_rotors(&mut file, armature)?;
+    }
     with_joints!(file.joints(), NL => {
         finished::<NL>(request, settled, file)
     } else {

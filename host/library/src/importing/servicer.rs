@@ -1,6 +1,7 @@
 //! The servicer of a mission file from an arm on a bus.
 
 use super::bus::Settled;
+use crate::error::Error;
 use crate::formats::{
     Inertia, Limits, MissionCapture, MissionFile, MissionLink, MissionServicer, Radius, Stops,
 };
@@ -35,6 +36,26 @@ pub(super) fn mission_file(settled: &Settled, axis: &Vector3<f64>) -> MissionFil
         ..file.servicer
     };
     file
+}
+
+/// Gives the joints rotors of these inertias [kg m^2], all of them the same where there is one.
+///
+/// # Errors
+/// Neither one nor one for each joint, or one that is negative.
+pub(super) fn give_rotors(file: &mut MissionFile, armature: &[f64]) -> Result<(), Error> {
+    let refuse = |reason: String| Err(Error::argument("--armature", reason));
+    let links = &mut file.servicer.links;
+    if armature.len() != 1 && armature.len() != links.len() {
+        let (joints, given) = (links.len(), armature.len());
+        return refuse(format!("one number, or one for each of {joints} joints, not {given}"));
+    }
+    if let Some(wrong) = armature.iter().find(|inertia| !(**inertia >= 0.0)) {
+        return refuse(format!("{wrong} must not be negative"));
+    }
+    for (link, inertia) in links.iter_mut().zip(armature.iter().cycle()) {
+        link.armature_kg_m2 = *inertia;
+    }
+    Ok(())
 }
 
 fn link(joint: &Joint) -> MissionLink {

@@ -36,11 +36,15 @@ pub(super) fn choose<const NL: usize>(
     let straight = file.mission_of::<NL>()?;
     let mut clear: Option<Mission<NL>> = None;
     for start in candidates(&straight) {
-        file.servicer.initial_joint_angle_rad = start.as_slice().into();
-        let Ok(mission) = file.mission_of::<NL>() else { continue };
-        if depth(&mission, mission.margins.clearance) > 0.0 {
+        // What costs little comes first: a mission is not had without its angles at capture, which are
+        // searched for.
+        let mut begun = straight;
+        begun.servicer.initial_joint_angle = start;
+        if depth(&begun, begun.margins.clearance) > 0.0 {
             continue;
         }
+        file.servicer.initial_joint_angle_rad = start.as_slice().into();
+        let Ok(mission) = file.mission_of::<NL>() else { continue };
         if is_way_clear(&mission) {
             decided.push(said(
                 &mission,
