@@ -338,6 +338,31 @@ fn an_abort_leaves_the_target_within_the_limits() {
     assert!(world.servicer.internal.joint_rate.amax() < 1e-4);
 }
 
+// Verifies REM-GUI-005.
+#[test]
+fn a_servicer_far_from_its_plan_leaves_the_target() {
+    let (mission, scenario, plan) = planned();
+    let limits = Limits::of(&mission.servicer);
+    let world = World::beginning(&mission, &scenario, [ZERO; 2], ZERO);
+    let settings = GuidanceSettings::DEFAULT.validated().unwrap();
+    let off: [fn(&mut Estimate<3>); 3] = [
+        |e| e.position.y += 0.31,
+        |e| e.state.attitude = quaternion::exp(&Vector3::new(0.0, 2.0, 0.0)),
+        |e| e.state.joint_angle[1] += 0.26,
+    ];
+    for lose in off {
+        let mut guidance = Guidance::new(settings);
+        let mut estimate = world.estimate();
+        lose(&mut estimate);
+        let command = guidance.step(&mission, &plan, &estimate, &limits);
+        assert_eq!(command.mode, FlightMode::Abort);
+        // There is no way back.
+        let command = guidance.step(&mission, &plan, &world.estimate(), &limits);
+        assert_eq!(command.mode, FlightMode::Abort);
+        assert!(is_within(&command, &limits));
+    }
+}
+
 fn is_within(command: &Command<3>, limits: &Limits<3>) -> bool {
     let within = |x: f64, most: f64| x.abs() <= most * (1.0 + 1e-12);
     command.force.iter().zip(&limits.force).all(|(x, most)| within(*x, *most))

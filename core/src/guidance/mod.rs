@@ -193,8 +193,13 @@ impl<const NL: usize> Guidance<NL> {
         self.offset.follow(&mut wanted, self.settings.camera, since);
         closing::add(&mut wanted, &self.settings, mission, &estimate.target, plan.left(now));
         let mut effort = tracking.effort(&wanted, estimate, &mut self.integrals);
-        self.fade_out_jump(&mut effort, limits, now);
         let error = effort.errors.sizes(turn.angle);
+        if self.is_lost(&error) {
+            let effort = tracking.escape(estimate);
+            self.asked = Some(Request::Abort);
+            return self.command(FlightMode::Abort, None, &wanted, &effort, turn.angle);
+        }
+        self.fade_out_jump(&mut effort, limits, now);
         let age = now - plan.begins;
         let reason = self.reason(&error, age, plan.duration() - age);
         let mode = if age >= plan.duration() {
@@ -205,6 +210,12 @@ impl<const NL: usize> Guidance<NL> {
             FlightMode::Track
         };
         self.command(mode, reason, &wanted, &effort, turn.angle)
+    }
+
+    /// Whether the servicer is so far from what is asked for that the approach is given up.
+    fn is_lost(&self, error: &TrackingError) -> bool {
+        let [position, attitude, joint] = self.settings.abort;
+        error.position > position || error.attitude > attitude || error.joint > joint
     }
 
     /// Notices another plan.

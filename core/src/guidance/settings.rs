@@ -27,6 +27,9 @@ pub struct GuidanceSettings {
     pub closing: Closing,
     /// When another plan is wanted.
     pub triggers: Triggers,
+    /// Errors from what is asked for beyond which the approach is given up: position [m], bus attitude
+    /// [rad], the joint farthest off [rad]; infinite: never.
+    pub abort: [f64; 3],
 }
 
 /// When another plan is wanted; infinite: never.
@@ -68,6 +71,7 @@ impl GuidanceSettings {
         camera: 0.05,
         closing: Closing::DEFAULT,
         triggers: Triggers::NEVER,
+        abort: [0.3, 0.25, 0.25],
     };
 }
 
@@ -105,6 +109,7 @@ impl Validate for GuidanceSettings {
             (triggers.attitude > 0.0, "triggers.attitude", "positive"),
             (triggers.target > 0.0, "triggers.target", "positive"),
             (sound(triggers.last), "triggers.last", "not negative"),
+            (self.abort.into_iter().all(|x| x > 0.0), "abort", "positive"),
         ];
         match checks.into_iter().find(|(ok, _, _)| !ok) {
             Some((_, setting, range)) => Err(InvalidSetting { setting, range }),
@@ -141,5 +146,6 @@ mod tests {
         assert_eq!(named(|s| s.triggers.attitude = -1.0), "triggers.attitude");
         assert_eq!(named(|s| s.triggers.target = 0.0), "triggers.target");
         assert_eq!(named(|s| s.triggers.last = f64::INFINITY), "triggers.last");
+        assert_eq!(named(|s| s.abort[1] = f64::NAN), "abort");
     }
 }

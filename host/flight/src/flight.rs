@@ -252,8 +252,12 @@ struct Tally {
     replans: [u32; 2],
     tracking: [f64; 2],
     impulse: f64,
-    aborted: bool,
+    /// When the approach was given up [s].
+    aborted: Option<f64>,
 }
+
+/// How long an approach that was given up is watched [s].
+const LEAVES_WITHIN_S: f64 = 600.0;
 
 /// Turns between looks at distances: a second's.
 fn look_every(rate: f64) -> u64 {
@@ -286,8 +290,12 @@ impl<'a, const NL: usize> Loop<'a, NL> {
         }
     }
 
+    /// When the plan ends; where the approach was given up, when the target must be clear [s].
     fn end(&self) -> f64 {
-        self.flight.plan.begins + self.flight.plan.duration()
+        match self.flown.aborted {
+            Some(at) => at + LEAVES_WITHIN_S,
+            None => self.flight.plan.begins + self.flight.plan.duration(),
+        }
     }
 
     fn is_over(&self) -> bool {
@@ -308,7 +316,7 @@ impl<'a, const NL: usize> Loop<'a, NL> {
         if let Some(next) = self.next.take_if(|next| time >= next.begins - 1e-9) {
             self.plan = next;
         }
-        let looks = self.turns % look_every(settings.rate_hz) == 0;
+        let looks = self.turns.is_multiple_of(look_every(settings.rate_hz));
         let estimate = self.estimate(time);
         let mut act = Act::default();
         if let Some(estimate) = estimate {
@@ -328,7 +336,8 @@ impl<'a, const NL: usize> Loop<'a, NL> {
         }
         self.turns += 1;
         let until = f64::min(self.turns as f64 / settings.rate_hz, self.end());
-        self.touched = self.world.advance(until, &act)?.is_some();
+        let touched = self.world.advance(until, &act)?.is_some();
+        self.touched = touched && self.flown.aborted.is_none();
         Ok(())
     }
 
@@ -366,7 +375,9 @@ impl<'a, const NL: usize> Loop<'a, NL> {
         let flown = &mut self.flown;
         let size = libm::sqrt(command.force.dot(&command.force));
         flown.impulse += size / self.flight.settings.rate_hz;
-        flown.aborted |= command.mode == FlightMode::Abort;
+        if command.mode == FlightMode::Abort {
+            flown.aborted.get_or_insert(time);
+        }
         if time >= 60.0 {
             flown.tracking[0] = flown.tracking[0].max(command.error.position);
             flown.tracking[1] = flown.tracking[1].max(command.error.attitude);
@@ -413,7 +424,7 @@ impl<'a, const NL: usize> Loop<'a, NL> {
         };
         flown.ending = if flown.room.collided() {
             Ending::Collided
-        } else if self.flown.aborted {
+        } else if self.flown.aborted.is_some() {
             Ending::Aborted
         } else if arrival.is_captured(&self.flight.settings.criteria) {
             Ending::Captured

@@ -194,7 +194,7 @@ impl<const NL: usize> Actuators<NL> {
             thrusters: ThrusterState::new(dispersion),
             wheels: WheelState::new(dispersion),
             joints: JointState::new(dispersion),
-            faults: dispersion.errors.faults,
+            faults: dispersion.faults(),
             drag,
             disturbance: dispersion.stream(Source::Disturbance).vector(o.disturbance_n_m),
         }

@@ -1,6 +1,6 @@
 //! One draw of all errors: how the true world differs from the nominal one.
 
-use crate::errors::Errors;
+use crate::errors::{Errors, Faults};
 use crate::gravity::EARTH_MU;
 use crate::orbit::eccentricity;
 use crate::random::{Source, Stream};
@@ -24,6 +24,25 @@ impl Dispersion {
     /// Random numbers of one source of error.
     pub fn stream(&self, source: Source) -> Stream {
         Stream::new(self.seed, self.run, source)
+    }
+
+    /// What fails and when: at a time that is drawn, where the errors say so.
+    pub fn faults(&self) -> Faults {
+        let mut faults = self.errors.faults;
+        let Some(within) = faults.drawn_within_s else { return faults };
+        let [normal] = self.stream(Source::FaultTime).normals::<1>(1.0);
+        // The normal distribution's own share makes it even.
+        let time = within * 0.5 * libm::erfc(-normal * core::f64::consts::FRAC_1_SQRT_2);
+        if let Some(fault) = &mut faults.thruster_lost {
+            fault.time_s = time;
+        }
+        if let Some(fault) = &mut faults.joint_stuck {
+            fault.time_s = time;
+        }
+        if let Some(fault) = &mut faults.target_rate {
+            fault.time_s = time;
+        }
+        faults
     }
 
     /// The nominal world with all errors that hold from the start on: masses, geometry, tumbling,

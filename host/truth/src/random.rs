@@ -50,6 +50,7 @@ pub enum Source {
     BusRateNoise = 37,
     TargetRateNoise = 38,
     WristCameraNoise = 39,
+    FaultTime = 40,
 }
 
 /// Normal numbers of one source in one run.

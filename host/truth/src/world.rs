@@ -272,7 +272,7 @@ fn track<const NL: usize>(setup: &Setup<NL>, dispersion: &Dispersion) -> Track {
     let target = &setup.target;
     let (attitude, rate) = (target.attitude, target.rate);
     let state = TargetState { position, velocity, attitude, rate };
-    let change = dispersion.errors.faults.target_rate.map(|fault| (fault.factor, fault.time_s));
+    let change = dispersion.faults().target_rate.map(|fault| (fault.factor, fault.time_s));
     let motion = TargetMotion {
         environment: setup.environment,
         inertia: target.inertia,

@@ -92,6 +92,7 @@ fn base() -> Errors {
         thruster_lost: Some(ThrusterLost { axis: 1, time_s: 20.0 }),
         joint_stuck: Some(JointStuck { joint: 1, time_s: 15.0 }),
         target_rate: Some(TargetRateChange { factor: 1.2, time_s: 10.0 }),
+        drawn_within_s: None,
     };
     errors
 }
@@ -256,4 +257,23 @@ fn numbers_that_make_no_sense_are_refused_by_name() {
     assert!(refused(&|e| e.sensors.velocity.delay_s = -1.0).starts_with("sensors.velocity"));
     let stuck = JointStuck { joint: 3, time_s: 0.0 };
     assert!(refused(&|e| e.faults.joint_stuck = Some(stuck)).contains("no such joint"));
+}
+
+#[test]
+fn times_of_faults_are_drawn_evenly() {
+    let mut errors = base();
+    errors.faults.drawn_within_s = Some(600.0);
+    let time = |run: u64| {
+        let faults = Dispersion { errors: errors.clone(), seed: 5, run }.faults();
+        let lost = faults.thruster_lost.unwrap();
+        assert_eq!(lost.axis, 1);
+        assert_eq!(lost.time_s, faults.target_rate.unwrap().time_s);
+        lost.time_s
+    };
+    let mut times: Vec<f64> = (0..2000).map(time).collect();
+    assert_eq!(times[7], time(7));
+    times.sort_by(f64::total_cmp);
+    // Kolmogorov's distance from the even distribution: 1.63 / sqrt(n) is passed once in a hundred.
+    let far = times.iter().enumerate().map(|(i, t)| (t / 600.0 - i as f64 / 2000.0).abs());
+    assert!(far.fold(0.0, f64::max) < 1.63 / 2000.0_f64.sqrt());
 }

@@ -13,6 +13,9 @@ pub struct Faults {
     /// The target's rate changes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target_rate: Option<TargetRateChange>,
+    /// Where given, faults come at a time that is drawn evenly from zero to this [s], instead of theirs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drawn_within_s: Option<f64>,
 }
 
 /// A thruster axis gives no force any more.

@@ -203,6 +203,9 @@ impl Errors {
         let time = |key, time: f64| {
             fits(key, time, time >= 0.0 && time.is_finite(), "a time is finite, 0 or later")
         };
+        if let Some(within) = self.faults.drawn_within_s {
+            time("faults.drawn_within_s", within)?;
+        }
         if let Some(lost) = self.faults.thruster_lost {
             let key = "faults.thruster_lost";
             fits(key, lost.axis as f64, lost.axis < 3, "axes are 0, 1 and 2")?;

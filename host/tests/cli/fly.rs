@@ -1,0 +1,135 @@
+//! `remora fly`, `remora rerun`, `remora errors`, `remora campaign --fly`
+
+use super::bench::Bench;
+use serde_json::Value;
+use std::fs;
+
+const FLY: &str =
+    "fly a.plan.json --errors a.errors.toml --runs 4 --seed 3 --guidance-rate 1 --quiet";
+
+/// A bench with a plan and typical errors.
+fn flying() -> Bench {
+    let bench = Bench::new();
+    bench.solves("plan --scenarios set.scenarios.json --out a.plan.json");
+    let errors = bench.solves("errors --default");
+    bench.write("a.errors.toml", &errors.out);
+    bench
+}
+
+/// The journal's rows by run.
+fn rows(bench: &Bench, folder: &str) -> Vec<Value> {
+    let text = bench.read(&format!("{folder}/flights.journal.jsonl"));
+    let mut rows: Vec<Value> =
+        text.lines().skip(1).map(|line| serde_json::from_str(line).unwrap()).collect();
+    rows.sort_by_key(|row| row["run"].as_u64());
+    rows
+}
+
+// Verifies REM-FLY-001.
+#[test]
+fn threads_kills_and_reruns_change_no_row() {
+    let bench = flying();
+    for jobs in ["1", "2"] {
+        let run = bench.run(&format!("{FLY} --jobs {jobs} --out runs/{jobs}"));
+        assert!(run.status < 2, "{}", run.err);
+    }
+    let first = rows(&bench, "runs/1");
+    assert_eq!(first.len(), 4);
+    assert_eq!(first, rows(&bench, "runs/2"));
+    let table = |folder: &str| fs::read(bench.path(&format!("{folder}/flights.parquet"))).unwrap();
+    assert_eq!(table("runs/1"), table("runs/2"));
+    // Killed after two runs, in the middle of a line.
+    let journal = bench.read("runs/2/flights.journal.jsonl");
+    let lines: Vec<&str> = journal.lines().collect();
+    let torn = format!("{}\n{}\n{}\n{}", lines[0], lines[1], lines[2], &lines[3][..40]);
+    bench.write("runs/2/flights.journal.jsonl", &torn);
+    fs::remove_file(bench.path("runs/2/flights.parquet")).unwrap();
+    bench.run(&format!("{FLY} --out runs/2"));
+    assert_eq!(table("runs/1"), table("runs/2"));
+    // One of them again.
+    let again = bench.solves("rerun runs/1 --run 2 --json");
+    assert_eq!(serde_json::from_str::<Value>(&again.out).unwrap(), first[2]);
+    assert!(bench.path("runs/1/history/2.parquet").is_file());
+    let page = bench.read("runs/1/flights.html");
+    assert!(page.contains("<svg") && !page.contains("http://") && !page.contains("src="));
+    // Runs are drawn each for itself.
+    assert_ne!(first[0]["flown"]["drawn"], first[1]["flown"]["drawn"]);
+}
+
+#[test]
+fn a_plan_without_errors_ends_at_the_port() {
+    let bench = flying();
+    let run = bench.solves("fly a.plan.json --json --out runs/none");
+    let summary: Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(summary["endings"][0][1]["count"], 1);
+    let row = &rows(&bench, "runs/none")[0]["flown"];
+    assert!(row["arrival"]["miss_m"].as_f64().unwrap() < 3e-4, "{row}");
+    assert!(row["arrival"]["angle_rad"].as_f64().unwrap() < 4e-4, "{row}");
+    assert_eq!(row["violations"], Value::Array(Vec::new()));
+    let servo = bench.solves("fly a.plan.json --joints servo --out runs/servo");
+    assert!(servo.out.contains("captured"), "{}", servo.out);
+}
+
+#[test]
+fn another_arm_flies_and_plans_again() {
+    let bench = flying();
+    let mission = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/arms/two.mission.toml");
+    fs::copy(mission, bench.path("two.mission.toml")).unwrap();
+    bench.solves("draw --mission two.mission.toml --count 1 --seed 1 --out two.scenarios.json");
+    let run = bench.run(
+        "fly --mission two.mission.toml --scenarios two.scenarios.json --controller replan \
+         --replan-every 400 --warm-start heuristic --out runs/two",
+    );
+    assert!(run.status < 2, "{}{}", run.out, run.err);
+    let row = &rows(&bench, "runs/two")[0]["flown"];
+    assert!(row["arrival"]["miss_m"].as_f64().unwrap() < 1e-3, "{row}");
+    assert!(row["replans"][1].as_u64().unwrap() >= 1, "{row}");
+}
+
+#[test]
+fn a_campaign_flies_what_it_plans() {
+    let bench = flying();
+    let run = bench.run(
+        "campaign --scenarios set.scenarios.json --fly a.errors.toml --runs 2 --guidance-rate 1 \
+         --out runs/all",
+    );
+    assert!(run.status < 2, "{}{}", run.out, run.err);
+    let rows = rows(&bench, "runs/all");
+    assert_eq!(rows.len(), 6);
+    assert_eq!(rows[5]["scenario"], "s1-002");
+    assert!(run.out.contains("what to improve first"), "{}", run.out);
+}
+
+// Verifies REM-FLY-002.
+#[test]
+fn bad_input_is_one_line_and_nothing_written() {
+    let bench = flying();
+    let fly = "fly a.plan.json --out runs/bad";
+    bench.solves("plan --scenarios set.scenarios.json --integrator euler --out e.plan.json");
+    bench.refuses("fly e.plan.json --out runs/bad", "e.plan.json: integrator: is euler");
+    bench.refuses("fly --integrator euler --out runs/bad", "--integrator: euler plans say nothing");
+    bench.refuses("fly missing.plan.json --out runs/bad", "missing.plan.json");
+    bench.refuses(&format!("{fly} --keep best=3"), "--keep: \"best=3\"");
+    bench.refuses(&format!("{fly} --until miss_m"), "'miss_m<=0.02");
+    bench.refuses(&format!("{fly} --guidance-rate 50"), "must lie between 0.2 and 20");
+    bench.refuses("rerun runs --run 3", "runs/flights.json");
+    let errors = bench.read("a.errors.toml");
+    let mut bad = |from: &str, to: &str, message: &str| {
+        assert!(errors.contains(from), "{from}");
+        bench.write("b.errors.toml", &errors.replacen(from, to, 1));
+        bench.refuses(&format!("{fly} --errors b.errors.toml"), message);
+    };
+    bad("[mass]", "[mass]\nmas = 1.0", "b.errors.toml: mass");
+    bad("[orbit]", "[orbits]", "b.errors.toml");
+    bad("period_s = 1.0", "period_s = nan", "b.errors.toml: thrusters.period_s");
+    bad("rate_hz = 10.0", "rate_hz = -1.0", "b.errors.toml: sensors");
+    let stuck = "[faults.joint_stuck]\njoint = 3\ntime_s = 5.0\n";
+    bench.write("b.errors.toml", &format!("{errors}{stuck}"));
+    bench.refuses(&format!("{fly} --errors b.errors.toml"), "b.errors.toml: faults");
+    // Other flights in the same folder.
+    bench.run("fly a.plan.json --guidance-rate 0.2 --out runs/a");
+    let run = bench.run("fly a.plan.json --guidance-rate 0.5 --out runs/a");
+    assert_eq!(run.status, 2);
+    assert!(run.err.contains("other plans, errors, options or runs"), "{}", run.err);
+    bench.refuses("rerun runs/a --run 1", "there is no run 1");
+}
