@@ -54,7 +54,7 @@ pub(super) struct FlyingArgs {
     until: Option<Until>,
     /// Runs whose histories are kept: all, failures, worst=N, sample=N, with commas
     #[arg(long, value_name = "WHICH", default_value = "failures,worst=3")]
-    keep: String,
+    keep: Keep,
 }
 
 fn number(text: &str) -> Result<f64, String> {
@@ -108,12 +108,10 @@ impl FlyingArgs {
             gravity: !self.no_gravity,
             integrator: ready.integrator,
         };
-        let keep: Keep =
-            self.keep.parse().map_err(|reason: String| Error::argument("--keep", reason))?;
         let flights = Flights {
             asked: Asked::new(ready.plans, ready.runs, ready.joints, options, errors),
             jobs: ready.jobs,
-            keep,
+            keep: self.keep,
             until: self.until,
             out: ready.out,
         };
