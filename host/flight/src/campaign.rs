@@ -294,7 +294,8 @@ impl Flights {
 pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
     let asked = Asked::read(folder)?;
     let Some(file) = asked.plans.get((run / asked.runs.max(1)) as usize) else {
-        let reason = format!("has {} runs, from 0 on; there is no run {run}", asked.count());
+        let reason =
+            format!("there is no run {run}: runs are 0 to {}", asked.count().saturating_sub(1));
         return Err(Error::input(&folder.join(FLIGHTS), "runs", reason));
     };
     let plan = planned(folder, file, asked.joints)?;

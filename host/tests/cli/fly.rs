@@ -131,5 +131,8 @@ fn bad_input_is_one_line_and_nothing_written() {
     let run = bench.run("fly a.plan.json --guidance-rate 0.5 --out runs/a");
     assert_eq!(run.status, 2);
     assert!(run.err.contains("other plans, errors, options or runs"), "{}", run.err);
-    bench.refuses("rerun runs/a --run 1", "there is no run 1");
+    bench.refuses(
+        "rerun runs/a --run 1",
+        "runs/a/flights.json: runs: there is no run 1: runs are 0 to 0",
+    );
 }
