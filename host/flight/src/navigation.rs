@@ -33,8 +33,9 @@ impl Default for Filters {
 #[derive(Clone, Debug)]
 pub struct Navigation<const NL: usize> {
     filters: Filters,
-    /// Bus position [m] and velocity [m/s], RTN; none before the first measurement.
-    bus: Option<(Vector3<f64>, Vector3<f64>)>,
+    /// Position [m] and velocity [m/s] of the system's centre of mass, RTN; none before the first
+    /// measurement.
+    center: Option<(Vector3<f64>, Vector3<f64>)>,
     joints: Option<(SVector<f64, NL>, SVector<f64, NL>)>,
     /// Attitudes of bus and target to inertial axes.
     attitudes: [Option<Vector4<f64>>; 2],
@@ -44,7 +45,7 @@ pub struct Navigation<const NL: usize> {
 impl<const NL: usize> Navigation<NL> {
     /// Knows nothing yet.
     pub fn new(filters: Filters) -> Self {
-        Self { filters, bus: None, joints: None, attitudes: [None; 2], time: 0.0 }
+        Self { filters, center: None, joints: None, attitudes: [None; 2], time: 0.0 }
     }
 
     /// The estimate at `time` [s] from the newest samples, `force` [N, RTN] having been commanded since
@@ -72,7 +73,9 @@ impl<const NL: usize> Navigation<NL> {
         };
         let (joint_angle, joint_rate) = self.arm(measured, time, since)?;
         let state = State { attitude, joint_angle, rate, joint_rate };
-        let (position, velocity) = self.bus(mission, (time, frame), measured, (since, force))?;
+        let offset = Multibody::new(mission).center_of_mass(&state);
+        let moved = self.center(mission, (time, frame), measured, offset, (since, force))?;
+        let (position, velocity) = (moved.0 - offset.0, moved.1 - offset.1);
         let wrist = measured.wrist_camera.filter(|seen| time - seen.time < 1.0).map(|seen| {
             // From the port to the tip, in the axes of the last link as it was estimated to be.
             let link = Multibody::new(mission).end_effector(&state).rotation;
@@ -125,23 +128,25 @@ impl<const NL: usize> Navigation<NL> {
         self.joints
     }
 
-    /// The filter of position and velocity: predicts along HCW with the force, and corrects by the
-    /// difference from the newest sample, as far as that is new.
-    fn bus(
+    /// The filter of position and velocity: predicts the centre of mass along HCW with the force, and
+    /// corrects by the difference from the newest sample. The bus itself is pushed about by the arm.
+    /// `offset` leads from the bus to the centre of mass, with its rate.
+    fn center(
         &mut self,
         mission: &Mission<NL>,
         (time, frame): (f64, &Rtn),
         measured: &Measurement<NL>,
+        offset: (Vector3<f64>, Vector3<f64>),
         (since, force): (f64, &Vector3<f64>),
     ) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let spin = Vector3::new(0.0, 0.0, frame.rate);
         let (place, speed) = (measured.position?, measured.velocity?);
         let seen = frame.axes.tr_mul(&place.value);
         let moves = frame.axes.tr_mul(&speed.value) - spin.cross(&seen);
-        let seen = seen + moves * (time - place.time);
-        let Some((position, velocity)) = self.bus else {
-            self.bus = Some((seen, moves));
-            return self.bus;
+        let (seen, moves) = (seen + moves * (time - place.time) + offset.0, moves + offset.1);
+        let Some((position, velocity)) = self.center else {
+            self.center = Some((seen, moves));
+            return self.center;
         };
         let n = mission.mean_motion();
         let pull =
@@ -153,8 +158,8 @@ impl<const NL: usize> Navigation<NL> {
         let off = seen - expected;
         let velocity = velocity + pull * since;
         let slip = (moves - velocity) * (w * since);
-        self.bus = Some((expected + off * of_position, velocity + off * of_velocity + slip));
-        self.bus
+        self.center = Some((expected + off * of_position, velocity + off * of_velocity + slip));
+        self.center
     }
 }
 
