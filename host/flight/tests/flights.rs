@@ -1,0 +1,139 @@
+//! Plans flown in the truth: what arrives at the port, and what the loop must not depend on.
+
+use remora_core::advanced::guidance::FlightPlan;
+use remora_core::advanced::math::quaternion;
+use remora_core::advanced::model::Mission;
+use remora_core::nalgebra::{Vector3, Vector4};
+use remora_core::prelude::{Integrator, Options, Planner, Scenario, Valid, Validate};
+use remora_flight::flight::{Controller, Ending, Flight, Flown, JointControl, Settings};
+use remora_flight::nominal::{self, Surroundings};
+use remora_host::draw::draw;
+use remora_host::engine::Usual;
+use remora_truth::{Class, Dispersion, Errors, World};
+
+type Planned = (Valid<Scenario>, FlightPlan<3>);
+
+fn mission() -> Valid<Mission<3>> {
+    Mission::<3>::default().validated().unwrap()
+}
+
+/// Plans of the first drawn scenarios.
+fn planned(mission: &Valid<Mission<3>>, count: u64) -> Vec<Planned> {
+    let set = draw(count, 1, mission).unwrap();
+    let options = Options::builder().integrator(Integrator::RK4).build().unwrap();
+    let mut planner = Box::new(Planner::new());
+    let plan = |scenario: Valid<Scenario>| {
+        let plan = planner.plan(mission, &scenario, &options).unwrap().flight_plan(0.0).unwrap();
+        (scenario, plan)
+    };
+    set.scenarios.iter().map(|named| named.scenario().validated().unwrap()).map(plan).collect()
+}
+
+fn fly(planned: &Planned, settings: &Settings, errors: &Errors, run: u64) -> Flown {
+    let mission = mission();
+    let (scenario, plan) = planned;
+    let flight = Flight { mission: &mission, scenario, plan, settings };
+    let dispersion = Dispersion { errors: errors.clone(), seed: 3, run };
+    flight.fly(&dispersion, &mut Usual::default(), &mut |_| ()).unwrap()
+}
+
+/// The truth begins where the scenario says, seen in its own RTN frame.
+#[test]
+fn the_truth_begins_where_the_scenario_says() {
+    let mission = mission();
+    for (scenario, plan) in planned(&mission, 2) {
+        let setup = nominal::setup(&mission, &scenario, &Surroundings::default());
+        let dispersion = Dispersion { errors: Errors::none(), seed: 0, run: 0 };
+        let world = World::new(&setup, &dispersion).unwrap();
+        let (view, frame) = (world.view(), world.rtn());
+        let spin = Vector3::new(0.0, 0.0, frame.rate);
+        let position = frame.axes.tr_mul(&view.center);
+        assert!((position - scenario.position).norm() < 1e-9);
+        let velocity = frame.axes.tr_mul(&view.center_velocity) - spin.cross(&position);
+        assert!((velocity - scenario.velocity).norm() < 1e-12);
+        let first = &plan.nominal.reorientation.states[0];
+        let axes = quaternion::rotation_matrix(&Vector4::from(view.attitude));
+        let planned = frame.axes * quaternion::rotation_matrix(&first.attitude);
+        assert!((axes - planned).norm() < 1e-9);
+        assert!((frame.axes.tr_mul(&view.bus_rate) - spin - first.rate).norm() < 1e-12);
+        let target = quaternion::rotation_matrix(&Vector4::from(view.target.attitude));
+        let planned = frame.axes * quaternion::rotation_matrix(&scenario.target_attitude);
+        assert!((target - planned).norm() < 1e-9);
+        // The mean motion is the orbit's rate where that is a circle.
+        assert!((frame.rate / mission.mean_motion() - 1.0).abs() < 1e-12);
+    }
+}
+
+// Verifies REM-FLY-003.
+#[test]
+fn without_errors_the_end_effector_is_at_the_port() {
+    let settings = Settings::default();
+    for planned in planned(&mission(), 5) {
+        let flown = fly(&planned, &settings, &Errors::none(), 0);
+        println!("{:?} {:?}", flown.arrival, flown.tracking);
+        assert_eq!((flown.ending, flown.violations().len()), (Ending::Captured, 0));
+        assert!(flown.arrival.miss_m <= 3e-4 && flown.arrival.angle_rad <= 0.02_f64.to_radians());
+    }
+}
+
+// Verifies REM-FLY-003.
+#[test]
+fn each_class_of_typical_errors_alone_ends_near_the_port() {
+    let settings = Settings::default();
+    let planned = planned(&mission(), 2);
+    for class in Class::ALL {
+        let errors = Errors::typical().only(class);
+        for (run, planned) in planned.iter().enumerate() {
+            let flown = fly(planned, &settings, &errors, run as u64);
+            println!("{class:?} {:?}", flown.arrival);
+            assert_eq!((flown.ending, flown.violations().len()), (Ending::Captured, 0));
+        }
+    }
+}
+
+#[test]
+fn all_typical_errors_end_in_captures_by_torque_and_by_servo() {
+    let planned = planned(&mission(), 2);
+    for joints in [JointControl::Torque, JointControl::Servo] {
+        let settings = Settings { joints, ..Settings::default() };
+        for (run, planned) in planned.iter().enumerate() {
+            let flown = fly(planned, &settings, &Errors::typical(), run as u64);
+            println!("{joints:?} {:?} {:?}", flown.arrival, flown.room);
+            assert_eq!((flown.ending, flown.violations().len()), (Ending::Captured, 0));
+            assert!(flown.room.joint_rate <= 1.2);
+        }
+    }
+}
+
+#[test]
+fn a_wrong_tumble_is_refined_in_flight_and_planned_again() {
+    let mut errors = Errors::typical();
+    errors.tumble.rate = 0.1;
+    errors.tumble.rate_direction_rad = 10.0_f64.to_radians();
+    let settings = Settings { controller: Controller::Replan, ..Settings::default() };
+    for (run, planned) in planned(&mission(), 2).iter().enumerate() {
+        let flown = fly(planned, &settings, &errors, run as u64);
+        println!("{:?} {:?} {:?}", flown.arrival, flown.replans, flown.room);
+        assert_eq!(flown.ending, Ending::Captured);
+        assert!(flown.replans[0] >= 5);
+    }
+}
+
+/// What a run comes to does not depend on what was flown before, and each run is another draw.
+#[test]
+fn a_run_is_the_same_whatever_was_flown_before() {
+    let mission = mission();
+    let planned = planned(&mission, 1);
+    let settings = Settings { controller: Controller::Replan, ..Settings::default() };
+    let first = fly(&planned[0], &settings, &Errors::typical(), 7);
+    let (scenario, plan) = &planned[0];
+    let flight = Flight { mission: &mission, scenario, plan, settings: &settings };
+    let mut engine = Usual::default();
+    let mut again = |run| {
+        let dispersion = Dispersion { errors: Errors::typical(), seed: 3, run };
+        flight.fly(&dispersion, &mut engine, &mut |_| ()).unwrap()
+    };
+    let other = again(8);
+    assert_eq!(again(7), first);
+    assert_ne!(other.arrival, first.arrival);
+}
