@@ -77,6 +77,18 @@ impl<const NL: usize> FlightPlan<NL> {
     /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
+    /// Placeholder for static memory that [`FlightPlan::write`] fills, and no plan to fly: all its bits are
+    /// zero, so that it costs no room in an image.
+    pub const BLANK: Self = Self {
+        begins: 0.0,
+        translation: TranslationTrajectory::ZERO,
+        nominal: Nominal { reorientation: ReorientationTrajectory::BLANK, nodes: 0, duration: 0.0 },
+        target: [TargetState::BLANK; NODES],
+        grid: Grid::BLANK,
+        substeps: 0,
+        has_gradient: false,
+    };
+
     /// A plan's trajectories as they are flown, from time zero on. Cost: one propagation of the target over the horizon.
     ///
     /// # Errors
@@ -88,22 +100,54 @@ impl<const NL: usize> FlightPlan<NL> {
         translation: &TranslationTrajectory<NODES>,
         reorientation: &ReorientationTrajectory<NODES, NL>,
     ) -> Result<Self, NotFlyable> {
+        let mut plan = Self::BLANK;
+        plan.write(mission, scenario, integrator, translation, reorientation)?;
+        Ok(plan)
+    }
+
+    /// The same where it lies: nothing large goes over the stack.
+    ///
+    /// # Errors
+    /// As [`FlightPlan::new`]; the plan is then as it was.
+    pub fn write(
+        &mut self,
+        mission: &Mission<NL>,
+        scenario: &Scenario<NL>,
+        integrator: Integrator,
+        translation: &TranslationTrajectory<NODES>,
+        reorientation: &ReorientationTrajectory<NODES, NL>,
+    ) -> Result<(), NotFlyable> {
         let grid = mission.grid(scenario);
-        let mut target = [TargetState::ZERO; NODES];
+        let has_gradient = mission.target.gravity_gradient.is_on(integrator);
+        self.set(integrator, has_gradient, &grid, (translation, reorientation))?;
+        self.target.fill(TargetState::ZERO);
         mission.target.tumble(
             integrator,
             mission.mean_motion(),
             &scenario.target_attitude,
             &scenario.target_rate,
             grid.interval(),
-            &mut target[..grid.nodes.min(NODES)],
+            &mut self.target[..grid.nodes.min(NODES)],
         );
-        let has_gradient = mission.target.gravity_gradient.is_on(integrator);
-        Self::of_parts(integrator, has_gradient, &grid, (translation, reorientation), &target)
+        Ok(())
     }
 
-    /// The same with the target's motion known.
+    /// A plan whose target's motion is known.
     pub(crate) fn of_parts(
+        integrator: Integrator,
+        has_gradient: bool,
+        grid: &Grid,
+        trajectories: (&TranslationTrajectory<NODES>, &ReorientationTrajectory<NODES, NL>),
+        target: &[TargetState; NODES],
+    ) -> Result<Self, NotFlyable> {
+        let mut plan = Self { target: *target, ..Self::BLANK };
+        plan.set(integrator, has_gradient, grid, trajectories)?;
+        Ok(plan)
+    }
+
+    /// All of it but for the target's motion.
+    fn set(
+        &mut self,
         integrator: Integrator,
         has_gradient: bool,
         grid: &Grid,
@@ -111,19 +155,17 @@ impl<const NL: usize> FlightPlan<NL> {
             &TranslationTrajectory<NODES>,
             &ReorientationTrajectory<NODES, NL>,
         ),
-        target: &[TargetState; NODES],
-    ) -> Result<Self, NotFlyable> {
+    ) -> Result<(), NotFlyable> {
         let Integrator::Rk4 { substeps } = integrator else { return Err(NotFlyable::Euler) };
-        let Grid { nodes, duration, .. } = *grid;
-        Ok(Self {
-            begins: 0.0,
-            translation: *translation,
-            nominal: Nominal { reorientation: *reorientation, nodes, duration },
-            target: *target,
-            grid: *grid,
-            substeps,
-            has_gradient,
-        })
+        self.begins = 0.0;
+        self.translation = *translation;
+        self.nominal.reorientation = *reorientation;
+        self.nominal.nodes = grid.nodes;
+        self.nominal.duration = grid.duration;
+        self.grid = *grid;
+        self.substeps = substeps;
+        self.has_gradient = has_gradient;
+        Ok(())
     }
 
     /// The same plan, beginning at this time [s].

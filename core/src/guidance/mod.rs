@@ -160,6 +160,8 @@ impl<const NL: usize> Guidance<NL> {
     /// Cost: five evaluations of the dynamics, one of the inverse dynamics; see `docs/audit` for
     /// instructions. An estimate that is no number leaves what is planned as it stands
     /// ([`FlightMode::Degraded`]).
+    // A function of its own, whose stack is bounded as such.
+    #[inline(never)]
     pub fn step(
         &mut self,
         mission: &Valid<Mission<NL>>,

@@ -15,6 +15,14 @@ const MAX_MEMORY_BYTES: u64 = 1024 << 10;
 /// Largest mark of the stack where memories are small [bytes].
 const MAX_STACK_BYTES: u64 = 32 << 10;
 
+/// Most instructions of a step of guidance, and of planning between two of them, where processors are slow:
+/// 0.2 ms and 50 ms of 300 MHz.
+const MAX_STEP: u64 = 60_000;
+const MAX_SLICE: u64 = 15_000_000;
+
+/// Largest stack of a step of guidance where memories are small [bytes].
+const MAX_STEP_STACK_BYTES: u64 = 4 << 10;
+
 /// The bars that an image breaks, a line each.
 pub fn of_image(target: &Target, built: &Built) -> Vec<String> {
     let mut broken = Vec::new();
@@ -38,6 +46,7 @@ pub fn of_run(target: &Target, log: &Log) -> Vec<String> {
     }
     if target.is_small {
         most(&mut broken, "stack", stack, MAX_STACK_BYTES);
+        guidance(&mut broken, log);
     }
     match log.counter {
         Some(counter) if counter.is_right() => {}
@@ -50,9 +59,28 @@ pub fn of_run(target: &Target, log: &Log) -> Vec<String> {
     broken
 }
 
+/// Guidance flies in every run, and planning leaves it its turns.
+fn guidance(broken: &mut Vec<String>, log: &Log) {
+    match log.guidance {
+        Some(flown) => {
+            let step = flown.next.instructions.max(flown.first.instructions);
+            above(broken, "step of guidance", step, MAX_STEP, "instructions");
+            let stack = flown.stack_bytes.unwrap_or_default();
+            most(broken, "stack of guidance", stack, MAX_STEP_STACK_BYTES);
+        }
+        None => broken.push("guidance did not fly".into()),
+    }
+    let slice = log.plans.iter().filter_map(|plan| plan.longest_slice).max().unwrap_or_default();
+    above(broken, "slice of planning", slice, MAX_SLICE, "instructions");
+}
+
 fn most(broken: &mut Vec<String>, what: &str, value: u64, bar: u64) {
+    above(broken, what, value, bar, "bytes");
+}
+
+fn above(broken: &mut Vec<String>, what: &str, value: u64, bar: u64, unit: &str) {
     if value > bar {
-        broken.push(format!("{what}: {value} bytes of {bar}"));
+        broken.push(format!("{what}: {value} {unit} of {bar}"));
     }
 }
 

@@ -1,13 +1,15 @@
 //! What an image prints: lines of a kind and `key=value`, the last of them `end`.
 
-use crate::emulation::{Counter, Instructions, Part, PlanRecord, StageCounts};
+use crate::emulation::{
+    Counter, GuidanceRecord, Instructions, Part, PlanRecord, StageCounts, Steps,
+};
 use remora_host::error::{Error, FieldError, io_reason};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::str::FromStr;
 
 /// Kinds of lines that must be the same text on every processor: the same bits.
-const RESULTS: [&str; 5] = ["stage", "plan", "residual", "verified", "kernel"];
+const RESULTS: [&str; 6] = ["stage", "plan", "residual", "verified", "guidance", "kernel"];
 
 /// What one run of an image printed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,6 +22,9 @@ pub struct Log {
     pub solver_bytes: u64,
     /// The network's.
     pub network_bytes: u64,
+    /// The state of guidance, and a plan as it is flown [bytes].
+    pub guidance_bytes: u64,
+    pub flight_plan_bytes: u64,
     /// The instruction counter against a loop of known length.
     pub counter: Option<Counter>,
     /// Largest mark of the stack by entry point [bytes].
@@ -28,6 +33,8 @@ pub struct Log {
     pub stack_size_bytes: u64,
     /// What was called and counted on its own.
     pub parts: Vec<Part>,
+    /// Steps of guidance.
+    pub guidance: Option<GuidanceRecord>,
     /// The plans, in their order.
     pub plans: Vec<PlanRecord>,
     /// Lines that must be the same everywhere.
@@ -40,6 +47,7 @@ struct Reader {
     log: Log,
     stages: BTreeMap<String, StageCounts>,
     phases: BTreeMap<String, u64>,
+    longest_slice: Option<u64>,
     plan: Option<PlanLine>,
 }
 
@@ -51,6 +59,12 @@ struct PlanLine {
     start: u32,
     output: String,
 }
+
+/// Bytes below the frame that paints which it leaves alone: see `ci/firmware/src/bare/mod.rs`.
+const FRAME_BYTES: u64 = 512;
+
+/// The entry point of a step of guidance.
+const GUIDANCE: &str = "guidance";
 
 /// Name of the count of opening a model.
 const OPEN_MODEL: &str = "open_model";
@@ -104,6 +118,8 @@ impl Reader {
                 self.log.workspace_bytes = words.number("workspace")?;
                 self.log.solver_bytes = words.number("solver")?;
                 self.log.network_bytes = words.number("network")?;
+                self.log.guidance_bytes = words.number("guidance")?;
+                self.log.flight_plan_bytes = words.number("flight_plan")?;
             }
             "calibration" => {
                 self.log.counter = Some(Counter {
@@ -123,6 +139,13 @@ impl Reader {
                 calls: words.number("calls")?,
                 instructions: words.number("instructions")?,
             }),
+            "most" => self.take_most(&words)?,
+            "above" if words.text("entry")? == GUIDANCE => {
+                let above: u64 = words.number("used")?;
+                let used = self.log.stack_bytes.get(GUIDANCE);
+                let own = used.map(|used| (used + FRAME_BYTES).saturating_sub(above));
+                self.flown().stack_bytes = own;
+            }
             "stage" => {
                 self.stages.insert(words.text("name")?.into(), words.stage()?);
             }
@@ -130,6 +153,22 @@ impl Reader {
             "phase" => self.take_phase(&words)?,
             // For people, and for the comparison alone.
             _ => {}
+        }
+        Ok(())
+    }
+
+    fn flown(&mut self) -> &mut GuidanceRecord {
+        self.log.guidance.get_or_insert_default()
+    }
+
+    /// The most instructions of one of several.
+    fn take_most(&mut self, words: &Words<'_>) -> Result<(), FieldError> {
+        let (steps, instructions) = (words.number("calls")?, words.number("instructions")?);
+        match words.text("name")? {
+            "slice" => self.longest_slice = Some(instructions),
+            "step" => self.flown().next = Steps { steps, instructions },
+            "first_step" => self.flown().first = Steps { steps, instructions },
+            name => return Err(FieldError::new("name", format!("'{name}' is not known"))),
         }
         Ok(())
     }
@@ -157,6 +196,7 @@ impl Reader {
             translation: stage("translation")?,
             reorientation: stage("reorientation")?,
             instructions: Instructions::by(|name| phases.get(name).copied())?,
+            longest_slice: self.longest_slice.take(),
         });
         Ok(())
     }
