@@ -204,13 +204,20 @@ pub(super) struct Cursor<const NL: usize> {
     /// Time since the plan's first node [s].
     time: f64,
     state: State<NL>,
+    /// That of the state.
+    acceleration: Acceleration<NL>,
     target: TargetState,
 }
 
 impl<const NL: usize> Cursor<NL> {
     /// Not on the plan yet.
-    pub const START: Self =
-        Self { node: NODES, time: 0.0, state: State::ZERO, target: TargetState::ZERO };
+    pub const START: Self = Self {
+        node: NODES,
+        time: 0.0,
+        state: State::ZERO,
+        acceleration: Acceleration::ZERO,
+        target: TargetState::ZERO,
+    };
 
     /// What `plan` asks for at `time` [s] after its first node, along its own dynamics from the node
     /// before or from where it was last asked for. Before the first node and after the last, that of
@@ -219,21 +226,37 @@ impl<const NL: usize> Cursor<NL> {
     /// Cost: four evaluations of the dynamics and those of the target where time goes on by no more than
     /// a substep of planning; at most those of an interval.
     pub fn at(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) -> Reference<NL> {
-        let body = Multibody::new(mission);
+        self.advance(plan, mission, time);
+        self.reference(plan, mission)
+    }
+
+    /// Moves on to `time` [s] after the first node.
+    // Without what a step of guidance keeps meanwhile: their stacks do not add up.
+    #[inline(never)]
+    pub fn advance(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) {
         let (k, share) = plan.nominal.place(time);
         let begin = plan.nominal.time(k);
-        let interval = plan.nominal.interval();
-        let time = begin + share * interval;
+        let time = begin + share * plan.nominal.interval();
         let at_node = |all: &[State<NL>]| all.get(k).copied().unwrap_or(State::ZERO);
         if k != self.node || !(time >= self.time) {
             let state = at_node(&plan.nominal.reorientation.states);
             let target = plan.target.get(k).copied().unwrap_or(TargetState::ZERO);
-            *self = Self { node: k, time: begin, state, target };
+            *self = Self { node: k, time: begin, state, target, ..Self::START };
         }
-        let control = plan.nominal.reorientation.controls.get(k).copied().unwrap_or(Control::ZERO);
-        let force = plan.translation.force.get(k).copied().unwrap_or_default();
-        self.go_on(plan, mission, &control, &force, time);
-        let along = HcwTransition::new(mission.mean_motion(), time - begin);
+        self.go_on(plan, mission, time);
+        // What is no number stays none.
+        self.time = time;
+        let (control, force) = plan.held(k);
+        self.acceleration = Multibody::new(mission).acceleration(&self.state, &control, &force);
+    }
+
+    /// What the plan asks for where the cursor is.
+    #[inline(never)]
+    pub fn reference(&self, plan: &FlightPlan<NL>, mission: &Mission<NL>) -> Reference<NL> {
+        let body = Multibody::new(mission);
+        let k = self.node;
+        let (control, force) = plan.held(k);
+        let along = HcwTransition::new(mission.mean_motion(), self.time - plan.nominal.time(k));
         let (position, velocity) = plan.node(k);
         let from = Vector6::from_fn(|i, _| if i < 3 { position[i] } else { velocity[i - 3] });
         let there = along.state * from + along.input * (force / body.total_mass());
@@ -245,21 +268,14 @@ impl<const NL: usize> Cursor<NL> {
             acceleration: hcw_acceleration(mission.mean_motion(), &position, &velocity)
                 + force / body.total_mass(),
             state: self.state,
-            state_acceleration: body.acceleration(&self.state, &control, &force),
+            state_acceleration: self.acceleration,
             control,
             target: self.target,
         }
     }
 
     /// Moves on within the interval to `time`.
-    fn go_on(
-        &mut self,
-        plan: &FlightPlan<NL>,
-        mission: &Mission<NL>,
-        control: &Control<NL>,
-        force: &Vector3<f64>,
-        time: f64,
-    ) {
+    fn go_on(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) {
         let (gap, interval) = (time - self.time, plan.nominal.interval());
         if !(gap > 0.0) {
             return;
@@ -268,16 +284,23 @@ impl<const NL: usize> Cursor<NL> {
         let substeps = libm::ceil(gap / interval * plan.substeps as f64) as usize;
         let substeps = substeps.clamp(1, plan.substeps.max(1));
         let body = Multibody::new(mission);
-        self.state = body.step(Integrator::Rk4 { substeps }, gap, &self.state, control, force);
+        let (control, force) = plan.held(self.node);
+        body.rk4(substeps, gap, &mut self.state, &control, &force);
         let steps = libm::ceil(gap / interval * TARGET_STEPS) as usize;
         let steps = steps.clamp(1, MAX_REFERENCE_STEPS);
         let n = mission.mean_motion();
         self.target = mission.target.after(plan.has_gradient, n, &self.target, gap, steps);
-        self.time = time;
     }
 }
 
 impl<const NL: usize> FlightPlan<NL> {
+    /// Torques and force from node `k` on.
+    fn held(&self, k: usize) -> (Control<NL>, Vector3<f64>) {
+        let control = self.nominal.reorientation.controls.get(k).copied();
+        let force = self.translation.force.get(k).copied();
+        (control.unwrap_or(Control::ZERO), force.unwrap_or_default())
+    }
+
     /// Position and velocity at node `k`.
     pub(super) fn node(&self, k: usize) -> (Vector3<f64>, Vector3<f64>) {
         let at = |all: &[Vector3<f64>]| all.get(k).copied().unwrap_or_default();

@@ -3,6 +3,7 @@
 use super::{ACTION, Action, Encoding, MAX_FEATURES, Scene};
 use crate::dynamics::Control;
 use crate::stages::{LINKS, NODES, ReorientationTrajectory};
+use core::num::NonZeroUsize;
 use remora_qp::Checksum;
 use remora_qp::time::Deadline;
 
@@ -78,6 +79,8 @@ pub fn rollout<P: Policy + ?Sized>(
     let (encoding, action) = (policy.encoding(), policy.action());
     let chunk = policy.chunk().clamp(1, MAX_CHUNK);
     let executed = policy.executed().clamp(1, chunk);
+    // Without a case of zero in the code below.
+    let executed = NonZeroUsize::new(executed).unwrap_or(NonZeroUsize::MIN);
     let mut features = [0.0; MAX_FEATURES];
     let mut actions = [[0.0; ACTION]; MAX_CHUNK];
     let mut previous = [0.0; ACTION];
@@ -103,7 +106,7 @@ pub fn rollout<P: Policy + ?Sized>(
         if !looked {
             return false;
         }
-        previous = actions[k % executed];
+        previous = actions.get(k % executed).copied().unwrap_or_default();
         let (control, next) = scene.apply(action, k, &state, &previous, &held);
         if !(control.is_finite() && next.is_finite()) {
             return false;

@@ -305,8 +305,7 @@ impl Run {
     /// The longest slice of its plans, and the first scenario with so long a one.
     pub fn longest_slice(&self) -> Option<(u64, &str)> {
         let slices = self.plans.iter().filter_map(|plan| Some((plan.longest_slice?, plan)));
-        let longest =
-            slices.reduce(|most, other| if other.0 > most.0 { other } else { most });
+        let longest = slices.reduce(|most, other| if other.0 > most.0 { other } else { most });
         longest.map(|(instructions, plan)| (instructions, plan.scenario.as_str()))
     }
 
