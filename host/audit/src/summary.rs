@@ -159,8 +159,7 @@ pub fn of_emulation(emulation: &Emulation) -> Measured {
             add("stack_mark_bytes".into(), *mark);
         }
         if let Some(flown) = target.guidance() {
-            let most = flown.next.instructions.max(flown.first.instructions);
-            add("guidance_step_instructions".into(), most);
+            add("guidance_step_instructions".into(), flown.next.instructions);
         }
         if let Some(slice) = target.longest_slice() {
             add("longest_slice_instructions".into(), slice);

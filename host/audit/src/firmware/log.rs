@@ -242,7 +242,7 @@ mod tests {
 
     const PLANNED: &str = "\
 image board=mps2-an500
-size workspace=436896 solver=544088 network=64560
+size workspace=436896 solver=544088 network=64560 guidance=720 flight_plan=16904
 calibration expected=2000000 counted=2000040 resolution=40
 count name=open_model calls=1 instructions=77
 stack entry=plan used=27688 size=262144
@@ -250,6 +250,7 @@ stage scenario=pub-000 name=translation status=0 iterations=4 corrections=0 qp_i
 stage scenario=pub-000 name=reorientation status=0 iterations=9 corrections=1 qp_iterations=91 cost=3f(2e-1)
 plan scenario=pub-000 status=0 verified=1 start=1 input=9e settings=57 output=e5a5f9ce46963a5d
 residual scenario=pub-000 dynamics1=3d64aa0000000000(5.87e-13)
+most scenario=pub-000 name=slice calls=1 instructions=6615960
 phase scenario=pub-000 name=translation instructions=1
 phase scenario=pub-000 name=start instructions=2
 phase scenario=pub-000 name=inference instructions=3
@@ -261,6 +262,11 @@ phase scenario=pub-000 name=rest instructions=8
 phase scenario=pub-000 name=total instructions=36
 stack entry=plan used=27700 size=262144
 verified scenario=pub-000 residuals=af9ecf86c2b85ff5
+guidance scenario=pub-000 place=start steps=8 checksum=96004bece59a4cc9
+most scenario=pub-000 name=first_step calls=7 instructions=142680
+most scenario=pub-000 name=step calls=53 instructions=51240
+stack entry=guidance used=9376 size=262144
+above entry=guidance used=6232
 end
 ";
 
@@ -274,8 +280,27 @@ end
         let [plan] = &log.plans[..] else { panic!("{log:?}") };
         assert!(plan.is_solved() && plan.start == 1 && plan.reorientation.corrections == 1);
         assert_eq!(plan.qp_iterations(), 28 + 91);
-        // Two stages, the plan, a residual, and what the verifier found.
-        assert_eq!(log.results.len(), 5);
+        assert_eq!(plan.longest_slice, Some(6_615_960));
+        // Two stages, the plan, a residual, what the verifier found, and some steps of guidance.
+        assert_eq!(log.results.len(), 6);
+    }
+
+    #[test]
+    fn steps_of_guidance_are_read_with_the_stack_of_one() {
+        let log = Log::parse(PLANNED).unwrap();
+        assert_eq!((log.guidance_bytes, log.flight_plan_bytes), (720, 16_904));
+        let flown = log.guidance.unwrap();
+        assert_eq!(flown.next, Steps { steps: 53, instructions: 51_240 });
+        assert_eq!(flown.first, Steps { steps: 7, instructions: 142_680 });
+        assert_eq!(flown.stack_bytes, Some(9376 + FRAME_BYTES - 6232));
+        // The host paints nothing.
+        let host: String = PLANNED
+            .lines()
+            .filter(|line| !line.starts_with("stack"))
+            .fold(String::new(), |text, line| text + line + "\n");
+        assert_eq!(Log::parse(&host).unwrap().guidance.unwrap().stack_bytes, None);
+        let damaged = PLANNED.replace("name=first_step", "name=last_step");
+        assert!(Log::parse(&damaged).unwrap_err().reason.contains("'last_step' is not known"));
     }
 
     #[test]
