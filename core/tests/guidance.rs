@@ -410,6 +410,25 @@ fn a_plan_of_eulers_step_is_not_flown() {
     assert_eq!(plan.flight_plan(0.0).unwrap_err(), NotFlyable::Euler);
 }
 
+#[test]
+fn a_plan_is_written_where_it_lies() {
+    let mission = Mission::<3>::default().validated().unwrap();
+    let scenario = scenario().validated().unwrap();
+    let integrator = Integrator::Rk4 { substeps: 4 };
+    let options = Options::builder().integrator(integrator).build().unwrap();
+    let mut planner = Box::new(Planner::new());
+    let plan = planner.plan(&mission, &scenario, &options).unwrap();
+    let flown = plan.flight_plan(0.0).unwrap();
+    let (path, motion) = (&flown.translation, &flown.nominal.reorientation);
+    let mut written = FlightPlan::BLANK.beginning_at(7.0);
+    let of_euler = written.write(&mission, &scenario, Integrator::Euler, path, motion);
+    assert_eq!(of_euler, Err(NotFlyable::Euler));
+    assert_eq!(written, FlightPlan::BLANK.beginning_at(7.0));
+    written.write(&mission, &scenario, integrator, path, motion).unwrap();
+    assert_eq!(written, flown);
+    assert_eq!(FlightPlan::new(&mission, &scenario, integrator, path, motion), Ok(flown));
+}
+
 proptest! {
     /// Whatever the estimate, what is commanded is finite and within the limits.
     // Verifies REM-GUI-002.

@@ -1,5 +1,6 @@
 //! What a board has to offer.
 
+use core::sync::atomic::{AtomicU32, Ordering};
 use remora_core::advanced::time::Clock;
 
 /// The stack of an image, as it was last painted: by the start-up code, or since.
@@ -36,12 +37,41 @@ pub trait Board: Sync {
 }
 
 /// Retired instructions as a clock, one nanosecond each, so that the planner's own phase timings
-/// count instructions.
-pub struct InstructionClock<'a, B>(pub &'a B);
+/// count instructions; and the most of them between two pauses.
+pub struct InstructionClock<'a, B> {
+    board: &'a B,
+    /// Instructions at the last pause; of this and the next the low half, which all processors can share.
+    paused: AtomicU32,
+    longest: AtomicU32,
+}
+
+impl<'a, B: Board> InstructionClock<'a, B> {
+    /// A clock of a plan that begins now.
+    pub fn new(board: &'a B) -> Self {
+        let paused = AtomicU32::new(board.instructions() as u32);
+        Self { board, paused, longest: AtomicU32::new(0) }
+    }
+
+    /// The most instructions between two pauses, from the clock's beginning until now.
+    pub fn longest_slice(&self) -> u32 {
+        self.pause();
+        self.longest.load(Ordering::Relaxed)
+    }
+}
 
 impl<B: Board> Clock for InstructionClock<'_, B> {
     fn seconds(&self) -> f64 {
-        self.0.instructions() as f64 * 1e-9
+        self.board.instructions() as f64 * 1e-9
+    }
+
+    // One core alone comes here, so that what is read is still there when it is written.
+    fn pause(&self) {
+        let now = self.board.instructions() as u32;
+        let slice = now.wrapping_sub(self.paused.load(Ordering::Relaxed));
+        self.paused.store(now, Ordering::Relaxed);
+        if slice > self.longest.load(Ordering::Relaxed) {
+            self.longest.store(slice, Ordering::Relaxed);
+        }
     }
 }
 

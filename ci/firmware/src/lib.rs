@@ -2,12 +2,13 @@
 //! result, its checksum and the retired instructions of each phase printed as lines of
 //! `key=value`.
 //!
-//! The same code runs on the host. Lines that start with `stage`, `plan`, `residual`, `verified` or
-//! `kernel` must be equal on all of them; the others say what it cost.
+//! The same code runs on the host. Lines that start with `stage`, `plan`, `residual`, `verified`,
+//! `guidance` or `kernel` must be equal on all of them; the others say what it cost.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
 mod board;
+mod guidance;
 #[cfg(feature = "kernels")]
 mod kernels;
 #[cfg(feature = "kernels")]

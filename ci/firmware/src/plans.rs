@@ -42,19 +42,22 @@ impl<'a, B: Board> Plans<'a, B> {
         let Self { board, mission, options, .. } = self;
         let board = *board;
         board.paint_stack();
+        let clock = InstructionClock::new(board);
         let report = planner::plan(
             mission,
             scenario,
             &Options::from_parts(
                 *options,
                 *start,
-                Platform { clock: &InstructionClock(board), executor: &Sequential },
+                Platform { clock: &clock, executor: &Sequential },
             ),
             self.solver,
             self.workspace,
         );
+        let longest = clock.longest_slice();
         print_stack(board, "plan");
         print_result(board, id, mission, &report);
+        print_longest_slice(board, id, longest);
         print_phases(board, id, &report.times);
 
         let (path, motion) = (self.workspace.translation(), self.workspace.reorientation());
@@ -96,6 +99,12 @@ fn print_result<B: Board>(board: &B, id: &str, mission: &Mission<LINKS>, report:
     for (name, value, _) in report.residuals.against(&mission.tolerances) {
         Line::new(board, "residual").text("scenario", id).float(name, value).end();
     }
+}
+
+/// The most instructions between two of the pauses in which a step of guidance could be made.
+fn print_longest_slice<B: Board>(board: &B, id: &str, instructions: u32) {
+    let line = Line::new(board, "most").text("scenario", id).text("name", "slice");
+    line.number("calls", 1).number("instructions", instructions.into()).end();
 }
 
 /// Where the instructions went, by the planner's own phases.

@@ -3,12 +3,14 @@
 use crate::board::Board;
 use crate::output::{Line, print_stack};
 use crate::plans::Plans;
-use crate::{Request, StartKind, scenarios};
+use crate::{Request, StartKind, guidance, scenarios};
 use core::hint::black_box;
 use remora_core::advanced::dynamics::Integrator;
+use remora_core::advanced::guidance::{FlightPlan, Guidance};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{Model, Network};
 use remora_core::advanced::planner::{EmbeddedSolver, InitialGuess, Workspace};
+use remora_core::advanced::qp::Valid;
 use remora_core::advanced::stages::LINKS;
 use remora_core::advanced::warmstart::NetworkPolicy;
 
@@ -23,6 +25,8 @@ pub struct Memory {
     pub solver: EmbeddedSolver,
     /// The learned start's.
     pub network: NetworkMemory,
+    /// The plan that is flown.
+    pub flight_plan: FlightPlan,
     /// Another network's, of the test image.
     #[cfg(feature = "kernels")]
     pub synthetic_model: crate::network::SyntheticModel,
@@ -35,6 +39,7 @@ impl Memory {
             workspace: Workspace::new(),
             solver: EmbeddedSolver::new(),
             network: NetworkMemory::new(),
+            flight_plan: FlightPlan::BLANK,
             #[cfg(feature = "kernels")]
             synthetic_model: crate::network::SyntheticModel::new(),
         }
@@ -66,17 +71,23 @@ pub fn run<B: Board>(board: &B, request: Request, models: &Models<'_>, memory: &
         .number("workspace", Workspace::BYTES as u64)
         .number("solver", EmbeddedSolver::BYTES as u64)
         .number("network", NetworkMemory::BYTES as u64)
+        .number("guidance", <Guidance>::BYTES as u64)
+        .number("flight_plan", <FlightPlan>::BYTES as u64)
         .end();
     calibrate(board);
 
     // Missions are data: were this one a constant, the compiler could prove bounds with it that no
     // other mission has. So are models.
-    let mission = black_box(Mission::<LINKS>::default());
+    let mission = black_box(Valid::of_constant(Mission::<LINKS>::default()));
     let file = black_box(match request.integrator {
         Integrator::Rk4 { .. } => models.rk4,
         _ => models.euler,
     });
-    plan_all(board, request, &mission, file, memory);
+    let last = plan_all(board, request, &mission, file, memory);
+    if let Some((id, scenario)) = last.and_then(|last| scenarios::all().nth(last)) {
+        let Memory { workspace, flight_plan, .. } = memory;
+        guidance::run(board, id, &mission, &scenario, workspace, flight_plan);
+    }
     #[cfg(feature = "kernels")]
     for (id, scenario) in scenarios::all().take(1) {
         crate::kernels::run(board, id, &mission, &scenario, request.integrator, memory);
@@ -87,14 +98,14 @@ pub fn run<B: Board>(board: &B, request: Request, models: &Models<'_>, memory: &
     Line::new(board, "end").end();
 }
 
-/// Plans the scenarios, from the heuristic or from the model in the file.
+/// Plans the scenarios, from the heuristic or from the model in the file; which was the last.
 fn plan_all<B: Board>(
     board: &B,
     request: Request,
     mission: &Mission<LINKS>,
     file: &[u8],
     memory: &mut Memory,
-) {
+) -> Option<usize> {
     let Memory { workspace, solver, network, .. } = memory;
     let model = open(board, request.start, file);
     let network = model.as_ref().and_then(|model| Network::new(model, network).ok());
@@ -105,11 +116,14 @@ fn plan_all<B: Board>(
         (None, _) => InitialGuess::Refused,
     };
     let mut plans = Plans::new(board, mission, request.integrator, solver, workspace);
+    let mut last = None;
     for (index, (id, scenario)) in scenarios::all().enumerate() {
         if request.wants(index) {
             plans.run(id, &scenario, &start);
+            last = Some(index);
         }
     }
+    last
 }
 
 /// Opens the model, where one is asked for; prints what that took.

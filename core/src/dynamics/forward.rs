@@ -56,14 +56,17 @@ impl<const NL: usize> Multibody<'_, NL> {
     /// factorisation; about 0.4 us for three links on a desktop core. No allocation.
     #[doc(alias = "CRBA")]
     #[doc(alias = "forward_dynamics")]
-    #[inline]
+    #[inline(never)]
     pub fn acceleration(
         &self,
         state: &State<NL>,
         control: &Control<NL>,
         force: &Vector3<f64>,
     ) -> Acceleration<NL> {
-        self.evaluate(state, control, force).acceleration(self, state)
+        let (rotation, frame) = self.bus_frame(state, force);
+        let kinematics = self.kinematics(state);
+        let motion = self.solve(&kinematics, &frame, state, control).1;
+        self.relative(&rotation, &motion, state)
     }
 
     pub(super) fn evaluate(
@@ -74,25 +77,53 @@ impl<const NL: usize> Multibody<'_, NL> {
     ) -> Evaluation<NL> {
         let (rotation, frame) = self.bus_frame(state, force);
         let kinematics = self.kinematics(state);
-        let factor = self.factor_inertia(&kinematics);
+        let (factor, motion) = self.solve(&kinematics, &frame, state, control);
+        Evaluation { rotation, frame, kinematics, factor, motion }
+    }
+
+    /// The factored inertia, and the accelerations that it leads to.
+    #[inline]
+    fn solve(
+        &self,
+        kinematics: &Kinematics<NL>,
+        frame: &BusFrame<f64>,
+        state: &State<NL>,
+        control: &Control<NL>,
+    ) -> (InertiaFactor<NL>, Motion<f64, NL>) {
+        let factor = self.factor_inertia(kinematics);
         let mut motion = Motion {
             joint_rate: Self::angles(&state.joint_rate),
             bus_acceleration: Vec3::ZERO,
             joint_acceleration: [0.0; NL],
         };
-        let bias = self.rnea(&kinematics, &frame, &motion).generalized_force;
+        let bias = self.generalized_force(kinematics, frame, &motion);
         let (bus, joint) = factor.solve(
             control.bus_torque - bias.bus.to_vector(),
             control.joint_torque - SVector::from(bias.joint),
         );
         motion.bus_acceleration = Vec3(bus.into());
         motion.joint_acceleration = Self::angles(&joint);
-        Evaluation { rotation, frame, kinematics, factor, motion }
+        (factor, motion)
+    }
+
+    /// Accelerations in the state's components: bus rate relative to RTN, RTN axes.
+    #[inline]
+    fn relative(
+        &self,
+        rotation: &Matrix3<f64>,
+        motion: &Motion<f64, NL>,
+        state: &State<NL>,
+    ) -> Acceleration<NL> {
+        let inertial = rotation * motion.bus_acceleration.to_vector();
+        Acceleration {
+            bus: inertial - self.frame_rate().cross(&state.rate),
+            joint: SVector::from(motion.joint_acceleration),
+        }
     }
 
     /// CRBA: each joint's subtree moves as one body. Its momentum for unit joint rate, projected onto the
     /// motion of each joint before, is an entry of the inertia matrix.
-    #[inline]
+    #[inline(never)]
     fn factor_inertia(&self, kinematics: &Kinematics<NL>) -> InertiaFactor<NL> {
         let mut joint = SMatrix::<f64, NL, NL>::zeros();
         let mut coupling = SMatrix::<f64, NL, 3>::zeros();
@@ -136,10 +167,6 @@ impl<const NL: usize> Evaluation<NL> {
         body: &Multibody<'_, NL>,
         state: &State<NL>,
     ) -> Acceleration<NL> {
-        let inertial = self.rotation * self.motion.bus_acceleration.to_vector();
-        Acceleration {
-            bus: inertial - body.frame_rate().cross(&state.rate),
-            joint: SVector::from(self.motion.joint_acceleration),
-        }
+        body.relative(&self.rotation, &self.motion, state)
     }
 }

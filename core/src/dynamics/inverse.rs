@@ -44,12 +44,11 @@ pub(super) struct Wrench<T> {
     pub moment: Vec3<T>,
 }
 
-/// Result of the RNEA with its intermediate results.
+/// Intermediate results of the RNEA.
 pub(super) struct Rnea<const NL: usize> {
     pub bus: SpatialAcceleration<f64>,
     pub links: [SpatialAcceleration<f64>; NL],
     pub wrenches: [Wrench<f64>; NL],
-    pub generalized_force: GeneralizedForce<f64, NL>,
 }
 
 impl<const NL: usize> Rnea<NL> {
@@ -84,6 +83,19 @@ impl<T: Scalar> SpatialAcceleration<T> {
         };
         let turn = |i: usize, j: usize| product(i, j) - product(j, i);
         Vec3([turn(2, 1), turn(0, 2), turn(1, 0)])
+    }
+}
+
+impl SpatialAcceleration<f64> {
+    /// Goes on from a body to the link after it.
+    #[inline]
+    fn turn(&mut self, link: &LinkKinematics, joint_rate: f64, joint_acceleration: f64) {
+        self.at += self.gradient.apply(link.lever);
+        let before = self.rate;
+        self.rate += link.axis * joint_rate;
+        let twice = (before + self.rate) * joint_rate;
+        self.gradient += Mat3::cross_matrix(link.axis * joint_acceleration)
+            + Mat3::double_cross(twice, link.axis);
     }
 }
 
@@ -122,11 +134,56 @@ impl<const NL: usize> Multibody<'_, NL> {
             bus_acceleration: Vec3(r.tr_mul(&inertial).into()),
             joint_acceleration: Self::angles(&acceleration.joint),
         };
-        let force = self.rnea(&self.kinematics(state), &frame, &motion).generalized_force;
+        let force = self.generalized_force(&self.kinematics(state), &frame, &motion);
         Control { bus_torque: force.bus.to_vector(), joint_torque: SVector::from(force.joint) }
     }
 
-    /// Recursive Newton-Euler algorithm: outwards for accelerations, inwards for forces.
+    /// The gradient of the bus's acceleration.
+    #[inline]
+    fn bus_gradient(&self, frame: &BusFrame<f64>, motion: &Motion<f64, NL>) -> Mat3<f64> {
+        let n2 = self.mean_motion * self.mean_motion;
+        let tide = Mat3::outer(frame.radial, frame.radial.scaled(-3.0 * n2))
+            + Mat3::constant(&Matrix3::from_diagonal_element(n2));
+        Mat3::cross_matrix(motion.bus_acceleration)
+            + Mat3::double_cross(frame.rate, frame.rate)
+            + tide
+    }
+
+    /// Result of the recursive Newton-Euler algorithm alone: what is between is not kept, and needs no memory.
+    #[inline(never)]
+    pub(super) fn generalized_force(
+        &self,
+        kinematics: &Kinematics<NL>,
+        frame: &BusFrame<f64>,
+        motion: &Motion<f64, NL>,
+    ) -> GeneralizedForce<f64, NL> {
+        let gradient = self.bus_gradient(frame, motion);
+        let mut spatial = SpatialAcceleration { rate: frame.rate, gradient, at: Vec3::ZERO };
+        let second = second_moment(&self.servicer.bus_inertia);
+        let bus = spatial.moment(&second);
+        let mut wrenches = [Wrench::ZERO; NL];
+        for (i, link) in kinematics.links.iter().enumerate() {
+            spatial.turn(link, motion.joint_rate[i], motion.joint_acceleration[i]);
+            wrenches[i] = spatial.wrench(link);
+        }
+        let mut wrench = Wrench::ZERO;
+        for (own, link) in wrenches.iter_mut().zip(&kinematics.links).rev() {
+            wrench.add(own);
+            *own = wrench;
+            wrench.shift(link.lever);
+        }
+        let base = frame.specific_force - wrench.force.scaled(1.0 / self.total_mass);
+        let mut joint = [0.0; NL];
+        for (i, link) in kinematics.links.iter().enumerate() {
+            let moment = wrenches[i].moment + link.subtree.first.cross(base);
+            joint[i] = link.axis.dot(moment)
+                + self.servicer.links[i].armature * motion.joint_acceleration[i];
+        }
+        let moment = wrench.moment + kinematics.whole.first.cross(base);
+        GeneralizedForce { bus: bus + moment, joint }
+    }
+
+    /// Recursive Newton-Euler algorithm: outwards for accelerations, inwards for forces. What is between.
     #[inline]
     pub(super) fn rnea(
         &self,
@@ -134,23 +191,13 @@ impl<const NL: usize> Multibody<'_, NL> {
         frame: &BusFrame<f64>,
         motion: &Motion<f64, NL>,
     ) -> Rnea<NL> {
-        let n2 = self.mean_motion * self.mean_motion;
-        let tide = Mat3::outer(frame.radial, frame.radial.scaled(-3.0 * n2))
-            + Mat3::constant(&Matrix3::from_diagonal_element(n2));
-        let gradient = Mat3::cross_matrix(motion.bus_acceleration)
-            + Mat3::double_cross(frame.rate, frame.rate)
-            + tide;
+        let gradient = self.bus_gradient(frame, motion);
         // Relative to the bus centre of mass at first.
         let bus = SpatialAcceleration { rate: frame.rate, gradient, at: Vec3::ZERO };
         let mut links = [SpatialAcceleration::ZERO; NL];
         let mut spatial = bus;
         for (i, link) in kinematics.links.iter().enumerate() {
-            spatial.at += spatial.gradient.apply(link.lever);
-            let before = spatial.rate;
-            spatial.rate += link.axis * motion.joint_rate[i];
-            let twice = (before + spatial.rate) * motion.joint_rate[i];
-            spatial.gradient += Mat3::cross_matrix(link.axis * motion.joint_acceleration[i])
-                + Mat3::double_cross(twice, link.axis);
+            spatial.turn(link, motion.joint_rate[i], motion.joint_acceleration[i]);
             links[i] = spatial;
         }
 
@@ -165,18 +212,12 @@ impl<const NL: usize> Multibody<'_, NL> {
         // Tides and internal forces cancel over the system: only the actuator force accelerates the
         // centre of mass, which gives the acceleration of the bus's centre.
         let base = frame.specific_force - wrench.force.scaled(1.0 / self.total_mass);
-        let mut joint = [0.0; NL];
         for (i, link) in kinematics.links.iter().enumerate() {
             links[i].at += base;
             wrenches[i].force += base.scaled(link.subtree.mass);
             wrenches[i].moment += link.subtree.first.cross(base);
-            joint[i] = link.axis.dot(wrenches[i].moment)
-                + self.servicer.links[i].armature * motion.joint_acceleration[i];
         }
-        let moment = wrench.moment + kinematics.whole.first.cross(base);
-        let second = second_moment(&self.servicer.bus_inertia);
-        let generalized_force = GeneralizedForce { bus: bus.moment(&second) + moment, joint };
-        Rnea { bus, links, wrenches, generalized_force }
+        Rnea { bus, links, wrenches }
     }
 }
 

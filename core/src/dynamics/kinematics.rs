@@ -91,10 +91,11 @@ fn turned(rotation: &Mat3<f64>, second: &Mat3<f64>) -> Mat3<f64> {
 
 impl<const NL: usize> Multibody<'_, NL> {
     /// Computes the arm's kinematics in `state`. Cost: about 250 flops a link and a sine and cosine.
-    #[inline]
+    // Once in an image, with memory of its own that is free again when it returns.
+    #[inline(never)]
     pub(super) fn kinematics(&self, state: &State<NL>) -> Kinematics<NL> {
         let poses = self.link_poses(&Self::angles(&state.joint_angle));
-        let mut links = [LinkKinematics::ZERO; NL];
+        let mut kinematics = Kinematics::ZERO;
         let mut subtree = MassMoments::ZERO;
         for i in (0..NL).rev() {
             let (link, pose) = (&self.servicer.links[i], &poses[i]);
@@ -103,7 +104,7 @@ impl<const NL: usize> Multibody<'_, NL> {
             let offset = pose.center - pose.joint;
             let second_moment = turned(&pose.rotation, &second_moment(&link.inertia));
             subtree.add(link.mass, &second_moment, offset);
-            links[i] = LinkKinematics {
+            kinematics.links[i] = LinkKinematics {
                 axis: pose.axis,
                 lever,
                 offset,
@@ -114,8 +115,13 @@ impl<const NL: usize> Multibody<'_, NL> {
             };
             subtree = subtree.moved(lever);
         }
-        Kinematics { links, whole: subtree }
+        kinematics.whole = subtree;
+        kinematics
     }
+}
+
+impl<const NL: usize> Kinematics<NL> {
+    const ZERO: Self = Self { links: [LinkKinematics::ZERO; NL], whole: MassMoments::ZERO };
 }
 
 impl LinkKinematics {

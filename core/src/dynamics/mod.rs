@@ -136,3 +136,11 @@ pub struct Acceleration<const NL: usize> {
     /// Joint accelerations [rad/s^2].
     pub joint: SVector<f64, NL>,
 }
+
+impl<const NL: usize> Acceleration<NL> {
+    /// None.
+    pub(crate) const ZERO: Self = Self {
+        bus: Vector3::new(0.0, 0.0, 0.0),
+        joint: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; NL]])),
+    };
+}

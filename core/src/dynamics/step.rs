@@ -80,12 +80,8 @@ impl<const NL: usize> Multibody<'_, NL> {
                 state.advanced(state, &rates, dt).renormalized()
             }
             Integrator::Rk4 { substeps } => {
-                let h = dt / substeps as f64;
                 let mut x = *state;
-                // Bound: substeps.
-                for _ in 0..substeps {
-                    x = self.rk4_substep(&x, control, force, h);
-                }
+                self.rk4(substeps, dt, &mut x, control, force);
                 x
             }
         }
@@ -134,6 +130,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         }
     }
 
+    #[inline]
     fn rates(&self, x: &State<NL>, control: &Control<NL>, force: &Vector3<f64>) -> Rates<NL> {
         Rates {
             attitude: quaternion::derivative(&x.attitude, &x.rate),
@@ -141,25 +138,29 @@ impl<const NL: usize> Multibody<'_, NL> {
         }
     }
 
-    fn rk4_substep(
+    /// RK4 in so many substeps, where the state lies.
+    #[inline(never)]
+    pub(crate) fn rk4(
         &self,
-        x: &State<NL>,
+        substeps: usize,
+        dt: f64,
+        x: &mut State<NL>,
         control: &Control<NL>,
         force: &Vector3<f64>,
-        h: f64,
-    ) -> State<NL> {
-        let k1 = self.rates(x, control, force);
-        let x2 = x.advanced(x, &k1, 0.5 * h);
-        let k2 = self.rates(&x2, control, force);
-        let x3 = x.advanced(&x2, &k2, 0.5 * h);
-        let k3 = self.rates(&x3, control, force);
-        let x4 = x.advanced(&x3, &k3, h);
-        let k4 = self.rates(&x4, control, force);
-        x.advanced(x, &k1, h / 6.0)
-            .advanced(&x2, &k2, h / 3.0)
-            .advanced(&x3, &k3, h / 3.0)
-            .advanced(&x4, &k4, h / 6.0)
-            .renormalized()
+    ) {
+        let h = dt / substeps as f64;
+        // Weight of each stage in the sum, and how far ahead the next stage stands.
+        let stages = [(h / 6.0, 0.5 * h), (h / 3.0, 0.5 * h), (h / 3.0, h), (h / 6.0, 0.0)];
+        // Bound: substeps.
+        for _ in 0..substeps {
+            let (mut stage, mut sum) = (*x, *x);
+            for (weight, ahead) in stages {
+                let rates = self.rates(&stage, control, force);
+                sum = sum.advanced(&stage, &rates, weight);
+                stage = x.advanced(&stage, &rates, ahead);
+            }
+            *x = sum.renormalized();
+        }
     }
 
     #[inline(never)]

@@ -77,6 +77,18 @@ impl<const NL: usize> FlightPlan<NL> {
     /// Size in bytes.
     pub const BYTES: usize = size_of::<Self>();
 
+    /// Placeholder for static memory that [`FlightPlan::write`] fills, and no plan to fly: all its bits are
+    /// zero, so that it costs no room in an image.
+    pub const BLANK: Self = Self {
+        begins: 0.0,
+        translation: TranslationTrajectory::ZERO,
+        nominal: Nominal { reorientation: ReorientationTrajectory::BLANK, nodes: 0, duration: 0.0 },
+        target: [TargetState::BLANK; NODES],
+        grid: Grid::BLANK,
+        substeps: 0,
+        has_gradient: false,
+    };
+
     /// A plan's trajectories as they are flown, from time zero on. Cost: one propagation of the target over the horizon.
     ///
     /// # Errors
@@ -88,22 +100,54 @@ impl<const NL: usize> FlightPlan<NL> {
         translation: &TranslationTrajectory<NODES>,
         reorientation: &ReorientationTrajectory<NODES, NL>,
     ) -> Result<Self, NotFlyable> {
+        let mut plan = Self::BLANK;
+        plan.write(mission, scenario, integrator, translation, reorientation)?;
+        Ok(plan)
+    }
+
+    /// The same where it lies: nothing large goes over the stack.
+    ///
+    /// # Errors
+    /// As [`FlightPlan::new`]; the plan is then as it was.
+    pub fn write(
+        &mut self,
+        mission: &Mission<NL>,
+        scenario: &Scenario<NL>,
+        integrator: Integrator,
+        translation: &TranslationTrajectory<NODES>,
+        reorientation: &ReorientationTrajectory<NODES, NL>,
+    ) -> Result<(), NotFlyable> {
         let grid = mission.grid(scenario);
-        let mut target = [TargetState::ZERO; NODES];
+        let has_gradient = mission.target.gravity_gradient.is_on(integrator);
+        self.set(integrator, has_gradient, &grid, (translation, reorientation))?;
+        self.target.fill(TargetState::ZERO);
         mission.target.tumble(
             integrator,
             mission.mean_motion(),
             &scenario.target_attitude,
             &scenario.target_rate,
             grid.interval(),
-            &mut target[..grid.nodes.min(NODES)],
+            &mut self.target[..grid.nodes.min(NODES)],
         );
-        let has_gradient = mission.target.gravity_gradient.is_on(integrator);
-        Self::of_parts(integrator, has_gradient, &grid, (translation, reorientation), &target)
+        Ok(())
     }
 
-    /// The same with the target's motion known.
+    /// A plan whose target's motion is known.
     pub(crate) fn of_parts(
+        integrator: Integrator,
+        has_gradient: bool,
+        grid: &Grid,
+        trajectories: (&TranslationTrajectory<NODES>, &ReorientationTrajectory<NODES, NL>),
+        target: &[TargetState; NODES],
+    ) -> Result<Self, NotFlyable> {
+        let mut plan = Self { target: *target, ..Self::BLANK };
+        plan.set(integrator, has_gradient, grid, trajectories)?;
+        Ok(plan)
+    }
+
+    /// All of it but for the target's motion.
+    fn set(
+        &mut self,
         integrator: Integrator,
         has_gradient: bool,
         grid: &Grid,
@@ -111,19 +155,17 @@ impl<const NL: usize> FlightPlan<NL> {
             &TranslationTrajectory<NODES>,
             &ReorientationTrajectory<NODES, NL>,
         ),
-        target: &[TargetState; NODES],
-    ) -> Result<Self, NotFlyable> {
+    ) -> Result<(), NotFlyable> {
         let Integrator::Rk4 { substeps } = integrator else { return Err(NotFlyable::Euler) };
-        let Grid { nodes, duration, .. } = *grid;
-        Ok(Self {
-            begins: 0.0,
-            translation: *translation,
-            nominal: Nominal { reorientation: *reorientation, nodes, duration },
-            target: *target,
-            grid: *grid,
-            substeps,
-            has_gradient,
-        })
+        self.begins = 0.0;
+        self.translation = *translation;
+        self.nominal.reorientation = *reorientation;
+        self.nominal.nodes = grid.nodes;
+        self.nominal.duration = grid.duration;
+        self.grid = *grid;
+        self.substeps = substeps;
+        self.has_gradient = has_gradient;
+        Ok(())
     }
 
     /// The same plan, beginning at this time [s].
@@ -162,13 +204,20 @@ pub(super) struct Cursor<const NL: usize> {
     /// Time since the plan's first node [s].
     time: f64,
     state: State<NL>,
+    /// That of the state.
+    acceleration: Acceleration<NL>,
     target: TargetState,
 }
 
 impl<const NL: usize> Cursor<NL> {
     /// Not on the plan yet.
-    pub const START: Self =
-        Self { node: NODES, time: 0.0, state: State::ZERO, target: TargetState::ZERO };
+    pub const START: Self = Self {
+        node: NODES,
+        time: 0.0,
+        state: State::ZERO,
+        acceleration: Acceleration::ZERO,
+        target: TargetState::ZERO,
+    };
 
     /// What `plan` asks for at `time` [s] after its first node, along its own dynamics from the node
     /// before or from where it was last asked for. Before the first node and after the last, that of
@@ -177,21 +226,37 @@ impl<const NL: usize> Cursor<NL> {
     /// Cost: four evaluations of the dynamics and those of the target where time goes on by no more than
     /// a substep of planning; at most those of an interval.
     pub fn at(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) -> Reference<NL> {
-        let body = Multibody::new(mission);
+        self.advance(plan, mission, time);
+        self.reference(plan, mission)
+    }
+
+    /// Moves on to `time` [s] after the first node.
+    // Without what a step of guidance keeps meanwhile: their stacks do not add up.
+    #[inline(never)]
+    pub fn advance(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) {
         let (k, share) = plan.nominal.place(time);
         let begin = plan.nominal.time(k);
-        let interval = plan.nominal.interval();
-        let time = begin + share * interval;
+        let time = begin + share * plan.nominal.interval();
         let at_node = |all: &[State<NL>]| all.get(k).copied().unwrap_or(State::ZERO);
         if k != self.node || !(time >= self.time) {
             let state = at_node(&plan.nominal.reorientation.states);
             let target = plan.target.get(k).copied().unwrap_or(TargetState::ZERO);
-            *self = Self { node: k, time: begin, state, target };
+            *self = Self { node: k, time: begin, state, target, ..Self::START };
         }
-        let control = plan.nominal.reorientation.controls.get(k).copied().unwrap_or(Control::ZERO);
-        let force = plan.translation.force.get(k).copied().unwrap_or_default();
-        self.go_on(plan, mission, &control, &force, time);
-        let along = HcwTransition::new(mission.mean_motion(), time - begin);
+        self.go_on(plan, mission, time);
+        // What is no number stays none.
+        self.time = time;
+        let (control, force) = plan.held(k);
+        self.acceleration = Multibody::new(mission).acceleration(&self.state, &control, &force);
+    }
+
+    /// What the plan asks for where the cursor is.
+    #[inline(never)]
+    pub fn reference(&self, plan: &FlightPlan<NL>, mission: &Mission<NL>) -> Reference<NL> {
+        let body = Multibody::new(mission);
+        let k = self.node;
+        let (control, force) = plan.held(k);
+        let along = HcwTransition::new(mission.mean_motion(), self.time - plan.nominal.time(k));
         let (position, velocity) = plan.node(k);
         let from = Vector6::from_fn(|i, _| if i < 3 { position[i] } else { velocity[i - 3] });
         let there = along.state * from + along.input * (force / body.total_mass());
@@ -203,21 +268,14 @@ impl<const NL: usize> Cursor<NL> {
             acceleration: hcw_acceleration(mission.mean_motion(), &position, &velocity)
                 + force / body.total_mass(),
             state: self.state,
-            state_acceleration: body.acceleration(&self.state, &control, &force),
+            state_acceleration: self.acceleration,
             control,
             target: self.target,
         }
     }
 
     /// Moves on within the interval to `time`.
-    fn go_on(
-        &mut self,
-        plan: &FlightPlan<NL>,
-        mission: &Mission<NL>,
-        control: &Control<NL>,
-        force: &Vector3<f64>,
-        time: f64,
-    ) {
+    fn go_on(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) {
         let (gap, interval) = (time - self.time, plan.nominal.interval());
         if !(gap > 0.0) {
             return;
@@ -226,16 +284,23 @@ impl<const NL: usize> Cursor<NL> {
         let substeps = libm::ceil(gap / interval * plan.substeps as f64) as usize;
         let substeps = substeps.clamp(1, plan.substeps.max(1));
         let body = Multibody::new(mission);
-        self.state = body.step(Integrator::Rk4 { substeps }, gap, &self.state, control, force);
+        let (control, force) = plan.held(self.node);
+        body.rk4(substeps, gap, &mut self.state, &control, &force);
         let steps = libm::ceil(gap / interval * TARGET_STEPS) as usize;
         let steps = steps.clamp(1, MAX_REFERENCE_STEPS);
         let n = mission.mean_motion();
         self.target = mission.target.after(plan.has_gradient, n, &self.target, gap, steps);
-        self.time = time;
     }
 }
 
 impl<const NL: usize> FlightPlan<NL> {
+    /// Torques and force from node `k` on.
+    fn held(&self, k: usize) -> (Control<NL>, Vector3<f64>) {
+        let control = self.nominal.reorientation.controls.get(k).copied();
+        let force = self.translation.force.get(k).copied();
+        (control.unwrap_or(Control::ZERO), force.unwrap_or_default())
+    }
+
     /// Position and velocity at node `k`.
     pub(super) fn node(&self, k: usize) -> (Vector3<f64>, Vector3<f64>) {
         let at = |all: &[Vector3<f64>]| all.get(k).copied().unwrap_or_default();

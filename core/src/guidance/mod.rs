@@ -160,6 +160,8 @@ impl<const NL: usize> Guidance<NL> {
     /// Cost: five evaluations of the dynamics, one of the inverse dynamics; see `docs/audit` for
     /// instructions. An estimate that is no number leaves what is planned as it stands
     /// ([`FlightMode::Degraded`]).
+    // A function of its own, whose stack is bounded as such.
+    #[inline(never)]
     pub fn step(
         &mut self,
         mission: &Valid<Mission<NL>>,
@@ -168,36 +170,73 @@ impl<const NL: usize> Guidance<NL> {
         limits: &Limits<NL>,
     ) -> Command<NL> {
         self.notice(plan);
-        if !estimate.is_finite() {
-            return self.blind(mission, plan, limits);
+        let is_known = estimate.is_finite();
+        let now = if is_known { estimate.time } else { self.last.unwrap_or(plan.begins) };
+        let since = clamp(now - self.last.unwrap_or(now), 0.0, LONGEST_STEP);
+        if is_known {
+            self.last = Some(now);
+        }
+        self.cursor.advance(plan, mission, now - plan.begins);
+        // What comes now keeps more on the stack than this, and moving on needs the rest.
+        if is_known {
+            self.track(mission, plan, estimate, limits, since)
+        } else {
+            self.blind(mission, plan, limits)
+        }
+    }
+
+    /// What is asked for at the cursor, and the angle by which the target is off; none where that is no number.
+    #[inline(never)]
+    fn aim(
+        &mut self,
+        mission: &Mission<NL>,
+        plan: &FlightPlan<NL>,
+        estimate: &Estimate<NL>,
+        since: f64,
+    ) -> Option<(Reference<NL>, f64)> {
+        let planned = self.cursor.reference(plan, mission);
+        if !planned.is_finite() {
+            return None;
         }
         let now = estimate.time;
-        let since = clamp(now - self.last.unwrap_or(now), 0.0, LONGEST_STEP);
-        self.last = Some(now);
-        let planned = self.cursor.at(plan, mission, now - plan.begins);
-        if !planned.is_finite() {
-            return self.blind(mission, plan, limits);
-        }
         let turn = Turn::new(&planned.target, &estimate.target, self.faded_in(now));
         let mut wanted = turn.apply(&planned);
-        let body = Multibody::new(mission);
-        let mean_motion = mission.mean_motion();
+        if self.asked != Some(Request::Abort) {
+            if let Some(seen) = seen_by_camera(mission, estimate) {
+                self.offset.seen = seen;
+            }
+            self.offset.follow(&mut wanted, self.settings.camera, since);
+            closing::add(&mut wanted, &self.settings, mission, &estimate.target, plan.left(now));
+        }
+        Some((wanted, turn.angle))
+    }
+
+    /// The step once the reference has moved on.
+    #[inline(never)]
+    fn track(
+        &mut self,
+        mission: &Mission<NL>,
+        plan: &FlightPlan<NL>,
+        estimate: &Estimate<NL>,
+        limits: &Limits<NL>,
+        since: f64,
+    ) -> Command<NL> {
+        let Some((wanted, angle)) = self.aim(mission, plan, estimate, since) else {
+            return self.blind(mission, plan, limits);
+        };
+        let now = estimate.time;
+        let (body, mean_motion) = (Multibody::new(mission), mission.mean_motion());
         let tracking = Tracking { body, mean_motion, settings: &self.settings, limits, since };
         if self.asked == Some(Request::Abort) {
             let effort = tracking.escape(estimate);
-            return self.command(FlightMode::Abort, None, &wanted, &effort, turn.angle);
+            return self.command(FlightMode::Abort, None, &wanted, &effort, angle);
         }
-        if let Some(seen) = seen_by_camera(mission, &body, estimate) {
-            self.offset.seen = seen;
-        }
-        self.offset.follow(&mut wanted, self.settings.camera, since);
-        closing::add(&mut wanted, &self.settings, mission, &estimate.target, plan.left(now));
         let mut effort = tracking.effort(&wanted, estimate, &mut self.integrals);
-        let error = effort.errors.sizes(turn.angle);
+        let error = effort.errors.sizes(angle);
         if self.is_lost(&error) {
             let effort = tracking.escape(estimate);
             self.asked = Some(Request::Abort);
-            return self.command(FlightMode::Abort, None, &wanted, &effort, turn.angle);
+            return self.command(FlightMode::Abort, None, &wanted, &effort, angle);
         }
         self.fade_out_jump(&mut effort, limits, now);
         let age = now - plan.begins;
@@ -209,7 +248,7 @@ impl<const NL: usize> Guidance<NL> {
         } else {
             FlightMode::Track
         };
-        self.command(mode, reason, &wanted, &effort, turn.angle)
+        self.command(mode, reason, &wanted, &effort, angle)
     }
 
     /// Whether the servicer is so far from what is asked for that the approach is given up.
@@ -253,15 +292,15 @@ impl<const NL: usize> Guidance<NL> {
         }
     }
 
-    /// What the plan asks for as it stands, without feedback, where nothing is known.
+    /// What the plan asks for at the cursor as it stands, without feedback, where nothing is known.
+    #[inline(never)]
     fn blind(
         &mut self,
         mission: &Mission<NL>,
         plan: &FlightPlan<NL>,
         limits: &Limits<NL>,
     ) -> Command<NL> {
-        let time = self.last.map_or(0.0, |last| last - plan.begins);
-        let planned = self.cursor.at(plan, mission, time);
+        let planned = self.cursor.reference(plan, mission);
         let free = hcw_acceleration(mission.mean_motion(), &planned.position, &planned.velocity);
         let mass = mission.servicer.total_mass();
         let (force, _) = limits.force(&((planned.acceleration - free) * mass), &Vector3::zeros());
@@ -331,10 +370,10 @@ impl<const NL: usize> Guidance<NL> {
 /// By how much the end effector is elsewhere than navigation says, where the wrist camera sees it [m].
 fn seen_by_camera<const NL: usize>(
     mission: &Mission<NL>,
-    body: &Multibody<'_, NL>,
     estimate: &Estimate<NL>,
 ) -> Option<Vector3<f64>> {
     let seen = estimate.wrist?;
+    let body = Multibody::new(mission);
     let (center, _) = body.center_of_mass(&estimate.state);
     let tip = estimate.position + center + body.end_effector(&estimate.state).position;
     let target = quaternion::rotation_matrix(&estimate.target.attitude);

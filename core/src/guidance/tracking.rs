@@ -132,6 +132,8 @@ impl<const NL: usize> Tracking<'_, NL> {
 
     /// Force that leads away from the target, as large as wheels and joints can hold against, and the
     /// torques that stop bus and joints meanwhile.
+    // Apart from the feedback, so that its memory is not on that's stack.
+    #[inline(never)]
     pub fn escape(&self, estimate: &Estimate<NL>) -> Effort<NL> {
         let (center, _) = self.body.center_of_mass(&estimate.state);
         let position = estimate.position + center;

@@ -28,6 +28,17 @@ pub struct Grid {
 }
 
 impl Grid {
+    /// Placeholder with all bits zero: static memory then costs no room in an image.
+    pub(crate) const BLANK: Self = Self {
+        duration: 0.0,
+        nodes: 0,
+        keep_out: [0.0; 2],
+        near_time: 0.0,
+        preset_time: 0.0,
+        recovery_time: None,
+        arm_time: 0.0,
+    };
+
     /// The grid of an approach of so long.
     fn new(approach: &Approach, duration: f64, nodes: usize) -> Self {
         Self {

@@ -3,6 +3,7 @@
 use super::{Action, Encoding, MAX_FEATURES, Scene};
 use crate::dynamics::Control;
 use crate::stages::{NODES, ReorientationTrajectory, size};
+use core::num::NonZeroUsize;
 use remora_qp::Checksum;
 use remora_qp::time::Deadline;
 
@@ -84,6 +85,8 @@ pub fn rollout<P: Policy + ?Sized, const NL: usize>(
     let (encoding, action) = (policy.encoding(), policy.action());
     let chunk = policy.chunk().clamp(1, MAX_CHUNK);
     let executed = policy.executed().clamp(1, chunk);
+    // Without a case of zero in the code below.
+    let executed = NonZeroUsize::new(executed).unwrap_or(NonZeroUsize::MIN);
     let mut features = [0.0; MAX_FEATURES];
     let size = size::controls(NL);
     let mut actions = [0.0; MAX_ACTIONS];

@@ -20,6 +20,7 @@ pub const PLANNER: Subject = Subject {
         EntryPoint { name: "stage 2", paths: &["remora_core::planner::run::reorient"] },
         EntryPoint { name: "verification", paths: &["remora_core::stages::verifier::verify"] },
         EntryPoint { name: "roll-out", paths: &["remora_core::warmstart::rollout::rollout"] },
+        EntryPoint { name: "guidance", paths: &["remora_core::guidance::Guidance::step"] },
         EntryPoint { name: "opening a model", paths: &["remora_nn::model::Model::open"] },
         EntryPoint { name: "network", paths: &["remora_nn::network::Network::act"] },
         EntryPoint { name: "exceptions", paths: &["remora_fault", "trap", "vectors"] },

@@ -6,6 +6,7 @@ use super::emulation;
 use super::firmware::{HOST, Target};
 use super::image::PLANNER;
 use image_audit::{Image, Kind, Proofs, Sizes, StackBound};
+use remora_core::advanced::guidance::{FlightPlan, Guidance};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::planner::memory;
 use remora_host::allocations;
@@ -25,6 +26,9 @@ use std::path::Path;
 pub struct Memory {
     /// Static memory of the planner by part, on a 64-bit machine.
     pub parts: Vec<Part>,
+    /// What flying a plan needs besides; empty in findings of before it was looked at.
+    #[serde(default)]
+    pub guidance: Vec<Part>,
     /// The built-in models.
     pub models: Vec<Part>,
     /// Requests for memory while planning on the host; none where the program does not count.
@@ -87,6 +91,11 @@ impl Memory {
         let images = images().map(|target| ImageMemory::read(folder, target));
         Ok(Self {
             parts: memory::parts().map(|of| part(of.name, of.bytes)).into(),
+            guidance: [
+                part("guidance", <Guidance>::BYTES),
+                part("flight_plan", <FlightPlan>::BYTES),
+            ]
+            .into(),
             models: [Integrator::Euler, Integrator::RK4]
                 .map(|integrator| {
                     let model = Learned::built_in(integrator);
@@ -148,12 +157,19 @@ impl ImageMemory {
         if let Some(bound) = self.bound("plan") {
             add("stack_bound_bytes", bound);
         }
+        if let Some(bound) = self.bound("guidance") {
+            add("guidance_stack_bytes", bound);
+        }
         measured
     }
 
     /// What a painted stack showed of an entry point, less the frames of the image's functions
     /// above it; none where it was not painted.
     pub fn mark(&self, target: &emulation::Target, entry: &str) -> Option<u64> {
+        if entry == "guidance" {
+            // The image itself leaves out what calls a step.
+            return target.guidance()?.stack_bytes;
+        }
         let above = match entry {
             "image" => 0,
             // From the image's entry on the worst chain leads to a plan.

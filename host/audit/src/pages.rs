@@ -117,6 +117,10 @@ fn memory_page(memory: &Memory, emulation: Option<&Emulation>) -> Page {
          all 64-bit targets, a few bytes less on the Cortex-M7. Models lie in read-only memory.",
     );
     page.table(parts("part", &memory.parts)).table(parts("model", &memory.models));
+    if !memory.guidance.is_empty() {
+        page.text("Flying a plan needs its state and the plan besides, on a 64-bit target:");
+        page.table(parts("of guidance", &memory.guidance));
+    }
     if let Ok(svg) = split(memory).svg() {
         page.plot("memory-split", "Memory of each target by part [KiB]", svg);
     }

@@ -108,7 +108,7 @@ fn images(emulation: &Emulation) -> [Bar; 3] {
 }
 
 /// Entry points whose stack the images paint.
-const PAINTED: [&str; 4] = ["image", "plan", "verification", "opening a model"];
+const PAINTED: [&str; 5] = ["image", "plan", "verification", "opening a model", "guidance"];
 
 /// Bounds against marks.
 fn stack(memory: &Memory, emulation: &Emulation) -> Bar {
@@ -147,7 +147,8 @@ pub fn measured(numbers: &Numbers) -> Result<Measured, FieldError> {
     Ok(measured)
 }
 
-/// Instructions of the first scenario, which every run of the images plans, and marks.
+/// Instructions of the first scenario, which every run of the images plans, marks, and what guidance takes
+/// at most.
 pub fn of_emulation(emulation: &Emulation) -> Measured {
     let mut measured = Measured::new();
     for target in &emulation.targets {
@@ -156,6 +157,12 @@ pub fn of_emulation(emulation: &Emulation) -> Measured {
         };
         if let Some(mark) = target.stack_bytes.values().max() {
             add("stack_mark_bytes".into(), *mark);
+        }
+        if let Some(flown) = target.guidance() {
+            add("guidance_step_instructions".into(), flown.next.instructions);
+        }
+        if let Some(slice) = target.longest_slice() {
+            add("longest_slice_instructions".into(), slice);
         }
         for run in &target.runs {
             let first = run.plans.iter().find(|plan| plan.scenario == FIRST);

@@ -46,6 +46,10 @@ pub struct TargetRecord {
     pub solver_bytes: u64,
     /// The memory of the learned start's network.
     pub network_bytes: u64,
+    /// The state of guidance; none in reports of before it flew.
+    pub guidance_bytes: Option<u64>,
+    /// A plan as it is flown.
+    pub flight_plan_bytes: Option<u64>,
     /// Whether no panic can be reached in the image.
     pub panic_free: bool,
     /// The parts of a plan one by one, in the test image.
@@ -84,8 +88,32 @@ pub struct RunRecord {
     pub open_model_instructions: Option<u64>,
     /// High-water mark of the stack by entry point, over all plans.
     pub stack_bytes: BTreeMap<String, u64>,
+    /// Guidance along the last plan; none in reports of before it flew.
+    pub guidance: Option<GuidanceRecord>,
     /// The plans in order.
     pub plans: Vec<PlanRecord>,
+}
+
+/// Steps of guidance along a plan.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an object with steps of guidance")]
+pub struct GuidanceRecord {
+    /// Steps that follow another by 0.1 s.
+    pub next: Steps,
+    /// Steps that begin at another place of the plan.
+    pub first: Steps,
+    /// Stack of one, without what called it.
+    pub stack_bytes: Option<u64>,
+}
+
+/// How many steps of guidance, and what one takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an object with a number of steps")]
+pub struct Steps {
+    /// How many.
+    pub steps: u64,
+    /// The most instructions of one.
+    pub instructions: u64,
 }
 
 /// Discretisation of Stage 2 in an image.
@@ -168,6 +196,8 @@ pub struct PlanRecord {
     pub reorientation: StageCounts,
     /// Retired instructions of each phase.
     pub instructions: Instructions,
+    /// The most of them between two pauses; none in reports of before it was counted.
+    pub longest_slice: Option<u64>,
 }
 
 /// Code of a start from the model: `StartRecord::Learned` of the core.

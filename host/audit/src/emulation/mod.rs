@@ -7,8 +7,8 @@ mod file;
 mod tables;
 
 pub use file::{
-    Counter, FORMAT, Instructions, IntegratorName, Part, PlanRecord, ReportFile, RunRecord,
-    StageCounts, StartName, TargetRecord,
+    Counter, FORMAT, GuidanceRecord, Instructions, IntegratorName, Part, PlanRecord, ReportFile,
+    RunRecord, StageCounts, StartName, Steps, TargetRecord,
 };
 
 use remora_host::error::{Error, FieldError};
@@ -103,6 +103,10 @@ pub struct Target {
     pub solver_bytes: u64,
     /// The memory of the learned start's network.
     pub network_bytes: u64,
+    /// The state of guidance; none in reports of before it flew.
+    pub guidance_bytes: Option<u64>,
+    /// A plan as it is flown.
+    pub flight_plan_bytes: Option<u64>,
     /// Largest high-water mark of the stack by entry point, over all runs.
     pub stack_bytes: BTreeMap<String, u64>,
     /// Whether no panic can be reached in the image.
@@ -136,6 +140,8 @@ pub struct Run {
     pub open_model_instructions: Option<u64>,
     /// High-water mark of the stack by entry point.
     pub stack_bytes: BTreeMap<String, u64>,
+    /// Guidance along the last plan; none in reports of before it flew.
+    pub guidance: Option<GuidanceRecord>,
     /// Instructions of each phase over the scenarios.
     pub phases: Vec<Observed>,
     /// The plans one by one.
@@ -239,11 +245,32 @@ impl Target {
             workspace_bytes: record.workspace_bytes,
             solver_bytes: record.solver_bytes,
             network_bytes: record.network_bytes,
+            guidance_bytes: record.guidance_bytes,
+            flight_plan_bytes: record.flight_plan_bytes,
             stack_bytes,
             panic_free: record.panic_free,
             parts: record.parts,
             runs,
         })
+    }
+
+    /// What a step of guidance takes at most over all runs, and its stack.
+    pub fn guidance(&self) -> Option<GuidanceRecord> {
+        let most = |one: Steps, other: Steps| Steps {
+            steps: one.steps + other.steps,
+            instructions: one.instructions.max(other.instructions),
+        };
+        let flown = self.runs.iter().filter_map(|run| run.guidance);
+        flown.reduce(|one, other| GuidanceRecord {
+            next: most(one.next, other.next),
+            first: most(one.first, other.first),
+            stack_bytes: one.stack_bytes.max(other.stack_bytes),
+        })
+    }
+
+    /// The longest slice of planning over all runs.
+    pub fn longest_slice(&self) -> Option<u64> {
+        self.runs.iter().filter_map(Run::longest_slice).map(|(instructions, _)| instructions).max()
     }
 
     /// The run with this integrator and start.
@@ -269,9 +296,17 @@ impl Run {
             counter: record.counter,
             open_model_instructions: record.open_model_instructions,
             stack_bytes: record.stack_bytes,
+            guidance: record.guidance,
             phases,
             plans,
         })
+    }
+
+    /// The longest slice of its plans, and the first scenario with so long a one.
+    pub fn longest_slice(&self) -> Option<(u64, &str)> {
+        let slices = self.plans.iter().filter_map(|plan| Some((plan.longest_slice?, plan)));
+        let longest = slices.reduce(|most, other| if other.0 > most.0 { other } else { most });
+        longest.map(|(instructions, plan)| (instructions, plan.scenario.as_str()))
     }
 
     /// What was observed of a phase.

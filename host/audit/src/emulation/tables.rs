@@ -26,6 +26,12 @@ impl Emulation {
                 phases(runs),
             ));
         }
+        if self.each().any(|(_, run)| run.longest_slice().is_some()) {
+            tables.push(("Longest slices of planning".to_string(), self.slices()));
+        }
+        if self.each().any(|(_, run)| run.guidance.is_some()) {
+            tables.push(("Steps of guidance".to_string(), self.guidance()));
+        }
         if self.targets.iter().any(|target| !target.parts.is_empty()) {
             tables.push(("Parts of a plan, one by one".to_string(), self.parts()));
         }
@@ -117,6 +123,58 @@ impl Emulation {
         table
     }
 
+    /// Between two pauses of planning at most, a row a run.
+    fn slices(&self) -> Table {
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("integrator", Align::Left),
+            ("start", Align::Left),
+            ("instructions", Align::Right),
+            ("ESTIMATE [ms]", Align::Right),
+            ("on", Align::Left),
+        ]);
+        for (target, run) in self.each() {
+            let Some((instructions, scenario)) = run.longest_slice() else { continue };
+            table.row([
+                target.cpu.clone(),
+                run.integrator.label().into(),
+                run.start.name().into(),
+                instructions.to_string(),
+                target.milliseconds(instructions),
+                scenario.into(),
+            ]);
+        }
+        table
+    }
+
+    /// The most that a step takes, a row a run.
+    fn guidance(&self) -> Table {
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("plan of", Align::Left),
+            ("start", Align::Left),
+            ("steps", Align::Right),
+            ("instructions", Align::Right),
+            ("first steps", Align::Right),
+            ("instructions", Align::Right),
+            ("stack", Align::Right),
+        ]);
+        for (target, run) in self.each() {
+            let Some(flown) = &run.guidance else { continue };
+            table.row([
+                target.cpu.clone(),
+                run.integrator.label().into(),
+                run.start.name().into(),
+                flown.next.steps.to_string(),
+                flown.next.instructions.to_string(),
+                flown.first.steps.to_string(),
+                flown.first.instructions.to_string(),
+                flown.stack_bytes.map_or("-".into(), |bytes| bytes.to_string()),
+            ]);
+        }
+        table
+    }
+
     fn parts(&self) -> Table {
         let mut table = Table::new([
             ("", Align::Left),
@@ -139,6 +197,13 @@ impl Emulation {
 
     fn each(&self) -> impl Iterator<Item = (&Target, &Run)> {
         self.targets.iter().flat_map(|target| target.runs.iter().map(move |run| (target, run)))
+    }
+}
+
+impl Target {
+    /// Instructions as if each took one cycle.
+    fn milliseconds(&self, instructions: u64) -> String {
+        self.clock_hz.map_or("-".into(), |hz| number(instructions as f64 / hz as f64 * 1e3))
     }
 }
 

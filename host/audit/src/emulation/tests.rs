@@ -11,6 +11,66 @@ fn plan(scenario: &str, status: u32, start: u32, qp: u64, total: u64) -> String 
     )
 }
 
+/// The sample as it is written since guidance flies: slices of the plans, steps along the last of a run.
+fn flown() -> String {
+    let slice = |text: String, (total, slice): (&str, u32)| {
+        text.replace(
+            &format!(r#""total": {total}}}}}"#),
+            &format!(r#""total": {total}}}, "longest_slice": {slice}}}"#),
+        )
+    };
+    let text = [("1000", 70), ("1300", 90), ("800", 60)].into_iter().fold(sample(), slice);
+    let steps = |next: u32, stack: u32| {
+        format!(
+            r#""stack_bytes": {{"plan": 1}}, "guidance": {{"next": {{"steps": 53,
+            "instructions": {next}}}, "first": {{"steps": 7, "instructions": 142680}},
+            "stack_bytes": {stack}}}, "#
+        )
+    };
+    let old = r#""stack_bytes": {"plan": 27744, "verify": 17680},
+        "#;
+    assert_eq!(text.matches(old).count(), 2);
+    let text = text.replacen(old, &steps(51_240, 3600), 1);
+    let text = text.replacen(old, &steps(51_200, 3656), 1);
+    text.replace(
+        r#""panic_free""#,
+        r#""guidance_bytes": 720, "flight_plan_bytes": 16904, "panic_free""#,
+    )
+}
+
+#[test]
+fn guidance_and_slices_are_those_of_the_hardest_run() {
+    let old = Emulation::parse(&sample()).unwrap();
+    assert_eq!((old.targets[0].guidance(), old.targets[0].longest_slice()), (None, None));
+    assert_eq!(old.targets[0].guidance_bytes, None);
+    let new = Emulation::parse(&flown()).unwrap();
+    let target = &new.targets[0];
+    let guidance = target.guidance().unwrap();
+    assert_eq!(guidance.next, Steps { steps: 106, instructions: 51_240 });
+    assert_eq!(guidance.first, Steps { steps: 14, instructions: 142_680 });
+    assert_eq!(guidance.stack_bytes, Some(3656));
+    assert_eq!(target.longest_slice(), Some(90));
+    // Of equals the first is named.
+    assert_eq!(target.runs[0].longest_slice(), Some((90, "b")));
+    assert_eq!((target.guidance_bytes, target.flight_plan_bytes), (Some(720), Some(16_904)));
+    let tables = new.tables();
+    let table = |name: &str| {
+        let found = tables.iter().find(|(heading, _)| heading == name);
+        found.map(|(_, table)| table.markdown()).unwrap()
+    };
+    let slices = table("Longest slices of planning");
+    assert!(slices.contains("| generic-rv64 | Euler | heuristic | 90 | 0.0003 | b |"), "{slices}");
+    let steps = table("Steps of guidance");
+    assert!(
+        steps.contains("| generic-rv64 | Euler | model | 53 | 51200 | 7 | 142680 | 3656 |"),
+        "{steps}"
+    );
+    for (heading, table) in &tables {
+        let widest = table.to_string().lines().map(|line| line.chars().count()).max();
+        assert!(widest <= Some(100), "{heading}: {widest:?}");
+    }
+}
+
 fn run(start: &str, plans: &[String]) -> String {
     format!(
         r#"{{"integrator": "euler", "start": "{start}", "same_bits_as_host": true,

@@ -15,6 +15,14 @@ const MAX_MEMORY_BYTES: u64 = 1024 << 10;
 /// Largest mark of the stack where memories are small [bytes].
 const MAX_STACK_BYTES: u64 = 32 << 10;
 
+/// Most instructions of a step of guidance, and of planning between two of them, where processors are slow:
+/// 0.2 ms and 50 ms of 300 MHz.
+const MAX_STEP: u64 = 60_000;
+const MAX_SLICE: u64 = 15_000_000;
+
+/// Largest stack of a step of guidance where memories are small [bytes].
+const MAX_STEP_STACK_BYTES: u64 = 4 << 10;
+
 /// The bars that an image breaks, a line each.
 pub fn of_image(target: &Target, built: &Built) -> Vec<String> {
     let mut broken = Vec::new();
@@ -38,6 +46,7 @@ pub fn of_run(target: &Target, log: &Log) -> Vec<String> {
     }
     if target.is_small {
         most(&mut broken, "stack", stack, MAX_STACK_BYTES);
+        guidance(&mut broken, log);
     }
     match log.counter {
         Some(counter) if counter.is_right() => {}
@@ -50,16 +59,36 @@ pub fn of_run(target: &Target, log: &Log) -> Vec<String> {
     broken
 }
 
+/// Guidance flies in every run, and planning leaves it its turns.
+fn guidance(broken: &mut Vec<String>, log: &Log) {
+    match log.guidance {
+        Some(flown) => {
+            // Not of a first step, which may have a whole interval to catch up with.
+            let step = flown.next.instructions;
+            above(broken, "step of guidance", step, MAX_STEP, "instructions");
+            let stack = flown.stack_bytes.unwrap_or_default();
+            most(broken, "stack of guidance", stack, MAX_STEP_STACK_BYTES);
+        }
+        None => broken.push("guidance did not fly".into()),
+    }
+    let slice = log.plans.iter().filter_map(|plan| plan.longest_slice).max().unwrap_or_default();
+    above(broken, "slice of planning", slice, MAX_SLICE, "instructions");
+}
+
 fn most(broken: &mut Vec<String>, what: &str, value: u64, bar: u64) {
+    above(broken, what, value, bar, "bytes");
+}
+
+fn above(broken: &mut Vec<String>, what: &str, value: u64, bar: u64, unit: &str) {
     if value > bar {
-        broken.push(format!("{what}: {value} bytes of {bar}"));
+        broken.push(format!("{what}: {value} {unit} of {bar}"));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::emulation::Counter;
+    use crate::emulation::{Counter, GuidanceRecord, Steps};
     use crate::firmware::target::TARGETS;
 
     #[test]
@@ -84,7 +113,12 @@ mod tests {
     fn a_run_is_held_to_memory_stack_and_counter() {
         let [small, large, ..] = &TARGETS;
         let counter = Some(Counter { expected: 100, counted: 108, resolution: 0 });
-        let mut log = Log { stack_size_bytes: 40_000, counter, ..Log::default() };
+        let guidance = Some(GuidanceRecord {
+            next: Steps { steps: 53, instructions: MAX_STEP },
+            first: Steps { steps: 7, instructions: 3 * MAX_STEP },
+            stack_bytes: Some(MAX_STEP_STACK_BYTES),
+        });
+        let mut log = Log { stack_size_bytes: 40_000, counter, guidance, ..Log::default() };
         log.stack_bytes.insert("plan".into(), MAX_STACK_BYTES);
         log.workspace_bytes = MAX_MEMORY_BYTES;
         assert_eq!(of_run(small, &log), [""; 0]);
@@ -95,6 +129,21 @@ mod tests {
         assert_eq!(broken[0], "memory: 1048577 bytes of 1048576");
         assert_eq!(broken[1..3], ["the stack ran over", "stack: 40000 bytes of 32768"]);
         assert!(broken[3].starts_with("counter: 109"), "{broken:?}");
+        log.guidance = guidance.map(|flown| GuidanceRecord {
+            next: Steps { instructions: MAX_STEP + 1, ..flown.next },
+            stack_bytes: Some(MAX_STEP_STACK_BYTES + 1),
+            ..flown
+        });
+        let broken = of_run(small, &log);
+        assert_eq!(
+            broken[3..5],
+            [
+                "step of guidance: 60001 instructions of 60000",
+                "stack of guidance: 4097 bytes of 4096"
+            ]
+        );
+        log.guidance = None;
+        assert_eq!(of_run(small, &log)[3], "guidance did not fly");
         log.counter = None;
         assert_eq!(of_run(large, &log).len(), 3);
     }

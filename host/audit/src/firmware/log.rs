@@ -1,13 +1,15 @@
 //! What an image prints: lines of a kind and `key=value`, the last of them `end`.
 
-use crate::emulation::{Counter, Instructions, Part, PlanRecord, StageCounts};
+use crate::emulation::{
+    Counter, GuidanceRecord, Instructions, Part, PlanRecord, StageCounts, Steps,
+};
 use remora_host::error::{Error, FieldError, io_reason};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::str::FromStr;
 
 /// Kinds of lines that must be the same text on every processor: the same bits.
-const RESULTS: [&str; 5] = ["stage", "plan", "residual", "verified", "kernel"];
+const RESULTS: [&str; 6] = ["stage", "plan", "residual", "verified", "guidance", "kernel"];
 
 /// What one run of an image printed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,6 +22,9 @@ pub struct Log {
     pub solver_bytes: u64,
     /// The network's.
     pub network_bytes: u64,
+    /// The state of guidance, and a plan as it is flown [bytes].
+    pub guidance_bytes: u64,
+    pub flight_plan_bytes: u64,
     /// The instruction counter against a loop of known length.
     pub counter: Option<Counter>,
     /// Largest mark of the stack by entry point [bytes].
@@ -28,6 +33,8 @@ pub struct Log {
     pub stack_size_bytes: u64,
     /// What was called and counted on its own.
     pub parts: Vec<Part>,
+    /// Steps of guidance.
+    pub guidance: Option<GuidanceRecord>,
     /// The plans, in their order.
     pub plans: Vec<PlanRecord>,
     /// Lines that must be the same everywhere.
@@ -40,6 +47,7 @@ struct Reader {
     log: Log,
     stages: BTreeMap<String, StageCounts>,
     phases: BTreeMap<String, u64>,
+    longest_slice: Option<u64>,
     plan: Option<PlanLine>,
 }
 
@@ -51,6 +59,12 @@ struct PlanLine {
     start: u32,
     output: String,
 }
+
+/// Bytes below the frame that paints which it leaves alone: see `ci/firmware/src/bare/mod.rs`.
+const FRAME_BYTES: u64 = 512;
+
+/// The entry point of a step of guidance.
+const GUIDANCE: &str = "guidance";
 
 /// Name of the count of opening a model.
 const OPEN_MODEL: &str = "open_model";
@@ -104,6 +118,8 @@ impl Reader {
                 self.log.workspace_bytes = words.number("workspace")?;
                 self.log.solver_bytes = words.number("solver")?;
                 self.log.network_bytes = words.number("network")?;
+                self.log.guidance_bytes = words.number("guidance")?;
+                self.log.flight_plan_bytes = words.number("flight_plan")?;
             }
             "calibration" => {
                 self.log.counter = Some(Counter {
@@ -123,6 +139,13 @@ impl Reader {
                 calls: words.number("calls")?,
                 instructions: words.number("instructions")?,
             }),
+            "most" => self.take_most(&words)?,
+            "above" if words.text("entry")? == GUIDANCE => {
+                let above: u64 = words.number("used")?;
+                let used = self.log.stack_bytes.get(GUIDANCE);
+                let own = used.map(|used| (used + FRAME_BYTES).saturating_sub(above));
+                self.flown().stack_bytes = own;
+            }
             "stage" => {
                 self.stages.insert(words.text("name")?.into(), words.stage()?);
             }
@@ -130,6 +153,22 @@ impl Reader {
             "phase" => self.take_phase(&words)?,
             // For people, and for the comparison alone.
             _ => {}
+        }
+        Ok(())
+    }
+
+    fn flown(&mut self) -> &mut GuidanceRecord {
+        self.log.guidance.get_or_insert_default()
+    }
+
+    /// The most instructions of one of several.
+    fn take_most(&mut self, words: &Words<'_>) -> Result<(), FieldError> {
+        let (steps, instructions) = (words.number("calls")?, words.number("instructions")?);
+        match words.text("name")? {
+            "slice" => self.longest_slice = Some(instructions),
+            "step" => self.flown().next = Steps { steps, instructions },
+            "first_step" => self.flown().first = Steps { steps, instructions },
+            name => return Err(FieldError::new("name", format!("'{name}' is not known"))),
         }
         Ok(())
     }
@@ -157,6 +196,7 @@ impl Reader {
             translation: stage("translation")?,
             reorientation: stage("reorientation")?,
             instructions: Instructions::by(|name| phases.get(name).copied())?,
+            longest_slice: self.longest_slice.take(),
         });
         Ok(())
     }
@@ -202,7 +242,7 @@ mod tests {
 
     const PLANNED: &str = "\
 image board=mps2-an500
-size workspace=436896 solver=544088 network=64560
+size workspace=436896 solver=544088 network=64560 guidance=720 flight_plan=16904
 calibration expected=2000000 counted=2000040 resolution=40
 count name=open_model calls=1 instructions=77
 stack entry=plan used=27688 size=262144
@@ -210,6 +250,7 @@ stage scenario=pub-000 name=translation status=0 iterations=4 corrections=0 qp_i
 stage scenario=pub-000 name=reorientation status=0 iterations=9 corrections=1 qp_iterations=91 cost=3f(2e-1)
 plan scenario=pub-000 status=0 verified=1 start=1 input=9e settings=57 output=e5a5f9ce46963a5d
 residual scenario=pub-000 dynamics1=3d64aa0000000000(5.87e-13)
+most scenario=pub-000 name=slice calls=1 instructions=6615960
 phase scenario=pub-000 name=translation instructions=1
 phase scenario=pub-000 name=start instructions=2
 phase scenario=pub-000 name=inference instructions=3
@@ -221,6 +262,11 @@ phase scenario=pub-000 name=rest instructions=8
 phase scenario=pub-000 name=total instructions=36
 stack entry=plan used=27700 size=262144
 verified scenario=pub-000 residuals=af9ecf86c2b85ff5
+guidance scenario=pub-000 place=start steps=8 checksum=96004bece59a4cc9
+most scenario=pub-000 name=first_step calls=7 instructions=142680
+most scenario=pub-000 name=step calls=53 instructions=51240
+stack entry=guidance used=9376 size=262144
+above entry=guidance used=6232
 end
 ";
 
@@ -234,8 +280,27 @@ end
         let [plan] = &log.plans[..] else { panic!("{log:?}") };
         assert!(plan.is_solved() && plan.start == 1 && plan.reorientation.corrections == 1);
         assert_eq!(plan.qp_iterations(), 28 + 91);
-        // Two stages, the plan, a residual, and what the verifier found.
-        assert_eq!(log.results.len(), 5);
+        assert_eq!(plan.longest_slice, Some(6_615_960));
+        // Two stages, the plan, a residual, what the verifier found, and some steps of guidance.
+        assert_eq!(log.results.len(), 6);
+    }
+
+    #[test]
+    fn steps_of_guidance_are_read_with_the_stack_of_one() {
+        let log = Log::parse(PLANNED).unwrap();
+        assert_eq!((log.guidance_bytes, log.flight_plan_bytes), (720, 16_904));
+        let flown = log.guidance.unwrap();
+        assert_eq!(flown.next, Steps { steps: 53, instructions: 51_240 });
+        assert_eq!(flown.first, Steps { steps: 7, instructions: 142_680 });
+        assert_eq!(flown.stack_bytes, Some(9376 + FRAME_BYTES - 6232));
+        // The host paints nothing.
+        let host: String = PLANNED
+            .lines()
+            .filter(|line| !line.starts_with("stack"))
+            .fold(String::new(), |text, line| text + line + "\n");
+        assert_eq!(Log::parse(&host).unwrap().guidance.unwrap().stack_bytes, None);
+        let damaged = PLANNED.replace("name=first_step", "name=last_step");
+        assert!(Log::parse(&damaged).unwrap_err().reason.contains("'last_step' is not known"));
     }
 
     #[test]

@@ -262,6 +262,8 @@ impl Work<'_> {
             workspace_bytes: last.workspace_bytes,
             solver_bytes: last.solver_bytes,
             network_bytes: last.network_bytes,
+            guidance_bytes: Some(last.guidance_bytes),
+            flight_plan_bytes: Some(last.flight_plan_bytes),
             panic_free: built.panics.is_empty(),
             parts: tested.parts,
             runs,
@@ -333,6 +335,7 @@ fn run_record(
         counter,
         open_model_instructions: log.open_model_instructions(),
         stack_bytes: log.stack_bytes.clone(),
+        guidance: log.guidance,
         plans: log.plans.clone(),
     })
 }

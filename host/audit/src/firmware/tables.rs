@@ -52,6 +52,9 @@ fn bytes(targets: &[TargetRecord]) -> Table {
     row("workspace", &|target| target.workspace_bytes.to_string());
     row("solver", &|target| target.solver_bytes.to_string());
     row("network's memory", &|target| target.network_bytes.to_string());
+    let bytes = |bytes: Option<u64>| bytes.map_or("-".into(), |bytes| bytes.to_string());
+    row("state of guidance", &|target| bytes(target.guidance_bytes));
+    row("plan as it is flown", &|target| bytes(target.flight_plan_bytes));
     row("static memory in all", &|target| target.static_bytes.to_string());
     row("free of panics", &|target| yes(target.panic_free));
     table
@@ -67,6 +70,16 @@ fn instructions(targets: &[TargetRecord], runs: &[&RunRecord]) -> Table {
     }
     let mark = |run: &&RunRecord| run.stack_bytes.get("plan").copied().unwrap_or_default();
     row("stack, high-water mark", runs.iter().map(|run| mark(run).to_string()).collect());
+    let some = |value: Option<u64>| value.map_or("-".into(), |value| value.to_string());
+    let slice =
+        |run: &&RunRecord| some(run.plans.iter().filter_map(|plan| plan.longest_slice).max());
+    row("longest slice", runs.iter().map(slice).collect());
+    let step = |run: &&RunRecord| some(run.guidance.map(|flown| flown.next.instructions));
+    row("step of guidance", runs.iter().map(step).collect());
+    let first = |run: &&RunRecord| some(run.guidance.map(|flown| flown.first.instructions));
+    row("first step somewhere", runs.iter().map(first).collect());
+    let own = |run: &&RunRecord| some(run.guidance.and_then(|flown| flown.stack_bytes));
+    row("stack of a step", runs.iter().map(own).collect());
     let solved = |run: &&RunRecord| {
         let solved = run.plans.iter().filter(|plan| plan.is_solved()).count();
         format!("{solved} of {}", run.plans.len())

@@ -5,6 +5,26 @@ use core::arch::global_asm;
 use core::cell::Cell;
 use remora_firmware::{Board, Stack};
 
+// What the compiler calls for atomic words, which not every SPARC has: here the one core reads and writes a
+// word at a time anyway.
+global_asm!(
+    ".section .text.__atomic_load_4, \"ax\"",
+    ".global __atomic_load_4",
+    ".type __atomic_load_4, #function",
+    "__atomic_load_4:",
+    "retl",
+    " ld [%o0], %o0",
+    ".size __atomic_load_4, . - __atomic_load_4",
+    ".section .text.__atomic_store_4, \"ax\"",
+    ".global __atomic_store_4",
+    ".type __atomic_store_4, #function",
+    "__atomic_store_4:",
+    "retl",
+    " st %o1, [%o0]",
+    ".size __atomic_store_4, . - __atomic_store_4",
+    ".text",
+);
+
 // Traps at 4 KiB, of which windows that overflow and underflow are served; all others end the run.
 // Then: supervisor with floating point on, default rounding, .bss zeroed, stack painted, traps on.
 // The processor has eight windows.
