@@ -461,7 +461,7 @@ proptest! {
             estimate.target.rate += vector();
             let q = quaternion::exp(&vector());
             estimate.state.attitude = quaternion::product(&q, &estimate.state.attitude);
-            let command = guidance.step(&mission, &plan, &estimate, &limits);
+            let command = guidance.step(mission, plan, &estimate, &limits);
             prop_assert!(command.force.iter().all(|x| x.is_finite()) && command.control.is_finite());
             prop_assert!(is_within(&command, &limits), "{command:?}");
             if aborts && i == 2 {

@@ -127,7 +127,8 @@ impl<B: Board> Flight<'_, B> {
         state.joint_angle += SVector::from_fn(|_, _| off.number(2e-3));
         state.joint_rate += SVector::from_fn(|_, _| off.number(1e-4));
         let target = &mut estimate.target;
-        target.attitude = quaternion::product(&quaternion::exp(&off.vector(1e-2)), &target.attitude);
+        target.attitude =
+            quaternion::product(&quaternion::exp(&off.vector(1e-2)), &target.attitude);
         target.rate += off.vector(1e-5);
         if self.plan.duration() - time < SEEN {
             let body = Multibody::new(self.mission);
@@ -145,7 +146,10 @@ impl<B: Board> Flight<'_, B> {
         let Most { first, next } = self.most;
         for (name, Cost { steps, instructions }) in [("first_step", first), ("step", next)] {
             let line = Line::new(self.board, "most").text("scenario", self.id);
-            line.text("name", name).number("calls", steps).number("instructions", instructions).end();
+            line.text("name", name)
+                .number("calls", steps)
+                .number("instructions", instructions)
+                .end();
         }
         // At another place once more, with the camera: the longest way through the code.
         let time = self.plan.duration() - 31.3;

@@ -1,7 +1,7 @@
 //! Kinematics cache: the arm's geometry and mass moments at one set of joint angles.
 
 use super::{Multibody, State};
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Scalar, Vec3};
 use nalgebra::Matrix3;
 
 /// One link and its subtree, bus axes.
@@ -94,7 +94,14 @@ impl<const NL: usize> Multibody<'_, NL> {
     // Once in an image, with memory of its own that is free again when it returns.
     #[inline(never)]
     pub(super) fn kinematics(&self, state: &State<NL>) -> Kinematics<NL> {
-        let poses = self.link_poses(&Self::angles(&state.joint_angle));
+        // Sines first: what they need on the stack, for angles of many turns, does not come on top.
+        self.kinematics_of(&Self::angles(&state.joint_angle).map(Scalar::sin_cos))
+    }
+
+    /// The same, by sines and cosines of the joint angles.
+    #[inline(never)]
+    fn kinematics_of(&self, turns: &[(f64, f64); NL]) -> Kinematics<NL> {
+        let poses = self.link_poses_of(turns);
         let mut kinematics = Kinematics::ZERO;
         let mut subtree = MassMoments::ZERO;
         for i in (0..NL).rev() {

@@ -83,13 +83,19 @@ impl<'a, const NL: usize> Multibody<'a, NL> {
     /// Poses of the links relative to the bus.
     #[inline]
     pub(super) fn link_poses<T: Scalar>(&self, joint_angle: &[T; NL]) -> [LinkPose<T>; NL] {
+        self.link_poses_of(&joint_angle.map(Scalar::sin_cos))
+    }
+
+    /// The same, by sines and cosines of the joint angles.
+    #[inline]
+    pub(super) fn link_poses_of<T: Scalar>(&self, turns: &[(T, T); NL]) -> [LinkPose<T>; NL] {
         let mut poses = [LinkPose::ZERO; NL];
         let mut rotation = Mat3::constant(&Matrix3::identity());
         let mut joint = Vec3::constant(&self.servicer.arm_base);
-        for ((pose, link), angle) in poses.iter_mut().zip(&self.servicer.links).zip(joint_angle) {
+        for ((pose, link), turn) in poses.iter_mut().zip(&self.servicer.links).zip(turns) {
             // The axis is the same in the link's axes and in those of the body before it.
             let axis = rotation.apply_constant(&link.axis);
-            rotation = rotation.product(&Mat3::rotation(&link.axis, angle.sin_cos()));
+            rotation = rotation.product(&Mat3::rotation(&link.axis, *turn));
             let center = joint + rotation.apply_constant(&link.center_of_mass);
             *pose = LinkPose { rotation, axis, joint, center };
             joint += rotation.apply_constant(&link.tip);
