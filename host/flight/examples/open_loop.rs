@@ -5,10 +5,10 @@
 //! ```
 //!
 //! writes `FOLDER/PLAN.open-loop.json` for each plan: vehicle, start, what acts when, and where the tip was
-//! at the nodes, without gravity, with that of a sphere and with that of an oblate Earth. The keys are told in
-//! `remora_flight::open_loop_file`; `ci/cross_flight.py` reads them.
+//! at the nodes, in each of the worlds of `Case`. The keys are told in `remora_flight::open_loop_file`;
+//! `ci/cross_flight.py` reads them.
 
-use remora_flight::open_loop_file::{Gravity, OpenLoopFile};
+use remora_flight::open_loop_file::{Case, OpenLoopFile};
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, json, make_directory, write_atomically};
 use std::path::{Path, PathBuf};
@@ -36,7 +36,7 @@ fn main() -> ExitCode {
 
 fn fly(folder: &Path, file: &Path) -> Result<(), Error> {
     let plan = PlanFile::read(file)?;
-    let flown = OpenLoopFile::fly(file, &plan, &Gravity::ALL)?;
+    let flown = OpenLoopFile::fly(file, &plan, &Case::ALL)?;
     let out = folder.join(format!("{}.open-loop.json", plan.scenario));
     let text = json::to_text(&flown)
         .map_err(|error| Error::Output { file: out.clone(), reason: error.to_string() })?;

@@ -10,38 +10,57 @@ use crate::nominal::{self, Surroundings};
 use crate::open_loop::{self, Held, OpenLoop};
 use nalgebra::{Matrix3, Vector3};
 use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::planner::scenario_checksum;
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, Program};
-use remora_truth::{Body, EARTH_MU, Environment, Oblateness, Setup, Start, Vehicle};
+use remora_truth::{
+    Body, Dispersion, EARTH_MU, Environment, Errors, Oblateness, Setup, Start, Vehicle,
+};
 use serde::Serialize;
 use std::path::Path;
 
 /// The format of these files.
 pub const FORMAT: &str = "remora-open-loop/1";
 
-/// Gravity that a plan is flown in.
+/// World that a plan is flown in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Gravity {
-    /// None at all; the target flies straight on.
-    None,
+pub enum Case {
+    /// No gravity at all; the target flies straight on.
+    Free,
     /// The Earth as a sphere.
     Sphere,
     /// With its oblateness.
     Oblate,
+    /// That, with typical errors of masses, inertias, places and orbit, drawn by the scenario's checksum: a
+    /// servicer whose axes are nowhere principal and whose force acts beside its bus's centre of mass.
+    Dispersed,
 }
 
-impl Gravity {
+impl Case {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::None, Self::Sphere, Self::Oblate];
+    pub const ALL: [Self; 4] = [Self::Free, Self::Sphere, Self::Oblate, Self::Dispersed];
 
     fn environment(self) -> Environment {
         match self {
-            Self::None => Environment::FREE,
+            Self::Free => Environment::FREE,
             Self::Sphere => Environment::EARTH,
-            Self::Oblate => {
+            Self::Oblate | Self::Dispersed => {
                 Environment { oblateness: Some(Oblateness::EARTH), ..Environment::EARTH }
             }
+        }
+    }
+
+    fn setup<const NL: usize>(self, mission: &Mission<NL>, scenario: &Scenario<NL>) -> Setup<NL> {
+        let environment = self.environment();
+        let surroundings = Surroundings { environment, ..Surroundings::default() };
+        let setup = nominal::setup(mission, scenario, &surroundings);
+        match self {
+            Self::Dispersed => {
+                let seed = scenario_checksum(scenario);
+                Dispersion { errors: Errors::typical(), seed, run: 0 }.disperse(&setup)
+            }
+            _ => setup,
         }
     }
 }
@@ -53,7 +72,6 @@ pub struct OpenLoopFile {
     program: Program,
     /// Id of the plan's scenario.
     pub scenario: String,
-    vehicle: VehicleRecord,
     flights: Vec<FlightRecord>,
 }
 
@@ -86,8 +104,9 @@ struct JointRecord {
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct FlightRecord {
-    gravity: Gravity,
-    /// Zero: none.
+    case: Case,
+    vehicle: VehicleRecord,
+    /// Zero: no gravity.
     mu_m3_s2: f64,
     j2: f64,
     equatorial_radius_m: f64,
@@ -124,22 +143,21 @@ struct TruthRecord {
     steps: u64,
     time_s: Vec<f64>,
     tip_m: Vec<[f64; 3]>,
-    joint_angle_rad: Vec<Vec<f64>>,
 }
 
 impl OpenLoopFile {
-    /// Flies a plan's forces and torques in each of the gravities.
+    /// Flies a plan's forces and torques in each of the worlds.
     ///
     /// # Errors
     /// A plan that does not say what it was made for; a truth that cannot be integrated.
-    pub fn fly(file: &Path, plan: &PlanFile, gravities: &[Gravity]) -> Result<Self, Error> {
+    pub fn fly(file: &Path, plan: &PlanFile, cases: &[Case]) -> Result<Self, Error> {
         let Some(inputs) = &plan.inputs else {
             let reason = "is missing: a plan of the first format cannot be flown; plan again";
             return Err(Error::input(file, "inputs", reason));
         };
         remora_host::with_joints!(inputs.mission.joints(), NL => {
             let made = inputs.read::<NL>(&plan.scenario).map_err(|error| error.at(file))?;
-            Self::of(file, plan, (&made.mission, &made.scenario), gravities)
+            Self::of(file, plan, (&made.mission, &made.scenario), cases)
         } else {
             Err(Error::input(file, "inputs.mission.servicer", "has no arm of 1 to 7 joints"))
         })
@@ -149,28 +167,22 @@ impl OpenLoopFile {
         file: &Path,
         plan: &PlanFile,
         (mission, scenario): (&Mission<NL>, &Scenario<NL>),
-        gravities: &[Gravity],
+        cases: &[Case],
     ) -> Result<Self, Error> {
         let (path, motion) = (plan.stage1.trajectory(), plan.stage2.trajectory::<NL>());
         let held = open_loop::held(&mission.grid(scenario), &path, &motion);
-        let world = |gravity: Gravity| {
-            let environment = gravity.environment();
-            let surroundings = Surroundings { environment, ..Surroundings::default() };
-            nominal::setup(mission, scenario, &surroundings)
-        };
-        let fly = |gravity: &Gravity| {
-            let setup = world(*gravity);
+        let fly = |case: &Case| {
+            let setup = case.setup(mission, scenario);
             let flown = open_loop::fly(&setup, &held).map_err(|error| {
                 Error::input(file, "inputs", format!("cannot be flown: {error}"))
             })?;
-            Ok(FlightRecord::of(*gravity, &setup, &held, &flown))
+            Ok(FlightRecord::of(*case, &setup, &held, &flown))
         };
         Ok(Self {
             format: FORMAT,
             program: Program::this(),
             scenario: plan.scenario.clone(),
-            vehicle: VehicleRecord::of(&world(Gravity::None).vehicle),
-            flights: gravities.iter().map(fly).collect::<Result<_, Error>>()?,
+            flights: cases.iter().map(fly).collect::<Result<_, Error>>()?,
         })
     }
 }
@@ -200,7 +212,7 @@ impl BodyRecord {
 
 impl FlightRecord {
     fn of<const NL: usize>(
-        gravity: Gravity,
+        case: Case,
         setup: &Setup<NL>,
         held: &[Held<NL>],
         flown: &OpenLoop<NL>,
@@ -217,7 +229,8 @@ impl FlightRecord {
             joint_torque_n_m: held.joint_torque.to_vec(),
         };
         Self {
-            gravity,
+            case,
+            vehicle: VehicleRecord::of(&setup.vehicle),
             mu_m3_s2: environment.mu,
             j2: oblateness.map_or(0.0, |o| o.j2),
             equatorial_radius_m: oblateness.map_or(0.0, |o| o.radius),
@@ -229,7 +242,6 @@ impl FlightRecord {
                 steps: flown.steps.0,
                 time_s: flown.nodes.iter().map(|view| view.time).collect(),
                 tip_m: flown.nodes.iter().map(|view| row(&view.tip)).collect(),
-                joint_angle_rad: flown.nodes.iter().map(|view| view.joint_angle.to_vec()).collect(),
             },
         }
     }
@@ -254,4 +266,19 @@ fn row(v: &Vector3<f64>) -> [f64; 3] {
 
 fn rows(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
     core::array::from_fn(|i| core::array::from_fn(|j| m[(i, j)]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A plan that does not say what it was made for is refused by the field.
+    #[test]
+    fn a_plan_of_the_first_format_is_refused() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../../fixtures/plans/first-format.plan.json");
+        let plan = PlanFile::read(&file).unwrap();
+        let error = OpenLoopFile::fly(&file, &plan, &Case::ALL).unwrap_err();
+        assert!(error.to_string().contains("inputs: is missing"), "{error}");
+    }
 }
