@@ -2,7 +2,7 @@
 """The same flights in three simulators: the truth, Pinocchio and Basilisk's MuJoCo scene.
 
     pip install pin==4.1.0 bsk==2.12.1 scipy
-    ci/cross_flight.py FLIGHT.open-loop.json... [--bound 1e-3] [--out TABLE.md]
+    ci/cross_flight.py FLIGHT.open-loop.json... [--bound 1e-3] [--jobs 2] [--out TABLE.md] [--sees]
 
 The files are those of `cargo run --release -p remora-flight --example open_loop`. Each says, for each
 of some worlds, what the vehicle is, how it starts, what force (inertial axes), bus torque (bus axes) and
@@ -15,11 +15,13 @@ Everything is told relative to the target's centre of mass in axes that do not r
 a body feels the gravity at its centre of mass less that at the target, and the gravity gradient.
 
 Printed are the distances of the tips at the end, and the largest at any node. Exit status 1 where one is
-beyond the bound.
+beyond the bound. With `--sees`, how far from the truth's Pinocchio's tip ends where one thing is wrong on
+purpose, in the world of a sphere.
 """
 
 import argparse
 from concurrent.futures import ProcessPoolExecutor
+import copy
 import json
 from pathlib import Path
 import sys
@@ -40,6 +42,7 @@ def options():
     parser.add_argument("files", type=Path, nargs="+")
     parser.add_argument("--bound", type=float, default=1e-3, help="largest distance [m]")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--sees", action="store_true", help="instead, what the comparison would notice")
     parser.add_argument("--out", type=Path, help="the table of all flights as Markdown")
     return parser.parse_args()
 
@@ -50,6 +53,7 @@ class Gravity:
     def __init__(self, flight):
         self.mu, self.j2 = flight["mu_m3_s2"], flight["j2"]
         self.radius = flight["equatorial_radius_m"]
+        self.gradient = 3.0 * self.mu if flight.get("gradient", True) else 0.0
         if self.mu == 0.0:
             return
         start = np.concatenate([flight["target_position_m"], flight["target_velocity_m_s"]])
@@ -78,7 +82,7 @@ class Gravity:
             return [(np.zeros(3), np.zeros(3)) for _ in bodies]
         target = self.target(time)
         there = self.at(target)
-        factor = 3.0 * self.mu / (target @ target) ** 2.5
+        factor = self.gradient / (target @ target) ** 2.5
         return [
             (mass * (self.at(target + place) - there), factor * np.cross(target, inertia @ target))
             for mass, place, inertia in bodies
@@ -327,12 +331,62 @@ def fly(file):
     return rows
 
 
+def last_joint_biased(flight):
+    for interval in flight["intervals"]:
+        interval["joint_torque_n_m"][-1] += 1e-9
+
+
+def last_link_shifted(flight):
+    flight["vehicle"]["joints"][-1]["link"]["center_m"][0] += 1e-5
+
+
+def switched_at_10_hz(flight):
+    for interval in flight["intervals"]:
+        for key in ("begins_s", "ends_s"):
+            interval[key] = round(interval[key], 1)
+
+
+def without_gradient(flight):
+    flight["gradient"] = False
+
+
+WRONG = {
+    "1e-9 N m more on the last joint": last_joint_biased,
+    "0.01 mm of the last link's centre of mass": last_link_shifted,
+    "switches at multiples of 0.1 s": switched_at_10_hz,
+    "no gravity gradient on single bodies": without_gradient,
+}
+
+
+def noticed(file):
+    """Distances from the truth at the end, one for each thing wrong."""
+    flights = json.loads(file.read_text())["flights"]
+    flight = next(flight for flight in flights if flight["case"] == "sphere")
+    truth, apart = np.array(flight["truth"]["tip_m"][-1]), []
+    for spoil in WRONG.values():
+        wrong = copy.deepcopy(flight)
+        spoil(wrong)
+        apart.append(np.linalg.norm(pinocchio(wrong["vehicle"], wrong)[-1] - truth))
+    return apart
+
+
+def print_noticed(files, pool):
+    apart = 1e3 * np.array(list(pool.map(noticed, files)))
+    print(f"| wrong on purpose, {len(files)} plans | least | median | most |\n| --- | ---: | ---: | ---: |")
+    for name, column in zip(WRONG, apart.T):
+        print(f"| {name} | {column.min():.2g} | {np.median(column):.2g} | {column.max():.2g} |")
+
+
 def line(first, second, numbers):
     return f"| {first} | {second} | " + " | ".join(f"{1e3 * n:.1e}" for n in numbers) + " |"
 
 
 def main():
     given = options()
+    if given.sees:
+        with ProcessPoolExecutor(given.jobs) as pool:
+            print_noticed(given.files, pool)
+        return
     header = ["| plan | world | " + " | ".join(f"{NAMES[a]}, {NAMES[b]}" for a, b in PAIRS) + " | at any node |"]
     header.append("| --- | --- | " + " | ".join(["---:"] * (len(PAIRS) + 1)) + " |")
     print("\n".join(header), flush=True)
