@@ -194,7 +194,7 @@ def scene_of(vehicle):
     words = lambda values: " ".join(repr(float(value)) for value in values)
 
     def body(name, pivot, joint, record):
-        # Diagonalised here: MuJoCo does it to 1e-12 only, which a flight of 20 minutes shows.
+        # Diagonalised here: MuJoCo's own is less exact, which a flight of 20 minutes shows.
         moments, axes = np.linalg.eigh(np.array(record["inertia_kg_m2"]))
         axes *= np.linalg.det(axes)
         center = words(record["center_m"])

@@ -31,7 +31,7 @@ cargo build --quiet --release --locked -p remora
 cargo build --quiet --release --locked -p remora-flight --example open_loop
 release=${CARGO_TARGET_DIR:-target}/release
 
-# A rotor at every joint, five times as heavy to turn as the last links are.
+# A rotor at every joint.
 geared=$work/geared.mission.toml
 awk '{ print } /^mass_kg/ { print "armature_kg_m2 = 0.05" }' fixtures/arms/seven.mission.toml > "$geared"
 
