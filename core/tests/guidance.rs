@@ -163,8 +163,12 @@ fn a_plan_flown_as_it_is_ends_at_the_port() {
     for period in [0.05, 0.1, 1.0, 5.0] {
         let (miss, commands) = fly(&Flight { period, ..AS_PLANNED });
         let worst = commands.iter().map(|c| c.error.joint).fold(0.0, f64::max);
-        println!("{period}: {miss:e} {worst:e}");
+        // Feed-forward is exact: nothing is left to feedback, ahead of the plan's time neither.
+        let settled = &commands[(60.0 / period) as usize..];
+        let off = settled.iter().map(|c| c.error.position).fold(0.0, f64::max);
+        println!("{period}: {miss:e} {worst:e} {off:e}");
         assert!(miss < 3e-4, "{period} s: {miss}");
+        assert!(off < 1e-4 * (1.0 + period), "{period} s: {off}");
         assert!(commands.iter().all(|c| c.mode == FlightMode::Track));
     }
 }
@@ -355,11 +359,18 @@ fn a_servicer_far_from_its_plan_leaves_the_target() {
         let mut estimate = world.estimate();
         lose(&mut estimate);
         let command = guidance.step(&mission, &plan, &estimate, &limits);
-        assert_eq!(command.mode, FlightMode::Abort);
-        // There is no way back.
-        let command = guidance.step(&mission, &plan, &world.estimate(), &limits);
-        assert_eq!(command.mode, FlightMode::Abort);
-        assert!(is_within(&command, &limits));
+        assert_eq!(command.mode, FlightMode::Track);
+        // From the next step on, and there is no way back.
+        for _ in 0..2 {
+            let command = guidance.step(&mission, &plan, &world.estimate(), &limits);
+            assert_eq!(command.mode, FlightMode::Abort);
+            assert!(is_within(&command, &limits));
+        }
+        // What is planned leads to the target: nothing is done where nothing is known.
+        estimate.time = f64::NAN;
+        let command = guidance.step(&mission, &plan, &estimate, &limits);
+        assert_eq!((command.mode, command.force), (FlightMode::Abort, ZERO));
+        assert_eq!(command.control, Control::ZERO);
     }
 }
 

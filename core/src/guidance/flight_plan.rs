@@ -71,6 +71,8 @@ pub struct Reference<const NL: usize> {
     pub control: Control<NL>,
     /// The target, as the plan expects it.
     pub target: TargetState,
+    /// Its angular acceleration relative to RTN, in RTN [rad/s^2].
+    pub target_acceleration: Vector3<f64>,
 }
 
 impl<const NL: usize> FlightPlan<NL> {
@@ -271,6 +273,7 @@ impl<const NL: usize> Cursor<NL> {
             state_acceleration: self.acceleration,
             control,
             target: self.target,
+            target_acceleration: plan.turning(mission, &self.target),
         }
     }
 
@@ -294,6 +297,11 @@ impl<const NL: usize> Cursor<NL> {
 }
 
 impl<const NL: usize> FlightPlan<NL> {
+    /// Angular acceleration of a target as the plan knows it, RTN [rad/s^2].
+    pub(super) fn turning(&self, mission: &Mission<NL>, target: &TargetState) -> Vector3<f64> {
+        mission.target.acceleration(self.has_gradient, mission.mean_motion(), target)
+    }
+
     /// Torques and force from node `k` on.
     fn held(&self, k: usize) -> (Control<NL>, Vector3<f64>) {
         let control = self.nominal.reorientation.controls.get(k).copied();

@@ -22,9 +22,9 @@ pub use flight_plan::{FlightPlan, NotFlyable, Reference};
 pub use replanning::Replan;
 pub use safety::{Drift, Escape, Safety};
 pub(crate) use safety::{MAX_DRIFT_STEPS, MAX_ESCAPE_STEPS};
-pub use settings::{GuidanceSettings, Triggers};
+pub use settings::{AbortErrors, GuidanceSettings, Triggers};
 
-use crate::dynamics::{Control, Multibody};
+use crate::dynamics::{Control, Multibody, State};
 use crate::math::quaternion;
 use crate::model::{Mission, hcw_acceleration};
 use crate::stages::LINKS;
@@ -80,10 +80,11 @@ pub struct Guidance<const NL: usize = LINKS> {
 }
 
 /// What the caller asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Request {
     Replan,
-    Abort,
+    /// Leaving, without force along this unit vector (RTN), zero for none.
+    Abort(Vector3<f64>),
 }
 
 /// What the wrist camera adds to what navigation knows of the position, followed as a smooth path: a step
@@ -95,6 +96,8 @@ struct Offset {
     /// As followed [m], and its rate [m/s].
     value: Vector3<f64>,
     rate: Vector3<f64>,
+    /// Whether the end effector is seen beside the port where the plan's own motion has ended.
+    is_astray: bool,
 }
 
 impl Offset {
@@ -149,7 +152,7 @@ impl<const NL: usize> Guidance<NL> {
 
     /// Leaves the target, from the next step on; the only way back is another `Guidance`.
     pub fn abort(&mut self) {
-        self.asked = Some(Request::Abort);
+        self.asked = Some(Request::Abort(Vector3::zeros()));
     }
 
     /// One step along `plan`: what the actuators are to do from the estimate's time to the next step's.
@@ -176,7 +179,11 @@ impl<const NL: usize> Guidance<NL> {
         if is_known {
             self.last = Some(now);
         }
-        self.cursor.advance(plan, mission, now - plan.begins);
+        if is_known && self.is_leaving() {
+            return self.leave(mission, estimate, limits, since);
+        }
+        let pace = plan.pace(&self.settings.closing, now);
+        self.cursor.advance(plan, mission, pace.time);
         // What comes now keeps more on the stack than this, and moving on needs the rest.
         if is_known {
             self.track(mission, plan, estimate, limits, since)
@@ -185,7 +192,8 @@ impl<const NL: usize> Guidance<NL> {
         }
     }
 
-    /// What is asked for at the cursor, and the angle by which the target is off; none where that is no number.
+    /// Makes of what the plan asks for at the cursor what is asked for now, and tells the angle by which
+    /// the target is off.
     #[inline(never)]
     fn aim(
         &mut self,
@@ -193,22 +201,29 @@ impl<const NL: usize> Guidance<NL> {
         plan: &FlightPlan<NL>,
         estimate: &Estimate<NL>,
         since: f64,
-    ) -> Option<(Reference<NL>, f64)> {
-        let planned = self.cursor.reference(plan, mission);
-        if !planned.is_finite() {
-            return None;
-        }
+        wanted: &mut Reference<NL>,
+    ) -> f64 {
         let now = estimate.time;
-        let turn = Turn::new(&planned.target, &estimate.target, self.faded_in(now));
-        let mut wanted = turn.apply(&planned);
-        if self.asked != Some(Request::Abort) {
-            if let Some(seen) = seen_by_camera(mission, estimate) {
-                self.offset.seen = seen;
-            }
-            self.offset.follow(&mut wanted, self.settings.camera, since);
-            closing::add(&mut wanted, &self.settings, mission, &estimate.target, plan.left(now));
+        let pace = plan.pace(&self.settings.closing, now);
+        pace.apply(wanted);
+        let turn = Turn::to(plan, mission, wanted, &estimate.target, self.faded_in(now));
+        // Where the plan is flown ahead, so is its target.
+        let ahead = pace.time - (now - plan.begins);
+        let off = turn.whole + wanted.target.rate * ahead.max(0.0);
+        turn.apply(wanted);
+        if let Some(seen) = seen_by_camera(mission, estimate) {
+            self.offset.seen = seen;
         }
-        Some((wanted, turn.angle))
+        self.offset.follow(wanted, self.settings.camera, since);
+        let left = plan.left(now);
+        let away = closing::add(wanted, &self.settings, mission, &estimate.target, left);
+        let has_come = pace.rate == 0.0;
+        self.offset.is_astray = has_come
+            && estimate.wrist.is_some_and(|tip| {
+                let off = tip - away;
+                libm::sqrt(off.dot(&off)) > self.settings.abort.port
+            });
+        libm::sqrt(off.dot(&off))
     }
 
     /// The step once the reference has moved on.
@@ -221,24 +236,75 @@ impl<const NL: usize> Guidance<NL> {
         limits: &Limits<NL>,
         since: f64,
     ) -> Command<NL> {
-        let Some((wanted, angle)) = self.aim(mission, plan, estimate, since) else {
+        let mut wanted = self.cursor.reference(plan, mission);
+        if !wanted.is_finite() {
             return self.blind(mission, plan, limits);
-        };
-        let now = estimate.time;
+        }
+        let angle = self.aim(mission, plan, estimate, since, &mut wanted);
         let (body, mean_motion) = (Multibody::new(mission), mission.mean_motion());
         let tracking = Tracking { body, mean_motion, settings: &self.settings, limits, since };
-        if self.asked == Some(Request::Abort) {
-            let effort = tracking.escape(estimate);
-            return self.command(FlightMode::Abort, None, &wanted, &effort, angle);
-        }
         let mut effort = tracking.effort(&wanted, estimate, &mut self.integrals);
         let error = effort.errors.sizes(angle);
-        if self.is_lost(&error) {
-            let effort = tracking.escape(estimate);
-            self.asked = Some(Request::Abort);
-            return self.command(FlightMode::Abort, None, &wanted, &effort, angle);
+        self.give_up(plan, estimate.time, &effort, &error);
+        self.follow(plan, limits, &wanted, &mut effort, (estimate.time, error))
+    }
+
+    fn is_leaving(&self) -> bool {
+        matches!(self.asked, Some(Request::Abort(_)))
+    }
+
+    /// Gives the approach up, from the next step on, where it is lost.
+    fn give_up(
+        &mut self,
+        plan: &FlightPlan<NL>,
+        now: f64,
+        effort: &Effort<NL>,
+        error: &TrackingError,
+    ) {
+        let Self { settings: GuidanceSettings { abort, closing, .. }, .. } = self;
+        let is_settled =
+            now - self.first.unwrap_or(now) >= abort.settles || plan.left(now) <= closing.times[0];
+        if let Some(without) = abort.beyond(effort, error, is_settled) {
+            self.asked = Some(Request::Abort(without));
+        } else if self.offset.is_astray {
+            self.asked = Some(Request::Abort(Vector3::zeros()));
         }
-        self.fade_out_jump(&mut effort, limits, now);
+    }
+
+    /// A step away from the target; joints with servos of their own stay where they are.
+    // Apart from the feedback, so that its memory is not on that's stack.
+    #[inline(never)]
+    fn leave(
+        &mut self,
+        mission: &Mission<NL>,
+        estimate: &Estimate<NL>,
+        limits: &Limits<NL>,
+        since: f64,
+    ) -> Command<NL> {
+        let without = match self.asked {
+            Some(Request::Abort(without)) => without,
+            _ => Vector3::zeros(),
+        };
+        let (body, mean_motion) = (Multibody::new(mission), mission.mean_motion());
+        let tracking = Tracking { body, mean_motion, settings: &self.settings, limits, since };
+        let effort = tracking.escape(estimate, &without);
+        let mut state = estimate.state;
+        state.joint_rate.fill(0.0);
+        self.command(FlightMode::Abort, None, &state, &effort, TrackingError::default())
+    }
+
+    /// The feedback's effort as a command, and whether another plan is wanted.
+    // As with aiming: its memory is not on the feedback's stack.
+    #[inline(never)]
+    fn follow(
+        &mut self,
+        plan: &FlightPlan<NL>,
+        limits: &Limits<NL>,
+        wanted: &Reference<NL>,
+        effort: &mut Effort<NL>,
+        (now, error): (f64, TrackingError),
+    ) -> Command<NL> {
+        self.fade_out_jump(effort, limits, now);
         let age = now - plan.begins;
         let reason = self.reason(&error, age, plan.duration() - age);
         let mode = if age >= plan.duration() {
@@ -248,13 +314,7 @@ impl<const NL: usize> Guidance<NL> {
         } else {
             FlightMode::Track
         };
-        self.command(mode, reason, &wanted, &effort, angle)
-    }
-
-    /// Whether the servicer is so far from what is asked for that the approach is given up.
-    fn is_lost(&self, error: &TrackingError) -> bool {
-        let [position, attitude, joint] = self.settings.abort;
-        error.position > position || error.attitude > attitude || error.joint > joint
+        self.command(mode, reason, &wanted.state, effort, error)
     }
 
     /// Notices another plan.
@@ -263,7 +323,7 @@ impl<const NL: usize> Guidance<NL> {
             return;
         }
         self.cursor = Cursor::START;
-        self.asked = self.asked.filter(|asked| *asked == Request::Abort);
+        self.asked = self.asked.filter(|asked| matches!(asked, Request::Abort(_)));
         if self.begins.is_some() {
             let (force, control) = self.commanded;
             self.jump = Some(Jump { force, control, at: None });
@@ -275,9 +335,9 @@ impl<const NL: usize> Guidance<NL> {
         &mut self,
         mode: FlightMode,
         wanted: Option<Reason>,
-        reference: &Reference<NL>,
+        reference: &State<NL>,
         effort: &Effort<NL>,
-        target: f64,
+        error: TrackingError,
     ) -> Command<NL> {
         self.commanded = (effort.force, effort.control);
         Command {
@@ -285,9 +345,9 @@ impl<const NL: usize> Guidance<NL> {
             wanted,
             force: effort.force,
             control: effort.control,
-            joint_angle: reference.state.joint_angle,
-            joint_rate: reference.state.joint_rate,
-            error: effort.errors.sizes(target),
+            joint_angle: reference.joint_angle,
+            joint_rate: reference.joint_rate,
+            error,
             share: effort.share,
         }
     }
@@ -301,12 +361,18 @@ impl<const NL: usize> Guidance<NL> {
         limits: &Limits<NL>,
     ) -> Command<NL> {
         let planned = self.cursor.reference(plan, mission);
+        let mut effort = Effort::NONE;
+        if self.is_leaving() {
+            // What is planned leads to the target.
+            let error = TrackingError::default();
+            return self.command(FlightMode::Abort, None, &planned.state, &effort, error);
+        }
         let free = hcw_acceleration(mission.mean_motion(), &planned.position, &planned.velocity);
-        let mass = mission.servicer.total_mass();
-        let (force, _) = limits.force(&((planned.acceleration - free) * mass), &Vector3::zeros());
-        let (control, _) = limits.torques(&planned.control, &Control::ZERO);
-        let effort = Effort { force, control, share: [0.0; 2], errors: Errors::ZERO };
-        self.command(FlightMode::Degraded, None, &planned, &effort, 0.0)
+        let force = (planned.acceleration - free) * mission.servicer.total_mass();
+        effort.force = limits.force(&force, &Vector3::zeros()).0;
+        effort.control = limits.torques(&planned.control, &Control::ZERO).0;
+        let error = TrackingError::default();
+        self.command(FlightMode::Degraded, None, &planned.state, &effort, error)
     }
 
     /// Share of the turn to the estimated target that is in force, and its rate [1/s]: a smooth step.

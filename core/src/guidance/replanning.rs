@@ -44,14 +44,19 @@ impl<const NL: usize> Guidance<NL> {
         if !(duration > 0.0 && elapsed >= 0.0) {
             return None;
         }
-        let mut cursor = Cursor::START;
-        let now = cursor.at(plan, mission, estimate.time - plan.begins);
-        let then = cursor.at(plan, mission, elapsed);
         let target = target_after(mission, plan, estimate, lead);
         let share = [self.share_of_turn(estimate.time), 0.0];
-        let now = Turn::new(&now.target, &estimate.target, share).apply(&now);
-        let then_turn = Turn::new(&then.target, &target, share);
-        let then = then_turn.apply(&then);
+        let mut cursor = Cursor::START;
+        let mut aim = |time: f64, target: &TargetState| {
+            let pace = plan.pace(&self.settings.closing, time);
+            let mut wanted = cursor.at(plan, mission, pace.time);
+            pace.apply(&mut wanted);
+            let turn = Turn::to(plan, mission, &wanted, target, share);
+            turn.apply(&mut wanted);
+            (wanted, turn)
+        };
+        let (now, _) = aim(estimate.time, &estimate.target);
+        let (then, then_turn) = aim(begins, &target);
 
         let body = Multibody::new(mission);
         let (center, drift) = body.center_of_mass(&estimate.state);

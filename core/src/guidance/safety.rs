@@ -134,7 +134,7 @@ impl<const NL: usize> Flight<'_, NL> {
                 target,
                 wrist: None,
             };
-            let effort = tracking.escape(&estimate);
+            let effort = tracking.escape(&estimate, &Vector3::zeros());
             servicer = self.step(&servicer, &effort.control, &effort.force, ESCAPE_STEP);
             target = self.target_after(&target, ESCAPE_STEP);
         }

@@ -1,6 +1,8 @@
 //! Settings of guidance.
 
-use super::Closing;
+use super::tracking::Effort;
+use super::{Closing, TrackingError};
+use nalgebra::Vector3;
 use remora_qp::{InvalidSetting, Validate};
 
 /// Bandwidths of the feedback, and when another plan is wanted. The defaults are for the servicer of
@@ -27,9 +29,56 @@ pub struct GuidanceSettings {
     pub closing: Closing,
     /// When another plan is wanted.
     pub triggers: Triggers,
-    /// Errors from what is asked for beyond which the approach is given up: position [m], bus attitude
-    /// [rad], the joint farthest off [rad]; infinite: never.
-    pub abort: [f64; 3],
+    /// When the approach is given up.
+    pub abort: AbortErrors,
+}
+
+/// Errors from what is asked for beyond which the approach is given up: position [m], as it is going to be
+/// half a minute later, bus attitude [rad], the joint farthest off [rad]; infinite: never.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AbortErrors {
+    /// At first, while the plan is turned with the target and a start that is off is made good.
+    pub settling: [f64; 3],
+    /// Afterwards.
+    pub settled: [f64; 3],
+    /// Time from the first step to then [s]; with closing it comes at the latest.
+    pub settles: f64,
+    /// Most that the end effector may be seen beside where it is to be once the plan's own motion has
+    /// ended [m].
+    pub port: f64,
+}
+
+impl AbortErrors {
+    /// About twice what errors twice the typical ones lead to.
+    pub const DEFAULT: Self =
+        Self { settling: [0.25; 3], settled: [0.03, 0.1, 0.1], settles: 400.0, port: 0.012 };
+
+    /// Never.
+    pub const NEVER: Self = Self {
+        settling: [f64::INFINITY; 3],
+        settled: [f64::INFINITY; 3],
+        settles: 0.0,
+        port: f64::INFINITY,
+    };
+
+    /// Whether errors are beyond, and then the unit vector along which force
+    /// did not help; zero where it is not the position that is lost.
+    pub(super) fn beyond<const NL: usize>(
+        &self,
+        effort: &Effort<NL>,
+        sizes: &TrackingError,
+        is_settled: bool,
+    ) -> Option<Vector3<f64>> {
+        let [position, attitude, joint] = if is_settled { self.settled } else { self.settling };
+        let soon = libm::sqrt(effort.soon.dot(&effort.soon));
+        if soon > position {
+            Some(effort.soon / soon)
+        } else if sizes.attitude > attitude || sizes.joint > joint {
+            Some(Vector3::zeros())
+        } else {
+            None
+        }
+    }
 }
 
 /// When another plan is wanted; infinite: never.
@@ -71,7 +120,7 @@ impl GuidanceSettings {
         camera: 0.05,
         closing: Closing::DEFAULT,
         triggers: Triggers::NEVER,
-        abort: [0.3, 0.25, 0.25],
+        abort: AbortErrors::DEFAULT,
     };
 }
 
@@ -99,6 +148,7 @@ impl Validate for GuidanceSettings {
             (self.fade.into_iter().all(finite), "fade", "positive"),
             (finite(self.camera), "camera", "positive"),
             (sound(self.closing.distance), "closing.distance", "not negative"),
+            (sound(self.closing.settle), "closing.settle", "not negative"),
             (
                 0.0 < ends && ends <= there && there < begins && begins < f64::INFINITY,
                 "closing.times",
@@ -109,7 +159,10 @@ impl Validate for GuidanceSettings {
             (triggers.attitude > 0.0, "triggers.attitude", "positive"),
             (triggers.target > 0.0, "triggers.target", "positive"),
             (sound(triggers.last), "triggers.last", "not negative"),
-            (self.abort.into_iter().all(|x| x > 0.0), "abort", "positive"),
+            (self.abort.settling.into_iter().all(|x| x > 0.0), "abort.settling", "positive"),
+            (self.abort.settled.into_iter().all(|x| x > 0.0), "abort.settled", "positive"),
+            (self.abort.port > 0.0, "abort.port", "positive"),
+            (sound(self.abort.settles), "abort.settles", "not negative"),
         ];
         match checks.into_iter().find(|(ok, _, _)| !ok) {
             Some((_, setting, range)) => Err(InvalidSetting { setting, range }),
@@ -146,6 +199,10 @@ mod tests {
         assert_eq!(named(|s| s.triggers.attitude = -1.0), "triggers.attitude");
         assert_eq!(named(|s| s.triggers.target = 0.0), "triggers.target");
         assert_eq!(named(|s| s.triggers.last = f64::INFINITY), "triggers.last");
-        assert_eq!(named(|s| s.abort[1] = f64::NAN), "abort");
+        assert_eq!(named(|s| s.closing.settle = -1.0), "closing.settle");
+        assert_eq!(named(|s| s.abort.settling[1] = f64::NAN), "abort.settling");
+        assert_eq!(named(|s| s.abort.settled[2] = 0.0), "abort.settled");
+        assert_eq!(named(|s| s.abort.port = f64::NAN), "abort.port");
+        assert_eq!(named(|s| s.abort.settles = f64::INFINITY), "abort.settles");
     }
 }

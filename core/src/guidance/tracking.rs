@@ -7,6 +7,12 @@ use crate::model::hcw_acceleration;
 use nalgebra::{SVector, Vector3};
 use remora_qp::dense::clamp;
 
+/// Share of the torques' limits that holds against the moment of an escape's force.
+const HOLDING: f64 = 0.5;
+
+/// What a position and a velocity lead to is looked at so far ahead [s].
+const SOON: f64 = 30.0;
+
 /// Errors of the servicer from what is asked for, and their integrals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Errors<const NL: usize> {
@@ -51,6 +57,19 @@ pub(super) struct Effort<const NL: usize> {
     /// Shares of the feedback that the limits leave: of the force, and of the torques.
     pub share: [f64; 2],
     pub errors: Errors<NL>,
+    /// Error of the position some time from now, if nothing is done [m].
+    pub soon: Vector3<f64>,
+}
+
+impl<const NL: usize> Effort<NL> {
+    /// None at all.
+    pub const NONE: Self = Self {
+        force: Vector3::new(0.0, 0.0, 0.0),
+        control: Control::ZERO,
+        share: [0.0; 2],
+        errors: Errors::ZERO,
+        soon: Vector3::new(0.0, 0.0, 0.0),
+    };
 }
 
 impl<const NL: usize> Tracking<'_, NL> {
@@ -108,7 +127,8 @@ impl<const NL: usize> Tracking<'_, NL> {
         };
         let (control, torque_share) = self.limits.torques(&wanted.control, &feedback);
         self.integrate(integrals, &errors, [force_share, torque_share]);
-        Effort { force, control, share: [force_share, torque_share], errors }
+        let soon = errors.position + (velocity - wanted.velocity) * SOON;
+        Effort { force, control, share: [force_share, torque_share], errors, soon }
     }
 
     /// Integrals go on only where no limit is reached, each up to its own bound.
@@ -130,33 +150,41 @@ impl<const NL: usize> Tracking<'_, NL> {
         }
     }
 
-    /// Force that leads away from the target, as large as wheels and joints can hold against, and the
-    /// torques that stop bus and joints meanwhile.
+    /// Force that leads outwards, as large as a share of what wheels and joints can do holds against,
+    /// and the torques that stop bus and joints meanwhile: where the force does not come, since a
+    /// thruster is lost, what holds against it must not win. No force is asked for along the unit
+    /// vector `without`, zero for none.
     // Apart from the feedback, so that its memory is not on that's stack.
     #[inline(never)]
-    pub fn escape(&self, estimate: &Estimate<NL>) -> Effort<NL> {
-        let (center, _) = self.body.center_of_mass(&estimate.state);
+    pub fn escape(&self, estimate: &Estimate<NL>, without: &Vector3<f64>) -> Effort<NL> {
+        let (center, drift) = self.body.center_of_mass(&estimate.state);
         let position = estimate.position + center;
         let rest = Acceleration {
             bus: estimate.state.rate * (-2.0 * self.bandwidth(self.settings.attitude)),
             joint: estimate.state.joint_rate * (-2.0 * self.bandwidth(self.settings.joint)),
         };
-        let free = self.body.torques(&estimate.state, &Vector3::zeros(), &rest);
-        let (stop, share) = self.limits.torques(&Control::ZERO, &free);
-        let full = largest_along(&position, &self.limits.force);
+        let stop = self.body.torques(&estimate.state, &Vector3::zeros(), &rest);
+        let soon = position + (estimate.velocity + drift) * SOON;
+        let outwards = soon - without * without.dot(&soon);
+        let full = largest_along(&outwards, &self.limits.force);
         let held = self.body.torques(&estimate.state, &full, &rest);
         let moment = Control {
-            bus_torque: held.bus_torque - free.bus_torque,
-            joint_torque: held.joint_torque - free.joint_torque,
+            bus_torque: held.bus_torque - stop.bus_torque,
+            joint_torque: held.joint_torque - stop.joint_torque,
         };
-        let (control, force_share) = self.limits.torques(&stop, &moment);
-        let force = full * force_share;
-        Effort { force, control, share: [force_share, share], errors: Errors::ZERO }
+        let holding = Limits {
+            bus_torque: self.limits.bus_torque * HOLDING,
+            joint_torque: self.limits.joint_torque * HOLDING,
+            ..*self.limits
+        };
+        let (held, force_share) = holding.torques(&Control::ZERO, &moment);
+        let (control, share) = self.limits.torques(&held, &stop);
+        Effort { force: full * force_share, control, share: [force_share, share], ..Effort::NONE }
     }
 }
 
 /// The largest force along `direction` within limits by axis; none along zero.
-pub(super) fn largest_along(direction: &Vector3<f64>, limits: &Vector3<f64>) -> Vector3<f64> {
+fn largest_along(direction: &Vector3<f64>, limits: &Vector3<f64>) -> Vector3<f64> {
     let longest = direction
         .iter()
         .zip(limits)

@@ -2,7 +2,7 @@
 
 use super::{Integrator, Switch};
 use crate::math::quaternion;
-use nalgebra::{Vector3, Vector4};
+use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// The dead satellite, in its own body frame at its centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -166,6 +166,38 @@ impl Target {
         needed.clamp(LEAST_SUBSTEPS, MAX_TUMBLE_SUBSTEPS)
     }
 
+    /// Angular acceleration relative to RTN, in RTN [rad/s^2].
+    pub(crate) fn acceleration(
+        &self,
+        has_gradient: bool,
+        n: f64,
+        state: &TargetState,
+    ) -> Vector3<f64> {
+        let rotation = quaternion::rotation_matrix(&state.attitude);
+        let inertial = state.rate + Vector3::new(0.0, 0.0, n);
+        let turned = self.turned(has_gradient, n, &rotation, &rotation.tr_mul(&inertial));
+        rotation * turned + state.rate.cross(&inertial)
+    }
+
+    /// Euler's equations: derivative of the inertial rate `w`, both in body axes.
+    #[inline]
+    fn turned(
+        &self,
+        has_gradient: bool,
+        n: f64,
+        rotation: &Matrix3<f64>,
+        w: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let momentum = self.inertia.component_mul(w);
+        let mut turned = -w.cross(&momentum).component_div(&self.inertia);
+        if has_gradient {
+            let radial = rotation.transpose() * Vector3::x();
+            let torque = radial.cross(&self.inertia.component_mul(&radial)) * (3.0 * n * n);
+            turned += torque.component_div(&self.inertia);
+        }
+        turned
+    }
+
     fn rk4_step(
         &self,
         has_gradient: bool,
@@ -177,14 +209,7 @@ impl Target {
         let rate = |q: &Vector4<f64>, w: &Vector3<f64>| {
             let rotation = quaternion::rotation_matrix(q);
             let relative = rotation * w - Vector3::new(0.0, 0.0, n);
-            let momentum = self.inertia.component_mul(w);
-            let mut turned = -w.cross(&momentum).component_div(&self.inertia);
-            if has_gradient {
-                let radial = rotation.transpose() * Vector3::x();
-                let torque = radial.cross(&self.inertia.component_mul(&radial)) * (3.0 * n * n);
-                turned += torque.component_div(&self.inertia);
-            }
-            (quaternion::derivative(q, &relative), turned)
+            (quaternion::derivative(q, &relative), self.turned(has_gradient, n, &rotation, w))
         };
         let (q1, w1) = rate(q, w);
         let (q2, w2) = rate(&(q + q1 * (0.5 * h)), &(w + w1 * (0.5 * h)));

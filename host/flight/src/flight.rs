@@ -425,7 +425,9 @@ impl<'a, const NL: usize> Loop<'a, NL> {
         flown.ending = if flown.room.collided() {
             Ending::Collided
         } else if self.flown.aborted.is_some() {
-            Ending::Aborted
+            // Left clear only where it is beyond the far keep-out distance by now.
+            let far = self.flight.mission.approach.keep_out_far;
+            if arrival.miss_m >= far { Ending::Aborted } else { Ending::Missed }
         } else if arrival.is_captured(&self.flight.settings.criteria) {
             Ending::Captured
         } else {

@@ -24,8 +24,8 @@ pub struct Sample {
     pub force_n: [f64; 3],
     /// Commanded bus torque, bus axes [N m].
     pub bus_torque_n_m: [f64; 3],
-    /// Tracking errors: position [m], attitude [rad].
-    pub tracking: [f64; 2],
+    /// Tracking errors: position [m], attitude [rad], the joint farthest off [rad].
+    pub tracking: [f64; 3],
     /// Target's attitude from what the plan expects [rad].
     pub target_rad: f64,
     /// Code of the mode.
@@ -48,7 +48,7 @@ impl Sample {
             joints: [first(&view.joint_angle), first(&view.joint_rate), first(torque.as_slice())],
             force_n: command.force.data.0[0],
             bus_torque_n_m: command.control.bus_torque.data.0[0],
-            tracking: [command.error.position, command.error.attitude],
+            tracking: [command.error.position, command.error.attitude, command.error.joint],
             target_rad: command.error.target,
             mode: command.mode as u32,
         }
@@ -79,6 +79,7 @@ impl Sample {
         }
         push("tracking_position_m".into(), "m", self.tracking[0]);
         push("tracking_attitude_rad".into(), "rad", self.tracking[1]);
+        push("tracking_joint_rad".into(), "rad", self.tracking[2]);
         push("target_rad".into(), "rad", self.target_rad);
         columns.push(Column {
             name: "mode".into(),
