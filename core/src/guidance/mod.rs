@@ -71,6 +71,8 @@ pub struct Guidance<const NL: usize = LINKS> {
     first: Option<f64>,
     /// Time of the last step [s]; none before the first.
     last: Option<f64>,
+    /// From the one before to it [s].
+    since: f64,
     /// What was commanded last, for a change of plans without a jump.
     commanded: (Vector3<f64>, Control<NL>),
     /// By how much the command of the new plan jumped, and when; it is faded out.
@@ -139,6 +141,7 @@ impl<const NL: usize> Guidance<NL> {
             offset: Offset::default(),
             first: None,
             last: None,
+            since: 0.0,
             commanded: (Vector3::zeros(), Control::ZERO),
             jump: None,
             asked: None,
@@ -173,23 +176,30 @@ impl<const NL: usize> Guidance<NL> {
         limits: &Limits<NL>,
     ) -> Command<NL> {
         self.notice(plan);
-        let is_known = estimate.is_finite();
-        let now = if is_known { estimate.time } else { self.last.unwrap_or(plan.begins) };
-        let since = clamp(now - self.last.unwrap_or(now), 0.0, LONGEST_STEP);
-        if is_known {
-            self.last = Some(now);
-        }
+        let is_known = self.tick(estimate);
         if is_known && self.is_leaving() {
-            return self.leave(mission, estimate, limits, since);
+            return self.leave(mission, estimate, limits);
         }
-        let pace = plan.pace(&self.settings.closing, now);
+        let pace = plan.pace(&self.settings.closing, self.last.unwrap_or(plan.begins));
         self.cursor.advance(plan, mission, pace.time);
         // What comes now keeps more on the stack than this, and moving on needs the rest.
         if is_known {
-            self.track(mission, plan, estimate, limits, since)
+            self.track(mission, plan, estimate, limits)
         } else {
             self.blind(mission, plan, limits)
         }
+    }
+
+    /// Notes the time of the step, and whether what navigation says is known.
+    // Apart, so that what is looked at here is on no other stack.
+    #[inline(never)]
+    fn tick(&mut self, estimate: &Estimate<NL>) -> bool {
+        let is_known = estimate.is_finite();
+        if is_known {
+            let last = self.last.replace(estimate.time).unwrap_or(estimate.time);
+            self.since = clamp(estimate.time - last, 0.0, LONGEST_STEP);
+        }
+        is_known
     }
 
     /// Makes of what the plan asks for at the cursor what is asked for now, and tells the angle by which
@@ -200,7 +210,6 @@ impl<const NL: usize> Guidance<NL> {
         mission: &Mission<NL>,
         plan: &FlightPlan<NL>,
         estimate: &Estimate<NL>,
-        since: f64,
         wanted: &mut Reference<NL>,
     ) -> f64 {
         let now = estimate.time;
@@ -214,7 +223,7 @@ impl<const NL: usize> Guidance<NL> {
         if let Some(seen) = seen_by_camera(mission, estimate) {
             self.offset.seen = seen;
         }
-        self.offset.follow(wanted, self.settings.camera, since);
+        self.offset.follow(wanted, self.settings.camera, self.since);
         let left = plan.left(now);
         let away = closing::add(wanted, &self.settings, mission, &estimate.target, left);
         let has_come = pace.rate == 0.0;
@@ -234,19 +243,18 @@ impl<const NL: usize> Guidance<NL> {
         plan: &FlightPlan<NL>,
         estimate: &Estimate<NL>,
         limits: &Limits<NL>,
-        since: f64,
     ) -> Command<NL> {
         let mut wanted = self.cursor.reference(plan, mission);
         if !wanted.is_finite() {
             return self.blind(mission, plan, limits);
         }
-        let angle = self.aim(mission, plan, estimate, since, &mut wanted);
+        let angle = self.aim(mission, plan, estimate, &mut wanted);
         let (body, mean_motion) = (Multibody::new(mission), mission.mean_motion());
-        let tracking = Tracking { body, mean_motion, settings: &self.settings, limits, since };
+        let (settings, since) = (&self.settings, self.since);
+        let tracking = Tracking { body, mean_motion, settings, limits, since };
         let mut effort = tracking.effort(&wanted, estimate, &mut self.integrals);
-        let error = effort.errors.sizes(angle);
-        self.give_up(plan, estimate.time, &effort, &error);
-        self.follow(plan, limits, &wanted, &mut effort, (estimate.time, error))
+        effort.error.target = angle;
+        self.follow(plan, limits, &wanted, &mut effort, estimate.time)
     }
 
     fn is_leaving(&self) -> bool {
@@ -254,17 +262,11 @@ impl<const NL: usize> Guidance<NL> {
     }
 
     /// Gives the approach up, from the next step on, where it is lost.
-    fn give_up(
-        &mut self,
-        plan: &FlightPlan<NL>,
-        now: f64,
-        effort: &Effort<NL>,
-        error: &TrackingError,
-    ) {
+    fn give_up(&mut self, plan: &FlightPlan<NL>, now: f64, effort: &Effort<NL>) {
         let Self { settings: GuidanceSettings { abort, closing, .. }, .. } = self;
         let is_settled =
             now - self.first.unwrap_or(now) >= abort.settles || plan.left(now) <= closing.times[0];
-        if let Some(without) = abort.beyond(effort, error, is_settled) {
+        if let Some(without) = abort.beyond(effort, is_settled) {
             self.asked = Some(Request::Abort(without));
         } else if self.offset.is_astray {
             self.asked = Some(Request::Abort(Vector3::zeros()));
@@ -279,18 +281,18 @@ impl<const NL: usize> Guidance<NL> {
         mission: &Mission<NL>,
         estimate: &Estimate<NL>,
         limits: &Limits<NL>,
-        since: f64,
     ) -> Command<NL> {
         let without = match self.asked {
             Some(Request::Abort(without)) => without,
             _ => Vector3::zeros(),
         };
         let (body, mean_motion) = (Multibody::new(mission), mission.mean_motion());
-        let tracking = Tracking { body, mean_motion, settings: &self.settings, limits, since };
+        let (settings, since) = (&self.settings, self.since);
+        let tracking = Tracking { body, mean_motion, settings, limits, since };
         let effort = tracking.escape(estimate, &without);
         let mut state = estimate.state;
         state.joint_rate.fill(0.0);
-        self.command(FlightMode::Abort, None, &state, &effort, TrackingError::default())
+        self.command(FlightMode::Abort, None, &state, &effort)
     }
 
     /// The feedback's effort as a command, and whether another plan is wanted.
@@ -302,11 +304,12 @@ impl<const NL: usize> Guidance<NL> {
         limits: &Limits<NL>,
         wanted: &Reference<NL>,
         effort: &mut Effort<NL>,
-        (now, error): (f64, TrackingError),
+        now: f64,
     ) -> Command<NL> {
+        self.give_up(plan, now, effort);
         self.fade_out_jump(effort, limits, now);
         let age = now - plan.begins;
-        let reason = self.reason(&error, age, plan.duration() - age);
+        let reason = self.reason(&effort.error, age, plan.duration() - age);
         let mode = if age >= plan.duration() {
             FlightMode::Done
         } else if reason.is_some() {
@@ -314,7 +317,7 @@ impl<const NL: usize> Guidance<NL> {
         } else {
             FlightMode::Track
         };
-        self.command(mode, reason, &wanted.state, effort, error)
+        self.command(mode, reason, &wanted.state, effort)
     }
 
     /// Notices another plan.
@@ -337,7 +340,6 @@ impl<const NL: usize> Guidance<NL> {
         wanted: Option<Reason>,
         reference: &State<NL>,
         effort: &Effort<NL>,
-        error: TrackingError,
     ) -> Command<NL> {
         self.commanded = (effort.force, effort.control);
         Command {
@@ -347,7 +349,7 @@ impl<const NL: usize> Guidance<NL> {
             control: effort.control,
             joint_angle: reference.joint_angle,
             joint_rate: reference.joint_rate,
-            error,
+            error: effort.error,
             share: effort.share,
         }
     }
@@ -364,15 +366,13 @@ impl<const NL: usize> Guidance<NL> {
         let mut effort = Effort::NONE;
         if self.is_leaving() {
             // What is planned leads to the target.
-            let error = TrackingError::default();
-            return self.command(FlightMode::Abort, None, &planned.state, &effort, error);
+            return self.command(FlightMode::Abort, None, &planned.state, &effort);
         }
         let free = hcw_acceleration(mission.mean_motion(), &planned.position, &planned.velocity);
         let force = (planned.acceleration - free) * mission.servicer.total_mass();
         effort.force = limits.force(&force, &Vector3::zeros()).0;
         effort.control = limits.torques(&planned.control, &Control::ZERO).0;
-        let error = TrackingError::default();
-        self.command(FlightMode::Degraded, None, &planned.state, &effort, error)
+        self.command(FlightMode::Degraded, None, &planned.state, &effort)
     }
 
     /// Share of the turn to the estimated target that is in force, and its rate [1/s]: a smooth step.

@@ -1,7 +1,7 @@
 //! Settings of guidance.
 
+use super::Closing;
 use super::tracking::Effort;
-use super::{Closing, TrackingError};
 use nalgebra::Vector3;
 use remora_qp::{InvalidSetting, Validate};
 
@@ -66,14 +66,13 @@ impl AbortErrors {
     pub(super) fn beyond<const NL: usize>(
         &self,
         effort: &Effort<NL>,
-        sizes: &TrackingError,
         is_settled: bool,
     ) -> Option<Vector3<f64>> {
         let [position, attitude, joint] = if is_settled { self.settled } else { self.settling };
         let soon = libm::sqrt(effort.soon.dot(&effort.soon));
         if soon > position {
             Some(effort.soon / soon)
-        } else if sizes.attitude > attitude || sizes.joint > joint {
+        } else if effort.error.attitude > attitude || effort.error.joint > joint {
             Some(Vector3::zeros())
         } else {
             None

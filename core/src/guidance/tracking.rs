@@ -29,13 +29,13 @@ impl<const NL: usize> Errors<NL> {
     };
 
     /// Their sizes.
-    pub fn sizes(&self, target: f64) -> TrackingError {
+    pub fn sizes(&self) -> TrackingError {
         let size = |v: &Vector3<f64>| libm::sqrt(v.dot(v));
         TrackingError {
             position: size(&self.position),
             attitude: size(&self.attitude),
             joint: self.joint.amax(),
-            target,
+            target: 0.0,
         }
     }
 }
@@ -56,7 +56,7 @@ pub(super) struct Effort<const NL: usize> {
     pub control: Control<NL>,
     /// Shares of the feedback that the limits leave: of the force, and of the torques.
     pub share: [f64; 2],
-    pub errors: Errors<NL>,
+    pub error: TrackingError,
     /// Error of the position some time from now, if nothing is done [m].
     pub soon: Vector3<f64>,
 }
@@ -67,7 +67,7 @@ impl<const NL: usize> Effort<NL> {
         force: Vector3::new(0.0, 0.0, 0.0),
         control: Control::ZERO,
         share: [0.0; 2],
-        errors: Errors::ZERO,
+        error: TrackingError { position: 0.0, attitude: 0.0, joint: 0.0, target: 0.0 },
         soon: Vector3::new(0.0, 0.0, 0.0),
     };
 }
@@ -128,7 +128,8 @@ impl<const NL: usize> Tracking<'_, NL> {
         let (control, torque_share) = self.limits.torques(&wanted.control, &feedback);
         self.integrate(integrals, &errors, [force_share, torque_share]);
         let soon = errors.position + (velocity - wanted.velocity) * SOON;
-        Effort { force, control, share: [force_share, torque_share], errors, soon }
+        let share = [force_share, torque_share];
+        Effort { force, control, share, error: errors.sizes(), soon }
     }
 
     /// Integrals go on only where no limit is reached, each up to its own bound.

@@ -72,6 +72,15 @@ impl Choice for JointControl {
     }
 }
 
+/// A way out of an approach.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// The abort that guidance flies.
+    Escape,
+    /// No control at all, for one orbit.
+    Drift,
+}
+
 /// How a plan is flown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -95,6 +104,9 @@ pub struct Settings {
     pub criteria: Criteria,
     /// Integrator of plans that are made in flight.
     pub integrator: Integrator,
+    /// When the approach is left, and by which way [s]; how near it came to limits then counts from
+    /// there.
+    pub leaving: Option<(f64, Way)>,
 }
 
 impl Default for Settings {
@@ -113,6 +125,7 @@ impl Default for Settings {
             surroundings: Surroundings::default(),
             criteria: Criteria::default(),
             integrator: Integrator::RK4,
+            leaving: None,
         }
     }
 }
@@ -148,6 +161,8 @@ pub struct Flown {
     pub tracking: [f64; 2],
     /// Impulse of the commanded force [N s].
     pub impulse_n_s: f64,
+    /// Least distance of the centre of mass from the target's box [m].
+    pub nearest_m: f64,
     /// What was drawn, read back from the truth.
     pub drawn: Vec<Quantity>,
 }
@@ -210,10 +225,13 @@ impl<const NL: usize> Flight<'_, NL> {
         let real = dispersion.disperse(&setup);
         let known = with_true_geometry(self.mission, &real);
         let mut loop_ = Loop::new(self, world, &known);
-        while !loop_.is_over() {
+        loop {
+            loop_.leave();
+            if loop_.is_over() {
+                return Ok(loop_.ended());
+            }
             loop_.turn(engine, watch)?;
         }
-        Ok(loop_.ended())
     }
 }
 
@@ -259,6 +277,9 @@ struct Tally {
 /// How long an approach that was given up is watched [s].
 const LEAVES_WITHIN_S: f64 = 600.0;
 
+/// Time between looks at a servicer that drifts [s].
+const DRIFT_LOOK_S: f64 = 10.0;
+
 /// Turns between looks at distances: a second's.
 fn look_every(rate: f64) -> u64 {
     (rate as u64).max(1)
@@ -293,6 +314,9 @@ impl<'a, const NL: usize> Loop<'a, NL> {
     /// When the plan ends; where the approach was given up, when the target must be clear [s].
     fn end(&self) -> f64 {
         match self.flown.aborted {
+            Some(at) if self.is_adrift(at) => {
+                at + 2.0 * std::f64::consts::PI / self.flight.mission.mean_motion()
+            }
             Some(at) => at + LEAVES_WITHIN_S,
             None => self.flight.plan.begins + self.flight.plan.duration(),
         }
@@ -300,6 +324,35 @@ impl<'a, const NL: usize> Loop<'a, NL> {
 
     fn is_over(&self) -> bool {
         self.touched || self.world.time() >= self.end() - 1e-9
+    }
+
+    /// Whether nothing is done any more at a time [s].
+    fn is_adrift(&self, time: f64) -> bool {
+        let left = |(at, way): (f64, Way)| way == Way::Drift && time >= at - 1e-9;
+        self.flight.settings.leaving.is_some_and(left)
+    }
+
+    /// Leaves the approach where that is due.
+    fn leave(&mut self) {
+        let Some((at, way)) = self.flight.settings.leaving else { return };
+        let time = self.world.time();
+        if time < at - 1e-9 || self.flown.aborted.is_some() {
+            return;
+        }
+        self.judge.begin();
+        self.flown.aborted = Some(time);
+        if way == Way::Escape {
+            self.guidance.abort();
+        }
+    }
+
+    /// Goes on without any control.
+    fn drift(&mut self, time: f64) -> Result<(), WorldError> {
+        self.judge.look(&self.world.view());
+        let until = f64::min(time + DRIFT_LOOK_S, self.end());
+        // Who passes the port's plane drifts on.
+        self.world.advance(until, &Act::default())?;
+        Ok(())
     }
 
     /// One turn: measure, estimate, guide, act.
@@ -313,6 +366,9 @@ impl<'a, const NL: usize> Loop<'a, NL> {
     {
         let settings = self.flight.settings;
         let time = self.world.time();
+        if self.is_adrift(time) {
+            return self.drift(time);
+        }
         if let Some(next) = self.next.take_if(|next| time >= next.begins - 1e-9) {
             self.plan = next;
         }
@@ -337,7 +393,9 @@ impl<'a, const NL: usize> Loop<'a, NL> {
         self.turns += 1;
         let until = f64::min(self.turns as f64 / settings.rate_hz, self.end());
         let touched = self.world.advance(until, &act)?.is_some();
-        self.touched = touched && self.flown.aborted.is_none();
+        // Who leaves may pass the port's plane.
+        let leaves = self.flown.aborted.is_some() || settings.leaving.is_some();
+        self.touched = touched && !leaves;
         Ok(())
     }
 
@@ -420,6 +478,7 @@ impl<'a, const NL: usize> Loop<'a, NL> {
             replans: self.flown.replans,
             tracking: self.flown.tracking,
             impulse_n_s: self.flown.impulse,
+            nearest_m: self.judge.nearest_m,
             drawn: self.drawn,
         };
         flown.ending = if flown.room.collided() {

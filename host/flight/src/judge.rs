@@ -117,6 +117,8 @@ pub struct Judge<'a, const NL: usize> {
     deeper: f64,
     /// What was found so far.
     pub room: Room,
+    /// Least distance of the centre of mass from the target's box so far [m].
+    pub nearest_m: f64,
 }
 
 impl<'a, const NL: usize> Judge<'a, NL> {
@@ -127,7 +129,20 @@ impl<'a, const NL: usize> Judge<'a, NL> {
         let target = &mission.target;
         let deeper = f64::max(0.0, (planned - target.port_position).dot(&target.port_normal));
         let widest = libm::cos(mission.approach.field_of_view_half_angle);
-        Self { mission, body: Multibody::new(mission), grid, widest, deeper, room: Room::ALL }
+        Self {
+            mission,
+            body: Multibody::new(mission),
+            grid,
+            widest,
+            deeper,
+            room: Room::ALL,
+            nearest_m: f64::INFINITY,
+        }
+    }
+
+    /// Forgets what was found so far.
+    pub fn begin(&mut self) {
+        (self.room, self.nearest_m) = (Room::ALL, f64::INFINITY);
     }
 
     /// Looks at the true state.
@@ -152,6 +167,7 @@ impl<'a, const NL: usize> Judge<'a, NL> {
         let half = &self.mission.target.half_extents;
         let distance = signed_distance_to_box(half, &(to_target * position)).value;
         least(&mut room.keep_out_m, distance - keep_out(self.grid, view.time) + self.deeper);
+        least(&mut self.nearest_m, distance);
         let boresight =
             quaternion::rotation_matrix(&state.attitude) * self.mission.servicer.boresight;
         let sight = view.port - view.center;

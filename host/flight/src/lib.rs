@@ -9,6 +9,7 @@
 //! - [`open_loop`], [`open_loop_file`]: a plan's forces and torques as they stand, for other simulators;
 //! - [`options`], [`errors_file`]: how to fly, and what is wrong with the world, as files say it;
 //! - [`history`], [`pilot`]: a flight over time; flights of arms of any number of joints;
+//! - [`ways_out`]: what becomes of an approach that must end at a node;
 //! - [`row`], [`statistics`]: flights as rows, and what many of them say;
 //! - [`keep`], [`until`], [`campaign`]: many flights over several threads, resumable;
 //! - [`report`]: flights as one page.
@@ -30,3 +31,4 @@ pub mod report;
 pub mod row;
 pub mod statistics;
 pub mod until;
+pub mod ways_out;

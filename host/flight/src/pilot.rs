@@ -3,7 +3,7 @@
 use crate::flight::{Flight, Flown, Moment, Settings};
 use crate::history::Sample;
 use crate::nominal;
-use remora_core::advanced::guidance::FlightPlan;
+use remora_core::advanced::guidance::{FlightPlan, Limits, Safety};
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::stages::LINKS;
 use remora_core::prelude::{Valid, Validate};
@@ -44,6 +44,13 @@ impl<const M: usize> Parts<M> {
         Ok(Self { mission, scenario, plan })
     }
 
+    /// What an abort and a drift from each node do.
+    fn safety(&self) -> Vec<Safety> {
+        let limits = Limits::of(&self.mission.servicer);
+        let nodes = 0..self.plan.grid().nodes;
+        nodes.filter_map(|k| self.plan.safety(&self.mission, &limits, k)).collect()
+    }
+
     fn drawn(
         &self,
         settings: &Settings,
@@ -76,6 +83,14 @@ impl Sortie {
             ),
         };
         Ok(Self(sized))
+    }
+
+    /// What an abort and a free drift from each node do, in the planner's world.
+    pub fn safety(&self) -> Vec<Safety> {
+        match &self.0 {
+            Sized::Usual(parts) => safety(parts),
+            Sized::Roomy(parts, _) => roomy_safety(parts),
+        }
     }
 
     /// What a draw of errors comes to in the world of this plan, without flying.
@@ -137,6 +152,16 @@ fn is_of_arm(name: &str, joints: usize) -> bool {
     let number = name.split('[').nth(1).and_then(|rest| rest.split(']').next());
     let belongs = name.starts_with("joints.") || name.contains("link[");
     !belongs || number.and_then(|i| i.parse::<usize>().ok()).is_none_or(|i| i < joints)
+}
+
+/// The code of ways out for three joints: instantiated here, where it is optimised.
+fn safety(parts: &Parts<LINKS>) -> Vec<Safety> {
+    parts.safety()
+}
+
+/// The same with room for seven.
+fn roomy_safety(parts: &Parts<MAX_JOINTS>) -> Vec<Safety> {
+    parts.safety()
 }
 
 /// The flights' code for three joints: instantiated here, where it is optimised.

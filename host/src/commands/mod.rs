@@ -30,6 +30,7 @@ mod qp_export;
 mod quantise;
 mod reproduce;
 mod rerun;
+mod safety;
 #[cfg(feature = "training")]
 mod train;
 
@@ -78,6 +79,7 @@ enum Command {
     Check(check::Args),
     Fly(fly::Args),
     Rerun(rerun::Args),
+    Safety(safety::Args),
     Errors(errors::Args),
     Draw(draw::Args),
     Mission(mission::Args),
@@ -221,6 +223,7 @@ impl Command {
             Self::Check(args) => args.run(),
             Self::Fly(args) => args.run(),
             Self::Rerun(args) => args.run(),
+            Self::Safety(args) => args.run(),
             Self::Errors(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::Mission(args) => args.run(),

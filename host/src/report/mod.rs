@@ -8,6 +8,7 @@ mod export;
 mod flight;
 mod import;
 mod plan;
+mod safety;
 mod vehicle;
 
 pub use campaign::campaign_report;
@@ -18,6 +19,7 @@ pub use export::export_report;
 pub use flight::{flights_report, rerun_report};
 pub use import::{import_report, refused_import};
 pub use plan::{evidence, plan_report, refusal_report};
+pub use safety::safety_report;
 pub use vehicle::vehicle_report;
 
 use remora_core::advanced::model::Tolerances;

@@ -136,3 +136,31 @@ fn bad_input_is_one_line_and_nothing_written() {
         "runs/a/flights.json: runs: there is no run 1: runs are 0 to 0",
     );
 }
+
+// Verifies REM-GUI-005.
+#[test]
+fn ways_out_are_told_node_by_node_and_flown() {
+    let bench = flying();
+    let run = bench.solves("safety a.plan.json --fly --json");
+    let ways: Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(ways["point_of_no_return"], Value::Null);
+    let nodes = ways["nodes"].as_array().unwrap();
+    let plan: Value = serde_json::from_str(&bench.read("a.plan.json")).unwrap();
+    assert_eq!(nodes.len() as u64, plan["nodes"].as_u64().unwrap_or(60));
+    for (k, node) in nodes.iter().enumerate() {
+        assert_eq!(node["escape"]["clears"], true, "{k}: {node}");
+        assert_eq!(node["flown"]["escape_clears"], true, "{k}: {node}");
+        // The planner's world and the truth are two programs, and without errors one world.
+        let [planned, flown] = [&node["drift"]["distance"], &node["flown"]["drift_distance_m"]];
+        let off = planned.as_f64().unwrap() - flown.as_f64().unwrap();
+        assert!(off.abs() < 0.05, "{k}: {off} {node}");
+    }
+    let text = bench.solves("safety a.plan.json");
+    assert!(text.out.contains("point of no return: none"), "{}", text.out);
+    let euler =
+        bench.run("plan --scenarios set.scenarios.json --integrator euler --out e.plan.json");
+    assert_eq!(euler.status, 0, "{}", euler.err);
+    let refused = bench.run("safety e.plan.json");
+    assert_eq!(refused.status, 2);
+    assert!(refused.err.contains("e.plan.json: integrator"), "{}", refused.err);
+}
