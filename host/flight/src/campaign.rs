@@ -13,7 +13,7 @@ use crate::history::{self, Sample};
 use crate::keep::Keep;
 use crate::options::Options;
 use crate::pilot::{Pilot, Sortie};
-use crate::report;
+use crate::report::{self, Notable};
 use crate::row::{Drawn, FlownRow, Row};
 use crate::statistics::Summary;
 use crate::until::Until;
@@ -275,7 +275,7 @@ impl Flights {
             let (file, samples) = keep_history(&self.out, &self.asked, sortie, &mut pilot, run)?;
             files.push(file);
             if histories.len() < MOST_SHOWN {
-                histories.push((run, samples));
+                histories.push(Notable { run, samples, bounds: sortie.bounds() });
             }
         }
         let mut results = Results { rows, drawn, summary, files };

@@ -104,6 +104,8 @@ pub struct Settings {
     pub criteria: Criteria,
     /// Integrator of plans that are made in flight.
     pub integrator: Integrator,
+    /// Whether who watches sees every step of guidance, not one a second.
+    pub every_step: bool,
     /// When the approach is left, and by which way [s]; how near it came to limits then counts from
     /// there.
     pub leaving: Option<(f64, Way)>,
@@ -125,6 +127,7 @@ impl Default for Settings {
             surroundings: Surroundings::default(),
             criteria: Criteria::default(),
             integrator: Integrator::RK4,
+            every_step: false,
             leaving: None,
         }
     }
@@ -384,9 +387,11 @@ impl<'a, const NL: usize> Loop<'a, NL> {
             }
             self.force = command.force;
             act = self.act(&command);
-            if looks {
+            if looks || settings.every_step {
                 let view = self.world.view();
-                self.judge.look(&view);
+                if looks {
+                    self.judge.look(&view);
+                }
                 watch(&Moment { view: &view, estimate: &estimate, command: &command });
             }
         }

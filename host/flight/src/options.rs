@@ -27,6 +27,9 @@ pub struct Options {
     pub gravity: bool,
     /// Integrator of plans that are made in flight.
     pub integrator: Integrator,
+    /// Whether histories have a row a step of guidance, not a row a second.
+    #[serde(default)]
+    pub every_step: bool,
 }
 
 impl Default for Options {
@@ -40,6 +43,7 @@ impl Default for Options {
             j2: false,
             gravity: true,
             integrator: Integrator::RK4,
+            every_step: false,
         }
     }
 }
@@ -59,6 +63,7 @@ impl Options {
             guidance: GuidanceSettings { triggers, ..usual.guidance },
             surroundings: Surroundings { environment, ..usual.surroundings },
             integrator: self.integrator,
+            every_step: self.every_step,
             ..usual
         }
     }

@@ -17,6 +17,19 @@ use std::path::Path;
 /// A plan that can be flown.
 pub struct Sortie(Sized);
 
+/// Limits of a mission, for pictures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lower and upper stops of the joints [rad].
+    pub joint_angle: [Vec<f64>; 2],
+    /// Largest joint rates [rad/s].
+    pub joint_rate: Vec<f64>,
+    /// Largest joint torques [N m].
+    pub joint_torque: Vec<f64>,
+    /// Largest bus torque about an axis [N m].
+    pub bus_torque: f64,
+}
+
 enum Sized {
     Usual(Box<Parts<LINKS>>),
     Roomy(Box<Parts<MAX_JOINTS>>, usize),
@@ -42,6 +55,20 @@ impl<const M: usize> Parts<M> {
             .map_err(|error| error.to_string())?;
         let mission = mission.validated().map_err(|error| error.to_string())?;
         Ok(Self { mission, scenario, plan })
+    }
+
+    fn bounds(&self, joints: usize) -> Bounds {
+        let servicer = &self.mission.servicer;
+        let of = |values: &[f64]| values.iter().take(joints).copied().collect::<Vec<_>>();
+        Bounds {
+            joint_angle: [
+                of(servicer.min_joint_angle.as_slice()),
+                of(servicer.max_joint_angle.as_slice()),
+            ],
+            joint_rate: of(servicer.max_joint_rate.as_slice()),
+            joint_torque: of(servicer.max_joint_torque.as_slice()),
+            bus_torque: servicer.max_bus_torque.max(),
+        }
     }
 
     /// What an abort and a drift from each node do.
@@ -83,6 +110,14 @@ impl Sortie {
             ),
         };
         Ok(Self(sized))
+    }
+
+    /// The mission's limits.
+    pub fn bounds(&self) -> Bounds {
+        match &self.0 {
+            Sized::Usual(parts) => parts.bounds(LINKS),
+            Sized::Roomy(parts, joints) => parts.bounds(*joints),
+        }
     }
 
     /// What an abort and a free drift from each node do, in the planner's world.

@@ -3,8 +3,10 @@
 use crate::campaign::{Asked, Results};
 use crate::flight::Ending;
 use crate::history::Sample;
+use crate::pilot::Bounds;
 use crate::row::{FlownRow, Row};
 use crate::statistics::Summary;
+use remora_core::advanced::guidance::FlightMode;
 use remora_host::error::Error;
 use remora_host::report::page::html;
 use remora_host::report::plot::{Distributions, Panel, Scatter, Sheet};
@@ -15,15 +17,21 @@ fn capture_radius(asked: &Asked) -> f64 {
     asked.options.settings().criteria.miss_m
 }
 
-/// The page of some flights; `histories` are those of notable runs.
+/// A run that is shown over time.
+pub struct Notable {
+    /// Its number.
+    pub run: u64,
+    /// Its history.
+    pub samples: Vec<Sample>,
+    /// Limits of its mission.
+    pub bounds: Bounds,
+}
+
+/// The page of some flights, with notable runs over time.
 ///
 /// # Errors
 /// Where a picture cannot be drawn.
-pub fn page(
-    asked: &Asked,
-    results: &Results,
-    histories: &[(u64, Vec<Sample>)],
-) -> Result<String, Error> {
+pub fn page(asked: &Asked, results: &Results, notable: &[Notable]) -> Result<String, Error> {
     let mut page = Page::new("flights", "Flights");
     page.text(headline(&results.summary));
     if results.rows.iter().any(|row| row.flown.is_some()) {
@@ -37,12 +45,12 @@ pub fn page(
     );
     page.table(influences(&results.summary));
     let mut runs = Page::new("runs", "Notable runs");
-    for (run, history) in histories {
+    for Notable { run, samples, bounds } in notable {
         let row = results.rows.iter().find(|row| row.run == *run);
         runs.heading(format!("Run {run}"));
         runs.text(row.map_or(String::new(), described));
         let caption = format!("Run {run} over time");
-        runs.plot(&format!("run-{run}"), &caption, over_time(&caption, history)?);
+        runs.plot(&format!("run-{run}"), &caption, over_time(&caption, samples, bounds)?);
     }
     let made = format!(
         "{} runs, errors drawn with seed {}, {} Hz",
@@ -108,11 +116,11 @@ fn spreads(results: &Results) -> Result<String, Error> {
     .svg()
 }
 
-/// A flight over time.
+/// A flight over time, with the limits of its mission.
 ///
 /// # Errors
 /// Where there is nothing to draw.
-pub fn over_time(title: &str, history: &[Sample]) -> Result<String, Error> {
+pub fn over_time(title: &str, history: &[Sample], bounds: &Bounds) -> Result<String, Error> {
     let line = |name: &str, of: &dyn Fn(&Sample) -> f64| {
         let points = history.iter().map(|sample| (sample.time_s, of(sample))).collect();
         (name.to_string(), points)
@@ -123,20 +131,35 @@ pub fn over_time(title: &str, history: &[Sample]) -> Result<String, Error> {
             .map(|i| line(&format!("{}", i + 1), &|sample| scale * sample.joints[which][i]))
             .collect::<Vec<_>>()
     };
-    let panel =
-        |title: &str, lines| Panel { title: title.into(), lines, limits: Vec::new(), moment: None };
+    let panel = |title: &str, limits, lines| {
+        let moment = history.iter().find(|s| s.mode == FlightMode::Abort as u32).map(|s| s.time_s);
+        Panel { title: title.into(), lines, limits, moment }
+    };
+    let both = |scale: f64, most: &[f64]| -> Vec<f64> {
+        most.iter().flat_map(|x| [-scale * x, scale * x]).collect()
+    };
+    let [least, most] = &bounds.joint_angle;
+    let stops = least.iter().chain(most).map(|x| x.to_degrees()).collect();
     let distance = |sample: &Sample| sample.tip_target_m.iter().map(|x| x * x).sum::<f64>().sqrt();
     let size = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let wheels = ["x", "y", "z"].iter().enumerate();
+    let wheels =
+        wheels.map(|(i, axis)| line(axis, &move |sample| 1e3 * sample.bus_torque_n_m[i])).collect();
     let panels = [
-        panel("end effector from the port [m]", vec![line("distance", &distance)]),
-        panel("approach axis [deg]", vec![line("angle", &|s| s.angle_rad.to_degrees())]),
-        panel("joint angles [deg]", rows(0, 1.0_f64.to_degrees())),
-        panel("joint rates [mrad/s]", rows(1, 1e3)),
-        panel("joint torques [mN m]", rows(2, 1e3)),
-        panel("bus torque [mN m]", vec![line("size", &|s| 1e3 * size(&s.bus_torque_n_m))]),
-        panel("force [mN]", vec![line("size", &|s| 1e3 * size(&s.force_n))]),
+        panel("end effector from the port [m]", Vec::new(), vec![line("distance", &distance)]),
+        panel(
+            "approach axis [deg]",
+            Vec::new(),
+            vec![line("angle", &|s| s.angle_rad.to_degrees())],
+        ),
+        panel("joint angles [deg]", stops, rows(0, 1.0_f64.to_degrees())),
+        panel("joint rates [mrad/s]", both(1e3, &bounds.joint_rate), rows(1, 1e3)),
+        panel("joint torques [mN m]", both(1e3, &bounds.joint_torque), rows(2, 1e3)),
+        panel("bus torque [mN m]", both(1e3, &[bounds.bus_torque]), wheels),
+        panel("force [mN]", Vec::new(), vec![line("size", &|s| 1e3 * size(&s.force_n))]),
         panel(
             "tracking",
+            Vec::new(),
             vec![
                 line("position [mm]", &|s| 1e3 * s.tracking[0]),
                 line("attitude [mrad]", &|s| 1e3 * s.tracking[1]),

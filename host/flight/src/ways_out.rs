@@ -13,6 +13,8 @@ use std::num::NonZeroUsize;
 /// The ways out of one plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WaysOut {
+    /// Version of this form.
+    pub format: &'static str,
     /// Id of the plan's scenario.
     pub scenario: String,
     /// The first node from which the abort does not leave the target clear; none: every abort does.
@@ -50,7 +52,8 @@ impl WaysOut {
         let row = |planned| NodeWays { planned, flown: None };
         let nodes: Vec<NodeWays> = sortie.safety().into_iter().map(row).collect();
         let lost = nodes.iter().position(|node| !node.planned.escape.clears);
-        Self { scenario: scenario.into(), point_of_no_return: lost, nodes }
+        let format = "remora-ways-out/1";
+        Self { format, scenario: scenario.into(), point_of_no_return: lost, nodes }
     }
 
     /// Flies both ways out from each node.

@@ -5,11 +5,11 @@ use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::Mission;
 use remora_core::nalgebra::{Vector3, Vector4};
 use remora_core::prelude::{Integrator, Options, Planner, Scenario, Valid, Validate};
-use remora_flight::flight::{Controller, Ending, Flight, Flown, JointControl, Settings};
+use remora_flight::flight::{Controller, Ending, Flight, Flown, JointControl, Moment, Settings};
 use remora_flight::nominal::{self, Surroundings};
 use remora_host::draw::draw;
 use remora_host::engine::Usual;
-use remora_truth::{Class, Dispersion, Errors, World};
+use remora_truth::{Class, Dispersion, Errors, JointStuck, ThrusterLost, World};
 
 type Planned = (Valid<Scenario>, FlightPlan<3>);
 
@@ -136,4 +136,44 @@ fn a_run_is_the_same_whatever_was_flown_before() {
     let other = again(8);
     assert_eq!(again(7), first);
     assert_ne!(other.arrival, first.arrival);
+}
+
+/// Where a thruster or a joint does not answer any more while there is room, the target is left clear.
+// Verifies REM-FLY-004.
+#[test]
+fn an_approach_that_is_lost_in_time_is_left_clear() {
+    let mut lost = Errors::typical();
+    lost.faults.thruster_lost = Some(ThrusterLost { axis: 2, time_s: 100.0 });
+    let mut stuck = Errors::typical();
+    stuck.faults.joint_stuck = Some(JointStuck { joint: 1, time_s: 300.0 });
+    for (run, planned) in planned(&mission(), 3).iter().enumerate() {
+        for errors in [&lost, &stuck] {
+            let flown = fly(planned, &Settings::default(), errors, run as u64);
+            println!("{:?} {} s {:?}", flown.ending, flown.time_s, flown.room);
+            assert_eq!(flown.ending, Ending::Aborted);
+            assert!(flown.room.command <= 1.0 + 1e-9 && flown.time_s < 1800.0);
+        }
+    }
+}
+
+/// What only watches changes nothing, and sees every step where that is asked for.
+#[test]
+fn every_step_can_be_watched() {
+    let mission = mission();
+    let planned = planned(&mission, 1);
+    let (scenario, plan) = &planned[0];
+    let watched = |every_step: bool| {
+        let settings = Settings { every_step, rate_hz: 4.0, ..Settings::default() };
+        let flight = Flight { mission: &mission, scenario, plan, settings: &settings };
+        let dispersion = Dispersion { errors: Errors::none(), seed: 3, run: 0 };
+        let mut times = Vec::new();
+        let mut watch = |moment: &Moment<'_, 3>| times.push(moment.view.time);
+        let flown = flight.fly(&dispersion, &mut Usual::default(), &mut watch).unwrap();
+        (flown, times)
+    };
+    let ((seldom, seconds), (often, steps)) = (watched(false), watched(true));
+    assert_eq!(seldom, often);
+    assert!(steps.len() >= 4 * seconds.len() - 4, "{} {}", steps.len(), seconds.len());
+    assert!(steps.windows(2).all(|pair| (pair[1] - pair[0] - 0.25).abs() < 1e-9));
+    assert!(seconds.iter().all(|time| steps.contains(time)));
 }

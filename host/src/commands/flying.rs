@@ -52,6 +52,9 @@ pub(super) struct FlyingArgs {
     /// Stop when a share is shown: 'miss_m<=0.02 p>=0.9973 conf>=0.95'
     #[arg(long, value_name = "CONDITION")]
     until: Option<Until>,
+    /// Give histories a row a step of guidance, not a row a second
+    #[arg(long)]
+    history: bool,
     /// Runs whose histories are kept: all, failures, worst=N, sample=N, with commas
     #[arg(long, value_name = "WHICH", default_value = "failures,worst=3")]
     keep: Keep,
@@ -107,6 +110,7 @@ impl FlyingArgs {
             j2: self.j2,
             gravity: !self.no_gravity,
             integrator: ready.integrator,
+            every_step: self.history,
         };
         let flights = Flights {
             asked: Asked::new(ready.plans, ready.runs, ready.joints, options, errors),

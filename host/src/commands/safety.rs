@@ -25,11 +25,11 @@ pub(super) struct Args {
     plan: PathBuf,
     /// Fly both ways out from each node in a world that the plan does not know, too
     #[arg(long)]
-    fly: bool,
+    flown: bool,
     /// Errors of the world (*.errors.toml) [default: none]
-    #[arg(long, value_name = "FILE", requires = "fly")]
+    #[arg(long, value_name = "FILE", requires = "flown")]
     errors: Option<PathBuf>,
-    #[arg(long, value_name = "S", requires = "fly", help = format!("{SEED} [default: 0]"))]
+    #[arg(long, value_name = "S", requires = "flown", help = format!("{SEED} [default: 0]"))]
     seed: Option<u64>,
     #[command(flatten)]
     jobs: JobsArgs,
@@ -40,8 +40,8 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   remora safety runs/pub-000.plan.json
-  remora safety runs/pub-000.plan.json --fly
-  remora safety runs/pub-000.plan.json --fly --errors mine.errors.toml --seed 3 --json
+  remora safety runs/pub-000.plan.json --flown
+  remora safety runs/pub-000.plan.json --flown --errors mine.errors.toml --seed 3 --json
 
 Exit status: 0 every abort leaves the target clear, 1 some does not, 2 bad input.";
 
@@ -65,7 +65,7 @@ impl Args {
             return Err(Error::input(file, "inputs.mission.servicer", reason));
         });
         let mut ways = WaysOut::planned(&plan.scenario, &sortie);
-        if self.fly {
+        if self.flown {
             let dispersion = Dispersion { errors, seed: self.seed.unwrap_or(0), run: 0 };
             ways.fly(&sortie, &dispersion, self.jobs.jobs(), &mut Bar::named("fly"))?;
         }

@@ -141,7 +141,7 @@ fn bad_input_is_one_line_and_nothing_written() {
 #[test]
 fn ways_out_are_told_node_by_node_and_flown() {
     let bench = flying();
-    let run = bench.solves("safety a.plan.json --fly --json");
+    let run = bench.solves("safety a.plan.json --flown --json");
     let ways: Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(ways["point_of_no_return"], Value::Null);
     let nodes = ways["nodes"].as_array().unwrap();
