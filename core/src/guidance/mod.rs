@@ -263,10 +263,9 @@ impl<const NL: usize> Guidance<NL> {
 
     /// Gives the approach up, from the next step on, where it is lost.
     fn give_up(&mut self, plan: &FlightPlan<NL>, now: f64, effort: &Effort<NL>) {
-        let Self { settings: GuidanceSettings { abort, closing, .. }, .. } = self;
-        let is_settled =
-            now - self.first.unwrap_or(now) >= abort.settles || plan.left(now) <= closing.times[0];
-        if let Some(without) = abort.beyond(effort, is_settled) {
+        let abort = &self.settings.abort;
+        let (since_first, left) = (now - self.first.unwrap_or(now), plan.left(now));
+        if let Some(without) = abort.beyond(effort, since_first, left) {
             self.asked = Some(Request::Abort(without));
         } else if self.offset.is_astray {
             self.asked = Some(Request::Abort(Vector3::zeros()));

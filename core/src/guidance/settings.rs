@@ -41,8 +41,12 @@ pub struct AbortErrors {
     pub settling: [f64; 3],
     /// Afterwards.
     pub settled: [f64; 3],
-    /// Time from the first step to then [s]; with closing it comes at the latest.
+    /// Time from the first step to then [s].
     pub settles: f64,
+    /// Near the target.
+    pub near: [f64; 3],
+    /// Time before capture from which these hold [s].
+    pub near_from: f64,
     /// Most that the end effector may be seen beside where it is to be once the plan's own motion has
     /// ended [m].
     pub port: f64,
@@ -50,25 +54,40 @@ pub struct AbortErrors {
 
 impl AbortErrors {
     /// About twice what errors twice the typical ones lead to.
-    pub const DEFAULT: Self =
-        Self { settling: [0.25; 3], settled: [0.03, 0.1, 0.1], settles: 400.0, port: 0.012 };
+    pub const DEFAULT: Self = Self {
+        settling: [0.25; 3],
+        settled: [0.06, 0.1, 0.1],
+        settles: 200.0,
+        near: [0.03, 0.1, 0.1],
+        near_from: 400.0,
+        port: 0.012,
+    };
 
     /// Never.
     pub const NEVER: Self = Self {
         settling: [f64::INFINITY; 3],
         settled: [f64::INFINITY; 3],
         settles: 0.0,
+        near: [f64::INFINITY; 3],
+        near_from: 0.0,
         port: f64::INFINITY,
     };
 
-    /// Whether errors are beyond, and then the unit vector along which force
-    /// did not help; zero where it is not the position that is lost.
+    /// Whether errors are beyond, so long after the first step and with so much left to go [s], and then the
+    /// unit vector along which force did not help; zero where it is not the position that is lost.
     pub(super) fn beyond<const NL: usize>(
         &self,
         effort: &Effort<NL>,
-        is_settled: bool,
+        since_first: f64,
+        left: f64,
     ) -> Option<Vector3<f64>> {
-        let [position, attitude, joint] = if is_settled { self.settled } else { self.settling };
+        let [position, attitude, joint] = if left <= self.near_from {
+            self.near
+        } else if since_first >= self.settles {
+            self.settled
+        } else {
+            self.settling
+        };
         let soon = libm::sqrt(effort.soon.dot(&effort.soon));
         if soon > position {
             Some(effort.soon / soon)
@@ -160,6 +179,8 @@ impl Validate for GuidanceSettings {
             (sound(triggers.last), "triggers.last", "not negative"),
             (self.abort.settling.into_iter().all(|x| x > 0.0), "abort.settling", "positive"),
             (self.abort.settled.into_iter().all(|x| x > 0.0), "abort.settled", "positive"),
+            (self.abort.near.into_iter().all(|x| x > 0.0), "abort.near", "positive"),
+            (sound(self.abort.near_from), "abort.near_from", "not negative"),
             (self.abort.port > 0.0, "abort.port", "positive"),
             (sound(self.abort.settles), "abort.settles", "not negative"),
         ];
@@ -201,6 +222,8 @@ mod tests {
         assert_eq!(named(|s| s.closing.settle = -1.0), "closing.settle");
         assert_eq!(named(|s| s.abort.settling[1] = f64::NAN), "abort.settling");
         assert_eq!(named(|s| s.abort.settled[2] = 0.0), "abort.settled");
+        assert_eq!(named(|s| s.abort.near[0] = -1.0), "abort.near");
+        assert_eq!(named(|s| s.abort.near_from = f64::NAN), "abort.near_from");
         assert_eq!(named(|s| s.abort.port = f64::NAN), "abort.port");
         assert_eq!(named(|s| s.abort.settles = f64::INFINITY), "abort.settles");
     }
