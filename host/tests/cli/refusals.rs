@@ -187,7 +187,7 @@ fn arguments() {
         "learn a.mission.toml --hours 1 --out a.model",
         "learn: is left out of this build; `remora learn --help`",
     );
-    bench.refuses("fly", "unrecognized subcommand 'fly'");
+    bench.refuses("dance", "unrecognized subcommand 'dance'");
     bench.refuses("plan --fast", "unexpected argument '--fast' found");
     bench.refuses("draw --count 0 --seed 1 --out a.json", "invalid value '0' for '--count <N>'");
     bench.refuses("draw --count 3 --out a.json", "the following required arguments were not");
