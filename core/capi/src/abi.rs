@@ -27,9 +27,9 @@ pub const REMORA_RK4: u32 = 0;
 pub const REMORA_EULER: u32 = 1;
 
 /// Checksum of the plan that remora_self_test makes with Euler.
-pub const REMORA_SELF_TEST_EULER: u64 = 0x0;
+pub const REMORA_SELF_TEST_EULER: u64 = 0x3d94_19bc_8210_5207;
 /// Checksum of the plan that remora_self_test makes with RK4.
-pub const REMORA_SELF_TEST_RK4: u64 = 0x0;
+pub const REMORA_SELF_TEST_RK4: u64 = 0x9b62_1bac_48d4_504b;
 
 const _: () = assert!(REMORA_JOINTS == LINKS && REMORA_NODES == NODES);
 

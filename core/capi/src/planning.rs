@@ -17,8 +17,8 @@ use remora_core::prelude::{
     OptionsBuilder, Planner, Scenario, Vector3, Vector4,
 };
 
-/// Fills in what most callers begin with; each may be NULL. Limits, options and settings that are not set
-/// keep what stands here.
+/// Fills in what most callers begin with, sizes included; each pointer may be NULL. What a caller does not set
+/// afterwards keeps what stands here.
 ///
 /// # Safety
 /// Each pointer is NULL or leads to room for its structure.
