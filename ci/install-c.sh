@@ -34,24 +34,23 @@ else
 fi
 
 # What joins the objects of an archive for a target.
-linker() {
+joiner() {
     case $target in
-    sparc*) echo "${LD:-sparc64-linux-gnu-ld} -m elf32_sparc" ;;
-    thumb*) echo "${LD:-ld.lld} -m armelf" ;;
-    aarch64*) echo "${LD:-ld.lld} -m aarch64elf" ;;
-    riscv64*) echo "${LD:-ld.lld} -m elf64lriscv" ;;
-    *) echo "${LD:-ld}" ;;
+    thumb*) echo ld.lld -m armelf -T "$scratch/sections.ld" ;;
+    aarch64*) echo ld.lld -m aarch64elf -T "$scratch/sections.ld" ;;
+    riscv64*) echo ld.lld -m elf64lriscv -T "$scratch/sections.ld" ;;
+    sparc*) echo sparc64-linux-gnu-ld -m elf32_sparc ;;
+    *) echo ld ;;
     esac
 }
 
 # Of the compiler's own library only what is needed stays: all in one object, which needs nothing but
-# memcpy, memmove and memset of the image, at most.
-functions=$(sed -n 's/.*\b\(remora_[a-z_]*\)(.*/\1/p' core/capi/include/remora.h | sort -u)
+# memcpy, memmove and memset of the image, at most. The compiler's notes for itself would confuse other tools.
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-read -ra joiner <<<"$(linker)"
-# shellcheck disable=SC2046
-"${joiner[@]}" -r -o "$scratch/remora.o" $(printf -- '-u %s ' $functions) "$built"
+echo 'SECTIONS { /DISCARD/ : { *(.llvmbc) *(.llvmcmd) } }' >"$scratch/sections.ld"
+mapfile -t needed < <(sed -n 's/.*\b\(remora_[a-z_]*\)(.*/-u\n\1/p' core/capi/include/remora.h)
+$(joiner) -r --gc-sections --entry=remora_abi -o "$scratch/remora.o" "${needed[@]}" "$built"
 
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
 IFS=. read -r major minor _ <<<"$version"
