@@ -125,7 +125,7 @@ unsafe fn free<T: Kind>(memory: *const c_void) -> Result<*const Place<T>, Remora
     look_at_memory(memory, T::BYTES, T::BYTES)?;
     let place = memory.cast::<Place<T>>();
     // SAFETY: aligned and there; every bit pattern is a mark.
-    let mark = unsafe { &*(&raw const (*place).mark) }.load(Ordering::Acquire);
+    let mark = unsafe { &(*place).mark }.load(Ordering::Acquire);
     if mark == T::MARK {
         Ok(place)
     } else if mark == T::MARK + BUSY {
@@ -159,7 +159,7 @@ impl<T: Kind> InUse<'_, T> {
         // SAFETY: the caller's word; the mark sees to it that there is one of these at a time.
         let (mark, contents) = unsafe {
             let place = free::<T>(memory)?;
-            (&*(&raw const (*place).mark), &mut *UnsafeCell::raw_get(&raw const (*place).contents))
+            (&(*place).mark, &mut *UnsafeCell::raw_get(&raw const (*place).contents))
         };
         mark.store(T::MARK + BUSY, Ordering::Release);
         Ok(Self { mark, contents })

@@ -92,7 +92,7 @@ pub(crate) fn look_at_memory(
 ) -> Result<(), RemoraStatus> {
     if memory.is_null() {
         Err(RemoraStatus::Null)
-    } else if memory.addr() % REMORA_ALIGNMENT != 0 {
+    } else if !memory.addr().is_multiple_of(REMORA_ALIGNMENT) {
         Err(RemoraStatus::Misaligned)
     } else if bytes < needed {
         Err(RemoraStatus::ShortMemory)

@@ -293,6 +293,7 @@ fn a_call_from_a_callback_finds_the_workspace_busy() {
 }
 
 /// A processor that calculates otherwise, for as long as a call takes.
+// Verifies REM-DOR-003.
 #[test]
 #[cfg(target_arch = "x86_64")]
 fn other_arithmetic_is_refused() {
