@@ -18,8 +18,8 @@
 // Number of this interface. It grows with every change of a structure, a function or a meaning.
 #define REMORA_ABI 1
 
-// Bytes of a workspace: planner, solver, network, the mission and the last plan; a mebibyte.
-#define REMORA_WORKSPACE_BYTES 1048576
+// Bytes of a workspace: planner, solver, network, the mission and the last plan.
+#define REMORA_WORKSPACE_BYTES 1058816
 
 // Bytes of a flight: guidance with the mission and the plan that it flies.
 #define REMORA_FLIGHT_BYTES 20480
@@ -638,6 +638,7 @@ RemoraStatus remora_defaults(uint32_t abi,
 
 // Makes a workspace of memory: at least REMORA_WORKSPACE_BYTES, at a multiple of REMORA_ALIGNMENT. It stays
 // the caller's, is never freed, and may be opened again for another mission. One thread uses it at a time.
+// Where a plan was cut off by a reset, fill the first 64 bytes with zero before.
 //
 // # Safety
 // `memory` is NULL or `bytes` long; `mission` is NULL or as long as its first member says.

@@ -6,8 +6,8 @@ use remora_core::advanced::stages::{LINKS, NODES};
 
 /// Number of this interface. It grows with every change of a structure, a function or a meaning.
 pub const REMORA_ABI: u32 = 1;
-/// Bytes of a workspace: planner, solver, network, the mission and the last plan; a mebibyte.
-pub const REMORA_WORKSPACE_BYTES: usize = 1_048_576;
+/// Bytes of a workspace: planner, solver, network, the mission and the last plan.
+pub const REMORA_WORKSPACE_BYTES: usize = 1_058_816;
 /// Bytes of a flight: guidance with the mission and the plan that it flies.
 pub const REMORA_FLIGHT_BYTES: usize = 20_480;
 /// Alignment of workspaces and flights in bytes; a power of two.

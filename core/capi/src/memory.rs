@@ -8,7 +8,7 @@ use core::cell::UnsafeCell;
 use core::ffi::c_void;
 use core::ops::{Deref, DerefMut};
 use core::sync::atomic::{AtomicU32, Ordering};
-use remora_core::advanced::planner::Report;
+use remora_core::advanced::planner::{Nominal, Report};
 use remora_core::advanced::qp::Valid;
 use remora_core::prelude::{
     FlightPlan, Guidance, Integrator, Mission, NetworkMemory, Planner, Scenario,
@@ -19,6 +19,8 @@ pub(crate) struct Workspace {
     pub mission: Valid<Mission>,
     pub planner: Planner,
     pub network: NetworkMemory,
+    /// The flight's plan while it is planned again: on a stack it would be a third of that.
+    pub nominal: Nominal,
     /// What the planner was asked last, where it holds a plan of that.
     pub last: Option<Last>,
 }
@@ -92,7 +94,7 @@ const _: () = {
 pub(crate) unsafe fn make_workspace(memory: *mut c_void, mission: Valid<Mission>) {
     let place = memory.cast::<Place<Workspace>>();
     // SAFETY: the caller's word; zero bits are a blank planner and network (by their documentation, and a
-    // test), the rest is written before the mark says that all is there.
+    // test) and a nominal plan of zeros, the rest is written before the mark says that all is there.
     unsafe {
         place.write_bytes(0, 1);
         let contents = UnsafeCell::raw_get(&raw const (*place).contents);

@@ -1,7 +1,9 @@
 //! Planning, from C.
 #![allow(unsafe_code, reason = "symbols of C, and pointers that come with them")]
 
-use crate::abi::{REMORA_SELF_TEST_EULER, REMORA_SELF_TEST_RK4, REMORA_WORKSPACE_BYTES};
+use crate::abi::{
+    REMORA_FLIGHT_BYTES, REMORA_SELF_TEST_EULER, REMORA_SELF_TEST_RK4, REMORA_WORKSPACE_BYTES,
+};
 use crate::environment;
 use crate::memory::{Flight, InUse, Last, Workspace, look, make_workspace};
 use crate::pointers::{Out, look_at_abi, look_at_memory, read, status};
@@ -13,8 +15,8 @@ use crate::{
 use core::ffi::c_void;
 use remora_core::advanced::qp::{Valid, Validate};
 use remora_core::prelude::{
-    Control, InitialGuess, Mission, Model, Network, NetworkMemory, NetworkPolicy, Options,
-    OptionsBuilder, Planner, Scenario, Vector3, Vector4,
+    Control, Estimate, InitialGuess, Mission, Model, Network, NetworkMemory, NetworkPolicy,
+    Nominal, Options, OptionsBuilder, Planner, Scenario, Vector3, Vector4,
 };
 
 /// Fills in what most callers begin with, sizes included; each pointer may be NULL. What a caller does not set
@@ -58,6 +60,7 @@ pub unsafe extern "C" fn remora_defaults(
 
 /// Makes a workspace of memory: at least REMORA_WORKSPACE_BYTES, at a multiple of REMORA_ALIGNMENT. It stays
 /// the caller's, is never freed, and may be opened again for another mission. One thread uses it at a time.
+/// Where a plan was cut off by a reset, fill the first 64 bytes with zero before.
 ///
 /// # Safety
 /// `memory` is NULL or `bytes` long; `mission` is NULL or as long as its first member says.
@@ -74,6 +77,9 @@ pub unsafe extern "C" fn remora_open(
         environment::check()?;
         // SAFETY: the caller's word, and the looks above.
         unsafe {
+            if look::<Workspace>(memory).is_err_and(|why| why == RemoraStatus::Busy) {
+                return Err(RemoraStatus::Busy);
+            }
             let mission = read(mission)?.validated()?;
             make_workspace(memory, mission);
         }
@@ -132,6 +138,7 @@ pub unsafe extern "C" fn remora_replan(
     // SAFETY: the caller's word, here and below.
     let replan = || unsafe {
         environment::check()?;
+        Out::sized(report, flight, REMORA_FLIGHT_BYTES)?;
         let out = Out::sized(report, workspace, REMORA_WORKSPACE_BYTES)?;
         let (estimate, options) = (read(estimate)?.estimate()?, read(options)?);
         if !estimate.is_finite() {
@@ -143,28 +150,47 @@ pub unsafe extern "C" fn remora_replan(
         let clock = CallersClock::new(&options);
         let builder = builder(&options, &clock)?;
         let mut workspace = InUse::<Workspace>::enter(workspace)?;
-        let next = {
-            let flight = look::<Flight>(flight)?;
-            if !flight.has_plan {
-                return Err(RemoraStatus::NoFlightPlan);
-            }
-            if flight.mission != workspace.mission {
-                return Err(RemoraStatus::OtherMission);
-            }
-            let next = flight.guidance.replan(&flight.mission, &flight.plan, &estimate, lead);
-            next.ok_or(RemoraStatus::NothingLeft)?
-        };
-        let scenario = next.scenario.validated().map_err(|_| RemoraStatus::InvalidScenario)?;
+        let Workspace { mission, planner, nominal, last, .. } = &mut *workspace;
+        let left = what_is_left(look(flight)?, mission, &estimate, lead, nominal)?;
         let begun = clock.reading();
-        let Workspace { mission, planner, last, .. } = &mut *workspace;
-        let guess = InitialGuess::Nominal { plan: &next.nominal, elapsed: next.elapsed };
-        let (report, result) =
-            make(mission, planner, last, &scenario, builder.initial_guess(guess));
+        let guess = InitialGuess::Nominal { plan: nominal, elapsed: left.elapsed };
+        let builder = builder.initial_guess(guess);
+        let (report, result) = make(mission, planner, last, &left.scenario, builder);
         let seconds = clock.reading() - begun;
-        out.write(RemoraReport { seconds, begins: next.begins, ..report });
+        out.write(RemoraReport { seconds, begins: left.begins, ..report });
         result
     };
     status(replan())
+}
+
+/// What is left of a flight's plan.
+struct Left {
+    scenario: Valid<Scenario>,
+    elapsed: f64,
+    begins: f64,
+}
+
+/// What is left of a flight's plan `lead` seconds from now; the guess for it goes to `nominal`.
+// Apart, so that its memory is not on the stack of planning.
+#[inline(never)]
+fn what_is_left(
+    flight: &Flight,
+    mission: &Valid<Mission>,
+    estimate: &Estimate,
+    lead: f64,
+    nominal: &mut Nominal,
+) -> Result<Left, RemoraStatus> {
+    let Flight { guidance, plan, has_plan, .. } = flight;
+    if !has_plan {
+        return Err(RemoraStatus::NoFlightPlan);
+    }
+    if flight.mission != *mission {
+        return Err(RemoraStatus::OtherMission);
+    }
+    let next = guidance.replan(mission, plan, estimate, lead).ok_or(RemoraStatus::NothingLeft)?;
+    let scenario = next.scenario.validated().map_err(|_| RemoraStatus::InvalidScenario)?;
+    *nominal = next.nominal;
+    Ok(Left { scenario, elapsed: next.elapsed, begins: next.begins })
 }
 
 /// The bytes of the model's file, if any.

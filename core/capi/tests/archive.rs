@@ -124,6 +124,21 @@ fn every_public_scenario_has_the_golden_bits_from_c() {
     assert_eq!(found.lines().collect::<Vec<_>>(), golden);
 }
 
+/// A task of 48 KiB, three times the default of the core Flight System, plans and plans again.
+#[test]
+fn planning_from_c_fits_a_small_stack() {
+    let program = program("core/capi/tests/stack.c", "stack");
+    let text = output(&mut Command::new(program));
+    let used: Vec<u64> = text
+        .lines()
+        .map(|line| line.split_whitespace().nth(1).and_then(|n| n.parse().ok()).expect("bytes"))
+        .collect();
+    let &[plan, replan, guide] = used.as_slice() else { panic!("{text}") };
+    assert!((20_000..40 << 10).contains(&plan), "{text}");
+    assert!((20_000..40 << 10).contains(&replan), "{text}");
+    assert!((1_000..8 << 10).contains(&guide), "{text}");
+}
+
 // Verifies REM-DOR-001.
 #[test]
 fn the_archive_needs_three_functions_and_knows_no_panic() {

@@ -271,13 +271,15 @@ fn a_flight_of_another_mission_is_refused() {
 fn a_call_from_a_callback_finds_the_workspace_busy() {
     struct Seen(*mut c_void, Vec<RemoraStatus>);
     unsafe extern "C" fn looks(context: *mut c_void) -> u32 {
-        let seen = context.cast::<Seen>();
-        let mut node: RemoraNode = sized(|s, size| s.size = size);
         // SAFETY: the context is a `Seen`, which nobody else looks at now.
+        let Seen(workspace, statuses) = unsafe { &mut *context.cast::<Seen>() };
+        let mut node: RemoraNode = sized(|s, size| s.size = size);
+        let mission = Caller::new().mission;
+        // SAFETY: a workspace, looked at for its mark only, and structures of this.
         unsafe {
-            let workspace = (*seen).0;
-            let status = remora_node(workspace, 0, &mut node);
-            (*(&raw mut (*seen).1)).push(status);
+            statuses.push(remora_node(*workspace, 0, &mut node));
+            let bytes = REMORA_WORKSPACE_BYTES;
+            statuses.push(remora_open(*workspace, bytes, REMORA_ABI, &mission));
         }
         0
     }
