@@ -57,6 +57,7 @@ compile() {
         cargo_for "$1" check --locked -p remora-qp &&
         cargo_for "$1" check --locked -p remora-nn &&
         cargo_for "$1" check --locked -p remora-core &&
+        cargo_for "$1" check --locked -p remora-capi &&
         cargo_for "$1" check --manifest-path "$out/probe/Cargo.toml"
 }
 

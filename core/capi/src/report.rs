@@ -1,0 +1,312 @@
+//! Results as C has them: copied out, with no pointer into the planner.
+#![allow(unsafe_code, reason = "says what a structure begins with")]
+
+use crate::abi::REMORA_JOINTS;
+use crate::pointers::Sized32;
+use core::ffi::c_char;
+use remora_core::advanced::planner::{Report, StageSolveRecord, VERSION};
+use remora_core::advanced::stages::{Closest, Verification};
+use remora_core::prelude::{Refusal, SolveRecord};
+
+/// What became of a plan.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct RemoraReport {
+    /// Size of this structure in bytes; to be set before the call.
+    pub size: u32,
+    /// Whether the verifier found every constraint satisfied: the plan can be flown.
+    pub is_verified: u32,
+    /// 0 optimal, 1 verified but not converged, 2 not flyable.
+    pub verdict: u32,
+    /// 0 solved, 1 iteration limit, 2 infeasible, 3 deadline, 4 numerical failure.
+    pub status: u32,
+    /// Initial guess of Stage 2: 0 heuristic, 1 model, 8 the plan in force; other numbers: the heuristic, as
+    /// the other guess was 2 refused, 3 not finite, 4 worse, 5 without success, 6 too late, 9 unfit.
+    pub start: u32,
+    /// Why the scenario was refused; 0: it was not.
+    pub refusal: u32,
+    /// Name of the constraint it was refused for; empty if it was not.
+    pub refusal_name: [c_char; 16],
+    /// Nodes of the plan.
+    pub nodes: u32,
+    /// Iterations of Stage 1.
+    pub iterations_1: u32,
+    /// Iterations of Stage 2.
+    pub iterations_2: u32,
+    /// Nothing; zero.
+    pub reserved: u32,
+    /// Time from the first node to the last [s].
+    pub duration: f64,
+    /// When a plan of remora_replan begins, on the clock of the estimates [s]; 0 for others.
+    pub begins: f64,
+    /// Cost of the path of the centre of mass.
+    pub cost_1: f64,
+    /// Cost of attitude and arm.
+    pub cost_2: f64,
+    /// Time that planning took by the caller's clock [s]; 0 without one.
+    pub seconds: f64,
+    /// Checksum of the plan's exact bits: the same for the same input behind every door of Remora.
+    pub checksum: u64,
+}
+
+// SAFETY: begins with its size, and holds numbers only.
+unsafe impl Sized32 for RemoraReport {}
+
+impl RemoraReport {
+    /// Of no plan.
+    pub(crate) const NOTHING: Self = Self {
+        size: size_of::<Self>() as u32,
+        is_verified: 0,
+        verdict: 2,
+        status: 2,
+        start: 0,
+        refusal: 0,
+        refusal_name: [0; 16],
+        nodes: 0,
+        iterations_1: 0,
+        iterations_2: 0,
+        reserved: 0,
+        duration: 0.0,
+        begins: 0.0,
+        cost_1: 0.0,
+        cost_2: 0.0,
+        seconds: 0.0,
+        checksum: 0,
+    };
+
+    /// What C is told of a plan; its nodes and their time are the caller's to add.
+    pub(crate) fn of(report: &Report) -> Self {
+        Self {
+            is_verified: u32::from(report.is_verified()),
+            verdict: report.verdict().code(),
+            status: report.status.code(),
+            start: report.record.start.code(),
+            iterations_1: report.translation.outcome.iterations as u32,
+            iterations_2: report.reorientation.outcome.iterations as u32,
+            cost_1: report.translation.cost,
+            cost_2: report.reorientation.cost,
+            checksum: report.record.output,
+            ..Self::NOTHING
+        }
+    }
+
+    /// What C is told of a scenario that was refused.
+    pub(crate) fn refused(refusal: &Refusal) -> Self {
+        Self { refusal: refusal.code(), refusal_name: text(refusal.name()), ..Self::NOTHING }
+    }
+}
+
+/// The beginning of a text of ASCII letters, ended by zero.
+fn text(letters: &str) -> [c_char; 16] {
+    let mut text = [0; 16];
+    // One place stays zero: the text's end.
+    let places = text.iter_mut().take(15).zip(letters.bytes());
+    places.for_each(|(place, letter)| *place = letter as c_char);
+    text
+}
+
+/// A plan at one of its nodes. Controls hold from there to the next node; at the last they are zero.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct RemoraNode {
+    /// Size of this structure in bytes; to be set before the call.
+    pub size: u32,
+    /// The node, from 0.
+    pub index: u32,
+    /// Time since the first node [s].
+    pub time: f64,
+    /// Centre of mass of bus and arm, RTN [m].
+    pub position: [f64; 3],
+    /// Its velocity relative to RTN, in RTN [m/s].
+    pub velocity: [f64; 3],
+    /// Attitude of the bus, (x, y, z, w), body to RTN.
+    pub attitude: [f64; 4],
+    /// Its angular velocity relative to RTN, in RTN [rad/s].
+    pub rate: [f64; 3],
+    /// Joint angles [rad].
+    pub joint_angle: [f64; REMORA_JOINTS],
+    /// Joint rates [rad/s].
+    pub joint_rate: [f64; REMORA_JOINTS],
+    /// Force, RTN [N].
+    pub force: [f64; 3],
+    /// Torque on the bus, bus axes [N m].
+    pub bus_torque: [f64; 3],
+    /// Joint torques [N m].
+    pub joint_torque: [f64; REMORA_JOINTS],
+}
+
+// SAFETY: begins with its size, and holds numbers only.
+unsafe impl Sized32 for RemoraNode {}
+
+/// How near two bodies come to each other.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct RemoraClosest {
+    /// Distance of their surfaces [m]; negative where they overlap, infinite where nobody has looked.
+    pub distance: f64,
+    /// When [s].
+    pub time: f64,
+    /// 0 the bus, then the links, from 1.
+    pub body: u32,
+    /// Nothing; zero.
+    pub reserved: u32,
+}
+
+impl RemoraClosest {
+    fn of(closest: &Closest) -> Self {
+        let Closest { distance, time_s, body } = *closest;
+        Self { distance, time: time_s, body, reserved: 0 }
+    }
+}
+
+/// What the independent verifier finds: residuals, zero where a constraint is satisfied, and distances.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct RemoraVerification {
+    /// Size of this structure in bytes; to be set before the call.
+    pub size: u32,
+    /// Whether every residual is within the mission's tolerance.
+    pub is_verified: u32,
+    /// Dynamics of Stage 1, over 1 m and 1e-2 m/s.
+    pub dynamics1: f64,
+    /// Dynamics of Stage 2, over 1, 1 rad and 1e-2 rad/s.
+    pub dynamics2: f64,
+    /// Controls beyond their limits, over these.
+    pub control: f64,
+    /// Joints beyond their stops [rad].
+    pub joint: f64,
+    /// Joint rates beyond their limits, over these.
+    pub joint_rate: f64,
+    /// Port out of view, in cosine.
+    pub pointing: f64,
+    /// Arm off its capture angles, over 1 rad and 1e-2 rad/s.
+    pub preset: f64,
+    /// Rate of the bus relative to the target at capture, over 1e-2 rad/s.
+    pub terminal_rate: f64,
+    /// Within the keep-out distance [m].
+    pub keep_out: f64,
+    /// End effector off the port [m].
+    pub ee_position: f64,
+    /// End effector off the direction of approach [rad].
+    pub ee_angle: f64,
+    /// Overlap of bodies [m].
+    pub clearance: f64,
+    /// Arm and target.
+    pub arm: RemoraClosest,
+    /// Bus and target.
+    pub bus: RemoraClosest,
+    /// Arm and its own bus.
+    pub own: RemoraClosest,
+}
+
+// SAFETY: begins with its size, and holds numbers only.
+unsafe impl Sized32 for RemoraVerification {}
+
+impl RemoraVerification {
+    /// What C is told of the verifier's findings.
+    pub(crate) fn of(found: &Verification, is_verified: bool) -> Self {
+        let (r, c) = (&found.residuals, &found.clearances);
+        Self {
+            size: size_of::<Self>() as u32,
+            is_verified: u32::from(is_verified),
+            dynamics1: r.dynamics1,
+            dynamics2: r.dynamics2,
+            control: r.control,
+            joint: r.joint,
+            joint_rate: r.joint_rate,
+            pointing: r.pointing,
+            preset: r.preset,
+            terminal_rate: r.terminal_rate,
+            keep_out: r.keep_out,
+            ee_position: r.ee_position,
+            ee_angle: r.ee_angle,
+            clearance: r.clearance,
+            arm: RemoraClosest::of(&c.arm),
+            bus: RemoraClosest::of(&c.bus),
+            own: RemoraClosest::of(&c.own),
+        }
+    }
+}
+
+/// A stage in the record.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct RemoraStage {
+    /// As RemoraReport.status.
+    pub status: u32,
+    /// Iterations.
+    pub iterations: u32,
+    /// Second-order corrections.
+    pub corrections: u32,
+    /// Iterations of the solver of all its subproblems.
+    pub qp_iterations: u32,
+    /// Subproblems not solved to full accuracy.
+    pub qp_unsolved: u32,
+    /// What was left in place of the last iterate: 0 nothing, 1 an earlier one, 2 the initial guess.
+    pub fallback: u32,
+}
+
+impl RemoraStage {
+    fn of(stage: &StageSolveRecord) -> Self {
+        let StageSolveRecord { status, iterations, corrections, .. } = *stage;
+        let StageSolveRecord { qp_iterations, qp_unsolved, fallback, .. } = *stage;
+        let (status, fallback) = (status.code(), fallback.code());
+        Self { status, iterations, corrections, qp_iterations, qp_unsolved, fallback }
+    }
+}
+
+/// The record to file with a plan. The same input leaves the same one on every machine: no time is in it.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct RemoraRecord {
+    /// Size of this structure in bytes; to be set before the call.
+    pub size: u32,
+    /// As RemoraReport.status.
+    pub status: u32,
+    /// Whether the verifier found every residual within its tolerance.
+    pub is_verified: u32,
+    /// As RemoraReport.start.
+    pub start: u32,
+    /// Limits that the start violates and the plan leads back into, a bit each.
+    pub recovery: u32,
+    /// Nothing; zero.
+    pub reserved: u32,
+    /// Checksum of mission and scenario.
+    pub input: u64,
+    /// Checksum of options, horizon and solver.
+    pub settings: u64,
+    /// Checksum of the plan.
+    pub output: u64,
+    /// Stage 1.
+    pub translation: RemoraStage,
+    /// Stage 2.
+    pub reorientation: RemoraStage,
+    /// Version of the planner, ended by zero.
+    pub version: [c_char; 16],
+}
+
+// SAFETY: begins with its size, and holds numbers only.
+unsafe impl Sized32 for RemoraRecord {}
+
+/// The planner's version fits.
+const _: () = assert!(VERSION.len() < 16);
+
+impl RemoraRecord {
+    /// What C is told of the record.
+    pub(crate) fn of(record: &SolveRecord) -> Self {
+        Self {
+            size: size_of::<Self>() as u32,
+            status: record.status.code(),
+            is_verified: u32::from(record.is_verified),
+            start: record.start.code(),
+            recovery: record.recovery,
+            reserved: 0,
+            input: record.input,
+            settings: record.settings,
+            output: record.output,
+            translation: RemoraStage::of(&record.translation),
+            reorientation: RemoraStage::of(&record.reorientation),
+            version: text(record.version),
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! A caller as one in C: memory, structures, and the functions over them.
+#![allow(unsafe_code, reason = "calls what C calls")]
+#![allow(dead_code, reason = "two programs of tests use this file")]
+
+use remora_capi::*;
+use std::ffi::c_void;
+
+/// Memory as C has it: some bytes more than needed, the first aligned one first.
+pub struct Memory {
+    pub bytes: Vec<u8>,
+    pub offset: usize,
+    pub length: usize,
+}
+
+impl Memory {
+    /// Filled with a pattern, so that a byte that is written shows.
+    pub fn new(length: usize) -> Self {
+        let bytes = vec![0xa5; length + 2 * REMORA_ALIGNMENT];
+        let offset = bytes.as_ptr().align_offset(REMORA_ALIGNMENT);
+        Self { bytes, offset, length }
+    }
+
+    pub fn pointer(&mut self) -> *mut c_void {
+        self.bytes[self.offset..].as_mut_ptr().cast()
+    }
+
+    pub fn contents(&self) -> &[u8] {
+        &self.bytes[self.offset..self.offset + self.length]
+    }
+}
+
+/// A workspace, a flight and what is handed to the functions.
+pub struct Caller {
+    pub workspace: Memory,
+    pub flight: Memory,
+    pub mission: RemoraMission,
+    pub scenario: RemoraScenario,
+    pub options: RemoraOptions,
+    pub settings: RemoraGuidance,
+    pub report: RemoraReport,
+    pub node: RemoraNode,
+    pub estimate: RemoraEstimate,
+    pub command: RemoraCommand,
+}
+
+/// A structure of zeros with its size.
+pub fn sized<T>(set: fn(&mut T, u32)) -> T {
+    // SAFETY: the structures are numbers, and zero is one.
+    let mut value: T = unsafe { std::mem::zeroed() };
+    set(&mut value, size_of::<T>() as u32);
+    value
+}
+
+impl Caller {
+    /// One who has only room so far.
+    pub fn new() -> Self {
+        let mut caller = Self {
+            workspace: Memory::new(REMORA_WORKSPACE_BYTES),
+            flight: Memory::new(REMORA_FLIGHT_BYTES),
+            mission: sized(|s, size| s.size = size),
+            scenario: sized(|s, size| s.size = size),
+            options: sized(|s, size| s.size = size),
+            settings: sized(|s, size| s.size = size),
+            report: sized(|s, size| s.size = size),
+            node: sized(|s, size| s.size = size),
+            estimate: sized(|s, size| s.size = size),
+            command: sized(|s, size| s.size = size),
+        };
+        let Self { mission, scenario, options, settings, .. } = &mut caller;
+        // SAFETY: places for the structures.
+        let status = unsafe { remora_defaults(REMORA_ABI, mission, scenario, options, settings) };
+        assert_eq!(status, RemoraStatus::Ok);
+        caller.scenario.position = [8.0, 0.0, 0.0];
+        caller.options.mode = REMORA_FEASIBLE;
+        caller
+    }
+
+    /// One with an open workspace.
+    pub fn open() -> Self {
+        let mut caller = Self::new();
+        assert_eq!(caller.opens(REMORA_ABI), RemoraStatus::Ok);
+        caller
+    }
+
+    /// One with a plan.
+    pub fn planned() -> Self {
+        let mut caller = Self::open();
+        assert_eq!(caller.plans(), RemoraStatus::Ok);
+        assert_eq!(caller.report.is_verified, 1);
+        caller
+    }
+
+    /// One who flies it.
+    pub fn flying() -> Self {
+        let mut caller = Self::planned();
+        assert_eq!(caller.flies(), RemoraStatus::Ok);
+        assert_eq!(caller.hands_over(0.0), RemoraStatus::Ok);
+        // SAFETY: as below.
+        let status =
+            unsafe { remora_expected(caller.flight.pointer(), 300.0, &mut caller.estimate) };
+        assert_eq!(status, RemoraStatus::Ok);
+        caller
+    }
+
+    pub fn opens(&mut self, abi: u32) -> RemoraStatus {
+        let bytes = self.workspace.length;
+        // SAFETY: memory and structures of this, here and below.
+        unsafe { remora_open(self.workspace.pointer(), bytes, abi, &self.mission) }
+    }
+
+    pub fn plans(&mut self) -> RemoraStatus {
+        // SAFETY: as above.
+        unsafe {
+            let workspace = self.workspace.pointer();
+            remora_plan(workspace, &self.scenario, &self.options, &mut self.report)
+        }
+    }
+
+    pub fn replans(&mut self, lead: f64) -> RemoraStatus {
+        let (workspace, flight) = (self.workspace.pointer(), self.flight.pointer());
+        let Self { estimate, options, report, .. } = self;
+        // SAFETY: as above.
+        unsafe { remora_replan(workspace, flight, estimate, lead, options, report) }
+    }
+
+    pub fn flies(&mut self) -> RemoraStatus {
+        // SAFETY: as above.
+        unsafe {
+            remora_fly(self.flight.pointer(), REMORA_FLIGHT_BYTES, REMORA_ABI, &self.settings)
+        }
+    }
+
+    pub fn hands_over(&mut self, begins: f64) -> RemoraStatus {
+        // SAFETY: as above.
+        unsafe { remora_flight_plan(self.workspace.pointer(), begins, self.flight.pointer()) }
+    }
+
+    pub fn guides(&mut self, limits: Option<&RemoraLimits>) -> RemoraStatus {
+        let flight = self.flight.pointer();
+        let limits = limits.map_or(std::ptr::null(), |limits| &raw const *limits);
+        // SAFETY: as above.
+        unsafe { remora_guide(flight, &self.estimate, limits, &mut self.command) }
+    }
+
+    pub fn copies_node(&mut self, index: u32) -> RemoraStatus {
+        // SAFETY: as above.
+        unsafe { remora_node(self.workspace.pointer(), index, &mut self.node) }
+    }
+
+    /// All that a call might change.
+    pub fn everything(&self) -> Vec<u8> {
+        let mut all = [self.workspace.contents(), self.flight.contents()].concat();
+        all.extend(format!("{:?}", self.report).bytes());
+        all.extend(format!("{:?}{:?}", self.node, self.command).bytes());
+        all
+    }
+}

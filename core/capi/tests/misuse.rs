@@ -1,0 +1,339 @@
+//! What a caller in C can get wrong: each mistake has a status of its own, and leaves memory as it was.
+#![allow(unsafe_code, reason = "calls what C calls")]
+
+mod caller;
+
+use caller::{Caller, sized};
+use remora_capi::*;
+use std::ffi::{CStr, c_void};
+
+/// That a call answers this and changes nothing.
+#[track_caller]
+fn is_refused(
+    mut caller: Caller,
+    with: RemoraStatus,
+    call: impl FnOnce(&mut Caller) -> RemoraStatus,
+) {
+    let before = caller.everything();
+    assert_eq!(call(&mut caller), with);
+    assert!(caller.everything() == before, "{with:?}: memory was written");
+}
+
+// Verifies REM-DOR-003.
+#[test]
+fn a_null_pointer_is_refused() {
+    let null = RemoraStatus::Null;
+    // SAFETY: NULL is looked at.
+    unsafe {
+        let nothing = std::ptr::null_mut::<c_void>();
+        let bytes = REMORA_WORKSPACE_BYTES;
+        is_refused(Caller::new(), null, |c| remora_open(nothing, bytes, REMORA_ABI, &c.mission));
+        is_refused(Caller::new(), null, |c| {
+            remora_open(c.workspace.pointer(), bytes, REMORA_ABI, std::ptr::null())
+        });
+        is_refused(Caller::open(), null, |c| {
+            let workspace = c.workspace.pointer();
+            remora_plan(workspace, std::ptr::null(), &c.options, &mut c.report)
+        });
+        is_refused(Caller::open(), null, |c| {
+            let workspace = c.workspace.pointer();
+            remora_plan(workspace, &c.scenario, std::ptr::null(), &mut c.report)
+        });
+        is_refused(Caller::open(), null, |c| {
+            let workspace = c.workspace.pointer();
+            remora_plan(workspace, &c.scenario, &c.options, std::ptr::null_mut())
+        });
+        is_refused(Caller::planned(), null, |c| {
+            remora_node(c.workspace.pointer(), 0, std::ptr::null_mut())
+        });
+        is_refused(Caller::open(), null, |c| {
+            remora_self_test(c.workspace.pointer(), REMORA_RK4, std::ptr::null_mut())
+        });
+        is_refused(Caller::flying(), null, |c| {
+            remora_guide(c.flight.pointer(), std::ptr::null(), std::ptr::null(), &mut c.command)
+        });
+    }
+    // A length without a model.
+    is_refused(Caller::open(), null, |c| {
+        c.options.model_bytes = 10;
+        c.plans()
+    });
+}
+
+#[test]
+fn a_foreign_interface_is_refused() {
+    is_refused(Caller::new(), RemoraStatus::ForeignAbi, |c| c.opens(REMORA_ABI + 1));
+    is_refused(Caller::new(), RemoraStatus::ForeignAbi, |c| {
+        let nothing = std::ptr::null_mut();
+        // SAFETY: nothing is given.
+        unsafe {
+            remora_defaults(0, &mut c.mission, std::ptr::null_mut(), std::ptr::null_mut(), nothing)
+        }
+    });
+}
+
+#[test]
+fn short_memory_is_refused() {
+    is_refused(Caller::new(), RemoraStatus::ShortMemory, |c| {
+        c.workspace.length -= 1;
+        let status = c.opens(REMORA_ABI);
+        c.workspace.length += 1;
+        status
+    });
+    is_refused(Caller::new(), RemoraStatus::ShortMemory, |c| {
+        let bytes = REMORA_FLIGHT_BYTES - 1;
+        // SAFETY: there is more.
+        unsafe { remora_fly(c.flight.pointer(), bytes, REMORA_ABI, &c.settings) }
+    });
+}
+
+#[test]
+fn misaligned_memory_is_refused() {
+    for by in [1, 8, 32] {
+        is_refused(Caller::new(), RemoraStatus::Misaligned, |c| {
+            let memory = c.workspace.pointer().wrapping_byte_add(by);
+            // SAFETY: there are 64 bytes more than are asked for.
+            unsafe { remora_open(memory, REMORA_WORKSPACE_BYTES, REMORA_ABI, &c.mission) }
+        });
+    }
+    // A structure, too.
+    is_refused(Caller::planned(), RemoraStatus::Misaligned, |c| {
+        let node = (&raw mut c.node).wrapping_byte_add(1);
+        // SAFETY: looked at before it is followed.
+        unsafe { remora_node(c.workspace.pointer(), 0, node) }
+    });
+}
+
+#[test]
+fn memory_that_was_not_opened_is_refused() {
+    is_refused(Caller::new(), RemoraStatus::NotOpen, Caller::plans);
+    is_refused(Caller::new(), RemoraStatus::NotOpen, |c| c.copies_node(0));
+    is_refused(Caller::planned(), RemoraStatus::NoFlight, |c| c.hands_over(0.0));
+    is_refused(Caller::planned(), RemoraStatus::NoFlight, |c| c.guides(None));
+    // A flight is no workspace.
+    is_refused(Caller::flying(), RemoraStatus::NotOpen, |c| {
+        // SAFETY: the flight's memory is looked at for its mark only.
+        unsafe { remora_node(c.flight.pointer(), 0, &mut c.node) }
+    });
+}
+
+#[test]
+fn a_structure_of_another_size_is_refused() {
+    let other = RemoraStatus::StructSize;
+    is_refused(Caller::new(), other, |c| {
+        c.mission.size -= 8;
+        c.opens(REMORA_ABI)
+    });
+    is_refused(Caller::open(), other, |c| {
+        c.scenario.size = 0;
+        c.plans()
+    });
+    is_refused(Caller::open(), other, |c| {
+        c.options.size += 8;
+        c.plans()
+    });
+    let mut caller = Caller::planned();
+    caller.node.size -= 4;
+    is_refused(caller, other, |c| c.copies_node(0));
+    let mut caller = Caller::flying();
+    caller.command.size = 4;
+    is_refused(caller, other, |c| c.guides(None));
+}
+
+#[test]
+fn results_within_the_workspace_are_refused() {
+    is_refused(Caller::planned(), RemoraStatus::Overlap, |c| {
+        let workspace = c.workspace.pointer();
+        // Some zeros of the planner's, and a size that fits: only the place is wrong.
+        let node = workspace.wrapping_byte_add(REMORA_WORKSPACE_BYTES / 2).cast::<RemoraNode>();
+        // SAFETY: within memory of this; what stood there is put back.
+        unsafe {
+            let before = node.cast::<u32>().read();
+            node.cast::<u32>().write(size_of::<RemoraNode>() as u32);
+            let status = remora_node(workspace, 0, node);
+            node.cast::<u32>().write(before);
+            status
+        }
+    });
+}
+
+#[test]
+fn what_is_not_finite_is_refused() {
+    let nan = RemoraStatus::NotFinite;
+    for change in [
+        (|s| s.position[1] = f64::NAN) as fn(&mut RemoraScenario),
+        |s| s.target_attitude[3] = f64::INFINITY,
+        |s| s.duration = f64::NAN,
+    ] {
+        is_refused(Caller::open(), nan, |c| {
+            change(&mut c.scenario);
+            c.plans()
+        });
+    }
+    is_refused(Caller::flying(), nan, |c| {
+        c.estimate.rate[2] = f64::NAN;
+        c.replans(10.0)
+    });
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    is_refused(Caller::new(), RemoraStatus::InvalidMission, |c| {
+        c.mission.bus_mass = f64::NAN;
+        c.opens(REMORA_ABI)
+    });
+    is_refused(Caller::open(), RemoraStatus::InvalidScenario, |c| {
+        c.scenario.target_attitude = [0.0; 4];
+        c.plans()
+    });
+    for change in [
+        (|o| o.mode = 2) as fn(&mut RemoraOptions),
+        |o| o.integrator = 7,
+        |o| o.substeps = 3,
+        |o| o.deadline = f64::NAN,
+        // There is no clock.
+        |o| o.deadline = 1.0,
+    ] {
+        is_refused(Caller::open(), RemoraStatus::InvalidOption, |c| {
+            change(&mut c.options);
+            c.plans()
+        });
+    }
+    is_refused(Caller::new(), RemoraStatus::InvalidSetting, |c| {
+        c.settings.bandwidth[0] = -1.0;
+        c.flies()
+    });
+    is_refused(Caller::flying(), RemoraStatus::InvalidSetting, |c| {
+        let mut limits: RemoraLimits = sized(|s, size| s.size = size);
+        limits.force[0] = f64::NAN;
+        c.guides(Some(&limits))
+    });
+    is_refused(Caller::flying(), RemoraStatus::InvalidOption, |c| {
+        // SAFETY: a flight of this.
+        unsafe { remora_ask(c.flight.pointer(), 3) }
+    });
+}
+
+#[test]
+fn times_out_of_range_are_refused() {
+    is_refused(Caller::flying(), RemoraStatus::InvalidTime, |c| c.hands_over(f64::NAN));
+    // The plan in force begins then: which is meant could not be told.
+    is_refused(Caller::flying(), RemoraStatus::InvalidTime, |c| c.hands_over(0.0));
+    is_refused(Caller::flying(), RemoraStatus::InvalidTime, |c| c.replans(-1.0));
+    is_refused(Caller::flying(), RemoraStatus::NothingLeft, |c| c.replans(1000.0));
+}
+
+#[test]
+fn a_plan_that_is_not_there_is_refused() {
+    is_refused(Caller::open(), RemoraStatus::NoPlan, |c| c.copies_node(0));
+    is_refused(Caller::planned(), RemoraStatus::NoSuchNode, |c| c.copies_node(60));
+    let mut caller = Caller::open();
+    assert_eq!(caller.flies(), RemoraStatus::Ok);
+    is_refused(caller, RemoraStatus::NoPlan, |c| c.hands_over(0.0));
+    let mut caller = Caller::planned();
+    assert_eq!(caller.flies(), RemoraStatus::Ok);
+    is_refused(caller, RemoraStatus::NoFlightPlan, |c| c.guides(None));
+}
+
+#[test]
+fn a_plan_that_cannot_be_flown_is_refused() {
+    let mut caller = Caller::open();
+    caller.options.integrator = REMORA_EULER;
+    assert_eq!(caller.plans(), RemoraStatus::Ok);
+    assert_eq!(caller.flies(), RemoraStatus::Ok);
+    is_refused(caller, RemoraStatus::EulerPlan, |c| c.hands_over(0.0));
+    // Planning that was stopped at once leaves a plan, which the verifier rejects.
+    unsafe extern "C" fn at_once(_: *mut c_void) -> u32 {
+        1
+    }
+    let mut caller = Caller::open();
+    caller.options.should_stop = Some(at_once);
+    assert_eq!(caller.plans(), RemoraStatus::Ok);
+    assert_eq!((caller.report.is_verified, caller.report.verdict), (0, 2));
+    assert_eq!(caller.flies(), RemoraStatus::Ok);
+    is_refused(caller, RemoraStatus::NotFlyable, |c| c.hands_over(0.0));
+}
+
+#[test]
+fn a_flight_of_another_mission_is_refused() {
+    let mut caller = Caller::flying();
+    caller.mission.bus_mass = 510.0;
+    assert_eq!(caller.opens(REMORA_ABI), RemoraStatus::Ok);
+    assert_eq!(caller.plans(), RemoraStatus::Ok);
+    is_refused(caller, RemoraStatus::OtherMission, |c| {
+        assert_eq!(c.hands_over(5.0), RemoraStatus::OtherMission);
+        c.replans(10.0)
+    });
+}
+
+/// What a callback sees that plans in the workspace it is called from.
+#[test]
+fn a_call_from_a_callback_finds_the_workspace_busy() {
+    struct Seen(*mut c_void, Vec<RemoraStatus>);
+    unsafe extern "C" fn looks(context: *mut c_void) -> u32 {
+        // SAFETY: the context is a `Seen`, which nobody else looks at now.
+        let Seen(workspace, statuses) = unsafe { &mut *context.cast::<Seen>() };
+        let mut node: RemoraNode = sized(|s, size| s.size = size);
+        let mission = Caller::new().mission;
+        // SAFETY: a workspace, looked at for its mark only, and structures of this.
+        unsafe {
+            statuses.push(remora_node(*workspace, 0, &mut node));
+            let bytes = REMORA_WORKSPACE_BYTES;
+            statuses.push(remora_open(*workspace, bytes, REMORA_ABI, &mission));
+        }
+        0
+    }
+    let mut caller = Caller::open();
+    let mut seen = Seen(caller.workspace.pointer(), Vec::new());
+    caller.options.should_stop = Some(looks);
+    caller.options.context = (&raw mut seen).cast();
+    assert_eq!(caller.plans(), RemoraStatus::Ok);
+    assert_eq!(caller.report.is_verified, 1);
+    assert!(seen.1.len() > 500, "{}", seen.1.len());
+    assert!(seen.1.iter().all(|status| *status == RemoraStatus::Busy));
+    assert_eq!(caller.copies_node(0), RemoraStatus::Ok);
+}
+
+/// A processor that calculates otherwise, for as long as a call takes.
+// Verifies REM-DOR-003.
+#[test]
+#[cfg(target_arch = "x86_64")]
+fn other_arithmetic_is_refused() {
+    use std::arch::asm;
+    let with = |bits: u32, call: &mut dyn FnMut() -> RemoraStatus| {
+        let (usual, changed) = (0x1f80u32, 0x1f80 | bits);
+        // SAFETY: loads a valid register, and the usual one again.
+        unsafe {
+            asm!("ldmxcsr [{}]", in(reg) &changed, options(nostack));
+            let status = call();
+            asm!("ldmxcsr [{}]", in(reg) &usual, options(nostack));
+            status
+        }
+    };
+    for (bits, status) in [
+        (0x8000, RemoraStatus::FlushToZero),
+        (0x0040, RemoraStatus::FlushToZero),
+        (0x2000, RemoraStatus::Rounding),
+        (0x4000, RemoraStatus::Rounding),
+        (0x6000, RemoraStatus::Rounding),
+    ] {
+        is_refused(Caller::new(), status, |c| with(bits, &mut || c.opens(REMORA_ABI)));
+        is_refused(Caller::open(), status, |c| with(bits, &mut || c.plans()));
+        is_refused(Caller::flying(), status, |c| with(bits, &mut || c.guides(None)));
+        is_refused(Caller::flying(), status, |c| with(bits, &mut || c.replans(10.0)));
+    }
+}
+
+#[test]
+fn every_status_has_words_of_its_own() {
+    let words = |status: u32| {
+        // SAFETY: a text that ends.
+        unsafe { CStr::from_ptr(remora_strerror(status)) }.to_str().unwrap().to_string()
+    };
+    let last = RemoraStatus::WrongChecksum as u32;
+    let all: std::collections::BTreeSet<String> = (0..=last + 1).map(words).collect();
+    assert_eq!(all.len() as u32, last + 2);
+    assert_eq!(words(last + 1), words(u32::MAX));
+    assert_eq!(words(RemoraStatus::Misaligned as u32), "memory or a structure is not aligned");
+    assert_eq!(remora_abi(), REMORA_ABI);
+}
