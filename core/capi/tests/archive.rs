@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{SANITIZED, STRICT, golden, output, prefix, public_scenarios, root};
+use common::{SANITIZED, STRICT, golden, link, output, prefix, public_scenarios, root};
 use remora_core::prelude::*;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -13,12 +13,9 @@ use std::process::{Command, Stdio};
 
 /// A C program against the installed package, with sanitizers that end it.
 fn program(source: &str, name: &str) -> PathBuf {
-    let (prefix, program) = (prefix(), prefix().join(name));
     let mut command = Command::new("cc");
-    command.arg("-std=c99").args(STRICT).args(SANITIZED);
-    command.arg("-I").arg(prefix.join("include")).arg(root().join(source));
-    output(command.arg("-o").arg(&program).arg("-L").arg(prefix.join("lib")).arg("-lremora"));
-    program
+    command.arg("-std=c99").args(STRICT).args(SANITIZED).arg(root().join(source));
+    link(&mut command, prefix(), prefix().join(name))
 }
 
 /// The plan of the example by the Rust planner.

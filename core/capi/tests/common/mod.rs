@@ -39,6 +39,13 @@ pub const STRICT: [&str; 5] = ["-pedantic", "-Wall", "-Wextra", "-Werror", "-g"]
 /// Sanitizers, which end a program.
 pub const SANITIZED: [&str; 2] = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
 
+/// Runs a compiler that makes a program of sources and the archive installed below a folder.
+pub fn link(compiler: &mut Command, installed: &Path, program: PathBuf) -> PathBuf {
+    compiler.arg("-I").arg(installed.join("include")).arg("-o").arg(&program);
+    output(compiler.arg("-L").arg(installed.join("lib")).arg("-lremora"));
+    program
+}
+
 /// A public scenario: its name, attitude and rate of the target, position and velocity.
 pub type Public = (String, [f64; 13]);
 

@@ -7,4 +7,6 @@ model_euler_end:
 model_rk4:
     .incbin "rk4.model"
 model_rk4_end:
+#ifdef __linux__
     .section .note.GNU-stack, "", %progbits
+#endif
