@@ -55,27 +55,28 @@ class Ground : public Fw::PassiveComponentBase {
     }
 
   private:
-    static Ground& of(Fw::PassiveComponentBase* component) { return *static_cast<Ground*>(component); }
+    typedef Fw::PassiveComponentBase Base;
+    static Ground& of(Base* component) { return *static_cast<Ground*>(component); }
     // A clock that goes on by a millisecond with each look.
-    static void tell_time(Fw::PassiveComponentBase* self, FwIndexType, Fw::Time& time) {
+    static void tell_time(Base* self, FwIndexType, Fw::Time& time) {
         const U32 now = of(self).microseconds += 1000;
         time = Fw::Time(TimeBase::TB_NONE, now / 1000000, now % 1000000);
     }
-    static void keep_telemetry(Fw::PassiveComponentBase* self, FwIndexType, FwChanIdType id, Fw::Time&, Fw::TlmBuffer& value) {
+    static void keep_telemetry(Base* self, FwIndexType, FwChanIdType id, Fw::Time&, Fw::TlmBuffer& value) {
         of(self).telemetry[id] = value;
     }
-    static void keep_event(Fw::PassiveComponentBase* self, FwIndexType, FwEventIdType id, Fw::Time&, const Fw::LogSeverity&,
+    static void keep_event(Base* self, FwIndexType, FwEventIdType id, Fw::Time&, const Fw::LogSeverity&,
                            Fw::LogBuffer&) {
         of(self).events[id]++;
     }
-    static void keep_response(Fw::PassiveComponentBase* self, FwIndexType, FwOpcodeType, U32, const Fw::CmdResponse& response) {
+    static void keep_response(Base* self, FwIndexType, FwOpcodeType, U32, const Fw::CmdResponse& response) {
         of(self).response = response;
     }
-    static Fw::ParamValid get_parameter(Fw::PassiveComponentBase*, FwIndexType, FwPrmIdType id, Fw::ParamBuffer& value) {
+    static Fw::ParamValid get_parameter(Base*, FwIndexType, FwPrmIdType id, Fw::ParamBuffer& value) {
         value.resetSer();
         return id == SUBSTEPS ? ((void)value.serializeFrom(U32(4)), Fw::ParamValid::VALID) : Fw::ParamValid::INVALID;
     }
-    static void keep_command(Fw::PassiveComponentBase* self, FwIndexType, Remora::Command& command) {
+    static void keep_command(Base* self, FwIndexType, Remora::Command& command) {
         of(self).commands.push_back(command);
     }
 

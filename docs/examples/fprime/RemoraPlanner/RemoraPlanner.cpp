@@ -20,25 +20,7 @@ Vector3 toFpp(const double (&from)[3]) {
 
 }  // namespace
 
-RemoraPlanner::RemoraPlanner(const char* compName)
-    : RemoraPlannerComponentBase(compName),
-      m_workspace(),
-      m_flight(),
-      m_copy(),
-      m_model(nullptr),
-      m_modelBytes(0),
-      m_report(),
-      m_plans(0),
-      m_sumSeconds(0.0),
-      m_longestSeconds(0.0),
-      m_estimate(),
-      m_isFresh(false),
-      m_isFlying(false),
-      m_isWaiting(false),
-      m_begins(0.0),
-      m_missed(0),
-      m_wanted(0),
-      m_mode(FlightMode::NO_PLAN) {}
+RemoraPlanner::RemoraPlanner(const char* compName) : RemoraPlannerComponentBase(compName) {}
 
 RemoraStatus RemoraPlanner::configure(const RemoraMission& mission,
                                       const RemoraGuidance* guidance,
@@ -46,12 +28,11 @@ RemoraStatus RemoraPlanner::configure(const RemoraMission& mission,
                                       size_t bytes) {
     m_model = model;
     m_modelBytes = bytes;
-    const RemoraStatus status =
-        remora_open(m_workspace, REMORA_WORKSPACE_BYTES, REMORA_ABI, &mission);
+    const RemoraStatus status = remora_open(m_workspace, sizeof m_workspace, REMORA_ABI, &mission);
     if (status != REMORA_STATUS_OK) {
         return status;
     }
-    return remora_fly(m_flight, REMORA_FLIGHT_BYTES, REMORA_ABI, guidance);
+    return remora_fly(m_flight, sizeof m_flight, REMORA_ABI, guidance);
 }
 
 // ----------------------------------------------------------------------
@@ -59,8 +40,7 @@ RemoraStatus RemoraPlanner::configure(const RemoraMission& mission,
 // ----------------------------------------------------------------------
 
 void RemoraPlanner::PLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, Scenario scenario) {
-    if (!this->workspaceIsFree()) {
-        this->cmdResponse_out(opCode, cmdSeq, Fw::CmdResponse::BUSY);
+    if (this->isBusy(opCode, cmdSeq)) {
         return;
     }
     RemoraScenario input;
@@ -77,8 +57,7 @@ void RemoraPlanner::PLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, Scenario sc
 }
 
 void RemoraPlanner::FLY_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, F64 begins) {
-    if (!this->workspaceIsFree()) {
-        this->cmdResponse_out(opCode, cmdSeq, Fw::CmdResponse::BUSY);
+    if (this->isBusy(opCode, cmdSeq)) {
         return;
     }
     // What else may be wrong with the plan, the hand-over itself finds.
@@ -95,18 +74,16 @@ void RemoraPlanner::FLY_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, F64 begins) 
 }
 
 void RemoraPlanner::REPLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, F64 lead) {
-    if (!this->workspaceIsFree()) {
-        this->cmdResponse_out(opCode, cmdSeq, Fw::CmdResponse::BUSY);
+    if (this->isBusy(opCode, cmdSeq)) {
         return;
     }
     this->lock();
-    (void)std::memcpy(m_copy, m_flight, REMORA_FLIGHT_BYTES);
+    (void)std::memcpy(m_copy, m_flight, sizeof m_copy);
     const RemoraEstimate estimate = m_estimate;
     this->unLock();
     const RemoraOptions options = this->options();
     m_report.size = sizeof m_report;
-    const RemoraStatus status =
-        remora_replan(m_workspace, m_copy, &estimate, lead, &options, &m_report);
+    const RemoraStatus status = remora_replan(m_workspace, m_copy, &estimate, lead, &options, &m_report);
     const Fw::CmdResponse response = this->planned(status);
     if (response == Fw::CmdResponse::OK && m_report.is_verified != 0) {
         this->lock();
@@ -118,8 +95,7 @@ void RemoraPlanner::REPLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, F64 lead)
 }
 
 void RemoraPlanner::SELF_TEST_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) {
-    if (!this->workspaceIsFree()) {
-        this->cmdResponse_out(opCode, cmdSeq, Fw::CmdResponse::BUSY);
+    if (this->isBusy(opCode, cmdSeq)) {
         return;
     }
     U64 checksum = 0;
@@ -135,11 +111,14 @@ void RemoraPlanner::SELF_TEST_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) {
     this->cmdResponse_out(opCode, cmdSeq, Fw::CmdResponse::OK);
 }
 
-bool RemoraPlanner::workspaceIsFree() {
+bool RemoraPlanner::isBusy(FwOpcodeType opCode, U32 cmdSeq) {
     this->lock();
-    const bool isFree = !m_isWaiting;
+    const bool isWaiting = m_isWaiting;
     this->unLock();
-    return isFree;
+    if (isWaiting) {
+        this->cmdResponse_out(opCode, cmdSeq, Fw::CmdResponse::BUSY);
+    }
+    return isWaiting;
 }
 
 RemoraOptions RemoraPlanner::options() {
@@ -250,8 +229,7 @@ void RemoraPlanner::schedIn_handler(FwIndexType portNum, U32 context) {
 
 void RemoraPlanner::takeOver() {
     m_isWaiting = false;
-    const RemoraStatus status =
-        remora_flight_plan(m_workspace, m_begins, m_flight);
+    const RemoraStatus status = remora_flight_plan(m_workspace, m_begins, m_flight);
     if (!this->guidanceFailed("fly", status)) {
         m_isFlying = true;
         this->log_ACTIVITY_HI_Flying(m_begins);

@@ -26,8 +26,8 @@ class RemoraPlanner : public RemoraPlannerComponentBase {
     void ABORT_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) override;
     void SELF_TEST_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) override;
 
-    //! Whether no plan waits for its time: only then may the workspace be written.
-    bool workspaceIsFree();
+    //! Whether a plan waits for its time: until then nobody may write the workspace. Answers the command if so.
+    bool isBusy(FwOpcodeType opCode, U32 cmdSeq);
     //! How to plan, by the parameters.
     RemoraOptions options();
     //! Tells the ground what became of planning; the answer to the command.
@@ -43,27 +43,26 @@ class RemoraPlanner : public RemoraPlannerComponentBase {
     //! Seconds of the component's time, for the planner.
     static double clock(void* context);
 
-    alignas(REMORA_ALIGNMENT) U8 m_workspace[REMORA_WORKSPACE_BYTES];
-    alignas(REMORA_ALIGNMENT) U8 m_flight[REMORA_FLIGHT_BYTES];
-    alignas(REMORA_ALIGNMENT) U8 m_copy[REMORA_FLIGHT_BYTES];
-
     // The component's thread.
-    const U8* m_model;
-    size_t m_modelBytes;
-    RemoraReport m_report;
-    U32 m_plans;
-    F64 m_sumSeconds;
-    F64 m_longestSeconds;
+    alignas(REMORA_ALIGNMENT) U8 m_workspace[REMORA_WORKSPACE_BYTES] = {};
+    alignas(REMORA_ALIGNMENT) U8 m_copy[REMORA_FLIGHT_BYTES] = {};
+    const U8* m_model = nullptr;
+    size_t m_modelBytes = 0;
+    RemoraReport m_report = RemoraReport();
+    U32 m_plans = 0;
+    F64 m_sumSeconds = 0.0;
+    F64 m_longestSeconds = 0.0;
 
     // Under the lock.
-    RemoraEstimate m_estimate;
-    bool m_isFresh;
-    bool m_isFlying;
-    bool m_isWaiting;
-    F64 m_begins;
-    U32 m_missed;
-    U32 m_wanted;
-    U32 m_mode;
+    alignas(REMORA_ALIGNMENT) U8 m_flight[REMORA_FLIGHT_BYTES] = {};
+    RemoraEstimate m_estimate = RemoraEstimate();
+    bool m_isFresh = false;    //!< Whether the estimate is newer than the last step
+    bool m_isFlying = false;
+    bool m_isWaiting = false;  //!< Whether the plan in the workspace waits for its time
+    F64 m_begins = 0.0;        //!< That time [s]
+    U32 m_missed = 0;
+    U32 m_wanted = 0;          //!< Why guidance wants another plan; 0: it does not
+    U32 m_mode = FlightMode::NO_PLAN;
 };
 
 }  // namespace Remora

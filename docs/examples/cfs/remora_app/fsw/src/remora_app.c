@@ -96,7 +96,7 @@ static void REMORA_APP_ProcessMessage(const CFE_SB_Buffer_t *Buffer)
             break;
 
         default:
-            CFE_EVS_SendEvent(REMORA_APP_MID_ERR_EID, CFE_EVS_EventType_ERROR, "REMORA_APP: message 0x%lx is not for it",
+            CFE_EVS_SendEvent(REMORA_APP_MID_ERR_EID, CFE_EVS_EventType_ERROR, "REMORA_APP: not for it: message 0x%lx",
                               (unsigned long)CFE_SB_MsgIdToValue(MsgId));
             break;
     }
