@@ -6,16 +6,12 @@ namespace Remora {
 
 namespace {
 
-//! Numbers of an FPP array to C, and back.
+//! Numbers of an FPP array to C.
 template <class Array, size_t N>
 void toC(const Array& from, double (&to)[N]) {
     for (U32 i = 0; i < N; i++) {
         to[i] = from[i];
     }
-}
-
-Vector3 toFpp(const double (&from)[3]) {
-    return Vector3(from[0], from[1], from[2]);
 }
 
 }  // namespace
@@ -40,6 +36,14 @@ RemoraStatus RemoraPlanner::configure(const RemoraMission& mission,
 // ----------------------------------------------------------------------
 
 void RemoraPlanner::PLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, Scenario scenario) {
+    this->plan(opCode, cmdSeq, scenario);
+}
+
+void RemoraPlanner::PLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, const Scenario& scenario) {
+    this->plan(opCode, cmdSeq, scenario);
+}
+
+void RemoraPlanner::plan(FwOpcodeType opCode, U32 cmdSeq, const Scenario& scenario) {
     if (this->isBusy(opCode, cmdSeq)) {
         return;
     }
@@ -237,8 +241,9 @@ void RemoraPlanner::takeOver() {
 }
 
 void RemoraPlanner::send(const RemoraCommand& command) {
-    Command out(static_cast<FlightMode::T>(command.mode), toFpp(command.force), toFpp(command.bus_torque),
-                toFpp(command.joint_torque), toFpp(command.joint_angle), toFpp(command.joint_rate));
+    const FlightMode mode(static_cast<FlightMode::T>(command.mode));
+    Command out(mode, Vector3(command.force), Vector3(command.bus_torque), Vector3(command.joint_torque),
+                Vector3(command.joint_angle), Vector3(command.joint_rate));
     this->commandOut_out(0, out);
     if (command.wanted != 0 && m_wanted == 0) {
         this->log_WARNING_LO_ReplanWanted(command.wanted);
@@ -248,8 +253,9 @@ void RemoraPlanner::send(const RemoraCommand& command) {
     }
     m_wanted = command.wanted;
     m_mode = command.mode;
-    this->tlmWrite_Mode(static_cast<FlightMode::T>(command.mode));
-    this->tlmWrite_TrackingError(Vector3(command.error[0], command.error[1], command.error[2]));
+    const F64 error[3] = {command.error[0], command.error[1], command.error[2]};
+    this->tlmWrite_Mode(mode);
+    this->tlmWrite_TrackingError(Vector3(error));
 }
 
 bool RemoraPlanner::guidanceFailed(const char* what, RemoraStatus status) {

@@ -18,14 +18,19 @@ class RemoraPlanner : public RemoraPlannerComponentBase {
     RemoraStatus configure(const RemoraMission& mission, const RemoraGuidance* guidance, const U8* model, size_t bytes);
 
   private:
-    void schedIn_handler(FwIndexType portNum, U32 context) override;
-    void estimateIn_handler(FwIndexType portNum, Estimate& estimate) override;
-    void PLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, Scenario scenario) override;
-    void FLY_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, F64 begins) override;
-    void REPLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, F64 lead) override;
-    void ABORT_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) override;
-    void SELF_TEST_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) override;
+    // Handlers. FPP 3.0 hands a structure over by value, later versions by reference: of the two for PLAN the base
+    // class knows one, which is why none is marked as an override.
+    void schedIn_handler(FwIndexType portNum, U32 context);
+    void estimateIn_handler(FwIndexType portNum, Estimate& estimate);
+    void PLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, Scenario scenario);
+    void PLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, const Scenario& scenario);
+    void FLY_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, F64 begins);
+    void REPLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, F64 lead);
+    void ABORT_cmdHandler(FwOpcodeType opCode, U32 cmdSeq);
+    void SELF_TEST_cmdHandler(FwOpcodeType opCode, U32 cmdSeq);
 
+    //! Plans an approach, and answers the command.
+    void plan(FwOpcodeType opCode, U32 cmdSeq, const Scenario& scenario);
     //! Whether a plan waits for its time: until then nobody may write the workspace. Answers the command if so.
     bool isBusy(FwOpcodeType opCode, U32 cmdSeq);
     //! How to plan, by the parameters.
