@@ -35,7 +35,8 @@ fn generate(folder: &Path) {
     let prefixes =
         [folder.to_path_buf(), stub(), component()].map(|path| path.display().to_string());
     let mut command = Command::new("fpp-to-cpp");
-    output(command.arg("-p").arg(prefixes.join(",")).arg("-d").arg(folder).args(&models));
+    command.current_dir(folder).arg("-p").arg(prefixes.join(","));
+    output(command.args(["-d", "."]).args(&models));
 }
 
 /// Each header that generated code includes and nobody has leads to the stub.
@@ -44,6 +45,7 @@ fn forward(folder: &Path) {
         let text = std::fs::read_to_string(file).unwrap();
         let quoted = text.lines().filter_map(|line| line.strip_prefix("#include \""));
         for name in quoted.filter_map(|rest| rest.strip_suffix('"')) {
+            assert!(!name.starts_with('/'), "{name} is not relative to what is generated");
             let header = folder.join(name);
             if !header.exists() {
                 std::fs::create_dir_all(header.parent().unwrap()).unwrap();
@@ -70,7 +72,7 @@ fn compiler(folder: &Path) -> Command {
 #[ignore = "needs the tools of FPP: ci/c.sh"]
 fn the_component_runs_clean_and_plans_what_rust_plans() {
     let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+    let folder = &folder.path().canonicalize().unwrap();
     generate(folder);
     forward(folder);
     output(compiler(folder).args(["-Wall", "-c"]).args(files(folder, "cpp")));
