@@ -1,6 +1,6 @@
 /* A Cortex-M7 with double precision, QEMU's mps2-an500: vectors, start-up, text, and the three functions that
- * the archive needs. Compile it with -fno-tree-loop-distribute-patterns: a loop that copies is no call of
- * memcpy in memcpy itself. */
+ * a compiler calls by itself. Compile it with -fno-tree-loop-distribute-patterns: a loop that copies is no call
+ * of memcpy in memcpy itself. */
 #include "board.h"
 #include <stddef.h>
 #include <stdint.h>
