@@ -89,14 +89,27 @@ static void load_options(void) {
     (void)housekeeping();
 }
 
+/* Whether a structure of a table is the default; says which number is not. */
+static bool is_default(const char *name, const void *table, const void *defaults, size_t size) {
+    const double *has = table, *should = defaults;
+    size_t i;
+    for (i = 0; i < size / sizeof(double); i++) {
+        if (memcmp(&has[i], &should[i], sizeof(double)) != 0) {
+            fprintf(stderr, "%s, byte %lu: %.17g, remora_defaults says %.17g\n", name,
+                    (unsigned long)(i * sizeof(double)), has[i], should[i]);
+        }
+    }
+    return memcmp(table, defaults, size) == 0;
+}
+
 /* The tables that are checked in: what remora_defaults says, with their checksums. */
 static void check_tables(void) {
     RemoraMission mission;
     RemoraOptions options;
     RemoraGuidance guidance;
     remora_defaults(REMORA_ABI, &mission, NULL, &options, &guidance);
-    CHECK(memcmp(&mission, &MissionTable.Mission, sizeof mission) == 0);
-    CHECK(memcmp(&guidance, &OptionsTable.Guidance, sizeof guidance) == 0);
+    CHECK(is_default("mission", &MissionTable.Mission, &mission, sizeof mission));
+    CHECK(is_default("guidance", &OptionsTable.Guidance, &guidance, sizeof guidance));
     CHECK(OptionsTable.Mode == options.mode && OptionsTable.Integrator == options.integrator);
     CHECK(OptionsTable.Substeps == options.substeps);
     printf("Mission 0x%04" PRIx32 " Options 0x%04" PRIx32 "\n", crc(&MissionTable, sizeof MissionTable),
