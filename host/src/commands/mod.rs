@@ -12,6 +12,7 @@ mod documented;
 mod draw;
 mod envelope;
 mod errors;
+mod export;
 mod firmware;
 mod fly;
 mod flying;
@@ -85,6 +86,7 @@ enum Command {
     Mission(mission::Args),
     Import(import::Args),
     Envelope(envelope::Args),
+    Export(export::Args),
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
     Dataset(dataset::Args),
@@ -229,6 +231,7 @@ impl Command {
             Self::Mission(args) => args.run(),
             Self::Import(args) => args.run(),
             Self::Envelope(args) => args.run(),
+            Self::Export(args) => args.run(),
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),
