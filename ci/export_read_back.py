@@ -13,6 +13,7 @@ as it must be.
 """
 
 import argparse
+from bisect import bisect_right
 from datetime import datetime, timedelta, timezone
 import json
 from pathlib import Path
@@ -97,7 +98,7 @@ class Chief:
         self.elements, self.start = text.get("elements"), None
         if self.elements is None:
             self.start = np.array(text["state"]["position_m"] + text["state"]["velocity_m_s"])
-            self.known = {0.0: self.start}
+            self.known = [(0.0, self.start)]
             return
         of = lambda key, otherwise: self.elements.get(key, otherwise)
         self.a = of("semi_major_axis_m", orbit["semi_major_axis_m"])
@@ -129,13 +130,13 @@ class Chief:
                 self.axes @ [-speed * sine, speed * flat * cosine, 0])
 
     def integrated(self, time):
-        """From the latest time that is known: rows come in order."""
-        begin = max(known for known in self.known if known <= time)
+        """From the latest time before it that is known."""
+        begin, x = self.known[bisect_right(self.known, time, key=lambda known: known[0]) - 1]
         rate = lambda x: np.concatenate([x[3:], -self.mu / np.linalg.norm(x[:3]) ** 3 * x[:3]])
-        x = self.known[begin]
         if time > begin:
-            x = rk4(rate, x, time - begin, max(1, int(np.ceil((time - begin) / 0.5))))
-            self.known = {begin: self.known[begin], time: x}
+            x = rk4(rate, x, time - begin, int(np.ceil((time - begin) / 0.5)))
+            if time > self.known[-1][0]:
+                self.known.append((time, x))
         return x[:3], x[3:]
 
 

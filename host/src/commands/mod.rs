@@ -29,6 +29,7 @@ mod profile;
 mod progress;
 mod qp_export;
 mod quantise;
+mod replay;
 mod reproduce;
 mod rerun;
 mod safety;
@@ -78,6 +79,7 @@ enum Command {
     Profile(profile::Args),
     Campaign(campaign::Args),
     Check(check::Args),
+    Replay(replay::Args),
     Fly(fly::Args),
     Rerun(rerun::Args),
     Safety(safety::Args),
@@ -223,6 +225,7 @@ impl Command {
             Self::Profile(args) => args.run(),
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
+            Self::Replay(args) => args.run(),
             Self::Fly(args) => args.run(),
             Self::Rerun(args) => args.run(),
             Self::Safety(args) => args.run(),

@@ -9,6 +9,7 @@ mod exported;
 mod flight;
 mod import;
 mod plan;
+mod replay;
 mod safety;
 mod vehicle;
 
@@ -21,6 +22,7 @@ pub use exported::exported_report;
 pub use flight::{flights_report, rerun_report};
 pub use import::{import_report, refused_import};
 pub use plan::{evidence, plan_report, refusal_report};
+pub use replay::replay_report;
 pub use safety::safety_report;
 pub use vehicle::vehicle_report;
 

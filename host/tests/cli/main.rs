@@ -7,6 +7,7 @@ mod check;
 mod dataset;
 mod draw;
 mod envelope;
+mod export;
 mod fly;
 mod foreign;
 mod import;
