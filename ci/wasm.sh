@@ -17,6 +17,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source ci/toolchain.sh
 target=wasm32-unknown-unknown
 require_toolchain $target
+# Debian's compiler brings no linker.
+own_toolchain_has $target || export CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=wasm-ld
 export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}/capi
 cargo_for $target rustc --locked -p remora-capi --lib --crate-type cdylib --profile archive
 cp "$CARGO_TARGET_DIR/$target/archive/remora_capi.wasm" "$file"

@@ -218,14 +218,16 @@ fn ran(command: &mut Command) -> Result<Output, Opened> {
     })
 }
 
-/// A program's end, which must be a good one; otherwise the last thing it said.
+/// A program's end, which must be a good one; otherwise what it said of it.
 fn ended(output: &Output) -> Result<(), Opened> {
     if output.status.success() {
         return Ok(());
     }
     let errors = String::from_utf8_lossy(&output.stderr);
-    let last = errors.lines().rev().find(|line| !line.trim().is_empty());
-    Err(Opened::Failed(last.map_or_else(|| output.status.to_string(), String::from)))
+    // What compilers say first is why; what other programs say last.
+    let mut lines = errors.lines().filter(|line| !line.trim().is_empty());
+    let why = lines.clone().find(|line| line.starts_with("error")).or_else(|| lines.next_back());
+    Err(Opened::Failed(why.map_or_else(|| output.status.to_string(), String::from)))
 }
 
 /// The checksum that a program prints.

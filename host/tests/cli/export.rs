@@ -34,7 +34,8 @@ fn rows(bench: &Bench, name: &str) -> Vec<(String, Vec<f64>)> {
     let text = bench.read(name);
     let row = |line: &str| {
         let (time, numbers) = line.split_once(' ')?;
-        let numbers = numbers.split_whitespace().map(|word| word.parse().ok()).collect();
+        let words = numbers.split_whitespace();
+        let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
         numbers.map(|numbers| (time.to_string(), numbers))
     };
     text.lines().filter(|line| line.starts_with("20")).filter_map(row).collect()
@@ -71,7 +72,7 @@ fn a_plan_becomes_five_files_and_the_same_again() {
     let before = names.each_ref().map(|name| fs::read(bench.path(&format!("out/{name}"))).unwrap());
     let refused = exported(&bench, &all);
     assert_eq!(refused.status, 2);
-    assert!(refused.err.contains("out/s1-000.servicer.oem: exists; --force"), "{}", refused.err);
+    assert!(refused.err.contains("out/s1-000.target.oem: exists; --force"), "{}", refused.err);
     assert_eq!(exported(&bench, &format!("{all} --force")).status, 0);
     let after = names.each_ref().map(|name| fs::read(bench.path(&format!("out/{name}"))).unwrap());
     assert!(before == after);

@@ -22,5 +22,6 @@ mod profile;
 mod qp_export;
 mod quantise;
 mod refusals;
+mod replay;
 mod reproduce;
 mod warm_start;

@@ -28,9 +28,9 @@ pub fn on_host(program: &Path, plans: &Plans, log: &Path) -> Result<(), Error> {
 }
 
 /// What the emulator leaves in an image's memory to ask it for plans.
-pub fn request(target: &Target, built: &Built, plans: &Plans) -> String {
+pub fn request(target: &Target, built: &Built, plans: &Plans) -> [String; 1] {
     let (address, word) = (built.request, target.loaded(plans.word()));
-    format!("addr=0x{address:x},data=0x{word:x},data-len=4")
+    [format!("addr=0x{address:x},data=0x{word:x},data-len=4")]
 }
 
 /// Has an image plan in the emulator what is left in its memory, and writes what it prints to `log`. The
@@ -38,7 +38,7 @@ pub fn request(target: &Target, built: &Built, plans: &Plans) -> String {
 ///
 /// # Errors
 /// An emulator that cannot be started, ends with an error, or does not end.
-pub fn emulate(target: &Target, image: &Path, left: &str, log: &Path) -> Result<(), Error> {
+pub fn emulate(target: &Target, image: &Path, left: &[String], log: &Path) -> Result<(), Error> {
     let mut command = Command::new(target.emulator.program);
     command
         .args(target.board)
@@ -47,8 +47,7 @@ pub fn emulate(target: &Target, image: &Path, left: &str, log: &Path) -> Result<
         .arg(format!("file:{}", log.display()))
         .arg("-kernel")
         .arg(image)
-        .arg("-device")
-        .arg(format!("loader,{left}"))
+        .args(left.iter().flat_map(|left| ["-device".into(), format!("loader,{left}")]))
         .stdout(Stdio::null());
     finish(&mut command, log)
 }

@@ -48,11 +48,9 @@ pub fn replay_image(
         Outline::read(&image).map_err(|error| Error::input(&error.file, "", error.reason))?;
     let address = outline.address(INPUT);
     let address = address.ok_or_else(|| Error::input(&image, INPUT, "no such symbol"))?;
-    let (input, log) = (scratch.join("input.bin"), scratch.join("replay.log"));
-    std::fs::write(&input, target.bytes(numbers)).map_err(|cause| Error::output(&input, &cause))?;
+    let log = scratch.join("replay.log");
     write(&log, "")?;
-    let left = format!("file={},addr=0x{address:x},force-raw=on", input.display());
-    emulator::emulate(target, &image, &left, &log)?;
+    emulator::emulate(target, &image, &target.left(address, numbers), &log)?;
 
     let text =
         std::fs::read_to_string(&log).map_err(|cause| Error::input(&log, "", io_reason(&cause)))?;
@@ -63,13 +61,15 @@ pub fn replay_image(
 }
 
 impl Target {
-    /// Numbers as the board's memory holds them.
-    fn bytes(&self, numbers: &[f64]) -> Vec<u8> {
-        let bytes = |number: &f64| match self.byte_order {
-            ByteOrder::Little => number.to_le_bytes(),
-            ByteOrder::Big => number.to_be_bytes(),
+    /// What the emulator leaves in the board's memory, a double an entry: a file's place would be one that the
+    /// image has already.
+    fn left(&self, address: u64, numbers: &[f64]) -> Vec<String> {
+        let is_big = if self.byte_order == ByteOrder::Big { "on" } else { "off" };
+        let at = (address..).step_by(size_of::<f64>());
+        let entry = |(at, number): (u64, &f64)| {
+            format!("addr=0x{at:x},data=0x{:x},data-len=8,data-be={is_big}", number.to_bits())
         };
-        numbers.iter().flat_map(bytes).collect()
+        at.zip(numbers).map(entry).collect()
     }
 }
 
@@ -80,9 +80,10 @@ mod tests {
 
     #[test]
     fn numbers_lie_as_the_processor_reads_them() {
-        let bytes = |i: usize| TARGETS[i].bytes(&[1.0, -2.0]);
-        assert_eq!(bytes(0)[6..8], [0xf0, 0x3f]);
-        assert_eq!(bytes(3)[..2], [0x3f, 0xf0]);
-        assert_eq!((bytes(3).len(), bytes(3)[8]), (16, 0xc0));
+        let left = |i: usize| TARGETS[i].left(0x2000_0008, &[1.0, -2.0]).join(" ");
+        let first = "addr=0x20000008,data=0x3ff0000000000000,data-len=8";
+        let second = "addr=0x20000010,data=0xc000000000000000,data-len=8";
+        assert_eq!(left(0), format!("{first},data-be=off {second},data-be=off"));
+        assert_eq!(left(3), format!("{first},data-be=on {second},data-be=on"));
     }
 }
