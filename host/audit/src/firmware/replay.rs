@@ -75,8 +75,7 @@ impl Target {
 
 #[cfg(test)]
 mod tests {
-    use super::super::target::TARGETS;
-    use super::*;
+    use crate::firmware::target::TARGETS;
 
     #[test]
     fn numbers_lie_as_the_processor_reads_them() {
