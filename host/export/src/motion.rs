@@ -109,8 +109,8 @@ impl Motion {
         };
         let motion = with_joints!(inputs.mission.joints(), NL => {
             match NL {
-                LINKS => Track::<LINKS>::of::<NL>(inputs, plan).map(|track| track.motion(NL, step)),
-                _ => Track::<MAX_JOINTS>::of::<NL>(inputs, plan).map(|track| track.motion(NL, step)),
+                LINKS => Track::<LINKS>::of::<NL>(inputs, plan).map(|track| track.motion(step)),
+                _ => Track::<MAX_JOINTS>::of::<NL>(inputs, plan).map(|track| track.motion(step)),
             }
         } else {
             return Err(Error::input(file, "inputs.mission.servicer.links", PLANNED_JOINTS))
@@ -131,6 +131,8 @@ impl Motion {
 /// A plan for a build with room for `M` joints.
 struct Track<const M: usize> {
     mission: Mission<M>,
+    /// Joints that the arm has.
+    joints: usize,
     grid: Grid,
     path: TranslationTrajectory<NODES>,
     motion: ReorientationTrajectory<NODES, M>,
@@ -153,6 +155,7 @@ impl<const M: usize> Track<M> {
         Ok(Self {
             grid: mission.grid(&scenario),
             mission,
+            joints: NL,
             path,
             motion,
             target: plan.target.nodes(),
@@ -160,18 +163,18 @@ impl<const M: usize> Track<M> {
         })
     }
 
-    /// All of it for an arm of so many joints; none where the step is none.
-    fn motion(&self, joints: usize, step: Option<f64>) -> Option<Motion> {
+    /// All of it; none where the step is none.
+    fn motion(&self, step: Option<f64>) -> Option<Motion> {
         let mut moments = Vec::new();
         for k in 0..self.grid.nodes {
-            moments.push(self.at_node(k, joints));
+            moments.push(self.at_node(k));
             if let (Some(step), Some(plan)) = (step, &self.between) {
                 self.between(k, step, |time, micros| {
-                    moments.push(self.inside(plan, k, (time, micros), joints));
+                    moments.push(self.inside(plan, k, (time, micros)));
                 })?;
             }
         }
-        Some(Motion { moments, bodies: self.bodies(joints), orbit: self.mission.orbit })
+        Some(Motion { moments, bodies: self.bodies(), orbit: self.mission.orbit })
     }
 
     /// The multiples of a step within an interval; none where the step is none.
@@ -196,26 +199,20 @@ impl<const M: usize> Track<M> {
     }
 
     /// What stands in the file.
-    fn at_node(&self, k: usize, joints: usize) -> Moment {
+    fn at_node(&self, k: usize) -> Moment {
         let held = k.min(self.grid.last().saturating_sub(1));
         let place = (self.path.position[k], self.path.velocity[k]);
         let control = (self.motion.controls[held], self.path.force[held]);
         let time = micros(self.grid.time(k));
-        self.moment(time, place, &self.motion.states[k], &self.target[k], control, joints)
+        self.moment(time, place, &self.motion.states[k], &self.target[k], control)
     }
 
     /// Along the plan's own dynamics from node `k`.
-    fn inside(
-        &self,
-        plan: &FlightPlan<M>,
-        k: usize,
-        (time, micros): (f64, i64),
-        joints: usize,
-    ) -> Moment {
+    fn inside(&self, plan: &FlightPlan<M>, k: usize, (time, micros): (f64, i64)) -> Moment {
         let there = plan.at(&self.mission, time);
         let place = (there.position, there.velocity);
         let control = (there.control, self.path.force[k]);
-        self.moment(micros, place, &there.state, &there.target, control, joints)
+        self.moment(micros, place, &there.state, &there.target, control)
     }
 
     fn moment(
@@ -225,14 +222,13 @@ impl<const M: usize> Track<M> {
         state: &State<M>,
         target: &TargetState,
         (control, force): (Control<M>, Vector3<f64>),
-        joints: usize,
     ) -> Moment {
         let arm = Multibody::new(&self.mission).arm_pose(&state.joint_angle);
         let bus = quaternion::rotation_matrix(&state.attitude);
         let bus_position = position - bus * arm.center;
         let axes = quaternion::rotation_matrix(&target.attitude);
         let tip = axes.tr_mul(&(bus_position + bus * arm.end));
-        let of = |values: &[f64]| values.iter().take(joints).copied().collect();
+        let of = |values: &[f64]| values.iter().take(self.joints).copied().collect();
         Moment {
             micros,
             position,
@@ -252,10 +248,10 @@ impl<const M: usize> Track<M> {
         }
     }
 
-    fn bodies(&self, joints: usize) -> Bodies {
+    fn bodies(&self) -> Bodies {
         let (target, servicer) = (&self.mission.target, &self.mission.servicer);
         let mut joint = servicer.arm_base;
-        let links = servicer.links.iter().take(joints).map(|link| {
+        let links = servicer.links.iter().take(self.joints).map(|link| {
             let here = Link { joint, axis: link.axis, tip: link.tip, radius: link.radius };
             joint = link.tip;
             here

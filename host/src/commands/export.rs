@@ -42,7 +42,7 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   remora export runs/pub-000.plan.json --format mcap --out runs/shown
-  remora export a.plan.json --format oem --format aem --epoch 2026-11-23T00:00:00 --chief b.chief.toml --out c
+  remora export a.plan.json --format oem --epoch 2026-11-23T00:00:00 --chief b.chief.toml --out c
 
 Writes DIR/ID.mcap, and DIR/ID.servicer.oem, DIR/ID.target.oem, DIR/ID.servicer.aem, DIR/ID.target.aem.
 What stands in them, and in the chief's file, is told in docs/export.md.
