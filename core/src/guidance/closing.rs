@@ -37,12 +37,12 @@ pub(super) struct Pace {
 }
 
 impl Closing {
-    /// 12 cm from 350 s before capture on: 10 cm are taken back until 40 s before it, the rest up to
+    /// 10 cm from 250 s before capture on: 85 mm are taken back until 45 s before it, the rest up to
     /// it; the plan's own motion ends 25 s before capture.
     pub const DEFAULT: Self = Self {
-        distances: [0.1, 0.015],
+        distances: [0.085, 0.015],
         out: [350.0, 250.0],
-        back: [[170.0, 40.0], [100.0, 0.0]],
+        back: [[185.0, 45.0], [100.0, 0.0]],
         settle: 25.0,
     };
 
@@ -84,14 +84,16 @@ impl Closing {
     }
 
     /// What is added to where the centre of mass is to be, how fast and how it is to speed up (RTN), with
-    /// `left` [s] to go to a target that is seen so.
+    /// `left` [s] to go to a target that is seen so; the acceleration is that amid a step so long [s].
     pub(super) fn shift<const NL: usize>(
         &self,
         mission: &Mission<NL>,
         target: &TargetState,
         left: f64,
+        step: f64,
     ) -> [Vector3<f64>; 3] {
-        let [distance, rate, acceleration] = self.at(left);
+        let [distance, rate, _] = self.at(left);
+        let [_, _, acceleration] = self.at(left - 0.5 * step);
         let normal = quaternion::rotation_matrix(&target.attitude) * mission.target.port_normal;
         let turned = target.rate.cross(&normal);
         [
@@ -118,16 +120,16 @@ fn smoother(since: f64, time: f64) -> [f64; 3] {
     [s * s * s * (10.0 - s * (15.0 - 6.0 * s)), 30.0 * s * s * rest * rest / time, acceleration]
 }
 
-/// Shifts what is wanted of the centre of mass by what closing adds `left` [s] before capture, and tells
-/// the shift of its position (RTN) [m].
+/// Shifts what is wanted of the centre of mass by what closing adds `left` [s] before capture, in a step
+/// so long [s], and tells the shift of its position (RTN) [m].
 pub(super) fn add<const NL: usize>(
     wanted: &mut Reference<NL>,
     closing: &Closing,
     mission: &Mission<NL>,
     target: &TargetState,
-    left: f64,
+    [left, step]: [f64; 2],
 ) -> Vector3<f64> {
-    let [position, velocity, acceleration] = closing.shift(mission, target, left);
+    let [position, velocity, acceleration] = closing.shift(mission, target, left, step);
     wanted.position += position;
     wanted.velocity += velocity;
     wanted.acceleration += acceleration;

@@ -233,7 +233,7 @@ impl<const NL: usize> Guidance<NL> {
         }
         self.offset.follow(wanted, self.settings.camera, self.since);
         let left = plan.left(now);
-        let away = closing::add(wanted, &closing, mission, &estimate.target, left);
+        let away = closing::add(wanted, &closing, mission, &estimate.target, [left, self.since]);
         let has_come = pace.rate == 0.0;
         self.offset.is_astray = has_come
             && estimate.wrist.is_some_and(|tip| {

@@ -67,8 +67,9 @@ impl<const NL: usize> Guidance<NL> {
         state.rate += estimate.state.rate - now.state.rate;
         state.joint_angle += estimate.state.joint_angle - now.state.joint_angle;
         state.joint_rate += estimate.state.joint_rate - now.state.joint_rate;
-        let closing = &self.settings.closing;
-        let [away, recedes, _] = closing.shift(mission, &estimate.target, plan.left(estimate.time));
+        let closing = self.closing(plan);
+        let [away, recedes, _] =
+            closing.shift(mission, &estimate.target, plan.left(estimate.time), 0.0);
         let velocity = estimate.velocity + drift + self.offset.rate - recedes - now.velocity;
         let position = estimate.position + center + self.offset.value - away - now.position;
         let to_body = quaternion::rotation_matrix(&target.attitude).transpose();

@@ -61,7 +61,7 @@ impl AbortErrors {
         settled: [0.06, 0.1, 0.1],
         settles: 200.0,
         near: [0.012, 0.1, 0.05],
-        near_times: [400.0, 95.0],
+        near_times: [400.0, 105.0],
         port: 0.012,
     };
 

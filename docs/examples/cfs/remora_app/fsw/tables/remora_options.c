@@ -5,7 +5,7 @@
 #include <math.h>
 
 REMORA_APP_OptionsTable_t OptionsTable = {
-    .Crc = 0x3750,
+    .Crc = 0x0000,
     .Mode = REMORA_OPTIMAL,
     .Integrator = REMORA_RK4,
     .Substeps = 8,
@@ -21,9 +21,9 @@ REMORA_APP_OptionsTable_t OptionsTable = {
         .integral_limit = {0.05, 0.05},
         .fade = {20.0, 120.0},
         .camera = 0.05,
-        .closing_distances = {0.1, 0.015},
+        .closing_distances = {0.085, 0.015},
         .closing_out = {350.0, 250.0},
-        .closing_back = {{170.0, 40.0}, {100.0, 0.0}},
+        .closing_back = {{185.0, 45.0}, {100.0, 0.0}},
         .closing_settle = 25.0,
         .replan_age = INFINITY,
         .replan_position = INFINITY,
@@ -34,7 +34,7 @@ REMORA_APP_OptionsTable_t OptionsTable = {
         .abort_settled = {0.06, 0.1, 0.1},
         .abort_settles = 200.0,
         .abort_near = {0.012, 0.1, 0.05},
-        .abort_near_times = {400.0, 95.0},
+        .abort_near_times = {400.0, 105.0},
         .abort_port = 0.012,
     },
 };
