@@ -5,7 +5,7 @@
 #include <math.h>
 
 REMORA_APP_OptionsTable_t OptionsTable = {
-    .Crc = 0x0000,
+    .Crc = 0xcfc1,
     .Mode = REMORA_OPTIMAL,
     .Integrator = REMORA_RK4,
     .Substeps = 8,
