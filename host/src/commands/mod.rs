@@ -33,6 +33,7 @@ mod rerun;
 mod safety;
 #[cfg(feature = "training")]
 mod train;
+mod view;
 
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
 use remora_host::error::Error;
@@ -60,6 +61,7 @@ Examples:
   remora                                             plan a built-in scenario
   remora campaign --count 300 --seed 1 --out runs/a  plan 300 drawn scenarios
   remora check runs/pub-000.plan.json                verify a plan, whoever wrote it
+  remora view runs/pub-000.plan.json                 look at it, and plan on, in a browser
   remora fly runs/pub-000.plan.json --out runs/a     fly it in a world that it does not know
 
 A plan is one of three:
@@ -77,6 +79,7 @@ enum Command {
     Profile(profile::Args),
     Campaign(campaign::Args),
     Check(check::Args),
+    View(view::Args),
     Fly(fly::Args),
     Rerun(rerun::Args),
     Safety(safety::Args),
@@ -221,6 +224,7 @@ impl Command {
             Self::Profile(args) => args.run(),
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
+            Self::View(args) => args.run(),
             Self::Fly(args) => args.run(),
             Self::Rerun(args) => args.run(),
             Self::Safety(args) => args.run(),
