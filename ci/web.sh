@@ -44,6 +44,7 @@ echo "--- tests"
 cargo build --release --locked -p remora
 export REMORA_PLANNER=$planner REMORA_PROGRAM=$CARGO_TARGET_DIR/release/remora
 node --test host/web/test/planner.mjs host/web/test/missions.mjs
+# By itself: it measures times.
 node --test host/web/test/page.mjs
 if [ "$wants_write" = --write ]; then
     node host/web/test/pictures.mjs docs/pictures

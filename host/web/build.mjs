@@ -48,17 +48,15 @@ if (!out) {
 }
 const decode = (bytes) => new TextDecoder().decode(bytes);
 const style = decode(await bundle("style.css")).trim();
-const parts = [
-  part("page", await bundle("entry.js", { globalName: "remoraPage" })),
-  part("worker", await bundle("worker.js")),
-  part("planner", readFileSync(planner)),
-  `<script>${decode(await bundle("start.js")).trim()}</script>`,
-].join("");
-// A function: text would have its dollars read as patterns.
+const code = part("page", await bundle("entry.js", { globalName: "remoraPage" }));
+const start = `<script>${decode(await bundle("start.js")).trim()}</script>\n`;
+const planning = part("worker", await bundle("worker.js")) + part("planner", readFileSync(planner));
+// Functions: text would have its dollars read as patterns.
 const page = read("source/page.html")
   .replace("MAKER", () => maker)
   .replace("/*STYLE*/", () => style)
   .replace("LICENCE", () => read("node_modules/three/LICENSE").trim())
-  .replace("<!--PARTS-->", () => parts);
+  .replace("<!--START-->\n", () => code + start)
+  .replace("<!--PLANNER-->\n", () => planning);
 writeFileSync(out, page);
 console.log(`${out}: ${page.length} bytes`);

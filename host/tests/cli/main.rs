@@ -22,4 +22,5 @@ mod qp_export;
 mod quantise;
 mod refusals;
 mod reproduce;
+mod view;
 mod warm_start;

@@ -9,8 +9,14 @@ export const hexadecimal = (number) => number.toString(16).padStart(16, "0");
 /** The checksum of a plan as its file has it. */
 export function checksumOf({ stage1, stage2 }) {
   const rows = [
-    stage1.position_rtn_m, stage1.velocity_rtn_m_s, stage1.force_rtn_n, stage2.attitude_body_to_rtn,
-    stage2.joint_angle_rad, stage2.rate_rtn_rad_s, stage2.joint_rate_rad_s, stage2.bus_torque_body_n_m,
+    stage1.position_rtn_m,
+    stage1.velocity_rtn_m_s,
+    stage1.force_rtn_n,
+    stage2.attitude_body_to_rtn,
+    stage2.joint_angle_rad,
+    stage2.rate_rtn_rad_s,
+    stage2.joint_rate_rad_s,
+    stage2.bus_torque_body_n_m,
     stage2.joint_torque_n_m,
   ];
   const numbers = rows.flat(2);

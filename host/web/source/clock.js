@@ -26,7 +26,11 @@ export class Clock {
     this.slider.max = duration;
     const near = plan.duration - plan.mission.keep_out_near_time;
     const set = Math.floor((plan.duration - plan.mission.preset_time) / plan.step + 1e-9) * plan.step;
-    const marks = [[near, "near keep-out"], [set, "arm set"], [plan.duration, ""]];
+    const marks = [
+      [near, "near keep-out"],
+      [set, "arm set"],
+      [plan.duration, ""],
+    ];
     const span = ([time, name]) => make("span", { style: `left:${(100 * time) / duration}%` }, name);
     byId("marks").replaceChildren(...marks.filter(([time]) => time > 0).map(span));
     this.seek(Math.min(this.time, duration));

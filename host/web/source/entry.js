@@ -12,7 +12,12 @@ export function begin(data, planner) {
     /** Plans a scenario, as a plan's file has it, with the mission of the plan that is shown. */
     plan: (scenario, options = {}) => {
       const { mode, integrator } = page.plan.file;
-      return page.planning.plan(page.plan.mission, scenarioOf(scenario), { mode, integrator, guess: "model", ...options });
+      return page.planning.plan(page.plan.mission, scenarioOf(scenario), {
+        mode,
+        integrator,
+        guess: "model",
+        ...options,
+      });
     },
     /** The page's own miss of a plan's file [m]. */
     miss: (file) => new Plan(file).miss,

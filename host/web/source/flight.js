@@ -1,6 +1,6 @@
 // A flight as the page has it: rows over time, by column.
 
-import { endEffector, posture } from "./kinematics.js";
+import { endEffector, miss, posture } from "./kinematics.js";
 import { add, mix, slerp, turned } from "./vectors.js";
 
 export class Flight {
@@ -11,6 +11,11 @@ export class Flight {
     this.mission = plan.mission;
     this.times = data.rows.time_s;
     this.duration = this.times[this.times.length - 1];
+  }
+
+  /** What the end effector misses the port by at the last row [m]. */
+  get miss() {
+    return miss(this.mission, this.at(this.duration), this.targetAt(this.duration));
   }
 
   /** The row before a time, and the share of the way to the next one. */

@@ -42,11 +42,19 @@ export class Form {
     this.go = make("button", { class: "go" }, "Plan");
     const button = (text, what) => make("button", { type: "button", onclick: what }, text);
     this.element.replaceChildren(
-      title("Target's rate", "deg/s, its own axes"), ...this.rate.rows,
-      title("Target turned further", "deg, its own axes"), ...this.turn.rows,
-      title("Servicer's start", "m"), ...this.start.rows,
-      make("div", { class: "actions" }, this.go, button("Draw one", () => this.#random()),
-        button("As it was", () => this.reset(plan))),
+      title("Target's rate", "deg/s, its own axes"),
+      ...this.rate.rows,
+      title("Target turned further", "deg, its own axes"),
+      ...this.turn.rows,
+      title("Servicer's start", "m"),
+      ...this.start.rows,
+      make(
+        "div",
+        { class: "actions" },
+        this.go,
+        button("Draw one", () => this.#random()),
+        button("As it was", () => this.reset(plan)),
+      ),
       this.answer,
     );
     this.element.oninput = () => this.draft(this.asked());
@@ -101,10 +109,12 @@ const title = (text, unit_) => make("h3", {}, `${text} `, make("small", {}, unit
 function fields(group, names, given, most) {
   const exact = [...given];
   let isTouched = false;
-  const rows = names.map((name, i) => row(`${group} ${name}`, name, given[i], most, (value) => {
-    exact[i] = value;
-    isTouched = true;
-  }));
+  const rows = names.map((name, i) =>
+    row(`${group} ${name}`, name, given[i], most, (value) => {
+      exact[i] = value;
+      isTouched = true;
+    }),
+  );
   return {
     rows: rows.map(({ element }) => element),
     values: () => exact,

@@ -15,13 +15,22 @@ export const KEYS = [
 ];
 
 export function fillHelp(dialog) {
-  const row = ([keys, what]) => make("tr", {},
-    make("td", {}, ...keys.split(" ").flatMap((key) => [make("kbd", {}, key), " "])), make("td", {}, what));
+  const row = ([keys, what]) =>
+    make(
+      "tr",
+      {},
+      make("td", {}, ...keys.split(" ").flatMap((key) => [make("kbd", {}, key), " "])),
+      make("td", {}, what),
+    );
   dialog.replaceChildren(
     make("h2", {}, "Keys"),
     make("table", {}, ...KEYS.map(row)),
-    make("p", { class: "note" }, "Drag turns the picture, the wheel or two fingers bring it nearer. Drag over a strip to go to a moment. "
-      + "Entries of the legend show and hide. R points away from the Earth, T along the orbit, N along its normal."),
+    make(
+      "p",
+      { class: "note" },
+      "Drag turns the picture, the wheel or two fingers bring it nearer. Drag over a strip to go to a moment. " +
+        "Entries of the legend show and hide. R points away from the Earth, T along the orbit, N along its normal.",
+    ),
     make("form", { method: "dialog" }, make("button", {}, "Close")),
   );
 }

@@ -20,7 +20,10 @@ export function layoutsOf(header) {
 function structure(body, constants, structures) {
   const members = {};
   let [end, alignment] = [0, 1];
-  for (const declaration of body.split(";").map((text) => text.trim()).filter(Boolean)) {
+  for (const declaration of body
+    .split(";")
+    .map((text) => text.trim())
+    .filter(Boolean)) {
     const { name, type, counts } = member(declaration, constants);
     const { size, alignment: own } = measure(type, structures);
     const at = Math.ceil(end / own) * own;

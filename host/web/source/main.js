@@ -31,7 +31,10 @@ export class Page {
       this.shown.push({ plan, flight: new Flight(flight, plan) });
     }
     this.clock = new Clock((time) => this.set(time));
-    this.form = new Form({ plan: (scenario) => this.replan(scenario), draft: (scenario) => this.stage?.draft(scenario) });
+    this.form = new Form({
+      plan: (scenario) => this.replan(scenario),
+      draft: (scenario) => this.stage?.draft(scenario),
+    });
     this.stage = this.#stage();
     this.#furnish();
     this.show(data.flights.length > 0 ? data.plans.length : 0);
@@ -48,7 +51,8 @@ export class Page {
     const axes = byId("axes");
     return new Stage(canvas, context, (camera) => {
       showAxes(axes, camera);
-      requestAnimationFrame(() => this.#pictured());
+      // The frame after the next one begins when the picture's own has been handed over.
+      requestAnimationFrame(() => requestAnimationFrame(() => this.#pictured()));
     });
   }
 
@@ -66,8 +70,11 @@ export class Page {
     byId("ask").addEventListener("click", () => byId("help").showModal());
     byId("theme").addEventListener("click", () => this.theme(!this.isDark));
     byId("choice").addEventListener("change", (event) => this.show(Number(event.target.value)));
-    byId("views").append(...VIEWS.map((view) =>
-      make("button", { type: "button", "data-view": view, onclick: () => this.look(view) }, view)));
+    byId("views").append(
+      ...VIEWS.map((view) =>
+        make("button", { type: "button", "data-view": view, onclick: () => this.look(view) }, view),
+      ),
+    );
     const dark = matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => this.theme(dark.matches));
     this.theme(dark.matches);
@@ -95,6 +102,7 @@ export class Page {
     this.plan = plan;
     this.flight = flight;
     const name = ({ plan: of, flight: by }) => (by ? `${of.name}, ${by.name}` : of.name);
+    this.stage?.show(plan, flight);
     byId("choice").replaceChildren(...this.shown.map((of, i) => make("option", { value: i }, name(of))));
     byId("choice").value = which;
     document.title = `${name(this.shown[which])} – Remora`;
@@ -108,18 +116,24 @@ export class Page {
     const seek = (time) => this.clock.seek(time);
     this.strips = seriesOf(plan, flight).map((series) => new Strip(series, duration, seek));
     byId("strips").replaceChildren(...this.strips.map((strip) => strip.element));
-    fillLegend(byId("legend"), Boolean(flight), (part, isShown) => this.stage?.toggle(part, isShown));
-    this.stage?.show(plan, flight);
+    if (this.stage) {
+      const toggle = (part, isShown) => this.stage.toggle(part, isShown);
+      fillLegend(byId("legend"), { hasFlight: Boolean(flight), hidden: this.stage.hidden, toggle });
+    }
     this.clock.show(plan, duration);
   }
 
   /** Why a plan cannot be made otherwise in the page; null where it can. */
   #whyNot(plan) {
     if (plan.joints !== JOINTS) {
-      return `The planner in this page is the one that flies: it is built for arms of ${JOINTS} joints, and this one `
-        + `has ${plan.joints}. The program plans it: remora plan --mission FILE.`;
+      return (
+        `The planner in this page is the one that flies: it is built for arms of ${JOINTS} joints, and this one ` +
+        `has ${plan.joints}. The program plans it: remora plan --mission FILE.`
+      );
     }
-    return typeof WebAssembly === "undefined" ? "This browser has no WebAssembly: the planner does not run here." : null;
+    return typeof WebAssembly === "undefined"
+      ? "This browser has no WebAssembly: the planner does not run here."
+      : null;
   }
 
   /** Everything at a time [s]. */
@@ -127,7 +141,9 @@ export class Page {
     this.strips.forEach((strip) => strip.set(time));
     const motion = this.flight ?? this.plan;
     showReadings(this.plan, time, readingsOf(this.plan.mission, motion.at(time), motion.targetAt(time)));
-    this.stage?.set(time);
+    if (this.stage && this.stage.time !== time) {
+      this.stage.set(time);
+    }
   }
 
   /** Plans a scenario of the plan's mission and shows what comes of it; what there is to say of it. */

@@ -8,7 +8,11 @@ const each = (limit, count) => (Array.isArray(limit) ? limit : Array(count).fill
 
 /** An inertia as rows: three principal moments, or xx, yy, zz, xy, xz, yz. */
 function tensor([xx, yy, zz, xy = 0, xz = 0, yz = 0]) {
-  return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+  return [
+    [xx, xy, xz],
+    [xy, yy, yz],
+    [xz, yz, zz],
+  ];
 }
 
 /** The code of a part that may be left to the integrator. */
@@ -64,14 +68,29 @@ function approach(a, horizon) {
 
 function tolerances(t) {
   return [
-    t.dynamics, t.control, t.joint_rad, t.joint_rate, t.pointing, t.preset, t.terminal_rate, t.keep_out_m,
-    t.ee_position_m, t.ee_angle_rad, t.clearance_m,
+    t.dynamics,
+    t.control,
+    t.joint_rad,
+    t.joint_rate,
+    t.pointing,
+    t.preset,
+    t.terminal_rate,
+    t.keep_out_m,
+    t.ee_position_m,
+    t.ee_angle_rad,
+    t.clearance_m,
   ];
 }
 
 function typical(t) {
   return [
-    t.length_m, t.velocity_m_s, t.force_n, t.angle_rad, t.rate_rad_s, t.joint_rate_rad_s, t.bus_torque_n_m,
+    t.length_m,
+    t.velocity_m_s,
+    t.force_n,
+    t.angle_rad,
+    t.rate_rad_s,
+    t.joint_rate_rad_s,
+    t.bus_torque_n_m,
     t.joint_torque_n_m,
   ];
 }
@@ -95,7 +114,10 @@ export function missionOf(file) {
     weights: [weights.force, weights.force_change, weights.bus_torque, weights.joint_torque],
     tolerances: tolerances(file.tolerances),
     margins: [
-      margins.joint_angle_rad, margins.joint_rate, margins.keep_out_m, radians(margins.field_of_view_deg),
+      margins.joint_angle_rad,
+      margins.joint_rate,
+      margins.keep_out_m,
+      radians(margins.field_of_view_deg),
       margins.clearance_m,
     ],
     corridor: [radians(corridor.half_angle_deg), corridor.mouth_radius_m, corridor.end_effector_length_m],

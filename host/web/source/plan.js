@@ -24,7 +24,11 @@ export class Plan {
     const hasGradient = file.inputs.in_force.gravity_gradient;
     this.targetStep = this.step / FINER;
     this.target = tumble(
-      this.mission, meanMotion(this.mission), hasGradient, this.scenario, this.targetStep,
+      this.mission,
+      meanMotion(this.mission),
+      hasGradient,
+      this.scenario,
+      this.targetStep,
       FINER * (this.nodes - 1) + 1,
     );
   }

@@ -7,8 +7,18 @@ import { Memory } from "./memory.js";
 const VERDICTS = ["optimal", "verified_not_converged", "not_flyable"];
 const STATUSES = ["solved", "iteration_limit", "infeasible", "deadline", "numerical_failure"];
 const RESIDUALS = [
-  "dynamics1", "keep_out", "dynamics2", "control", "joint", "joint_rate", "pointing", "preset", "terminal_rate",
-  "ee_position", "ee_angle", "clearance",
+  "dynamics1",
+  "keep_out",
+  "dynamics2",
+  "control",
+  "joint",
+  "joint_rate",
+  "pointing",
+  "preset",
+  "terminal_rate",
+  "ee_position",
+  "ee_angle",
+  "clearance",
 ];
 const REFUSED = "18";
 
@@ -46,7 +56,10 @@ export class Planner {
    * (euler, rk4 or rk4:M) and `model`, the bytes of a model's file, or none for the heuristic. */
   plan(mission, scenario, options) {
     const [missionAt, scenarioAt, optionsAt, reportAt] = this.#places(
-      "RemoraMission", "RemoraScenario", "RemoraOptions", "RemoraReport",
+      "RemoraMission",
+      "RemoraScenario",
+      "RemoraOptions",
+      "RemoraReport",
     );
     const { library, memory, workspace } = this;
     this.#expect(library.remora_defaults(this.abi, missionAt, scenarioAt, optionsAt, 0));

@@ -26,7 +26,9 @@ export class Planning {
     const { models, thread, planner } = await this.begin();
     const model = guess === "heuristic" ? null : models[integrator.split(":")[0]];
     const options = { mode, integrator, model };
-    return thread ? this.#ask(thread, { question: { mission, scenario, options } }) : planner.plan(mission, scenario, options);
+    return thread
+      ? this.#ask(thread, { question: { mission, scenario, options } })
+      : planner.plan(mission, scenario, options);
   }
 
   /** Starts the thread; null where the browser has none for such a page. */

@@ -1,6 +1,5 @@
 // A scenario as a plan's file has it, and by the names of remora.h.
 
-
 /** The scenario of a plan's file, its quaternions normalised as the program does. */
 export function scenarioOf(file) {
   const given = file.joint_angle_rad;
@@ -43,4 +42,3 @@ function normalised(q) {
   const norm = Math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   return q.map((x) => x / norm);
 }
-

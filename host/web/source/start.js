@@ -18,9 +18,13 @@ async function planner() {
   return { worker: text(worker), code, models };
 }
 
+/** When all of the page has been read. */
+const hasRead = new Promise((resolve) => document.addEventListener("DOMContentLoaded", resolve));
+
 async function start() {
   const script = document.createElement("script");
   script.textContent = text(await unpacked(part("page")));
+  await hasRead;
   document.head.append(script);
   window.remora = window.remoraPage.begin(JSON.parse(part("data")), planner);
 }

@@ -15,17 +15,23 @@ export class Strip {
     const ghosts = flown ? planned : [];
     const range = rangeOf([...this.lines, ...ghosts], limits.flat());
     this.cursor = draw("line", { class: "cursor", y1: -4, y2: HEIGHT + 4 });
-    this.drawing = draw("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none" },
+    this.drawing = draw(
+      "svg",
+      { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none" },
       ...levels(range, limits, this.lines),
       ...ghosts.map((line) => this.#path(line, range, "ghost")),
       ...this.lines.map((line) => this.#path(line, range, "")),
-      this.cursor);
+      this.cursor,
+    );
     this.now = make("span", { class: "now" });
     this.values = this.lines.map((line) => this.now.appendChild(make("span", { class: line.tone })));
-    this.element = make("div", { class: "strip" },
+    this.element = make(
+      "div",
+      { class: "strip" },
       make("header", {}, make("b", {}, title), make("span", { class: "space" }), this.now),
       this.drawing,
-      make("footer", {}, make("span", {}, unit), make("span", {}, use(this.lines, limits))));
+      make("footer", {}, make("span", {}, unit), make("span", {}, use(this.lines, limits))),
+    );
     this.#seeks(seek);
   }
 
@@ -48,7 +54,7 @@ export class Strip {
     this.cursor.setAttribute("x1", x);
     this.cursor.setAttribute("x2", x);
     this.lines.forEach(({ name, points }, i) => {
-      this.values[i].textContent = `${name} ${short(valueAt(points, time))}`;
+      this.values[i].textContent = `${name} ${short(valueAt(points, time), this.lines.length > 3 ? 2 : 3)}`;
     });
   }
 }
@@ -81,7 +87,9 @@ function levels(range, limits, lines) {
   const kind = (i) => `limit ${isShared ? "e" : lines[i].tone}`;
   return [
     ...[0].filter(within).map((zero) => line(zero, "zero")),
-    ...shown.flatMap((pair, i) => pair.filter((limit) => limit !== 0 && within(limit)).map((limit) => line(limit, kind(i)))),
+    ...shown.flatMap((pair, i) =>
+      pair.filter((limit) => limit !== 0 && within(limit)).map((limit) => line(limit, kind(i))),
+    ),
   ];
 }
 
@@ -89,7 +97,8 @@ function levels(range, limits, lines) {
 function use(lines, limits) {
   const share = ([low, high], value) => (value >= 0 ? value / high : low < 0 ? value / low : 0);
   const shares = lines.flatMap(({ points }, i) => points.map(([, value]) => share(limits[i], value)));
-  const words = ([low, high]) => (low === -high ? `±${short(high)}` : low === 0 ? short(high) : `${short(low)} to ${short(high)}`);
+  const words = ([low, high]) =>
+    low === -high ? `±${short(high)}` : low === 0 ? short(high) : `${short(low)} to ${short(high)}`;
   const named = [...new Set(limits.map(words))].join(", ");
   return `limit ${named} · ${(100 * Math.max(...shares)).toFixed(0)} % used`;
 }

@@ -7,11 +7,7 @@ export const scale = (a, s) => a.map((x) => x * s);
 export const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 export const norm = (a) => Math.sqrt(dot(a, a));
 export const unit = (a) => scale(a, 1 / norm(a));
-export const cross = (a, b) => [
-  a[1] * b[2] - a[2] * b[1],
-  a[2] * b[0] - a[0] * b[2],
-  a[0] * b[1] - a[1] * b[0],
-];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 export const mix = (a, b, share) => a.map((x, i) => x + (b[i] - x) * share);
 
 /** The quaternion of a turn by `b`, then by `a`. */

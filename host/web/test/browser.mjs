@@ -6,9 +6,18 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 
 const FLAGS = [
-  "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-  "--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-  "--hide-scrollbars", "--remote-debugging-pipe",
+  "--headless",
+  "--no-sandbox",
+  "--disable-gpu",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+  "--use-angle=swiftshader",
+  "--enable-unsafe-swiftshader",
+  "--hide-scrollbars",
+  "--remote-debugging-pipe",
 ];
 
 export class Browser {
@@ -66,18 +75,25 @@ export class Browser {
     for (const domain of ["Page", "Runtime", "Log", "Network"]) {
       await tab.send(`${domain}.enable`);
     }
-    await tab.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: scale, mobile: width < 500 });
+    await tab.send("Emulation.setDeviceMetricsOverride", {
+      width,
+      height,
+      deviceScaleFactor: scale,
+      mobile: width < 500,
+    });
     const features = [{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }];
     await tab.send("Emulation.setEmulatedMedia", { features });
     await tab.send("Page.navigate", { url });
     return tab;
   }
 
-  close() {
+  /** Ends the program; what it has written goes with it, once its last process has written. */
+  async close() {
     this.program.removeAllListeners("exit");
-    this.program.kill();
-    return new Promise((resolve) => this.program.on("exit", resolve)).then(() =>
-      rmSync(this.folder, { recursive: true, force: true, maxRetries: 5 }));
+    const ended = new Promise((resolve) => this.program.on("exit", resolve));
+    this.send("Browser.close").catch(() => {});
+    await ended;
+    rmSync(this.folder, { recursive: true, force: true, maxRetries: 30, retryDelay: 100 });
   }
 }
 
@@ -105,7 +121,9 @@ class Tab {
   /** The value of an expression, awaited. */
   async evaluate(expression) {
     const { result, exceptionDetails } = await this.send("Runtime.evaluate", {
-      expression, awaitPromise: true, returnByValue: true,
+      expression,
+      awaitPromise: true,
+      returnByValue: true,
     });
     if (exceptionDetails) {
       throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
@@ -124,9 +142,9 @@ class Tab {
     }
   }
 
-  /** The page as it looks, as a PNG file's bytes. */
+  /** The page as it looks, as a WebP file's bytes. */
   async picture() {
-    const { data } = await this.send("Page.captureScreenshot", { format: "png" });
+    const { data } = await this.send("Page.captureScreenshot", { format: "webp", quality: 88 });
     return Buffer.from(data, "base64");
   }
 }

@@ -12,9 +12,7 @@ import { scenarioOf } from "../source/scenario.js";
 import { Bench, root } from "./program.mjs";
 
 const header = readFileSync(`${root}/core/capi/include/remora.h`, "utf8");
-const MISSIONS = [
-  "missions/default", "missions/small", "missions/strong", "missions/tumble-1", "arms/three-spatial",
-];
+const MISSIONS = ["missions/default", "missions/small", "missions/strong", "missions/tumble-1", "arms/three-spatial"];
 
 test("a plan of another mission has the same bits", async () => {
   const code = await WebAssembly.compile(readFileSync(process.env.REMORA_PLANNER));

@@ -14,14 +14,21 @@ const header = readFileSync(new URL("../../../core/capi/include/remora.h", impor
 const code = readFileSync(process.env.REMORA_PLANNER);
 const load = async () => Planner.load(await WebAssembly.compile(code), layoutsOf(header));
 const models = { euler: model("euler"), rk4: model("rk4") };
-const optionsOf = ({ integrator, mode, guess }) =>
-  ({ integrator, mode, model: guess === "model" ? models[integrator.split(":")[0]] : null });
+const optionsOf = ({ integrator, mode, guess }) => ({
+  integrator,
+  mode,
+  model: guess === "model" ? models[integrator.split(":")[0]] : null,
+});
 
-test("every public scenario has the golden bits", async () => {
+/** Public scenarios that are planned, in eight ways each; `REMORA_SCENARIOS=60` takes all. */
+const SCENARIOS = Number(process.env.REMORA_SCENARIOS ?? 12);
+
+test("public scenarios have the golden bits", async () => {
   const planner = await load();
   const given = scenarios();
-  const wanted = golden();
-  assert.ok(wanted.length >= 96);
+  const ids = [...given.keys()].slice(0, SCENARIOS);
+  const wanted = golden().filter(({ id }) => ids.includes(id));
+  assert.equal(wanted.length, 8 * SCENARIOS);
   const times = [];
   for (const { id, checksum, ...options } of wanted) {
     const found = planner.plan({}, scenarioOf(given.get(id)), optionsOf(options));

@@ -20,7 +20,11 @@ export class Bench {
   /** Runs a command that must end well; what it prints. */
   run(line) {
     const program = process.env.REMORA_PROGRAM;
-    return execFileSync(program, line.split(" "), { cwd: this.folder, encoding: "utf8", stdio: ["ignore", "pipe", "inherit"] });
+    return execFileSync(program, line.split(" "), {
+      cwd: this.folder,
+      encoding: "utf8",
+      stdio: ["ignore", "pipe", "inherit"],
+    });
   }
 
   json(name) {

@@ -14,10 +14,13 @@ export function scenarios() {
 /** What is planned: id, options, and the checksum that it has in fixtures/golden/public.csv. */
 export function golden() {
   const [head, ...lines] = readFileSync(fixture("golden/public.csv"), "utf8").trim().split("\n");
-  const columns = head.split(",").slice(1).map((column) => {
-    const [integrator, mode, guess] = column.split(" ");
-    return { integrator, mode, guess };
-  });
+  const columns = head
+    .split(",")
+    .slice(1)
+    .map((column) => {
+      const [integrator, mode, guess] = column.split(" ");
+      return { integrator, mode, guess };
+    });
   return lines.flatMap((line) => {
     const [id, ...checksums] = line.split(",");
     return checksums.map((checksum, i) => ({ id, ...columns[i], checksum }));

@@ -1,8 +1,18 @@
 // Target and servicer as bodies, with the sizes that the mission gives them.
 
 import {
-  BoxGeometry, CapsuleGeometry, CylinderGeometry, EdgesGeometry, Group, LineBasicMaterial, LineSegments,
-  Mesh, MeshLambertMaterial, SphereGeometry, TorusGeometry, Vector3,
+  BoxGeometry,
+  CapsuleGeometry,
+  CylinderGeometry,
+  EdgesGeometry,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshLambertMaterial,
+  SphereGeometry,
+  TorusGeometry,
+  Vector3,
 } from "three";
 import { posture } from "../kinematics.js";
 import { norm, sub, turned } from "../vectors.js";
@@ -19,12 +29,17 @@ export function place(object, position, attitude) {
 /** Materials of solid bodies, or of a ghost: what is planned beside what is flown. */
 function materials(colours, isGhost) {
   const solid = (name) =>
-    colours.of(isGhost ? "ghost" : name, new MeshLambertMaterial(
-      isGhost ? { transparent: true, opacity: 0.16, depthWrite: false } : {},
-    ));
-  const edge = colours.of(isGhost ? "ghost" : "edge", new LineBasicMaterial({
-    transparent: true, opacity: isGhost ? 0.55 : 0.45,
-  }));
+    colours.of(
+      isGhost ? "ghost" : name,
+      new MeshLambertMaterial(isGhost ? { transparent: true, opacity: 0.16, depthWrite: false } : {}),
+    );
+  const edge = colours.of(
+    isGhost ? "ghost" : "edge",
+    new LineBasicMaterial({
+      transparent: true,
+      opacity: isGhost ? 0.55 : 0.45,
+    }),
+  );
   return { solid, edge };
 }
 
@@ -116,7 +131,10 @@ export function outline(mission, material, state) {
   const group = new Group();
   const geometry = new BoxGeometry(...mission.bus_half_extents.map((x) => 2 * x));
   group.add(new LineSegments(new EdgesGeometry(geometry), material));
-  const pairs = points.slice(1).flatMap((point, i) => [points[i], point]).map((point) => new Vector3(...point));
+  const pairs = points
+    .slice(1)
+    .flatMap((point, i) => [points[i], point])
+    .map((point) => new Vector3(...point));
   const arm = new LineSegments(undefined, material);
   arm.geometry.setFromPoints(pairs);
   group.add(arm);

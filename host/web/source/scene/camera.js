@@ -68,14 +68,19 @@ export class Viewpoint {
       const ends = this.spheres.flatMap(([point, radius]) => [-1, 1].map((sign) => dot(point, axis) + sign * radius));
       return [Math.min(...ends), Math.max(...ends)];
     });
-    const middle = [right, above].reduce((sum, axis, i) => {
-      const centre = (spans[i][0] + spans[i][1]) / 2;
-      return sum.map((x, k) => x + centre * axis[k]);
-    }, [0, 0, 0]);
-    const needed = this.spheres.flatMap(([point, radius]) => [right, above].map((axis, i) => {
-      const off = Math.abs(dot(point, axis) - dot(middle, axis)) + radius;
-      return dot(point, from) + (MARGIN * off) / slopes[i];
-    }));
+    const middle = [right, above].reduce(
+      (sum, axis, i) => {
+        const centre = (spans[i][0] + spans[i][1]) / 2;
+        return sum.map((x, k) => x + centre * axis[k]);
+      },
+      [0, 0, 0],
+    );
+    const needed = this.spheres.flatMap(([point, radius]) =>
+      [right, above].map((axis, i) => {
+        const off = Math.abs(dot(point, axis) - dot(middle, axis)) + radius;
+        return dot(point, from) + (MARGIN * off) / slopes[i];
+      }),
+    );
     return { middle, away: Math.max(...needed) };
   }
 
@@ -119,7 +124,11 @@ export class Viewpoint {
     const boresight = turned(attitude, mission.boresight);
     const across = turned(attitude, Math.abs(mission.boresight[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0]);
     const from = position.map((x, i) => x + 0.62 * boresight[i] + 0.34 * across[i]);
-    this.#look(from, position.map((x, i) => x + 2 * boresight[i]), across);
+    this.#look(
+      from,
+      position.map((x, i) => x + 2 * boresight[i]),
+      across,
+    );
   }
 
   #across(normal) {

@@ -13,10 +13,18 @@ export class Path {
     this.group = new Group();
     const line = (opacity, thickness) => {
       const geometry = new LineGeometry().setPositions(points.flat());
-      const material = colours.of(colour, new LineMaterial({
-        linewidth: thickness, transparent: true, opacity, depthWrite: false,
-        dashed: isDashed, dashSize: 0.08, gapSize: 0.06,
-      }));
+      const material = colours.of(
+        colour,
+        new LineMaterial({
+          linewidth: thickness,
+          transparent: true,
+          opacity,
+          depthWrite: false,
+          dashed: isDashed,
+          dashSize: 0.08,
+          gapSize: 0.06,
+        }),
+      );
       const path = new Line2(geometry, material);
       if (isDashed) {
         path.computeLineDistances();

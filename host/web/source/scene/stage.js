@@ -17,6 +17,8 @@ export class Stage {
   constructor(canvas, context, drawn) {
     this.renderer = new WebGLRenderer({ canvas, context, antialias: true, alpha: true });
     this.renderer.setClearAlpha(0);
+    // Asking whether shaders are sound makes the first picture wait for each of them.
+    this.renderer.debug.checkShaderErrors = false;
     this.canvas = canvas;
     this.drawn = drawn;
     this.scene = new Scene();
@@ -54,6 +56,8 @@ export class Stage {
     this.#resize();
     this.viewpoint.show(plan);
     this.set(this.time ?? 0);
+    // At once: what else is made meanwhile need not be waited for.
+    this.#render();
   }
 
   #paths(plan, flight) {
@@ -75,7 +79,10 @@ export class Stage {
   }
 
   #stops(plan) {
-    const material = this.colours.of("ghost", new LineBasicMaterial({ transparent: true, opacity: 0.34, depthWrite: false }));
+    const material = this.colours.of(
+      "ghost",
+      new LineBasicMaterial({ transparent: true, opacity: 0.34, depthWrite: false }),
+    );
     const group = new Group();
     group.add(...STOPS.map((share) => outline(plan.mission, material, plan.at(share * plan.duration))));
     return group;
@@ -176,16 +183,18 @@ export class Stage {
 
   /** Draws with the next frame, once. */
   draw() {
-    if (this.pending || !this.plan) {
-      return;
+    if (this.plan) {
+      this.pending ??= requestAnimationFrame(() => this.#render());
     }
-    this.pending = requestAnimationFrame(() => {
-      this.pending = null;
-      const { camera } = this.viewpoint;
-      // The sun stands behind the left shoulder of whoever looks.
-      this.sun.position.set(-0.6, 0.9, 0.8).applyQuaternion(camera.quaternion);
-      this.renderer.render(this.scene, camera);
-      this.drawn(camera);
-    });
+  }
+
+  #render() {
+    cancelAnimationFrame(this.pending);
+    this.pending = null;
+    const { camera } = this.viewpoint;
+    // The sun stands behind the left shoulder of whoever looks.
+    this.sun.position.set(-0.6, 0.9, 0.8).applyQuaternion(camera.quaternion);
+    this.renderer.render(this.scene, camera);
+    this.drawn(camera);
   }
 }

@@ -1,8 +1,18 @@
 // What is no body: the keep-out shell, the camera's cone, rings that give the scale.
 
 import {
-  BufferGeometry, Color, ConeGeometry, DoubleSide, Group, LineBasicMaterial, LineLoop, LineSegments, Mesh,
-  MeshBasicMaterial, ShaderMaterial, Vector3,
+  BufferGeometry,
+  Color,
+  ConeGeometry,
+  DoubleSide,
+  Group,
+  LineBasicMaterial,
+  LineLoop,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+  ShaderMaterial,
+  Vector3,
 } from "three";
 import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.js";
 
@@ -30,18 +40,21 @@ void main() {
 /** All points at a distance from the target's box: a box with round edges. */
 function roundedBox(half, distance) {
   const [x, y, z] = half.map((length) => 2 * (length + distance));
-  return new RoundedBoxGeometry(x, y, z, 24, distance);
+  return new RoundedBoxGeometry(x, y, z, 12, distance);
 }
 
 /** The shells of the far and the near keep-out distance. */
 export function makeShells(mission, colours) {
-  const material = colours.of("shell", new ShaderMaterial({
-    vertexShader: VERTEX,
-    fragmentShader: FRAGMENT,
-    uniforms: { colour: { value: new Color() }, strength: { value: 0.55 } },
-    transparent: true,
-    depthWrite: false,
-  }));
+  const material = colours.of(
+    "shell",
+    new ShaderMaterial({
+      vertexShader: VERTEX,
+      fragmentShader: FRAGMENT,
+      uniforms: { colour: { value: new Color() }, strength: { value: 0.55 } },
+      transparent: true,
+      depthWrite: false,
+    }),
+  );
   const shell = (distance) => {
     const mesh = new Mesh(roundedBox(mission.target_half_extents, distance), material);
     mesh.renderOrder = 3;
@@ -57,11 +70,19 @@ export function makeCone(mission, colours) {
   // From the tip at the origin along +z.
   geometry.translate(0, -0.5, 0).rotateX(-Math.PI / 2);
   const look = { transparent: true, depthWrite: false };
-  const cone = new Mesh(geometry, colours.of("cone", new MeshBasicMaterial({ ...look, opacity: 0.09, side: DoubleSide })));
+  const cone = new Mesh(
+    geometry,
+    colours.of("cone", new MeshBasicMaterial({ ...look, opacity: 0.09, side: DoubleSide })),
+  );
   cone.renderOrder = 2;
   const rim = new LineLoop(circle(radius, 1), colours.of("cone", new LineBasicMaterial({ ...look, opacity: 0.6 })));
   const sides = new BufferGeometry().setFromPoints(
-    [[1, 0], [0, 1], [-1, 0], [0, -1]].flatMap(([x, y]) => [new Vector3(), new Vector3(x * radius, y * radius, 1)]),
+    [
+      [1, 0],
+      [0, 1],
+      [-1, 0],
+      [0, -1],
+    ].flatMap(([x, y]) => [new Vector3(), new Vector3(x * radius, y * radius, 1)]),
   );
   const lines = new LineSegments(sides, colours.of("cone", new LineBasicMaterial({ ...look, opacity: 0.28 })));
   const group = new Group();
@@ -87,7 +108,12 @@ export function makeRings(reach, colours) {
   for (let radius = 1; radius <= rings; radius++) {
     group.add(new LineLoop(circle(radius, 0), radius % 2 ? faint : strong));
   }
-  const axes = [[rings, 0, 0], [-rings, 0, 0], [0, rings, 0], [0, -rings, 0]].map((point) => new Vector3(...point));
+  const axes = [
+    [rings, 0, 0],
+    [-rings, 0, 0],
+    [0, rings, 0],
+    [0, -rings, 0],
+  ].map((point) => new Vector3(...point));
   group.add(new LineSegments(new BufferGeometry().setFromPoints(axes), faint));
   return group;
 }
