@@ -17,6 +17,18 @@ const PAGES: &str = "pages";
 /// Most plans that are not flyable with a page of their own.
 const MOST_FAILED: usize = 6;
 
+/// What makes a plan extreme: the larger, the more.
+type Measure = fn(&Row) -> f64;
+
+/// By what the extremes are chosen, in words.
+const EXTREMES: [(Measure, &str); 5] = [
+    (|row| row.stage2.iterations as f64, "most iterations"),
+    (|row| row.stage2.cost, "largest cost of attitude and arm"),
+    (|row| row.flight.delta_v_m_s, "largest change of velocity"),
+    (|row| row.flight.target_rate_rad_s, "fastest tumble"),
+    (|row| -smallest(row), "smallest distance of bodies"),
+];
+
 /// A plan that is worth a look, and why.
 struct Notable<'a> {
     row: &'a Row,
@@ -55,17 +67,10 @@ fn notable(rows: &[Row]) -> Vec<Notable<'_>> {
     let planned = || rows.iter().filter(|row| !row.is_refused());
     let failed = planned().filter(|row| !row.is_verified()).take(MOST_FAILED);
     let failed = failed.map(|row| Notable { row, why: format!("not flyable: {}", row.reason) });
-    let most = |of: fn(&Row) -> f64| {
+    let most = |of: Measure| {
         planned().filter(|row| row.is_verified()).max_by(|a, b| of(a).total_cmp(&of(b)))
     };
-    let extremes: [(fn(&Row) -> f64, &str); 5] = [
-        (|row| row.stage2.iterations as f64, "most iterations"),
-        (|row| row.stage2.cost, "largest cost of attitude and arm"),
-        (|row| row.flight.delta_v_m_s, "largest change of velocity"),
-        (|row| row.flight.target_rate_rad_s, "fastest tumble"),
-        (|row| -smallest(row), "smallest distance of bodies"),
-    ];
-    let extremes = extremes
+    let extremes = EXTREMES
         .into_iter()
         .filter_map(|(of, why)| most(of).map(|row| Notable { row, why: why.into() }));
     let mut notable: Vec<Notable<'_>> = Vec::new();
