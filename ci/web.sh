@@ -5,7 +5,8 @@
 # Usage: ci/web.sh [--write]
 #
 # The page is built by Debian's compiler, so that everybody gets the same bytes of the same version; with another
-# version bytes are not compared, bits of plans are. Needs node, npm, Chromium, lld, and that compiler.
+# version bytes are not compared, bits of plans are. Needs node, npm, lld, that compiler, and Chromium, which
+# REMORA_CHROMIUM may name.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -16,8 +17,8 @@ built=$CARGO_TARGET_DIR/web
 target=wasm32-unknown-unknown
 wants_write=${1:-}
 
-for program in node npm chromium wasm-ld; do
-    command -v $program >/dev/null || { echo "error: missing: $program" >&2; exit 1; }
+for program in node npm "${REMORA_CHROMIUM:-chromium}" wasm-ld; do
+    command -v "$program" >/dev/null || { echo "error: missing: $program" >&2; exit 1; }
 done
 debian_is_ready || { echo "error: missing: Debian's rustc-web cargo-web rust-web-src" >&2; exit 1; }
 

@@ -103,7 +103,7 @@ impl Args {
         };
         let mut results = campaign.run(&mut Bar::named("campaign"))?;
         if self.report {
-            results.files.push(remora_host::campaign::report::write(&self.out, &results)?);
+            results.files.push(report::write_campaign_page(&self.out, &results)?);
         }
         if let Some(errors) = errors {
             return self.flown(&campaign, &results, errors);

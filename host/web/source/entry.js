@@ -10,15 +10,8 @@ export function begin(data, planner) {
   return {
     page,
     /** Plans a scenario, as a plan's file has it, with the mission of the plan that is shown. */
-    plan: (scenario, options = {}) => {
-      const { mode, integrator } = page.plan.file;
-      return page.planning.plan(page.plan.mission, scenarioOf(scenario), {
-        mode,
-        integrator,
-        guess: "model",
-        ...options,
-      });
-    },
+    plan: (scenario, options = {}) =>
+      page.planning.plan(page.plan.mission, scenarioOf(scenario), { ...page.options, ...options }),
     /** The page's own miss of a plan's file [m]. */
     miss: (file) => new Plan(file).miss,
   };

@@ -146,11 +146,15 @@ export class Page {
     }
   }
 
+  /** How the plan that is shown was made. */
+  get options() {
+    const { mode, integrator, warm_start: start } = this.plan.file;
+    return { mode, integrator, guess: start === "heuristic" ? "heuristic" : "model" };
+  }
+
   /** Plans a scenario of the plan's mission and shows what comes of it; what there is to say of it. */
   async replan(scenario) {
-    const { plan } = this;
-    const { mode, integrator, warm_start } = plan.file;
-    const options = { mode, integrator, guess: warm_start === "heuristic" ? "heuristic" : "model" };
+    const { plan, options } = this;
     const result = await this.planning.plan(plan.mission, scenarioOf(scenario), options);
     const time = `${(1e3 * result.seconds).toFixed(0)} ms`;
     if (result.refusal) {

@@ -17,6 +17,7 @@ const FLAGS = [
   "--use-angle=swiftshader",
   "--enable-unsafe-swiftshader",
   "--hide-scrollbars",
+  "--disable-dev-shm-usage",
   "--remote-debugging-pipe",
 ];
 

@@ -10,12 +10,9 @@
 //! DIR/results.csv       the same
 //! DIR/plans/ID.plan.json
 //! DIR/summary.json      statistics over the rows
-//! DIR/report.html       a page for people, with --report
-//! DIR/pages/ID.html     notable plans in three dimensions, with it
 //! ```
 
 mod journal;
-pub mod report;
 mod summary;
 
 pub use journal::{Header, JOURNAL};

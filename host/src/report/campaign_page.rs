@@ -1,11 +1,12 @@
 //! A campaign as a page for people, with pages of notable plans in three dimensions.
 
-use super::{Results, Statistics};
-use crate::error::Error;
-use crate::formats::{PlanFile, Row, make_directory, write_atomically};
-use crate::report::page::html;
-use crate::report::plot::Distributions;
-use crate::report::{Align, Page, Table, number, time};
+use super::{Align, Table, number, time};
+use remora_host::campaign::{Results, Statistics};
+use remora_host::error::Error;
+use remora_host::formats::{PlanFile, Row, make_directory, write_atomically};
+use remora_host::report::Page;
+use remora_host::report::page::html;
+use remora_host::report::plot::Distributions;
 use remora_web::Shown;
 use std::path::{Path, PathBuf};
 
@@ -39,7 +40,7 @@ struct Notable<'a> {
 ///
 /// # Errors
 /// A plan that is gone, a file that cannot be written, a picture that cannot be drawn.
-pub fn write(out: &Path, results: &Results) -> Result<PathBuf, Error> {
+pub fn write_campaign_page(out: &Path, results: &Results) -> Result<PathBuf, Error> {
     let notable = notable(&results.rows);
     for Notable { row, .. } in &notable {
         write_page(out, &row.scenario)?;
