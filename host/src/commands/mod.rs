@@ -12,6 +12,7 @@ mod documented;
 mod draw;
 mod envelope;
 mod errors;
+mod export;
 mod firmware;
 mod fly;
 mod flying;
@@ -28,6 +29,7 @@ mod profile;
 mod progress;
 mod qp_export;
 mod quantise;
+mod replay;
 mod reproduce;
 mod rerun;
 mod safety;
@@ -80,6 +82,7 @@ enum Command {
     Campaign(campaign::Args),
     Check(check::Args),
     View(view::Args),
+    Replay(replay::Args),
     Fly(fly::Args),
     Rerun(rerun::Args),
     Safety(safety::Args),
@@ -88,6 +91,7 @@ enum Command {
     Mission(mission::Args),
     Import(import::Args),
     Envelope(envelope::Args),
+    Export(export::Args),
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
     Dataset(dataset::Args),
@@ -225,6 +229,7 @@ impl Command {
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
             Self::View(args) => args.run(),
+            Self::Replay(args) => args.run(),
             Self::Fly(args) => args.run(),
             Self::Rerun(args) => args.run(),
             Self::Safety(args) => args.run(),
@@ -233,6 +238,7 @@ impl Command {
             Self::Mission(args) => args.run(),
             Self::Import(args) => args.run(),
             Self::Envelope(args) => args.run(),
+            Self::Export(args) => args.run(),
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),

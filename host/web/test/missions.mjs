@@ -1,7 +1,6 @@
 // Missions of plans' files reach the planner bit by bit: other spacecraft have the plans of the program too.
 
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { checksumOf } from "../source/checksum.js";
@@ -33,7 +32,5 @@ test("a plan of another mission has the same bits", async () => {
     assert.equal(found.verdict, file.verdict);
     assert.ok(Math.abs(new Plan(file).miss - file.residuals.ee_position) < 1e-6, name);
   }
-  const said = execFileSync("node", [`${root}/host/web/replay.mjs`, bench.path("a.plan.json")], { encoding: "utf8" });
-  assert.equal(said.trim(), bench.json("a.evidence.json").output);
   bench.clear();
 });
