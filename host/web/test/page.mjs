@@ -160,7 +160,8 @@ test("a flight is shown against its plan", async () => {
   bench.run("fly a.plan.json --keep all --quiet --out flown");
   bench.run("view a.plan.json --flight flown/history/0.parquet --out flown.html");
   const tab = await open("flown.html");
-  const off = await tab.evaluate(`[0, 300, 900, 1190].map((time) => {
+  // On its last way it comes in from farther off on purpose: not looked at in between.
+  const off = await tab.evaluate(`[0, 150, 300, 1195].map((time) => {
     const { plan, flight } = remora.page;
     const [planned, flown] = [plan.at(time), flight.at(time)];
     const cosine = planned.attitude.reduce((sum, x, i) => sum + x * flown.attitude[i], 0);
@@ -168,7 +169,7 @@ test("a flight is shown against its plan", async () => {
       1 - Math.abs(plan.targetAt(time).reduce((sum, x, i) => sum + x * flight.targetAt(time)[i], 0))];
   })`);
   for (const [metres, turned, target] of off) {
-    assert.ok(metres < 0.05 && turned < 1e-3 && target < 1e-3, JSON.stringify(off));
+    assert.ok(metres < 0.01 && turned < 1e-3 && target < 1e-3, JSON.stringify(off));
   }
   // Without errors it arrives: a second before its end, by millimetres.
   assert.ok((await tab.evaluate("remora.page.flight.miss")) < 0.02);
