@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Compilers for bare-metal targets; sourced by ci/cross.sh.
+# Compilers for bare-metal targets and WebAssembly; sourced by ci/cross.sh, ci/install-c.sh and ci/web.sh.
 #
 # A target that the user's own toolchain has is built with it. For the others Debian's compiler
 # builds `core` from its own source, so that no toolchain has to be fetched by hand. `remora firmware`
@@ -36,9 +36,16 @@ cargo_for() {
     if own_toolchain_has "$target"; then
         cargo "$command" --target "$target" "$@"
     else
-        RUSTC_BOOTSTRAP=1 RUSTC=/usr/bin/rustc \
-            /usr/bin/cargo "$command" --target "$target" -Zbuild-std=core "$@"
+        debian_cargo_for "$target" "$command" "$@"
     fi
+}
+
+# debian_cargo_for TARGET COMMAND [ARGUMENT...] - the same with Debian's compiler, whatever else there is.
+debian_cargo_for() {
+    local target=$1 command=$2
+    shift 2
+    RUSTC_BOOTSTRAP=1 RUSTC=/usr/bin/rustc \
+        /usr/bin/cargo "$command" --target "$target" -Zbuild-std=core "$@"
 }
 
 # toolchain_name TARGET - which compiler that is, with its version.

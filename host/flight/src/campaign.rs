@@ -7,6 +7,7 @@
 //! DIR/flights.summary.json     statistics over the rows
 //! DIR/flights.html             all of it as one page
 //! DIR/history/RUN.parquet      runs that are kept, a row a second
+//! DIR/pages/RUN.html           those of them that the page shows, in three dimensions
 //! ```
 
 use crate::history::{self, Sample};
@@ -26,6 +27,7 @@ use remora_host::journal::{Heading, Journal};
 use remora_host::pool;
 use remora_host::progress::Progress;
 use remora_truth::{Dispersion, Errors, WorldError};
+use remora_web::Shown;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -36,6 +38,8 @@ const JOURNAL: &str = "flights.journal.jsonl";
 const TABLE: &str = "flights.parquet";
 const SUMMARY: &str = "flights.summary.json";
 const PAGE: &str = "flights.html";
+/// Folder of the pages of single runs.
+pub const PAGES: &str = "pages";
 const FORMAT: &str = "remora-flights/1";
 
 /// Most runs that the page shows over time.
@@ -119,8 +123,9 @@ pub struct Results {
     pub files: Vec<PathBuf>,
 }
 
-/// A plan of the flights: its scenario's id, and what can be flown of it.
+/// A plan of the flights: its file, its scenario's id, and what can be flown of it.
 struct Planned {
+    file: PathBuf,
     id: String,
     sortie: Option<Sortie>,
 }
@@ -271,10 +276,12 @@ impl Flights {
         let mut pilot = Pilot::default();
         let mut histories = Vec::new();
         for run in self.keep.chosen(&rows) {
-            let Some(sortie) = &plans[(run / self.asked.runs) as usize].sortie else { continue };
-            let (file, samples) = keep_history(&self.out, &self.asked, sortie, &mut pilot, run)?;
+            let plan = &plans[(run / self.asked.runs) as usize];
+            let Some(sortie) = &plan.sortie else { continue };
+            let (file, samples) = keep_history(&self.out, &self.asked, plan, &mut pilot, run)?;
             files.push(file);
             if histories.len() < MOST_SHOWN {
+                write_page(&self.out, plan, run, &samples)?;
                 histories.push(Notable { run, samples, bounds: sortie.bounds() });
             }
         }
@@ -304,7 +311,7 @@ pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
         return Err(Error::input(file, "verdict", "is not flyable: there was nothing to fly"));
     };
     make_directory(folder)?;
-    let (history, _) = keep_history(folder, &asked, sortie, &mut pilot, run)?;
+    let (history, _) = keep_history(folder, &asked, &plan, &mut pilot, run)?;
     let flown = pilot.fly(sortie, &asked.options.settings(), &asked.dispersion(run), None);
     let flown = flown.map_err(|error| wrong_world(&error))?;
     let row = Row { run, scenario: plan.id, flown: Some(FlownRow::from(&flown)) };
@@ -315,19 +322,32 @@ pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
 fn keep_history(
     folder: &Path,
     asked: &Asked,
-    sortie: &Sortie,
+    plan: &Planned,
     pilot: &mut Pilot,
     run: u64,
 ) -> Result<(PathBuf, Vec<Sample>), Error> {
     let mut samples = Vec::new();
-    pilot
-        .fly(sortie, &asked.options.settings(), &asked.dispersion(run), Some(&mut samples))
-        .map_err(|error| wrong_world(&error))?;
+    if let Some(sortie) = &plan.sortie {
+        pilot
+            .fly(sortie, &asked.options.settings(), &asked.dispersion(run), Some(&mut samples))
+            .map_err(|error| wrong_world(&error))?;
+    }
     let folder = folder.join("history");
     make_directory(&folder)?;
     let file = folder.join(format!("{run}.parquet"));
-    history::write(&file, &samples, run)?;
+    history::write(&file, &samples, (run, &plan.id))?;
     Ok((file, samples))
+}
+
+/// Writes the page of one run beside its plan.
+fn write_page(folder: &Path, plan: &Planned, run: u64, samples: &[Sample]) -> Result<(), Error> {
+    let file = PlanFile::read(&plan.file)?;
+    let flights = vec![history::shown(run, samples)];
+    let shown = Shown { plan: &file, flights };
+    let text = remora_web::page(&[shown]).map_err(|failure| failure.error.at(&plan.file))?;
+    let folder = folder.join(PAGES);
+    make_directory(&folder)?;
+    write_atomically(&folder.join(format!("{run}.html")), text.as_bytes())
 }
 
 /// A plan file of flights in `folder`; one that is not flyable has nothing to fly.
@@ -336,14 +356,14 @@ fn planned(folder: &Path, file: &Path, joints: usize) -> Result<Planned, Error> 
     let plan = PlanFile::read(&file)?;
     let id = plan.scenario.clone();
     if plan.verdict == Some(Verdict::NotFlyable) {
-        return Ok(Planned { id, sortie: None });
+        return Ok(Planned { file, id, sortie: None });
     }
     let sortie = remora_host::with_joints!(joints, NL => {
         Sortie::of::<NL>(&file, &plan)?
     } else {
         return Err(Error::input(&file, "inputs.mission.servicer", "has no arm of 1 to 7 joints"));
     });
-    Ok(Planned { id, sortie: Some(sortie) })
+    Ok(Planned { file, id, sortie: Some(sortie) })
 }
 
 fn is_captured(row: &Row) -> bool {

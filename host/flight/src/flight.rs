@@ -12,7 +12,7 @@ use remora_core::prelude::Valid;
 use remora_host::choice::Choice;
 use remora_host::engine::{Build, Engine};
 use remora_truth::{
-    Axes, Command as Act, Dispersion, JointCommand, Quantity, Setup, View, World, WorldError,
+    Axes, Command as Act, Dispersion, JointCommand, Quantity, Rtn, Setup, View, World, WorldError,
 };
 use serde::{Deserialize, Serialize};
 
@@ -191,6 +191,8 @@ impl Flown {
 pub struct Moment<'a, const NL: usize> {
     /// The truth.
     pub view: &'a View<NL>,
+    /// The target's RTN axes.
+    pub frame: &'a Rtn,
     /// What guidance was told.
     pub estimate: &'a Estimate<NL>,
     /// What it answered.
@@ -392,7 +394,8 @@ impl<'a, const NL: usize> Loop<'a, NL> {
                 if looks {
                     self.judge.look(&view);
                 }
-                watch(&Moment { view: &view, estimate: &estimate, command: &command });
+                let frame = &self.world.rtn();
+                watch(&Moment { view: &view, frame, estimate: &estimate, command: &command });
             }
         }
         self.turns += 1;

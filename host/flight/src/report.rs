@@ -1,6 +1,6 @@
 //! Flights as one page that loads nothing: pictures first, then tables.
 
-use crate::campaign::{Asked, Results};
+use crate::campaign::{Asked, PAGES, Results};
 use crate::flight::Ending;
 use crate::history::Sample;
 use crate::pilot::Bounds;
@@ -48,7 +48,10 @@ pub fn page(asked: &Asked, results: &Results, notable: &[Notable]) -> Result<Str
     for Notable { run, samples, bounds } in notable {
         let row = results.rows.iter().find(|row| row.run == *run);
         runs.heading(format!("Run {run}"));
-        runs.text(row.map_or(String::new(), described));
+        let said = row.map_or(String::new(), described);
+        runs.text(format!(
+            "{said} [Planned against flown, in three dimensions]({PAGES}/{run}.html)"
+        ));
         let caption = format!("Run {run} over time");
         runs.plot(&format!("run-{run}"), &caption, over_time(&caption, samples, bounds)?);
     }

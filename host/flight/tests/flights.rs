@@ -6,6 +6,7 @@ use remora_core::advanced::model::Mission;
 use remora_core::nalgebra::{Vector3, Vector4};
 use remora_core::prelude::{Integrator, Options, Planner, Scenario, Valid, Validate};
 use remora_flight::flight::{Controller, Ending, Flight, Flown, JointControl, Moment, Settings};
+use remora_flight::history::{self, Sample};
 use remora_flight::nominal::{self, Surroundings};
 use remora_host::draw::draw;
 use remora_host::engine::Usual;
@@ -176,4 +177,31 @@ fn every_step_can_be_watched() {
     assert!(steps.len() >= 4 * seconds.len() - 4, "{} {}", steps.len(), seconds.len());
     assert!(steps.windows(2).all(|pair| (pair[1] - pair[0] - 0.25).abs() < 1e-9));
     assert!(seconds.iter().all(|time| steps.contains(time)));
+}
+
+/// Bus and target of a history are where its end effector and port are, and a page gets them again.
+#[test]
+fn a_history_says_where_bodies_are_and_is_read_again() {
+    let mission = mission();
+    let (scenario, plan) = &planned(&mission, 1)[0];
+    let settings = Settings { rate_hz: 1.0, ..Settings::default() };
+    let flight = Flight { mission: &mission, scenario, plan, settings: &settings };
+    let dispersion = Dispersion { errors: Errors::none(), seed: 3, run: 0 };
+    let mut history = Vec::new();
+    let mut watch = |moment: &Moment<'_, 3>| history.push(Sample::of(moment, 3));
+    flight.fly(&dispersion, &mut Usual::default(), &mut watch).unwrap();
+    assert!(history.len() > 1000);
+    let axes = |attitude: [f64; 4]| quaternion::rotation_matrix(&Vector4::from(attitude));
+    for sample in &history {
+        let angles = Vector3::from_column_slice(&sample.joints[0]);
+        let (_, tip) = mission.servicer.center_of_mass_and_end_effector(&angles);
+        let tip = Vector3::from(sample.bus_m) + axes(sample.bus_attitude) * tip;
+        let seen = axes(sample.target_attitude).tr_mul(&tip) - mission.target.port_position;
+        let told = Vector3::from(sample.tip_target_m);
+        assert!((seen - told).norm() < 1e-9, "{} s: {seen} {told}", sample.time_s);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("7.parquet");
+    history::write(&file, &history, (7, "a")).unwrap();
+    assert_eq!(history::read(&file).unwrap(), ("a".to_string(), history::shown(7, &history)));
 }

@@ -33,6 +33,9 @@ pub(super) struct Args {
     /// Write the table as CSV too
     #[arg(long)]
     csv: bool,
+    /// Write DIR/report.html too, and pages of notable plans in three dimensions
+    #[arg(long)]
+    report: bool,
     /// Fly the plans too, in a world with these errors (*.errors.toml)
     #[arg(long, value_name = "ERRORS")]
     fly: Option<PathBuf>,
@@ -53,6 +56,7 @@ Examples:
   remora campaign --count 300 --seed 1 --integrator euler --jobs 8 --plans --csv --out runs/b
   remora campaign --count 300 --seed 7 --warm-start model --model mine.model --out runs/mine
   remora campaign --count 300 --seed 1 --deadline 0.5 --jobs 1 --out runs/c
+  remora campaign --count 300 --seed 1 --report --out runs/d
   remora campaign --count 300 --seed 1 --fly mine.errors.toml --runs 4 --out runs/flown
 
 DIR gets results.parquet (--csv: results.csv too), summary.json, the scenarios and, with --plans, a
@@ -65,8 +69,9 @@ the constraint's name as its reason.
 
 Scenarios that the model, or one that it descends from, has learnt from are refused.
 
-With --fly every plan is kept and flown --runs times, and DIR gets what `remora fly` writes; the seed of the
-errors is that of the scenarios.
+With --report every plan is kept, and DIR/report.html links those worth a look to pages like those of
+`remora view`. With --fly every plan is kept and flown --runs times, and DIR gets what `remora fly` writes;
+the seed of the errors is that of the scenarios.
 
 Exit status: 0 all optimal, 1 some are not flyable (with --fly: not all captured), 2 bad input, 3 all
 verified but some not converged.";
@@ -92,11 +97,14 @@ impl Args {
             scenarios: chosen.scenarios,
             seed: chosen.seed,
             jobs: self.jobs.jobs(),
-            save_plans: self.plans || errors.is_some(),
+            save_plans: self.plans || self.report || errors.is_some(),
             csv: self.csv,
             out: self.out.clone(),
         };
-        let results = campaign.run(&mut Bar::named("campaign"))?;
+        let mut results = campaign.run(&mut Bar::named("campaign"))?;
+        if self.report {
+            results.files.push(report::write_campaign_page(&self.out, &results)?);
+        }
         if let Some(errors) = errors {
             return self.flown(&campaign, &results, errors);
         }

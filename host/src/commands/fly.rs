@@ -60,8 +60,8 @@ Examples:
 
 DIR gets the plan, flights.json (all that a run depends on), flights.parquet (a row a run),
 flights.summary.json, flights.html, and history/RUN.parquet of the runs that --keep names, a row a second
-or with --history a row a step. Interrupt it at
-any time: the same command goes on where it stopped. Rows do not depend on the number of threads.
+or with --history a row a step. The first twelve of these runs have pages/RUN.html, flown against planned in
+three dimensions. Interrupt it at any time: the same command goes on where it stopped. Rows do not depend on the number of threads.
 `remora rerun DIR --run N` flies one run again, with its history.
 
 Exit status: 0 all captured (with --until: the share is shown), 1 some are not, 2 bad input.";

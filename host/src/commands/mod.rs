@@ -35,6 +35,7 @@ mod rerun;
 mod safety;
 #[cfg(feature = "training")]
 mod train;
+mod view;
 
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
 use remora_host::error::Error;
@@ -62,6 +63,7 @@ Examples:
   remora                                             plan a built-in scenario
   remora campaign --count 300 --seed 1 --out runs/a  plan 300 drawn scenarios
   remora check runs/pub-000.plan.json                verify a plan, whoever wrote it
+  remora view runs/pub-000.plan.json                 look at it, and plan on, in a browser
   remora fly runs/pub-000.plan.json --out runs/a     fly it in a world that it does not know
 
 A plan is one of three:
@@ -79,6 +81,7 @@ enum Command {
     Profile(profile::Args),
     Campaign(campaign::Args),
     Check(check::Args),
+    View(view::Args),
     Replay(replay::Args),
     Fly(fly::Args),
     Rerun(rerun::Args),
@@ -225,6 +228,7 @@ impl Command {
             Self::Profile(args) => args.run(),
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
+            Self::View(args) => args.run(),
             Self::Replay(args) => args.run(),
             Self::Fly(args) => args.run(),
             Self::Rerun(args) => args.run(),

@@ -139,8 +139,14 @@ impl Args {
         if let Some(plot) = &self.plot {
             text += &format!("written: {}\n", plot.display());
         }
+        text += &format!("look at it: {} view {}\n", called(), job.out.display());
         text
     }
+}
+
+/// How this program was called, to be called again.
+fn called() -> String {
+    std::env::args().next().unwrap_or_else(|| "remora".into())
 }
 
 /// Whether a file is an earlier plan of the same scenario, which a new one may replace.

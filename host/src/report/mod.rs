@@ -1,6 +1,7 @@
-//! What the commands print: tables for the terminal, at most 100 columns wide.
+//! What the commands print: tables for the terminal, at most 100 columns wide; and the page of a campaign.
 
 mod campaign;
+mod campaign_page;
 mod check;
 mod dataset;
 mod envelope;
@@ -14,6 +15,7 @@ mod safety;
 mod vehicle;
 
 pub use campaign::campaign_report;
+pub use campaign_page::write_campaign_page;
 pub use check::check_report;
 pub use dataset::dataset_report;
 pub use envelope::envelope_report;

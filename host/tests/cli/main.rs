@@ -24,4 +24,5 @@ mod quantise;
 mod refusals;
 mod replay;
 mod reproduce;
+mod view;
 mod warm_start;

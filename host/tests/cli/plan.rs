@@ -192,7 +192,7 @@ fn a_plan_is_drawn_where_that_is_asked_for() {
     let bench = Bench::new();
     let plan = "plan --mode feasible --integrator euler --out a.plan.json --plot";
     let run = bench.solves(&format!("{plan} a.svg"));
-    assert!(run.out.ends_with("written: a.svg\n"), "{}", run.out);
+    assert!(run.out.contains("\nwritten: a.svg\nlook at it: "), "{}", run.out);
     assert!(bench.read("a.svg").starts_with("<svg"));
     bench.refuses(&format!("{plan} none/a.svg"), "none/a.svg: no such file or directory");
 }

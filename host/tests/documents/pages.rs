@@ -87,7 +87,9 @@ fn gather(root: &Path, folder: &Path, pages: &mut Vec<Page>) {
         let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
         if path.is_dir() {
             // Nothing of what was built or planned.
-            if !name.starts_with('.') && !["target", "runs"].contains(&name.as_str()) {
+            if !name.starts_with('.')
+                && !["target", "runs", "node_modules"].contains(&name.as_str())
+            {
                 gather(root, &path, pages);
             }
         } else if name.ends_with(".md") {

@@ -28,6 +28,7 @@ mod results;
 mod row;
 mod scenario_set;
 mod table;
+mod table_read;
 
 pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, ModelRecord, evidence_path, recovered,
@@ -64,6 +65,7 @@ pub use scenario_set::{
     ServicerStart, TargetStart,
 };
 pub use table::{Cell, Column, parquet as parquet_table};
+pub use table_read::Numbers;
 
 /// How far a quaternion's norm may be from one in a file.
 pub const QUATERNION_TOLERANCE: f64 = 1e-6;

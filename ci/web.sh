@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# The page that `remora view` makes: builds it again of host/web and core/capi, compares it with the one that is
+# checked in, and tests planner and page under node and in Chromium. With --write it puts what was built in the
+# place of the old page, and the pictures of it into docs/pictures.
+# Usage: ci/web.sh [--write]
+#
+# The page is built by Debian's compiler, so that everybody gets the same bytes of the same version; with another
+# version bytes are not compared, bits of plans are. Needs node, npm, lld, that compiler, and Chromium, which
+# REMORA_CHROMIUM may name.
+set -euo pipefail
+
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+# shellcheck source=ci/toolchain.sh
+source ci/toolchain.sh
+export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
+built=$CARGO_TARGET_DIR/web
+target=wasm32-unknown-unknown
+wants_write=${1:-}
+
+for program in node npm "${REMORA_CHROMIUM:-chromium}" wasm-ld; do
+    command -v "$program" >/dev/null || { echo "error: missing: $program" >&2; exit 1; }
+done
+debian_is_ready || { echo "error: missing: Debian's rustc-web cargo-web rust-web-src" >&2; exit 1; }
+
+echo "--- planner as WebAssembly"
+CARGO_TARGET_DIR=$built CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=wasm-ld debian_cargo_for $target rustc \
+    --locked -p remora-capi --lib --crate-type cdylib --profile archive -- -C strip=symbols
+planner=$built/$target/archive/remora_capi.wasm
+maker="$(/usr/bin/rustc --version | cut -d' ' -f1,2), $(wasm-ld --version)"
+
+echo "--- page"
+npm ci --prefix host/web --ignore-scripts
+node host/web/build.mjs "$planner" "$maker" "$built/page.html"
+if [ "$wants_write" = --write ]; then
+    cp "$built/page.html" host/web/page.html
+elif grep -qF "content=\"$maker\"" host/web/page.html; then
+    cmp "$built/page.html" host/web/page.html ||
+        { echo 'error: host/web/page.html is stale: ci/web.sh --write' >&2; exit 1; }
+    echo 'host/web/page.html: as built'
+else
+    echo "host/web/page.html was built by another version than $maker: bytes not compared"
+fi
+
+echo "--- tests"
+cargo build --release --locked -p remora
+export REMORA_PLANNER=$planner REMORA_PROGRAM=$CARGO_TARGET_DIR/release/remora
+node --test host/web/test/planner.mjs host/web/test/missions.mjs
+# By itself: it measures times.
+node --test host/web/test/page.mjs
+if [ "$wants_write" = --write ]; then
+    node host/web/test/pictures.mjs docs/pictures
+fi

@@ -1,0 +1,159 @@
+// Target and servicer as bodies, with the sizes that the mission gives them.
+
+import {
+  BoxGeometry,
+  CapsuleGeometry,
+  CylinderGeometry,
+  EdgesGeometry,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshLambertMaterial,
+  SphereGeometry,
+  TorusGeometry,
+  Vector3,
+} from "three";
+import { posture } from "../kinematics.js";
+import { norm, sub, turned } from "../vectors.js";
+
+const UP = new Vector3(0, 1, 0);
+const FORWARD = new Vector3(0, 0, 1);
+
+/** Turns and moves an object; arrays as the rest of the page has them. */
+export function place(object, position, attitude) {
+  object.position.set(...position);
+  object.quaternion.set(...attitude);
+}
+
+/** Materials of solid bodies, or of a ghost: what is planned beside what is flown. */
+function materials(colours, isGhost) {
+  const solid = (name) =>
+    colours.of(
+      isGhost ? "ghost" : name,
+      new MeshLambertMaterial(isGhost ? { transparent: true, opacity: 0.16, depthWrite: false } : {}),
+    );
+  const edge = colours.of(
+    isGhost ? "ghost" : "edge",
+    new LineBasicMaterial({
+      transparent: true,
+      opacity: isGhost ? 0.55 : 0.45,
+    }),
+  );
+  return { solid, edge };
+}
+
+function box(half, material, edge) {
+  const geometry = new BoxGeometry(...half.map((x) => 2 * x));
+  const mesh = new Mesh(geometry, material);
+  mesh.add(new LineSegments(new EdgesGeometry(geometry), edge));
+  return mesh;
+}
+
+/** A body along `way`, `length` of it. */
+function along(geometry, material, way, length) {
+  const mesh = new Mesh(geometry, material);
+  const direction = new Vector3(...way).normalize();
+  mesh.quaternion.setFromUnitVectors(UP, direction);
+  mesh.position.copy(direction).multiplyScalar(length / 2);
+  return mesh;
+}
+
+/** The target's box with its port: a ring, and its normal. */
+export function makeTarget(mission, colours) {
+  const { solid, edge } = materials(colours, false);
+  const group = new Group();
+  group.add(box(mission.target_half_extents, solid("target"), edge));
+  const port = new Group();
+  const orange = solid("port");
+  port.add(new Mesh(new TorusGeometry(0.075, 0.016, 12, 40), orange));
+  const normal = new Mesh(new CylinderGeometry(0.004, 0.004, 0.4), orange);
+  normal.rotateX(Math.PI / 2);
+  normal.position.z = 0.2;
+  port.add(normal);
+  port.position.set(...mission.port_position);
+  port.quaternion.setFromUnitVectors(FORWARD, new Vector3(...mission.port_normal));
+  group.add(port);
+  return group;
+}
+
+/** Bus and arm; `pose` places them by a state of the system's centre of mass. */
+export class Servicer {
+  constructor(mission, colours, isGhost = false) {
+    this.mission = mission;
+    this.group = new Group();
+    const looks = materials(colours, isGhost);
+    this.group.add(box(mission.bus_half_extents, looks.solid("bus"), looks.edge));
+    const arm = { body: looks.solid("arm"), joint: looks.solid("joint"), tip: looks.solid("tip") };
+    this.links = mission.links.map((link, i) => makeLink(mission, link, i, arm));
+    this.group.add(...this.links);
+  }
+
+  pose({ position, attitude, jointAngle }) {
+    const { points, attitudes, center } = posture(this.mission, jointAngle);
+    place(this.group, sub(position, turned(attitude, center)), attitude);
+    this.links.forEach((link, i) => place(link, points[i], attitudes[i]));
+  }
+}
+
+/** A link as its capsule, the last one with the end effector at its end. */
+function makeLink(mission, link, i, { body, joint, tip }) {
+  const group = new Group();
+  const [whole, radius] = [norm(link.tip), Math.max(link.radius, 0.01)];
+  const isLast = i === mission.links.length - 1;
+  const length = isLast ? Math.max(whole - mission.corridor[2], 0) : whole;
+  if (length > 0) {
+    group.add(along(new CapsuleGeometry(radius, length, 6, 20), body, link.tip, length));
+  }
+  const housing = new CylinderGeometry(1.35 * radius, 1.35 * radius, 3 * radius, 28);
+  group.add(along(housing, joint, link.axis, 0));
+  if (isLast) {
+    group.add(endEffector(link.tip, whole, Math.min(whole, mission.corridor[2]), radius, tip));
+  }
+  return group;
+}
+
+/** What narrows to the point that is to be at the port. */
+function endEffector(way, whole, length, radius, material) {
+  const group = new Group();
+  const cone = along(new CylinderGeometry(0.25 * radius, 0.8 * radius, length, 24), material, way, length);
+  const point = new Mesh(new SphereGeometry(0.3 * radius, 16, 12), material);
+  const direction = new Vector3(...way).normalize();
+  point.position.copy(direction).multiplyScalar(length);
+  group.add(cone, point);
+  group.position.copy(direction).multiplyScalar(whole - length);
+  return group;
+}
+
+/** Outlines of bus and arm at one instant, as lines. */
+export function outline(mission, material, state) {
+  const { points, center } = posture(mission, state.jointAngle);
+  const group = new Group();
+  const geometry = new BoxGeometry(...mission.bus_half_extents.map((x) => 2 * x));
+  group.add(new LineSegments(new EdgesGeometry(geometry), material));
+  const pairs = points
+    .slice(1)
+    .flatMap((point, i) => [points[i], point])
+    .map((point) => new Vector3(...point));
+  const arm = new LineSegments(undefined, material);
+  arm.geometry.setFromPoints(pairs);
+  group.add(arm);
+  place(group, sub(state.position, turned(state.attitude, center)), state.attitude);
+  return group;
+}
+
+/** Another start: a point with its way to the target, whose box stands as it would. */
+export function makeDraft(mission, scenario, colours) {
+  const material = colours.of("start", new LineBasicMaterial());
+  const [position, attitude] = [scenario.servicer_position_rtn_m, scenario.target_attitude_body_to_rtn];
+  const group = new Group();
+  const point = new Mesh(new SphereGeometry(0.09, 24, 16), colours.of("start", new MeshLambertMaterial()));
+  point.position.set(...position);
+  const way = new LineSegments(undefined, material);
+  way.geometry.setFromPoints([new Vector3(...position), new Vector3()]);
+  const half = mission.target_half_extents.map((x) => 2.04 * x);
+  const target = new LineSegments(new EdgesGeometry(new BoxGeometry(...half)), material);
+  target.quaternion.set(...attitude);
+  group.add(point, way, target);
+  return group;
+}

@@ -1,0 +1,119 @@
+// What is no body: the keep-out shell, the camera's cone, rings that give the scale.
+
+import {
+  BufferGeometry,
+  Color,
+  ConeGeometry,
+  DoubleSide,
+  Group,
+  LineBasicMaterial,
+  LineLoop,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+  ShaderMaterial,
+  Vector3,
+} from "three";
+import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.js";
+
+const VERTEX = `
+varying vec3 facing;
+varying vec3 eye;
+void main() {
+  vec4 at = modelViewMatrix * vec4(position, 1.0);
+  facing = normalMatrix * normal;
+  eye = -at.xyz;
+  gl_Position = projectionMatrix * at;
+}`;
+// Clear where one looks through, dense at the rim.
+const FRAGMENT = `
+uniform vec3 colour;
+uniform float strength;
+varying vec3 facing;
+varying vec3 eye;
+void main() {
+  float rim = 1.0 - abs(dot(normalize(facing), normalize(eye)));
+  gl_FragColor = vec4(colour, strength * (0.05 + 0.75 * rim * rim * rim));
+  #include <colorspace_fragment>
+}`;
+
+/** All points at a distance from the target's box: a box with round edges. */
+function roundedBox(half, distance) {
+  const [x, y, z] = half.map((length) => 2 * (length + distance));
+  return new RoundedBoxGeometry(x, y, z, 12, distance);
+}
+
+/** The shells of the far and the near keep-out distance. */
+export function makeShells(mission, colours) {
+  const material = colours.of(
+    "shell",
+    new ShaderMaterial({
+      vertexShader: VERTEX,
+      fragmentShader: FRAGMENT,
+      uniforms: { colour: { value: new Color() }, strength: { value: 0.55 } },
+      transparent: true,
+      depthWrite: false,
+    }),
+  );
+  const shell = (distance) => {
+    const mesh = new Mesh(roundedBox(mission.target_half_extents, distance), material);
+    mesh.renderOrder = 3;
+    return mesh;
+  };
+  return { far: shell(mission.keep_out_far), near: shell(mission.keep_out_near) };
+}
+
+/** The camera's cone of view, one metre long. */
+export function makeCone(mission, colours) {
+  const radius = Math.tan(Math.min(mission.field_of_view_half_angle, 1.4));
+  const geometry = new ConeGeometry(radius, 1, 64, 1, true);
+  // From the tip at the origin along +z.
+  geometry.translate(0, -0.5, 0).rotateX(-Math.PI / 2);
+  const look = { transparent: true, depthWrite: false };
+  const cone = new Mesh(
+    geometry,
+    colours.of("cone", new MeshBasicMaterial({ ...look, opacity: 0.09, side: DoubleSide })),
+  );
+  cone.renderOrder = 2;
+  const rim = new LineLoop(circle(radius, 1), colours.of("cone", new LineBasicMaterial({ ...look, opacity: 0.6 })));
+  const sides = new BufferGeometry().setFromPoints(
+    [
+      [1, 0],
+      [0, 1],
+      [-1, 0],
+      [0, -1],
+    ].flatMap(([x, y]) => [new Vector3(), new Vector3(x * radius, y * radius, 1)]),
+  );
+  const lines = new LineSegments(sides, colours.of("cone", new LineBasicMaterial({ ...look, opacity: 0.28 })));
+  const group = new Group();
+  group.add(cone, rim, lines);
+  return group;
+}
+
+function circle(radius, z, count = 128) {
+  const points = Array.from({ length: count }, (_, i) => {
+    const angle = (2 * Math.PI * i) / count;
+    return new Vector3(radius * Math.cos(angle), radius * Math.sin(angle), z);
+  });
+  return new BufferGeometry().setFromPoints(points);
+}
+
+/** Rings about the target in the orbit's plane, a metre apart, every second one stronger. */
+export function makeRings(reach, colours) {
+  const group = new Group();
+  const [faint, strong] = [0.16, 0.38].map((opacity) =>
+    colours.of("grid", new LineBasicMaterial({ transparent: true, opacity, depthWrite: false })),
+  );
+  const rings = Math.max(2, Math.ceil(reach));
+  for (let radius = 1; radius <= rings; radius++) {
+    group.add(new LineLoop(circle(radius, 0), radius % 2 ? faint : strong));
+  }
+  const axes = [
+    [rings, 0, 0],
+    [-rings, 0, 0],
+    [0, rings, 0],
+    [0, -rings, 0],
+  ].map((point) => new Vector3(...point));
+  group.add(new LineSegments(new BufferGeometry().setFromPoints(axes), faint));
+  return group;
+}
