@@ -1,4 +1,4 @@
-"""Guesses of one's own, against the learned one and the heuristic: paired, with intervals."""
+"""Guesses of one's own, a feedback law and a memory, against the learned one and the heuristic: paired, with intervals."""
 
 import sys
 from pathlib import Path
@@ -9,20 +9,29 @@ import numpy as np
 import remora
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
-planned = remora.plan(remora.draw(1, seed=9)[0])
+remembered = remora.plan(remora.draw(1, seed=9)[0]).torques
 
 
-def one_fits_all(scene: remora.Scene) -> np.ndarray:
-    """The torques of some other approach: as good as a memory of one example."""
-    return planned.torques
+def memory(scene: remora.Scene) -> np.ndarray:
+    """The torques of another approach."""
+    return remembered
 
 
-def at_rest(scene: remora.Scene) -> np.ndarray:
-    """No torque at all: the bus drifts."""
-    return np.zeros((scene.nodes - 1, 3 + scene.joints))
+def feedback(scene: remora.Scene) -> np.ndarray:
+    """The mean rates that would make the turn and the joints' travel that are left, by torques that reach them."""
+    state, torques = scene.initial_state, np.zeros((scene.nodes - 1, 6))
+    for node, held in enumerate(torques):
+        wanted = scene.features(node, state)[-6:].astype(float)
+        q = state[:4]
+        wanted[:3] += 2.0 * np.cross(q[:3], np.cross(q[:3], wanted[:3]) + q[3] * wanted[:3])
+        rates = [scene.step(node, state, torque)[7:] for torque in 1e-4 * np.vstack([np.zeros(6), np.eye(6)])]
+        by_torque = (np.array(rates[1:]) - rates[0]).T / 1e-4
+        held[:] = np.linalg.solve(by_torque, wanted - rates[0])
+        state = scene.step(node, state, held)
+    return torques
 
 
-guesses = {"heuristic": "heuristic", "at rest": at_rest, "one fits all": one_fits_all, "built-in model": "model"}
+guesses = {"heuristic": "heuristic", "a memory": memory, "feedback": feedback, "built-in model": "model"}
 found = remora.compare_guesses(guesses, remora.draw(12, seed=2), jobs=2)
 print(found)
 

@@ -7,12 +7,18 @@ use remora_core::advanced::stages::size;
 use remora_core::advanced::warmstart::{Action, Encoding};
 use std::sync::Arc;
 
+/// Fastest that bus and joints may turn [rad/s]: faster than any scenario may begin, and than steps can follow.
+pub const MAX_RATE: f64 = 1.0;
+
+/// The miss of an episode that is lost by it [m].
+pub const LOST_MISS_M: f64 = 100.0;
+
 /// What came of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Minus the cost of the interval; at the last node also minus the weighted miss.
     pub reward: f64,
-    /// Whether the last node is reached.
+    /// Whether the last node is reached, or the episode lost: something turns faster than [`MAX_RATE`].
     pub is_last: bool,
 }
 
@@ -34,11 +40,12 @@ pub trait Course: Send + Sync {
     /// interval before among them [N m].
     fn observe(&self, out: &mut [f32]);
 
-    /// Holds torques over the next interval: an action from -1 to 1 for each, of its limit. Once the last
-    /// node is reached nothing happens any more.
+    /// Holds torques over the next interval: an action from -1 to 1 for each, of its limit. Once the episode
+    /// has ended nothing happens any more.
     fn step(&mut self, action: &[f32]) -> Step;
 
-    /// Distance of the end effector from the port, were this the last node [m].
+    /// Distance of the end effector from the port, were this the last node; that of a lost episode is
+    /// [`LOST_MISS_M`] [m].
     fn miss(&self) -> f64;
 
     /// Cost of the torques so far.
@@ -56,6 +63,7 @@ pub struct Episode<const NL: usize> {
     state: State<NL>,
     /// The torques held last.
     held: Control<NL>,
+    is_lost: bool,
     cost: f64,
 }
 
@@ -69,6 +77,7 @@ impl<const NL: usize> Episode<NL> {
             node: 0,
             state: State::ZERO,
             held: Control::ZERO,
+            is_lost: false,
             cost: 0.0,
         };
         episode.begin(0);
@@ -80,11 +89,16 @@ impl<const NL: usize> Episode<NL> {
     }
 }
 
+/// Episodes of the built-in mission's arm: instantiated here, where the code is optimised.
+pub fn usual(approaches: Arc<Vec<Approach>>, terms: Terms) -> Box<dyn Course> {
+    Box::new(Episode::new(approaches, terms))
+}
+
 impl<const NL: usize> Course for Episode<NL> {
     fn begin(&mut self, approach: usize) {
         self.at = approach % self.approaches.len();
         self.state = State::at_start(&self.approach().mission, &self.approach().scenario);
-        (self.node, self.held, self.cost) = (0, Control::ZERO, 0.0);
+        (self.node, self.held, self.is_lost, self.cost) = (0, Control::ZERO, false, 0.0);
     }
 
     fn observe(&self, out: &mut [f32]) {
@@ -99,7 +113,7 @@ impl<const NL: usize> Course for Episode<NL> {
     fn step(&mut self, action: &[f32]) -> Step {
         let (approach, k) = (&self.approaches[self.at], self.node);
         let scene = approach.scene();
-        if k >= scene.last {
+        if k >= scene.last || self.is_lost {
             return Step { reward: 0.0, is_last: true };
         }
         let mut torques = [0.0; size::controls(crate::formats::MAX_JOINTS)];
@@ -107,22 +121,34 @@ impl<const NL: usize> Course for Episode<NL> {
         torques.iter_mut().zip(scaled).for_each(|(torque, (share, limit))| {
             *torque = (f64::from(*share) * limit) as f32;
         });
-        (self.held, self.state) = scene.apply(Action::Torque, k, &self.state, &torques, &self.held);
-        self.node = k + 1;
-        let (cost, is_last) = (approach.cost(&self.held), self.node == scene.last);
-        self.cost += cost;
-        let miss = if is_last { scene.miss(&self.state) } else { 0.0 };
+        let (held, next) = scene.apply(Action::Torque, k, &self.state, &torques, &self.held);
+        let cost = approach.cost(&held);
+        self.is_lost = !is_slow(&next);
+        if !self.is_lost {
+            (self.node, self.state) = (k + 1, next);
+        }
+        let is_last = self.node == scene.last || self.is_lost;
+        (self.held, self.cost) = (held, self.cost + cost);
+        let miss = if is_last { self.miss() } else { 0.0 };
         Step { reward: -cost - self.terms.miss_weight * miss, is_last }
     }
 
     fn miss(&self) -> f64 {
-        let approach = self.approach();
-        approach.scene().miss(&self.state)
+        match self.is_lost {
+            true => LOST_MISS_M,
+            false => self.approach().scene().miss(&self.state),
+        }
     }
 
     fn cost(&self) -> f64 {
         self.cost
     }
+}
+
+/// Whether nothing turns faster than it may; what is no number does.
+fn is_slow<const NL: usize>(state: &State<NL>) -> bool {
+    state.is_finite()
+        && state.rate.iter().chain(state.joint_rate.iter()).all(|rate| rate.abs() <= MAX_RATE)
 }
 
 #[cfg(test)]
@@ -171,5 +197,18 @@ mod tests {
         let mut again = [f32::NAN; 70];
         episode.observe(&mut again);
         assert_eq!(again, features);
+
+        // Who pulls at one joint all the time spins it up, until there is nothing left to follow.
+        let steps: Vec<Step> =
+            std::iter::repeat_with(|| episode.step(&[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]))
+                .take(59)
+                .collect();
+        let lost = steps.iter().position(|step| step.is_last).unwrap();
+        assert!((5..58).contains(&lost), "{lost}");
+        assert!(steps[..lost].iter().all(|step| step.reward > -LOST_MISS_M));
+        assert!(steps[lost].reward < -2.0 * LOST_MISS_M && episode.miss() == LOST_MISS_M);
+        assert!(steps[lost + 1..].iter().all(|step| *step == Step { reward: 0.0, is_last: true }));
+        episode.observe(&mut again);
+        assert!(again.iter().all(|x| x.is_finite()));
     }
 }

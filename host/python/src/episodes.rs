@@ -12,10 +12,11 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use remora_core::advanced::stages::size;
 use remora_host::approach::Approach;
-use remora_host::episode::{Course, Episode, Step, Terms};
+use remora_host::episode::{self, Course, Episode, Step, Terms};
 use remora_host::error::Error;
 use remora_host::method::Integrator;
 use remora_host::{planning, with_joints};
+use std::any::Any;
 use std::sync::{Arc, Mutex};
 
 /// Episodes, each on one of the same approaches. A policy's action is torques as shares of their limits.
@@ -49,8 +50,17 @@ fn courses<const NL: usize>(
         })
     };
     let approaches: Vec<Approach<NL>> = cases.iter().map(plan).collect::<Result<_, _>>()?;
-    let episode = Episode::new(Arc::new(approaches), terms);
-    Ok((0..count).map(|_| Box::new(episode.clone()) as Box<dyn Course>).collect())
+    let approaches = Arc::new(approaches);
+    Ok((0..count).map(|_| course(&approaches, terms)).collect())
+}
+
+/// An episode; that of the built-in mission's arm is compiled in the library, where it is optimised.
+fn course<const NL: usize>(approaches: &Arc<Vec<Approach<NL>>>, terms: Terms) -> Box<dyn Course> {
+    let any: &dyn Any = approaches;
+    match any.downcast_ref::<Arc<Vec<Approach>>>() {
+        Some(usual) => episode::usual(usual.clone(), terms),
+        None => Box::new(Episode::new(approaches.clone(), terms)),
+    }
 }
 
 impl Episodes {

@@ -26,11 +26,13 @@ from remora._remora import (
     scenarios,
     subproblem,
 )
+from remora.guess import Guess
 from remora.results import Comparison, Table, compare_guesses, plan_many
 
 __all__ = [
     "Comparison",
     "Flight",
+    "Guess",
     "Mission",
     "Model",
     "Plan",

@@ -1,18 +1,37 @@
 """Stubs of the compiled part. Shapes: N nodes, J joints of the arm."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any, Final, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from remora.guess import Guess
+
+__all__ = [
+    "Episodes",
+    "Flight",
+    "Mission",
+    "Model",
+    "Plan",
+    "Refused",
+    "Rows",
+    "Scenario",
+    "Scene",
+    "Subproblem",
+    "__version__",
+    "compare_guesses",
+    "draw",
+    "fly",
+    "plan",
+    "plan_many",
+    "scenarios",
+    "subproblem",
+]
+
 _Path: TypeAlias = str | PathLike[str]
 _Array: TypeAlias = NDArray[np.float64]
-
-# "model" (the built-in one), "heuristic", a model of a file, a plan, a plan so many seconds after its start,
-# torques of shape (N - 1, 3 + J), or a function that answers torques.
-Guess: TypeAlias = str | Model | Plan | tuple[Plan, float] | _Array | Callable[[Scene], ArrayLike]
 
 __version__: Final[str]
 

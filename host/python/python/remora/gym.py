@@ -4,7 +4,8 @@ A policy sees the planner's scene at a node, as the built-in models do (`encodin
 axes, with what lies ahead) or as the paper's network does (`encoding="paper"`), the torques of the interval
 before among it. It answers torques of bus and joints as shares of their limits, from -1 to 1. The reward is minus
 what the plan's cost counts for them and, at the last node, minus `miss_weight` times the end effector's distance
-from the port in metres. The translation of the centre of mass is planned, once, when an environment is made.
+from the port in metres. An episode in which bus or joints turn faster than 1 rad/s is lost: it ends, and its miss
+counts as 100 m. The translation of the centre of mass is planned, once, when an environment is made.
 
     >>> import gymnasium, remora.gym
     >>> env = gymnasium.make("remora/Approach-v0")
@@ -14,11 +15,11 @@ from the port in metres. The translation of the centre of mass is planned, once,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Space
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -34,16 +35,17 @@ _Floats = NDArray[np.float32]
 DEFAULT_COUNT = 16
 
 
-def _spaces(episodes: Episodes) -> tuple[Box, Box]:
+def _spaces(episodes: Episodes) -> tuple[Space[_Floats], Space[_Floats]]:
     """What a policy sees and what it answers."""
     seen = Box(-np.inf, np.inf, (episodes.features,), np.float32)
-    return seen, Box(-1.0, 1.0, (episodes.actions,), np.float32)
+    answered = Box(-1.0, 1.0, (episodes.actions,), np.float32)
+    return cast(Space[_Floats], seen), cast(Space[_Floats], answered)
 
 
 class ApproachEnv(gymnasium.Env[_Floats, _Floats]):
     """One approach an episode, of those given, or of the first that seed 1 draws."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": []}
 
     def __init__(
         self,

@@ -9,7 +9,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from remora import _remora
-from remora._remora import Guess, Mission, Plan, Scenario
+from remora._remora import Mission, Plan, Scenario
+from remora.guess import Guess
 
 
 class Table(dict[str, NDArray[Any]]):
