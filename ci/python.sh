@@ -3,7 +3,7 @@
 # the scripts of docs/examples/python leave their pictures: target/python/pictures.
 # Usage: ci/python.sh [ARGUMENT...]; arguments are pytest's, such as `-k golden`, and leave the scripts out.
 #
-# Needs a Rust toolchain and Python 3.10 or newer with its module venv; all else comes from the registry of
+# Needs a Rust toolchain, advzip, and Python 3.10 or newer with its module venv; all else comes from the registry of
 # Python's packages, in the versions of host/python/requirements.txt.
 set -euo pipefail
 
@@ -21,12 +21,18 @@ environment() {
     "$work/$1/bin/pip" install --quiet --constraint $package/requirements.txt "${@:2}"
 }
 
+command -v advzip >/dev/null || {
+    echo "error: missing: advzip, of Debian's package advancecomp" >&2
+    exit 1
+}
 mkdir -p "$work"
 [ -x "$work/build/bin/maturin" ] || environment build maturin
 
 rm -rf "$work/wheel"
 "$work/build/bin/maturin" build --quiet --locked --manifest-path $package/Cargo.toml --out "$work/wheel"
 wheel=("$work/wheel"/*.whl)
+# Deflated as well as can be.
+advzip --quiet --recompress --shrink-extra "${wheel[@]}"
 bytes=$(wc -c <"${wheel[0]}")
 echo "$(basename "${wheel[0]}"): $bytes bytes"
 if [ ${#wheel[@]} -ne 1 ] || [[ ${wheel[0]} != *-cp310-abi3-* ]] || [ "$bytes" -gt $most_bytes ]; then

@@ -1,4 +1,4 @@
-"""Guesses of one's own, a feedback law and a memory, against the learned one and the heuristic: paired, with intervals."""
+"""Own guesses, a feedback law and a memory, against the learned one and the heuristic: paired, with intervals."""
 
 import sys
 from pathlib import Path

@@ -16,6 +16,6 @@ for case in remora.scenarios()[:2]:
     captured = sum(flight.is_captured for flight in flights)
     axes.scatter(misses[:, 0], misses[:, 1], label=f"{case.id}: {captured} of {len(flights)} captured")
 axes.add_patch(plt.Circle((0, 0), 12.0, fill=False, linestyle="--"))
-axes.set(xlabel="across the port, x [mm]", ylabel="across the port, y [mm]", xlim=(-14, 14), ylim=(-14, 14), aspect="equal")
+axes.set(xlabel="across the port, x [mm]", ylabel="y [mm]", xlim=(-14, 14), ylim=(-14, 14), aspect="equal")
 axes.legend(fontsize=8)
 figure.savefig(folder / "07_dispersions.svg")

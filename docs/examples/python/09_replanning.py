@@ -35,7 +35,8 @@ for node in (15, 25, 35):
     )
     again = remora.plan(case, initial_guess=(plan, plan.time[node]))
     print(f"{again.scenario.id}: {again.verdict} from {again.start}, {again.iterations[1]} iterations")
-    axes.plot(plan.time[node] + again.time, np.linalg.norm(again.position, axis=1), label=f"again at {plan.time[node]:.0f} s")
+    label = f"again at {plan.time[node]:.0f} s"
+    axes.plot(plan.time[node] + again.time, np.linalg.norm(again.position, axis=1), label=label)
 axes.set(xlabel="time [s]", ylabel="distance of the centre of mass [m]")
 axes.legend(fontsize=8)
 figure.savefig(folder / "09_replanning.svg")

@@ -10,10 +10,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use remora_core::advanced::planner::{Nominal, output_checksum};
 use remora_core::advanced::stages::{Clearances, Residuals};
-use remora_host::checking::Check;
+use remora_host::engine::verified;
 use remora_host::error::Error;
 use remora_host::formats::{
-    self, EvidenceFile, MAX_JOINTS, NamedScenario, PlanFile, PlanGrid, Verdict, evidence_path,
+    self, EvidenceFile, MAX_JOINTS, MadeFor, NamedScenario, PlanFile, PlanGrid, Verdict,
+    evidence_path,
 };
 use remora_host::guess;
 use remora_host::method::Method;
@@ -32,8 +33,6 @@ pub(crate) struct Plan {
     residuals: Residuals,
     clearances: Clearances,
     evidence: Option<EvidenceFile>,
-    /// Where the file says something else than what is recomputed.
-    disagreements: Vec<String>,
     /// How it can be made again; none of a file.
     pub(crate) recipe: Option<(Method, Start)>,
 }
@@ -57,7 +56,6 @@ impl Plan {
             clearances: file.clearances.unwrap_or(Clearances::NONE),
             file,
             evidence: Some(evidence),
-            disagreements: Vec::new(),
             recipe: Some(recipe),
         })
     }
@@ -71,22 +69,24 @@ impl Plan {
         let inputs = file.inputs.as_ref().ok_or_else(|| missing("inputs"))?;
         let grid = file.grid.ok_or_else(|| missing("grid"))?;
         let mission = Mission::new(inputs.mission.clone(), path)?;
-        let scenario = inputs.scenario.named(&file.scenario);
-        let plans = vec![path.to_path_buf()];
-        let check = Check { scenarios: None, mission: None, integrator: None, plans };
-        let checked = check.run()?.pop().ok_or_else(|| missing("inputs"))?;
+        let (residuals, clearances, is_verified) = with_joints!(mission.joints(), NL => {
+            let made = inputs.read::<NL>(&file.scenario).map_err(|error| error.at(path))?;
+            let (translation, motion) = (file.stage1.trajectory(), file.stage2.trajectory());
+            let MadeFor { mission, scenario } = &made;
+            let found = verified(mission, scenario, file.integrator, &translation, &motion);
+            let is_verified = found.residuals.are_within(&mission.tolerances);
+            (found.residuals, found.clearances, is_verified)
+        } else { return Err(missing("inputs")) });
         let evidence = evidence_path(path);
         let evidence = evidence.is_file().then(|| EvidenceFile::read(&evidence)).transpose()?;
-        let found = checked.disagreements.iter();
         Ok(Self {
             mission,
-            scenario,
+            scenario: inputs.scenario.named(&file.scenario),
             grid,
-            verdict: checked.verdict,
-            residuals: checked.residuals,
-            clearances: checked.clearances,
+            verdict: Verdict::of(is_verified, file.status),
+            residuals,
+            clearances,
             evidence,
-            disagreements: found.map(|at| format!("{}: {}", at.field, at.reason)).collect(),
             recipe: None,
             file,
         })
@@ -199,12 +199,6 @@ impl Plan {
     #[getter]
     fn clearances<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         arrays::dict(py, self.clearances.named().map(|(name, at)| (name, at.distance)))
-    }
-
-    /// Where the file that was loaded says something else than what is recomputed.
-    #[getter]
-    fn disagreements(&self) -> Vec<String> {
-        self.disagreements.clone()
     }
 
     /// The record that is filed with the plan; None where a loaded file has none beside it.

@@ -115,18 +115,17 @@ impl Scenario {
 
     fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String,))> {
         let parse = py.get_type::<Self>().getattr("_of_text")?.unbind();
-        let text =
-            serde_json::to_string(&self.named).map_err(|error| argument("scenario", error))?;
+        let set = ScenarioSet::new(vec![self.named.clone()]);
+        let text = serde_json::to_string(&set).map_err(|error| argument("scenario", error))?;
         Ok((parse, (text,)))
     }
 
-    /// A scenario as a set's file has it.
+    /// The first scenario of a set's text.
     #[staticmethod]
     fn _of_text(text: &str) -> PyResult<Self> {
-        let named: NamedScenario =
-            serde_json::from_str(text).map_err(|error| argument("scenario", error))?;
-        named.validate().map_err(|error| wrong("scenario", &error))?;
-        Ok(Self { named })
+        let set = ScenarioSet::parse(text).map_err(|error| wrong("scenario", &error))?;
+        let first = set.scenarios.into_iter().next();
+        first.map(Self::from).ok_or_else(|| argument("scenario", "is none"))
     }
 }
 

@@ -294,10 +294,6 @@ class Plan:
         """Smallest distances of arm and target, bus and target, arm and own bus [m]."""
 
     @property
-    def disagreements(self) -> list[str]:
-        """Where the file that was loaded says something else than what is recomputed."""
-
-    @property
     def record(self) -> dict[str, Any] | None:
         """The record that is filed with the plan; None where a loaded file has none beside it."""
 
