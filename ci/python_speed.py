@@ -19,8 +19,9 @@ from remora.gym import ApproachVectorEnv
 
 
 def overhead(cases: list[remora.Scenario]) -> None:
-    """Of one plan after the other, against the time that each says of itself."""
-    own, whole = [], []
+    """Of one plan after the other: wall time against what each says of itself, and the process's processor time
+    against the planner's, which another program on the machine does not change."""
+    own, whole, began_cpu = [], [], time.process_time()
     for case in cases:
         began = time.perf_counter()
         plan = remora.plan(case)
@@ -28,9 +29,11 @@ def overhead(cases: list[remora.Scenario]) -> None:
         whole.append(time.perf_counter() - began)
         own.append(plan.times_s[2])
         assert torques.shape == (59, 6) and len(checksum) == 16
+    process = time.process_time() - began_cpu
+    planner = remora.plan_many(cases, jobs=1)["cpu_time_s"].sum()
     beyond = np.array(whole) - np.array(own)
-    print(f"plan: {1e3 * np.mean(own):.1f} ms of its own, {1e3 * np.median(beyond):.2f} ms beside it (median), "
-          f"{sum(beyond) / sum(own):.2%} of all")
+    print(f"plan: {1e3 * np.mean(own):.1f} ms of its own, {1e3 * np.median(beyond):.2f} ms beside it (median); "
+          f"processor time {process / planner - 1:+.1%}")
 
 
 def against(program: str, cases: list[remora.Scenario]) -> None:
@@ -50,15 +53,18 @@ def against(program: str, cases: list[remora.Scenario]) -> None:
 
 
 def scaling(cases: list[remora.Scenario]) -> None:
-    """Of `plan_many`, one job and two by turns."""
-    times: dict[int, list[float]] = {1: [], 2: []}
+    """Of `plan_many`, one job and two by turns: wall time, and what two cost more in processor time."""
+    wall: dict[int, list[float]] = {1: [], 2: []}
+    work: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(3):
-        for jobs, taken in times.items():
-            began = time.perf_counter()
+        for jobs in (1, 2):
+            began, began_cpu = time.perf_counter(), time.process_time()
             remora.plan_many(cases, jobs=jobs)
-            taken.append(time.perf_counter() - began)
-    one, two = min(times[1]), min(times[2])
-    print(f"plan_many of {len(cases)}: {one:.2f} s with one job, {two:.2f} s with two: {one / two:.2f} times")
+            wall[jobs].append(time.perf_counter() - began)
+            work[jobs].append(time.process_time() - began_cpu)
+    one, two = min(wall[1]), min(wall[2])
+    print(f"plan_many of {len(cases)}: {one:.2f} s with one job, {two:.2f} s with two: {one / two:.2f} times; "
+          f"processor time {min(work[2]) / min(work[1]) - 1:+.1%}")
 
 
 def steps(cases: list[remora.Scenario]) -> None:

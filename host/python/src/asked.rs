@@ -10,7 +10,7 @@ use remora_host::choice::Choice;
 use remora_host::learned::Learned;
 use remora_host::method::{Deadline, Integrator, Method, Mode, Qp};
 use std::num::NonZeroUsize;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Mission, method and start of plans.
 pub(crate) struct Asked {
@@ -37,12 +37,19 @@ impl Asked {
         let deadline = deadline.map_err(|error| argument("deadline_s", error))?;
         let start = match guess {
             Some(guess) => start(guess, integrator)?,
-            None => Start::Model(Learned::built_in(integrator)),
+            None => Start::Model(built_in(integrator)),
         };
         let warm_start = start.warm_start();
         let method = Method { mode, warm_start, qp: Qp::Embedded, integrator, deadline };
         Ok(Self { mission: Mission::or_default(mission)?, method, start })
     }
+}
+
+/// The built-in model of an integrator, looked at once.
+pub(crate) fn built_in(integrator: Integrator) -> Learned {
+    static MODELS: [OnceLock<Learned>; 2] = [OnceLock::new(), OnceLock::new()];
+    let model = &MODELS[usize::from(integrator.is_flown())];
+    model.get_or_init(|| Learned::built_in(integrator)).clone()
 }
 
 /// The integrator of a name.
@@ -67,7 +74,7 @@ pub(crate) fn start(given: &Bound<'_, PyAny>, integrator: Integrator) -> PyResul
     if let Ok(name) = given.extract::<String>() {
         return match name.as_str() {
             "heuristic" => Ok(Start::Heuristic),
-            "model" => Ok(Start::Model(Learned::built_in(integrator))),
+            "model" => Ok(Start::Model(built_in(integrator))),
             _ => Err(argument("initial_guess", format!("{name:?} {EXPECTED}"))),
         };
     }

@@ -8,7 +8,7 @@
 //! - `urdf`, `mission`, `scenario`: what is planned for;
 //! - `scene`: an approach as a guess sees it;
 //! - `start`: what Stage 2 starts from, learned or the caller's own;
-//! - `made`, `plan`, `planning`: plans, one after the other;
+//! - `plan`, `asked`, `planning`: plans, how they are asked for, and one after the other;
 //! - `many`, `compare`: plans on several threads, and guesses against each other;
 //! - `subproblem`: the programs of a plan for other solvers;
 //! - `flight`: plans flown in the truth;

@@ -14,7 +14,7 @@ use remora_host::with_joints;
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A mission: target, orbit, servicer with its arm, limits, weights and tolerances.
 #[pyclass(frozen, from_py_object, module = "remora")]
@@ -56,7 +56,13 @@ impl Mission {
     /// The built-in mission.
     #[staticmethod]
     pub(crate) fn default() -> PyResult<Self> {
-        Self::new(MissionFile::default(), Path::new("built-in mission")).map_err(raised)
+        static BUILT_IN: OnceLock<Mission> = OnceLock::new();
+        if let Some(mission) = BUILT_IN.get() {
+            return Ok(mission.clone());
+        }
+        let name = Path::new("built-in mission");
+        let mission = Self::new(MissionFile::default(), name).map_err(raised)?;
+        Ok(BUILT_IN.get_or_init(|| mission).clone())
     }
 
     /// The mission of a file (`*.mission.toml`).
@@ -85,7 +91,8 @@ impl Mission {
         hold: Option<BTreeMap<String, f64>>,
     ) -> PyResult<Self> {
         let said = Said { tip, base, bus, mount, boresight, axis, start, armature, limits, hold };
-        urdf::mission(&path, said)
+        let file = urdf::mission_file(&path, said)?;
+        Self::new(file, &path).map_err(raised)
     }
 
     /// Number of the arm's joints.

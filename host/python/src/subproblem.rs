@@ -1,6 +1,7 @@
 //! The convex subproblems of a plan, for other solvers.
 
 use crate::arrays;
+use crate::asked::built_in;
 use crate::plan::Plan;
 use crate::planning::with_planner;
 use crate::raised::{Failure, argument, raised};
@@ -9,7 +10,6 @@ use numpy::{PyArray2, PyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use remora_core::advanced::stages::LINKS;
-use remora_host::learned::Learned;
 use remora_host::method::{Method, Qp, WarmStart};
 use remora_host::planning::{Subproblem as Solved, WallClock};
 use remora_host::qp_file::{Bounds, QpFile, QpInterval, QpNode, QpPlace, Rows};
@@ -228,7 +228,7 @@ fn recipe(plan: &Plan) -> PyResult<(Method, Start)> {
     let integrator = plan.file.integrator;
     let (warm_start, start) = match plan.file.warm_start.as_str() {
         "heuristic" => (WarmStart::Heuristic, Start::Heuristic),
-        "model" | "fallback" => (WarmStart::Model, Start::Model(Learned::built_in(integrator))),
+        "model" | "fallback" => (WarmStart::Model, Start::Model(built_in(integrator))),
         other => return Err(argument("plan", format!("its start, {other:?}, is not in its file"))),
     };
     let mode = plan.file.mode;

@@ -1,10 +1,9 @@
 //! Missions of URDFs.
 
-use crate::mission::Mission;
 use crate::raised::{argument, raised};
 use pyo3::prelude::*;
 use remora_core::nalgebra::Vector3;
-use remora_host::formats::read_mission_file;
+use remora_host::formats::{MissionFile, read_mission_file};
 use remora_host::importing::{Request, import};
 use remora_urdf::Pose;
 use std::collections::BTreeMap;
@@ -24,8 +23,8 @@ pub(crate) struct Said {
     pub(crate) hold: Option<BTreeMap<String, f64>>,
 }
 
-/// The mission of a URDF.
-pub(crate) fn mission(path: &Path, said: Said) -> PyResult<Mission> {
+/// The mission file of a URDF.
+pub(crate) fn mission_file(path: &Path, said: Said) -> PyResult<MissionFile> {
     let mut request = Request::of(path).map_err(raised)?;
     let options = &mut request.options;
     (options.root, options.end_effector) = (said.base, said.tip);
@@ -46,7 +45,7 @@ pub(crate) fn mission(path: &Path, said: Said) -> PyResult<Mission> {
     request.axis = said.axis.map(Vector3::from);
     (request.start, request.armature) = (said.start, said.armature);
     let imported = import(&request).map_err(|refusal| raised(refusal.error(&request)))?;
-    Mission::new(imported.mission, path).map_err(raised)
+    Ok(imported.mission)
 }
 
 /// Position and, where they are given, roll, pitch and yaw.
