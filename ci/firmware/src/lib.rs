@@ -17,10 +17,14 @@ mod output;
 #[cfg(feature = "with-panic")]
 mod panicking;
 mod plans;
+#[cfg(feature = "replay")]
+mod replay;
 mod request;
 mod run;
 mod scenarios;
 
 pub use board::{Board, Stack};
+#[cfg(feature = "replay")]
+pub use replay::{NUMBERS, replay};
 pub use request::{Request, StartKind};
 pub use run::{Memory, Models, NetworkMemory, run};

@@ -127,7 +127,7 @@ fn plan_all<B: Board>(
 }
 
 /// Opens the model, where one is asked for; prints what that took.
-fn open<'a, B: Board>(board: &B, start: StartKind, file: &'a [u8]) -> Option<Model<'a>> {
+pub(crate) fn open<'a, B: Board>(board: &B, start: StartKind, file: &'a [u8]) -> Option<Model<'a>> {
     if start == StartKind::Heuristic {
         return None;
     }

@@ -145,10 +145,12 @@ typedef struct RemoraGuidance {
   double fade[2];
   // Bandwidth of the offset that the wrist camera measures [rad/s].
   double camera;
-  // The last way: distance that is added [m].
-  double closing_distance;
-  // When it begins to come in, is there, and begins to go out, before capture [s].
-  double closing_times[3];
+  // The last way: distances that are added, each taken back by itself [m].
+  double closing_distances[2];
+  // When they begin to come in and are there, before capture [s].
+  double closing_out[2];
+  // When each begins to go and is gone, before capture [s].
+  double closing_back[2][2];
   // When the plan's own motion ends, before capture [s].
   double closing_settle;
   // When another plan is wanted: age of the plan in force [s].
@@ -169,8 +171,8 @@ typedef struct RemoraGuidance {
   double abort_settles;
   // Likewise near the target.
   double abort_near[3];
-  // Time before capture from which these hold [s].
-  double abort_near_from;
+  // Time before capture from which these hold, and until which that of the position does [s].
+  double abort_near_times[2];
   // Most that the end effector may be seen beside the port in the end [m].
   double abort_port;
 } RemoraGuidance;

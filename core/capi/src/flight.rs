@@ -32,10 +32,12 @@ pub struct RemoraGuidance {
     pub fade: [f64; 2],
     /// Bandwidth of the offset that the wrist camera measures [rad/s].
     pub camera: f64,
-    /// The last way: distance that is added [m].
-    pub closing_distance: f64,
-    /// When it begins to come in, is there, and begins to go out, before capture [s].
-    pub closing_times: [f64; 3],
+    /// The last way: distances that are added, each taken back by itself [m].
+    pub closing_distances: [f64; 2],
+    /// When they begin to come in and are there, before capture [s].
+    pub closing_out: [f64; 2],
+    /// When each begins to go and is gone, before capture [s].
+    pub closing_back: [[f64; 2]; 2],
     /// When the plan's own motion ends, before capture [s].
     pub closing_settle: f64,
     /// When another plan is wanted: age of the plan in force [s].
@@ -56,8 +58,8 @@ pub struct RemoraGuidance {
     pub abort_settles: f64,
     /// Likewise near the target.
     pub abort_near: [f64; 3],
-    /// Time before capture from which these hold [s].
-    pub abort_near_from: f64,
+    /// Time before capture from which these hold, and until which that of the position does [s].
+    pub abort_near_times: [f64; 2],
     /// Most that the end effector may be seen beside the port in the end [m].
     pub abort_port: f64,
 }
@@ -81,8 +83,9 @@ impl RemoraGuidance {
             integral_limit,
             fade,
             camera,
-            closing_distance: closing.distance,
-            closing_times: closing.times,
+            closing_distances: closing.distances,
+            closing_out: closing.out,
+            closing_back: closing.back,
             closing_settle: closing.settle,
             replan_age: triggers.age,
             replan_position: triggers.position,
@@ -93,7 +96,7 @@ impl RemoraGuidance {
             abort_settled: abort.settled,
             abort_settles: abort.settles,
             abort_near: abort.near,
-            abort_near_from: abort.near_from,
+            abort_near_times: abort.near_times,
             abort_port: abort.port,
         }
     }
@@ -111,8 +114,9 @@ impl RemoraGuidance {
             fade: self.fade,
             camera: self.camera,
             closing: Closing {
-                distance: self.closing_distance,
-                times: self.closing_times,
+                distances: self.closing_distances,
+                out: self.closing_out,
+                back: self.closing_back,
                 settle: self.closing_settle,
             },
             triggers: Triggers {
@@ -127,7 +131,7 @@ impl RemoraGuidance {
                 settled: self.abort_settled,
                 settles: self.abort_settles,
                 near: self.abort_near,
-                near_from: self.abort_near_from,
+                near_times: self.abort_near_times,
                 port: self.abort_port,
             },
         };

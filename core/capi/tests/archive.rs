@@ -2,52 +2,20 @@
 //!
 //! Needs what `ci/install-c.sh` needs, and a C and a C++ compiler with their sanitizers.
 
-use remora_core::advanced::math::quaternion;
+mod common;
+
+use common::{SANITIZED, STRICT, golden, link, output, prefix, public_scenarios, root};
 use remora_core::prelude::*;
-use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::sync::OnceLock;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
-}
-
-/// What a command prints, which must succeed.
-fn output(command: &mut Command) -> String {
-    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{command:?}: {}\n{text}{errors}", output.status);
-    text
-}
-
-/// The folder that everything is installed below, once for all tests.
-fn prefix() -> &'static Path {
-    static PREFIX: OnceLock<tempfile::TempDir> = OnceLock::new();
-    PREFIX
-        .get_or_init(|| {
-            let folder = tempfile::tempdir().unwrap();
-            output(Command::new(root().join("ci/install-c.sh")).arg(folder.path()));
-            folder
-        })
-        .path()
-}
-
-/// Compiler flags that pass for strict.
-const STRICT: [&str; 5] = ["-pedantic", "-Wall", "-Wextra", "-Werror", "-g"];
-const SANITIZERS: &str = "-fsanitize=address,undefined";
 
 /// A C program against the installed package, with sanitizers that end it.
 fn program(source: &str, name: &str) -> PathBuf {
-    let (prefix, program) = (prefix(), prefix().join(name));
     let mut command = Command::new("cc");
-    command.arg("-std=c99").args(STRICT).args([SANITIZERS, "-fno-sanitize-recover=all"]);
-    command.arg("-I").arg(prefix.join("include")).arg(root().join(source));
-    output(command.arg("-o").arg(&program).arg("-L").arg(prefix.join("lib")).arg("-lremora"));
-    program
+    command.arg("-std=c99").args(STRICT).args(SANITIZED).arg(root().join(source));
+    link(&mut command, prefix(), prefix().join(name))
 }
 
 /// The plan of the example by the Rust planner.
@@ -82,20 +50,9 @@ fn the_example_runs_clean_and_plans_what_rust_plans() {
 /// Each public scenario with both integrators, from heuristic and model, in both modes: the columns of
 /// `fixtures/golden/public.csv` in their order.
 fn lines() -> String {
-    let file = root().join("fixtures/scenarios/public.scenarios.json");
-    let file: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
-    let numbers = |value: &Value| -> Vec<f64> {
-        value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
-    };
     let mut lines = String::new();
-    for scenario in file["scenarios"].as_array().unwrap() {
-        let (target, servicer) = (&scenario["target"], &scenario["servicer"]);
-        let attitude = Vector4::from_iterator(numbers(&target["attitude"]));
-        let mut all: Vec<f64> = quaternion::normalized(&attitude).iter().copied().collect();
-        all.extend(numbers(&target["rate"]));
-        all.extend(numbers(&servicer["position"]));
-        all.extend(numbers(&servicer["velocity"]));
-        let all: Vec<String> = all.iter().map(|x| format!("{x:e}")).collect();
+    for (_, numbers) in public_scenarios() {
+        let all: Vec<String> = numbers.iter().map(|x| format!("{x:e}")).collect();
         for (integrator, mode, learned) in
             [(1, 0, 0), (1, 0, 1), (1, 1, 0), (1, 1, 1), (0, 0, 0), (0, 0, 1), (0, 1, 0), (0, 1, 1)]
         {
@@ -117,9 +74,7 @@ fn every_public_scenario_has_the_golden_bits_from_c() {
     let ended = child.wait_with_output().unwrap();
     assert!(ended.status.success(), "{:?}", ended.status);
     let found = String::from_utf8(ended.stdout).unwrap();
-    let golden = std::fs::read_to_string(root().join("fixtures/golden/public.csv")).unwrap();
-    let golden = golden.lines().skip(1).flat_map(|line| line.split(',').skip(1));
-    let golden: Vec<&str> = golden.collect();
+    let golden = golden().concat();
     assert!(golden.len() >= 96, "{}", golden.len());
     assert_eq!(found.lines().collect::<Vec<_>>(), golden);
 }

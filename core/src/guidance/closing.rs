@@ -1,25 +1,28 @@
 //! The last way along the port's axis.
 //!
 //! Plans may come to the port along its plane, a millimetre above it for centimetres: what is not known of
-//! the port, some millimetres, would make the end effector touch beside it, and while it still moves. So
-//! the plan is shifted outwards along the port's normal, it is flown ahead of its time, so that its own
-//! motion ends some time before capture, and the shift is taken back in the last part of the approach.
+//! the port, some millimetres, would make the end effector touch beside it, and while it still moves. And
+//! where a thruster fails while the arm is a few centimetres from the target, there is no time left to go
+//! past it. So the plan is shifted outwards along the port's normal, it is flown ahead of its time, so that
+//! its own motion ends some time before capture, and the shift is taken back in two parts: most of it until
+//! the end effector is near enough to arrive whatever fails, and the rest slowly, up to capture.
 
-use super::{FlightPlan, GuidanceSettings, Reference};
+use super::{FlightPlan, Reference};
 use crate::math::quaternion;
 use crate::model::{Mission, TargetState};
 use nalgebra::Vector3;
 use remora_qp::dense::clamp;
 
-/// Distance from the port's plane that is added to the plan, when, and how far ahead the plan is flown.
+/// Distances from the port's plane that are added to the plan, when, and how far ahead the plan is flown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closing {
-    /// The distance [m]; zero for none.
-    pub distance: f64,
-    /// Time before capture at which it begins to come in, is there, and begins to go out [s].
-    pub times: [f64; 3],
-    /// Time before capture at which the plan's own motion ends [s], a tenth of the time since it began to
-    /// be flown ahead at most; zero for none.
+    /// The distances, each taken back by itself [m]; zero for none.
+    pub distances: [f64; 2],
+    /// Time before capture at which they begin to come in, and are there [s].
+    pub out: [f64; 2],
+    /// Time before capture at which each begins to go, and is gone [s].
+    pub back: [[f64; 2]; 2],
+    /// Time before capture at which the plan's own motion ends [s]; zero for none.
     pub settle: f64,
 }
 
@@ -34,15 +37,31 @@ pub(super) struct Pace {
 }
 
 impl Closing {
-    /// 15 mm from 250 s before capture on, taken back within the last 100 s; the plan's own motion ends 25 s
-    /// before capture.
-    pub const DEFAULT: Self = Self { distance: 0.015, times: [250.0, 150.0, 100.0], settle: 25.0 };
+    /// 12 cm from 350 s before capture on: 10 cm are taken back until 40 s before it, the rest up to
+    /// it; the plan's own motion ends 25 s before capture.
+    pub const DEFAULT: Self = Self {
+        distances: [0.1, 0.015],
+        out: [350.0, 250.0],
+        back: [[170.0, 40.0], [100.0, 0.0]],
+        settle: 25.0,
+    };
 
-    /// Where a plan of this `duration` is flown with `left` [s] to go: ahead of its time from the
-    /// first of the times on, or from its begin where that is later.
+    /// What fits into a flight of so long a time [s]: in a short one all comes later and is less, with
+    /// the same accelerations.
+    pub(super) fn within(&self, time: f64) -> Self {
+        let share = clamp(time / self.out[0], 0.01, 1.0);
+        Self {
+            distances: self.distances.map(|distance| distance * share * share),
+            out: self.out.map(|time| time * share),
+            back: self.back.map(|times| times.map(|time| time * share)),
+            settle: self.settle * share,
+        }
+    }
+
+    /// Where a plan of this `duration` is flown with `left` [s] to go: ahead of its time once the distances
+    /// come in.
     pub(super) fn pace(&self, left: f64, duration: f64) -> Pace {
-        let begins = self.times[0].min(duration);
-        let settle = self.settle.min(0.1 * begins);
+        let [begins, settle] = [self.out[0], self.settle];
         let [share, rate, acceleration] = smooth(begins - left, begins - settle);
         let to_go = left - settle * share;
         if to_go <= 0.0 {
@@ -52,12 +71,16 @@ impl Closing {
         Pace { time, rate: 1.0 + settle * rate, acceleration: settle * acceleration }
     }
 
-    /// The distance with `left` [s] to go, its rate and its acceleration: smooth steps in and out.
+    /// The distance with `left` [s] to go, its rate and its acceleration: smooth steps in and out, the last
+    /// one slow at its end.
     fn at(&self, left: f64) -> [f64; 3] {
-        let [begins, there, ends] = self.times;
-        let into = smooth(begins - left, begins - there);
-        let out = smooth(ends - left, ends);
-        [0, 1, 2].map(|i| self.distance * (into[i] - out[i]))
+        let step = |[begins, ends]: [f64; 2], of: fn(f64, f64) -> [f64; 3]| {
+            of(begins - left, begins - ends)
+        };
+        let come = step(self.out, smoother);
+        let [first, last] = [step(self.back[0], smoother), step(self.back[1], smooth)];
+        let [most, rest] = self.distances;
+        [0, 1, 2].map(|i| most * (come[i] - first[i]) + rest * (come[i] - last[i]))
     }
 
     /// What is added to where the centre of mass is to be, how fast and how it is to speed up (RTN), with
@@ -87,16 +110,24 @@ fn smooth(since: f64, time: f64) -> [f64; 3] {
     [s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / time, acceleration]
 }
 
+/// A smoother step, whose second derivative begins and ends at zero: `s^3 (10 - 15 s + 6 s^2)`.
+fn smoother(since: f64, time: f64) -> [f64; 3] {
+    let s = clamp(since / time, 0.0, 1.0);
+    let rest = 1.0 - s;
+    let acceleration = 60.0 * s * rest * (rest - s) / (time * time);
+    [s * s * s * (10.0 - s * (15.0 - 6.0 * s)), 30.0 * s * s * rest * rest / time, acceleration]
+}
+
 /// Shifts what is wanted of the centre of mass by what closing adds `left` [s] before capture, and tells
 /// the shift of its position (RTN) [m].
 pub(super) fn add<const NL: usize>(
     wanted: &mut Reference<NL>,
-    settings: &GuidanceSettings,
+    closing: &Closing,
     mission: &Mission<NL>,
     target: &TargetState,
     left: f64,
 ) -> Vector3<f64> {
-    let [position, velocity, acceleration] = settings.closing.shift(mission, target, left);
+    let [position, velocity, acceleration] = closing.shift(mission, target, left);
     wanted.position += position;
     wanted.velocity += velocity;
     wanted.acceleration += acceleration;
@@ -141,8 +172,8 @@ mod tests {
     fn the_plan_is_flown_ahead_smoothly_and_ends_before_capture() {
         let closing = Closing::DEFAULT;
         for duration in [60.0_f64, 200.0, 1200.0] {
-            let begins: f64 = duration.min(250.0);
-            let settle = (0.1 * begins).min(25.0);
+            let closing = closing.within(duration);
+            let (begins, settle) = (closing.out[0], closing.settle);
             let at = |time: f64| closing.pace(duration - time, duration);
             assert_eq!(at(duration - begins).time, duration - begins);
             assert_eq!(at(duration - begins - 1.0).rate, 1.0);

@@ -9,6 +9,7 @@
 mod closing;
 mod estimate;
 mod flight_plan;
+mod leaving;
 mod replanning;
 mod safety;
 mod settings;
@@ -29,6 +30,7 @@ use crate::math::quaternion;
 use crate::model::{Mission, hcw_acceleration};
 use crate::stages::LINKS;
 use flight_plan::Cursor;
+use leaving::Leaving;
 use nalgebra::Vector3;
 use remora_qp::Valid;
 use remora_qp::dense::clamp;
@@ -78,15 +80,14 @@ pub struct Guidance<const NL: usize = LINKS> {
     /// By how much the command of the new plan jumped, and when; it is faded out.
     jump: Option<Jump<NL>>,
     /// Whether another plan, or an abort, was asked for.
-    asked: Option<Request>,
+    asked: Option<Request<NL>>,
 }
 
 /// What the caller asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Request {
+enum Request<const NL: usize> {
     Replan,
-    /// Leaving, without force along this unit vector (RTN), zero for none.
-    Abort(Vector3<f64>),
+    Abort(Leaving<NL>),
 }
 
 /// What the wrist camera adds to what navigation knows of the position, followed as a smooth path: a step
@@ -155,7 +156,7 @@ impl<const NL: usize> Guidance<NL> {
 
     /// Leaves the target, from the next step on; the only way back is another `Guidance`.
     pub fn abort(&mut self) {
-        self.asked = Some(Request::Abort(Vector3::zeros()));
+        self.asked = Some(Request::Abort(Leaving::without(Vector3::zeros())));
     }
 
     /// One step along `plan`: what the actuators are to do from the estimate's time to the next step's.
@@ -180,7 +181,7 @@ impl<const NL: usize> Guidance<NL> {
         if is_known && self.is_leaving() {
             return self.leave(mission, estimate, limits);
         }
-        let pace = plan.pace(&self.settings.closing, self.last.unwrap_or(plan.begins));
+        let pace = plan.pace(&self.closing(plan), self.last.unwrap_or(plan.begins));
         self.cursor.advance(plan, mission, pace.time);
         // What comes now keeps more on the stack than this, and moving on needs the rest.
         if is_known {
@@ -202,6 +203,12 @@ impl<const NL: usize> Guidance<NL> {
         is_known
     }
 
+    /// The last way, as far as it fits between the first step and capture.
+    fn closing(&self, plan: &FlightPlan<NL>) -> Closing {
+        let first = self.first.or(self.last).unwrap_or(plan.begins);
+        self.settings.closing.within(plan.left(first))
+    }
+
     /// Makes of what the plan asks for at the cursor what is asked for now, and tells the angle by which
     /// the target is off.
     #[inline(never)]
@@ -213,7 +220,8 @@ impl<const NL: usize> Guidance<NL> {
         wanted: &mut Reference<NL>,
     ) -> f64 {
         let now = estimate.time;
-        let pace = plan.pace(&self.settings.closing, now);
+        let closing = self.closing(plan);
+        let pace = plan.pace(&closing, now);
         pace.apply(wanted);
         let turn = Turn::to(plan, mission, wanted, &estimate.target, self.faded_in(now));
         // Where the plan is flown ahead, so is its target.
@@ -225,7 +233,7 @@ impl<const NL: usize> Guidance<NL> {
         }
         self.offset.follow(wanted, self.settings.camera, self.since);
         let left = plan.left(now);
-        let away = closing::add(wanted, &self.settings, mission, &estimate.target, left);
+        let away = closing::add(wanted, &closing, mission, &estimate.target, left);
         let has_come = pace.rate == 0.0;
         self.offset.is_astray = has_come
             && estimate.wrist.is_some_and(|tip| {
@@ -266,9 +274,9 @@ impl<const NL: usize> Guidance<NL> {
         let abort = &self.settings.abort;
         let (since_first, left) = (now - self.first.unwrap_or(now), plan.left(now));
         if let Some(without) = abort.beyond(effort, since_first, left) {
-            self.asked = Some(Request::Abort(without));
+            self.asked = Some(Request::Abort(Leaving::without(without)));
         } else if self.offset.is_astray {
-            self.asked = Some(Request::Abort(Vector3::zeros()));
+            self.asked = Some(Request::Abort(Leaving::without(Vector3::zeros())));
         }
     }
 
@@ -281,15 +289,17 @@ impl<const NL: usize> Guidance<NL> {
         estimate: &Estimate<NL>,
         limits: &Limits<NL>,
     ) -> Command<NL> {
-        let without = match self.asked {
-            Some(Request::Abort(without)) => without,
-            _ => Vector3::zeros(),
+        let mut leaving = match self.asked {
+            Some(Request::Abort(leaving)) => leaving,
+            _ => Leaving::without(Vector3::zeros()),
         };
         let (body, mean_motion) = (Multibody::new(mission), mission.mean_motion());
         let (settings, since) = (&self.settings, self.since);
         let tracking = Tracking { body, mean_motion, settings, limits, since };
-        let effort = tracking.escape(estimate, &without);
+        let effort = leaving.effort(&tracking, mission, estimate);
+        self.asked = Some(Request::Abort(leaving));
         let mut state = estimate.state;
+        state.joint_angle = leaving.joint_angle;
         state.joint_rate.fill(0.0);
         self.command(FlightMode::Abort, None, &state, &effort)
     }

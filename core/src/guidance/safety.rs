@@ -1,6 +1,7 @@
 //! What is left to do at each node if the approach must end there: leaving the target, or drifting.
 
-use super::{Estimate, FlightPlan, GuidanceSettings, Limits, tracking::Tracking};
+use super::{Estimate, FlightPlan, GuidanceSettings, Limits};
+use super::{leaving::Leaving, tracking::Tracking};
 use crate::dynamics::{Control, Multibody, State, SystemState};
 use crate::math::quaternion;
 use crate::model::{HcwTransition, Mission, TargetState, signed_distance_to_box};
@@ -114,6 +115,7 @@ impl<const NL: usize> Flight<'_, NL> {
         };
         let far = self.mission.approach.keep_out_far;
         let mut clearance = f64::INFINITY;
+        let mut leaving = Leaving::without(Vector3::zeros());
         // Bound: steps of an escape.
         for step in 0..MAX_ESCAPE_STEPS {
             let time = step as f64 * ESCAPE_STEP;
@@ -134,7 +136,7 @@ impl<const NL: usize> Flight<'_, NL> {
                 target,
                 wrist: None,
             };
-            let effort = tracking.escape(&estimate, &Vector3::zeros());
+            let effort = leaving.effort(&tracking, self.mission, &estimate);
             servicer = self.step(&servicer, &effort.control, &effort.force, ESCAPE_STEP);
             target = self.target_after(&target, ESCAPE_STEP);
         }

@@ -43,23 +43,25 @@ pub struct AbortErrors {
     pub settled: [f64; 3],
     /// Time from the first step to then [s].
     pub settles: f64,
-    /// Near the target.
+    /// Near the target, once it is settled.
     pub near: [f64; 3],
-    /// Time before capture from which these hold [s].
-    pub near_from: f64,
+    /// Time before capture from which these hold, and until which that of the position does [s]: later it
+    /// is safer to arrive than to leave.
+    pub near_times: [f64; 2],
     /// Most that the end effector may be seen beside where it is to be once the plan's own motion has
     /// ended [m].
     pub port: f64,
 }
 
 impl AbortErrors {
-    /// About twice what errors twice the typical ones lead to.
+    /// About twice what errors twice the typical ones lead to, near the target what typical ones do not
+    /// come to.
     pub const DEFAULT: Self = Self {
         settling: [0.25; 3],
         settled: [0.06, 0.1, 0.1],
         settles: 200.0,
-        near: [0.03, 0.1, 0.1],
-        near_from: 400.0,
+        near: [0.012, 0.1, 0.05],
+        near_times: [400.0, 95.0],
         port: 0.012,
     };
 
@@ -69,7 +71,7 @@ impl AbortErrors {
         settled: [f64::INFINITY; 3],
         settles: 0.0,
         near: [f64::INFINITY; 3],
-        near_from: 0.0,
+        near_times: [0.0; 2],
         port: f64::INFINITY,
     };
 
@@ -81,15 +83,16 @@ impl AbortErrors {
         since_first: f64,
         left: f64,
     ) -> Option<Vector3<f64>> {
-        let [position, attitude, joint] = if left <= self.near_from {
-            self.near
-        } else if since_first >= self.settles {
+        let [from, until] = self.near_times;
+        let [position, attitude, joint] = if since_first < self.settles {
+            self.settling
+        } else if left > from {
             self.settled
         } else {
-            self.settling
+            self.near
         };
         let soon = libm::sqrt(effort.soon.dot(&effort.soon));
-        if soon > position {
+        if soon > position && left > until {
             Some(effort.soon / soon)
         } else if effort.error.attitude > attitude || effort.error.joint > joint {
             Some(Vector3::zeros())
@@ -155,7 +158,8 @@ impl Validate for GuidanceSettings {
         let finite = |x: f64| x > 0.0 && x < f64::INFINITY;
         let sound = |x: f64| (0.0..f64::INFINITY).contains(&x);
         let triggers = &self.triggers;
-        let [begins, there, ends] = self.closing.times;
+        let Closing { out, back, .. } = self.closing;
+        let falling = |[begins, ends]: [f64; 2]| 0.0 <= ends && ends < begins && finite(begins);
         let checks = [
             (finite(self.translation), "translation", "positive"),
             (finite(self.attitude), "attitude", "positive"),
@@ -165,12 +169,13 @@ impl Validate for GuidanceSettings {
             (self.integral_limit.into_iter().all(sound), "integral_limit", "not negative"),
             (self.fade.into_iter().all(finite), "fade", "positive"),
             (finite(self.camera), "camera", "positive"),
-            (sound(self.closing.distance), "closing.distance", "not negative"),
+            (self.closing.distances.into_iter().all(sound), "closing.distances", "not negative"),
             (sound(self.closing.settle), "closing.settle", "not negative"),
+            (falling(out), "closing.out", "falling"),
             (
-                0.0 < ends && ends <= there && there < begins && begins < f64::INFINITY,
-                "closing.times",
-                "falling and positive",
+                back.into_iter().all(|times| falling(times) && times[0] <= out[1]),
+                "closing.back",
+                "falling, and after closing.out",
             ),
             (triggers.age > 0.0, "triggers.age", "positive"),
             (triggers.position > 0.0, "triggers.position", "positive"),
@@ -180,7 +185,7 @@ impl Validate for GuidanceSettings {
             (self.abort.settling.into_iter().all(|x| x > 0.0), "abort.settling", "positive"),
             (self.abort.settled.into_iter().all(|x| x > 0.0), "abort.settled", "positive"),
             (self.abort.near.into_iter().all(|x| x > 0.0), "abort.near", "positive"),
-            (sound(self.abort.near_from), "abort.near_from", "not negative"),
+            (self.abort.near_times.into_iter().all(sound), "abort.near_times", "not negative"),
             (self.abort.port > 0.0, "abort.port", "positive"),
             (sound(self.abort.settles), "abort.settles", "not negative"),
         ];
@@ -211,9 +216,10 @@ mod tests {
         assert_eq!(named(|s| s.integral_limit[1] = f64::NAN), "integral_limit");
         assert_eq!(named(|s| s.fade[0] = 0.0), "fade");
         assert_eq!(named(|s| s.camera = 0.0), "camera");
-        assert_eq!(named(|s| s.closing.distance = -1.0), "closing.distance");
-        assert_eq!(named(|s| s.closing.times = [100.0, 150.0, 50.0]), "closing.times");
-        assert_eq!(named(|s| s.closing.times[2] = 0.0), "closing.times");
+        assert_eq!(named(|s| s.closing.distances[0] = -1.0), "closing.distances");
+        assert_eq!(named(|s| s.closing.out = [100.0, 150.0]), "closing.out");
+        assert_eq!(named(|s| s.closing.back[0][1] = f64::NAN), "closing.back");
+        assert_eq!(named(|s| s.closing.back[1][0] = 300.0), "closing.back");
         assert_eq!(named(|s| s.triggers.age = 0.0), "triggers.age");
         assert_eq!(named(|s| s.triggers.position = f64::NAN), "triggers.position");
         assert_eq!(named(|s| s.triggers.attitude = -1.0), "triggers.attitude");
@@ -223,7 +229,7 @@ mod tests {
         assert_eq!(named(|s| s.abort.settling[1] = f64::NAN), "abort.settling");
         assert_eq!(named(|s| s.abort.settled[2] = 0.0), "abort.settled");
         assert_eq!(named(|s| s.abort.near[0] = -1.0), "abort.near");
-        assert_eq!(named(|s| s.abort.near_from = f64::NAN), "abort.near_from");
+        assert_eq!(named(|s| s.abort.near_times[1] = f64::NAN), "abort.near_times");
         assert_eq!(named(|s| s.abort.port = f64::NAN), "abort.port");
         assert_eq!(named(|s| s.abort.settles = f64::INFINITY), "abort.settles");
     }

@@ -7,11 +7,8 @@ use crate::model::hcw_acceleration;
 use nalgebra::{SVector, Vector3};
 use remora_qp::dense::clamp;
 
-/// Share of the torques' limits that holds against the moment of an escape's force.
-const HOLDING: f64 = 0.5;
-
 /// What a position and a velocity lead to is looked at so far ahead [s].
-const SOON: f64 = 30.0;
+pub(super) const SOON: f64 = 30.0;
 
 /// Errors of the servicer from what is asked for, and their integrals.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +71,7 @@ impl<const NL: usize> Effort<NL> {
 
 impl<const NL: usize> Tracking<'_, NL> {
     /// A bandwidth that the time between steps allows [rad/s].
-    fn bandwidth(&self, wanted: f64) -> f64 {
+    pub fn bandwidth(&self, wanted: f64) -> f64 {
         wanted.min(self.settings.most_per_step / self.since.max(1e-3))
     }
 
@@ -150,45 +147,4 @@ impl<const NL: usize> Tracking<'_, NL> {
             integrals.joint = integrals.joint.zip_map(&errors.joint, |sum, e| go_on(sum, e, most));
         }
     }
-
-    /// Force that leads outwards, as large as a share of what wheels and joints can do holds against,
-    /// and the torques that stop bus and joints meanwhile: where the force does not come, since a
-    /// thruster is lost, what holds against it must not win. No force is asked for along the unit
-    /// vector `without`, zero for none.
-    // Apart from the feedback, so that its memory is not on that's stack.
-    #[inline(never)]
-    pub fn escape(&self, estimate: &Estimate<NL>, without: &Vector3<f64>) -> Effort<NL> {
-        let (center, drift) = self.body.center_of_mass(&estimate.state);
-        let position = estimate.position + center;
-        let rest = Acceleration {
-            bus: estimate.state.rate * (-2.0 * self.bandwidth(self.settings.attitude)),
-            joint: estimate.state.joint_rate * (-2.0 * self.bandwidth(self.settings.joint)),
-        };
-        let stop = self.body.torques(&estimate.state, &Vector3::zeros(), &rest);
-        let soon = position + (estimate.velocity + drift) * SOON;
-        let outwards = soon - without * without.dot(&soon);
-        let full = largest_along(&outwards, &self.limits.force);
-        let held = self.body.torques(&estimate.state, &full, &rest);
-        let moment = Control {
-            bus_torque: held.bus_torque - stop.bus_torque,
-            joint_torque: held.joint_torque - stop.joint_torque,
-        };
-        let holding = Limits {
-            bus_torque: self.limits.bus_torque * HOLDING,
-            joint_torque: self.limits.joint_torque * HOLDING,
-            ..*self.limits
-        };
-        let (held, force_share) = holding.torques(&Control::ZERO, &moment);
-        let (control, share) = self.limits.torques(&held, &stop);
-        Effort { force: full * force_share, control, share: [force_share, share], ..Effort::NONE }
-    }
-}
-
-/// The largest force along `direction` within limits by axis; none along zero.
-fn largest_along(direction: &Vector3<f64>, limits: &Vector3<f64>) -> Vector3<f64> {
-    let longest = direction
-        .iter()
-        .zip(limits)
-        .fold(0.0, |most: f64, (along, limit)| most.max(along.abs() / limit));
-    if longest > 0.0 && longest < f64::INFINITY { direction / longest } else { Vector3::zeros() }
 }

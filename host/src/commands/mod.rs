@@ -12,6 +12,7 @@ mod documented;
 mod draw;
 mod envelope;
 mod errors;
+mod export;
 mod firmware;
 mod fly;
 mod flying;
@@ -28,6 +29,7 @@ mod profile;
 mod progress;
 mod qp_export;
 mod quantise;
+mod replay;
 mod reproduce;
 mod rerun;
 mod safety;
@@ -77,6 +79,7 @@ enum Command {
     Profile(profile::Args),
     Campaign(campaign::Args),
     Check(check::Args),
+    Replay(replay::Args),
     Fly(fly::Args),
     Rerun(rerun::Args),
     Safety(safety::Args),
@@ -85,6 +88,7 @@ enum Command {
     Mission(mission::Args),
     Import(import::Args),
     Envelope(envelope::Args),
+    Export(export::Args),
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
     Dataset(dataset::Args),
@@ -221,6 +225,7 @@ impl Command {
             Self::Profile(args) => args.run(),
             Self::Campaign(args) => args.run(),
             Self::Check(args) => args.run(),
+            Self::Replay(args) => args.run(),
             Self::Fly(args) => args.run(),
             Self::Rerun(args) => args.run(),
             Self::Safety(args) => args.run(),
@@ -229,6 +234,7 @@ impl Command {
             Self::Mission(args) => args.run(),
             Self::Import(args) => args.run(),
             Self::Envelope(args) => args.run(),
+            Self::Export(args) => args.run(),
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),

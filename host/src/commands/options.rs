@@ -291,6 +291,11 @@ pub(super) struct RootArgs {
 }
 
 impl RootArgs {
+    /// Whether one is named.
+    pub(super) fn is_given(&self) -> bool {
+        self.root.is_some()
+    }
+
     /// The checkout.
     pub(super) fn checkout(self) -> Result<PathBuf, Error> {
         const MARK: &str = "ci/firmware/Cargo.toml";

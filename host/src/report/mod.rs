@@ -5,9 +5,11 @@ mod check;
 mod dataset;
 mod envelope;
 mod export;
+mod exported;
 mod flight;
 mod import;
 mod plan;
+mod replay;
 mod safety;
 mod vehicle;
 
@@ -16,9 +18,11 @@ pub use check::check_report;
 pub use dataset::dataset_report;
 pub use envelope::envelope_report;
 pub use export::export_report;
+pub use exported::exported_report;
 pub use flight::{flights_report, rerun_report};
 pub use import::{import_report, refused_import};
 pub use plan::{evidence, plan_report, refusal_report};
+pub use replay::replay_report;
 pub use safety::safety_report;
 pub use vehicle::vehicle_report;
 

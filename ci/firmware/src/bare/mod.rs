@@ -9,10 +9,15 @@
 #[cfg_attr(target_arch = "sparc", path = "board/leon3.rs")]
 mod board;
 
+#[cfg(feature = "replay")]
+mod input;
+
 use crate::models::MODELS;
 use core::cell::UnsafeCell;
 use core::panic::PanicInfo;
-use remora_firmware::{Memory, Request, Stack, run};
+use remora_firmware::{Memory, Stack};
+#[cfg(not(feature = "replay"))]
+use remora_firmware::{Request, run};
 
 /// What the image tells whoever started it.
 #[derive(Clone, Copy)]
@@ -66,7 +71,13 @@ extern "C" fn remora_main(request: u32) -> ! {
     // only reference there ever is.
     let memory = unsafe { &mut *MEMORY.0.get() };
     let board = board::ThisBoard::new();
+    #[cfg(not(feature = "replay"))]
     run(&board, Request::from_word(request), &MODELS, memory);
+    #[cfg(feature = "replay")]
+    {
+        let _ = request;
+        remora_firmware::replay(&board, &input::numbers(), &MODELS, memory);
+    }
     board::exit(ExitCode::Done)
 }
 

@@ -27,19 +27,18 @@ pub fn on_host(program: &Path, plans: &Plans, log: &Path) -> Result<(), Error> {
     finish(&mut command, log)
 }
 
-/// Has an image plan in the emulator, and writes what it prints to `log`. The emulator retires one
-/// instruction a tick and never sleeps, so that counts repeat.
+/// What the emulator leaves in an image's memory to ask it for plans.
+pub fn request(target: &Target, built: &Built, plans: &Plans) -> [String; 1] {
+    let (address, word) = (built.request, target.loaded(plans.word()));
+    [format!("addr=0x{address:x},data=0x{word:x},data-len=4")]
+}
+
+/// Has an image plan in the emulator what is left in its memory, and writes what it prints to `log`. The
+/// emulator retires one instruction a tick and never sleeps, so that counts repeat.
 ///
 /// # Errors
 /// An emulator that cannot be started, ends with an error, or does not end.
-pub fn emulate(
-    target: &Target,
-    image: &Path,
-    built: &Built,
-    plans: &Plans,
-    log: &Path,
-) -> Result<(), Error> {
-    let (address, word) = (built.request, target.loaded(plans.word()));
+pub fn emulate(target: &Target, image: &Path, left: &[String], log: &Path) -> Result<(), Error> {
     let mut command = Command::new(target.emulator.program);
     command
         .args(target.board)
@@ -48,8 +47,7 @@ pub fn emulate(
         .arg(format!("file:{}", log.display()))
         .arg("-kernel")
         .arg(image)
-        .arg("-device")
-        .arg(format!("loader,addr=0x{address:x},data=0x{word:x},data-len=4"))
+        .args(left.iter().flat_map(|left| ["-device".into(), format!("loader,{left}")]))
         .stdout(Stdio::null());
     finish(&mut command, log)
 }

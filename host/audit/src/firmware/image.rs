@@ -10,13 +10,15 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Which of two images of a target.
+/// Which image of a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kit {
     /// What would fly.
     Flight,
     /// Parts of a plan one by one, and a panic, so that the proof of its absence can be seen to fail.
     Tests,
+    /// Plans what is handed to it.
+    Replay,
 }
 
 /// Folders that images are made from and in.
@@ -39,6 +41,7 @@ impl Folders {
         self.out.join(match kit {
             Kit::Flight => format!("{target}.elf"),
             Kit::Tests => format!("{target}.tests.elf"),
+            Kit::Replay => format!("{target}.replay.elf"),
         })
     }
 }
@@ -67,8 +70,10 @@ pub fn build(
         .arg(&folders.manifest)
         .env("CARGO_TARGET_DIR", &folder)
         .env(format!("{variable}_RUSTFLAGS"), flags(target));
-    if kit == Kit::Tests {
-        command.args(["--features", "kernels,with-panic"]);
+    match kit {
+        Kit::Flight => {}
+        Kit::Tests => drop(command.args(["--features", "kernels,with-panic"])),
+        Kit::Replay => drop(command.args(["--features", "replay"])),
     }
     if let Some(linker) = <&Target>::of_name(target).and_then(|target| toolchain.linker(target)) {
         command.env(format!("{variable}_LINKER"), linker);

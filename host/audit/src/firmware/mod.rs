@@ -2,7 +2,8 @@
 //!
 //! Data goes down this list: `target` (what is particular to a processor), `toolchain` (compilers,
 //! linkers, emulators; what is missing is named, nothing is installed), `plans` (what is asked of an
-//! image), `image` (build it, read it), `emulator` (run it), `log` (what it printed), `bars`.
+//! image), `image` (build it, read it), `emulator` (run it), `log` (what it printed), `bars`; `replay` (an image
+//! that plans what is handed to it).
 //! What is measured, and how, is told in `docs/firmware.md`.
 
 mod bars;
@@ -10,11 +11,13 @@ mod emulator;
 mod image;
 mod log;
 mod plans;
+mod replay;
 mod tables;
 mod target;
 mod toolchain;
 
 pub use plans::{Extent, Plans};
+pub use replay::{Replayed, replay_image};
 pub use tables::{parts_tables, report_tables};
 pub use target::{HOST, Target};
 
@@ -86,7 +89,7 @@ impl Firmware {
         let toolchain = Toolchain::find(&self.targets)?;
         let folders = Folders::of(&self.root);
         make_directory(&folders.out)?;
-        self.resolve(&folders)?;
+        resolve(&self.root, &folders)?;
         let work = Work { firmware: self, folders, toolchain };
 
         let builds: Vec<_> = image::with_host(&self.targets).map(Job::Build).collect();
@@ -111,23 +114,22 @@ impl Firmware {
         write_atomically(&file, text.as_bytes())?;
         Ok(Measured { report, broken })
     }
+}
 
-    /// The images' dependencies are those of the workspace's lock file; cargo drops what they do
-    /// not need, here once for all builds.
-    fn resolve(&self, folders: &Folders) -> Result<(), Error> {
-        let lock = folders.manifest.with_file_name("Cargo.lock");
-        std::fs::copy(self.root.join("Cargo.lock"), &lock)
-            .map_err(|cause| Error::output(&lock, &cause))?;
-        let mut command = toolchain::cargo();
-        command.args(["metadata", "--format-version", "1", "--manifest-path"]);
-        let status = command.arg(&folders.manifest).stdout(Stdio::null()).status();
-        let reason = match status {
-            Ok(status) if status.success() => return Ok(()),
-            Ok(status) => format!("cargo metadata: {status}"),
-            Err(cause) => io_reason(&cause),
-        };
-        Err(Error::input(&folders.manifest, "", reason))
-    }
+/// The images' dependencies are those of the workspace's lock file; cargo drops what they do not need, here
+/// once for all builds.
+fn resolve(root: &Path, folders: &Folders) -> Result<(), Error> {
+    let lock = folders.manifest.with_file_name("Cargo.lock");
+    std::fs::copy(root.join("Cargo.lock"), &lock).map_err(|cause| Error::output(&lock, &cause))?;
+    let mut command = toolchain::cargo();
+    command.args(["metadata", "--format-version", "1", "--manifest-path"]);
+    let status = command.arg(&folders.manifest).stdout(Stdio::null()).status();
+    let reason = match status {
+        Ok(status) if status.success() => return Ok(()),
+        Ok(status) => format!("cargo metadata: {status}"),
+        Err(cause) => io_reason(&cause),
+    };
+    Err(Error::input(&folders.manifest, "", reason))
 }
 
 /// Images in work.
@@ -205,7 +207,8 @@ impl Work<'_> {
             Some(target) => {
                 // A log that is there would be taken for this run's.
                 write(log, "")?;
-                emulator::emulate(target, &image, &Built::read(&image)?, plans, log)?;
+                let left = emulator::request(target, &Built::read(&image)?, plans);
+                emulator::emulate(target, &image, &left, log)?;
                 Log::read(log).map(|_| ())
             }
         }

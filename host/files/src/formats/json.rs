@@ -70,7 +70,10 @@ fn refuse_arrays(found: &Value, understood: &Value, at: &str) -> Result<(), Fiel
 }
 
 /// Refuses a `format` other than the one that is understood.
-pub(super) fn check_format(found: Option<&str>, expected: &str) -> Result<(), FieldError> {
+///
+/// # Errors
+/// The field, with both.
+pub fn check_format(found: Option<&str>, expected: &str) -> Result<(), FieldError> {
     match found {
         Some(found) if found == expected => Ok(()),
         Some(found) => {

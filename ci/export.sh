@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# Plans, exports, and reads the files back by other people's readers, which hold them to the plan's own numbers:
+# `oem` and `ccsds-ndm` for ephemerides, `mcap` for recordings, all of PyPI. They are installed into an environment
+# in the target folder, once.
+#
+#     ci/export.sh
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+target=${CARGO_TARGET_DIR:-target}
+work=$target/export
+venv=$work/venv
+wanted=ci/export.requirements.txt
+mkdir -p "$work"
+if ! cmp --silent "$wanted" "$venv/installed.txt"; then
+    rm -rf "$venv"
+    python3 -m venv "$venv"
+    "$venv/bin/pip" install --quiet --disable-pip-version-check --requirement "$wanted"
+    cp "$wanted" "$venv/installed.txt"
+fi
+cargo build --quiet --release --locked -p remora
+remora=$target/release/remora
+
+# exported NAME CHIEF PLAN-FLAGS...: a plan, its files, and a look at them.
+exported() {
+    local name=$1 chief=$2 folder=$work/$1
+    shift 2
+    rm -rf "$folder"
+    mkdir -p "$folder"
+    "$remora" --quiet plan "$@" --out "$folder/plan.json"
+    "$remora" export "$folder/plan.json" --format oem --format aem --format mcap \
+        --epoch 2026-12-31T23:50:00.25 --chief "$chief" --out "$folder"
+    echo "--- $name"
+    "$venv/bin/python" ci/export_read_back.py "$folder" --plan "$folder/plan.json" \
+        --epoch 2026-12-31T23:50:00.25 --chief "$chief"
+}
+
+# A circle, and an ellipse given as a state; three joints and seven; with rows between nodes and without.
+exported three fixtures/chiefs/dawn.chief.toml --id pub-000
+exported seven fixtures/chiefs/state.chief.toml --mission fixtures/arms/seven.mission.toml --id pub-003 \
+    --warm-start heuristic
+exported euler fixtures/chiefs/dawn.chief.toml --id pub-000 --integrator euler

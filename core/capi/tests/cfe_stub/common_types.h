@@ -1,0 +1,2 @@
+/* Of the stub in cfe.h. */
+#include "cfe.h"

@@ -1,0 +1,14 @@
+//! What `remora export` prints.
+
+use super::{Align, Table};
+use remora_export::job::ExportedAll;
+
+/// The files, one a row.
+pub fn exported_report(exported: &ExportedAll) -> String {
+    let mut table =
+        Table::new([("file", Align::Left), ("rows", Align::Right), ("bytes", Align::Right)]);
+    for file in &exported.files {
+        table.row([file.file.display().to_string(), file.rows.to_string(), file.bytes.to_string()]);
+    }
+    format!("scenario {}, {:.0} s\n\n{table}", exported.scenario, exported.duration_s)
+}

@@ -1,0 +1,123 @@
+//! `remora export`. What the files hold is held to the plan by others' readers: `ci/export.sh`.
+
+use super::bench::{Bench, Run};
+use std::fs;
+
+const EXPORT: &str =
+    "export a.plan.json --epoch 2026-11-23T00:00:00 --chief a.chief.toml --out out";
+const CHIEF: &str = "[elements]\nascending_node_deg = 10.0\nargument_of_perigee_deg = 20.0\n\
+                     true_anomaly_deg = 30.0\n";
+
+/// A bench with a plan and a chief.
+fn planned(integrator: &str) -> Bench {
+    let bench = Bench::new();
+    let plan = "plan --scenarios set.scenarios.json --mode feasible --out a.plan.json --integrator";
+    bench.solves(&format!("{plan} {integrator}"));
+    bench.write("a.chief.toml", CHIEF);
+    bench
+}
+
+/// Runs at a given time of day.
+fn exported(bench: &Bench, arguments: &str) -> Run {
+    let mut command = bench.command(arguments);
+    let output = command.env("SOURCE_DATE_EPOCH", "1700000000").output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    Run {
+        status: output.status.code().unwrap(),
+        out: text(output.stdout),
+        err: text(output.stderr),
+    }
+}
+
+/// Rows of an ephemeris: time and numbers.
+fn rows(bench: &Bench, name: &str) -> Vec<(String, Vec<f64>)> {
+    let text = bench.read(name);
+    let row = |line: &str| {
+        let (time, numbers) = line.split_once(' ')?;
+        let words = numbers.split_whitespace();
+        let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
+        numbers.map(|numbers| (time.to_string(), numbers))
+    };
+    text.lines().filter(|line| line.starts_with("20")).filter_map(row).collect()
+}
+
+#[test]
+fn a_plan_becomes_five_files_and_the_same_again() {
+    let bench = planned("rk4");
+    let all = format!("{EXPORT} --format oem --format aem --format mcap --format oem");
+    let run = exported(&bench, &all);
+    assert_eq!(run.status, 0, "{}", run.err);
+    assert!(run.out.lines().all(|line| line.len() <= 100), "{}", run.out);
+    let names = ["mcap", "servicer.aem", "servicer.oem", "target.aem", "target.oem"];
+    let names = names.map(|name| format!("s1-000.{name}"));
+    assert_eq!(bench.names("out"), names);
+    // A row a second, and one at each node: 1200 s, 60 nodes of which the ends are whole seconds.
+    for name in &names[1..] {
+        let rows = rows(&bench, &format!("out/{name}"));
+        assert_eq!(rows.len(), 1201 + 58, "{name}");
+        assert_eq!(rows[0].0, "2026-11-23T00:00:00.000000");
+        assert_eq!(rows[1258].0, "2026-11-23T00:20:00.000000");
+        assert!(rows.windows(2).all(|pair| pair[0].0 < pair[1].0), "{name}");
+    }
+    // The spacecraft are metres apart, thousands of kilometres from the Earth's centre.
+    let (one, other) =
+        (rows(&bench, "out/s1-000.target.oem"), rows(&bench, "out/s1-000.servicer.oem"));
+    for ((_, target), (_, servicer)) in one.iter().zip(&other) {
+        let distance =
+            |of: &dyn Fn(usize) -> f64| (0..3).map(|i| of(i).powi(2)).sum::<f64>().sqrt();
+        let apart = distance(&|i| servicer[i] - target[i]);
+        assert!((1e-3..1e-2).contains(&apart), "{apart} km");
+        assert!((distance(&|i| target[i]) - 6800.0).abs() < 7.0);
+    }
+    let before = names.each_ref().map(|name| fs::read(bench.path(&format!("out/{name}"))).unwrap());
+    let refused = exported(&bench, &all);
+    assert_eq!(refused.status, 2);
+    assert!(refused.err.contains("out/s1-000.target.oem: exists; --force"), "{}", refused.err);
+    assert_eq!(exported(&bench, &format!("{all} --force")).status, 0);
+    let after = names.each_ref().map(|name| fs::read(bench.path(&format!("out/{name}"))).unwrap());
+    assert!(before == after);
+}
+
+#[test]
+fn steps_are_the_users_and_eulers_plans_have_nodes_alone() {
+    let bench = planned("rk4");
+    bench.solves(&format!("{EXPORT} --format aem --step 7.5"));
+    assert_eq!(rows(&bench, "out/s1-000.target.aem").len(), 161 + 58);
+    for step in ["0", "-1", "1e-9", "nan"] {
+        bench.refuses(&format!("{EXPORT} --format oem --step {step}"), "--step: expected a step");
+    }
+    let bench = planned("euler");
+    let run = bench.solves(&format!("{EXPORT} --format oem --json"));
+    let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(
+        (&told["format"], &told["files"][0]["rows"]),
+        (&"remora-export/1".into(), &60.into())
+    );
+    assert_eq!(rows(&bench, "out/s1-000.target.oem").len(), 60);
+    assert!(bench.read("out/s1-000.target.oem").contains("COMMENT Rows at the nodes alone"));
+    let said = "a.plan.json: integrator: made with Euler's step";
+    bench.refuses(&format!("{EXPORT} --format oem --step 1 --force"), said);
+}
+
+#[test]
+fn what_a_plan_does_not_say_must_be_given() {
+    let bench = planned("rk4");
+    let bare = "export a.plan.json --out out --format";
+    bench.refuses(&format!("{bare} oem"), "--chief: is needed for inertial axes");
+    bench.refuses(&format!("{bare} aem --chief a.chief.toml"), "--epoch: is needed");
+    bench.refuses(&format!("{bare} mcap --chief a.chief.toml"), "--chief: has no use");
+    bench.refuses(&format!("{bare} mcap --epoch tomorrow"), "invalid value 'tomorrow'");
+    bench.solves(&format!("{bare} mcap"));
+    assert_eq!(&fs::read(bench.path("out/s1-000.mcap")).unwrap()[..8], b"\x89MCAP0\r\n");
+    bench.refuses(
+        &format!("{bare} oem --epoch 2026-11-23T00:00:00 --chief none"),
+        "none: no such file",
+    );
+    bench.write("b.chief.toml", &CHIEF.replace("ascending_node", "node"));
+    let with = "--epoch 2026-11-23T00:00:00 --chief b.chief.toml";
+    bench.refuses(&format!("{bare} oem {with}"), "b.chief.toml: elements.node_deg: unknown field");
+    bench.write("b.chief.toml", &format!("{CHIEF}semi_major_axis_m = 7.2e6\n"));
+    bench.refuses(&format!("{bare} oem {with}"), "b.chief.toml: elements.semi_major_axis_m: its");
+    bench.write("a.plan.json", include_str!("../../../fixtures/plans/first-format.plan.json"));
+    bench.refuses(&format!("{bare} mcap --force"), "a.plan.json: inputs: is missing");
+}
