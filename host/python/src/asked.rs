@@ -46,10 +46,10 @@ impl Asked {
 }
 
 /// The built-in model of an integrator, looked at once.
-pub(crate) fn built_in(integrator: Integrator) -> Learned {
-    static MODELS: [OnceLock<Learned>; 2] = [OnceLock::new(), OnceLock::new()];
+pub(crate) fn built_in(integrator: Integrator) -> Arc<Learned> {
+    static MODELS: [OnceLock<Arc<Learned>>; 2] = [OnceLock::new(), OnceLock::new()];
     let model = &MODELS[usize::from(integrator.is_flown())];
-    model.get_or_init(|| Learned::built_in(integrator)).clone()
+    model.get_or_init(|| Arc::new(Learned::built_in(integrator))).clone()
 }
 
 /// The integrator of a name.

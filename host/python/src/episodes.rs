@@ -72,8 +72,7 @@ impl Episodes {
     fn seen(&self, courses: &[Box<dyn Course>]) -> Vec<f32> {
         let mut seen = vec![0.0; courses.len() * self.features];
         let rows = seen.par_chunks_mut(self.features).with_min_len(LEAST);
-        let look = |(row, course): (&mut [f32], &Box<dyn Course>)| course.observe(row);
-        self.pool.install(|| rows.zip(courses).for_each(look));
+        self.pool.install(|| rows.zip(courses).for_each(|(row, course)| course.observe(row)));
         seen
     }
 

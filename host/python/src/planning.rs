@@ -15,7 +15,7 @@ use remora_host::with_joints;
 use std::sync::Mutex;
 
 /// Planners that wait for work, with the memory that they have.
-static IDLE: Mutex<Vec<Box<Planner>>> = Mutex::new(Vec::new());
+static IDLE: Mutex<Vec<Planner>> = Mutex::new(Vec::new());
 
 /// Runs `work` with a planner, on a thread with a stack that is large enough.
 pub(crate) fn with_planner<T: Send>(
@@ -24,7 +24,7 @@ pub(crate) fn with_planner<T: Send>(
     let idle = || IDLE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     on_large_stack(|| {
         let waiting = idle().pop();
-        let mut planner = waiting.unwrap_or_else(|| Box::new(Planner::new()));
+        let mut planner = waiting.unwrap_or_default();
         let done = work(&mut planner);
         idle().push(planner);
         done

@@ -20,14 +20,14 @@ use std::sync::Arc;
 #[pyclass(frozen, from_py_object, module = "remora")]
 #[derive(Clone)]
 pub(crate) struct Model {
-    pub(crate) learned: Learned,
+    pub(crate) learned: Arc<Learned>,
 }
 
 #[pymethods]
 impl Model {
     #[new]
     fn new(path: PathBuf) -> PyResult<Self> {
-        Ok(Self { learned: Learned::usable(&path).map_err(raised)? })
+        Ok(Self { learned: Arc::new(Learned::usable(&path).map_err(raised)?) })
     }
 
     /// Name of the file.
@@ -51,7 +51,7 @@ impl Model {
 #[derive(Clone)]
 pub(crate) enum Start {
     Heuristic,
-    Model(Learned),
+    Model(Arc<Learned>),
     /// Torques, a row an interval.
     Torques(Vec<f32>),
     /// Asked for torques with the scene.
