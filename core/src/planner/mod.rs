@@ -24,7 +24,7 @@ pub use record::{
     output_checksum, scenario_checksum,
 };
 pub use report::{PhaseTimes, Report, StageReport, Verdict};
-pub(crate) use session::Session;
+pub use session::Session;
 pub use workspace::{ArmSolver, ArmWorkspace, EmbeddedSolver, Workspace};
 
 use crate::executor::ForkJoin;

@@ -5,18 +5,23 @@ use super::{ArmWorkspace, GuessRecord, Options, Solver, StageReport};
 use crate::executor::ForkJoin;
 use crate::model::{Mission, Refusal, Scenario};
 use crate::stages::{Formulation, NODES};
-use remora_qp::Valid;
 use remora_qp::time::Deadline;
 
 /// Mission, scenario and options of a stage.
-pub(crate) struct Session<'a, P, const NL: usize> {
-    pub mission: &'a Valid<Mission<NL>>,
+pub struct Session<'a, P, const NL: usize> {
+    /// The mission; valid.
+    pub mission: &'a Mission<NL>,
+    /// The scenario.
     pub scenario: &'a Scenario<NL>,
+    /// The options.
     pub options: &'a Options<'a, P, NL>,
 }
 
 impl<P: ForkJoin, const NL: usize> Session<'_, P, NL> {
     /// Plans Stage 1 as [`super::plan`] does.
+    ///
+    /// # Errors
+    /// A scenario that is infeasible before planning.
     pub fn translate<S: Solver<NX, NU>, const NX: usize, const NU: usize>(
         &self,
         solver: &mut S,
@@ -28,6 +33,9 @@ impl<P: ForkJoin, const NL: usize> Session<'_, P, NL> {
     }
 
     /// Plans Stage 2 along the translation in the workspace as [`super::plan`] does.
+    ///
+    /// # Errors
+    /// As [`Session::translate`].
     pub fn reorient<S: Solver<NX, NU>, const NX: usize, const NU: usize>(
         &self,
         solver: &mut S,

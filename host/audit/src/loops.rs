@@ -158,8 +158,8 @@ fn one(
     let mut watch = |solve: Subproblem<'_>| {
         solver_iterations = solver_iterations.max(u64::from(solve.outcome.iterations));
     };
-    let (clock, model) = (WallClock::start(), model.as_ref());
-    let planned = planner.plan_watched(&clock, mission, scenario, &method, model, &mut watch);
+    let (clock, guess) = (WallClock::start(), model.as_ref().into());
+    let planned = planner.plan_watched(&clock, mission, scenario, &method, guess, &mut watch);
     let corrections = planned.logs.iter().flatten().map(|record| u64::from(record.corrections));
     Observed {
         method: String::new(),

@@ -8,9 +8,9 @@ use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Grid, Mission, Orbit, Scenario, TargetState};
 use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
 
-use remora_host::engine::resized;
 use remora_host::error::Error;
 use remora_host::formats::{MAX_JOINTS, PLANNED_JOINTS, PlanFile, PlanInputs};
+use remora_host::guess::resized;
 use remora_host::with_joints;
 use std::path::Path;
 

@@ -7,9 +7,10 @@ use remora_core::advanced::guidance::{FlightPlan, Limits, Safety};
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::stages::LINKS;
 use remora_core::prelude::{Valid, Validate};
-use remora_host::engine::{self, Roomy, Usual};
+use remora_host::engine::{Roomy, Usual};
 use remora_host::error::Error;
 use remora_host::formats::{MAX_JOINTS, PlanFile};
+use remora_host::guess;
 use remora_host::memory::on_heap;
 use remora_truth::{Dispersion, Quantity, World, WorldError};
 use std::path::Path;
@@ -49,7 +50,7 @@ impl<const M: usize> Parts<M> {
     ) -> Result<Self, String> {
         let mission: Mission<M> = mission.resized();
         let scenario = scenario.resized();
-        let motion = engine::resized(&file.stage2.trajectory::<NL>());
+        let motion = guess::resized(&file.stage2.trajectory::<NL>());
         let path = file.stage1.trajectory();
         let plan = FlightPlan::new(&mission, &scenario, file.integrator, &path, &motion)
             .map_err(|error| error.to_string())?;

@@ -13,6 +13,7 @@ use remora_core::advanced::stages::{LINKS, NODES, size};
 use remora_core::advanced::time::Deadline;
 use remora_host::backend::{ClarabelQp, Solve};
 use remora_host::formats::ScenarioSet;
+use remora_host::guess::Guess;
 use remora_host::memory::on_heap;
 use remora_host::method::{Integrator, Method, Qp as Choice};
 use remora_host::planning::{Planner, Subproblem, WallClock};
@@ -61,7 +62,14 @@ fn programs() -> (OfOneStage, OfOneStage) {
             _ => twos.add(&solve),
         };
         let clock = WallClock::start();
-        Planner::new().plan_watched(&clock, &mission, scenario, &method, None, &mut watch);
+        Planner::new().plan_watched(
+            &clock,
+            &mission,
+            scenario,
+            &method,
+            Guess::Heuristic,
+            &mut watch,
+        );
         ones.end_of_plan(from.0);
         twos.end_of_plan(from.1);
     }

@@ -3,23 +3,22 @@
 
 use crate::backend::{ClarabelQp, Recorder, Solve};
 use crate::formats::MAX_JOINTS;
-use crate::learned::{Learned, Memories};
+use crate::guess::{Guess, resized};
+use crate::learned::Memories;
 use crate::memory::on_heap;
 use crate::method::{Deadline, Integrator, Method, Qp};
 use crate::padded::Padded;
 use crate::threads::Threads;
-use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::model::{Mission, Refusal, Scenario};
 use remora_core::advanced::planner::{
     self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Nominal, Options, PlanSettings,
-    Platform, Report, Solver, Workspace,
+    Platform, Report, Session, Solver, StageReport, Workspace,
 };
 use remora_core::advanced::stages::{
     LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
 };
 use remora_core::advanced::time::{Clock, Deadline as Until};
 use remora_core::advanced::warmstart;
-use remora_core::nalgebra::SVector;
 
 // A learned start has room for every arm that there is an engine for.
 const _: () = assert!(MAX_JOINTS <= warmstart::MAX_JOINTS);
@@ -47,19 +46,27 @@ pub struct Engine<const M: usize, const NX: usize, const NU: usize> {
 }
 
 /// How a plan is to be made.
-pub struct Task<'a> {
+pub struct Task<'a, const NL: usize> {
     /// Times and deadline.
     pub clock: &'a dyn Clock,
     /// Threads that work on it.
     pub threads: &'a Threads,
-    /// Model of a learned start; none is the heuristic.
-    pub model: Option<&'a Learned>,
+    /// What Stage 2 is to start from.
+    pub guess: Guess<'a, NL>,
     /// Joints of the arm.
     pub joints: usize,
     /// Memory for models.
     pub memories: &'a mut Memories,
     /// All else.
     pub method: &'a Method,
+}
+
+impl<'a, const NL: usize> Task<'a, NL> {
+    /// The same for an engine with room for `M` joints.
+    fn resized<const M: usize>(self, kept: &'a mut Option<Nominal<M>>) -> Task<'a, M> {
+        let Self { clock, threads, guess, joints, memories, method } = self;
+        Task { clock, threads, guess: guess.resized(kept), joints, memories, method }
+    }
 }
 
 /// The core's code in one size. It is implemented for each size by name, so that the core is compiled in
@@ -70,7 +77,7 @@ pub trait Build<const M: usize, const NX: usize, const NU: usize> {
         &mut self,
         mission: &Mission<M>,
         scenario: &Scenario<M>,
-        task: Task<'_>,
+        task: Task<'_, M>,
     ) -> Report;
 
     /// Plans with the solver that the method names, watched.
@@ -78,9 +85,21 @@ pub trait Build<const M: usize, const NX: usize, const NU: usize> {
         &mut self,
         mission: &Mission<M>,
         scenario: &Scenario<M>,
-        task: Task<'_>,
+        task: Task<'_, M>,
         watch: &mut dyn FnMut(Solved<'_, NX, NU>),
     ) -> Report;
+
+    /// Plans Stage 1 alone, with no deadline: the translation is left in the workspace with the target's
+    /// motion.
+    ///
+    /// # Errors
+    /// A scenario that is refused before planning.
+    fn translate(
+        &mut self,
+        mission: &Mission<M>,
+        scenario: &Scenario<M>,
+        integrator: Integrator,
+    ) -> Result<StageReport, Refusal>;
 
     /// Plans with the embedded solver what is left of a plan in force, which is the guess, with no deadline.
     ///
@@ -114,7 +133,7 @@ macro_rules! build {
                 &mut self,
                 mission: &Mission<{ $joints }>,
                 scenario: &Scenario<{ $joints }>,
-                task: Task<'_>,
+                task: Task<'_, { $joints }>,
             ) -> Report {
                 run(mission, scenario, task, &mut *self.embedded, &mut self.workspace)
             }
@@ -123,7 +142,7 @@ macro_rules! build {
                 &mut self,
                 mission: &Mission<{ $joints }>,
                 scenario: &Scenario<{ $joints }>,
-                task: Task<'_>,
+                task: Task<'_, { $joints }>,
                 watch: &mut dyn FnMut(
                     Solved<'_, { size::states($joints) }, { size::controls($joints) }>,
                 ),
@@ -137,6 +156,23 @@ macro_rules! build {
                 };
                 let mut solver = Recorder::new(solver, watch);
                 run(mission, scenario, task, &mut solver, &mut self.workspace)
+            }
+
+            fn translate(
+                &mut self,
+                mission: &Mission<{ $joints }>,
+                scenario: &Scenario<{ $joints }>,
+                integrator: Integrator,
+            ) -> Result<StageReport, Refusal> {
+                let settings = PlanSettings::new(Mode::Optimal, integrator);
+                let guess = InitialGuess::Heuristic;
+                let options = &Options::from_parts(settings, guess, Platform::BARE);
+                let mut solver: &mut dyn Solver<
+                    { size::states($joints) },
+                    { size::controls($joints) },
+                > = &mut *self.embedded;
+                let session = Session { mission, scenario, options };
+                session.translate(&mut solver, &mut self.workspace)
             }
 
             fn replan(
@@ -201,8 +237,10 @@ where
         &mut self,
         mission: &Mission<NL>,
         scenario: &Scenario<NL>,
-        task: Task<'_>,
+        task: Task<'_, NL>,
     ) -> Report {
+        let mut kept = None;
+        let task = task.resized(&mut kept);
         let report = self.run_embedded(&mission.resized(), &scenario.resized(), task);
         self.filed(mission, scenario, report)
     }
@@ -212,9 +250,11 @@ where
         &mut self,
         mission: &Mission<NL>,
         scenario: &Scenario<NL>,
-        task: Task<'_>,
+        task: Task<'_, NL>,
         watch: &mut dyn FnMut(Solved<'_, NX, NU>),
     ) -> Report {
+        let mut kept = None;
+        let task = task.resized(&mut kept);
         let report = self.run(&mission.resized(), &scenario.resized(), task, watch);
         self.filed(mission, scenario, report)
     }
@@ -234,29 +274,6 @@ where
                 planner::output_checksum(nodes, translation, &self.reorientation::<NL>());
         }
         report
-    }
-}
-
-/// A motion of the first `M` joints; those that it does not have stand at zero.
-pub fn resized<const NL: usize, const M: usize>(
-    motion: &ReorientationTrajectory<NODES, NL>,
-) -> ReorientationTrajectory<NODES, M> {
-    fn joints<const NL: usize, const M: usize>(from: &SVector<f64, NL>) -> SVector<f64, M> {
-        SVector::from_fn(|i, _| from.as_slice().get(i).copied().unwrap_or(0.0))
-    }
-    let state = |x: &State<NL>| State {
-        attitude: x.attitude,
-        joint_angle: joints(&x.joint_angle),
-        rate: x.rate,
-        joint_rate: joints(&x.joint_rate),
-    };
-    let control = |u: &Control<NL>| Control {
-        bus_torque: u.bus_torque,
-        joint_torque: joints(&u.joint_torque),
-    };
-    ReorientationTrajectory {
-        states: motion.states.each_ref().map(state),
-        controls: motion.controls.each_ref().map(control),
     }
 }
 
@@ -290,11 +307,11 @@ pub fn verified<const NL: usize>(
 fn run<const M: usize, const NX: usize, const NU: usize>(
     mission: &Mission<M>,
     scenario: &Scenario<M>,
-    task: Task<'_>,
+    task: Task<'_, M>,
     mut solver: &mut dyn Solver<NX, NU>,
     workspace: &mut ArmWorkspace<M, NX, NU>,
 ) -> Report {
-    let Task { clock, threads, model, joints, memories, method } = task;
+    let Task { clock, threads, guess, joints, memories, method } = task;
     threads.prepare();
     let platform = Platform { clock, executor: threads };
     let mut planned = |start: &InitialGuess<'_, M>| {
@@ -302,9 +319,11 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
         // Its code is compiled once for all solvers.
         planner::plan(mission, scenario, &options, &mut solver, workspace)
     };
-    match model {
-        None => planned(&InitialGuess::Heuristic),
-        Some(model) => model.at_work(memories, |policy| match policy {
+    match guess {
+        Guess::Heuristic => planned(&InitialGuess::Heuristic),
+        Guess::Given(motion) => planned(&InitialGuess::User(motion)),
+        Guess::Left(plan, elapsed) => planned(&InitialGuess::Nominal { plan, elapsed }),
+        Guess::Model(model) => model.at_work(memories, |policy| match policy {
             None => planned(&InitialGuess::Refused),
             Some(policy) if joints == M => planned(&InitialGuess::Learned { policy, seed: SEED }),
             Some(policy) => {
@@ -341,19 +360,4 @@ pub fn plan_with(
     workspace: &mut Workspace,
 ) -> Report {
     planner::plan(mission, scenario, options, &mut solver, workspace)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_motion_keeps_its_joints() {
-        let mut motion = ReorientationTrajectory::<NODES, 2>::ZERO;
-        motion.states[3].joint_rate[1] = 0.5;
-        motion.controls[3].joint_torque[0] = 0.25;
-        let roomy: ReorientationTrajectory<NODES, MAX_JOINTS> = resized(&motion);
-        assert_eq!(resized(&roomy), motion);
-        assert_eq!(roomy.states[3].joint_rate.sum(), 0.5);
-    }
 }

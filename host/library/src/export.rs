@@ -81,7 +81,7 @@ impl ExportJob {
                 mission,
                 scenario,
                 &self.method,
-                self.model.as_ref(),
+                self.model.as_ref().into(),
                 &mut watch,
             );
             (planned, [one.end(), two.end()])

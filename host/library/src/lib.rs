@@ -14,8 +14,10 @@
 //! - [`memory`]: heaps and stacks for what is too large for a usual stack;
 //! - [`threads`]: a second thread for one plan;
 //! - [`lineage`]: what a model descends from, and the scenarios that it must not be judged by;
+//! - [`guess`]: what Stage 2 starts from;
 //! - [`learned`]: learned models, from files or built in; `padded`: for a build with room for more joints;
 //! - [`planning`]: from a scenario to a plan file, by the core's planner of the arm's size ([`engine`]);
+//! - [`approach`], [`episode`]: an approach after Stage 1, as a guess sees it and as a policy flies it;
 //! - [`picture`]: a plan as a picture;
 //! - [`export`]: the subproblems of a plan as files for other solvers;
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
@@ -30,14 +32,17 @@
 #![forbid(unsafe_code)]
 
 pub mod allocations;
+pub mod approach;
 pub mod backend;
 pub mod campaign;
 pub mod checking;
 pub mod draw;
 pub mod engine;
 pub mod envelope;
+pub mod episode;
 pub mod export;
 pub mod fingerprint;
+pub mod guess;
 pub mod importing;
 pub mod journal;
 pub mod kkt;

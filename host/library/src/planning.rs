@@ -1,14 +1,16 @@
 //! From a scenario to a plan file.
 
+use crate::approach::Approach;
 use crate::engine::{Build, Engine, Roomy, Solved, Task, Usual};
 use crate::error::Error;
 use crate::formats::{
     self, EvidenceFile, Flight, NamedScenario, PlanFile, PlanGrid, PlanInputs, PlanStage1,
     PlanStage2, PlanTarget, Program, Row, StageEnd,
 };
+use crate::guess::Guess;
 use crate::learned::{Learned, Memories};
 use crate::memory::{on_heap, on_large_stack};
-use crate::method::Method;
+use crate::method::{Integrator, Method};
 use crate::stopwatch::{Spent, Stopwatch};
 use crate::threads::Threads;
 use remora_core::advanced::model::{Mission, Refusal};
@@ -116,7 +118,8 @@ impl Planner {
         let clock = &WallClock::start();
         let scenario = &scenario.scenario();
         let Self { usual, roomy, threads, memories } = self;
-        let task = Task { clock, threads, model, joints: NL, memories, method };
+        let guess = model.into();
+        let task = Task { clock, threads, guess, joints: NL, memories, method };
         match NL {
             LINKS => usual.plan_in_place(mission, scenario, task),
             _ => room(roomy).plan_in_place(mission, scenario, task),
@@ -133,9 +136,21 @@ impl Planner {
         method: &Method,
         model: Option<&Learned>,
     ) -> Planned {
-        let asked = Asked { mission, scenario, method, model };
+        self.plan_from(clock, mission, scenario, method, model.into())
+    }
+
+    /// Plans by another clock from any guess.
+    pub fn plan_from<const NL: usize>(
+        &mut self,
+        clock: &dyn Clock,
+        mission: &Mission<NL>,
+        scenario: &NamedScenario,
+        method: &Method,
+        guess: Guess<'_, NL>,
+    ) -> Planned {
+        let asked = Asked { mission, scenario, method, guess };
         let Self { usual, roomy, threads, memories } = self;
-        let task = Task { clock, threads, model, joints: NL, memories, method };
+        let task = Task { clock, threads, guess, joints: NL, memories, method };
         match NL {
             LINKS => asked.planned(usual, task, &mut |_| ()),
             _ => asked.planned(room(roomy), task, &mut |_| ()),
@@ -150,13 +165,30 @@ impl Planner {
         mission: &Mission<LINKS>,
         scenario: &NamedScenario,
         method: &Method,
-        model: Option<&Learned>,
+        guess: Guess<'_>,
         watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> Planned {
-        let asked = Asked { mission, scenario, method, model };
+        let asked = Asked { mission, scenario, method, guess };
         let Self { usual, threads, memories, .. } = self;
-        let task = Task { clock, threads, model, joints: LINKS, memories, method };
+        let task = Task { clock, threads, guess, joints: LINKS, memories, method };
         asked.planned(usual, task, watch)
+    }
+
+    /// Plans Stage 1 alone: the approach as a guess of Stage 2 sees it.
+    ///
+    /// # Errors
+    /// A scenario that is refused before planning.
+    pub fn approach<const NL: usize>(
+        &mut self,
+        mission: &Mission<NL>,
+        scenario: &NamedScenario,
+        integrator: Integrator,
+    ) -> Result<Approach<NL>, Refusal> {
+        let (mission, scenario) = (*mission, scenario.scenario());
+        match NL {
+            LINKS => Approach::plan(&mut self.usual, mission, scenario, integrator),
+            _ => Approach::plan(room(&mut self.roomy), mission, scenario, integrator),
+        }
     }
 }
 
@@ -170,7 +202,7 @@ struct Asked<'a, const NL: usize> {
     mission: &'a Mission<NL>,
     scenario: &'a NamedScenario,
     method: &'a Method,
-    model: Option<&'a Learned>,
+    guess: Guess<'a, NL>,
 }
 
 impl<const NL: usize> Asked<'_, NL> {
@@ -178,13 +210,13 @@ impl<const NL: usize> Asked<'_, NL> {
     fn planned<const M: usize, const NX: usize, const NU: usize>(
         &self,
         engine: &mut Engine<M, NX, NU>,
-        task: Task<'_>,
+        task: Task<'_, NL>,
         watch: &mut dyn FnMut(Solved<'_, NX, NU>),
     ) -> Planned
     where
         Engine<M, NX, NU>: Build<M, NX, NU>,
     {
-        let Self { mission, scenario, method, model } = *self;
+        let Self { mission, scenario, method, guess } = *self;
         let watched = Stopwatch::start();
         let report = engine.plan(mission, &scenario.scenario(), task, watch);
         let spent = watched.spent();
@@ -200,7 +232,7 @@ impl<const NL: usize> Asked<'_, NL> {
             evidence: EvidenceFile::new(
                 &scenario.id,
                 method.qp.name(),
-                model.map(Learned::record),
+                guess.model().map(Learned::record),
                 &report.record,
             ),
             logs: [log1.to_vec(), log2.to_vec()],

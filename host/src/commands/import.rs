@@ -4,11 +4,10 @@ use super::Output;
 use super::options::{ForceArgs, JsonArgs, is_stdout};
 use crate::report;
 use remora_core::nalgebra::Vector3;
-use remora_host::error::{Error, io_reason};
+use remora_host::error::Error;
 use remora_host::formats::{check_writable, read_mission_file, write_atomically};
 use remora_host::importing::{Imported, Request, explanation, import};
-use remora_urdf::{MAX_BYTES, OptionError, Options, Pose};
-use std::io::Read;
+use remora_urdf::{OptionError, Options, Pose};
 use std::path::{Path, PathBuf};
 
 /// Make a mission for the arm of a URDF.
@@ -126,8 +125,6 @@ impl Args {
             None => None,
         };
         Ok(Request {
-            file: self.urdf.clone(),
-            urdf: read_urdf(&self.urdf)?,
             options: self.options()?,
             bus,
             mount: self.mount.as_deref().map(mount).transpose()?,
@@ -143,6 +140,7 @@ impl Args {
                 .as_deref()
                 .map(|text| numbers(text, "--armature"))
                 .transpose()?,
+            ..Request::of(&self.urdf)?
         })
     }
 
@@ -160,16 +158,6 @@ impl Args {
         }
         Ok(options)
     }
-}
-
-/// At most what a URDF may have, and a byte that says that there is more.
-fn read_urdf(file: &Path) -> Result<Vec<u8>, Error> {
-    let refused = |cause: std::io::Error| Error::input(file, "", io_reason(&cause));
-    let mut text = Vec::new();
-    let limit = MAX_BYTES as u64 + 1;
-    let opened = std::fs::File::open(file).map_err(refused)?;
-    opened.take(limit).read_to_end(&mut text).map_err(refused)?;
-    Ok(text)
 }
 
 fn default_out(urdf: &Path) -> PathBuf {

@@ -58,7 +58,7 @@ pub use remora_core::advanced::{
     scp::Status,
     stages::{Clearances, Closest, Residuals},
 };
-pub use results::{COLUMNS, TableOrigin, csv, csv_metadata, parquet_bytes};
+pub use results::{COLUMNS, TableOrigin, columns, csv, csv_metadata, parquet_bytes};
 pub use row::{Flight, Row, StageRow};
 pub use scenario_set::{
     FIRST_FORMAT as FIRST_SCENARIO_FORMAT, FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet,

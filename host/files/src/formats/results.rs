@@ -24,7 +24,7 @@ pub struct TableOrigin {
 pub const COLUMNS: usize = 31 + Residuals::COUNT;
 
 /// A row with names and units of its columns, in order. New columns go to the end.
-fn columns(row: &Row, method: &Method) -> Vec<Column> {
+pub fn columns(row: &Row, method: &Method) -> Vec<Column> {
     let text = |text: &str| Cell::Text(text.to_string());
     let count = |n: u64| Cell::Integer(i64::try_from(n).unwrap_or(i64::MAX));
     let mut columns = Vec::with_capacity(COLUMNS);

@@ -148,7 +148,7 @@ impl NamedScenario {
     ///
     /// # Errors
     /// The field and what is wrong with it.
-    pub(super) fn validate(&self) -> Result<(), FieldError> {
+    pub fn validate(&self) -> Result<(), FieldError> {
         check_quaternion(&self.target.attitude, || "target.attitude".into())?;
         within(&self.target.rate, MAX_RATE, "target.rate", "rad/s")?;
         within(&self.servicer.position, MAX_POSITION, "servicer.position", "m")?;

@@ -1,6 +1,7 @@
 //! Scenarios that no plan can serve: there is no path within the force limit.
 
 use crate::formats::NamedScenario;
+use crate::guess::Guess;
 use crate::method::{Deadline, Method, Qp};
 use crate::planning::{Planner, Subproblem};
 use crate::portfolio::{FAR_S, Stoppable};
@@ -41,7 +42,7 @@ pub(super) fn is_proved(
     let deadline = Deadline::try_from(FAR_S).ok();
     let method = Method { qp: Qp::Clarabel, deadline, ..*method };
     let clock = Stoppable::new(&is_over);
-    planner.plan_watched(&clock, mission, scenario, &method, None, &mut watch);
+    planner.plan_watched(&clock, mission, scenario, &method, Guess::Heuristic, &mut watch);
     first == Some(QpStatus::Infeasible)
 }
 

@@ -13,7 +13,7 @@ mod servicer;
 mod start;
 mod text;
 
-use crate::error::{Error, FieldError};
+use crate::error::{Error, FieldError, io_reason};
 use crate::formats::{MissionCapture, MissionFile};
 use crate::method::Integrator;
 use crate::vehicle::Vehicle;
@@ -21,8 +21,9 @@ use crate::with_joints;
 use bus::Settled;
 use nalgebra::Vector3;
 use remora_core::advanced::model::Mission;
-use remora_urdf::{Arm, Options, Pose, Refusal};
+use remora_urdf::{Arm, MAX_BYTES, Options, Pose, Refusal};
 use serde::Serialize;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// The `format` of `remora import --json`.
@@ -107,6 +108,31 @@ pub enum NoImport {
 impl From<Error> for NoImport {
     fn from(error: Error) -> Self {
         Self::Mission(error)
+    }
+}
+
+impl Request {
+    /// A file's request, with nothing said beside it.
+    ///
+    /// # Errors
+    /// Where the file cannot be read.
+    pub fn of(file: &Path) -> Result<Self, Error> {
+        let refused = |cause: std::io::Error| Error::input(file, "", io_reason(&cause));
+        // At most what a URDF may have, and a byte that says that there is more.
+        let (mut urdf, limit) = (Vec::new(), MAX_BYTES as u64 + 1);
+        let opened = std::fs::File::open(file).map_err(refused)?;
+        opened.take(limit).read_to_end(&mut urdf).map_err(refused)?;
+        Ok(Self {
+            file: file.into(),
+            urdf,
+            options: Options::default(),
+            bus: None,
+            mount: None,
+            boresight: None,
+            axis: None,
+            start: None,
+            armature: None,
+        })
     }
 }
 

@@ -12,6 +12,7 @@ use remora_core::advanced::qp::{EmbeddedQp, Qp, QpOutcome, QpStatus};
 use remora_core::advanced::stages::LINKS;
 use remora_host::backend::{ClarabelQp, Solve};
 use remora_host::formats::{ScenarioSet, Status};
+use remora_host::guess::Guess;
 use remora_host::kkt::{Kkt, distance, objective};
 use remora_host::memory::STACK_BYTES;
 use remora_host::method::{Integrator, Method, Qp as Choice};
@@ -93,7 +94,7 @@ fn pairs(first: usize, step: usize) -> Vec<Pair> {
             &mission,
             scenario,
             &method,
-            None,
+            Guess::Heuristic,
             &mut watch,
         );
         assert_eq!(planned.file.status, Status::Solved, "{}", scenario.id);

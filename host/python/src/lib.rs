@@ -1,0 +1,61 @@
+//! The Python package `remora`, compiled part: what the library does, with arrays and exceptions. The rest
+//! of the package, its stubs and its tests stand beside it in `python` and `tests`.
+//!
+//! Data goes down this list, imports go up it:
+//!
+//! - `raised`: errors as exceptions;
+//! - `arrays`: rows as arrays, which own their memory;
+//! - `urdf`, `mission`, `scenario`: what is planned for;
+//! - `scene`: an approach as a guess sees it;
+//! - `start`: what Stage 2 starts from, learned or the caller's own;
+//! - `plan`, `asked`, `planning`: plans, how they are asked for, and one after the other;
+//! - `many`, `compare`: plans on several threads, and guesses against each other;
+//! - `subproblem`: the programs of a plan for other solvers;
+//! - `flight`: plans flown in the truth;
+//! - `episodes`: approaches flown by policies, many at once.
+//!
+//! Whatever takes time runs without the interpreter's lock, on a thread with a stack of its own, so that
+//! every function may be called on any thread.
+#![forbid(unsafe_code)]
+
+mod arrays;
+mod asked;
+mod compare;
+mod episodes;
+mod flight;
+mod many;
+mod mission;
+mod plan;
+mod planning;
+mod raised;
+mod scenario;
+mod scene;
+mod start;
+mod subproblem;
+mod urdf;
+
+/// The compiled part of the package `remora`.
+#[pyo3::pymodule]
+mod _remora {
+    #[pymodule_export]
+    use super::{
+        compare::compare_guesses,
+        episodes::Episodes,
+        flight::{Flight, fly},
+        many::{Rows, plan_many},
+        mission::Mission,
+        plan::Plan,
+        planning::plan,
+        raised::Refused,
+        scenario::{Scenario, draw, scenarios},
+        scene::Scene,
+        start::Model,
+        subproblem::{Subproblem, subproblem},
+    };
+
+    #[pymodule_init]
+    fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
+        use pyo3::types::PyModuleMethods;
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,171 @@
+//! Many plans on several threads.
+
+use crate::arrays;
+use crate::asked::{self, Asked};
+use crate::mission::Mission;
+use crate::plan::Plan;
+use crate::raised::{Failure, argument, raised};
+use crate::scenario::Scenario;
+use crate::start::Start;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use remora_host::error::Error;
+use remora_host::formats::{
+    self, Cell, Column, Program, Row, TableOrigin, columns, parquet_bytes, write_atomically,
+};
+use remora_host::method::Method;
+use remora_host::planning::{Planned, Planner};
+use remora_host::pool;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+/// What came of one scenario: its row and its plan, or its row alone where it was refused.
+pub(crate) type Answer = (Row, Option<(Planned, Start)>);
+
+/// Plans scenarios in several ways, the same scenario in all of them before the next, so that what they
+/// measure is measured under the same load. Answers come by way, then by scenario.
+pub(crate) fn plan_all(
+    py: Python<'_>,
+    ways: &[Asked],
+    cases: &[Scenario],
+    jobs: NonZeroUsize,
+) -> PyResult<Vec<Vec<Answer>>> {
+    let mut answers: Vec<Vec<Option<Answer>>> =
+        ways.iter().map(|_| cases.iter().map(|_| None).collect()).collect();
+    let pending: Vec<(usize, usize)> =
+        (0..cases.len()).flat_map(|case| (0..ways.len()).map(move |way| (way, case))).collect();
+    let failed = Mutex::new(None);
+    let stop = |failure: Failure| {
+        let mut first = failed.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        first.get_or_insert(failure);
+        Error::Thread { reason: "stopped".into() }
+    };
+    let plan = |planner: &mut Planner, (way, case): (usize, usize)| {
+        answer(&ways[way], planner, &cases[case]).map_err(stop)
+    };
+    let finish = |(way, case): (usize, usize), answer: Answer| {
+        answers[way][case] = Some(answer);
+        // Whoever waits may lose patience.
+        Python::attach(|py| py.check_signals()).map_err(|error| stop(error.into()))
+    };
+    let outcome = py.detach(|| pool::plan_all(jobs, &pending, plan, finish));
+    let first = failed.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    if let Some(failure) = first {
+        return Err(failure.into());
+    }
+    outcome.map_err(raised)?;
+    Ok(answers.into_iter().map(|of| of.into_iter().flatten().collect()).collect())
+}
+
+fn answer(asked: &Asked, planner: &mut Planner, case: &Scenario) -> Result<Answer, Failure> {
+    match asked.plan(planner, &case.named) {
+        Ok((planned, start)) => Ok((planned.row(), Some((planned, start)))),
+        Err(Failure::Refused(_, refusal)) => Ok((Row::refused(&case.named, &refusal), None)),
+        Err(failure) => Err(failure),
+    }
+}
+
+/// The rows of a table, to be written.
+#[pyclass(frozen, module = "remora")]
+pub(crate) struct Rows {
+    rows: Vec<Row>,
+    method: Method,
+    mission_checksum: String,
+}
+
+#[pymethods]
+impl Rows {
+    /// Writes them as a Parquet file.
+    fn to_parquet(&self, path: PathBuf) -> PyResult<()> {
+        let origin = TableOrigin {
+            method: self.method,
+            seed: None,
+            mission_checksum: self.mission_checksum.clone(),
+            program: Program::this(),
+        };
+        let failed = |reason: String| Error::Output { file: path.clone(), reason };
+        let bytes = parquet_bytes(&self.rows, &origin).map_err(|error| failed(error.to_string()));
+        bytes.and_then(|bytes| write_atomically(&path, &bytes)).map_err(raised)
+    }
+
+    /// Writes them as a CSV file.
+    fn to_csv(&self, path: PathBuf) -> PyResult<()> {
+        let text = formats::csv(&self.rows, &self.method);
+        write_atomically(&path, text.as_bytes()).map_err(raised)
+    }
+}
+
+/// The columns of rows as arrays by name.
+fn table<'py>(py: Python<'py>, rows: &[Row], method: &Method) -> PyResult<Bound<'py, PyDict>> {
+    let rows: Vec<Vec<Column>> = rows.iter().map(|row| columns(row, method)).collect();
+    let dict = PyDict::new(py);
+    for (i, column) in rows[0].iter().enumerate() {
+        let cells = rows.iter().map(|row| &row[i].cell);
+        let array = match column.cell {
+            Cell::Number(_) => {
+                PyArray1::from_vec(py, cells.map(number).collect::<Vec<f64>>()).into_any()
+            }
+            Cell::Integer(_) => PyArray1::from_vec(py, cells.map(integer).collect()).into_any(),
+            Cell::Flag(_) => {
+                let flags = cells.map(|cell| *cell == Cell::Flag(true)).collect();
+                PyArray1::<bool>::from_vec(py, flags).into_any()
+            }
+            Cell::Text(_) => arrays::texts(py, cells.map(text).collect())?,
+        };
+        dict.set_item(&column.name, array)?;
+    }
+    Ok(dict)
+}
+
+fn number(cell: &Cell) -> f64 {
+    if let Cell::Number(number) = cell { *number } else { f64::NAN }
+}
+
+fn integer(cell: &Cell) -> i64 {
+    if let Cell::Integer(integer) = cell { *integer } else { 0 }
+}
+
+fn text(cell: &Cell) -> String {
+    if let Cell::Text(text) = cell { text.clone() } else { String::new() }
+}
+
+/// Plans many approaches: columns, rows and, where they are kept, plans, None for one that was refused.
+#[pyfunction]
+#[pyo3(signature = (cases, mission=None, *, integrator="rk4", mode="optimal", initial_guess=None,
+                    deadline_s=None, jobs=None, keep=false))]
+#[expect(clippy::too_many_arguments, reason = "keywords, each of them optional")]
+pub(crate) fn plan_many<'py>(
+    py: Python<'py>,
+    cases: Vec<Scenario>,
+    mission: Option<Mission>,
+    integrator: &str,
+    mode: &str,
+    initial_guess: Option<&Bound<'py, PyAny>>,
+    deadline_s: Option<f64>,
+    jobs: Option<usize>,
+    keep: bool,
+) -> PyResult<(Bound<'py, PyDict>, Rows, Vec<Option<Plan>>)> {
+    if cases.is_empty() {
+        return Err(argument("cases", "holds no scenario"));
+    }
+    let asked = Asked::of(mission, integrator, mode, initial_guess, deadline_s)?;
+    let (method, mission) = (asked.method, asked.mission.clone());
+    let answers = plan_all(py, &[asked], &cases, asked::jobs(jobs)?)?.remove(0);
+    let rows: Vec<Row> = answers.iter().map(|(row, _)| row.clone()).collect();
+    let dict = table(py, &rows, &method)?;
+    let sums = answers.iter().map(|(_, plan)| match plan {
+        Some((planned, _)) => planned.evidence.output.clone(),
+        None => String::new(),
+    });
+    dict.set_item("checksum", arrays::texts(py, sums.collect())?)?;
+    let mut plans = Vec::new();
+    for ((_, plan), case) in answers.into_iter().zip(cases).filter(|_| keep) {
+        let made =
+            |(planned, start)| Plan::made(mission.clone(), case.named, planned, (method, start));
+        plans.push(plan.map(made).transpose()?);
+    }
+    let mission_checksum = mission.checksum().to_string();
+    Ok((dict, Rows { rows, method, mission_checksum }, plans))
+}

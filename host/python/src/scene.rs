@@ -1,0 +1,250 @@
+//! An approach after Stage 1, as a guess of Stage 2 sees it.
+
+use crate::arrays;
+use crate::raised::argument;
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use remora_core::advanced::dynamics::{Control, State};
+use remora_core::advanced::model::{Grid, TargetState};
+use remora_core::advanced::stages::{NODES, ReorientationTrajectory, TranslationTrajectory, size};
+use remora_core::advanced::warmstart::{Action, Encoding, MAX_FEATURES};
+use remora_core::nalgebra::{SVector, Vector3, Vector4};
+use remora_host::approach::Approach;
+
+/// An approach of any number of joints. States are attitude, joint angles, rate and joint rates in a row.
+trait Seen: Send + Sync {
+    fn joints(&self) -> usize;
+    fn torque_limits(&self) -> Vec<f64>;
+    fn initial_state(&self) -> Vec<f64>;
+    fn step(&self, node: usize, state: &[f64], torques: &[f32]) -> Vec<f64>;
+    fn roll_out(&self, torques: &[f32]) -> Vec<Vec<f64>>;
+    fn features(&self, encoding: Encoding, node: usize, state: &[f64], held: &[f32]) -> Vec<f32>;
+    fn miss(&self, state: &[f64]) -> f64;
+}
+
+/// Numbers of a state in a row.
+fn state_size(joints: usize) -> usize {
+    7 + 2 * joints
+}
+
+/// A state as a row.
+fn row<const NL: usize>(state: &State<NL>) -> Vec<f64> {
+    let State { attitude, joint_angle, rate, joint_rate } = state;
+    let parts = attitude.iter().chain(joint_angle.iter()).chain(rate.iter());
+    parts.chain(joint_rate.iter()).copied().collect()
+}
+
+/// A row's state.
+fn state_of<const NL: usize>(row: &[f64]) -> State<NL> {
+    State {
+        attitude: Vector4::from_column_slice(&row[..4]),
+        joint_angle: SVector::from_column_slice(&row[4..4 + NL]),
+        rate: Vector3::from_column_slice(&row[4 + NL..7 + NL]),
+        joint_rate: SVector::from_column_slice(&row[7 + NL..7 + 2 * NL]),
+    }
+}
+
+impl<const NL: usize> Seen for Approach<NL> {
+    fn joints(&self) -> usize {
+        NL
+    }
+
+    fn torque_limits(&self) -> Vec<f64> {
+        self.torque_limits().collect()
+    }
+
+    fn initial_state(&self) -> Vec<f64> {
+        row(&self.scene().initial_state())
+    }
+
+    fn step(&self, node: usize, state: &[f64], torques: &[f32]) -> Vec<f64> {
+        let state: State<NL> = state_of(state);
+        row(&self.scene().apply(Action::Torque, node, &state, torques, &Control::ZERO).1)
+    }
+
+    fn roll_out(&self, torques: &[f32]) -> Vec<Vec<f64>> {
+        let motion: ReorientationTrajectory<_, NL> = self.roll_out(torques);
+        motion.states[..self.nodes()].iter().map(row).collect()
+    }
+
+    fn features(&self, encoding: Encoding, node: usize, state: &[f64], held: &[f32]) -> Vec<f32> {
+        let mut features = [0.0; MAX_FEATURES];
+        let state: State<NL> = state_of(state);
+        self.scene().features(encoding, node, &state, held, &mut features);
+        features[..encoding.features(NL)].to_vec()
+    }
+
+    fn miss(&self, state: &[f64]) -> f64 {
+        let state: State<NL> = state_of(state);
+        self.scene().miss(&state)
+    }
+}
+
+fn rows(vectors: &[Vector3<f64>]) -> Vec<[f64; 3]> {
+    vectors.iter().map(|v| (*v).into()).collect()
+}
+
+/// The encoding of a name.
+pub(crate) fn encoding(name: &str) -> PyResult<Encoding> {
+    match name {
+        "body" => Ok(Encoding::Body),
+        "paper" => Ok(Encoding::Paper),
+        _ => Err(argument("encoding", format!("{name:?} is neither \"body\" nor \"paper\""))),
+    }
+}
+
+/// An approach after Stage 1: what a guess of Stage 2 is asked with.
+#[pyclass(frozen, module = "remora")]
+pub(crate) struct Scene {
+    grid: Grid,
+    translation: TranslationTrajectory<NODES>,
+    target: [TargetState; NODES],
+    seen: Box<dyn Seen>,
+}
+
+impl Scene {
+    /// Of an approach.
+    pub(crate) fn new<const NL: usize>(approach: Approach<NL>) -> Self {
+        let Approach { translation, target, .. } = approach;
+        let grid = approach.mission.grid(&approach.scenario);
+        Self { grid, translation, target, seen: Box::new(approach) }
+    }
+
+    fn state(&self, state: Vec<f64>) -> PyResult<Vec<f64>> {
+        let size = state_size(self.seen.joints());
+        match state.len() == size && state.iter().all(|x| x.is_finite()) {
+            true => Ok(state),
+            false => Err(argument("state", format!("expects {size} finite numbers"))),
+        }
+    }
+
+    fn node(&self, node: usize) -> PyResult<usize> {
+        match node < self.grid.nodes {
+            true => Ok(node),
+            false => Err(argument("node", format!("{node} is none of {}", self.grid.nodes))),
+        }
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// Number of nodes.
+    #[getter]
+    fn nodes(&self) -> usize {
+        self.grid.nodes
+    }
+
+    /// Number of the arm's joints.
+    #[getter]
+    fn joints(&self) -> usize {
+        self.seen.joints()
+    }
+
+    /// Time from node to node [s].
+    #[getter]
+    fn dt_s(&self) -> f64 {
+        self.grid.interval()
+    }
+
+    /// The node from which the joints have their capture angles.
+    #[getter]
+    fn preset_node(&self) -> usize {
+        self.grid.preset_node()
+    }
+
+    /// The system's centre of mass at the nodes, RTN [m].
+    #[getter]
+    fn position<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        arrays::matrix(py, &rows(&self.translation.position[..self.grid.nodes]))
+    }
+
+    /// Its velocity [m/s].
+    #[getter]
+    fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        arrays::matrix(py, &rows(&self.translation.velocity[..self.grid.nodes]))
+    }
+
+    /// Force over the intervals, RTN [N].
+    #[getter]
+    fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        arrays::matrix(py, &rows(&self.translation.force[..self.grid.last()]))
+    }
+
+    /// The target's attitude at the nodes, body to RTN, x y z w.
+    #[getter]
+    fn target_attitude<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let nodes = self.target[..self.grid.nodes].iter();
+        arrays::matrix(py, &nodes.map(|target| target.attitude.into()).collect::<Vec<[f64; 4]>>())
+    }
+
+    /// Its rate, RTN [rad/s].
+    #[getter]
+    fn target_rate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let nodes = self.target[..self.grid.nodes].iter();
+        arrays::matrix(py, &nodes.map(|target| target.rate.into()).collect::<Vec<[f64; 3]>>())
+    }
+
+    /// Largest torques: of the bus, then of the joints [N m].
+    #[getter]
+    fn torque_limits<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        arrays::vector(py, &self.seen.torque_limits())
+    }
+
+    /// Attitude, joint angles, rate and joint rates at the first node, in a row.
+    #[getter]
+    fn initial_state<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        arrays::vector(py, &self.seen.initial_state())
+    }
+
+    /// The state at the next node, torques held from `node` on.
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        node: usize,
+        state: Vec<f64>,
+        torques: Vec<f32>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (node, state) = (self.node(node)?, self.state(state)?);
+        let controls = size::controls(self.seen.joints());
+        if torques.len() != controls || !torques.iter().all(|x| x.is_finite()) {
+            return Err(argument("torques", format!("expects {controls} finite numbers")));
+        }
+        Ok(arrays::vector(py, &self.seen.step(node, &state, &torques)))
+    }
+
+    /// The states at the nodes that torques, a row an interval, lead through.
+    fn rollout<'py>(
+        &self,
+        py: Python<'py>,
+        torques: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let shape = (self.grid.nodes - 1, size::controls(self.seen.joints()));
+        let torques = arrays::numbers("torques", torques, shape)?;
+        arrays::matrix(py, &self.seen.roll_out(&torques))
+    }
+
+    /// What a network sees at a node: the features of the built-in models ("body") or the paper's.
+    #[pyo3(signature = (node, state, held=vec![], encoding="body"),
+           text_signature = "($self, node, state, held=(), encoding='body')")]
+    fn features<'py>(
+        &self,
+        py: Python<'py>,
+        node: usize,
+        state: Vec<f64>,
+        held: Vec<f32>,
+        encoding: &str,
+    ) -> PyResult<Bound<'py, PyArray1<f32>>> {
+        let (node, state) = (self.node(node)?, self.state(state)?);
+        let features = self.seen.features(self::encoding(encoding)?, node, &state, &held);
+        Ok(PyArray1::from_slice(py, &features))
+    }
+
+    /// Distance of the end effector from the port, were this the state at the last node [m].
+    fn miss(&self, state: Vec<f64>) -> PyResult<f64> {
+        Ok(self.seen.miss(&self.state(state)?))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<remora.Scene {} nodes, {} joints>", self.grid.nodes, self.seen.joints())
+    }
+}
