@@ -49,90 +49,74 @@ impl<const NL: usize> Leaving<NL> {
         mission: &Mission<NL>,
         estimate: &Estimate<NL>,
     ) -> Effort<NL> {
+        let rigid = Rigid::of(&tracking.body, &estimate.state);
         let past = match self.past {
             Some(past) => past,
             None => {
                 self.joint_angle = estimate.state.joint_angle;
-                tracking.way_past(mission, estimate, &self.without)
+                tracking.way_past(mission, estimate, &rigid, &self.without)
             }
         };
         let along = quaternion::rotation_matrix(&estimate.state.attitude) * past;
         let (_, drift) = tracking.body.center_of_mass(&estimate.state);
         let is_passing = past != Vector3::zeros() && (estimate.velocity + drift).dot(&along) < PAST;
         self.past = Some(if is_passing { past } else { Vector3::zeros() });
-        if is_passing {
-            tracking.pass(estimate, &self.joint_angle, &along)
+        let (force, share) = if is_passing {
+            (tracking.largest_past(&rigid, &along), 1.0)
         } else {
-            tracking.escape(estimate, &self.joint_angle, &self.without)
-        }
+            tracking.outwards(estimate, &rigid, &self.without)
+        };
+        let control = tracking.stop(estimate, &rigid, &self.joint_angle, &force);
+        let (control, torque_share) = tracking.limits.torques(&control, &Control::ZERO);
+        Effort { force, control, share: [share, torque_share], ..Effort::NONE }
     }
 }
 
 impl<const NL: usize> Tracking<'_, NL> {
-    /// Force that leads outwards, as large as a share of what wheels and joints can do holds against,
-    /// and the torques that stop bus and joints meanwhile: where the force does not come, since a
-    /// thruster is lost, what holds against it must not win. No force is asked for along the unit
-    /// vector `without`, zero for none.
-    pub fn escape(
+    /// Force that leads outwards, as large as a share of what wheels and joints can do holds against, and
+    /// that share of what thrusters can do: where the force does not come, since a thruster is lost, what
+    /// holds against it must not win. No force is asked for along the unit vector `without`, zero for none.
+    fn outwards(
         &self,
         estimate: &Estimate<NL>,
-        joint_angle: &SVector<f64, NL>,
+        rigid: &Rigid<NL>,
         without: &Vector3<f64>,
-    ) -> Effort<NL> {
+    ) -> (Vector3<f64>, f64) {
         let (center, drift) = self.body.center_of_mass(&estimate.state);
         let soon = estimate.position + center + (estimate.velocity + drift) * SOON;
         let full = largest_along(&(soon - without * without.dot(&soon)), &self.limits.force);
-        let rigid = Rigid::of(&self.body, &estimate.state);
-        let moment = rigid.moment(&self.body, &estimate.state, &full);
-        let share = self.holding().torques(&Control::ZERO, &moment).1;
-        self.stopping(estimate, joint_angle, full * share, share)
+        let share = self.holding().torques(&Control::ZERO, &rigid.moment(&full)).1;
+        (full * share, share)
     }
 
-    /// Force along the unit vector `past`, RTN, as large as joints can hold against. The bus may turn:
-    /// wheels are far weaker than thrusters, and to touch is worse.
-    fn pass(
-        &self,
-        estimate: &Estimate<NL>,
-        joint_angle: &SVector<f64, NL>,
-        past: &Vector3<f64>,
-    ) -> Effort<NL> {
-        let force = self.largest_past(estimate, past);
-        self.stopping(estimate, joint_angle, force, 1.0)
-    }
-
-    /// The largest force along the unit vector `past`, RTN, that joints can hold against while the bus
-    /// gives way.
-    fn largest_past(&self, estimate: &Estimate<NL>, past: &Vector3<f64>) -> Vector3<f64> {
+    /// The largest force along the unit vector `past`, RTN, that joints can hold against. The bus may
+    /// turn: wheels are far weaker than thrusters, and to touch is worse.
+    fn largest_past(&self, rigid: &Rigid<NL>, past: &Vector3<f64>) -> Vector3<f64> {
         let full = largest_along(past, &self.limits.force);
-        let rigid = Rigid::of(&self.body, &estimate.state);
-        let moment = rigid.moment(&self.body, &estimate.state, &full);
+        let moment = rigid.moment(&full);
         let joint_torque = moment.joint_torque - rigid.held(&moment.bus_torque);
         let moment = Control { bus_torque: Vector3::zeros(), joint_torque };
         full * self.holding().torques(&Control::ZERO, &moment).1
     }
 
-    /// The force, and torques that stop bus and joints under it. Where wheels are too weak the bus turns,
-    /// and the arm with it.
-    fn stopping(
+    /// Torques that stop the bus and hold the joints where they are under a force. Where wheels are too
+    /// weak the bus turns, and the arm with it.
+    fn stop(
         &self,
         estimate: &Estimate<NL>,
+        rigid: &Rigid<NL>,
         joint_angle: &SVector<f64, NL>,
-        force: Vector3<f64>,
-        force_share: f64,
-    ) -> Effort<NL> {
+        force: &Vector3<f64>,
+    ) -> Control<NL> {
         let bus = estimate.state.rate * (-2.0 * self.bandwidth(self.settings.attitude));
         let w = self.bandwidth(self.settings.joint);
         let off = estimate.state.joint_angle - joint_angle;
         let joint = (off * w + estimate.state.joint_rate * 2.0) * -w;
-        let stop = Acceleration { bus, joint };
-        let wanted = self.body.torques(&estimate.state, &force, &stop);
+        let wanted = self.body.torques(&estimate.state, force, &Acceleration { bus, joint });
         let most = &self.limits.bus_torque;
         let bus_torque = wanted.bus_torque.zip_map(most, |torque, most| clamp(torque, -most, most));
-        let turning =
-            Rigid::of(&self.body, &estimate.state).held(&(bus_torque - wanted.bus_torque));
-        let needed = Control { bus_torque, joint_torque: wanted.joint_torque + turning };
-        let (control, share) = self.limits.torques(&needed, &Control::ZERO);
-        Effort { force, control, share: [force_share, share], ..Effort::NONE }
+        let turning = rigid.held(&(bus_torque - wanted.bus_torque));
+        Control { bus_torque, joint_torque: wanted.joint_torque + turning }
     }
 
     /// The bus axis along which the servicer gets past the target soonest where force along `without`
@@ -142,6 +126,7 @@ impl<const NL: usize> Tracking<'_, NL> {
         &self,
         mission: &Mission<NL>,
         estimate: &Estimate<NL>,
+        rigid: &Rigid<NL>,
         without: &Vector3<f64>,
     ) -> Vector3<f64> {
         let bus = quaternion::rotation_matrix(&estimate.state.attitude);
@@ -161,7 +146,7 @@ impl<const NL: usize> Tracking<'_, NL> {
         let mut best = (0.0, Vector3::zeros());
         for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
             let side = if (bus * axis).dot(&ahead) < 0.0 { -axis } else { axis };
-            let force = self.largest_past(estimate, &(bus * side));
+            let force = self.largest_past(rigid, &(bus * side));
             // Not the axis that does not answer.
             let most = if lost.dot(&axis) < lost.max() { force.dot(&force) } else { 0.0 };
             if most > best.0 {
@@ -183,41 +168,44 @@ impl<const NL: usize> Tracking<'_, NL> {
 
 /// Bus and arm as one body: what forces and turns ask of the torques.
 struct Rigid<const NL: usize> {
-    /// Torques without force and acceleration.
-    still: Control<NL>,
     /// Angular acceleration of the bus (RTN) for a torque on it (bus axes).
     turn: Matrix3<f64>,
     /// Joint torques that hold the arm against an angular acceleration of the bus (RTN).
     hold: SMatrix<f64, NL, 3>,
+    /// Torques that hold bus and arm against a force (RTN).
+    bus: Matrix3<f64>,
+    joint: SMatrix<f64, NL, 3>,
 }
 
 impl<const NL: usize> Rigid<NL> {
+    /// Cost: seven evaluations of the inverse dynamics.
+    #[inline(never)]
     fn of(body: &Multibody<'_, NL>, state: &State<NL>) -> Self {
-        let torques = |bus: Vector3<f64>| {
-            let acceleration = Acceleration { bus, joint: SVector::zeros() };
-            body.torques(state, &Vector3::zeros(), &acceleration)
+        let zero = Vector3::zeros();
+        let torques = |bus: Vector3<f64>, force: Vector3<f64>| {
+            body.torques(state, &force, &Acceleration { bus, joint: SVector::zeros() })
         };
-        let still = torques(Vector3::zeros());
-        let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(torques);
-        let bus = axes.map(|turned| turned.bus_torque - still.bus_torque);
-        let turn = Matrix3::from_columns(&bus).try_inverse().unwrap_or_default();
-        let hold = axes.map(|turned| turned.joint_torque - still.joint_torque);
-        Self { still, turn, hold: SMatrix::from_columns(&hold) }
+        let still = torques(zero, zero);
+        let mut rigid = Self {
+            turn: Matrix3::zeros(),
+            hold: SMatrix::zeros(),
+            bus: Matrix3::zeros(),
+            joint: SMatrix::zeros(),
+        };
+        for (i, axis) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
+            let [turned, forced] = [torques(axis, zero), torques(zero, axis)];
+            rigid.turn.set_column(i, &(turned.bus_torque - still.bus_torque));
+            rigid.hold.set_column(i, &(turned.joint_torque - still.joint_torque));
+            rigid.bus.set_column(i, &(forced.bus_torque - still.bus_torque));
+            rigid.joint.set_column(i, &(forced.joint_torque - still.joint_torque));
+        }
+        rigid.turn = rigid.turn.try_inverse().unwrap_or_default();
+        rigid
     }
 
-    /// What a force (RTN) adds to the torques where nothing accelerates.
-    fn moment(
-        &self,
-        body: &Multibody<'_, NL>,
-        state: &State<NL>,
-        force: &Vector3<f64>,
-    ) -> Control<NL> {
-        let rest = Acceleration { bus: Vector3::zeros(), joint: SVector::zeros() };
-        let held = body.torques(state, force, &rest);
-        Control {
-            bus_torque: held.bus_torque - self.still.bus_torque,
-            joint_torque: held.joint_torque - self.still.joint_torque,
-        }
+    /// Torques that hold against a force (RTN) where nothing accelerates.
+    fn moment(&self, force: &Vector3<f64>) -> Control<NL> {
+        Control { bus_torque: self.bus * force, joint_torque: self.joint * force }
     }
 
     /// Joint torques that hold the arm where the bus turns by a torque on it (bus axes).
