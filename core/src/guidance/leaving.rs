@@ -49,6 +49,19 @@ impl<const NL: usize> Leaving<NL> {
         mission: &Mission<NL>,
         estimate: &Estimate<NL>,
     ) -> Effort<NL> {
+        let (push, held) = self.push(tracking, mission, estimate);
+        tracking.stop(estimate, &held, &self.joint_angle, &push)
+    }
+
+    /// The force, and how joint torques hold the arm under a torque on the bus.
+    // Apart, so that what only this needs is on no other stack.
+    #[inline(never)]
+    fn push(
+        &mut self,
+        tracking: &Tracking<'_, NL>,
+        mission: &Mission<NL>,
+        estimate: &Estimate<NL>,
+    ) -> (Vector3<f64>, SMatrix<f64, NL, 3>) {
         let rigid = Rigid::of(&tracking.body, &estimate.state);
         let past = match self.past {
             Some(past) => past,
@@ -61,32 +74,29 @@ impl<const NL: usize> Leaving<NL> {
         let (_, drift) = tracking.body.center_of_mass(&estimate.state);
         let is_passing = past != Vector3::zeros() && (estimate.velocity + drift).dot(&along) < PAST;
         self.past = Some(if is_passing { past } else { Vector3::zeros() });
-        let (force, share) = if is_passing {
-            (tracking.largest_past(&rigid, &along), 1.0)
+        let force = if is_passing {
+            tracking.largest_past(&rigid, &along)
         } else {
             tracking.outwards(estimate, &rigid, &self.without)
         };
-        let control = tracking.stop(estimate, &rigid, &self.joint_angle, &force);
-        let (control, torque_share) = tracking.limits.torques(&control, &Control::ZERO);
-        Effort { force, control, share: [share, torque_share], ..Effort::NONE }
+        (force, rigid.held)
     }
 }
 
 impl<const NL: usize> Tracking<'_, NL> {
-    /// Force that leads outwards, as large as a share of what wheels and joints can do holds against, and
-    /// that share of what thrusters can do: where the force does not come, since a thruster is lost, what
-    /// holds against it must not win. No force is asked for along the unit vector `without`, zero for none.
+    /// Force that leads outwards, as large as a share of what wheels and joints can do holds against:
+    /// where the force does not come, since a thruster is lost, what holds against it must not win. No
+    /// force is asked for along the unit vector `without`, zero for none.
     fn outwards(
         &self,
         estimate: &Estimate<NL>,
         rigid: &Rigid<NL>,
         without: &Vector3<f64>,
-    ) -> (Vector3<f64>, f64) {
+    ) -> Vector3<f64> {
         let (center, drift) = self.body.center_of_mass(&estimate.state);
         let soon = estimate.position + center + (estimate.velocity + drift) * SOON;
         let full = largest_along(&(soon - without * without.dot(&soon)), &self.limits.force);
-        let share = self.holding().torques(&Control::ZERO, &rigid.moment(&full)).1;
-        (full * share, share)
+        full * self.holding().torques(&Control::ZERO, &rigid.moment(&full)).1
     }
 
     /// The largest force along the unit vector `past`, RTN, that joints can hold against. The bus may
@@ -94,20 +104,21 @@ impl<const NL: usize> Tracking<'_, NL> {
     fn largest_past(&self, rigid: &Rigid<NL>, past: &Vector3<f64>) -> Vector3<f64> {
         let full = largest_along(past, &self.limits.force);
         let moment = rigid.moment(&full);
-        let joint_torque = moment.joint_torque - rigid.held(&moment.bus_torque);
+        let joint_torque = moment.joint_torque - rigid.held * moment.bus_torque;
         let moment = Control { bus_torque: Vector3::zeros(), joint_torque };
         full * self.holding().torques(&Control::ZERO, &moment).1
     }
 
     /// Torques that stop the bus and hold the joints where they are under a force. Where wheels are too
     /// weak the bus turns, and the arm with it.
+    #[inline(never)]
     fn stop(
         &self,
         estimate: &Estimate<NL>,
-        rigid: &Rigid<NL>,
+        held: &SMatrix<f64, NL, 3>,
         joint_angle: &SVector<f64, NL>,
         force: &Vector3<f64>,
-    ) -> Control<NL> {
+    ) -> Effort<NL> {
         let bus = estimate.state.rate * (-2.0 * self.bandwidth(self.settings.attitude));
         let w = self.bandwidth(self.settings.joint);
         let off = estimate.state.joint_angle - joint_angle;
@@ -115,8 +126,10 @@ impl<const NL: usize> Tracking<'_, NL> {
         let wanted = self.body.torques(&estimate.state, force, &Acceleration { bus, joint });
         let most = &self.limits.bus_torque;
         let bus_torque = wanted.bus_torque.zip_map(most, |torque, most| clamp(torque, -most, most));
-        let turning = rigid.held(&(bus_torque - wanted.bus_torque));
-        Control { bus_torque, joint_torque: wanted.joint_torque + turning }
+        let turning = held * (bus_torque - wanted.bus_torque);
+        let needed = Control { bus_torque, joint_torque: wanted.joint_torque + turning };
+        let (control, share) = self.limits.torques(&needed, &Control::ZERO);
+        Effort { force: *force, control, share: [1.0, share], ..Effort::NONE }
     }
 
     /// The bus axis along which the servicer gets past the target soonest where force along `without`
@@ -168,10 +181,8 @@ impl<const NL: usize> Tracking<'_, NL> {
 
 /// Bus and arm as one body: what forces and turns ask of the torques.
 struct Rigid<const NL: usize> {
-    /// Angular acceleration of the bus (RTN) for a torque on it (bus axes).
-    turn: Matrix3<f64>,
-    /// Joint torques that hold the arm against an angular acceleration of the bus (RTN).
-    hold: SMatrix<f64, NL, 3>,
+    /// Joint torques that hold the arm where the bus turns by a torque on it (bus axes).
+    held: SMatrix<f64, NL, 3>,
     /// Torques that hold bus and arm against a force (RTN).
     bus: Matrix3<f64>,
     joint: SMatrix<f64, NL, 3>,
@@ -179,39 +190,39 @@ struct Rigid<const NL: usize> {
 
 impl<const NL: usize> Rigid<NL> {
     /// Cost: seven evaluations of the inverse dynamics.
-    #[inline(never)]
     fn of(body: &Multibody<'_, NL>, state: &State<NL>) -> Self {
         let zero = Vector3::zeros();
-        let torques = |bus: Vector3<f64>, force: Vector3<f64>| {
-            body.torques(state, &force, &Acceleration { bus, joint: SVector::zeros() })
-        };
-        let still = torques(zero, zero);
-        let mut rigid = Self {
-            turn: Matrix3::zeros(),
-            hold: SMatrix::zeros(),
-            bus: Matrix3::zeros(),
-            joint: SMatrix::zeros(),
-        };
+        let still = resting(body, state, &zero, &zero);
+        let mut turn = Matrix3::zeros();
+        let [mut hold, mut joint] = [SMatrix::<f64, NL, 3>::zeros(); 2];
+        let mut bus = Matrix3::zeros();
         for (i, axis) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
-            let [turned, forced] = [torques(axis, zero), torques(zero, axis)];
-            rigid.turn.set_column(i, &(turned.bus_torque - still.bus_torque));
-            rigid.hold.set_column(i, &(turned.joint_torque - still.joint_torque));
-            rigid.bus.set_column(i, &(forced.bus_torque - still.bus_torque));
-            rigid.joint.set_column(i, &(forced.joint_torque - still.joint_torque));
+            let turned = resting(body, state, &axis, &zero);
+            turn.set_column(i, &(turned.bus_torque - still.bus_torque));
+            hold.set_column(i, &(turned.joint_torque - still.joint_torque));
+            let forced = resting(body, state, &zero, &axis);
+            bus.set_column(i, &(forced.bus_torque - still.bus_torque));
+            joint.set_column(i, &(forced.joint_torque - still.joint_torque));
         }
-        rigid.turn = rigid.turn.try_inverse().unwrap_or_default();
-        rigid
+        Self { held: hold * turn.try_inverse().unwrap_or_default(), bus, joint }
     }
 
     /// Torques that hold against a force (RTN) where nothing accelerates.
     fn moment(&self, force: &Vector3<f64>) -> Control<NL> {
         Control { bus_torque: self.bus * force, joint_torque: self.joint * force }
     }
+}
 
-    /// Joint torques that hold the arm where the bus turns by a torque on it (bus axes).
-    fn held(&self, bus_torque: &Vector3<f64>) -> SVector<f64, NL> {
-        self.hold * (self.turn * bus_torque)
-    }
+/// Torques under a turn of the bus and a force (RTN), with joints that do not accelerate.
+// Once, however often it is asked for: the stack of one call.
+#[inline(never)]
+fn resting<const NL: usize>(
+    body: &Multibody<'_, NL>,
+    state: &State<NL>,
+    bus: &Vector3<f64>,
+    force: &Vector3<f64>,
+) -> Control<NL> {
+    body.torques(state, force, &Acceleration { bus: *bus, joint: SVector::zeros() })
 }
 
 /// The largest force along `direction` within limits by axis; none along zero.
