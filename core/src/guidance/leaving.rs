@@ -49,37 +49,32 @@ impl<const NL: usize> Leaving<NL> {
         mission: &Mission<NL>,
         estimate: &Estimate<NL>,
     ) -> Effort<NL> {
-        let (push, held) = self.push(tracking, mission, estimate);
-        tracking.stop(estimate, &held, &self.joint_angle, &push)
+        let rigid = Rigid::of(&tracking.body, &estimate.state);
+        if self.past.is_none() {
+            self.joint_angle = estimate.state.joint_angle;
+            self.past = Some(tracking.way_past(mission, estimate, &rigid, &self.without));
+        }
+        let force = self.push(tracking, estimate, &rigid);
+        tracking.stop(estimate, &rigid.held, &self.joint_angle, &force)
     }
 
-    /// The force, and how joint torques hold the arm under a torque on the bus.
-    // Apart, so that what only this needs is on no other stack.
+    /// The force: past the target up to a speed, and then outwards.
     #[inline(never)]
     fn push(
         &mut self,
         tracking: &Tracking<'_, NL>,
-        mission: &Mission<NL>,
         estimate: &Estimate<NL>,
-    ) -> (Vector3<f64>, SMatrix<f64, NL, 3>) {
-        let rigid = Rigid::of(&tracking.body, &estimate.state);
-        let past = match self.past {
-            Some(past) => past,
-            None => {
-                self.joint_angle = estimate.state.joint_angle;
-                tracking.way_past(mission, estimate, &rigid, &self.without)
-            }
-        };
+        rigid: &Rigid<NL>,
+    ) -> Vector3<f64> {
+        let past = self.past.unwrap_or_default();
         let along = quaternion::rotation_matrix(&estimate.state.attitude) * past;
         let (_, drift) = tracking.body.center_of_mass(&estimate.state);
-        let is_passing = past != Vector3::zeros() && (estimate.velocity + drift).dot(&along) < PAST;
-        self.past = Some(if is_passing { past } else { Vector3::zeros() });
-        let force = if is_passing {
-            tracking.largest_past(&rigid, &along)
+        if past != Vector3::zeros() && (estimate.velocity + drift).dot(&along) < PAST {
+            tracking.largest_past(estimate, rigid, &along)
         } else {
-            tracking.outwards(estimate, &rigid, &self.without)
-        };
-        (force, rigid.held)
+            self.past = Some(Vector3::zeros());
+            tracking.outwards(estimate, rigid, &self.without)
+        }
     }
 }
 
@@ -87,6 +82,7 @@ impl<const NL: usize> Tracking<'_, NL> {
     /// Force that leads outwards, as large as a share of what wheels and joints can do holds against:
     /// where the force does not come, since a thruster is lost, what holds against it must not win. No
     /// force is asked for along the unit vector `without`, zero for none.
+    #[inline(never)]
     fn outwards(
         &self,
         estimate: &Estimate<NL>,
@@ -96,14 +92,23 @@ impl<const NL: usize> Tracking<'_, NL> {
         let (center, drift) = self.body.center_of_mass(&estimate.state);
         let soon = estimate.position + center + (estimate.velocity + drift) * SOON;
         let full = largest_along(&(soon - without * without.dot(&soon)), &self.limits.force);
-        full * self.holding().torques(&Control::ZERO, &rigid.moment(&full)).1
+        full * self
+            .holding()
+            .torques(&Control::ZERO, &rigid.moment(&self.body, &estimate.state, &full))
+            .1
     }
 
     /// The largest force along the unit vector `past`, RTN, that joints can hold against. The bus may
     /// turn: wheels are far weaker than thrusters, and to touch is worse.
-    fn largest_past(&self, rigid: &Rigid<NL>, past: &Vector3<f64>) -> Vector3<f64> {
+    #[inline(never)]
+    fn largest_past(
+        &self,
+        estimate: &Estimate<NL>,
+        rigid: &Rigid<NL>,
+        past: &Vector3<f64>,
+    ) -> Vector3<f64> {
         let full = largest_along(past, &self.limits.force);
-        let moment = rigid.moment(&full);
+        let moment = rigid.moment(&self.body, &estimate.state, &full);
         let joint_torque = moment.joint_torque - rigid.held * moment.bus_torque;
         let moment = Control { bus_torque: Vector3::zeros(), joint_torque };
         full * self.holding().torques(&Control::ZERO, &moment).1
@@ -142,24 +147,13 @@ impl<const NL: usize> Tracking<'_, NL> {
         rigid: &Rigid<NL>,
         without: &Vector3<f64>,
     ) -> Vector3<f64> {
-        let bus = quaternion::rotation_matrix(&estimate.state.attitude);
-        let target = quaternion::rotation_matrix(&estimate.target.attitude);
-        let (center, drift) = self.body.center_of_mass(&estimate.state);
-        let effector = self.body.end_effector(&estimate.state).position;
-        let tip = estimate.position + center + effector;
-        let distance = signed_distance_to_box(&mission.target.half_extents, &target.tr_mul(&tip));
-        let has_to = without.dot(&(target * mission.target.port_normal)).abs() > ALONG;
-        if !has_to || !(distance.value < NEAR) {
-            return Vector3::zeros();
-        }
-        // Joints move slowly beside the bus.
-        let moving = estimate.velocity + drift + estimate.state.rate.cross(&effector);
-        let ahead = tip + (moving - estimate.target.rate.cross(&tip)) * AHEAD;
-        let lost = bus.tr_mul(without).abs();
         let mut best = (0.0, Vector3::zeros());
+        let Some(ahead) = self.ahead(mission, estimate, without) else { return best.1 };
+        let bus = quaternion::rotation_matrix(&estimate.state.attitude);
+        let lost = bus.tr_mul(without).abs();
         for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
             let side = if (bus * axis).dot(&ahead) < 0.0 { -axis } else { axis };
-            let force = self.largest_past(rigid, &(bus * side));
+            let force = self.largest_past(estimate, rigid, &(bus * side));
             // Not the axis that does not answer.
             let most = if lost.dot(&axis) < lost.max() { force.dot(&force) } else { 0.0 };
             if most > best.0 {
@@ -167,6 +161,27 @@ impl<const NL: usize> Tracking<'_, NL> {
             }
         }
         best.1
+    }
+
+    /// Where the end effector will be from the target's centre some time from now (RTN), if it is near the
+    /// target and force away from the port does not come.
+    #[inline(never)]
+    fn ahead(
+        &self,
+        mission: &Mission<NL>,
+        estimate: &Estimate<NL>,
+        without: &Vector3<f64>,
+    ) -> Option<Vector3<f64>> {
+        let target = quaternion::rotation_matrix(&estimate.target.attitude);
+        let (center, drift) = self.body.center_of_mass(&estimate.state);
+        let effector = self.body.end_effector(&estimate.state).position;
+        let tip = estimate.position + center + effector;
+        let distance = signed_distance_to_box(&mission.target.half_extents, &target.tr_mul(&tip));
+        let has_to = without.dot(&(target * mission.target.port_normal)).abs() > ALONG;
+        // Joints move slowly beside the bus.
+        let moving = estimate.velocity + drift + estimate.state.rate.cross(&effector);
+        let ahead = tip + (moving - estimate.target.rate.cross(&tip)) * AHEAD;
+        (has_to && distance.value < NEAR).then_some(ahead)
     }
 
     /// The share of limits that holds against a force's moment.
@@ -179,37 +194,42 @@ impl<const NL: usize> Tracking<'_, NL> {
     }
 }
 
-/// Bus and arm as one body: what forces and turns ask of the torques.
+/// Bus and arm as one body: what turns and forces ask of the torques.
 struct Rigid<const NL: usize> {
     /// Joint torques that hold the arm where the bus turns by a torque on it (bus axes).
     held: SMatrix<f64, NL, 3>,
-    /// Torques that hold bus and arm against a force (RTN).
-    bus: Matrix3<f64>,
-    joint: SMatrix<f64, NL, 3>,
+    /// Torques without turn and force.
+    still: Control<NL>,
 }
 
 impl<const NL: usize> Rigid<NL> {
-    /// Cost: seven evaluations of the inverse dynamics.
+    /// Cost: four evaluations of the inverse dynamics.
+    // Apart, so that its columns are on no other stack.
+    #[inline(never)]
     fn of(body: &Multibody<'_, NL>, state: &State<NL>) -> Self {
-        let zero = Vector3::zeros();
-        let still = resting(body, state, &zero, &zero);
+        let still = resting(body, state, &Vector3::zeros(), &Vector3::zeros());
         let mut turn = Matrix3::zeros();
-        let [mut hold, mut joint] = [SMatrix::<f64, NL, 3>::zeros(); 2];
-        let mut bus = Matrix3::zeros();
+        let mut hold = SMatrix::<f64, NL, 3>::zeros();
         for (i, axis) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
-            let turned = resting(body, state, &axis, &zero);
+            let turned = resting(body, state, &axis, &Vector3::zeros());
             turn.set_column(i, &(turned.bus_torque - still.bus_torque));
             hold.set_column(i, &(turned.joint_torque - still.joint_torque));
-            let forced = resting(body, state, &zero, &axis);
-            bus.set_column(i, &(forced.bus_torque - still.bus_torque));
-            joint.set_column(i, &(forced.joint_torque - still.joint_torque));
         }
-        Self { held: hold * turn.try_inverse().unwrap_or_default(), bus, joint }
+        Self { held: hold * turn.try_inverse().unwrap_or_default(), still }
     }
 
     /// Torques that hold against a force (RTN) where nothing accelerates.
-    fn moment(&self, force: &Vector3<f64>) -> Control<NL> {
-        Control { bus_torque: self.bus * force, joint_torque: self.joint * force }
+    fn moment(
+        &self,
+        body: &Multibody<'_, NL>,
+        state: &State<NL>,
+        force: &Vector3<f64>,
+    ) -> Control<NL> {
+        let forced = resting(body, state, &Vector3::zeros(), force);
+        Control {
+            bus_torque: forced.bus_torque - self.still.bus_torque,
+            joint_torque: forced.joint_torque - self.still.joint_torque,
+        }
     }
 }
 
