@@ -109,9 +109,10 @@ impl<const NL: usize> Tracking<'_, NL> {
     ) -> Vector3<f64> {
         let full = largest_along(past, &self.limits.force);
         let moment = rigid.moment(&self.body, &estimate.state, &full);
-        let joint_torque = moment.joint_torque - rigid.held * moment.bus_torque;
-        let moment = Control { bus_torque: Vector3::zeros(), joint_torque };
-        full * self.holding().torques(&Control::ZERO, &moment).1
+        let torque = moment.joint_torque - rigid.held * moment.bus_torque;
+        let limits = torque.iter().zip(&self.limits.joint_torque);
+        full * limits
+            .fold(1.0, |share: f64, (torque, most)| share.min(HOLDING * most / torque.abs()))
     }
 
     /// Torques that stop the bus and hold the joints where they are under a force. Where wheels are too
@@ -150,14 +151,15 @@ impl<const NL: usize> Tracking<'_, NL> {
         let mut best = (0.0, Vector3::zeros());
         let Some(ahead) = self.ahead(mission, estimate, without) else { return best.1 };
         let bus = quaternion::rotation_matrix(&estimate.state.attitude);
-        let lost = bus.tr_mul(without).abs();
-        for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
-            let side = if (bus * axis).dot(&ahead) < 0.0 { -axis } else { axis };
-            let force = self.largest_past(estimate, rigid, &(bus * side));
+        for i in 0..3 {
+            let axis: Vector3<f64> = bus.column(i).into();
+            let side = if axis.dot(&ahead) < 0.0 { -1.0 } else { 1.0 };
+            let force = self.largest_past(estimate, rigid, &(axis * side));
             // Not the axis that does not answer.
-            let most = if lost.dot(&axis) < lost.max() { force.dot(&force) } else { 0.0 };
+            let lost = axis.dot(without);
+            let most = force.dot(&force) * (1.0 - lost * lost);
             if most > best.0 {
-                best = (most, side);
+                best = (most, Vector3::ith(i, side));
             }
         }
         best.1
