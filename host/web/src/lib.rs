@@ -2,8 +2,8 @@
 //!
 //! Data goes down this list, imports go up it:
 //!
-//! - [`flown`]: a flight as the page shows it;
-//! - [`page`]: plans and flights as one page.
+//! - `flown`: a flight as the page shows it;
+//! - `page`: plans and flights as one page.
 #![forbid(unsafe_code)]
 
 mod flown;
