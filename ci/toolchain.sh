@@ -1,5 +1,6 @@
 # shellcheck shell=bash
-# Compilers for bare-metal targets and WebAssembly; sourced by ci/cross.sh, ci/install-c.sh and ci/web.sh.
+# Compilers for bare-metal targets and WebAssembly; sourced by the scripts beside it that build for
+# those.
 #
 # A target that the user's own toolchain has is built with it. For the others Debian's compiler
 # builds `core` from its own source, so that no toolchain has to be fetched by hand. `remora firmware`

@@ -14,7 +14,6 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source ci/toolchain.sh
 export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
 built=$CARGO_TARGET_DIR/web
-target=wasm32-unknown-unknown
 wants_write=${1:-}
 
 for program in node npm "${REMORA_CHROMIUM:-chromium}" wasm-ld; do
@@ -23,9 +22,8 @@ done
 debian_is_ready || { echo "error: missing: Debian's rustc-web cargo-web rust-web-src" >&2; exit 1; }
 
 echo "--- planner as WebAssembly"
-CARGO_TARGET_DIR=$built CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=wasm-ld debian_cargo_for $target rustc \
-    --locked -p remora-capi --lib --crate-type cdylib --profile archive -- -C strip=symbols
-planner=$built/$target/archive/remora_capi.wasm
+planner=$built/remora.wasm
+ci/wasm.sh "$planner" --debian
 maker="$(/usr/bin/rustc --version | cut -d' ' -f1,2), $(wasm-ld --version)"
 
 echo "--- page"

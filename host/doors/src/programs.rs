@@ -15,7 +15,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 const PYTHON: &str = include_str!("programs/replay.py");
-const NODE: &str = include_str!("programs/replay.mjs");
 const C: &str = include_str!("../../../docs/examples/c/replay.c");
 
 /// What became of a door.
@@ -129,8 +128,6 @@ impl Workshop<'_> {
     }
 
     fn node(&self) -> Result<Told, Error> {
-        let script = self.scratch.join("replay.mjs");
-        write(&script, NODE)?;
         let model = self.model()?;
         let run = || {
             ended(&ran(Command::new("node").arg("--version"))?)?;
@@ -140,7 +137,8 @@ impl Workshop<'_> {
             };
             let module = folder(root).join("remora.wasm");
             ended(&ran(Command::new(root.join("ci/wasm.sh")).arg(&module))?)?;
-            checksum(&self.fed(Command::new("node").arg(&script).arg(&module).args(&model))?)
+            let script = root.join("host/doors/src/programs/replay.mjs");
+            checksum(&self.fed(Command::new("node").arg(script).arg(&module).args(&model))?)
         };
         Ok(run())
     }
