@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use remora_flight::errors_file;
 use remora_flight::flight::{Controller, JointControl};
-use remora_flight::history::Sample;
+use remora_flight::history::{self, Sample};
 use remora_flight::options::Options;
 use remora_flight::pilot::{Pilot, Sortie};
 use remora_flight::row::FlownRow;
@@ -18,18 +18,26 @@ use remora_host::error::Error;
 use remora_host::memory::on_large_stack;
 use remora_host::{pool, with_joints};
 use remora_truth::{Dispersion, Errors, Quantity};
+use remora_web::Flown;
 use std::path::{Path, PathBuf};
 
 /// One flight: how it ended, and a row a second of what happened.
 #[pyclass(frozen, module = "remora")]
 pub(crate) struct Flight {
     run: u64,
+    /// Checksum of the plan that was flown.
+    pub(crate) of: u64,
     flown: FlownRow,
     drawn: Vec<Quantity>,
     samples: Vec<Sample>,
 }
 
 impl Flight {
+    /// As a page shows it.
+    pub(crate) fn shown(&self) -> Flown {
+        history::shown(self.run, &self.samples)
+    }
+
     fn column<'py>(
         &self,
         py: Python<'py>,
@@ -221,7 +229,7 @@ pub(crate) fn fly<'py>(
     let integrator = plan.file.integrator;
     let options = Options { controller, joints, j2, integrator, ..Options::default() };
     let errors = self::errors(errors, plan.mission.joints()).map_err(raised)?;
-    let sortie = sortie(plan)?;
+    let (sortie, of) = (sortie(plan)?, plan.output());
     let fly = |pilot: &mut Pilot, run: u64| {
         let dispersion = Dispersion { errors: errors.clone(), seed, run };
         let mut samples = Vec::new();
@@ -229,7 +237,7 @@ pub(crate) fn fly<'py>(
             .fly(&sortie, &options.settings(), &dispersion, Some(&mut samples))
             .map_err(|error| Error::Thread { reason: format!("the world: {error}") })?;
         let row = FlownRow::from(&flown);
-        Ok(Flight { run, flown: row, drawn: flown.drawn, samples })
+        Ok(Flight { run, of, flown: row, drawn: flown.drawn, samples })
     };
     let Some(runs) = runs else {
         let flown = py.detach(|| on_large_stack(|| fly(&mut Pilot::default(), run)));

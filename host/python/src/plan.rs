@@ -1,6 +1,7 @@
 //! Plans.
 
 use crate::arrays;
+use crate::flight::Flight;
 use crate::mission::Mission;
 use crate::raised::{argument, raised};
 use crate::scenario::Scenario;
@@ -20,6 +21,7 @@ use remora_host::guess;
 use remora_host::method::Method;
 use remora_host::planning::Planned;
 use remora_host::{picture, with_joints};
+use remora_web::Shown;
 use std::path::{Path, PathBuf};
 
 /// A plan: motion, torques and what the independent verifier says of them.
@@ -309,10 +311,28 @@ impl Plan {
         Ok(text)
     }
 
-    /// The page of the plan. This version has none.
-    fn show(&self) -> PyResult<()> {
-        let reason = "this version has no page; svg() draws the plan";
-        Err(pyo3::exceptions::PyNotImplementedError::new_err(reason))
+    /// The page of the plan and of flights of it, the text of an HTML file that loads nothing; written to
+    /// `path` where one is given.
+    #[pyo3(signature = (path=None, *, flights=Vec::new()))]
+    fn page(&self, path: Option<PathBuf>, flights: Vec<PyRef<'_, Flight>>) -> PyResult<String> {
+        if flights.iter().any(|flight| flight.of != self.output()) {
+            return Err(argument("flights", "are of another plan"));
+        }
+        let flights = flights.iter().map(|flight| flight.shown()).collect();
+        let text = remora_web::page(&[Shown { plan: &self.file, flights }])
+            .map_err(|error| raised(error.error.at(Path::new("plan"))))?;
+        if let Some(path) = path {
+            formats::write_atomically(&path, text.as_bytes()).map_err(raised)?;
+        }
+        Ok(text)
+    }
+
+    /// Shows that page: in a notebook below the cell, otherwise in the browser.
+    #[pyo3(signature = (*, flights=Vec::new()))]
+    fn show(&self, py: Python<'_>, flights: Vec<PyRef<'_, Flight>>) -> PyResult<()> {
+        let text = self.page(None, flights)?;
+        py.import("remora.pages")?.call_method1("show", (text,))?;
+        Ok(())
     }
 
     fn __repr__(&self) -> String {

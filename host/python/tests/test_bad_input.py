@@ -9,6 +9,7 @@ import pytest
 import remora
 
 
+# Verifies REM-DOR-005.
 def test_files_are_named_with_field_and_reason(here: Path) -> None:
     Path("a.mission.toml").write_text("[horizon]\nduration_s = -1.0\n")
     with pytest.raises(ValueError, match=r"^a\.mission\.toml: horizon\.duration_s: "):
@@ -105,9 +106,12 @@ def test_what_cannot_be_written_is_an_os_error(plan: remora.Plan, here: Path) ->
         plan.save("none/a.plan.json")
     with pytest.raises(OSError, match="none/a.svg"):
         plan.svg("none/a.svg")
+    with pytest.raises(OSError, match="none/a.html"):
+        plan.page("none/a.html")
     assert list(here.iterdir()) == []
 
 
-def test_there_is_no_page_yet(plan: remora.Plan) -> None:
-    with pytest.raises(NotImplementedError, match="svg"):
-        plan.show()
+def test_a_page_shows_no_flight_of_another_plan(plan: remora.Plan) -> None:
+    other = remora.plan(remora.scenarios()[1])
+    with pytest.raises(ValueError, match="^flights: are of another plan"):
+        other.page(flights=[remora.fly(plan)])

@@ -17,6 +17,7 @@ def golden(root: Path) -> dict[str, dict[str, str]]:
         return {row["scenario"]: row for row in csv.DictReader(file)}
 
 
+# Verifies REM-DOR-005.
 @pytest.mark.parametrize("guess", ["heuristic", "model"])
 @pytest.mark.parametrize("integrator", ["euler", "rk4:4"])
 def test_plans_have_the_golden_bits(root: Path, integrator: str, guess: str) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import remora
 
 
+# Verifies REM-DOR-005.
 def test_rows_do_not_depend_on_threads() -> None:
     cases = remora.draw(6, seed=3)
     one = remora.plan_many(cases, integrator="euler", jobs=1)

@@ -1,6 +1,8 @@
 """Every piece of Python in the pages that people read runs, top to bottom."""
 
 import re
+import tempfile
+import webbrowser
 from pathlib import Path
 
 import pytest
@@ -17,8 +19,10 @@ def snippets(page: str) -> list[str]:
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_snippets_run(page: str, here: Path) -> None:
-    """One after the other, with the names that those before have made."""
+def test_snippets_run(page: str, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One after the other, with the names that those before have made; no browser opens."""
+    monkeypatch.setattr(webbrowser, "open", lambda address: True)
+    monkeypatch.setattr(tempfile, "tempdir", str(here))
     found = snippets(page)
     assert found or page == "README.md", f"{page} shows no Python"
     names: dict[str, object] = {}

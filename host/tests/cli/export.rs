@@ -41,6 +41,7 @@ fn rows(bench: &Bench, name: &str) -> Vec<(String, Vec<f64>)> {
     text.lines().filter(|line| line.starts_with("20")).filter_map(row).collect()
 }
 
+// Verifies REM-DOR-007.
 #[test]
 fn a_plan_becomes_five_files_and_the_same_again() {
     let bench = planned("rk4");
@@ -99,6 +100,7 @@ fn steps_are_the_users_and_eulers_plans_have_nodes_alone() {
     bench.refuses(&format!("{EXPORT} --format oem --step 1 --force"), said);
 }
 
+// Verifies REM-DOR-007.
 #[test]
 fn what_a_plan_does_not_say_must_be_given() {
     let bench = planned("rk4");

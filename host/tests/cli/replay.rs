@@ -62,6 +62,7 @@ fn the_checksum_is_the_records() {
     assert_eq!(told["checksum"], told["doors"][0]["checksum"]);
 }
 
+// Verifies REM-DOR-006.
 #[test]
 fn doors_that_are_not_there_are_named_and_no_fault() {
     let bench = planned("--warm-start heuristic");
@@ -80,6 +81,7 @@ fn doors_that_are_not_there_are_named_and_no_fault() {
     }
 }
 
+// Verifies REM-DOR-006.
 #[cfg(unix)]
 #[test]
 fn a_door_with_another_plan_or_none_is_a_fault() {

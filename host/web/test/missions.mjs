@@ -14,6 +14,7 @@ import { Bench, root } from "./program.mjs";
 const header = readFileSync(`${root}/core/capi/include/remora.h`, "utf8");
 const MISSIONS = ["missions/default", "missions/small", "missions/strong", "missions/tumble-1", "arms/three-spatial"];
 
+// Verifies REM-DOR-004.
 test("a plan of another mission has the same bits", async () => {
   const code = await WebAssembly.compile(readFileSync(process.env.REMORA_PLANNER));
   const planner = await Planner.load(code, layoutsOf(header));

@@ -62,6 +62,7 @@ after(async () => {
   bench.clear();
 });
 
+// Verifies REM-DOR-004.
 test("one file that loads nothing", async () => {
   const bytes = statSync(bench.path("a.html")).size;
   console.log(`page: ${bytes} bytes, planner: ${statSync(process.env.REMORA_PLANNER).size} bytes`);
@@ -75,6 +76,7 @@ test("the first picture stands soon", async () => {
   assert.ok((await timed("first picture", 4, first)) <= MOST_WAITING_MS);
 });
 
+// Verifies REM-DOR-004.
 test("the page's own miss is the verifier's", async () => {
   const file = bench.json("a.plan.json");
   const miss = await page.evaluate("remora.page.plan.miss");
@@ -141,6 +143,7 @@ test("another start is planned and shown, with the program's bits", async () => 
   assert.equal(found.file.verdict, bench.json("b.plan.json").verdict);
 });
 
+// Verifies REM-DOR-004.
 test("public scenarios have the golden bits in the page", async () => {
   bench.run("plan --integrator euler --out e.plan.json");
   bench.run("view a.plan.json e.plan.json --out both.html");

@@ -23,6 +23,7 @@ const optionsOf = ({ integrator, mode, guess }) => ({
 /** Public scenarios that are planned, in eight ways each; `REMORA_SCENARIOS=60` takes all. */
 const SCENARIOS = Number(process.env.REMORA_SCENARIOS ?? 12);
 
+// Verifies REM-DOR-004.
 test("public scenarios have the golden bits", async () => {
   const planner = await load();
   const given = scenarios();

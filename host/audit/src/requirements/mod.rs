@@ -1,6 +1,6 @@
 //! Requirements and what verifies them: `docs/requirements.csv` against tests and report pages.
 //!
-//! A reference is `FILE#TEST`, a test function whose comment says `Verifies ID`, or
+//! A reference is `FILE#TEST`, a test in Rust, JavaScript or Python whose comment says `Verifies ID`, or
 //! `PAGE#HEADING/ROW`: rows of a table below a heading of a Markdown page, which say whether a
 //! threshold was kept. Both ends are looked at: a requirement without a living reference is a
 //! fault, and so is a test that names an id which does not exist. A requirement that is missed is
@@ -159,13 +159,16 @@ impl Sources {
     }
 }
 
+/// Extensions of sources in which tests stand.
+const SOURCES: [&str; 3] = ["rs", "mjs", "py"];
+
 fn gather(root: &Path, folder: &Path, files: &mut BTreeMap<String, String>) -> Result<(), Error> {
     let failed = |cause: std::io::Error| Error::input(folder, "", io_reason(&cause));
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
-        if path.is_dir() {
+        if path.is_dir() && !path.ends_with("node_modules") {
             gather(root, &path, files)?;
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
+        } else if path.extension().is_some_and(|of| SOURCES.iter().any(|source| of == *source)) {
             let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy();
             let name = name.replace('\\', "/");
             files.insert(name, std::fs::read_to_string(&path).map_err(failed)?);
@@ -198,16 +201,16 @@ impl Texts {
 /// Where the pages of the audit are, from the root.
 const FOLDER: &str = "docs/audit/";
 
-/// What comes before an id in the comment of a test.
-const VERIFIES: &str = "// Verifies ";
-
-/// Ids in the comments by which tests claim to verify something.
-fn mentions(text: &str) -> impl Iterator<Item = &str> {
-    text.lines().filter_map(|line| line.trim().strip_prefix(VERIFIES)).flat_map(ids)
+/// The ids in a line that is the comment by which a test claims to verify something.
+fn claimed(line: &str) -> Option<impl Iterator<Item = &str>> {
+    let marks = ["// Verifies ", "# Verifies "];
+    let list = marks.iter().find_map(|mark| line.trim().strip_prefix(mark))?;
+    Some(list.split([',', '.', ' ']).filter(|word| word.starts_with("REM-")))
 }
 
-fn ids(list: &str) -> impl Iterator<Item = &str> {
-    list.split([',', '.', ' ']).filter(|word| word.starts_with("REM-"))
+/// All such ids.
+fn mentions(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter_map(claimed).flatten()
 }
 
 /// Tests and the ids that they claim to verify.
@@ -215,16 +218,30 @@ fn claims(text: &str) -> impl Iterator<Item = (&str, &str)> {
     let lines: Vec<&str> = text.lines().map(str::trim).collect();
     let mut claims = Vec::new();
     for (i, line) in lines.iter().enumerate() {
-        let Some(list) = line.strip_prefix(VERIFIES) else { continue };
+        let Some(ids) = claimed(line) else { continue };
         // Attributes and comments may stand between the claim and the function.
-        let Some(at) = lines[i..].iter().position(|line| line.starts_with("fn ")) else { continue };
-        let name = lines[i + at]["fn ".len()..].split(['(', '<']).next();
-        // A program of its own without the harness is a test as a whole.
-        let is_test = lines[i..i + at].contains(&"#[test]");
-        let name = name.filter(|name| is_test || *name == "main");
-        claims.extend(name.into_iter().flat_map(|name| ids(list).map(move |id| (name, id))));
+        let found = lines[i..].iter().enumerate();
+        let found = found.filter_map(|(at, line)| Some((at, function(line)?))).next();
+        let Some((at, (name, is_test))) = found else { continue };
+        if is_test || lines[i..i + at].contains(&"#[test]") {
+            claims.extend(ids.map(|id| (name, id)));
+        }
     }
     claims.into_iter()
+}
+
+/// The function that begins on a line, and whether it is a test without an attribute that says so.
+fn function(line: &str) -> Option<(&str, bool)> {
+    if let Some(script) = line.strip_prefix("test(\"") {
+        return Some((script.split('"').next()?, true));
+    }
+    if let Some(python) = line.strip_prefix("def ") {
+        let name = python.split('(').next()?;
+        return Some((name, name.starts_with("test_")));
+    }
+    let name = line.strip_prefix("fn ")?.split(['(', '<']).next()?;
+    // A program of its own without the harness is a test as a whole.
+    Some((name, name == "main"))
 }
 
 /// The page that traces every requirement, with its outcome.
@@ -349,6 +366,26 @@ mod tests {
         ] {
             assert!(found.contains(part), "{part}\n{found}");
         }
+    }
+
+    #[test]
+    fn tests_in_other_languages_verify() {
+        let dir = checkout(
+            "REM-A-001,t,r,Test,host/tests/a.mjs#it works; host/tests/a.py#test_it\n\
+             REM-B-002,t,r,Test,host/tests/a.py#helper\n",
+            "",
+        );
+        let script = "// Verifies REM-A-001.\ntest(\"it works\", async () => {});\n";
+        fs::write(dir.path().join("host/tests/a.mjs"), script).unwrap();
+        let python = "# Verifies REM-A-001.\n@pytest.mark.parametrize(\"n\", [1])\ndef test_it(n: int):\n    \
+                      pass\n\n\n# Verifies REM-B-002.\ndef helper() -> None:\n    pass\n";
+        fs::write(dir.path().join("host/tests/a.py"), python).unwrap();
+        let found = faults(dir.path(), &read(dir.path()).unwrap()).unwrap();
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(
+            found[0].starts_with("REM-B-002: host/tests/a.py#helper: no such test"),
+            "{found:?}"
+        );
     }
 
     #[test]

@@ -356,8 +356,12 @@ class Plan:
     def svg(self, path: _Path | None = None) -> str:
         """The plan as a picture, the text of an SVG file; written to `path` where one is given."""
 
-    def show(self) -> None:
-        """The page of the plan. This version has none."""
+    def page(self, path: _Path | None = None, *, flights: Sequence[Flight] = ...) -> str:
+        """The page of the plan and of flights of it, the text of an HTML file that loads nothing; written to
+        `path` where one is given."""
+
+    def show(self, *, flights: Sequence[Flight] = ...) -> None:
+        """Shows that page: in a notebook below the cell, otherwise in the browser."""
 
 @final
 class Rows:
