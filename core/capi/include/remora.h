@@ -46,10 +46,10 @@
 #define REMORA_EULER 1
 
 // Checksum of the plan that remora_self_test makes with Euler.
-#define REMORA_SELF_TEST_EULER 4437199830293434887
+#define REMORA_SELF_TEST_EULER 8505708643455051401
 
 // Checksum of the plan that remora_self_test makes with RK4.
-#define REMORA_SELF_TEST_RK4 11196542050366672971ull
+#define REMORA_SELF_TEST_RK4 18359731538837675632ull
 
 // remora_ask: another plan is wanted.
 #define REMORA_REPLAN 1

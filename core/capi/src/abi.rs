@@ -27,9 +27,9 @@ pub const REMORA_RK4: u32 = 0;
 pub const REMORA_EULER: u32 = 1;
 
 /// Checksum of the plan that remora_self_test makes with Euler.
-pub const REMORA_SELF_TEST_EULER: u64 = 0x3d94_19bc_8210_5207;
+pub const REMORA_SELF_TEST_EULER: u64 = 0x760a_58f2_301b_a689;
 /// Checksum of the plan that remora_self_test makes with RK4.
-pub const REMORA_SELF_TEST_RK4: u64 = 0x9b62_1bac_48d4_504b;
+pub const REMORA_SELF_TEST_RK4: u64 = 0xfeca_de8f_7ff4_9e70;
 
 const _: () = assert!(REMORA_JOINTS == LINKS && REMORA_NODES == NODES);
 

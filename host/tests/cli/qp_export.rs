@@ -70,18 +70,18 @@ fn every_subproblem_is_written_with_its_solution() {
     }
 }
 
-/// The solution is optimal for the program as read back, and another solver, its point made exact,
-/// finds its objective.
+/// The solution is optimal for the program as read back, and another solver, its point made exact where
+/// that is found, finds its objective.
 fn holds<const N: usize, const NX: usize, const NU: usize, const NG: usize>(file: &QpFile) {
     let (qp, point) = (file.program::<N, NX, NU, NG>().unwrap(), file.point().unwrap());
     let kkt = Kkt::of(&qp, &point);
     assert!(kkt.worst() <= 1e-8, "{}: {kkt:?}", file.name());
     assert_eq!(objective(&qp, &point), file.solution.point.as_ref().unwrap().objective);
     let mut other = point.clone();
-    let outcome = ClarabelQp::default().solve(&qp, &mut other, &Deadline::never());
+    let outcome = ClarabelQp::with_tolerance(1e-14).solve(&qp, &mut other, &Deadline::never());
     assert!(outcome.status.is_usable(), "{}: {outcome:?}", file.name());
     // Now and then Clarabel stops early, above the optimum by more than its tolerance.
-    let exact = polish(&qp, &other).unwrap_or_else(|| panic!("{}: no exact point", file.name()));
+    let exact = polish(&qp, &other).unwrap_or(other);
     let (ours, theirs) = (objective(&qp, &point), objective(&qp, &exact));
     assert!((ours - theirs).abs() <= 1e-8 * (1.0 + theirs.abs()), "{ours} {theirs}");
 }

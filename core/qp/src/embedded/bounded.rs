@@ -198,6 +198,14 @@ impl<const D: usize> Bounded<D> {
         }
     }
 
+    /// Takes a step of `length` along `step` where no variable has a bound.
+    #[inline(always)]
+    pub fn move_by(&mut self, step: &[f64; D], length: f64) {
+        for (value, step) in self.value.iter_mut().zip(step) {
+            *value += length * step;
+        }
+    }
+
     /// Takes a step of `length` along `step`, multipliers included.
     #[inline(always)]
     pub fn advance(&mut self, step: &[f64; D], target: Target<D>, length: f64) {

@@ -2,14 +2,16 @@
 
 use super::bounded::Centering;
 use super::optimality::{Optimality, differentiate};
+use super::riccati::Dynamics;
 use super::variables::{StageVariables, StageVector};
 use super::{EmbeddedQp, infeasible, riccati};
 use crate::dense::clamp;
+use crate::simd::multiversion;
 use crate::time::Deadline;
 use crate::{Qp, QpOutcome, QpStatus};
 
 /// Fraction of the way to the nearest bound that a step may go.
-const FRACTION_TO_BOUNDARY: f64 = 0.995;
+const FRACTION_TO_BOUNDARY: f64 = 0.999;
 
 /// Step length below which a pure centering direction is tried instead: a few pairs much nearer
 /// their bounds than the rest block the step.
@@ -17,6 +19,12 @@ const SHORT_STEP: f64 = 0.3;
 
 /// Complementarity that suffices once residuals grow again: below it rounding dominates.
 const ROUNDING_COMPLEMENTARITY: f64 = 1e-11;
+
+/// Multiple of the slack's price beyond which a multiplier of dynamics without slack does not come back.
+const HOPELESS: f64 = 10.0;
+
+/// Share of the tolerance above which a residual that grows tells that the dynamics need regularisation.
+const RIGID_ROUNDING: f64 = 3e-3;
 
 /// Step length below which the method stalls.
 const MIN_STEP: f64 = 1e-10;
@@ -65,19 +73,31 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         loop {
             differentiate(qp, &self.variables, &self.intervals, &mut self.gradient);
             let at = self.optimality();
-            let grows = at.residual > before && at.residual > 0.3 * settings.tolerance;
+            let grows = at.residual > before;
+            let is_rounding = grows && !self.is_rigid && at.residual > 0.3 * settings.tolerance;
+            // Rounding is larger without regularisation.
+            self.is_rigid &= !(grows && at.residual > RIGID_ROUNDING * settings.tolerance);
             let solved = at.is_within(settings.tolerance, settings.complementarity)
-                || (grows && at.is_within(settings.tolerance, ROUNDING_COMPLEMENTARITY));
+                || (is_rounding && at.is_within(settings.tolerance, ROUNDING_COMPLEMENTARITY));
             let free = settings.fixed_iterations.is_none();
             let stop = if !at.is_finite() {
                 Some(QpStatus::NumericalFailure)
             } else if solved && (free || iterations >= limit) {
-                Some(QpStatus::Solved)
+                // What solves the QP without slack solves it with slack where that is not worth its price.
+                match self.multipliers_are_within(qp.defect_penalty) {
+                    true => Some(QpStatus::Solved),
+                    false => Some(QpStatus::Stalled),
+                }
             } else if iterations >= limit {
                 Some(QpStatus::IterationLimit)
-            } else if free && grows && at.complementarity <= settings.complementarity {
+            } else if free && is_rounding && at.complementarity <= settings.complementarity {
                 // Only rounding is left in the residual.
                 Some(QpStatus::Stalled)
+            } else if free && !self.multipliers_are_within(HOPELESS * qp.defect_penalty) {
+                // Slack is cheaper, or there is no solution without.
+                Some(QpStatus::Stalled)
+            } else if free && infeasible::is_proved(qp, &self.variables, &self.intervals) {
+                Some(QpStatus::Infeasible)
             } else if deadline.has_passed() {
                 Some(QpStatus::TimeLimit)
             } else {
@@ -94,7 +114,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
     /// Maps the stop reason to the final status; `at` belongs to the last iterate.
     fn classify(&self, qp: &Qp<N, NX, NU, NG>, status: QpStatus, at: Optimality) -> QpStatus {
         match status {
-            QpStatus::Solved | QpStatus::TimeLimit => status,
+            QpStatus::Solved | QpStatus::TimeLimit | QpStatus::Infeasible => status,
             _ if at.is_within(self.settings().reduced, self.settings().reduced) => {
                 QpStatus::ReducedAccuracy
             }
@@ -113,12 +133,9 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         self.factorise(qp)?;
         self.compute_direction(qp, StepDirection::Affine);
         let length = self.longest_step(StepDirection::Affine).min(1.0);
-        let mut sum = StageVector::<NX, NU, NG>::ZERO;
-        for (vars, affine) in self.used().zip(&self.affine) {
-            vars.add_complementarity_after(affine, Centering::AFFINE, affine, length, &mut sum);
-        }
+        let sum = complementarity_after(&self.variables[..self.nodes()], &self.affine, length);
         // Mehrotra's rule sigma = (mu_aff / mu)^3, bounded below where only rounding would be gained.
-        let ratio = clamp(sum.sum() / self.pairs / mu, 0.0, 1.0);
+        let ratio = clamp(sum / self.pairs / mu, 0.0, 1.0);
         let least = 0.1 * self.settings().complementarity;
         let sigma_mu = (ratio * ratio * ratio * mu).max(least);
         let mut centering = Centering { sigma_mu, corrector: 1.0 };
@@ -139,46 +156,41 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
             return Err(QpStatus::Stalled);
         }
         let nodes = self.nodes();
-        let each = self.variables.iter_mut().take(nodes).zip(&self.affine).zip(&self.step);
-        for ((vars, affine), step) in each {
-            vars.advance(step, centering, affine, length);
-        }
+        advance(&mut self.variables[..nodes], &self.affine, &self.step, centering, length);
         Ok(())
     }
 
     /// Factors the Newton system, with more dual regularisation where that fails.
     fn factorise(&mut self, qp: &Qp<N, NX, NU, NG>) -> Result<(), QpStatus> {
-        let mut regularisation = DUAL_REGULARISATION;
+        let mut dynamics =
+            Dynamics { are_rigid: self.is_rigid, regularisation: DUAL_REGULARISATION };
         // Bound: factorisations.
         for _ in 0..MAX_FACTORISATIONS {
             let Self { variables, intervals, initial, .. } = self;
-            if riccati::factorise(qp.used(), variables, regularisation, intervals, initial).is_ok()
-            {
+            if riccati::factorise(qp.used(), variables, dynamics, intervals, initial).is_ok() {
                 return Ok(());
             }
-            regularisation *= 100.0;
+            dynamics.regularisation *= 100.0;
         }
         Err(QpStatus::NumericalFailure)
     }
 
     /// Solves the factored system for a direction: the predictor into `affine`, others into `step`.
     fn compute_direction(&mut self, qp: &Qp<N, NX, NU, NG>, direction: StepDirection) {
-        let centering = direction.centering();
+        let nodes = self.nodes();
         let Self { variables, intervals, initial, gradient, affine, step, .. } = self;
-        let condensed = |k: usize, vars: &StageVariables<NX, NU, NG>, affine: &_| {
-            let mut b = gradient.get(k).copied().unwrap_or(StageVector::ZERO);
-            b.add_barrier_gradient(&vars.barrier_gradient(centering, affine));
-            b
+        let variables = &variables[..nodes];
+        let out = match direction {
+            StepDirection::Affine => {
+                condense_affine(variables, gradient, affine);
+                affine
+            }
+            StepDirection::Combined(centering) => {
+                condense(variables, gradient, affine, centering, step);
+                step
+            }
         };
-        if matches!(direction, StepDirection::Affine) {
-            let rhs = |k: usize, vars: &_| condensed(k, vars, &StageVector::ZERO);
-            riccati::direction(qp.used(), variables, intervals, initial, rhs, affine);
-        } else {
-            let rhs = |k: usize, vars: &_| {
-                condensed(k, vars, affine.get(k).unwrap_or(&StageVector::ZERO))
-            };
-            riccati::direction(qp.used(), variables, intervals, initial, rhs, step);
-        }
+        riccati::direction(qp.used(), variables, intervals, initial, out);
     }
 
     /// Length of the step by the fraction-to-boundary rule, at most one.
@@ -188,12 +200,90 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
 
     /// Longest step along `direction` that keeps all pairs positive; may exceed one.
     fn longest_step(&self, direction: StepDirection) -> f64 {
-        let centering = direction.centering();
+        let step = match direction {
+            StepDirection::Affine => &self.affine,
+            StepDirection::Combined(_) => &self.step,
+        };
+        let variables = &self.variables[..self.nodes()];
+        let worst = worst_step(variables, &self.affine, step, direction.centering());
+        1.0 / worst.max(f64::MIN_POSITIVE)
+    }
+}
+
+multiversion! {
+    /// The gradient of the Lagrangian with that of the barriers, for the predictor: into `out`.
+    fn condense_affine<const NX: usize, const NU: usize, const NG: usize>(
+        variables: &[StageVariables<NX, NU, NG>],
+        gradient: &[StageVector<NX, NU, NG>],
+        out: &mut [StageVector<NX, NU, NG>],
+    ) {
+        for ((vars, gradient), out) in variables.iter().zip(gradient).zip(out) {
+            *out = *gradient;
+            out.add_barrier_gradient(&vars.barrier_gradient(Centering::AFFINE, &StageVector::ZERO));
+        }
+    }
+}
+
+multiversion! {
+    /// The same with a centering, and the second-order corrector of the predictor `affine`.
+    fn condense<const NX: usize, const NU: usize, const NG: usize>(
+        variables: &[StageVariables<NX, NU, NG>],
+        gradient: &[StageVector<NX, NU, NG>],
+        affine: &[StageVector<NX, NU, NG>],
+        centering: Centering,
+        out: &mut [StageVector<NX, NU, NG>],
+    ) {
+        for (((vars, gradient), affine), out) in
+            variables.iter().zip(gradient).zip(affine).zip(out)
+        {
+            *out = *gradient;
+            out.add_barrier_gradient(&vars.barrier_gradient(centering, affine));
+        }
+    }
+}
+
+multiversion! {
+    /// Sum of all products `s z` after a step of `length` along the predictor.
+    fn complementarity_after<const NX: usize, const NU: usize, const NG: usize>(
+        variables: &[StageVariables<NX, NU, NG>],
+        affine: &[StageVector<NX, NU, NG>],
+        length: f64,
+    ) -> f64 {
+        let mut sum = StageVector::<NX, NU, NG>::ZERO;
+        for (vars, affine) in variables.iter().zip(affine) {
+            vars.add_complementarity_after(affine, Centering::AFFINE, affine, length, &mut sum);
+        }
+        sum.sum()
+    }
+}
+
+multiversion! {
+    /// Largest relative decrease of an `s` or `z` along `step`.
+    fn worst_step<const NX: usize, const NU: usize, const NG: usize>(
+        variables: &[StageVariables<NX, NU, NG>],
+        affine: &[StageVector<NX, NU, NG>],
+        step: &[StageVector<NX, NU, NG>],
+        centering: Centering,
+    ) -> f64 {
         let mut worst = StageVector::<NX, NU, NG>::ZERO;
-        for ((vars, affine), step) in self.used().zip(&self.affine).zip(&self.step) {
-            let step = if matches!(direction, StepDirection::Affine) { affine } else { step };
+        for ((vars, affine), step) in variables.iter().zip(affine).zip(step) {
             vars.limit_step(step, centering, affine, &mut worst);
         }
-        1.0 / worst.largest().max(f64::MIN_POSITIVE)
+        worst.largest()
+    }
+}
+
+multiversion! {
+    /// Takes a step of `length`.
+    fn advance<const NX: usize, const NU: usize, const NG: usize>(
+        variables: &mut [StageVariables<NX, NU, NG>],
+        affine: &[StageVector<NX, NU, NG>],
+        step: &[StageVector<NX, NU, NG>],
+        centering: Centering,
+        length: f64,
+    ) {
+        for ((vars, affine), step) in variables.iter_mut().zip(affine).zip(step) {
+            vars.advance(step, centering, affine, length);
+        }
     }
 }

@@ -26,23 +26,22 @@ use crate::{Checksum, Valid};
 use nalgebra::SMatrix;
 use optimality::{Optimality, differentiate};
 use riccati::Interval;
-use variables::{InitialPoint, StageVariables, StageVector, Unusable};
+use variables::{InitialPoint, StageVariables, StageVector, Unusable, WARM_MU};
 
-/// Iterations after which a warm or cold start is given up. Only random QPs ever need a restart.
+/// Iterations after which a start is given up. Only random QPs and those whose slack is in use ever need
+/// a restart.
 const WARM_BUDGET: u32 = 15;
-const COLD_BUDGET: u32 = 50;
+const COLD_BUDGET: u32 = 25;
+const ELASTIC_BUDGET: u32 = 50;
 
-/// Restarts with their iteration budgets; a cold start skips the first.
-const RESTARTS: [(InitialPoint, u32); 2] =
-    [(InitialPoint::COLD, COLD_BUDGET), (InitialPoint::CONSERVATIVE, u32::MAX)];
-
-/// Most starts of a QP: the first and two restarts.
-pub const MAX_STARTS: usize = 1 + RESTARTS.len();
+/// Most starts of a QP: warm, cold, with slack, conservative.
+pub const MAX_STARTS: usize = 4;
 
 /// The embedded solver with all the memory it needs.
 ///
 /// Never allocates, never panics. Cost: an iteration is about
-/// `N (11 NX^3 + 14 NX^2 NU + 5 NX NU^2 + 50 NX (NX + NU))` flops; the planner's QPs take 5 to 15. Memory: [`EmbeddedQp::BYTES`], about `8 N (4 NX^2 + 2 NX NU + NU^2 + 26 NX + 13 NU)`.
+/// `N (6 NX^3 + 14 NX^2 NU + 5 NX NU^2 + 45 NX (NX + NU))` flops, where slack is in use `5 NX^3` more; the planner's
+/// QPs take 4 to 15. Memory: [`EmbeddedQp::BYTES`], about `8 N (4 NX^2 + 2 NX NU + NU^2 + 26 NX + 13 NU)`.
 #[derive(Clone, Debug)]
 pub struct EmbeddedQp<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
     /// The settings once configured; a flag rather than an `Option` keeps fresh storage all zero
@@ -63,6 +62,8 @@ pub struct EmbeddedQp<const N: usize, const NX: usize, const NU: usize, const NG
     pairs: f64,
     /// How many stages at the end the QP leaves out.
     unused: usize,
+    /// Whether the Newton system is of dynamics without slack and regularisation.
+    is_rigid: bool,
     /// Whether the last QP since [`QpSolver::reset`] was solved.
     solved: bool,
 }
@@ -86,6 +87,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
             step: [StageVector::ZERO; N],
             pairs: 0.0,
             unused: 0,
+            is_rigid: false,
             solved: false,
         }
     }
@@ -115,7 +117,10 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         if !(sound && qp.constant.is_finite()) {
             return Err(Unusable::InvalidProblem);
         }
-        self.unused = qp.unused;
+        // A number of iterations that is fixed has to do whether slack is in use or not.
+        let elastic = point.elastic || self.settings().fixed_iterations.is_some();
+        let point = InitialPoint { elastic, ..point };
+        (self.unused, self.is_rigid) = (qp.unused, !elastic);
         let mut pairs = 0;
         for (k, vars) in self.variables.iter_mut().enumerate().take(qp.nodes()) {
             vars.initialise(k, qp, from, point)?;
@@ -135,13 +140,13 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         qp: &Qp<N, NX, NU, NG>,
         from: &Solution<N, NX, NU, NG>,
     ) -> Result<bool, Unusable> {
-        self.initialise(qp, from, InitialPoint::COLD)?;
+        self.initialise(qp, from, InitialPoint::cold(qp))?;
         let without = self.residual(qp);
-        self.initialise(qp, from, InitialPoint::WARM)?;
+        self.initialise(qp, from, InitialPoint::warm(qp, from))?;
         if self.residual(qp) <= without {
             return Ok(true);
         }
-        self.initialise(qp, from, InitialPoint::COLD).map(|_| false)
+        self.initialise(qp, from, InitialPoint::cold(qp)).map(|_| false)
     }
 
     /// Largest KKT residual at the iterate.
@@ -164,6 +169,11 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
     /// The variables of the QP's stages.
     fn used(&self) -> core::slice::Iter<'_, StageVariables<NX, NU, NG>> {
         self.variables[..self.nodes()].iter()
+    }
+
+    /// Whether no multiplier of the dynamics is larger than `most`.
+    fn multipliers_are_within(&self, most: f64) -> bool {
+        self.used().all(|vars| vars.dynamics.value.iter().all(|value| value.abs() <= most))
     }
 
     /// Copies the iterate to `solution`.
@@ -191,7 +201,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
     }
 
     /// Iterates from the current iterate and copies the result to `solution`. Restarts where that
-    /// fails: cold (if it was `warm`), then conservatively, far from the bounds.
+    /// fails, or has a multiplier beyond the price of slack: with slack, then far from the bounds too.
     fn finish(
         &mut self,
         qp: &Qp<N, NX, NU, NG>,
@@ -200,14 +210,20 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         deadline: &Deadline,
     ) -> QpOutcome {
         let most = self.settings().max_iterations;
-        let mut outcome = match warm {
-            true => self.run(qp, most.min(WARM_BUDGET), deadline),
-            false => self.run(qp, most.min(COLD_BUDGET), deadline),
-        };
+        let budget = if warm { WARM_BUDGET } else { COLD_BUDGET };
+        let mut outcome = self.run(qp, most.min(budget), deadline);
+        let restarts = [
+            (InitialPoint::cold(qp), COLD_BUDGET),
+            (InitialPoint::ELASTIC, ELASTIC_BUDGET),
+            (InitialPoint::CONSERVATIVE, u32::MAX),
+        ];
         // Bound: starts.
-        for (point, budget) in RESTARTS.into_iter().skip(if warm { 0 } else { 1 }) {
+        for (point, budget) in restarts.into_iter().skip(if warm { 0 } else { 1 }) {
             let left = most.saturating_sub(outcome.iterations);
-            let ended = matches!(outcome.status, QpStatus::Solved | QpStatus::TimeLimit);
+            let ended = matches!(
+                outcome.status,
+                QpStatus::Solved | QpStatus::TimeLimit | QpStatus::Infeasible
+            );
             let fixed = self.settings().fixed_iterations.is_some();
             if ended || fixed || left == 0 || self.initialise(qp, solution, point).is_err() {
                 break;
@@ -270,7 +286,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver
         }
         let started = match warm {
             true => self.initialise_warm(qp, solution),
-            false => self.initialise(qp, solution, InitialPoint::COLD).map(|_| false),
+            false => self.initialise(qp, solution, InitialPoint::cold(qp)).map(|_| false),
         };
         let status = match started {
             Ok(warm) => return self.finish(qp, solution, warm, deadline),
@@ -290,7 +306,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver
         if !self.solved {
             return self.solve(qp, solution, deadline);
         }
-        let mu = clamp(0.01 * self.residual(qp), InitialPoint::WARM.mu, InitialPoint::COLD.mu);
+        let mu = clamp(0.01 * self.residual(qp), WARM_MU, InitialPoint::ELASTIC.mu);
         let nodes = self.nodes();
         for vars in &mut self.variables[..nodes] {
             vars.recentre(mu);
@@ -306,7 +322,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver
     }
 
     fn identify(&self, checksum: &mut Checksum) {
-        checksum.bytes(b"embedded interior point 1");
+        checksum.bytes(b"embedded interior point 2");
         self.settings().identify(checksum);
     }
 }

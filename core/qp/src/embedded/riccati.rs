@@ -1,7 +1,7 @@
 //! The Newton system of one iteration, factored by a Riccati recursion.
 //!
 //! One backward recursion factors the matrices; each right-hand side takes one backward and one
-//! forward recursion. The dynamics are dual-regularised (`cost_to_go.rs`).
+//! forward recursion. Dynamics that are not rigid are dual-regularised (`cost_to_go.rs`).
 
 use super::cost_to_go::CostToGo;
 use super::kernels::{NotPositiveDefinite, add_transposed_product, factor, solve, sub_product};
@@ -61,6 +61,15 @@ impl<const NX: usize, const NU: usize> Interval<NX, NU> {
     }
 }
 
+/// How dynamics enter the Newton system.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Dynamics {
+    /// Whether they have neither slack nor regularisation, but for that of fixed components.
+    pub are_rigid: bool,
+    /// Dual regularisation of their multipliers.
+    pub regularisation: f64,
+}
+
 /// Hessian block of one stage's states with the barriers of bounds and path constraints.
 #[inline(always)]
 fn state_block<const NX: usize, const NU: usize, const NG: usize>(
@@ -95,18 +104,19 @@ fn mask<const NX: usize>(p: &mut [[f64; NX]; NX], free: &[f64; NX]) {
 }
 
 multiversion! {
-    /// Factors the Newton system of all stages by the Riccati recursion. `dual_regularisation` is added
-    /// to the dynamics' `D`; `initial` becomes the factor of the first stage's states.
+    /// Factors the Newton system of all stages by the Riccati recursion; `initial` becomes the factor of the
+    /// first stage's states.
     ///
     /// Cost a stage: `2 NX^2 (NX + NU)` for `P~ [A B]`, `2 NX^3 + 2 NX^2 NU + 2 NX NU^2` for
-    /// `[A B]^T P~ [A B]`, `3 NX^2 NU` for the controls' elimination, `5 NX^3` for `P~`.
+    /// `[A B]^T P~ [A B]`, `3 NX^2 NU` for the controls' elimination, and where dynamics are not rigid
+    /// `5 NX^3` for `P~`.
     ///
     /// # Errors
     /// A block is not positive definite; all stages are visited all the same.
     pub(super) fn factorise<const NX: usize, const NU: usize, const NG: usize>(
         stages: &[QpStage<NX, NU, NG>],
         variables: &[StageVariables<NX, NU, NG>],
-        dual_regularisation: f64,
+        dynamics: Dynamics,
         intervals: &mut [Interval<NX, NU>],
         initial: &mut [[f64; NX]; NX],
     ) -> Result<(), NotPositiveDefinite> {
@@ -117,12 +127,16 @@ multiversion! {
         {
             let mut block = state_block(stage, vars);
             if k + 1 < stages.len() {
-                let scaling = vars.dynamics.scaling();
                 let after = variables.get(k + 1).map_or(Free::ALL, |next| next.free_x);
-                let d = from_fn(|i| scaling[i] + dual_regularisation);
                 let mut cost_to_go = [[0.0; NX]; NX];
-                let factored = interval.cost_to_go.schur_complement(&p, d, after, &mut cost_to_go);
-                result = result.and(factored);
+                let (next, out) = (&mut interval.cost_to_go, &mut cost_to_go);
+                if dynamics.are_rigid {
+                    next.of_rigid_dynamics(&p, dynamics.regularisation, after, out);
+                } else {
+                    let scaling = vars.dynamics.scaling();
+                    let d = from_fn(|i| scaling[i] + dynamics.regularisation);
+                    result = result.and(next.schur_complement(&p, d, after, out));
+                }
                 let eliminated = eliminate(stage, vars, interval, &cost_to_go, &mut block);
                 result = result.and(eliminated);
             }
@@ -194,8 +208,8 @@ fn eliminate<const NX: usize, const NU: usize, const NG: usize>(
     factored
 }
 
-/// Solves the factored system for the direction `out` along which the condensed gradient `rhs`
-/// vanishes; `rhs.dynamics` is the residual of the dynamics.
+/// Solves the factored system for the direction along which the condensed gradient vanishes: that gradient
+/// stands in `out` on entry, with the residual of the dynamics.
 ///
 /// Cost a stage: about `16 NX^2 + 12 NX NU + 4 NU^2` flops.
 pub(super) fn direction<const NX: usize, const NU: usize, const NG: usize>(
@@ -203,30 +217,26 @@ pub(super) fn direction<const NX: usize, const NU: usize, const NG: usize>(
     variables: &[StageVariables<NX, NU, NG>],
     intervals: &mut [Interval<NX, NU>],
     initial: &[[f64; NX]; NX],
-    rhs: impl Fn(usize, &StageVariables<NX, NU, NG>) -> StageVector<NX, NU, NG>,
     out: &mut [StageVector<NX, NU, NG>],
 ) {
-    let gradient = backward(stages, variables, intervals, rhs, out);
+    let gradient = backward(stages, variables, intervals, out);
     let mut x = gradient.map(|s| -s);
     solve(initial, &mut x);
     forward(stages, variables, intervals, x, out);
 }
 
 multiversion! {
-    /// Gradients of the costs-to-go from the last stage to the first, whose gradient is returned. `out`
-    /// keeps the right-hand sides for [`forward`].
+    /// Gradients of the costs-to-go from the last stage to the first, whose gradient is returned.
     fn backward<const NX: usize, const NU: usize, const NG: usize>(
         stages: &[QpStage<NX, NU, NG>],
         variables: &[StageVariables<NX, NU, NG>],
         intervals: &mut [Interval<NX, NU>],
-        rhs: impl Fn(usize, &StageVariables<NX, NU, NG>) -> StageVector<NX, NU, NG>,
-        out: &mut [StageVector<NX, NU, NG>],
+        rhs: &[StageVector<NX, NU, NG>],
     ) -> [f64; NX] {
         let mut gradient = [0.0; NX];
-        for (k, (((stage, vars), interval), out)) in
-            stages.iter().zip(variables).zip(intervals.iter_mut()).zip(out.iter_mut()).enumerate().rev()
+        for (k, (((stage, vars), interval), b)) in
+            stages.iter().zip(variables).zip(intervals.iter_mut()).zip(rhs).enumerate().rev()
         {
-            let b = rhs(k, vars);
             let scaling = vars.path_scaling();
             let mut x = b.x;
             let weighted = from_fn(|r| b.path[r] * scaling[r]);
@@ -245,7 +255,6 @@ multiversion! {
             }
             let free = vars.free_x.factors();
             gradient = from_fn(|i| x[i] * free[i]);
-            *out = b;
         }
         gradient
     }

@@ -1,8 +1,10 @@
 //! The variables of one stage with their barriers, and vectors over them.
 
 use super::bounded::{Bounded, Centering, Target, larger};
+use crate::dense::clamp;
 use crate::{Qp, Solution};
 use core::array::from_fn;
+use nalgebra::SVector;
 
 /// One number for every variable of a stage: a direction, a gradient or a residual.
 #[derive(Clone, Copy, Debug)]
@@ -97,13 +99,16 @@ impl<const D: usize> Free<D> {
 pub(super) struct StageVariables<const NX: usize, const NU: usize, const NG: usize> {
     pub x: Bounded<NX>,
     pub u: Bounded<NU>,
-    /// Multipliers of the dynamics to the next stage, in `[-defect_penalty, defect_penalty]`.
+    /// Multipliers of the dynamics to the next stage, in `[-defect_penalty, defect_penalty]`, without bounds
+    /// where there is no slack.
     pub dynamics: Bounded<NX>,
     /// Multipliers of the path constraints, in `[0, path_penalty]`.
     pub path: Bounded<NG>,
     pub free_x: Free<NX>,
     pub free_u: Free<NU>,
     pub free_path: Free<NG>,
+    /// Whether the dynamics' multipliers have bounds.
+    has_slack: bool,
 }
 
 #[cfg(any(test, feature = "testing"))]
@@ -118,6 +123,7 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
             free_x: Free::filled(value),
             free_u: Free::filled(value),
             free_path: Free::filled(value),
+            has_slack: value > 0.0,
         }
     }
 }
@@ -139,17 +145,45 @@ pub(super) struct InitialPoint {
     pub mu: f64,
     /// Whether the multipliers of the last subproblem are used.
     pub warm: bool,
+    /// Whether the dynamics have slack at the QP's price, or none.
+    pub elastic: bool,
 }
 
 impl InitialPoint {
-    /// Without multipliers. The values of `mu` are tuned for few iterations on the public
-    /// scenarios, where none changes the count by more than one or two.
-    pub const COLD: Self = Self { mu: 0.1, warm: false };
+    /// Without multipliers, with slack.
+    pub const ELASTIC: Self = Self { mu: 0.1, warm: false, elastic: true };
     /// Far from the bounds, for QPs whose first iterate is far from the optimum.
-    pub const CONSERVATIVE: Self = Self { mu: 10.0, warm: false };
-    /// From the multipliers of the last subproblem.
-    pub const WARM: Self = Self { mu: 1e-4, warm: true };
+    pub const CONSERVATIVE: Self = Self { mu: 10.0, warm: false, elastic: true };
+
+    /// Without multipliers and without slack. Multipliers of active bounds are as large as the cost's
+    /// gradient or a hundred times less: products begin in proportion.
+    pub fn cold<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+        qp: &Qp<N, NX, NU, NG>,
+    ) -> Self {
+        let last = qp.nodes().saturating_sub(1);
+        let of_states = qp.used().iter().flat_map(|stage| stage.gradient_x.iter());
+        let of_controls = qp.stages[..last].iter().flat_map(|stage| stage.gradient_u.iter());
+        let largest = of_states.chain(of_controls).fold(0.0, |most, g| larger(most, g.abs()));
+        Self { mu: clamp(0.01 * largest, 1e-6, Self::ELASTIC.mu), warm: false, elastic: false }
+    }
+
+    /// From the multipliers of the last QP `from`; with slack where that was in use.
+    pub fn warm<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+        qp: &Qp<N, NX, NU, NG>,
+        from: &Solution<N, NX, NU, NG>,
+    ) -> Self {
+        let most = IDLE * qp.defect_penalty;
+        let is_idle = |values: &SVector<f64, NX>| values.iter().all(|value| value.abs() <= most);
+        let elastic = !from.defect_multiplier.iter().all(is_idle);
+        Self { mu: WARM_MU, warm: true, elastic }
+    }
 }
+
+/// Least complementarity of warm starts.
+pub(super) const WARM_MU: f64 = 1e-4;
+
+/// Share of the price of slack up to which a multiplier of the dynamics says that slack is idle.
+const IDLE: f64 = 0.99;
 
 /// Largest multiplier that is used for a warm start.
 const MAX_WARM_MULTIPLIER: f64 = 1e8;
@@ -167,6 +201,7 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
         free_x: Free::NONE,
         free_u: Free::NONE,
         free_path: Free::NONE,
+        has_slack: false,
     };
 
     /// Initialises the variables of stage `k` inside their bounds; a warm `point` uses the
@@ -204,6 +239,8 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
                 false => self.path.fix(i, 0.0),
             }
         }
+        let most = if point.elastic { qp.defect_penalty } else { f64::INFINITY };
+        self.has_slack = most < f64::INFINITY;
         let (Some(bound_u), Some(dynamics), true) =
             (from.bound_multiplier_u.get(k), from.defect_multiplier.get(k), k + 1 < qp.nodes())
         else {
@@ -217,7 +254,7 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
             self.free_u.set(i, free);
         }
         for i in 0..NX {
-            let bounds = (-qp.defect_penalty, qp.defect_penalty);
+            let bounds = (-most, most);
             self.dynamics.place(i, bounds, known(dynamics[i]), 0.0, point.mu);
         }
         Ok(())
@@ -272,12 +309,14 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
         centering: Centering,
         affine: &StageVector<NX, NU, NG>,
     ) -> StageVector<NX, NU, NG> {
+        let of_dynamics = Target { centering, affine: &affine.dynamics };
         StageVector {
             x: self.x.barrier_gradient(Target { centering, affine: &affine.x }),
             u: self.u.barrier_gradient(Target { centering, affine: &affine.u }),
-            dynamics: self
-                .dynamics
-                .barrier_gradient(Target { centering, affine: &affine.dynamics }),
+            dynamics: match self.has_slack {
+                true => self.dynamics.barrier_gradient(of_dynamics),
+                false => [0.0; NX],
+            },
             path: self.path.barrier_gradient(Target { centering, affine: &affine.path }),
         }
     }
@@ -293,7 +332,9 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
     ) {
         let at = |affine| Target { centering, affine };
         self.x.limit_step(&step.x, at(&affine.x), &mut worst.x);
-        self.dynamics.limit_step(&step.dynamics, at(&affine.dynamics), &mut worst.dynamics);
+        if self.has_slack {
+            self.dynamics.limit_step(&step.dynamics, at(&affine.dynamics), &mut worst.dynamics);
+        }
         self.u.limit_step(&step.u, Target { centering, affine: &affine.u }, &mut worst.u);
         self.path.limit_step(
             &step.path,
@@ -314,12 +355,14 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
     ) {
         let at = |affine| Target { centering, affine };
         self.x.add_complementarity_after(&step.x, at(&affine.x), length, &mut sum.x);
-        self.dynamics.add_complementarity_after(
-            &step.dynamics,
-            at(&affine.dynamics),
-            length,
-            &mut sum.dynamics,
-        );
+        if self.has_slack {
+            self.dynamics.add_complementarity_after(
+                &step.dynamics,
+                at(&affine.dynamics),
+                length,
+                &mut sum.dynamics,
+            );
+        }
         self.u.add_complementarity_after(
             &step.u,
             Target { centering, affine: &affine.u },
@@ -339,7 +382,9 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
     ) {
         self.x.add_complementarity(&mut sum.x, &mut worst.x);
         self.u.add_complementarity(&mut sum.u, &mut worst.u);
-        self.dynamics.add_complementarity(&mut sum.dynamics, &mut worst.dynamics);
+        if self.has_slack {
+            self.dynamics.add_complementarity(&mut sum.dynamics, &mut worst.dynamics);
+        }
         self.path.add_complementarity(&mut sum.path, &mut worst.path);
     }
 
@@ -355,7 +400,10 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
         self.x.advance(&step.x, Target { centering, affine: &affine.x }, length);
         self.u.advance(&step.u, Target { centering, affine: &affine.u }, length);
         let target = Target { centering, affine: &affine.dynamics };
-        self.dynamics.advance(&step.dynamics, target, length);
+        match self.has_slack {
+            true => self.dynamics.advance(&step.dynamics, target, length),
+            false => self.dynamics.move_by(&step.dynamics, length),
+        }
         self.path.advance(&step.path, Target { centering, affine: &affine.path }, length);
     }
 }

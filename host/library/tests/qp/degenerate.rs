@@ -200,7 +200,51 @@ const UNSOLVABLE: &[(Case, Option<QpStatus>)] = &[
         ("hard dynamics out of reach", Recipe { open: 0.0, ..HARD }, |qp| {
             qp.stages[0].c.fill(100.0)
         }),
-        None,
+        Some(QpStatus::Infeasible),
+    ),
+    (
+        ("hard dynamics out of reach by little", Recipe { open: 0.0, ..HARD }, |qp| {
+            qp.stages[4].c.fill(3.0)
+        }),
+        Some(QpStatus::Infeasible),
+    ),
+    (
+        ("an end that no control reaches", Recipe { open: 0.0, ..HARD }, |qp| {
+            let far = 10.0 * qp.stages[N - 1].upper_x.amax();
+            qp.stages[N - 1].lower_x = SVector::repeat(far);
+            qp.stages[N - 1].upper_x = SVector::repeat(far);
+        }),
+        Some(QpStatus::Infeasible),
+    ),
+    (
+        ("controls at rest, states that must move", Recipe { open: 0.0, ..HARD }, |qp| {
+            each(qp, |stage| {
+                stage.lower_u.fill(0.0);
+                stage.upper_u.fill(0.0);
+                stage.c.fill(1.0);
+            });
+            qp.stages[0].lower_x.fill(0.0);
+            qp.stages[0].upper_x.fill(0.0);
+            qp.stages[1].lower_x.fill(-0.5);
+            qp.stages[1].upper_x.fill(0.5);
+        }),
+        Some(QpStatus::Infeasible),
+    ),
+    (
+        ("a drift that leaves its box", Recipe { open: 0.0, ..HARD }, |qp| {
+            each(qp, |stage| {
+                stage.a = SMatrix::identity() * 2.0;
+                stage.b *= 1e-3;
+                stage.c.fill(0.0);
+                stage.lower_x.fill(-1.0);
+                stage.upper_x.fill(1.0);
+                stage.lower_u.fill(-1.0);
+                stage.upper_u.fill(1.0);
+            });
+            qp.stages[0].lower_x.fill(0.9);
+            qp.stages[0].upper_x.fill(0.9);
+        }),
+        Some(QpStatus::Infeasible),
     ),
     (
         ("pins that contradict each other", HARD, |qp| {
@@ -208,7 +252,7 @@ const UNSOLVABLE: &[(Case, Option<QpStatus>)] = &[
             qp.stages[1].lower_x = SVector::repeat(5.0);
             qp.stages[1].upper_x = SVector::repeat(5.0);
         }),
-        None,
+        Some(QpStatus::Infeasible),
     ),
     (
         ("no end to the descent", Recipe { open: 0.0, ..SOFT }, |qp| {
@@ -305,6 +349,19 @@ fn mistaken<S: QpSolver<N, NX, NU, 1>>(solver: &mut S) -> Vec<String> {
 fn programs_without_a_solution_are_no_success() {
     let mistaken = mistaken(&mut *embedded::<N, NX, NU, 1>());
     assert!(mistaken.is_empty(), "{}", mistaken.join("\n"));
+}
+
+#[test]
+fn infeasible_programs_are_named_within_forty_iterations() {
+    for (case, expected) in UNSOLVABLE {
+        let outcome = cold(&mut *embedded::<N, NX, NU, 1>(), &made(case)).outcome;
+        println!("{}: {outcome:?}", case.0);
+        assert!(
+            *expected != Some(QpStatus::Infeasible) || outcome.iterations <= 40,
+            "{}: {outcome:?}",
+            case.0
+        );
+    }
 }
 
 #[test]
