@@ -257,9 +257,11 @@ fn every_node_says_how_the_approach_may_end_there() {
         let safety = plan.safety(&mission, &limits, k).unwrap();
         println!("{k} {safety:?}");
         assert!(safety.escape.clears && safety.escape.time <= 60.0, "{k}: {safety:?}");
-        // HCW's free drift from here to the place where it is nearest, along a finer path.
+        // A plan drifts too near sooner or later; what moves away from the port on the last way may not.
+        let recedes = safety.time > plan.duration() - GuidanceSettings::DEFAULT.closing.out[0];
+        assert!(safety.drift.distance <= 5.0, "{k}: {safety:?}");
         assert!(
-            safety.drift.distance <= 5.0 && safety.drift.clears == (k == 59),
+            (recedes || !safety.drift.clears) && (k != 59 || safety.drift.clears),
             "{k}: {safety:?}"
         );
     }
@@ -274,6 +276,42 @@ fn planned() -> (Valid<Mission<3>>, Valid<Scenario>, FlightPlan<3>) {
     let mut planner = Box::new(Planner::new());
     let plan = planner.plan(&mission, &scenario, &options).unwrap().flight_plan(0.0).unwrap();
     (mission, scenario, plan)
+}
+
+/// What navigation says of a servicer that is where the plan has it.
+fn on_the_plan(mission: &Mission<3>, plan: &FlightPlan<3>, time: f64) -> Estimate<3> {
+    let there = plan.at(mission, time);
+    let (center, drift) = Multibody::new(mission).center_of_mass(&there.state);
+    Estimate {
+        time,
+        position: there.position - center,
+        velocity: there.velocity - drift,
+        state: there.state,
+        target: there.target,
+        wrist: None,
+    }
+}
+
+/// A first step somewhere in an interval follows the plan from the node before in one step of the dynamics.
+#[test]
+fn a_first_step_amid_an_interval_asks_for_what_later_ones_do() {
+    let (mission, _, plan) = planned();
+    let limits = Limits::of(&mission.servicer);
+    let settings = GuidanceSettings::DEFAULT.validated().unwrap();
+    for node in [0.0, 12.0, 30.0, 40.0] {
+        let begins = node * plan.duration() / 59.0;
+        let mut early = Guidance::new(settings);
+        for second in 0..20 {
+            let estimate = on_the_plan(&mission, &plan, begins + f64::from(second));
+            let expected = early.step(&mission, &plan, &estimate, &limits);
+            let found = Guidance::new(settings).step(&mission, &plan, &estimate, &limits);
+            let force = (found.force - expected.force).amax();
+            let bus = (found.control.bus_torque - expected.control.bus_torque).amax();
+            let joint = (found.control.joint_torque - expected.control.joint_torque).amax();
+            println!("{node} {second}: {force:e} N, {bus:e}, {joint:e} N m");
+            assert!(force < 1e-4 && bus < 1e-6 && joint < 1e-6, "{node} {second}");
+        }
+    }
 }
 
 // Verifies REM-GUI-003.

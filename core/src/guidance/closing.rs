@@ -59,10 +59,13 @@ impl Closing {
     }
 
     /// Where a plan of this `duration` is flown with `left` [s] to go: ahead of its time once the distances
-    /// come in.
+    /// come in. A plan that begins later has in its start what the one before was ahead, and is flown ahead
+    /// by the rest.
     pub(super) fn pace(&self, left: f64, duration: f64) -> Pace {
-        let [begins, settle] = [self.out[0], self.settle];
-        let [share, rate, acceleration] = smooth(begins - left, begins - settle);
+        let begins = if duration < self.out[0] { duration } else { self.out[0] };
+        let [before, ..] = smooth(self.out[0] - begins, self.out[0] - self.settle);
+        let settle = self.settle * (1.0 - before);
+        let [share, rate, acceleration] = smooth(begins - left, begins - self.settle);
         let to_go = left - settle * share;
         if to_go <= 0.0 {
             return Pace { time: duration, rate: 0.0, acceleration: 0.0 };
@@ -74,13 +77,12 @@ impl Closing {
     /// The distance with `left` [s] to go, its rate and its acceleration: smooth steps in and out, the last
     /// one slow at its end.
     fn at(&self, left: f64) -> [f64; 3] {
-        let step = |[begins, ends]: [f64; 2], of: fn(f64, f64) -> [f64; 3]| {
-            of(begins - left, begins - ends)
-        };
-        let come = step(self.out, smoother);
-        let [first, last] = [step(self.back[0], smoother), step(self.back[1], smooth)];
+        let [come, gone] =
+            [self.out, self.back[0]].map(|[begins, ends]| smoother(begins - left, begins - ends));
+        let [begins, ends] = self.back[1];
+        let last = smooth(begins - left, begins - ends);
         let [most, rest] = self.distances;
-        [0, 1, 2].map(|i| most * (come[i] - first[i]) + rest * (come[i] - last[i]))
+        [0, 1, 2].map(|i| most * (come[i] - gone[i]) + rest * (come[i] - last[i]))
     }
 
     /// What is added to where the centre of mass is to be, how fast and how it is to speed up (RTN), with
@@ -104,8 +106,11 @@ impl Closing {
     }
 }
 
-/// A smooth step over `time`, with its first and second derivative: `s^2 (3 - 2 s)`.
-fn smooth(since: f64, time: f64) -> [f64; 3] {
+/// A smooth step over `time`, with its first and second derivative: `s^2 (3 - 2 s)`. Over no time it is done.
+pub(super) fn smooth(since: f64, time: f64) -> [f64; 3] {
+    if !(time > 0.0) {
+        return [1.0, 0.0, 0.0];
+    }
     let s = clamp(since / time, 0.0, 1.0);
     let is_under_way = s > 0.0 && s < 1.0;
     let acceleration = if is_under_way { (6.0 - 12.0 * s) / (time * time) } else { 0.0 };
@@ -195,6 +200,19 @@ mod tests {
                 let ended = Pace { time: duration, rate: 0.0, acceleration: 0.0 };
                 assert_eq!(at(time + 1e-9), ended);
             }
+        }
+        // A plan that begins on the last way takes over where the one before is, at its pace.
+        let closing = Closing::DEFAULT;
+        for duration in [349.0, 200.0, 100.0, 26.0, 25.0, 10.0] {
+            let ahead = closing.pace(duration, 1200.0).time - (1200.0 - duration);
+            let begin = closing.pace(duration, duration);
+            assert!(begin.time.abs() < 1e-9 && begin.rate == 1.0, "{duration}: {begin:?}");
+            // Where the plan before has ended there is nothing left to be ahead.
+            let rest = if duration > closing.settle { closing.settle - ahead } else { 0.0 };
+            let ends = closing.pace(rest - 1e-9, duration);
+            assert!(ends.time == duration && ends.rate == 0.0, "{duration}: {ends:?}");
+            let before = closing.pace(rest + 1.0, duration);
+            assert!(before.time < duration && before.rate > 0.0, "{duration}: {before:?}");
         }
         let as_planned = Closing { settle: 0.0, ..closing };
         assert_eq!(as_planned.pace(100.0, 1200.0).time, 1100.0);

@@ -228,14 +228,21 @@ impl<const NL: usize> Cursor<NL> {
     /// Cost: four evaluations of the dynamics and those of the target where time goes on by no more than
     /// a substep of planning; at most those of an interval.
     pub fn at(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) -> Reference<NL> {
-        self.advance(plan, mission, time);
+        self.follow(plan, mission, time, plan.substeps);
         self.reference(plan, mission)
     }
 
-    /// Moves on to `time` [s] after the first node.
+    /// Moves on to `time` [s] after the first node, in one step of the dynamics however far that is: what
+    /// a step of guidance costs has a bound. Over a whole interval that is as near the plan as its own
+    /// discretisation is near the continuous motion.
+    pub fn advance(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) {
+        self.follow(plan, mission, time, 1);
+    }
+
+    /// Moves on to `time` [s] after the first node, in steps as the plan's or larger ones, at most so many.
     // Without what a step of guidance keeps meanwhile: their stacks do not add up.
     #[inline(never)]
-    pub fn advance(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) {
+    fn follow(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64, most: usize) {
         let (k, share) = plan.nominal.place(time);
         let begin = plan.nominal.time(k);
         let time = begin + share * plan.nominal.interval();
@@ -245,7 +252,7 @@ impl<const NL: usize> Cursor<NL> {
             let target = plan.target.get(k).copied().unwrap_or(TargetState::ZERO);
             *self = Self { node: k, time: begin, state, target, ..Self::START };
         }
-        self.go_on(plan, mission, time);
+        self.go_on(plan, mission, time, most);
         // What is no number stays none.
         self.time = time;
         let (control, force) = plan.held(k);
@@ -277,15 +284,15 @@ impl<const NL: usize> Cursor<NL> {
         }
     }
 
-    /// Moves on within the interval to `time`.
-    fn go_on(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) {
+    /// Moves on within the interval to `time`, in so many steps at most.
+    fn go_on(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64, most: usize) {
         let (gap, interval) = (time - self.time, plan.nominal.interval());
         if !(gap > 0.0) {
             return;
         }
         // Conversions to integers saturate, and make nothing of NaN.
         let substeps = libm::ceil(gap / interval * plan.substeps as f64) as usize;
-        let substeps = substeps.clamp(1, plan.substeps.max(1));
+        let substeps = substeps.clamp(1, most.max(1));
         let body = Multibody::new(mission);
         let (control, force) = plan.held(self.node);
         body.rk4(substeps, gap, &mut self.state, &control, &force);

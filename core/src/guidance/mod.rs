@@ -384,18 +384,17 @@ impl<const NL: usize> Guidance<NL> {
         self.command(FlightMode::Degraded, None, &planned.state, &effort)
     }
 
-    /// Share of the turn to the estimated target that is in force, and its rate [1/s]: a smooth step.
+    /// Share of the turn to the estimated target that is in force, and its rate [1/s].
     fn faded_in(&mut self, now: f64) -> [f64; 2] {
-        let first = *self.first.get_or_insert(now);
-        let time = self.settings.fade[1];
-        let s = clamp((now - first) / time, 0.0, 1.0);
-        [self.share_of_turn(now), 6.0 * s * (1.0 - s) / time]
+        self.first.get_or_insert(now);
+        self.share_of_turn(now)
     }
 
-    /// Share of the turn to the estimated target that is in force.
-    fn share_of_turn(&self, now: f64) -> f64 {
-        let s = clamp((now - self.first.unwrap_or(now)) / self.settings.fade[1], 0.0, 1.0);
-        s * s * (3.0 - 2.0 * s)
+    /// The same, of a flight that begins now where it has not begun: a smooth step.
+    fn share_of_turn(&self, now: f64) -> [f64; 2] {
+        let since = now - self.first.unwrap_or(now);
+        let [share, rate, _] = closing::smooth(since, self.settings.fade[1]);
+        [share, rate]
     }
 
     /// Adds what is left of the jump from the plan before.

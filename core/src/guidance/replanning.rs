@@ -45,10 +45,10 @@ impl<const NL: usize> Guidance<NL> {
             return None;
         }
         let target = target_after(mission, plan, estimate, lead);
-        let share = [self.share_of_turn(estimate.time), 0.0];
-        let mut cursor = Cursor::START;
+        let share = [self.share_of_turn(estimate.time)[0], 0.0];
+        let (mut cursor, closing) = (Cursor::START, self.closing(plan));
         let mut aim = |time: f64, target: &TargetState| {
-            let pace = plan.pace(&self.settings.closing, time);
+            let pace = plan.pace(&closing, time);
             let mut wanted = cursor.at(plan, mission, pace.time);
             pace.apply(&mut wanted);
             let turn = Turn::to(plan, mission, &wanted, target, share);
@@ -67,7 +67,6 @@ impl<const NL: usize> Guidance<NL> {
         state.rate += estimate.state.rate - now.state.rate;
         state.joint_angle += estimate.state.joint_angle - now.state.joint_angle;
         state.joint_rate += estimate.state.joint_rate - now.state.joint_rate;
-        let closing = self.closing(plan);
         let [away, recedes, _] =
             closing.shift(mission, &estimate.target, plan.left(estimate.time), 0.0);
         let velocity = estimate.velocity + drift + self.offset.rate - recedes - now.velocity;

@@ -1,7 +1,7 @@
 //! What is left to do at each node if the approach must end there: leaving the target, or drifting.
 
-use super::{Estimate, FlightPlan, GuidanceSettings, Limits};
-use super::{leaving::Leaving, tracking::Tracking};
+use super::{Estimate, FlightPlan, GuidanceSettings, Limits, Reference};
+use super::{closing, flight_plan::Cursor, leaving::Leaving, tracking::Tracking, turn::Turn};
 use crate::dynamics::{Control, Multibody, State, SystemState};
 use crate::math::quaternion;
 use crate::model::{HcwTransition, Mission, TargetState, signed_distance_to_box};
@@ -56,27 +56,39 @@ pub struct Drift {
 impl<const NL: usize> FlightPlan<NL> {
     /// What an abort and a drift from node `k` do, in the planner's world; `None` beyond the last node.
     ///
-    /// The abort is flown by the law that guidance flies it by, with `limits`, from the planned state.
+    /// Both begin where guidance has the servicer at the node's time: on the plan, and on the last way ahead of
+    /// it and away from the port ([`Closing`](super::Closing)). The abort is flown by the law that guidance flies
+    /// it by, with `limits`.
     /// Cost: up to 600 steps of four evaluations of the dynamics and one of all distances, and up to
     /// 2880 steps of a linear drift.
     pub fn safety(&self, mission: &Mission<NL>, limits: &Limits<NL>, k: usize) -> Option<Safety> {
-        let nodes = self.nominal.nodes;
-        let state = self.nominal.reorientation.states.get(k).filter(|_| k < nodes)?;
-        let target = self.target.get(k)?;
-        let (position, velocity) = self.node(k);
+        let target = self.target.get(k).filter(|_| k < self.nominal.nodes)?;
         let time = self.nominal.time(k);
+        let Reference { position, velocity, state, .. } = self.flown(mission, target, time);
         let keep_out = self.grid().keep_out(k);
         let body = Multibody::new(mission);
-        let (center, rate) = body.center_of_mass(state);
-        let servicer = SystemState {
-            position: position - center,
-            velocity: velocity - rate,
-            internal: *state,
-        };
+        let (center, rate) = body.center_of_mass(&state);
+        let servicer =
+            SystemState { position: position - center, velocity: velocity - rate, internal: state };
         let flight = Flight { mission, body, has_gradient: self.has_gradient() };
         let escape = flight.escape(limits, servicer, *target);
         let drift = flight.drift(keep_out, position, velocity, *target);
         Some(Safety { time, escape, drift })
+    }
+
+    /// Where guidance has the servicer `time` [s] after the first node, with the target where it is
+    /// expected.
+    fn flown(&self, mission: &Mission<NL>, target: &TargetState, time: f64) -> Reference<NL> {
+        let left = self.duration() - time;
+        let closing = GuidanceSettings::DEFAULT.closing.within(self.duration());
+        let pace = closing.pace(left, self.duration());
+        let mut cursor = Cursor::START;
+        let mut there = cursor.at(self, mission, pace.time);
+        pace.apply(&mut there);
+        // Where the plan is flown ahead, the target is behind.
+        Turn::to(self, mission, &there, target, [1.0, 0.0]).apply(&mut there);
+        closing::add(&mut there, &closing, mission, target, [left, 0.0]);
+        there
     }
 }
 

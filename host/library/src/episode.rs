@@ -200,7 +200,7 @@ mod tests {
 
         // Who pulls at one joint all the time spins it up, until there is nothing left to follow.
         let steps: Vec<Step> =
-            std::iter::repeat_with(|| episode.step(&[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]))
+            std::iter::repeat_with(|| episode.step(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.05]))
                 .take(59)
                 .collect();
         let lost = steps.iter().position(|step| step.is_last).unwrap();
