@@ -7,6 +7,7 @@
 //! - [`choice`]: choices by their names;
 //! - [`report`]: tables, pages and plots: how numbers are shown;
 //! - [`method`]: how a plan is made, by the names that files and command line use;
+//! - [`models`]: the learned models that are built in, as files;
 //! - [`formats`]: scenario sets, missions, plans, tables of results; how they are read, validated
 //!   and written whole or not at all.
 #![forbid(unsafe_code)]
@@ -15,5 +16,6 @@ pub mod choice;
 pub mod error;
 pub mod formats;
 pub mod method;
+pub mod models;
 pub mod report;
 pub mod statistics;

@@ -89,14 +89,12 @@ fn flops_per_iteration(n: usize, nx: usize, nu: usize, nr: usize) -> f64 {
     let products = 2.0 * nx * nx * nz + nx * nz * (nz + 1.0);
     // Cholesky of the control block, its solve for the gains, and the downdate of the state block.
     let controls = nu * nu * nu / 3.0 + nx * nu * nu + nu * nx * (nx + 1.0);
-    // Slack of the dynamics: Cholesky of a state block, a triangular solve, a symmetric product.
-    let slack = nx * nx * nx / 3.0 + nx * nx * nx + nx * nx * (nx + 1.0);
     // Predictor and corrector: forward and backward through A, B, gains, factors and P.
     let solve = 4.0 * nx * nz + 4.0 * nu * nx + 2.0 * nu * nu + 4.0 * nx * nx + 4.0 * nr * nx;
     // Residuals with the Hessian, the dynamics and the rows; and ten passes over all bounds.
     let residuals = 2.0 * nz * nz + 4.0 * nx * nz + 4.0 * nr * nx;
-    let vectors = 10.0 * 4.0 * (2.0 * nx + nu + nr);
-    n * (rows + products + controls + slack + 2.0 * solve + residuals + vectors)
+    let vectors = 10.0 * 4.0 * (nx + nu + nr);
+    n * (rows + products + controls + 2.0 * solve + residuals + vectors)
 }
 
 /// What one core does at most [flop/s]: multiplications and additions in vectors of four, not

@@ -43,11 +43,7 @@ impl std::fmt::Debug for Learned {
     }
 }
 
-/// Models built in: what the default run uses.
-const EULER: &[u8] = include_bytes!("../../../fixtures/models/euler.model");
-const RK4: &[u8] = include_bytes!("../../../fixtures/models/rk4.model");
-
-/// What they descend from.
+/// What the built-in models descend from.
 const EULER_LINEAGE: &str = include_str!("../../../fixtures/models/euler.lineage.toml");
 const RK4_LINEAGE: &str = include_str!("../../../fixtures/models/rk4.lineage.toml");
 
@@ -85,10 +81,7 @@ impl Learned {
 
     /// The bytes of that model's file.
     pub fn built_in_file(integrator: Integrator) -> &'static [u8] {
-        match integrator {
-            Integrator::Euler => EULER,
-            Integrator::Rk4 { .. } => RK4,
-        }
+        remora_files::models::built_in(integrator)
     }
 
     /// Writes that model's file, and its lineage, to a folder; the file.

@@ -24,7 +24,7 @@ def test_a_page_has_plan_and_flights(plan: remora.Plan, here: Path) -> None:
     assert Path("a.html").read_text() == page
     data = shown(page)
     assert data["plans"][0]["file"]["scenario"] == plan.scenario.id
-    assert data["plans"][0]["file"]["stage2"]["joint_angle"] == plan.joint_angle.tolist()
+    assert data["plans"][0]["file"]["stage2"]["joint_angle_rad"] == plan.joint_angle.tolist()
     assert [flight["plan"] for flight in data["flights"]] == [0, 0]
     assert len(data["flights"][0]["rows"]["time_s"]) > 500
     assert shown(plan.page())["flights"] == []

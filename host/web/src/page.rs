@@ -8,6 +8,7 @@ use remora_core::advanced::stages::LINKS;
 use remora_files::error::FieldError;
 use remora_files::formats::{PlanFile, Program};
 use remora_files::method::Integrator;
+use remora_files::models::built_in;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -23,10 +24,6 @@ pub const MARK: &str = "id=\"remora-data\">{\"format\":\"remora-page/";
 /// Places in the template.
 const DATA: &str = "id=\"remora-data\">null<";
 const MODELS: &str = "id=\"remora-models\">{}<";
-
-/// The models that stand in a page, by the integrator that they are for: those of the program.
-const EULER: &[u8] = include_bytes!("../../../fixtures/models/euler.model");
-const RK4: &[u8] = include_bytes!("../../../fixtures/models/rk4.model");
 
 /// A plan with flights of it.
 #[derive(Clone, Debug)]
@@ -83,10 +80,11 @@ pub fn page(shown: &[Shown<'_>]) -> Result<String, PageError> {
         let input = input(plan).map_err(|error| PageError { plan: number, error })?;
         data.plans.push(Entry { file: plan, input });
         data.flights.extend(flights.iter().map(|flown| Of { plan: number, flown }));
-        let (name, file) = match plan.integrator {
-            Integrator::Euler => ("euler", EULER),
-            Integrator::Rk4 { .. } => ("rk4", RK4),
+        let name = match plan.integrator {
+            Integrator::Euler => "euler",
+            Integrator::Rk4 { .. } => "rk4",
         };
+        let file = built_in(plan.integrator);
         models.entry(name).or_insert_with(|| BASE64_STANDARD.encode(file));
     }
     let failed = |error| PageError { plan: 0, error };
