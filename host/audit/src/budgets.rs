@@ -1,7 +1,7 @@
 //! Budgets: what code, memory, stack and instructions may be, and whether they are.
 
 use remora_host::error::Error;
-use remora_host::formats::json::read_text;
+use remora_host::formats::{Limit, read_text};
 use remora_host::report::{Align, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -104,7 +104,7 @@ impl Budgets {
     /// A file that cannot be read or is not one; a budget of zero, without a reason, given twice.
     pub fn read(root: &Path) -> Result<Self, Error> {
         let file = root.join(FILE);
-        let text = read_text(&file)?;
+        let text = read_text(&file, Limit::TEXT)?;
         let wrong = |field: String, reason: &str| Error::input(&file, field, reason);
         let parsed: File = toml::from_str(&text)
             .map_err(|error| wrong(String::new(), error.message().trim_end()))?;

@@ -11,8 +11,8 @@ use super::section::{Numbers, Section};
 use remora_core::advanced::bounds::LOOPS;
 use remora_host::envelope::{Cell, Map};
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::json::read_text;
 use remora_host::formats::write_atomically;
+use remora_host::formats::{Limit, read_text};
 use remora_inject::Injection;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -84,7 +84,7 @@ impl Record {
         if !file.exists() {
             return Ok(None);
         }
-        let text = read_text(&file)?;
+        let text = read_text(&file, Limit::DOCUMENT)?;
         let mut record = Self::default();
         for (i, row) in csv::Reader::from_reader(text.as_bytes()).deserialize().enumerate() {
             let field = format!("row {}", i + 1);

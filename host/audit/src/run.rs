@@ -275,7 +275,7 @@ pub(super) fn inject(
         mission: Mission::default(),
         integrator: Integrator::Euler,
     };
-    injector.run(count, jobs, progress, &|case| alarm(SEED, Integrator::Euler, case))
+    injector.run(count, jobs, None, progress, &|case| alarm(SEED, Integrator::Euler, case))
 }
 
 /// The coarse map.

@@ -3,7 +3,7 @@
 use super::emulation::{Emulation, ReportFile};
 use remora_host::choice::Choice;
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::{json, write_atomically};
+use remora_host::formats::{Limit, json, read_text, write_atomically};
 use remora_host::provenance::Provenance;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -122,7 +122,9 @@ impl Numbers {
         if !file.exists() {
             return Ok(None);
         }
-        json::parse(&json::read_text(file)?, FORMAT).map(Some).map_err(|error| error.at(file))
+        json::parse(&read_text(file, Limit::DOCUMENT)?, FORMAT)
+            .map(Some)
+            .map_err(|error| error.at(file))
     }
 
     /// What the images measured, where they have been run.

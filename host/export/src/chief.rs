@@ -7,7 +7,7 @@
 use nalgebra::{Matrix3, Vector3};
 use remora_core::advanced::model;
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::json;
+use remora_host::formats::{Limit, json, read_text};
 use remora_truth::rotation::about;
 use remora_truth::{Orbit, Rtn};
 use serde::Deserialize;
@@ -110,7 +110,7 @@ impl Chief {
     /// # Errors
     /// The file with the key that is wrong and why.
     pub fn read(file: &Path, orbit: &model::Orbit) -> Result<Self, Error> {
-        let text = json::read_text(file)?;
+        let text = read_text(file, Limit::TEXT)?;
         let from = toml::Deserializer::parse(&text)
             .map_err(|error| Error::input(file, "", error.message()))?;
         let read: ChiefFile = serde_path_to_error::deserialize(from).map_err(|error| {

@@ -21,7 +21,8 @@ use crate::until::Until;
 use remora_host::error::Error;
 use remora_host::fingerprint::{self, fingerprint};
 use remora_host::formats::{
-    self, PlanFile, Verdict, check_writable, json, make_directory, parquet_table, write_atomically,
+    self, Limit, PlanFile, Verdict, check_writable, json, make_directory, parquet_table, read_text,
+    write_atomically,
 };
 use remora_host::journal::{Heading, Journal};
 use remora_host::pool;
@@ -83,7 +84,7 @@ impl Asked {
     /// The file with the field that is wrong.
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let file = folder.join(FLIGHTS);
-        let text = json::read_text(&file)?;
+        let text = read_text(&file, Limit::DOCUMENT)?;
         json::parse(&text, FORMAT).map_err(|error| error.at(&file))
     }
 
@@ -174,11 +175,12 @@ impl Flights {
         make_directory(&self.out)?;
         let header = self.header();
         let journal = self.out.join(JOURNAL);
-        Journal::<Row>::look(&journal, &header)?;
+        let check = |row: &Row| row.check(self.asked.count());
+        Journal::look(&journal, &header, &check)?;
         self.files().iter().try_for_each(|file| check_writable(file))?;
         let text = json::to_text(&self.asked).map_err(|error| failed(&self.out, &error))?;
         write_atomically(&self.out.join(FLIGHTS), text.as_bytes())?;
-        let (mut journal, finished) = Journal::<Row>::open(&journal, &header)?;
+        let (mut journal, finished) = Journal::open(&journal, &header, &check)?;
         let count = self.asked.count();
         let mut rows: Vec<Option<Row>> = (0..count).map(|_| None).collect();
         for row in finished {

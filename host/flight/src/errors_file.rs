@@ -1,7 +1,7 @@
 //! Errors of the world: `*.errors.toml`.
 
 use remora_host::error::Error;
-use remora_host::formats::json;
+use remora_host::formats::{Limit, read_text};
 use remora_truth::Errors;
 use std::path::Path;
 
@@ -17,7 +17,7 @@ const HEAD: &str = "\
 /// # Errors
 /// The file with the key that is wrong and why.
 pub fn read(file: &Path, joints: usize) -> Result<Errors, Error> {
-    let text = json::read_text(file)?;
+    let text = read_text(file, Limit::TEXT)?;
     let errors: Errors = toml::Deserializer::parse(&text)
         .map_err(|error| Error::input(file, "", error.message()))
         .and_then(|from| {

@@ -2,6 +2,7 @@
 
 use crate::flight::{Ending, Flown};
 use crate::judge::{Arrival, Room};
+use remora_host::error::FieldError;
 use remora_host::formats::{Cell, Column};
 use serde::{Deserialize, Serialize};
 
@@ -67,6 +68,22 @@ pub struct Drawn {
 }
 
 impl Row {
+    /// Refuses a row of no flight of a campaign of so many.
+    ///
+    /// # Errors
+    /// The field and what is wrong with it.
+    pub(crate) fn check(&self, count: u64) -> Result<(), FieldError> {
+        if self.run >= count {
+            return Err(FieldError::new("run", format!("is {}, of {count} runs", self.run)));
+        }
+        match &self.flown {
+            Some(flown) if flown.replans[1] > flown.replans[0] => {
+                Err(FieldError::new("flown.replans", "more are verified than were made"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The row with names and units of its columns; NaN where there was no plan to fly.
     pub fn columns(&self, drawn: &[Drawn]) -> Vec<Column> {
         let mut columns = Vec::new();

@@ -10,6 +10,7 @@
 mod bit_flip;
 mod case;
 mod class;
+mod journal;
 mod reference;
 mod report;
 mod result;
@@ -23,20 +24,23 @@ pub use report::{injection_report, replay_report};
 pub use result::{Counts, Extra, FORMAT, Injection, Record, Share};
 
 use case::{Drawn, Layout};
+use journal::{Header, Journal, Line};
 use reference::{Ended, Reference};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::planner::{GuessRecord, PlanSettings};
 use remora_core::advanced::scp::{IterationRecord, Status};
 use remora_core::advanced::stages::{LINKS, Mode};
 use remora_host::choice::Choice;
-use remora_host::error::Error;
+use remora_host::error::{Error, FieldError};
 use remora_host::formats::NamedScenario;
 use remora_host::learned::Learned;
 use remora_host::method::Integrator;
 use remora_host::pool;
 use remora_host::progress::Progress;
+use std::collections::HashSet;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::thread;
 use std::time::Duration;
 use watch::Watch;
@@ -87,27 +91,33 @@ struct Bench<'a> {
 }
 
 impl Injector {
-    /// Runs the first `count` cases of the sites. `alarm` is told of a case that does not come to
+    /// Runs the first `count` cases of the sites. Those that stand in the file `resumed` are not run again,
+    /// and each that is finished is added to it. `alarm` is told of a case that does not come to
     /// its end, on a thread of its own: nothing else can be done about it than to end the program.
     ///
     /// # Errors
-    /// Scenarios that are not solved without a fault; threads that cannot be started.
+    /// Scenarios that are not solved without a fault; threads that cannot be started; a file of another
+    /// injection.
     pub fn run(
         &self,
         count: u64,
         jobs: NonZeroUsize,
+        resumed: Option<&Path>,
         progress: &mut dyn Progress,
         alarm: &(dyn Fn(u64) + Sync),
     ) -> Result<Injection, Error> {
         let model = Learned::built_in(self.integrator);
         let bench = self.bench(&model)?;
+        let (mut journal, mut lines) = self.begun(resumed)?;
         let references = self.references(&bench, jobs)?;
         let limit = limit(&references);
-        let numbers = self.numbers(count);
+        let mut numbers = self.numbers(count);
+        let asked: HashSet<u64> = numbers.iter().copied().collect();
+        lines.retain(|line| asked.contains(&line.record.case));
+        let finished: HashSet<u64> = lines.iter().map(|line| line.record.case).collect();
+        numbers.retain(|number| !finished.contains(number));
         let watch = Watch::new(jobs.get());
-        let mut records = Vec::with_capacity(numbers.len());
-        let mut leak_checks = 0;
-        progress.begin(numbers.len(), 0);
+        progress.begin(asked.len(), finished.len());
         let outcome = thread::scope(|scope| {
             scope.spawn(|| watch.guard(limit, alarm));
             let make = |number| (number, Worker::new(&bench.setup));
@@ -115,12 +125,13 @@ impl Injector {
                 watch.begin(*at, number);
                 let (case, attempt) = bench.run(worker, self.seed, number, &references);
                 watch.done(*at);
-                Ok((self.record(&case, &attempt), attempt.leaked.is_some()))
+                let record = self.record(&case, &attempt);
+                Ok(Line { record, leak_checked: attempt.leaked.is_some() })
             };
-            let finish = |_, (record, leak_checked): (Record, bool)| {
-                progress.done(record.status == Status::Solved);
-                leak_checks += u64::from(leak_checked);
-                records.push(record);
+            let finish = |_, line: Line| {
+                progress.done(line.record.status == Status::Solved);
+                journal.iter_mut().try_for_each(|journal| journal.append(&line))?;
+                lines.push(line);
                 Ok(())
             };
             let outcome = pool::plan_all_with(jobs, &numbers, make, run, finish);
@@ -129,9 +140,23 @@ impl Injector {
         });
         progress.end();
         outcome?;
-        records.sort_by_key(|record| record.case);
+        lines.sort_by_key(|line| line.record.case);
+        let leak_checks = lines.iter().filter(|line| line.leak_checked).count() as u64;
+        let records = lines.into_iter().map(|line| line.record).collect();
         let from = (self.seed, self.integrator.to_string(), self.scenarios.len());
         Ok(Injection::new(from, model.record(), records, leak_checks))
+    }
+
+    /// The journal in a file, and the cases that are finished.
+    fn begun(&self, file: Option<&Path>) -> Result<(Option<Journal>, Vec<Line>), Error> {
+        let Some(file) = file else { return Ok((None, Vec::new())) };
+        let is_case =
+            |line: &Line| match self.scenarios.iter().any(|s| s.id == line.record.scenario) {
+                true => Ok(()),
+                false => Err(FieldError::new("record.scenario", "is none of this injection's")),
+            };
+        let (journal, lines) = Journal::open(file, &Header::new(self), &is_case)?;
+        Ok((Some(journal), lines))
     }
 
     /// Runs one case alone.

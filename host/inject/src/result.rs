@@ -6,7 +6,7 @@ use super::worker::Ran;
 use remora_host::campaign::Statistics;
 use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{GuessRecord, ModelRecord, Status};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -50,9 +50,15 @@ pub struct Record {
     /// How many more iterations than without the fault, both stages together.
     pub extra_iterations: i64,
     /// How much more the plan costs than without the fault, both stages together, relative.
+    #[serde(deserialize_with = "number_or_nan")]
     pub extra_cost: f64,
     /// Checksum of the plan, 16 hexadecimal digits.
     pub output: String,
+}
+
+/// JSON has no NaN: it is written as null.
+fn number_or_nan<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 impl Record {

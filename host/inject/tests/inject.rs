@@ -35,7 +35,7 @@ fn injector(scenarios: usize) -> Injector {
 
 fn run(injector: &Injector, count: u64, jobs: usize) -> Injection {
     let jobs = NonZeroUsize::new(jobs).unwrap();
-    injector.run(count, jobs, &mut (), &|case| panic!("case {case} hangs")).unwrap()
+    injector.run(count, jobs, None, &mut (), &|case| panic!("case {case} hangs")).unwrap()
 }
 
 /// What becomes of a fault in the first scenario.
@@ -256,7 +256,7 @@ fn scenarios_that_are_not_solved_without_a_fault_are_refused() {
     assert_eq!(error, format!("--scenarios: scenario {id} is not solved without a fault"));
     injector.scenarios.clear();
     let jobs = NonZeroUsize::MIN;
-    let error = injector.run(1, jobs, &mut (), &|_| ()).unwrap_err().to_string();
+    let error = injector.run(1, jobs, None, &mut (), &|_| ()).unwrap_err().to_string();
     assert_eq!(error, "--scenarios: there is none");
 }
 

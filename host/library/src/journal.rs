@@ -3,13 +3,17 @@
 //! A journal is appended to while the work runs. After an interruption the same work reads it and
 //! goes on; other work is refused, with the first field of the header that differs.
 
-use crate::error::{Error, io_reason};
+use crate::error::{Error, FieldError, io_reason};
+use crate::formats::open_regular;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
+
+/// The longest line of a journal [bytes]; a part has some hundred.
+const LONGEST_LINE: u64 = 1 << 20;
 
 /// A journal's first line: all that the finished parts depend on.
 pub trait Heading: Serialize + DeserializeOwned {
@@ -32,19 +36,29 @@ pub struct Journal<R> {
     rows: PhantomData<fn(&R)>,
 }
 
+/// What refuses a part that the work cannot have come to, whoever wrote it.
+pub type Check<'a, R> = &'a dyn Fn(&R) -> Result<(), FieldError>;
+
 impl<R: Serialize + DeserializeOwned> Journal<R> {
     /// Refuses a journal of other work, without changing anything. There need not be one.
-    pub fn look<H: Heading>(path: &Path, header: &H) -> Result<(), Error> {
-        match std::fs::read(path) {
-            Ok(bytes) => read_lines::<H, R>(path, &bytes, header).map(drop),
-            Err(_) => Ok(()),
+    pub fn look<H: Heading>(path: &Path, header: &H, check: Check<'_, R>) -> Result<(), Error> {
+        match path.exists() {
+            true => read_lines::<H, R>(path, &open_regular(path)?, header, check).map(drop),
+            false => Ok(()),
         }
     }
 
     /// Opens or begins a journal, and reads the parts that are finished. A last line that was torn
     /// by a kill is cut off.
-    pub fn open<H: Heading>(path: &Path, header: &H) -> Result<(Self, Vec<R>), Error> {
+    pub fn open<H: Heading>(
+        path: &Path,
+        header: &H,
+        check: Check<'_, R>,
+    ) -> Result<(Self, Vec<R>), Error> {
         let failed = |cause: std::io::Error| Error::output(path, &cause);
+        if path.exists() {
+            open_regular(path)?;
+        }
         let mut options = OpenOptions::new();
         let options = options.read(true).write(true).create(true).truncate(false);
         let mut file = options.open(path).map_err(failed)?;
@@ -55,10 +69,8 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
             }
             TryLockError::Error(cause) => failed(cause),
         })?;
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(failed)?;
-        let (rows, whole) = read_lines(path, &bytes, header)?;
-        file.set_len(whole as u64).map_err(failed)?;
+        let (rows, whole) = read_lines(path, &file, header, check)?;
+        file.set_len(whole).map_err(failed)?;
         file.seek(SeekFrom::End(0)).map_err(failed)?;
         let journal = Self { path: path.to_path_buf(), file, rows: PhantomData };
         if whole == 0 {
@@ -84,33 +96,57 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
     }
 }
 
-/// The parts of a journal, and the length of its whole lines. A last line that is not a part was
-/// torn and does not count; any other is an error.
+/// The parts of a journal, and the length of its whole lines [bytes]. A last line that is not a part
+/// was torn and does not count; any other is an error. Memory: the parts, and a line.
 fn read_lines<H: Heading, R: DeserializeOwned>(
     path: &Path,
-    bytes: &[u8],
+    file: &File,
     header: &H,
-) -> Result<(Vec<R>, usize), Error> {
-    let mut lines = bytes.split_inclusive(|byte| *byte == b'\n').enumerate().peekable();
+    check: Check<'_, R>,
+) -> Result<(Vec<R>, u64), Error> {
+    let mut lines = BufReader::new(file);
     let (mut rows, mut whole) = (Vec::new(), 0);
-    while let Some((i, line)) = lines.next() {
-        let torn = lines.peek().is_none();
-        if torn && line.last() != Some(&b'\n') {
+    for number in 1.. {
+        let Some(line) = next_line(path, &mut lines, number)? else { break };
+        let is_last = lines.fill_buf().map_err(|cause| Error::output(path, &cause))?.is_empty();
+        if is_last && line.last() != Some(&b'\n') {
             break;
         }
-        if i == 0 {
-            let begun = serde_json::from_slice(line).map_err(|error| wrong(path, 1, &error))?;
+        if number == 1 {
+            let begun = serde_json::from_slice(&line).map_err(|error| wrong(path, 1, &error))?;
             agree(path, header, &begun)?;
         } else {
-            match serde_json::from_slice(line) {
-                Ok(row) => rows.push(row),
-                Err(_) if torn => break,
-                Err(error) => return Err(wrong(path, i + 1, &error)),
+            match serde_json::from_slice(&line) {
+                Ok(row) => {
+                    let named = |error: FieldError| {
+                        Error::input(path, format!("line {number}: {}", error.field), error.reason)
+                    };
+                    check(&row).map_err(named)?;
+                    rows.push(row);
+                }
+                Err(_) if is_last => break,
+                Err(error) => return Err(wrong(path, number, &error)),
             }
         }
-        whole += line.len();
+        whole += line.len() as u64;
     }
     Ok((rows, whole))
+}
+
+/// The next line with its end, none where there is no more.
+fn next_line(
+    path: &Path,
+    lines: &mut impl BufRead,
+    number: usize,
+) -> Result<Option<Vec<u8>>, Error> {
+    let mut line = Vec::new();
+    let mut bounded = lines.take(LONGEST_LINE + 1);
+    bounded.read_until(b'\n', &mut line).map_err(|cause| Error::output(path, &cause))?;
+    if line.len() as u64 > LONGEST_LINE {
+        let reason = format!("has more than {LONGEST_LINE} bytes");
+        return Err(Error::input(path, format!("line {number}"), reason));
+    }
+    Ok(Some(line).filter(|line| !line.is_empty()))
 }
 
 fn wrong(path: &Path, line: usize, error: &serde_json::Error) -> Error {

@@ -1,7 +1,7 @@
 //! Learned models as the planner takes them: from a file, or built in.
 
-use crate::error::{Error, io_reason};
-use crate::formats::{ModelRecord, write_atomically};
+use crate::error::Error;
+use crate::formats::{Limit, ModelRecord, read_bytes, write_atomically};
 use crate::lineage;
 use crate::memory::on_heap;
 use crate::method::{Integrator, WarmStart};
@@ -53,7 +53,7 @@ impl Learned {
     /// # Errors
     /// Where the file cannot be read.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        let bytes = std::fs::read(file).map_err(|e| Error::input(file, "", io_reason(&e)))?;
+        let bytes = read_bytes(file, Limit::BINARY)?;
         let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
         Ok(Self::new(&name, bytes.leak()))
     }

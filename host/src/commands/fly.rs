@@ -8,7 +8,7 @@ use super::options::{
 use crate::report;
 use remora_core::advanced::model::Mission;
 use remora_host::error::Error;
-use remora_host::formats::{PlanFile, make_directory, write_atomically};
+use remora_host::formats::{PlanFile, make_directory};
 use remora_host::planning::PlanJob;
 use remora_host::threads::Threads;
 use remora_host::with_joints;
@@ -99,9 +99,8 @@ impl Args {
             return Err(Error::input(file, "inputs", reason));
         };
         let errors = FlyingArgs::errors(self.errors.as_deref(), joints)?;
-        let bytes = std::fs::read(file).map_err(|cause| Error::output(file, &cause))?;
         let path = self.place(&plan.scenario)?;
-        write_atomically(&self.out.join(&path), &bytes)?;
+        plan.write(&self.out.join(&path))?;
         self.fly(path, &plan, joints, errors)
     }
 

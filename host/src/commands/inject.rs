@@ -10,10 +10,11 @@ use remora_host::error::Error;
 use remora_host::formats::{check_writable, json, make_directory, write_atomically};
 use remora_host::method::Integrator;
 use remora_inject::{Injection, Injector, MAX_COUNT, Site};
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Flip bits in what the planner works on, and see what becomes of its plans.
+/// Flip bits in what the planner works on, and see what becomes of its plans; resumes what was interrupted.
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -54,6 +55,9 @@ pub(super) struct Args {
     verbose: bool,
 }
 
+/// Name of the file of finished cases, which goes when all are.
+const JOURNAL: &str = "inject.journal.jsonl";
+
 const AFTER_HELP: &str = "\
 Examples:
   remora inject --out runs/faults --csv
@@ -63,7 +67,8 @@ Examples:
 
 DIR gets inject.json and, with --csv, inject.csv, a row a case. Plans start from the integrator's
 built-in model. A case is one flipped bit in the plan of one scenario, drawn from seed and number alone: results
-do not depend on the number of threads, and any case can be run again.
+do not depend on the number of threads, and any case can be run again. Interrupt it at any time: the same command
+goes on where it stopped.
 
 Exit status: 0 no case was wrong, hung or panicked, 1 some were, 2 bad input.";
 
@@ -86,8 +91,14 @@ impl Args {
         let files = self.files()?;
         let alarm = |case: u64| hung(self.seed, integrator, case);
         let bar = &mut Bar::named("inject");
-        let injection = injector.run(self.cases, self.jobs.jobs(), bar, &alarm)?;
+        let journal = self.out.as_ref().map(|out| out.join(JOURNAL));
+        let injection =
+            injector.run(self.cases, self.jobs.jobs(), journal.as_deref(), bar, &alarm)?;
         write(&files, &injection)?;
+        // What was interrupted is complete.
+        if let Some(journal) = journal {
+            fs::remove_file(&journal).map_err(|cause| Error::output(&journal, &cause))?;
+        }
         let is_sound = injection.is_sound();
         Output::new(remora_inject::injection_report(&injection, &files), is_sound)
             .or_json(self.json.json, &injection)

@@ -42,7 +42,7 @@ use remora_host::error::Error;
 use remora_host::formats::{Verdict, json};
 use serde::Serialize;
 use std::ffi::OsString;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 /// Plans how a free-flying servicer with a robot arm catches a tumbling object.
@@ -194,8 +194,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(parsed) => parsed,
         Err(error) if !error.use_stderr() => {
             // Help or version.
-            print(&error.to_string());
-            return 0;
+            return print(&error.to_string(), 0);
         }
         Err(error) => return refuse(&usage_line(&error)),
     };
@@ -204,12 +203,12 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     }
     match command.run() {
         Ok(output) => {
+            let status = output.exit.status();
             match output.is_data {
-                true => print(&output.text),
-                false if is_quiet => {}
-                false => print(&colour::painted(output.text)),
+                true => print(&output.text, status),
+                false if is_quiet => status,
+                false => print(&colour::painted(output.text), status),
             }
-            output.exit.status()
         }
         Err(error) => refuse(&error.to_string()),
     }
@@ -251,10 +250,16 @@ impl Command {
     }
 }
 
-/// Writes to standard output. A reader that has gone away, such as `head`, is no error.
-fn print(text: &str) {
+/// Writes to standard output; returns the exit status, which is `status` where all could be written. A
+/// reader that has gone away, such as `head`, is no error.
+fn print(text: &str, status: u8) -> u8 {
     let mut out = std::io::stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(cause) if cause.kind() != ErrorKind::BrokenPipe => {
+            refuse(&Error::output(Path::new("standard output"), &cause).to_string())
+        }
+        _ => status,
+    }
 }
 
 /// One line on standard error, whatever the message holds.

@@ -6,8 +6,11 @@ use super::options::{
 };
 use crate::report;
 use remora_core::advanced::model::Mission;
+use remora_host::choice::Choice;
 use remora_host::error::Error;
-use remora_host::formats::{PlanFile, check_writable, make_directory, write_atomically};
+use remora_host::formats::{
+    PlanFile, check_writable, is_named_packet, make_directory, write_atomically,
+};
 use remora_host::picture;
 use remora_host::planning::{PlanJob, Planned};
 use remora_host::report::iteration_log;
@@ -34,6 +37,10 @@ pub(super) struct Args {
     /// Plan file to write, - for standard output [default: runs/ID.plan.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// json, or postcard: what a spacecraft would send down, in a third of the bytes; each command that
+    /// reads plans reads either
+    #[arg(long, value_parser = choice::<Format>(), value_name = "NAME", default_value = "json")]
+    format: Format,
     #[command(flatten)]
     force: ForceArgs,
     #[command(flatten)]
@@ -44,6 +51,31 @@ pub(super) struct Args {
     /// Show the iterations of both stages
     #[arg(short, long)]
     verbose: bool,
+}
+
+/// How plan and evidence are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Json,
+    Postcard,
+}
+
+impl Choice for Format {
+    const ALL: &'static [Self] = &[Self::Json, Self::Postcard];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Json => "json",
+            Self::Postcard => "postcard",
+        }
+    }
+
+    fn help(self) -> &'static str {
+        match self {
+            Self::Json => "Text, with names and units",
+            Self::Postcard => "What a spacecraft would send down, in a third of the bytes",
+        }
+    }
 }
 
 /// Where plans are written unless told otherwise.
@@ -61,6 +93,7 @@ Examples:
   remora plan --integrator euler --model mine.model
   remora plan --deadline 0.5 --threads 2
   remora plan --plot plan.svg
+  remora plan --format postcard
 
 What no plan can end well is refused before planning, with the constraint's name; then no file is
 written. Clearances are smallest distances of bodies, negative where they overlap.
@@ -97,14 +130,19 @@ impl Args {
         }
         let verdict = planned.file.verdict.unwrap_or_default();
         let is_data = self.json.json || is_stdout(&job.out);
-        Output::judged(self.report(&planned, &job), verdict).or_json(is_data, &planned.file)
+        Output::judged(self.report(&planned, &job)?, verdict).or_json(is_data, &planned.file)
     }
 
     fn job<const NL: usize>(&self, mission: Mission<NL>) -> Result<PlanJob<NL>, Error> {
         let scenario = self.scenario.scenario()?;
+        let extension = self.format.name();
         let out = match &self.out {
+            Some(out) if self.format == Format::Postcard && !is_named_packet(out) => {
+                let reason = "postcard goes into a file whose name ends in .postcard";
+                return Err(Error::argument("--format", reason));
+            }
             Some(out) => out.clone(),
-            None => Path::new(FOLDER).join(format!("{}.plan.json", scenario.id)),
+            None => Path::new(FOLDER).join(format!("{}.plan.{extension}", scenario.id)),
         };
         Ok(PlanJob {
             scenario,
@@ -128,7 +166,11 @@ impl Args {
         self.plot.as_deref().map_or(Ok(()), check_writable)
     }
 
-    fn report<const NL: usize>(&self, planned: &Planned, job: &PlanJob<NL>) -> String {
+    fn report<const NL: usize>(
+        &self,
+        planned: &Planned,
+        job: &PlanJob<NL>,
+    ) -> Result<String, Error> {
         let mut text = String::new();
         if self.verbose {
             text.push_str(&iteration_log("Stage 1, translation", &planned.logs[0]));
@@ -139,8 +181,9 @@ impl Args {
         if let Some(plot) = &self.plot {
             text += &format!("written: {}\n", plot.display());
         }
+        text += &report::packet_report(planned, &job.out)?;
         text += &format!("look at it: {} view {}\n", called(), job.out.display());
-        text
+        Ok(text)
     }
 }
 

@@ -4,7 +4,7 @@ use super::Output;
 use super::options::{ForceArgs, is_stdout};
 use remora_flight::history;
 use remora_host::error::Error;
-use remora_host::formats::{PlanFile, json, write_atomically};
+use remora_host::formats::{Limit, PlanFile, plan_stem, read_text, write_atomically};
 use remora_web::{MARK, PageError, Shown, page};
 use std::path::{Path, PathBuf};
 
@@ -77,14 +77,12 @@ impl Args {
 
 /// The page of a plan, beside it: `a.html` for `a.plan.json`.
 fn beside(plan: &Path) -> PathBuf {
-    let name = plan.file_name().unwrap_or_default().to_string_lossy();
-    let stem = name.strip_suffix(".plan.json").or(name.strip_suffix(".json")).unwrap_or(&name);
-    plan.with_file_name(format!("{stem}.html"))
+    plan.with_file_name(format!("{}.html", plan_stem(plan)))
 }
 
 /// Whether a file is a page made before, which a new one may replace.
 fn is_page(file: &Path) -> bool {
-    json::read_text(file).is_ok_and(|text| text.contains(MARK))
+    read_text(file, Limit::DOCUMENT).is_ok_and(|text| text.contains(MARK))
 }
 
 #[cfg(test)]
@@ -96,6 +94,7 @@ mod tests {
         for (plan, page) in [
             ("runs/a.plan.json", "runs/a.html"),
             ("a.json", "a.html"),
+            ("a.plan.postcard", "a.html"),
             ("b", "b.html"),
             ("../x.y.plan.json", "../x.y.html"),
         ] {

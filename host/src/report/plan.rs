@@ -2,7 +2,8 @@
 
 use super::{Align, Table, clearance_table, number, overlap_warning, residual_table, time};
 use remora_core::advanced::model::{Mission, Refusal};
-use remora_host::formats::{PlanFile, Status, Verdict};
+use remora_host::error::{Error, FieldError};
+use remora_host::formats::{PlanFile, Status, Verdict, is_named_packet, json};
 use remora_host::planning::Planned;
 use remora_host::stopwatch::busy_share;
 use std::path::Path;
@@ -64,6 +65,25 @@ pub fn plan_report<const NL: usize>(
         clearances(planned, mission),
         file.display(),
     )
+}
+
+/// Sizes of a plan that was written as a packet, and of the same as JSON; nothing where it was not.
+///
+/// # Errors
+/// None, as long as the tests pass.
+pub fn packet_report(planned: &Planned, file: &Path) -> Result<String, Error> {
+    if !is_named_packet(file) {
+        return Ok(String::new());
+    }
+    let Planned { file: plan, evidence, .. } = planned;
+    let failed = |error: FieldError| error.at(file);
+    Ok(format!(
+        "sizes: plan {} bytes, {} as JSON; evidence {} bytes, {} as JSON\n",
+        plan.to_packet().map_err(failed)?.len(),
+        json::to_text(plan).map_err(|error| Error::output(file, &error.into()))?.len(),
+        evidence.to_packet().map_err(failed)?.len(),
+        json::to_text(evidence).map_err(|error| Error::output(file, &error.into()))?.len(),
+    ))
 }
 
 /// The limits that the start violates, and until when.

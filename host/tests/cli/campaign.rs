@@ -117,6 +117,32 @@ fn finished_rows_are_not_planned_again() {
     assert_eq!(columns(&bench, "runs"), (rows_after, times_after));
 }
 
+/// Somebody has written into the journal: what no plan of this campaign came to is not taken.
+// Verifies REM-IO-005.
+#[test]
+fn forged_rows_are_refused() {
+    let bench = Bench::new();
+    bench.solves(&format!("{CAMPAIGN} --jobs 1 --out runs"));
+    let whole = bench.read("runs/journal.jsonl");
+    let refuses = |from: &str, to: &str, reason: &str| {
+        assert!(whole.contains(from), "{from}");
+        bench.write("runs/journal.jsonl", &whole.replacen(from, to, 1));
+        let message = format!("runs/journal.jsonl: line 2: {reason}");
+        bench.refuses(&format!("{CAMPAIGN} --jobs 1 --out runs"), &message);
+    };
+    refuses("s1-000", "s1-999", "scenario: \"s1-999\" is no scenario of this campaign");
+    let first = whole.find("\"residuals\":[").unwrap() + "\"residuals\":[".len();
+    let value = &whole[first..first + whole[first..].find(',').unwrap()];
+    let residual = format!("\"residuals\":[{value}");
+    refuses(&residual, "\"residuals\":[1e9", "residuals.dynamics1: is 1000000000 of ");
+    refuses(&residual, "\"residuals\":[null", "residuals.dynamics1: is NaN of ");
+    refuses(
+        "\"verdict\":\"optimal\"",
+        "\"verdict\":\"verified_not_converged\"",
+        "verdict: contradicts the status",
+    );
+}
+
 // Verifies REM-IO-003.
 #[test]
 fn a_killed_campaign_resumes() {

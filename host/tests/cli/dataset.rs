@@ -3,6 +3,7 @@
 use super::bench::Bench;
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 use std::time::Duration;
 
 const DATASET: &str = "dataset --count 6 --seed 3 --integrator euler --shard 2";
@@ -47,7 +48,7 @@ fn a_killed_one_resumes_to_the_same_bytes() {
     let bench = Bench::new();
     bench.solves(&format!("{DATASET} --jobs 1 --out whole"));
     let killed = format!("{DATASET} --jobs 1 --out killed");
-    let mut child = bench.command(&killed).stderr(std::process::Stdio::null()).spawn().unwrap();
+    let mut child = bench.command(&killed).stderr(Stdio::null()).spawn().unwrap();
     let first = bench.path("killed/shard-00000.bin");
     while !first.exists() && child.try_wait().unwrap().is_none() {
         std::thread::sleep(Duration::from_millis(2));
@@ -73,7 +74,7 @@ fn damaged_shards_are_refused() {
         bench.refuses(&format!("{DATASET} --out set"), &format!("set/shard-00001.bin: {reason}"));
     };
     refuses(b"", "is not a shard of a dataset");
-    refuses(&whole[..100], "has 100 bytes instead of 16876");
+    refuses(&whole[..100], "has 100 bytes instead of 16863");
     refuses(&fs::read(bench.path("set/shard-00000.bin")).unwrap(), "holds 2 of 2 scenarios from 0");
     let mut flipped = whole.clone();
     flipped[5000] ^= 1;
@@ -103,6 +104,55 @@ fn another_dataset_is_not_resumed() {
     let text = bench.read("set/dataset.json");
     bench.write("set/dataset.json", &text.replace("\"nodes\": 60", "\"nodes\": 61"));
     bench.refuses(&format!("{begun} --out set"), "set/dataset.json: nodes: is 61; this program");
+}
+
+/// Shards whose manifest is gone are taken by the same dataset, and by no other.
+#[test]
+fn shards_are_not_adopted_by_another_dataset() {
+    let bench = Bench::new();
+    let begun = "dataset --count 2 --seed 3 --integrator euler";
+    bench.solves(&format!("{begun} --out set"));
+    bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
+    for other in [
+        "dataset --count 2 --seed 4 --integrator euler",
+        "dataset --count 2 --seed 3 --integrator rk4:4",
+        "dataset --count 2 --seed 3 --integrator euler --mission heavy.mission.toml",
+    ] {
+        fs::remove_file(bench.path("set/dataset.json")).unwrap();
+        let run = bench.run(&format!("{other} --out set"));
+        let message = "error: set/shard-00000.bin: is of another dataset";
+        assert!(run.status == 2 && run.err.starts_with(message), "{other}\n{}", run.err);
+    }
+    fs::remove_file(bench.path("set/dataset.json")).unwrap();
+    let run = bench.solves(&format!("{begun} --out set"));
+    assert!(run.out.contains("\n0 planned in"), "{}", run.out);
+}
+
+/// Several programs that begin at once: one makes it, the others say so or find it made.
+#[test]
+fn one_of_several_makes_it() {
+    let bench = Bench::new();
+    let begun = "dataset --count 4 --seed 3 --integrator euler --shard 1 --jobs 1";
+    bench.solves(&format!("{begun} --out whole"));
+    for round in 0..4 {
+        let line = format!("{begun} --out {round}");
+        let start = |_| {
+            let mut command = bench.command(&line);
+            command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap()
+        };
+        let children: Vec<_> = (0..4).map(start).collect();
+        let mut made = 0;
+        for child in children {
+            let output = child.wait_with_output().unwrap();
+            let told = String::from_utf8(output.stderr).unwrap();
+            match output.status.code() {
+                Some(0) => made += 1,
+                _ => assert!(told.contains("another program is making this dataset"), "{told}"),
+            }
+        }
+        assert!(made >= 1);
+        assert!(contents(&bench, &round.to_string()) == contents(&bench, "whole"));
+    }
 }
 
 /// The second phase of a training: what the optimiser makes of a model's own roll-outs.
@@ -154,9 +204,9 @@ fn an_arm_of_two_joints_has_a_dataset() {
     let run = bench.solves(&format!("{line} --mission {}", two.display()));
     assert!(run.out.starts_with("2 scenarios: 2 trajectories kept"), "{}", run.out);
     let manifest = bench.json("two/dataset.json");
-    assert_eq!((&manifest["links"], &manifest["record"]), (&2.into(), &7700.into()));
+    assert_eq!((&manifest["links"], &manifest["state"]), (&2.into(), &11.into()));
     let shard = fs::metadata(bench.path("two/shard-00000.bin")).unwrap();
-    assert_eq!(shard.len(), 36 + 2 * 7700);
+    assert_eq!(shard.len(), 12 + 17 + 5 + 2 * (12 + 7680) + 4);
     let other = "two/dataset.json: mission: this dataset was begun with another mission";
     bench.refuses(line, other);
 }

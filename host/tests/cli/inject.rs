@@ -1,6 +1,9 @@
 //! `remora inject`
 
 use super::bench::Bench;
+use std::fs;
+use std::process::Stdio;
+use std::time::Duration;
 
 const INJECT: &str = "inject --scenarios set.scenarios.json --integrator euler --cases 24";
 
@@ -40,6 +43,31 @@ fn one_thread_or_two_give_the_same_tables_and_files() {
     assert_eq!(rows.lines().count(), 25);
     let columns = rows.lines().next().unwrap().split(',').count();
     assert!(rows.lines().all(|row| row.split(',').count() == columns));
+}
+
+/// Killed and gone on with, it has the same files.
+#[test]
+fn a_killed_one_resumes_to_the_same_files() {
+    let bench = Bench::new();
+    bench.solves(&format!("{INJECT} --jobs 1 --out whole --csv"));
+    let killed = format!("{INJECT} --jobs 1 --out killed --csv");
+    let mut child = bench.command(&killed).stderr(Stdio::null()).spawn().unwrap();
+    let path = bench.path("killed/inject.journal.jsonl");
+    let lines = || fs::read_to_string(&path).unwrap_or_default().lines().count();
+    while lines() < 5 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(lines() >= 5);
+    let other = "killed/inject.journal.jsonl: seed: this injection was begun with another seed";
+    bench.refuses(&format!("{INJECT} --seed 2 --out killed"), other);
+    let run = bench.solves(&killed);
+    assert!(run.err.contains("resuming: "), "{}", run.err);
+    assert_eq!(bench.names("killed"), ["inject.csv", "inject.json"]);
+    for file in ["inject.json", "inject.csv"] {
+        assert_eq!(bench.read(&format!("whole/{file}")), bench.read(&format!("killed/{file}")));
+    }
 }
 
 /// What is said of a case run alone is its row.

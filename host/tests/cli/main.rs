@@ -10,6 +10,7 @@ mod envelope;
 mod export;
 mod fly;
 mod foreign;
+mod hostile;
 mod import;
 mod inject;
 #[cfg(feature = "training")]

@@ -1,6 +1,7 @@
 //! `remora plan`
 
 use super::bench::{Bench, timeless};
+use remora_host::formats::{EvidenceFile, PlanFile};
 
 #[test]
 fn without_arguments_it_plans_a_built_in_scenario() {
@@ -87,6 +88,43 @@ fn out_of_time_it_writes_what_it_has() {
         assert_eq!(check.status, 1, "{}", check.err);
         assert!(check.out.contains("\nverdict: not flyable, "), "{}", check.out);
     }
+}
+
+/// What a spacecraft would send down is read by whatever reads plans.
+#[test]
+fn a_plan_may_be_a_packet() {
+    let bench = Bench::new();
+    let plan = "plan --integrator euler --scenarios set.scenarios.json --mission a.mission.toml";
+    bench.write("a.mission.toml", "[servicer]\nbus_mass_kg = 450.0\n");
+    let run = bench.solves(&format!("{plan} --format postcard"));
+    assert!(run.out.contains("\nwritten: runs/s1-000.plan.postcard\nsizes: plan 1"), "{}", run.out);
+    assert_eq!(bench.names("runs"), ["s1-000.evidence.postcard", "s1-000.plan.postcard"]);
+    let check = bench.solves("check --strict runs/s1-000.plan.postcard");
+    assert!(check.out.contains("\nverdict: optimal"), "{}", check.out);
+    bench.solves("view runs/s1-000.plan.postcard");
+    assert!(bench.path("runs/s1-000.html").is_file());
+    // It is the plan that JSON would hold.
+    bench.solves(&format!("{plan} --out a.plan.json"));
+    let numbers = |file: &str| {
+        let plan = PlanFile::read(&bench.path(file)).unwrap();
+        let stages = (plan.stage1.position, plan.stage2.joint_torque, plan.residuals);
+        (plan.inputs, plan.grid, plan.target, plan.clearances, stages)
+    };
+    assert!(numbers("a.plan.json") == numbers("runs/s1-000.plan.postcard"));
+    let evidence = |file: &str| EvidenceFile::read(&bench.path(file)).unwrap();
+    assert_eq!(evidence("a.evidence.json"), evidence("runs/s1-000.evidence.postcard"));
+
+    let size = |file: &str| std::fs::metadata(bench.path(file)).unwrap().len();
+    assert!(3 * size("runs/s1-000.plan.postcard") < size("a.plan.json") + 10_000);
+    bench.refuses(
+        &format!("{plan} --format postcard --out b.plan.json"),
+        "--format: postcard goes into a file whose name ends in .postcard",
+    );
+    let mut damaged = std::fs::read(bench.path("runs/s1-000.plan.postcard")).unwrap();
+    damaged[999] ^= 1;
+    bench.write("b.plan.postcard", &damaged);
+    bench
+        .refuses("check b.plan.postcard", "b.plan.postcard: is damaged: its CRC-32 does not match");
 }
 
 #[test]

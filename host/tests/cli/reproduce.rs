@@ -125,3 +125,26 @@ fn what_cannot_be_reproduced_is_refused() {
     fs::write(bench.path("models/broken.model"), "RMRN").unwrap();
     bench.refuses(&format!("reproduce decoders {COMMON}"), "models/broken.model: ");
 }
+
+/// The model that the program ships with, on scenarios that it has not met: its plans take fewer
+/// iterations than the heuristic's, and the tables say so.
+#[test]
+fn tables_of_the_built_in_model_on_twenty_scenarios() {
+    let bench = Bench::new();
+    fs::create_dir_all(bench.path("models")).unwrap();
+    let fixtures = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/models");
+    for name in ["euler.model", "euler.lineage.toml"] {
+        fs::copy(format!("{fixtures}/{name}"), bench.path("models").join(name)).unwrap();
+    }
+    let common = "--models models --count 20 --seed 7 --integrator euler --out paper";
+    for table in ["decoders", "feasibility"] {
+        let run = bench.solves(&format!("reproduce {table} {common}"));
+        assert!(run.out.contains("20 scenarios, euler, 1 at a time."), "{}", run.out);
+        let found = bench.json(&format!("paper/{table}.json"));
+        let rows = found["numbers"].as_array().unwrap();
+        assert!(rows.iter().all(|row| row["measured"]["success"]["count"] == 20), "{table}");
+        // The whole of the paired interval.
+        let most = rows[1]["against_heuristic"]["iterations"]["high"].as_f64().unwrap();
+        assert!(rows[1]["model"].is_object() && most < -0.2, "{table}: {most}");
+    }
+}

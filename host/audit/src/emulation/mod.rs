@@ -12,7 +12,7 @@ pub use file::{
 };
 
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::json;
+use remora_host::formats::{Limit, json, read_text};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -189,7 +189,7 @@ impl Emulation {
     /// # Errors
     /// The file and the first field or line that cannot be understood; a run without plans.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        Self::parse(&json::read_text(file)?).map_err(|error| error.at(file))
+        Self::parse(&read_text(file, Limit::DOCUMENT)?).map_err(|error| error.at(file))
     }
 
     /// The same of a text.

@@ -3,7 +3,8 @@
 use crate::emulation::{
     Counter, GuidanceRecord, Instructions, Part, PlanRecord, StageCounts, Steps,
 };
-use remora_host::error::{Error, FieldError, io_reason};
+use remora_host::error::{Error, FieldError};
+use remora_host::formats::{Limit, read_bytes};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::str::FromStr;
@@ -76,7 +77,7 @@ impl Log {
     /// A file that cannot be read; a run that ended early, with the last thing it said; a line that
     /// cannot be understood.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        let text = std::fs::read(file).map_err(|e| Error::input(file, "", io_reason(&e)))?;
+        let text = read_bytes(file, Limit::BINARY)?;
         Self::parse(&String::from_utf8_lossy(&text)).map_err(|error| error.at(file))
     }
 

@@ -6,8 +6,8 @@ use super::resolve;
 use super::target::{ByteOrder, Target};
 use super::toolchain::Toolchain;
 use image_audit::Outline;
-use remora_host::error::{Error, io_reason};
-use remora_host::formats::make_directory;
+use remora_host::error::Error;
+use remora_host::formats::{Limit, make_directory, read_text};
 use std::path::Path;
 
 /// The symbol of the numbers that say what to plan.
@@ -52,8 +52,7 @@ pub fn replay_image(
     write(&log, "")?;
     emulator::emulate(target, &image, &target.left(address, numbers), &log)?;
 
-    let text =
-        std::fs::read_to_string(&log).map_err(|cause| Error::input(&log, "", io_reason(&cause)))?;
+    let text = read_text(&log, Limit::BINARY)?;
     let printed = text.lines().find_map(|line| line.strip_prefix("replay output="));
     let sum = printed.and_then(|word| u64::from_str_radix(word.trim(), 16).ok());
     let reason = "printed no checksum";

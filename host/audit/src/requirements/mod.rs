@@ -12,7 +12,7 @@ pub use outcome::Texts;
 
 use outcome::{FELL_SHORT, Outcome, is_page};
 use remora_host::error::{Error, io_reason};
-use remora_host::formats::json::read_text;
+use remora_host::formats::{Limit, read_text};
 use remora_host::report::{Align, Page, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -62,7 +62,7 @@ impl Requirement {
 /// A file that cannot be read; a row that is not one; an id used twice or of another form.
 pub fn read(root: &Path) -> Result<Vec<Requirement>, Error> {
     let file = root.join(FILE);
-    let text = read_text(&file)?;
+    let text = read_text(&file, Limit::TEXT)?;
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let (mut rows, mut ids) = (Vec::new(), BTreeSet::new());
     for (number, row) in reader.deserialize().enumerate() {

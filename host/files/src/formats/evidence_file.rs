@@ -1,6 +1,7 @@
 //! Evidence beside a plan: `*.evidence.json`.
 
-use super::{Status, Verdict, json};
+use super::packet::{is_named_packet, is_packet};
+use super::{Limit, Status, Verdict, as_text, json, read_bytes};
 use crate::error::{Error, FieldError};
 use remora_core::advanced::model::RECOVERY_NAMES;
 use remora_core::advanced::planner::{GuessRecord, SolveRecord, StageSolveRecord};
@@ -52,7 +53,7 @@ pub struct EvidenceFile {
     pub stage2: StageSolveRecord,
     /// Feedback gains, which older versions wrote and nothing may fly.
     #[serde(default, skip_serializing)]
-    gains: IgnoredAny,
+    pub(super) gains: IgnoredAny,
 }
 
 /// A model, and why it was refused if it was.
@@ -102,8 +103,22 @@ impl EvidenceFile {
     /// # Errors
     /// The file, the field and the reason why it is refused.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        let text = json::read_text(file)?;
-        Self::parse(&text).map_err(|error| Error::input(file, error.field, error.reason))
+        let bytes = read_bytes(file, Limit::DOCUMENT)?;
+        Self::from_bytes(&bytes).map_err(|error| error.at(file))
+    }
+
+    /// Parses and validates what a file holds, JSON or [a packet](EvidenceFile::to_packet).
+    ///
+    /// # Errors
+    /// The first field that is refused; a packet that is damaged.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, FieldError> {
+        match is_packet(bytes) {
+            true => {
+                let record = Self::from_packet(bytes)?;
+                record.validate().map(|()| record)
+            }
+            false => Self::parse(as_text(bytes)?),
+        }
     }
 
     /// Parses and validates a file's text.
@@ -136,21 +151,33 @@ impl EvidenceFile {
         Ok(())
     }
 
-    /// Writes the file, whole or not at all.
+    /// Writes the file, whole or not at all; as a packet where its name ends in `.postcard`.
     ///
     /// # Errors
     /// The file with the reason why it cannot be written.
     pub fn write(&self, file: &Path) -> Result<(), Error> {
-        let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
-        super::write_atomically(file, text.as_bytes())
+        let failed = |reason: String| Error::Output { file: file.into(), reason };
+        let bytes = match is_named_packet(file) {
+            true => self.to_packet().map_err(|error| failed(error.reason))?,
+            false => json::to_text(self).map_err(|error| failed(error.to_string()))?.into_bytes(),
+        };
+        super::write_atomically(file, &bytes)
     }
 }
 
-/// Where the evidence of a plan file stands: `a.evidence.json` beside `a.plan.json`.
+/// Where the evidence of a plan file stands: `a.evidence.json` beside `a.plan.json`, and a packet beside
+/// a packet.
 pub fn evidence_path(plan: &Path) -> PathBuf {
+    let kind = if is_named_packet(plan) { "postcard" } else { "json" };
+    plan.with_file_name(format!("{}.evidence.{kind}", plan_stem(plan)))
+}
+
+/// The name of a plan file without what it ends in, for what stands beside it.
+pub fn plan_stem(plan: &Path) -> String {
     let name = plan.file_name().unwrap_or_default().to_string_lossy();
-    let stem = name.strip_suffix(".plan.json").or(name.strip_suffix(".json")).unwrap_or(&name);
-    plan.with_file_name(format!("{stem}.evidence.json"))
+    let ends = [".plan.json", ".plan.postcard", ".json", ".postcard"];
+    let stem = ends.into_iter().find_map(|end| name.strip_suffix(end));
+    stem.unwrap_or(&name).to_string()
 }
 
 /// Names of the limits that a record says the plan leads back into.
@@ -160,11 +187,11 @@ pub fn recovered(code: u32) -> Vec<String> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use remora_core::advanced::planner::Fallback;
 
-    fn record(is_refused: bool) -> EvidenceFile {
+    pub(crate) fn record(is_refused: bool) -> EvidenceFile {
         let evidence = SolveRecord {
             version: "1.2.3",
             input: 1,
@@ -197,6 +224,9 @@ mod tests {
             assert!(text.contains("\"output\": \"000000000000feed\""), "{text}");
             assert!(text.contains("\"fallback\": \"earlier_iterate\""), "{text}");
             assert_eq!(record.recovered, ["joint_rate", "pointing"]);
+            let packet = record.to_packet().unwrap();
+            assert_eq!(EvidenceFile::from_bytes(&packet).unwrap(), record);
+            assert!(packet.len() < 120, "{}", packet.len());
         }
     }
 
@@ -231,5 +261,6 @@ mod tests {
         assert_eq!(beside("a/b.plan.json"), "a/b.evidence.json");
         assert_eq!(beside("b.json"), "b.evidence.json");
         assert_eq!(beside("b"), "b.evidence.json");
+        assert_eq!(beside("a/b.plan.postcard"), "a/b.evidence.postcard");
     }
 }

@@ -1,13 +1,13 @@
 //! Reading JSON with errors that name the field, and writing it a row a line.
 
-use crate::error::{Error, FieldError, io_reason};
+use crate::error::FieldError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_json::ser::Formatter;
+use serde_json::value::RawValue;
 use std::borrow::Cow;
 use std::io::{self, Write};
-use std::path::Path;
 
 #[derive(serde::Deserialize)]
 #[serde(expecting = "an object with a `format`")]
@@ -16,16 +16,8 @@ struct Header<'a> {
     format: Option<Cow<'a, str>>,
 }
 
-/// Reads a whole text file.
-///
-/// # Errors
-/// The file with the reason why it cannot be read.
-pub fn read_text(file: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(file).map_err(|cause| Error::input(file, "", io_reason(&cause)))
-}
-
 /// The `format` of a document, as far as it says one.
-pub(super) fn format_of(text: &str) -> Option<String> {
+pub fn format_of(text: &str) -> Option<String> {
     deserialize::<Header<'_>>(text).ok()?.format.map(Cow::into_owned)
 }
 
@@ -34,16 +26,21 @@ pub(super) fn format_of(text: &str) -> Option<String> {
 /// # Errors
 /// The first field that cannot be understood.
 pub fn parse<T: DeserializeOwned + Serialize>(text: &str, format: &str) -> Result<T, FieldError> {
-    if text.trim_start().starts_with('[') {
-        return Err(FieldError::new("", "expected an object, not an array"));
-    }
-    let header: Header<'_> = deserialize(text)?;
-    check_format(header.format.as_deref(), format)?;
+    check_header(text, format)?;
     let document: T = deserialize(text)?;
     let found = deserialize(text)?;
     let failed = |error: serde_json::Error| FieldError::new("", error.to_string());
     refuse_arrays(&found, &serde_json::to_value(&document).map_err(failed)?, "")?;
     Ok(document)
+}
+
+/// Refuses a text that is no object of this `format`.
+pub(super) fn check_header(text: &str, format: &str) -> Result<(), FieldError> {
+    if text.trim_start().starts_with('[') {
+        return Err(FieldError::new("", "expected an object, not an array"));
+    }
+    let header: Header<'_> = deserialize(text)?;
+    check_format(header.format.as_deref(), format)
 }
 
 /// Refuses arrays in the place of objects, which serde reads as their fields in order.
@@ -84,16 +81,63 @@ pub fn check_format(found: Option<&str>, expected: &str) -> Result<(), FieldErro
     }
 }
 
-fn deserialize<'a, T: serde::Deserialize<'a>>(text: &'a str) -> Result<T, FieldError> {
+/// Parses one element of a long array, which is a part of `text`, so that the rest need not be held as
+/// anything but text. `field` is its path.
+///
+/// # Errors
+/// The first field that cannot be understood, with its place in the whole text.
+pub(super) fn parse_element<T: DeserializeOwned + Serialize>(
+    text: &str,
+    element: &RawValue,
+    field: &str,
+) -> Result<T, FieldError> {
+    let part = element.get();
+    let offset = (part.as_ptr() as usize).saturating_sub(text.as_ptr() as usize);
+    let before = text.get(..offset).unwrap_or_default();
+    let within = |error: FieldError| {
+        let dot = if error.field.is_empty() || error.field.starts_with('[') { "" } else { "." };
+        FieldError::new(format!("{field}{dot}{}", error.field), error.reason)
+    };
+    let parse = || {
+        let parsed: T = deserialize_after(before, part)?;
+        let failed = |error: serde_json::Error| FieldError::new("", error.to_string());
+        let found = serde_json::from_str(part).map_err(failed)?;
+        refuse_arrays(&found, &serde_json::to_value(&parsed).map_err(failed)?, "")?;
+        Ok(parsed)
+    };
+    parse().map_err(within)
+}
+
+/// Parses a text's outermost object, whose long arrays may be left as they are.
+pub(super) fn deserialize<'a, T: serde::Deserialize<'a>>(text: &'a str) -> Result<T, FieldError> {
+    deserialize_after("", text)
+}
+
+/// Parses a text that stands behind another.
+fn deserialize_after<'a, T: serde::Deserialize<'a>>(
+    before: &str,
+    text: &'a str,
+) -> Result<T, FieldError> {
     let mut reader = serde_json::Deserializer::from_str(text);
     let value = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
         let path = error.path().to_string();
         // A syntax error leaves an unfinished path, which the line number replaces.
         let named = path != "." && !path.contains('?');
-        FieldError::new(if named { path } else { String::new() }, error.inner().to_string())
+        FieldError::new(if named { path } else { String::new() }, placed(error.inner(), before))
     })?;
     reader.end().map_err(|error| FieldError::new("", error.to_string()))?;
     Ok(value)
+}
+
+/// What an error says, with its place counted from the beginning of what stands before.
+fn placed(error: &serde_json::Error, before: &str) -> String {
+    let (said, line, column) = (error.to_string(), error.line(), error.column());
+    let Some(words) = said.strip_suffix(&format!(" at line {line} column {column}")) else {
+        return said;
+    };
+    let begun = before.rfind('\n').map_or(0, |end| end + 1);
+    let column = if line == 1 { column + before.len() - begun } else { column };
+    format!("{words} at line {} column {column}", line + before.matches('\n').count())
 }
 
 /// Serialises `value` with objects spread over lines and arrays of numbers on one line each.

@@ -3,13 +3,13 @@
 //! Sections and keys that a file leaves out keep the problem definition's values, so that a file
 //! may change a single number. `fixtures/missions/default.mission.toml` spells all of them out.
 
-use super::json;
 use super::mission_capture::{self, Roll};
 use super::mission_keys::key_of;
 use super::mission_sections::{
     Approach, Corridor, Horizon, Margins, Orbit, Scenarios, Target, Tolerances, Typical, Weights,
 };
 use super::mission_servicer::Servicer;
+use super::{Limit, json, read_text};
 use crate::error::{Error, FieldError};
 use remora_core::advanced::model::{InvalidField, MIN_NODES, Mission};
 use remora_core::advanced::stages::{LINKS, NODES};
@@ -63,7 +63,7 @@ pub struct MissionFile {
 /// As [`MissionFile::parse`], with the file.
 pub fn read_mission_file(file: Option<&Path>) -> Result<MissionFile, Error> {
     let Some(file) = file else { return Ok(MissionFile::default()) };
-    MissionFile::parse(&json::read_text(file)?).map_err(|error| error.at(file))
+    MissionFile::parse(&read_text(file, Limit::TEXT)?).map_err(|error| error.at(file))
 }
 
 /// The mission of a file, or the built-in one without a file, with an arm of `NL` joints.

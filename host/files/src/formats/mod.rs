@@ -5,6 +5,7 @@
 //! length. A writer writes beside the file and renames, so that no file is ever half written.
 
 mod evidence_file;
+mod input;
 mod joints;
 pub mod json;
 mod mission_capture;
@@ -17,6 +18,7 @@ mod mission_servicer;
 mod mission_tests;
 mod model_file;
 mod output;
+mod packet;
 mod plan_convert;
 mod plan_file;
 mod plan_first;
@@ -31,8 +33,10 @@ mod table;
 mod table_read;
 
 pub use evidence_file::{
-    EvidenceFile, FORMAT as EVIDENCE_FORMAT, ModelRecord, evidence_path, recovered,
+    EvidenceFile, FORMAT as EVIDENCE_FORMAT, ModelRecord, evidence_path, plan_stem, recovered,
 };
+use input::as_text;
+pub use input::{Limit, open_regular, read_bytes, read_text};
 pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
 pub use mission_capture::{Capture as MissionCapture, Roll as MissionRoll, capture_search};
 pub use mission_file::{FORMAT as MISSION_FORMAT, MissionFile, read_mission, read_mission_file};
@@ -42,8 +46,9 @@ pub use mission_sections::{
     Weights as MissionWeights,
 };
 pub use mission_servicer::{Link as MissionLink, Servicer as MissionServicer};
-pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout, read_model};
-pub use output::{check_writable, make_directory, remove_partials, write_atomically};
+pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout};
+pub use output::{check_writable, make_directory, remove_partials, write_atomically, write_first};
+pub use packet::is_named_packet;
 pub use plan_convert::StageEnd;
 pub use plan_file::{FORMAT as PLAN_FORMAT, PlanFile, PlanStage1, PlanStage2, PlanTarget};
 pub use plan_inputs::{
@@ -119,8 +124,41 @@ mod tests {
             if let Ok(mission) = MissionFile::parse(&mission).and_then(|file| file.mission()) {
                 prop_assert!(mission.validate().is_ok());
             }
-            let _ = EvidenceFile::parse(&damaged("{\"format\": \"remora-evidence/2\"}", at, with));
-            let _ = PlanFile::parse(&damaged("{\"format\": \"remora-plan/1\"}", at, with));
+            let evidence = json::to_text(&evidence_file::tests::record(true)).unwrap();
+            if let Ok(record) = EvidenceFile::parse(&damaged(&evidence, at, with)) {
+                prop_assert_eq!(record.output.len(), 16);
+            }
+            let first = include_str!("../../../../fixtures/plans/first-format.plan.json");
+            let plan = json::to_text(&plan_read::tests::plan()).unwrap();
+            for text in [first, &plan] {
+                if let Ok(plan) = PlanFile::parse(&damaged(text, at, with)) {
+                    prop_assert!(plan.stage1.position.as_flattened().iter().all(|x| x.is_finite()));
+                }
+            }
+        }
+
+        /// Packets too, whose checksum somebody has made right.
+        // Verifies REM-IO-001.
+        #[test]
+        fn packets_survive_damage(at: prop::sample::Index, with: u8, cut: prop::sample::Index) {
+            let forged = |mut bytes: Vec<u8>| {
+                bytes.truncate(bytes.len() - 4);
+                let at = at.index(bytes.len());
+                bytes[at] ^= with;
+                if with == 0 {
+                    bytes.truncate(cut.index(bytes.len()));
+                }
+                let crc = remora_core::advanced::nn::Crc32::of(&bytes);
+                bytes.extend(crc.to_le_bytes());
+                bytes
+            };
+            if let Ok(plan) = PlanFile::from_bytes(&forged(plan_read::tests::plan().to_packet().unwrap())) {
+                prop_assert!(plan.stage1.position.as_flattened().iter().all(|x| x.is_finite()));
+            }
+            let record = evidence_file::tests::record(true).to_packet().unwrap();
+            if let Ok(record) = EvidenceFile::from_bytes(&forged(record)) {
+                prop_assert_eq!(record.output.len(), 16);
+            }
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Models: `*.model`. The core owns the format (`remora_core::advanced::nn`, described in `docs/model.md`) and
 //! reads it where it lies; here files are put together and taken apart, tensor by tensor.
 
-use super::write_atomically;
-use crate::error::{Error, FieldError, io_reason};
+use super::{Limit, read_bytes, write_atomically};
+use crate::error::{Error, FieldError};
 use remora_core::advanced::nn::{
     Crc32, Header, Model, Precision, Tensor, TensorElement, tensors, write_header,
 };
@@ -167,7 +167,7 @@ impl ModelFile {
     /// # Errors
     /// File and reason.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        Self::parse(&read_model(file)?).map_err(|e| e.at(file))
+        Self::parse(&read_bytes(file, Limit::BINARY)?).map_err(|e| e.at(file))
     }
 
     /// What the file says about itself.
@@ -212,12 +212,4 @@ impl ModelFile {
     pub fn write(&self, file: &Path) -> Result<(), Error> {
         write_atomically(file, &self.bytes())
     }
-}
-
-/// The bytes of a model file, for the core to open; not checked yet.
-///
-/// # Errors
-/// File and reason.
-pub fn read_model(file: &Path) -> Result<Vec<u8>, Error> {
-    std::fs::read(file).map_err(|cause| Error::input(file, "", io_reason(&cause)))
 }

@@ -17,6 +17,15 @@ fn partial(file: &Path) -> Option<PathBuf> {
     Some(file.with_file_name(name))
 }
 
+/// The file that a name stands for: a symbolic link stays, and what it leads to is written.
+fn resolved(file: &Path) -> io::Result<PathBuf> {
+    match fs::symlink_metadata(file) {
+        Ok(found) if found.is_symlink() => fs::canonicalize(file),
+        _ => Ok(file.to_path_buf()),
+    }
+}
+
+/// Opens what becomes `file`, which is no link.
 fn open(file: &Path) -> io::Result<(PathBuf, File)> {
     let partial = partial(file).filter(|_| !ends_in_separator(file));
     let partial = partial.ok_or_else(|| io::Error::other("is not a file name"))?;
@@ -43,9 +52,12 @@ fn ends_in_separator(file: &Path) -> bool {
 /// # Errors
 /// The file with the reason why it cannot be written.
 pub fn check_writable(file: &Path) -> Result<(), Error> {
-    let (partial, handle) = open(file).map_err(|cause| Error::output(file, &cause))?;
-    drop(handle);
-    fs::remove_file(partial).map_err(|cause| Error::output(file, &cause))
+    let check = || {
+        let (partial, handle) = open(&resolved(file)?)?;
+        drop(handle);
+        fs::remove_file(partial)
+    };
+    check().map_err(|cause| Error::output(file, &cause))
 }
 
 /// Writes `bytes` beside `file`, then renames: a reader sees the old file or the new one, never
@@ -54,12 +66,45 @@ pub fn check_writable(file: &Path) -> Result<(), Error> {
 /// # Errors
 /// The file with the reason why it cannot be written; what was there before still is.
 pub fn write_atomically(file: &Path, bytes: &[u8]) -> Result<(), Error> {
+    write(file, bytes, |partial, file| fs::rename(partial, file))
+}
+
+/// As [`write_atomically`], where there is no such file yet: of several programs that write it at once
+/// one does.
+///
+/// # Errors
+/// As there; none where another was first: then `false`.
+pub fn write_first(file: &Path, bytes: &[u8]) -> Result<bool, Error> {
+    let mut is_first = true;
+    write(file, bytes, |partial, file| {
+        match fs::hard_link(partial, file) {
+            Ok(()) => fs::remove_file(partial),
+            Err(_) if file.exists() => {
+                is_first = false;
+                // Who was first may have swept it away.
+                let _ = fs::remove_file(partial);
+                Ok(())
+            }
+            // A file system without links.
+            Err(_) => fs::rename(partial, file),
+        }
+    })?;
+    Ok(is_first)
+}
+
+/// Writes beside a file, and lets that become it.
+fn write(
+    file: &Path,
+    bytes: &[u8],
+    become_it: impl FnOnce(&Path, &Path) -> io::Result<()>,
+) -> Result<(), Error> {
     let write = || {
-        let (partial, mut handle) = open(file)?;
+        let file = resolved(file)?;
+        let (partial, mut handle) = open(&file)?;
         let written = handle
             .write_all(bytes)
             .and_then(|()| handle.sync_all())
-            .and_then(|()| fs::rename(&partial, file));
+            .and_then(|()| become_it(&partial, &file));
         if written.is_err() {
             let _ = fs::remove_file(&partial);
         }
@@ -121,6 +166,35 @@ mod tests {
         assert!(refused(&file.join("a.json")).ends_with("not a directory"));
         assert!(refused(Path::new("/")).ends_with("is not a file name"));
         assert!(refused(&dir.path().join("new/")).ends_with("is not a file name"));
+    }
+
+    #[test]
+    fn one_of_several_writes_first() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("a.json");
+        assert_eq!(write_first(&file, b"one"), Ok(true));
+        assert_eq!(write_first(&file, b"two"), Ok(false));
+        assert_eq!(fs::read(&file).unwrap(), b"one");
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_and_what_it_leads_to_is_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        fs::create_dir(at("far")).unwrap();
+        fs::write(at("far/a.json"), b"old").unwrap();
+        std::os::unix::fs::symlink("far/a.json", at("link.json")).unwrap();
+        check_writable(&at("link.json")).unwrap();
+        write_atomically(&at("link.json"), b"new").unwrap();
+        assert!(fs::symlink_metadata(at("link.json")).unwrap().is_symlink());
+        assert_eq!(fs::read(at("far/a.json")).unwrap(), b"new");
+        assert_eq!(fs::read_dir(at("far")).unwrap().count(), 1);
+        // One that leads nowhere is not made something else either.
+        std::os::unix::fs::symlink("far/none/b.json", at("broken.json")).unwrap();
+        let reason = check_writable(&at("broken.json")).unwrap_err().to_string();
+        assert!(reason.ends_with("no such file or directory"), "{reason}");
     }
 
     #[test]

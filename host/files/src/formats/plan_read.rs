@@ -1,7 +1,11 @@
 //! Reading plans of either format, and writing them.
 
+use super::packet::{is_named_packet, is_packet};
 use super::plan_file::{FORMAT, PlanFile};
-use super::{PLANNED_JOINTS, Residuals, check_id, check_quaternion, json, plan_first};
+use super::{
+    Limit, PLANNED_JOINTS, Residuals, as_text, check_id, check_quaternion, json, plan_first,
+    read_bytes,
+};
 use crate::error::{Error, FieldError};
 use remora_core::advanced::stages::{LINKS, NODES};
 use std::path::Path;
@@ -30,16 +34,36 @@ impl PlanFile {
     /// # Errors
     /// As [`PlanFile::parse`], with the file.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        Self::parse(&json::read_text(file)?).map_err(|error| error.at(file))
+        Self::from_bytes(&read_bytes(file, Limit::DOCUMENT)?).map_err(|error| error.at(file))
     }
 
-    /// Writes the file whole or not at all.
+    /// Parses and validates what a file holds, JSON or [a packet](PlanFile::to_packet).
+    ///
+    /// # Errors
+    /// As [`PlanFile::parse`]; a packet that is damaged.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, FieldError> {
+        match is_packet(bytes) {
+            // Numbers that are none become `null`, which the reader of the text refuses.
+            true => Self::parse(&Self::from_packet(bytes)?.text()?),
+            false => Self::parse(as_text(bytes)?),
+        }
+    }
+
+    /// Writes the file whole or not at all; as a packet where its name ends in `.postcard`.
     ///
     /// # Errors
     /// The file with the reason why it cannot be written.
     pub fn write(&self, file: &Path) -> Result<(), Error> {
-        let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
-        super::write_atomically(file, text.as_bytes())
+        let bytes = match is_named_packet(file) {
+            true => self.to_packet(),
+            false => self.text().map(String::into_bytes),
+        };
+        let failed = |error: FieldError| Error::Output { file: file.into(), reason: error.reason };
+        super::write_atomically(file, &bytes.map_err(failed)?)
+    }
+
+    fn text(&self) -> Result<String, FieldError> {
+        json::to_text(self).map_err(|error| FieldError::new("", error.to_string()))
     }
 
     /// What plans of the first format lack is required, and inputs must be sound.
@@ -143,11 +167,11 @@ fn check_residuals(residuals: &Residuals) -> Result<(), FieldError> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::formats::{
-        PlanGrid, PlanInputs, PlanStage1, PlanStage2, PlanTarget, Program, ScenarioSet, StageEnd,
-        Status, Verdict,
+        MissionFile, PlanGrid, PlanInputs, PlanStage1, PlanStage2, PlanTarget, Program,
+        ScenarioSet, StageEnd, Status, Verdict,
     };
     use crate::method::{Integrator, Mode};
     use remora_core::advanced::model::{Mission, Scenario, TargetState};
@@ -155,7 +179,7 @@ mod tests {
         Clearances, Closest, ReorientationTrajectory, TranslationTrajectory,
     };
 
-    fn plan() -> PlanFile {
+    pub(crate) fn plan() -> PlanFile {
         let residuals = Residuals { dynamics1: 1e-9, ee_angle: 2e-9, ..Default::default() };
         let status = Status::Solved;
         let arm = Closest { distance: -0.01, time_s: 612.5, body: 3 };
@@ -199,6 +223,54 @@ mod tests {
         assert_eq!((plan.stage2.attitude.len(), plan.stage2.joint_torque.len()), (60, 59));
         let two = plan.stage2.trajectory::<LINKS>();
         assert_eq!(two, ReorientationTrajectory::ZERO);
+    }
+
+    /// JSON and packet hold the same plan, and either is read whatever its file is called.
+    #[test]
+    fn a_packet_holds_the_same_plan() {
+        let dir = tempfile::tempdir().unwrap();
+        let (json, packet) = (dir.path().join("a.plan.json"), dir.path().join("a.plan.postcard"));
+        let mut heavy = MissionFile::default();
+        heavy.target.mass_kg += 1.0;
+        let mission = heavy.mission().unwrap();
+        let mut scenario = ScenarioSet::built_in().unwrap().scenarios[3].clone();
+        scenario.servicer.joint_angle_rad = Some(vec![-0.5, 0.4, 0.3]);
+        scenario.duration_s = Some(1100.0);
+        let inputs = PlanInputs::new(&mission, &scenario, Integrator::RK4);
+        let grid = PlanGrid::of(&mission, &scenario.scenario());
+        let moved =
+            PlanFile { frames: Some(crate::formats::frames()), inputs: Some(inputs), ..plan() };
+        let moved = PlanFile { grid: Some(grid), verdict: None, clearances: None, ..moved };
+        let usual = PlanFile { frames: Some(crate::formats::frames()), ..plan() };
+        for plan in [usual, moved] {
+            plan.write(&json).unwrap();
+            plan.write(&packet).unwrap();
+            let [from_json, from_packet] =
+                [&json, &packet].map(|file| PlanFile::read(file).unwrap());
+            assert!(from_json == plan && from_packet == plan);
+            let size = std::fs::metadata(&packet).unwrap().len();
+            assert!((17_000..19_000).contains(&size), "{size}");
+        }
+    }
+
+    // Verifies REM-IO-005.
+    #[test]
+    fn damage_to_a_packet_is_named() {
+        let whole = plan().to_packet().unwrap();
+        let reason = |change: &dyn Fn(&mut Vec<u8>)| {
+            let mut bytes = whole.clone();
+            change(&mut bytes);
+            PlanFile::from_bytes(&bytes).unwrap_err().reason
+        };
+        assert_eq!(reason(&|b| b[3000] ^= 1), "is damaged: its CRC-32 does not match");
+        assert_eq!(reason(&|b| b.truncate(500)), "is damaged: its CRC-32 does not match");
+        assert_eq!(reason(&|b| b.truncate(3)), "expected value at line 1 column 1");
+        assert_eq!(reason(&|b| b[7] = b'E'), "is not a plan");
+        // What is no number does not become one on its way down.
+        let mut plan = plan();
+        plan.stage1.position[7][1] = f64::NAN;
+        let error = PlanFile::from_bytes(&plan.to_packet().unwrap()).unwrap_err();
+        assert_eq!(error.field, "stage1.position_rtn_m[7][1]");
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! What a campaign keeps of one plan: a row of its journal and its tables.
 
 use super::{Clearances, NamedScenario, PlanFile, Residuals, Status, Verdict};
-use remora_core::advanced::model::{Mission, Refusal};
+use crate::error::FieldError;
+use remora_core::advanced::model::{Mission, Refusal, Tolerances};
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// What a campaign keeps of one plan.
@@ -191,6 +192,47 @@ impl Row {
             time_s: 0.0,
             cpu_time_s: 0.0,
         }
+    }
+
+    /// Refuses a row that no plan has, such as one that can be flown with a residual beyond its tolerance.
+    ///
+    /// # Errors
+    /// The field and what is wrong with it.
+    pub fn check(&self, tolerances: &Tolerances) -> Result<(), FieldError> {
+        if self.verdict != Verdict::of(self.is_verified(), self.status) {
+            return Err(FieldError::new("verdict", "contradicts the status"));
+        }
+        if !self.is_verified() {
+            return Ok(());
+        }
+        let limits = Residuals::default().against(tolerances);
+        for ((name, _, tolerance), value) in limits.into_iter().zip(self.residuals) {
+            if !(0.0..=tolerance).contains(&value) {
+                let reason =
+                    format!("is {value} of {tolerance}, and the plan is said to be flyable");
+                return Err(FieldError::new(format!("residuals.{name}"), reason));
+            }
+        }
+        for (field, value) in [
+            ("stage1.cost", self.stage1.cost),
+            ("stage1.time_s", self.stage1.time_s),
+            ("stage2.cost", self.stage2.cost),
+            ("stage2.time_s", self.stage2.time_s),
+            ("inference_s", self.inference_s),
+            ("flight.target_rate_rad_s", self.flight.target_rate_rad_s),
+            ("flight.start_distance_m", self.flight.start_distance_m),
+            ("flight.peak_force_n", self.flight.peak_force_n),
+            ("flight.peak_bus_torque_n_m", self.flight.peak_bus_torque_n_m),
+            ("flight.peak_joint_torque_n_m", self.flight.peak_joint_torque_n_m),
+            ("flight.delta_v_m_s", self.flight.delta_v_m_s),
+            ("time_s", self.time_s),
+        ] {
+            if !(0.0..f64::INFINITY).contains(&value) {
+                let reason = format!("is {value}, and the plan is said to be flyable");
+                return Err(FieldError::new(field, reason));
+            }
+        }
+        Ok(())
     }
 
     /// Whether the verifier found every constraint kept: such a plan can be flown.

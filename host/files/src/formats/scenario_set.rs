@@ -1,13 +1,14 @@
 //! Scenario sets: `*.scenarios.json`.
 
 use super::joints::each;
-use super::{check_id, check_quaternion, json, write_atomically};
+use super::{Limit, check_id, check_quaternion, json, read_text, write_atomically};
 use crate::error::{Error, FieldError};
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{MIN_NODES, Scenario, Start};
 use remora_core::advanced::stages::NODES;
 use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -38,6 +39,15 @@ pub struct ScenarioSet {
     pub format: String,
     /// The scenarios; ids are unique.
     pub scenarios: Vec<NamedScenario>,
+}
+
+/// A set whose scenarios are not read yet: of a large one only text is held beside what is read.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a scenario set")]
+struct Written<'a> {
+    format: String,
+    #[serde(borrow)]
+    scenarios: Vec<&'a RawValue>,
 }
 
 /// One scenario of a set.
@@ -198,7 +208,7 @@ impl ScenarioSet {
         Self { format: if is_second { FORMAT } else { FIRST_FORMAT }.into(), scenarios }
     }
 
-    /// Parses and validates a set.
+    /// Parses and validates a set. Memory: the scenarios, 16 bytes each beside.
     ///
     /// # Errors
     /// The first field found wrong: unknown format or field, numbers that are not, quaternions
@@ -208,7 +218,11 @@ impl ScenarioSet {
             Some(FIRST_FORMAT) => FIRST_FORMAT,
             _ => FORMAT,
         };
-        let set: Self = json::parse(text, format)?;
+        json::check_header(text, format)?;
+        let written: Written<'_> = json::deserialize(text)?;
+        let parse = |(i, scenario)| json::parse_element(text, scenario, &format!("scenarios[{i}]"));
+        let scenarios = written.scenarios.into_iter().enumerate().map(parse);
+        let set = Self { format: written.format, scenarios: scenarios.collect::<Result<_, _>>()? };
         set.validate()?;
         Ok(set)
     }
@@ -218,7 +232,7 @@ impl ScenarioSet {
     /// # Errors
     /// As [`ScenarioSet::parse`], with the file.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        Self::parse(&json::read_text(file)?).map_err(|error| error.at(file))
+        Self::parse(&read_text(file, Limit::SET)?).map_err(|error| error.at(file))
     }
 
     /// The set that is compiled into the program: `fixtures/scenarios/public.scenarios.json`.

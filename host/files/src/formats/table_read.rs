@@ -1,6 +1,7 @@
 //! Tables of Parquet files read again: their numbers by column.
 
-use crate::error::{Error, io_reason};
+use super::open_regular;
+use crate::error::Error;
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -23,7 +24,7 @@ impl Numbers {
     /// # Errors
     /// The file with the reason why it cannot be read.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        let open = File::open(file).map_err(|cause| Error::input(file, "", io_reason(&cause)))?;
+        let open = open_regular(file)?;
         numbers(open).map_err(|error| Error::input(file, "", format!("is no table: {error}")))
     }
 

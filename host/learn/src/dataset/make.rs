@@ -1,7 +1,8 @@
 //! Making a dataset: scenarios planned over a few threads, shard by shard.
 
 use super::manifest::{MANIFEST, Manifest};
-use super::{Trajectory, shard, shard_path};
+use super::shard::{self, Place};
+use super::{Trajectory, shard_path};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use remora_host::draw::draw_one;
@@ -72,16 +73,22 @@ impl<const NL: usize> Recipe<NL> {
     pub fn make(&self, progress: &mut dyn Progress) -> Result<Made, Error> {
         self.draw(0)?;
         let manifest = Manifest::new(self);
-        let _lock = self.begin(&manifest)?;
+        let (_lock, is_new) = self.begin(&manifest)?;
         remove_partials(&self.out);
+        let dataset = manifest.dataset();
 
         let mut made = Made { tried: 0, kept: 0, now: 0 };
         let mut pending = Vec::new();
         for (first, tried) in manifest.shards() {
-            match shard::verify::<NL>(&self.shard_path(first), first, tried)? {
-                Some(head) => {
+            let file = self.shard_path(first);
+            match shard::verify::<NL>(&file, Place { dataset: &dataset, first, tried })? {
+                Some(found) if is_new && !found.is_named => {
+                    let reason = "does not say what it was made from, and its manifest is gone";
+                    return Err(Error::input(&file, "", reason));
+                }
+                Some(found) => {
                     made.tried += u64::from(tried);
-                    made.kept += u64::from(head.kept);
+                    made.kept += u64::from(found.kept);
                 }
                 None => pending.extend(first..first + u64::from(tried)),
             }
@@ -93,7 +100,7 @@ impl<const NL: usize> Recipe<NL> {
             made.now += 1;
             made.tried += 1;
             made.kept += u64::from(trajectory.is_some());
-            self.file_away(&mut open, index, trajectory)
+            self.file_away(&dataset, &mut open, index, trajectory)
         };
         let method = Method { integrator: self.integrator, ..Method::default() };
         let plan = |planner: &mut Planner, index| self.plan(planner, &method, index);
@@ -103,18 +110,15 @@ impl<const NL: usize> Recipe<NL> {
     }
 
     /// Makes the directory and its manifest, or compares with what is there; returns the manifest
-    /// locked against other programs that would make the same dataset.
-    fn begin(&self, manifest: &Manifest) -> Result<File, Error> {
+    /// locked against other programs that would make the same dataset, and whether it is new.
+    fn begin(&self, manifest: &Manifest) -> Result<(File, bool), Error> {
         let file = self.out.join(MANIFEST);
-        if file.exists() {
-            manifest.agree(&Manifest::read(&file)?).map_err(|error| error.at(&file))?;
-        } else {
-            make_directory(&self.out)?;
-            manifest.write(&file)?;
-        }
+        make_directory(&self.out)?;
+        let is_new = manifest.begin(&file)?;
+        manifest.agree(&Manifest::read(&file)?).map_err(|error| error.at(&file))?;
         let handle = File::open(&file).map_err(|cause| Error::output(&file, &cause))?;
         match handle.try_lock() {
-            Ok(()) => Ok(handle),
+            Ok(()) => Ok((handle, is_new)),
             Err(TryLockError::WouldBlock) => {
                 let reason = "another program is making this dataset";
                 Err(Error::input(&file, "", reason))
@@ -147,6 +151,7 @@ impl<const NL: usize> Recipe<NL> {
     /// Adds what came of a scenario to its shard, and writes the shard once it has all.
     fn file_away(
         &self,
+        dataset: &str,
         open: &mut BTreeMap<u64, Open<NL>>,
         index: u64,
         trajectory: Option<Box<Trajectory<NL>>>,
@@ -162,7 +167,7 @@ impl<const NL: usize> Recipe<NL> {
         }
         let kept: Vec<Trajectory<NL>> = std::mem::take(&mut shard.kept).into_values().collect();
         open.remove(&first);
-        shard::write(&self.shard_path(first), first, tried, &kept)
+        shard::write(&self.shard_path(first), Place { dataset, first, tried }, &kept)
     }
 
     fn shard_path(&self, first: u64) -> PathBuf {

@@ -1,19 +1,24 @@
 //! The manifest: what a dataset was asked to be.
 
 use super::Recipe;
-use super::trajectory::{record_bytes, state_size};
+use super::trajectory::state_size;
 use remora_core::advanced::stages::{NODES, size};
 use remora_host::engine;
 use remora_host::error::{Error, FieldError};
 use remora_host::fingerprint::fingerprint;
-use remora_host::formats::{MAX_JOINTS, PLANNED_JOINTS, json, write_atomically};
+use remora_host::formats::{
+    Limit, MAX_JOINTS, PLANNED_JOINTS, json, read_text, write_atomically, write_first,
+};
 use remora_host::method::{Integrator, Method};
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 use std::path::Path;
 
-/// The `format` of the datasets this version reads and writes.
-pub const FORMAT: &str = "remora-dataset/1";
+/// The `format` of the datasets this version writes.
+pub const FORMAT: &str = "remora-dataset/2";
+
+/// The `format` of datasets whose shards may not say what they are of; they stay readable.
+const FIRST_FORMAT: &str = "remora-dataset/1";
 
 /// Name of the manifest in a dataset's directory.
 pub const MANIFEST: &str = "dataset.json";
@@ -52,8 +57,9 @@ pub struct Manifest {
     pub state: usize,
     /// Numbers of a control.
     pub control: usize,
-    /// Size of a record [bytes].
-    pub record: usize,
+    /// Size of a record of the first format [bytes].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) record: Option<usize>,
 }
 
 impl Manifest {
@@ -74,7 +80,7 @@ impl Manifest {
             links: NL,
             state: state_size(NL),
             control: size::controls(NL),
-            record: record_bytes(NL),
+            record: None,
         }
     }
 
@@ -84,16 +90,33 @@ impl Manifest {
     /// The file with the first field found wrong, or with the reason why it cannot be read.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let parse = |text: &str| {
-            let manifest: Self = json::parse(text, FORMAT)?;
+            let is_first = json::format_of(text).as_deref() == Some(FIRST_FORMAT);
+            let format = if is_first { FIRST_FORMAT } else { FORMAT };
+            let manifest: Self = json::parse(text, format)?;
             manifest.validate().map(|()| manifest)
         };
-        parse(&json::read_text(file)?).map_err(|error: FieldError| error.at(file))
+        parse(&read_text(file, Limit::TEXT)?).map_err(|error: FieldError| error.at(file))
     }
 
     /// Writes the file whole or not at all.
     pub(super) fn write(&self, file: &Path) -> Result<(), Error> {
-        let text = json::to_text(self).map_err(|error| Error::output(file, &error.into()))?;
-        write_atomically(file, text.as_bytes())
+        write_atomically(file, self.text(file)?.as_bytes())
+    }
+
+    /// Writes the file where there is none yet; whether it did. Of several programs that do so at once
+    /// one does.
+    pub(super) fn begin(&self, file: &Path) -> Result<bool, Error> {
+        Ok(!file.exists() && write_first(file, self.text(file)?.as_bytes())?)
+    }
+
+    fn text(&self, file: &Path) -> Result<String, Error> {
+        json::to_text(self).map_err(|error| Error::output(file, &error.into()))
+    }
+
+    /// What the dataset is, whatever its number of scenarios and of shards: each shard says it.
+    pub(super) fn dataset(&self) -> String {
+        let Self { version, seed, integrator, model, mission, settings, nodes, links, .. } = self;
+        fingerprint(&(version, seed, integrator, model, mission, settings, nodes, links))
     }
 
     /// Asks for more scenarios than the dataset in a directory was begun with; its shards must all be whole
@@ -142,7 +165,6 @@ impl Manifest {
             ("nodes", self.nodes, NODES),
             ("state", self.state, state_size(joints)),
             ("control", self.control, size::controls(joints)),
-            ("record", self.record, record_bytes(joints)),
         ] {
             if found != expected {
                 let reason = format!("is {found}; this program was built for {expected}");

@@ -15,6 +15,7 @@
 mod make;
 mod manifest;
 mod shard;
+mod shard_first;
 mod split;
 mod trajectory;
 
@@ -26,6 +27,7 @@ pub use trajectory::Trajectory;
 use remora_core::advanced::stages::LINKS;
 use remora_host::error::Error;
 use remora_host::lineage::Source;
+use shard::Place;
 use std::path::{Path, PathBuf};
 
 /// A dataset to read. One that is still being made can be read up to where it is complete.
@@ -47,15 +49,20 @@ impl<const NL: usize> Dataset<NL> {
     pub fn open(directory: &Path) -> Result<Self, Error> {
         let file = directory.join(MANIFEST);
         let manifest = Manifest::read(&file)?.of_joints(NL).map_err(|error| error.at(&file))?;
-        let (mut tried, mut kept) = (0, 0);
-        for (number, (first, size)) in (0..).zip(manifest.shards()) {
-            let Some(head) = shard::look::<NL>(&shard_path(directory, number), first, size)? else {
+        let (mut all, mut kept) = (0, 0);
+        let dataset = manifest.dataset();
+        for (number, (first, tried)) in (0..).zip(manifest.shards()) {
+            let Some(found) = shard::look::<NL>(
+                &shard_path(directory, number),
+                Place { dataset: &dataset, first, tried },
+            )?
+            else {
                 break;
             };
-            tried += u64::from(head.tried);
-            kept += u64::from(head.kept);
+            all += u64::from(tried);
+            kept += u64::from(found.kept);
         }
-        Ok(Self { manifest, directory: directory.to_path_buf(), tried, kept })
+        Ok(Self { manifest, directory: directory.to_path_buf(), tried: all, kept })
     }
 
     /// Number of trajectories, up to the first shard that is missing.
@@ -82,11 +89,13 @@ impl<const NL: usize> Dataset<NL> {
         let end = limit.map_or(self.manifest.count, |limit| limit as u64);
         let capacity = end.min(self.kept) as usize;
         let mut out = Vec::with_capacity(capacity);
-        for (number, (first, size)) in (0..).zip(self.manifest.shards()) {
+        let dataset = self.manifest.dataset();
+        for (number, (first, tried)) in (0..).zip(self.manifest.shards()) {
             if first >= end {
                 break;
             }
-            shard::read(&shard_path(&self.directory, number), first, size, end, &mut out)?;
+            let place = Place { dataset: &dataset, first, tried };
+            shard::read(&shard_path(&self.directory, number), place, end, &mut out)?;
         }
         Ok(out)
     }
@@ -186,7 +195,8 @@ mod tests {
         let write = |number, trajectories: &[Trajectory]| {
             let (first, tried) = shards[number];
             let path = shard_path(dir.path(), number as u64);
-            shard::write(&path, first, tried, trajectories).unwrap();
+            let place = Place { dataset: &manifest.dataset(), first, tried };
+            shard::write(&path, place, trajectories).unwrap();
         };
         write(0, &[trajectory::tests::counting(4), trajectory::tests::counting(400)]);
         write(2, &[trajectory::tests::counting(1001)]);
@@ -209,11 +219,11 @@ mod tests {
             Recipe { count, seed, integrator, model, mission, shard, jobs, out: dir.path().into() };
         let manifest = Manifest::new(&two);
         assert_eq!((manifest.links, manifest.state, manifest.control), (2, 11, 5));
-        assert_eq!(manifest.record, Trajectory::<2>::BYTES);
         manifest.write(&dir.path().join(MANIFEST)).unwrap();
         let file = shard_path(dir.path(), 0);
         let kept = [trajectory::tests::counting::<2>(1), trajectory::tests::counting(3)];
-        shard::write(&file, 0, 4, &kept).unwrap();
+        let place = Place { dataset: &manifest.dataset(), first: 0, tried: 4 };
+        shard::write(&file, place, &kept).unwrap();
         assert_eq!(Dataset::open(dir.path()).unwrap().read(None).unwrap(), kept);
         let reason = Dataset::<3>::open(dir.path()).unwrap_err().to_string();
         assert!(reason.ends_with("dataset.json: links: is 2; the mission's arm has 3"), "{reason}");
@@ -221,7 +231,6 @@ mod tests {
             ("links: is 8; arms of 1 to 7", Manifest { links: 8, ..manifest.clone() }),
             ("links: is 0; arms", Manifest { links: 0, ..manifest.clone() }),
             ("state: is 13; this", Manifest { state: 13, ..manifest.clone() }),
-            ("record: is 8420; this", Manifest { record: 8420, ..manifest.clone() }),
         ] {
             change.write(&dir.path().join(MANIFEST)).unwrap();
             let reason = Dataset::<2>::open(dir.path()).unwrap_err().to_string();

@@ -1,168 +1,194 @@
 //! Shards: the trajectories of a run of scenarios, in one file with a checksum.
+//!
+//! Magic bytes, version, head and records in postcard, CRC-32. The head says what dataset the records
+//! are of, so that a shard without its manifest is not taken for one of another.
 
 use super::Trajectory;
+use super::shard_first as first;
 use remora_host::error::{Error, io_reason};
-use remora_host::formats::write_atomically;
-use std::fs::File;
+use remora_host::formats::{Limit, open_regular, read_bytes, write_atomically};
+use serde::{Deserialize, Serialize};
 use std::io::Read;
 use std::path::Path;
 
-const MAGIC: &[u8; 8] = b"REMORA\0D";
-const VERSION: u32 = 1;
-/// Size of [`Head`] in the file, and of the CRC at the end [bytes].
-const HEAD_BYTES: usize = 32;
-const CRC_BYTES: usize = 4;
+pub(super) const MAGIC: &[u8; 8] = b"REMORA\0D";
+const VERSION: u32 = 2;
+/// Where the head begins, and size of the CRC at the end [bytes].
+const HEAD_AT: usize = 12;
+pub(super) const CRC_BYTES: usize = 4;
+/// More than a head of any version has [bytes].
+const HEAD_ROOM: u64 = 128;
 
-/// The first bytes of a shard.
+/// A shard's place in its dataset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Head {
-    /// Index of the first scenario that was tried.
+pub(super) struct Place<'a> {
+    /// What the dataset is: [`Manifest::dataset`](super::Manifest::dataset).
+    pub dataset: &'a str,
+    /// Index of the first scenario that is tried.
     pub first: u64,
-    /// How many were tried.
+    /// How many are.
     pub tried: u32,
-    /// How many of them were kept: the number of records.
-    pub kept: u32,
 }
 
-impl Head {
-    fn encode<const NL: usize>(&self) -> Vec<u8> {
-        let mut out = MAGIC.to_vec();
-        out.extend(VERSION.to_le_bytes());
-        out.extend((Trajectory::<NL>::BYTES as u32).to_le_bytes());
-        out.extend(self.first.to_le_bytes());
-        out.extend(self.tried.to_le_bytes());
-        out.extend(self.kept.to_le_bytes());
-        out
+/// What a shard says of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Found {
+    /// How many of the scenarios were kept: the number of records.
+    pub kept: u32,
+    /// Whether it says what dataset it is of; those of the first version do not.
+    pub is_named: bool,
+}
+
+/// What stands before the records.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Head<'a> {
+    dataset: &'a str,
+    first: u64,
+    tried: u32,
+    kept: u32,
+    /// Size of the records together.
+    bytes: u64,
+}
+
+/// A head of any version, and where the records are.
+pub(super) struct Outline {
+    pub first: u64,
+    pub tried: u32,
+    pub found: Found,
+    pub begin: usize,
+    pub bytes: u64,
+}
+
+impl Outline {
+    /// Reads the beginning of a shard.
+    fn read<const NL: usize>(bytes: &[u8], dataset: &str) -> Result<Self, String> {
+        let rest = bytes.strip_prefix(MAGIC).ok_or("is not a shard of a dataset")?;
+        let (version, rest) = rest.split_first_chunk().ok_or("is truncated")?;
+        match u32::from_le_bytes(*version) {
+            first::VERSION => first::outline::<NL>(rest),
+            VERSION => {
+                let (head, records) =
+                    postcard::take_from_bytes::<Head<'_>>(rest).map_err(|_| "is truncated")?;
+                if head.dataset != dataset {
+                    return Err("is of another dataset: of another seed, mission, integrator or \
+                                model than its manifest says"
+                        .into());
+                }
+                let Head { first, tried, kept, bytes, .. } = head;
+                let begin = HEAD_AT + rest.len() - records.len();
+                let found = Found { kept, is_named: true };
+                Ok(Self { first, tried, found, begin, bytes })
+            }
+            version => Err(format!("is of version {version}; this reader understands 1 and 2")),
+        }
     }
 
-    /// The head of a shard, where it is one of this format, of an arm of so many joints; otherwise the
-    /// reason.
-    fn decode<const NL: usize>(bytes: &[u8]) -> Result<Self, String> {
-        let mut words = bytes.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes));
-        let mut word = || words.next().ok_or("is truncated");
-        if !bytes.starts_with(MAGIC) {
-            return Err("is not a shard of a dataset".into());
-        }
-        let (_, _, version, record) = (word()?, word()?, word()?, word()?);
-        if version != VERSION {
-            return Err(format!("is of version {version}; this reader understands {VERSION}"));
-        }
-        if record as usize != Trajectory::<NL>::BYTES {
-            let expected = Trajectory::<NL>::BYTES;
-            return Err(format!("has records of {record} bytes; a trajectory has {expected}"));
-        }
-        let (low, high) = (u64::from(word()?), u64::from(word()?));
-        Ok(Self { first: high << 32 | low, tried: word()?, kept: word()? })
-    }
-
-    /// Size of the file that it heads [bytes].
-    fn file_bytes<const NL: usize>(&self) -> u64 {
-        (HEAD_BYTES + CRC_BYTES) as u64 + u64::from(self.kept) * Trajectory::<NL>::BYTES as u64
-    }
-
-    /// Refuses a shard that stands in the place of another.
-    fn check(&self, first: u64, tried: u32) -> Result<(), String> {
-        if (self.first, self.tried) != (first, tried) || self.kept > tried {
+    /// Refuses a shard that stands in the place of another, and one that is not whole.
+    fn check(self, place: Place<'_>, size: u64) -> Result<Self, String> {
+        let kept = self.found.kept;
+        if (self.first, self.tried) != (place.first, place.tried) || kept > place.tried {
             return Err(format!(
-                "holds {} of {} scenarios from {} on; expected {tried} from {first} on",
-                self.kept, self.tried, self.first
+                "holds {kept} of {} scenarios from {} on; expected {} from {} on",
+                self.tried, self.first, place.tried, place.first
             ));
         }
-        Ok(())
+        let expected = self.bytes.saturating_add((self.begin + CRC_BYTES) as u64);
+        match size == expected {
+            true => Ok(self),
+            false => Err(format!("has {size} bytes instead of {expected}")),
+        }
     }
 }
 
-/// Writes a shard whole or not at all: the trajectories, in order of their scenarios, of
-/// `tried` scenarios from `first` on.
+/// Writes a shard whole or not at all: the trajectories, in order of their scenarios.
 pub(super) fn write<const NL: usize>(
     file: &Path,
-    first: u64,
-    tried: u32,
+    place: Place<'_>,
     trajectories: &[Trajectory<NL>],
 ) -> Result<(), Error> {
-    let mut bytes = Head { first, tried, kept: trajectories.len() as u32 }.encode::<NL>();
-    bytes.reserve(trajectories.len() * Trajectory::<NL>::BYTES + CRC_BYTES);
-    trajectories.iter().for_each(|trajectory| trajectory.encode(&mut bytes));
+    let failed =
+        |error: postcard::Error| Error::Output { file: file.into(), reason: error.to_string() };
+    write_atomically(file, &encode(place, trajectories).map_err(failed)?)
+}
+
+fn encode<const NL: usize>(
+    place: Place<'_>,
+    trajectories: &[Trajectory<NL>],
+) -> Result<Vec<u8>, postcard::Error> {
+    let room = Vec::with_capacity(trajectories.len() * Trajectory::<NL>::BYTES);
+    let records = trajectories.iter().try_fold(room, |out, t| t.encode(out))?;
+    let Place { dataset, first, tried } = place;
+    let kept = trajectories.len() as u32;
+    let head = Head { dataset, first, tried, kept, bytes: records.len() as u64 };
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(VERSION.to_le_bytes());
+    let mut bytes = postcard::to_extend(&head, bytes)?;
+    bytes.extend(records);
     bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
-    write_atomically(file, &bytes)
+    Ok(bytes)
 }
 
-/// Reads the head of the shard of `tried` scenarios from `first` on, and compares the file's size
-/// with it. `None` where there is no such file.
-pub(super) fn look<const NL: usize>(
-    file: &Path,
-    first: u64,
-    tried: u32,
-) -> Result<Option<Head>, Error> {
-    let failed = |cause: std::io::Error| Error::input(file, "", io_reason(&cause));
-    let mut handle = match File::open(file) {
-        Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        opened => opened.map_err(failed)?,
-    };
-    let mut bytes = Vec::new();
-    handle.by_ref().take(HEAD_BYTES as u64).read_to_end(&mut bytes).map_err(failed)?;
-    let size = handle.metadata().map_err(failed)?.len();
-    let head = checked_head::<NL>(&bytes, size, first, tried);
-    head.map(Some).map_err(|reason| Error::input(file, "", reason))
-}
-
-fn checked_head<const NL: usize>(
-    bytes: &[u8],
-    size: u64,
-    first: u64,
-    tried: u32,
-) -> Result<Head, String> {
-    let head = Head::decode::<NL>(bytes)?;
-    head.check(first, tried)?;
-    let expected = head.file_bytes::<NL>();
-    if size != expected {
-        return Err(format!("has {size} bytes instead of {expected}"));
+/// Reads the head of a shard, and compares the file's size with it. `None` where there is no such file.
+pub(super) fn look<const NL: usize>(file: &Path, place: Place<'_>) -> Result<Option<Found>, Error> {
+    if !file.exists() {
+        return Ok(None);
     }
-    Ok(head)
+    let failed = |cause: std::io::Error| Error::input(file, "", io_reason(&cause));
+    let mut handle = open_regular(file)?;
+    let mut bytes = Vec::new();
+    handle.by_ref().take(HEAD_ROOM).read_to_end(&mut bytes).map_err(failed)?;
+    let size = handle.metadata().map_err(failed)?.len();
+    let outline = Outline::read::<NL>(&bytes, place.dataset);
+    let outline = outline.and_then(|outline| outline.check(place, size));
+    outline.map(|o| Some(o.found)).map_err(|reason| Error::input(file, "", reason))
 }
 
 /// As [`look`], and reads every byte.
 pub(super) fn verify<const NL: usize>(
     file: &Path,
-    first: u64,
-    tried: u32,
-) -> Result<Option<Head>, Error> {
-    let head = look::<NL>(file, first, tried)?;
-    if head.is_some() {
-        read::<NL>(file, first, tried, first, &mut Vec::new())?;
+    place: Place<'_>,
+) -> Result<Option<Found>, Error> {
+    let found = look::<NL>(file, place)?;
+    if found.is_some() {
+        read::<NL>(file, place, place.first, &mut Vec::new())?;
     }
-    Ok(head)
+    Ok(found)
 }
 
 /// Adds the trajectories of a whole shard to `out`; those of scenarios from `end` on are left out.
 pub(super) fn read<const NL: usize>(
     file: &Path,
-    first: u64,
-    tried: u32,
+    place: Place<'_>,
     end: u64,
     out: &mut Vec<Trajectory<NL>>,
 ) -> Result<(), Error> {
-    let bytes = std::fs::read(file).map_err(|cause| Error::input(file, "", io_reason(&cause)))?;
-    decode(&bytes, first, tried, end, out).map_err(|reason| Error::input(file, "", reason))
+    let most = HEAD_ROOM + u64::from(place.tried) * (Trajectory::<NL>::BYTES as u64 + HEAD_ROOM);
+    let bytes = read_bytes(file, Limit::of(most))?;
+    decode(&bytes, place, end, out).map_err(|reason| Error::input(file, "", reason))
 }
 
 fn decode<const NL: usize>(
     bytes: &[u8],
-    first: u64,
-    tried: u32,
+    place: Place<'_>,
     end: u64,
     out: &mut Vec<Trajectory<NL>>,
 ) -> Result<(), String> {
-    checked_head::<NL>(bytes, bytes.len() as u64, first, tried)?;
+    let outline = Outline::read::<NL>(bytes, place.dataset)?;
+    let outline = outline.check(place, bytes.len() as u64)?;
     let (body, crc) = bytes.split_last_chunk().ok_or("is truncated")?;
     if crc32fast::hash(body) != u32::from_le_bytes(*crc) {
         return Err("is damaged: its CRC-32 does not match".into());
     }
-    let records = body.get(HEAD_BYTES..).unwrap_or_default().chunks_exact(Trajectory::<NL>::BYTES);
-    let mut next = first;
-    for trajectory in records.filter_map(Trajectory::decode) {
+    let mut rest = body.get(outline.begin..).ok_or("is truncated")?;
+    let mut next = place.first;
+    for _ in 0..outline.found.kept {
+        let trajectory;
+        (trajectory, rest) = match outline.found.is_named {
+            true => Trajectory::decode(rest)?,
+            false => first::record(rest)?,
+        };
         let scenario = trajectory.scenario;
-        if scenario < next || scenario >= first + u64::from(tried) {
+        if scenario < next || scenario >= place.first + u64::from(place.tried) {
             return Err(format!("scenario {scenario} is out of order"));
         }
         next = scenario + 1;
@@ -170,51 +196,81 @@ fn decode<const NL: usize>(
             out.push(trajectory);
         }
     }
-    Ok(())
+    match rest.is_empty() {
+        true => Ok(()),
+        false => Err(format!("has {} bytes behind its records", rest.len())),
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::trajectory::tests::counting;
+    use super::super::trajectory::tests::{counting, first_version};
     use super::*;
     use proptest::prelude::*;
     use remora_core::advanced::stages::LINKS;
+
+    const PLACE: Place<'_> = Place { dataset: "0123456789abcdef", first: 500, tried: 10 };
+    /// Of two records: what is before them, they, the CRC.
+    const BYTES: usize = 12 + 17 + 2 + 1 + 1 + 3 + 2 * 8413 + 4;
 
     fn bytes_of(indices: &[u64]) -> Vec<u8> {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("shard");
         let trajectories: Vec<_> = indices.iter().map(|i| counting::<LINKS>(*i)).collect();
-        write(&file, 500, 10, &trajectories).unwrap();
-        assert_eq!(look::<LINKS>(&file, 500, 10).unwrap().map(|head| head.kept), Some(2));
+        write(&file, PLACE, &trajectories).unwrap();
+        let found = look::<LINKS>(&file, PLACE).unwrap();
+        assert_eq!(found, Some(Found { kept: indices.len() as u32, is_named: true }));
         std::fs::read(file).unwrap()
+    }
+
+    /// The same in the first version.
+    fn first_bytes_of(indices: &[u64]) -> Vec<u8> {
+        let mut bytes = MAGIC.to_vec();
+        let kept = indices.len() as u32;
+        for word in [1, 8420, 500, 0, 10, kept] {
+            bytes.extend(word.to_le_bytes());
+        }
+        indices.iter().for_each(|i| bytes.extend(first_version(&counting::<LINKS>(*i))));
+        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+        bytes
     }
 
     fn read_bytes(bytes: &[u8], end: u64) -> Result<Vec<u64>, String> {
         let mut out = Vec::<Trajectory>::new();
-        decode(bytes, 500, 10, end, &mut out)?;
+        decode(bytes, PLACE, end, &mut out)?;
+        assert!(out.iter().all(|t| *t == counting(t.scenario)));
         Ok(out.iter().map(|t| t.scenario).collect())
     }
 
     #[test]
     fn a_shard_survives_a_round_trip_and_is_cut_at_the_limit() {
         let bytes = bytes_of(&[501, 507]);
-        assert_eq!(bytes.len(), 36 + 2 * 8420);
-        assert_eq!(read_bytes(&bytes, 1000).unwrap(), [501, 507]);
-        assert_eq!(read_bytes(&bytes, 507).unwrap(), [501]);
+        assert_eq!(bytes.len(), BYTES);
+        for bytes in [bytes, first_bytes_of(&[501, 507])] {
+            assert_eq!(read_bytes(&bytes, 1000).unwrap(), [501, 507]);
+            assert_eq!(read_bytes(&bytes, 507).unwrap(), [501]);
+        }
     }
 
     #[test]
     fn another_shard_or_another_order_is_refused() {
         let bytes = bytes_of(&[501, 507]);
-        let mut out = Vec::<Trajectory>::new();
-        let reason = decode(&bytes, 1000, 10, 2000, &mut out).unwrap_err();
+        let refused = |place: Place<'_>| {
+            decode(&bytes, place, 2000, &mut Vec::<Trajectory>::new()).unwrap_err()
+        };
+        let reason = refused(Place { first: 1000, ..PLACE });
         assert_eq!(reason, "holds 2 of 10 scenarios from 500 on; expected 10 from 1000 on");
+        let reason = refused(Place { dataset: "0123456789abcde0", ..PLACE });
+        assert!(reason.starts_with("is of another dataset"), "{reason}");
         for wrong in [[507, 501], [501, 501], [499, 501], [501, 510]] {
-            let reason = read_bytes(&bytes_of(&wrong), 1000).unwrap_err();
-            assert!(reason.ends_with("is out of order"), "{reason}");
+            for bytes in [bytes_of(&wrong), first_bytes_of(&wrong)] {
+                let reason = read_bytes(&bytes, 1000).unwrap_err();
+                assert!(reason.ends_with("is out of order"), "{reason}");
+            }
         }
     }
 
+    // Verifies REM-IO-005.
     #[test]
     fn each_kind_of_damage_is_named() {
         let whole = bytes_of(&[501, 507]);
@@ -225,22 +281,61 @@ mod tests {
         };
         assert_eq!(reason(&|b| b.clear()), "is not a shard of a dataset");
         assert_eq!(reason(&|b| b.truncate(20)), "is truncated");
+        assert_eq!(reason(&|b| b.truncate(9000)), format!("has 9000 bytes instead of {BYTES}"));
+        assert_eq!(reason(&|b| b[8] = 3), "is of version 3; this reader understands 1 and 2");
+        assert_eq!(reason(&|b| b[999] ^= 1), "is damaged: its CRC-32 does not match");
+        let forged = |change: &dyn Fn(&mut Vec<u8>)| {
+            reason(&|bytes| {
+                bytes.truncate(BYTES - 4);
+                change(bytes);
+                bytes.extend(crc32fast::hash(bytes).to_le_bytes());
+            })
+        };
+        let nan = |bytes: &mut Vec<u8>| bytes[9002..9006].copy_from_slice(&f32::NAN.to_le_bytes());
+        assert_eq!(forged(&nan), "scenario 507 holds what is no number");
+        // A number of numbers that there cannot be.
+        let many = |bytes: &mut Vec<u8>| bytes[47..49].copy_from_slice(&[0xff, 0x7f]);
+        assert!(forged(&many).starts_with("holds a record that is none"), "{}", forged(&many));
+    }
+
+    #[test]
+    fn each_kind_of_damage_to_the_first_version_is_named() {
+        let whole = first_bytes_of(&[501, 507]);
+        let reason = |change: &dyn Fn(&mut Vec<u8>)| {
+            let mut bytes = whole.clone();
+            change(&mut bytes);
+            read_bytes(&bytes, 1000).unwrap_err()
+        };
+        assert_eq!(reason(&|b| b.truncate(20)), "is truncated");
         assert_eq!(reason(&|b| b.truncate(9000)), "has 9000 bytes instead of 16876");
-        assert_eq!(reason(&|b| b[8] = 2), "is of version 2; this reader understands 1");
         assert_eq!(reason(&|b| b[12] = 0), "has records of 8192 bytes; a trajectory has 8420");
         assert_eq!(reason(&|b| b[999] ^= 1), "is damaged: its CRC-32 does not match");
         let mut out = Vec::<Trajectory<2>>::new();
-        let reason = decode(&whole, 500, 10, 1000, &mut out).unwrap_err();
+        let reason = decode(&whole, PLACE, 1000, &mut out).unwrap_err();
         assert_eq!(reason, "has records of 8420 bytes; a trajectory has 7700");
     }
 
     proptest! {
         /// One wrong byte anywhere is found.
         #[test]
-        fn damage_is_found(at in 0usize..36 + 2 * 8420, bit in 0u32..8) {
+        fn damage_is_found(at in 0usize..BYTES, bit in 0u32..8) {
             let mut bytes = bytes_of(&[501, 507]);
             bytes[at] ^= 1 << bit;
             prop_assert!(read_bytes(&bytes, 1000).is_err());
+        }
+
+        /// Whatever stands behind a right head and before a right CRC: an answer, and no panic.
+        #[test]
+        fn forged_records_are_answered(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+            let head = Head {
+                dataset: PLACE.dataset, first: 500, tried: 10, kept: 2, bytes: bytes.len() as u64,
+            };
+            let mut forged = MAGIC.to_vec();
+            forged.extend(VERSION.to_le_bytes());
+            let mut forged = postcard::to_extend(&head, forged).unwrap();
+            forged.extend(bytes);
+            forged.extend(crc32fast::hash(&forged).to_le_bytes());
+            prop_assert!(read_bytes(&forged, 1000).is_err());
         }
     }
 }

@@ -2,11 +2,22 @@
 
 use remora_core::advanced::stages::{LINKS, NODES, size};
 use remora_host::formats::PlanFile;
+use serde::{Deserialize, Serialize};
 
-/// Size of a record of an arm of so many joints [bytes].
-pub(super) const fn record_bytes(joints: usize) -> usize {
+/// Numbers of a record of an arm of so many joints.
+const fn numbers_of(joints: usize) -> usize {
     let target_and_path = 4 + 3 + 9;
-    20 + 4 * NODES * (target_and_path + state_size(joints) + size::controls(joints))
+    NODES * (target_and_path + state_size(joints) + size::controls(joints))
+}
+
+/// A trajectory as it stands in a shard, in postcard.
+#[derive(Serialize, Deserialize)]
+struct Record {
+    scenario: u64,
+    iterations: u32,
+    cost: f64,
+    /// All rows, one quantity after the other.
+    numbers: Vec<f32>,
 }
 
 /// Numbers of a Stage 2 state: attitude `(x, y, z, w)`, joint angles, bus rate, joint rates.
@@ -49,8 +60,8 @@ pub struct Trajectory<const NL: usize = LINKS> {
 }
 
 impl<const NL: usize> Trajectory<NL> {
-    /// Size of a record [bytes].
-    pub const BYTES: usize = record_bytes(NL);
+    /// Size of a record [bytes]; in shards of today's version some bytes less.
+    pub const BYTES: usize = 20 + 4 * numbers_of(NL);
 
     /// Placeholder for storage that is filled later.
     const ZERO: Self = Self {
@@ -108,33 +119,53 @@ impl<const NL: usize> Trajectory<NL> {
         rows.into_iter().flatten().chain(states).chain(controls)
     }
 
-    /// Adds the record's bytes.
-    pub(super) fn encode(&self, out: &mut Vec<u8>) {
-        out.extend(self.scenario.to_le_bytes());
-        out.extend(self.iterations.to_le_bytes());
-        out.extend(self.cost.to_le_bytes());
-        out.extend(self.clone().numbers().flat_map(|x| x.to_le_bytes()));
+    /// Adds the record's bytes: see [`Record`].
+    pub(super) fn encode(&self, out: Vec<u8>) -> Result<Vec<u8>, postcard::Error> {
+        let numbers = self.clone().numbers().map(|x| *x).collect();
+        let &Self { scenario, iterations, cost, .. } = self;
+        postcard::to_extend(&Record { scenario, iterations, cost, numbers }, out)
     }
 
-    /// The trajectory of a record; `None` where its size is another.
-    pub(super) fn decode(record: &[u8]) -> Option<Self> {
-        if record.len() != Self::BYTES {
-            return None;
+    /// The trajectory that bytes begin with, and what is behind it.
+    pub(super) fn decode(bytes: &[u8]) -> Result<(Self, &[u8]), String> {
+        let (record, rest) = postcard::take_from_bytes::<Record>(bytes)
+            .map_err(|error| format!("holds a record that is none: {error}"))?;
+        let Record { scenario, iterations, cost, numbers } = record;
+        let mut t = Self { scenario, iterations, cost, ..Self::ZERO };
+        let expected = numbers_of(NL);
+        if numbers.len() != expected {
+            let found = numbers.len();
+            return Err(format!("has records of {found} numbers; a trajectory has {expected}"));
         }
-        let (scenario, rest) = record.split_first_chunk()?;
-        let (iterations, rest) = rest.split_first_chunk()?;
-        let (cost, rest) = rest.split_first_chunk()?;
+        t.numbers().zip(numbers).for_each(|(x, number)| *x = number);
+        t.checked().map(|t| (t, rest))
+    }
+
+    /// The trajectory of a record of the first version, which is of [`Trajectory::BYTES`].
+    pub(super) fn decode_first(record: &[u8]) -> Result<Self, String> {
+        let parts = || {
+            let (scenario, rest) = record.split_first_chunk()?;
+            let (iterations, rest) = rest.split_first_chunk()?;
+            let (cost, rest) = rest.split_first_chunk()?;
+            Some((scenario, iterations, cost, rest.as_chunks().0))
+        };
+        let (scenario, iterations, cost, numbers) = parts().ok_or("is truncated")?;
         let mut t = Self {
             scenario: u64::from_le_bytes(*scenario),
             iterations: u32::from_le_bytes(*iterations),
             cost: f64::from_le_bytes(*cost),
             ..Self::ZERO
         };
-        let (bytes, _) = rest.as_chunks();
-        for (x, bytes) in t.numbers().zip(bytes) {
-            *x = f32::from_le_bytes(*bytes);
+        t.numbers().zip(numbers).for_each(|(x, number)| *x = f32::from_le_bytes(*number));
+        t.checked()
+    }
+
+    /// Refuses what is no number: a network would learn nothing any more.
+    fn checked(mut self) -> Result<Self, String> {
+        if self.cost.is_finite() && self.numbers().all(|x| x.is_finite()) {
+            return Ok(self);
         }
-        Some(t)
+        Err(format!("scenario {} holds what is no number", self.scenario))
     }
 }
 
@@ -151,24 +182,31 @@ pub(super) mod tests {
 
     /// A trajectory whose numbers all differ.
     pub(crate) fn counting<const NL: usize>(scenario: u64) -> Trajectory<NL> {
-        let mut bytes = Vec::new();
-        let empty = Trajectory { scenario, iterations: 9, cost: 0.25, ..Trajectory::<NL>::ZERO };
-        empty.encode(&mut bytes);
-        let (numbers, _) = bytes[20..].as_chunks_mut();
-        for (i, number) in numbers.iter_mut().enumerate() {
-            *number = (scenario as f32 * 1e4 + i as f32).to_le_bytes();
-        }
-        Trajectory::decode(&bytes).unwrap()
+        let mut t = Trajectory { scenario, iterations: 9, cost: 0.25, ..Trajectory::<NL>::ZERO };
+        t.numbers().enumerate().for_each(|(i, x)| *x = scenario as f32 * 1e4 + i as f32);
+        t
+    }
+
+    /// The record of the first version.
+    pub(crate) fn first_version<const NL: usize>(t: &Trajectory<NL>) -> Vec<u8> {
+        let mut out = t.scenario.to_le_bytes().to_vec();
+        out.extend(t.iterations.to_le_bytes());
+        out.extend(t.cost.to_le_bytes());
+        out.extend(t.clone().numbers().flat_map(|x| x.to_le_bytes()));
+        out
     }
 
     #[test]
     fn a_record_holds_every_number_in_its_documented_place() {
         let t: Trajectory = counting(3);
-        let mut bytes = Vec::new();
-        t.encode(&mut bytes);
-        assert_eq!((bytes.len(), Trajectory::<LINKS>::BYTES), (8420, 8420));
-        assert_eq!(Trajectory::decode(&bytes), Some(t.clone()));
-        assert_eq!(bytes[..12], [3, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0]);
+        let bytes = t.encode(vec![7]).unwrap();
+        // Scenario, iterations, cost, number of numbers; then they.
+        assert_eq!((bytes.len(), Trajectory::<LINKS>::BYTES), (1 + 12 + 8400, 8420));
+        assert_eq!(bytes[..3], [7, 3, 9]);
+        assert_eq!(bytes[3..11], 0.25f64.to_le_bytes());
+        assert_eq!(bytes[11..13], [0b1011_0100, 0b1_0000], "2100");
+        assert_eq!(bytes[13..17], 3e4f32.to_le_bytes());
+        assert_eq!(Trajectory::decode(&bytes[1..]), Ok((t.clone(), &[][..])));
         let first = [0, 240, 420, 600, 780, 960, 1740].map(|i| 3e4 + i as f32);
         let found = [
             t.target_attitude[0][0],
@@ -181,7 +219,21 @@ pub(super) mod tests {
         ];
         assert_eq!(found, first);
         assert_eq!(t.joint_torque[59][2], 3e4 + 2099.0);
-        assert_eq!(Trajectory::<LINKS>::decode(&bytes[1..]), None);
+        assert!(Trajectory::<LINKS>::decode(&bytes[1..100]).is_err());
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused() {
+        let reason = |change: &dyn Fn(&mut Trajectory)| {
+            let mut t = counting::<LINKS>(3);
+            change(&mut t);
+            let now = Trajectory::<LINKS>::decode(&t.encode(Vec::new()).unwrap()).map(drop);
+            assert_eq!(now, Trajectory::<LINKS>::decode_first(&first_version(&t)).map(drop));
+            now.err().unwrap_or_default()
+        };
+        assert_eq!(reason(&|_| ()), "");
+        assert_eq!(reason(&|t| t.rate[7][1] = f32::NAN), "scenario 3 holds what is no number");
+        assert_eq!(reason(&|t| t.cost = f64::INFINITY), "scenario 3 holds what is no number");
     }
 
     /// A row a joint more or less, and nothing else.
@@ -189,10 +241,10 @@ pub(super) mod tests {
     fn arms_of_any_number_of_joints_have_their_record() {
         fn round_trip<const NL: usize>() {
             let t: Trajectory<NL> = counting(1);
-            let mut bytes = Vec::new();
-            t.encode(&mut bytes);
-            assert_eq!(bytes.len(), 20 + 240 * (26 + 3 * NL));
-            assert_eq!(Trajectory::decode(&bytes), Some(t.clone()));
+            let bytes = t.encode(Vec::new()).unwrap();
+            assert_eq!(bytes.len(), 12 + 240 * (26 + 3 * NL));
+            assert_eq!(Trajectory::decode(&bytes), Ok((t.clone(), &[][..])));
+            assert_eq!(Trajectory::decode_first(&first_version(&t)), Ok(t.clone()));
             let state = 1e4 + 960.0;
             assert_eq!(t.joint_angle[0][0], state + 4.0);
             assert_eq!(t.joint_rate[0][NL - 1], state + (7 + 2 * NL - 1) as f32);
@@ -201,6 +253,9 @@ pub(super) mod tests {
         round_trip::<1>();
         round_trip::<2>();
         round_trip::<7>();
+        let bytes = counting::<2>(1).encode(Vec::new()).unwrap();
+        let reason = Trajectory::<3>::decode(&bytes).unwrap_err();
+        assert_eq!(reason, "has records of 1920 numbers; a trajectory has 2100");
     }
 
     #[test]

@@ -102,12 +102,12 @@ pub(super) struct State {
 impl State {
     /// Refuses the journal of another learning, without changing anything.
     pub fn look(work: &Path, begun: &Begun) -> Result<(), Error> {
-        journal::Journal::<Mark>::look(&work.join(FILE), begun)
+        journal::Journal::<Mark>::look(&work.join(FILE), begun, &|_| Ok(()))
     }
 
     /// Goes on with the journal in a directory, or begins one.
     pub fn open(work: &Path, begun: &Begun) -> Result<Self, Error> {
-        let (journal, marks) = journal::Journal::open(&work.join(FILE), begun)?;
+        let (journal, marks) = journal::Journal::open(&work.join(FILE), begun, &|_| Ok(()))?;
         let mut state =
             Self { journal, planned_s: 0.0, sizes: None, minutes: None, is_trained: false };
         marks.into_iter().for_each(|mark| state.note(mark));

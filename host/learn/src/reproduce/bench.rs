@@ -8,7 +8,9 @@ use remora_host::campaign::{Campaign, run_together};
 use remora_host::engine::SEED;
 use remora_host::error::Error;
 use remora_host::fingerprint::{self, fingerprint};
-use remora_host::formats::{NamedScenario, PlanFile, Row, json, make_directory, write_atomically};
+use remora_host::formats::{
+    Limit, NamedScenario, PlanFile, Row, json, make_directory, read_text, write_atomically,
+};
 use remora_host::learned::{Learned, Memories};
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method, Mode, WarmStart};
@@ -132,7 +134,7 @@ impl<const NL: usize> Laboratory for Bench<'_, NL> {
         let of = |run: &Run| {
             let file = self.folder(run).join("misses.json");
             if file.exists() {
-                let kept: Misses = json::parse(&json::read_text(&file)?, FORMAT)
+                let kept: Misses = json::parse(&read_text(&file, Limit::DOCUMENT)?, FORMAT)
                     .map_err(|error| error.at(&file))?;
                 return Ok(kept.ee_error_m.into_iter().flatten().collect());
             }

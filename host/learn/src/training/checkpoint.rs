@@ -7,8 +7,8 @@ use super::model::Origin;
 use super::optimiser::AdamW;
 use super::rollout::RolloutError;
 use super::source::Statistics;
-use remora_host::error::{Error, io_reason};
-use remora_host::formats::write_atomically;
+use remora_host::error::Error;
+use remora_host::formats::{Limit, read_bytes, write_atomically};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -121,8 +121,7 @@ impl Checkpoint {
     /// # Errors
     /// The file with the reason.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        let bytes =
-            std::fs::read(file).map_err(|cause| Error::input(file, "", io_reason(&cause)))?;
+        let bytes = read_bytes(file, Limit::BINARY)?;
         let reason = match bytes.starts_with(MAGIC) {
             true => "is not a whole checkpoint",
             false => "is neither a checkpoint nor a model",

@@ -3,7 +3,7 @@
 use super::examples::Disturbance;
 pub use remora_core::advanced::warmstart::{Action, Encoding};
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::json;
+use remora_host::formats::{Limit, read_text};
 use remora_host::lineage::Source;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -184,7 +184,7 @@ impl Config {
     /// # Errors
     /// File, field and reason.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        Self::parse(&json::read_text(file)?).map_err(|error| error.at(file))
+        Self::parse(&read_text(file, Limit::TEXT)?).map_err(|error| error.at(file))
     }
 
     /// Parses and validates a file's text.

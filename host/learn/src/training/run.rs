@@ -12,7 +12,7 @@ use super::rollout::RolloutError;
 use super::source::{Batch, Batches, ExampleSource, Split, Statistics};
 use remora_core::advanced::nn::MAGIC;
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::{ModelFile, read_model, write_atomically};
+use remora_host::formats::{Limit, ModelFile, read_bytes, write_atomically};
 use remora_host::lineage::Lineage;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
@@ -150,7 +150,7 @@ impl Run<'_> {
 
     /// The state to start from, with the parameters and statistics of a checkpoint or model file.
     fn start_from(&self, file: &Path, table: &Table, new: Checkpoint) -> Result<Checkpoint, Error> {
-        let bytes = read_model(file)?;
+        let bytes = read_bytes(file, Limit::BINARY)?;
         let refused = |error: FieldError| error.at(file);
         let more = self.config.training.parent_learnt_from.as_deref().unwrap_or_default();
         let origin =

@@ -109,11 +109,12 @@ impl Heading for Header {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
     use crate::formats::{Clearances, Flight, StageRow, Status, Verdict};
     use crate::method::Method;
-    use remora_core::advanced::model::Mission;
+    use remora_core::advanced::model::{Mission, Tolerances};
     use std::num::NonZeroUsize;
-    use std::path::PathBuf;
+    use std::path::{Path, PathBuf};
 
     fn header() -> Header {
         Header::new(&Campaign {
@@ -127,6 +128,10 @@ mod tests {
             csv: false,
             out: PathBuf::new(),
         })
+    }
+
+    fn open(path: &Path) -> Result<(Journal, Vec<Row>), Error> {
+        Journal::open(path, &header(), &|row: &Row| row.check(&Tolerances::default()))
     }
 
     fn row(scenario: &str) -> Row {
@@ -152,7 +157,7 @@ mod tests {
     fn rows_are_kept_and_a_torn_one_is_cut_off() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join(JOURNAL);
-        let (mut journal, rows) = Journal::open(&path, &header()).unwrap();
+        let (mut journal, rows) = open(&path).unwrap();
         assert_eq!(rows, []);
         journal.append(&row("a")).unwrap();
         journal.append(&row("b")).unwrap();
@@ -160,18 +165,18 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         for torn in ["{\"scenario\":\"c", "{\"scenario\":\"c\n", "\0\0\0\n", "\n"] {
             std::fs::write(&path, [&whole, torn.as_bytes()].concat()).unwrap();
-            let (mut journal, rows) = Journal::open(&path, &header()).unwrap();
+            let (mut journal, rows) = open(&path).unwrap();
             assert_eq!(rows, [row("a"), row("b")], "{torn:?}");
             assert_eq!(std::fs::read(&path).unwrap(), whole, "{torn:?}");
             journal.append(&row("c")).unwrap();
             drop(journal);
-            let (_, rows) = Journal::open(&path, &header()).unwrap();
+            let (_, rows) = open(&path).unwrap();
             assert_eq!(rows.len(), 3, "{torn:?}");
         }
         // Anything else that is not a row is not the work of a kill.
         let broken = String::from_utf8(whole).unwrap().replacen("\"a\"", "7", 1);
         std::fs::write(&path, broken).unwrap();
-        let error = Journal::open(&path, &header()).err().unwrap().to_string();
+        let error = open(&path).err().unwrap().to_string();
         assert!(error.contains("line 2: invalid type"), "{error}");
     }
 
@@ -180,19 +185,68 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join(JOURNAL);
         std::fs::write(&path, "{\"format\":").unwrap();
-        let (journal, rows) = Journal::open(&path, &header()).unwrap();
+        let (journal, rows) = open(&path).unwrap();
         drop(journal);
         assert_eq!(rows, []);
         assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 1);
-        Journal::open(&path, &header()).unwrap();
+        open(&path).unwrap();
+    }
+
+    /// A row that says of itself what no plan can be is not taken for one.
+    #[test]
+    fn forged_rows_are_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(JOURNAL);
+        let refused = |change: &dyn Fn(&mut Row)| {
+            let mut forged = row("a");
+            change(&mut forged);
+            drop(std::fs::remove_file(&path));
+            let (mut journal, _) = open(&path).unwrap();
+            journal.append(&row("b")).unwrap();
+            journal.append(&forged).unwrap();
+            journal.append(&row("c")).unwrap();
+            drop(journal);
+            open(&path).err().map(|error| error.to_string()).unwrap_or_default()
+        };
+        assert_eq!(refused(&|_| ()), "");
+        for (change, reason) in [
+            (
+                &(|row: &mut Row| row.residuals[1] = 1e9) as &dyn Fn(&mut Row),
+                "residuals.keep_out: ",
+            ),
+            (&|row| row.residuals[0] = f64::NAN, "residuals.dynamics1: "),
+            (&|row| row.residuals[11] = -1.0, "residuals.clearance: "),
+            (&|row| row.verdict = Verdict::Verified, "verdict: "),
+            (&|row| row.status = Status::IterationLimit, "verdict: "),
+            (&|row| row.stage2.cost = f64::NAN, "stage2.cost: "),
+            (&|row| row.flight.delta_v_m_s = f64::NAN, "flight.delta_v_m_s: "),
+        ] {
+            let found = refused(change);
+            assert!(found.contains(&format!("journal.jsonl: line 3: {reason}")), "{found}");
+        }
+        // What could not be flown may have any number.
+        let failed = |row: &mut Row| {
+            (row.status, row.verdict) = (Status::IterationLimit, Verdict::NotFlyable);
+            row.residuals[3] = f64::INFINITY;
+        };
+        assert_eq!(refused(&failed), "");
+    }
+
+    #[test]
+    fn a_line_without_end_is_not_read_to_its_end() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(JOURNAL);
+        std::fs::File::create(&path).unwrap().set_len(1 << 40).unwrap();
+        let error = open(&path).err().unwrap().to_string();
+        assert!(error.ends_with("line 1: has more than 1048576 bytes"), "{error}");
     }
 
     #[test]
     fn two_campaigns_do_not_share_a_directory() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join(JOURNAL);
-        let (_journal, _) = Journal::open(&path, &header()).unwrap();
-        let error = Journal::open(&path, &header()).err().unwrap().to_string();
+        let (_journal, _) = open(&path).unwrap();
+        let error = open(&path).err().unwrap().to_string();
         assert!(error.ends_with("another campaign is running in this directory"), "{error}");
     }
 }

@@ -18,7 +18,7 @@ mod summary;
 pub use journal::{Header, JOURNAL};
 pub use summary::{Run, StageSummary, Statistics, Summary};
 
-use crate::error::Error;
+use crate::error::{Error, FieldError};
 use crate::formats::{
     self, NamedScenario, Program, Row, ScenarioSet, Status, TableOrigin, check_writable, json,
     make_directory, write_atomically,
@@ -32,6 +32,7 @@ use journal::Journal;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use serde_json::Value;
+use std::collections::{HashMap, HashSet};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -120,7 +121,8 @@ struct Begun<'a, const NL: usize> {
 
 impl<'a, const NL: usize> Begun<'a, NL> {
     fn new(campaign: &'a Campaign<NL>) -> Result<Self, Error> {
-        let (journal, finished) = Journal::open(&campaign.journal(), &Header::new(campaign))?;
+        let (journal, finished) =
+            Journal::open(&campaign.journal(), &Header::new(campaign), &campaign.check())?;
         campaign.clean();
         let rows = campaign.matched(finished);
         let resumed = rows.iter().flatten().count();
@@ -195,7 +197,7 @@ impl<const NL: usize> Campaign<NL> {
     /// Refuses a journal of another campaign; makes the directories and makes sure that the
     /// results can be written.
     fn prepare(&self) -> Result<(), Error> {
-        Journal::look(&self.journal(), &Header::new(self))?;
+        Journal::look(&self.journal(), &Header::new(self), &self.check())?;
         make_directory(&self.out)?;
         if self.save_plans {
             make_directory(&self.plans_directory())?;
@@ -214,6 +216,19 @@ impl<const NL: usize> Campaign<NL> {
             .collect()
     }
 
+    /// What refuses rows that are none of this campaign.
+    fn check(&self) -> impl Fn(&Row) -> Result<(), FieldError> {
+        let ids: HashSet<&str> =
+            self.scenarios.iter().map(|scenario| scenario.id.as_str()).collect();
+        move |row| {
+            if !ids.contains(row.scenario.as_str()) {
+                let reason = format!("{:?} is no scenario of this campaign", row.scenario);
+                return Err(FieldError::new("scenario", reason));
+            }
+            row.check(&self.mission.tolerances)
+        }
+    }
+
     /// Removes half-written files of a run that was killed.
     fn clean(&self) {
         formats::remove_partials(&self.out);
@@ -225,7 +240,7 @@ impl<const NL: usize> Campaign<NL> {
     /// The journal's rows by scenario; a row whose plan file is missing does not count, where there
     /// was a plan.
     fn matched(&self, mut finished: Vec<Row>) -> Vec<Option<Row>> {
-        let mut by_id: std::collections::HashMap<String, Row> =
+        let mut by_id: HashMap<String, Row> =
             finished.drain(..).map(|row| (row.scenario.clone(), row)).collect();
         let there = |id: &str| !self.save_plans || self.plan_path(id).is_file();
         self.scenarios

@@ -2,7 +2,7 @@
 
 use super::cell::{Place, State};
 use crate::error::{Error, FieldError};
-use crate::formats::{MissionFile, json};
+use crate::formats::{Limit, MissionFile, read_text};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ impl Vehicle {
     pub fn read(files: &[PathBuf]) -> Result<Vec<Self>, Error> {
         let mut vehicles: Vec<Self> = Vec::new();
         for file in files {
-            let mission = MissionFile::parse(&json::read_text(file)?)
+            let mission = MissionFile::parse(&read_text(file, Limit::TEXT)?)
                 .and_then(|mission| mission.mission().map(|_| mission))
                 .map_err(|error| error.at(file))?;
             let name = name_of(file);

@@ -14,7 +14,7 @@ mod start;
 mod text;
 
 use crate::error::{Error, FieldError, io_reason};
-use crate::formats::{MissionCapture, MissionFile};
+use crate::formats::{MissionCapture, MissionFile, open_regular};
 use crate::method::Integrator;
 use crate::vehicle::Vehicle;
 use crate::with_joints;
@@ -120,7 +120,7 @@ impl Request {
         let refused = |cause: std::io::Error| Error::input(file, "", io_reason(&cause));
         // At most what a URDF may have, and a byte that says that there is more.
         let (mut urdf, limit) = (Vec::new(), MAX_BYTES as u64 + 1);
-        let opened = std::fs::File::open(file).map_err(refused)?;
+        let opened = open_regular(file)?;
         opened.take(limit).read_to_end(&mut urdf).map_err(refused)?;
         Ok(Self {
             file: file.into(),

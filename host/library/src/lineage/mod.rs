@@ -11,7 +11,7 @@ mod source;
 pub use source::Source;
 
 use crate::error::Error;
-use crate::formats::json::read_text;
+use crate::formats::{Limit, read_text};
 use crate::formats::{NamedScenario, write_atomically};
 use remora_core::advanced::nn::Provenance;
 use serde::{Deserialize, Serialize};
@@ -166,7 +166,7 @@ impl Lineage {
 
 impl LineageFile {
     fn read(file: &Path) -> Result<Self, Error> {
-        let found: Self = toml::from_str(&read_text(file)?)
+        let found: Self = toml::from_str(&read_text(file, Limit::TEXT)?)
             .map_err(|error| Error::input(file, "", error.message().to_string()))?;
         if found.format != FORMAT {
             let reason = format!("is {:?}, not {FORMAT:?}", found.format);

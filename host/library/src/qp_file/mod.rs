@@ -5,7 +5,7 @@ mod convert;
 pub use convert::QpPlace;
 
 use crate::error::{Error, FieldError};
-use crate::formats::{check_id, json, write_atomically};
+use crate::formats::{Limit, check_id, json, read_text, write_atomically};
 use crate::method::{Integrator, Mode};
 use remora_core::advanced::qp::QpStatus;
 use serde::{Deserialize, Serialize};
@@ -158,7 +158,7 @@ impl QpFile {
     /// # Errors
     /// As [`QpFile::parse`], with the file.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        Self::parse(&json::read_text(file)?).map_err(|error| error.at(file))
+        Self::parse(&read_text(file, Limit::DOCUMENT)?).map_err(|error| error.at(file))
     }
 
     /// Writes the file whole or not at all.
