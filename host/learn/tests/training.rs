@@ -1,15 +1,19 @@
 //! Training: gradients against differences, resuming, and the model file against the core.
 
+use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{Model, Network as Inference, ReferenceMemory};
+use remora_core::advanced::stages::LINKS;
 use remora_host::formats::{ModelFile, Values};
 use remora_learn::quantise::quantise;
 use remora_learn::training::checkpoint::LossRow;
+use remora_learn::training::config::{Action, Encoding};
 use remora_learn::training::config::{Decoder, Layout};
 use remora_learn::training::model::{self, Origin};
 use remora_learn::training::network::{Losses, Network};
 use remora_learn::training::output::Outcome;
 use remora_learn::training::params::Table;
 use remora_learn::training::random::Random;
+use remora_learn::training::recorded::Recorded;
 use remora_learn::training::shape::Shape;
 use remora_learn::training::source::{
     Batch, Batches, Example, ExampleSource, Split, Statistics, Synthetic,
@@ -277,6 +281,36 @@ fn a_network_learns() {
     let tuned = train(&next, &dir.path().join("next"), false, None);
     assert!(tuned.checkpoint.rows[0].validation < 1.5 * last.validation);
     assert!(tuned.checkpoint.origin.parent.ends_with(" run"));
+}
+
+/// From the plans that are checked in: both our own features and actions, and the paper's.
+#[test]
+fn a_network_learns_from_real_plans() {
+    let dir = tempfile::tempdir().unwrap();
+    let sets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/datasets");
+    for (name, encoding, action) in
+        [("euler", Encoding::Body, Action::Rate), ("rk4", Encoding::Paper, Action::Torque)]
+    {
+        let mut config = config(Layout::Fused, Decoder::Linear, 1);
+        config.data.path = sets.join(name);
+        config.model.encoding = encoding;
+        config.model.action = action;
+        config.training.steps = 60;
+        config.training.validation_count = 2;
+        let mission = Mission::<LINKS>::default();
+        let source = Recorded::read(&config, &mission).unwrap();
+        assert!(source.len(Split::Validation) >= 1);
+        let origin = source.origin();
+        let (seed, count) = if name == "euler" { (5000, 200) } else { (5001, 100) };
+        assert_eq!(origin.dataset, format!("s{seed}:{count}"));
+        let rollout = |model: &[u8]| source.rollout(model, 1);
+        let out = dir.path().join(name);
+        let run = Run { config, origin, out, rollout: &rollout, ..quiet(&source) };
+        let outcome = run.train::<Cpu>(Default::default(), &mut Silent).unwrap();
+        let rows = &outcome.checkpoint.rows;
+        let (first, last) = (rows[0].validation, rows[rows.len() - 1].validation);
+        assert!(last < 0.5 * first, "{name}: {first} {last}");
+    }
 }
 
 /// The model of any network, read back, is the parameters that it was written from.
