@@ -1,7 +1,7 @@
 //! A plan as a picture: the manoeuvre in the plane of approach, and all that has limits over time.
 
 use crate::error::Error;
-use crate::formats::{PlanFile, Verdict};
+use crate::formats::{MAX_JOINTS, PlanFile, Verdict};
 use crate::report::plot::{Outline, Panel, Sheet};
 use nalgebra::{Matrix3, Rotation3, SVector, Unit, Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
@@ -20,7 +20,12 @@ const MILLI: f64 = 1e3;
 pub fn svg<const NL: usize>(plan: &PlanFile, mission: &Mission<NL>) -> Result<String, Error> {
     let scenario = plan.inputs.as_ref().map(|inputs| inputs.scenario.named(&plan.scenario));
     let scenario = scenario.map_or_else(Scenario::default, |named| named.scenario::<NL>());
-    let view = View { plan, mission, grid: mission.grid(&scenario) };
+    let grid = mission.grid(&scenario);
+    drawn(&View { plan, mission: &mission.resized(), joints: NL, grid })
+}
+
+fn drawn(view: &View<'_>) -> Result<String, Error> {
+    let plan = view.plan;
     Sheet {
         title: format!("{}: {} ({})", plan.scenario, verdict(plan), plan.integrator),
         axes: ("towards the start [m]".into(), "across, in the plane of the port [m]".into()),
@@ -63,14 +68,16 @@ fn both(scale: f64, limits: &[f64]) -> Vec<f64> {
     lines
 }
 
-/// A plan with what it was made for.
-struct View<'a, const NL: usize> {
+/// A plan with what it was made for. Its arm has room for any number of joints, so that pictures of all
+/// arms are drawn by the same code.
+struct View<'a> {
     plan: &'a PlanFile,
-    mission: &'a Mission<NL>,
+    mission: &'a Mission<MAX_JOINTS>,
+    joints: usize,
     grid: Grid,
 }
 
-impl<const NL: usize> View<'_, NL> {
+impl View<'_> {
     fn time(&self, node: usize) -> f64 {
         self.grid.time(node)
     }
@@ -118,7 +125,7 @@ impl<const NL: usize> View<'_, NL> {
     fn reorientation_panels(&self) -> Vec<Panel> {
         let (reorientation, s) = (&self.plan.stage2, &self.mission.servicer);
         let preset = Some(self.time(self.grid.preset_node()));
-        let stops = s.min_joint_angle.iter().zip(&s.max_joint_angle);
+        let stops = s.min_joint_angle.iter().zip(&s.max_joint_angle).take(self.joints);
         let stops = stops.flat_map(|(lower, upper)| [lower.to_degrees(), upper.to_degrees()]);
         let view = self.mission.approach.field_of_view_half_angle.to_degrees();
         vec![
@@ -130,20 +137,24 @@ impl<const NL: usize> View<'_, NL> {
             ),
             panel(
                 "joint torque [mN m]",
-                both(MILLI, s.max_joint_torque.as_slice()),
-                self.held_axes(joints(NL), &|k, i| MILLI * reorientation.joint_torque[k][i]),
+                both(MILLI, &s.max_joint_torque.as_slice()[..self.joints]),
+                self.held_axes(joints(self.joints), &|k, i| {
+                    MILLI * reorientation.joint_torque[k][i]
+                }),
                 preset,
             ),
             panel(
                 "joint angle [deg]",
                 stops.collect(),
-                self.node_axes(joints(NL), &|k, i| reorientation.joint_angle[k][i].to_degrees()),
+                self.node_axes(joints(self.joints), &|k, i| {
+                    reorientation.joint_angle[k][i].to_degrees()
+                }),
                 preset,
             ),
             panel(
                 "joint rate [mrad/s]",
-                both(MILLI, s.max_joint_rate.as_slice()),
-                self.node_axes(joints(NL), &|k, i| MILLI * reorientation.joint_rate[k][i]),
+                both(MILLI, &s.max_joint_rate.as_slice()[..self.joints]),
+                self.node_axes(joints(self.joints), &|k, i| MILLI * reorientation.joint_rate[k][i]),
                 preset,
             ),
             panel(
@@ -245,14 +256,15 @@ impl<const NL: usize> View<'_, NL> {
     /// Edges of the bus, and the arm from its base to the end effector.
     fn servicer(&self, node: usize) -> (Vec<[Vector3<f64>; 2]>, Vec<Vector3<f64>>) {
         let servicer = &self.mission.servicer;
-        let angles = SVector::from_fn(|i, _| self.plan.stage2.joint_angle[node][i]);
+        let given = &self.plan.stage2.joint_angle[node];
+        let angles = SVector::from_fn(|i, _| given.get(i).copied().unwrap_or(0.0));
         let center = servicer.center_of_mass_and_end_effector(&angles).0;
         let (turn, position) = (self.bus(node), self.position(node));
         let place = |point: Vector3<f64>| position + turn * (point - center);
         let bus = edges(&servicer.bus_half_extents, place);
         let (mut at, mut pose) = (servicer.arm_base, Rotation3::identity());
         let mut arm = vec![place(at)];
-        for (link, angle) in servicer.links.iter().zip(angles.iter()) {
+        for (link, angle) in servicer.links.iter().zip(given) {
             pose *= Rotation3::from_axis_angle(&Unit::new_normalize(link.axis), *angle);
             at += pose * link.tip;
             arm.push(place(at));
@@ -297,7 +309,8 @@ mod tests {
         }
         assert_eq!(drawn, svg(&plan, &mission).unwrap());
         // The arm's end is where the planner has it: at the port.
-        let view = View { plan: &plan, mission: &mission, grid: mission.own_grid() };
+        let grid = mission.own_grid();
+        let view = View { plan: &plan, mission: &mission.resized(), joints: 3, grid };
         let tip = *view.servicer(view.grid.last()).1.last().unwrap();
         let port = view.target(view.grid.last()) * mission.target.port_position;
         assert!((tip - port).norm() < 1e-3, "{tip} {port}");

@@ -116,13 +116,13 @@ impl Plan {
 
 #[pymethods]
 impl Plan {
-    /// Reads a plan file (`*.plan.json`), of whatever arm, and has the verifier judge it.
+    /// Reads a plan file (`*.plan.json`, `*.plan.postcard`), of whatever arm, and has the verifier judge it.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         py.detach(|| Self::read(&path)).map_err(raised)
     }
 
-    /// Writes the plan file, and its record beside it where there is one.
+    /// Writes the plan file, and its record beside it where there is one; in postcard where the name ends so.
     fn save(&self, path: PathBuf) -> PyResult<()> {
         formats::check_writable(&path).map_err(raised)?;
         if let Some(evidence) = &self.evidence {

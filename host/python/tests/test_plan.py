@@ -114,6 +114,14 @@ def test_a_plan_is_saved_and_loaded(plan: remora.Plan, here: Path) -> None:
     assert loaded.mission == plan.mission and loaded.scenario == plan.scenario
 
 
+def test_a_packet_is_the_same_plan(plan: remora.Plan, here: Path) -> None:
+    plan.save("a.plan.postcard")
+    assert sorted(path.name for path in here.iterdir()) == ["a.evidence.postcard", "a.plan.postcard"]
+    loaded = remora.Plan.load("a.plan.postcard")
+    assert loaded.checksum == plan.checksum and loaded.record == plan.record
+    assert (here / "a.plan.postcard").stat().st_size < 20_000
+
+
 def test_a_file_that_lies_is_found_out(plan: remora.Plan, here: Path) -> None:
     plan.save("a.plan.json")
     text = (here / "a.plan.json").read_text()

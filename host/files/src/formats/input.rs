@@ -18,7 +18,7 @@ impl Limit {
     /// Scenario sets: half a million scenarios.
     pub const SET: Self = Self(256 << 20);
     /// Models, checkpoints, logs: read as they are.
-    pub const BINARY: Self = Self(1 << 30);
+    pub const BINARY: Self = Self(1 << 29);
 
     /// So many bytes, which a file has where it is whole.
     pub fn of(bytes: u64) -> Self {

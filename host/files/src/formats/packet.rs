@@ -252,13 +252,16 @@ impl InputsPacket {
 
 /// A mission as the TOML of what differs from the built-in one; all of it where that does not say it.
 fn changes(mission: &MissionFile) -> Result<String, FieldError> {
-    let failed = |error: toml::ser::Error| FieldError::new("inputs.mission", error.to_string());
-    let whole = toml::Table::try_from(mission).map_err(failed)?;
-    let built_in = toml::Table::try_from(MissionFile::default()).map_err(failed)?;
-    let changed = toml::to_string(&differing(whole, &built_in)).map_err(failed)?;
+    let text = |mission: &MissionFile| {
+        let failed = |error: toml::ser::Error| FieldError::new("inputs.mission", error.to_string());
+        toml::to_string(mission).map_err(failed)
+    };
+    let table = |text: &str| text.parse::<toml::Table>().unwrap_or_default();
+    let (whole, built_in) = (text(mission)?, text(&MissionFile::default())?);
+    let changed = differing(table(&whole), &table(&built_in)).to_string();
     match MissionFile::parse(&changed) {
         Ok(read) if read == *mission => Ok(changed),
-        _ => toml::to_string(mission).map_err(failed),
+        _ => Ok(whole),
     }
 }
 

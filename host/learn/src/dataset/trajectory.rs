@@ -100,72 +100,132 @@ impl<const NL: usize> Trajectory<NL> {
         t
     }
 
-    /// All its numbers in the order of the record, for reading and for writing.
-    fn numbers(&mut self) -> impl Iterator<Item = &mut f32> {
-        let rows = [
-            self.target_attitude.as_flattened_mut(),
-            self.target_rate.as_flattened_mut(),
-            self.position.as_flattened_mut(),
-            self.velocity.as_flattened_mut(),
-            self.force.as_flattened_mut(),
+    /// All its numbers in the order of the record: groups one after the other, a row of each field of a
+    /// group in turn.
+    fn groups(&mut self) -> [Vec<Field<'_>>; 7] {
+        let states = vec![
+            Field::of(&mut self.attitude),
+            Field::of(&mut self.joint_angle),
+            Field::of(&mut self.rate),
+            Field::of(&mut self.joint_rate),
         ];
-        let poses = self.attitude.iter_mut().zip(&mut self.joint_angle);
-        let rates = self.rate.iter_mut().zip(&mut self.joint_rate);
-        let states = poses.zip(rates).flat_map(|((attitude, angle), (rate, joint_rate))| {
-            attitude.iter_mut().chain(angle).chain(rate).chain(joint_rate)
-        });
-        let torques = self.bus_torque.iter_mut().zip(&mut self.joint_torque);
-        let controls = torques.flat_map(|(bus, joint)| bus.iter_mut().chain(joint));
-        rows.into_iter().flatten().chain(states).chain(controls)
+        [
+            vec![Field::of(&mut self.target_attitude)],
+            vec![Field::of(&mut self.target_rate)],
+            vec![Field::of(&mut self.position)],
+            vec![Field::of(&mut self.velocity)],
+            vec![Field::of(&mut self.force)],
+            states,
+            vec![Field::of(&mut self.bus_torque), Field::of(&mut self.joint_torque)],
+        ]
     }
 
     /// Adds the record's bytes: see [`Record`].
     pub(super) fn encode(&self, out: Vec<u8>) -> Result<Vec<u8>, postcard::Error> {
-        let numbers = self.clone().numbers().map(|x| *x).collect();
         let &Self { scenario, iterations, cost, .. } = self;
-        postcard::to_extend(&Record { scenario, iterations, cost, numbers }, out)
+        let numbers = gathered(self.clone().groups());
+        Record { scenario, iterations, cost, numbers }.encode(out)
     }
 
     /// The trajectory that bytes begin with, and what is behind it.
     pub(super) fn decode(bytes: &[u8]) -> Result<(Self, &[u8]), String> {
-        let (record, rest) = postcard::take_from_bytes::<Record>(bytes)
-            .map_err(|error| format!("holds a record that is none: {error}"))?;
-        let Record { scenario, iterations, cost, numbers } = record;
-        let mut t = Self { scenario, iterations, cost, ..Self::ZERO };
-        let expected = numbers_of(NL);
-        if numbers.len() != expected {
-            let found = numbers.len();
-            return Err(format!("has records of {found} numbers; a trajectory has {expected}"));
-        }
-        t.numbers().zip(numbers).for_each(|(x, number)| *x = number);
-        t.checked().map(|t| (t, rest))
+        let (record, rest) = Record::decode(bytes, numbers_of(NL))?;
+        Ok((Self::of(record), rest))
     }
 
     /// The trajectory of a record of the first version, which is of [`Trajectory::BYTES`].
-    pub(super) fn decode_first(record: &[u8]) -> Result<Self, String> {
+    pub(super) fn decode_first(bytes: &[u8]) -> Result<Self, String> {
+        Record::decode_first(bytes, numbers_of(NL)).map(Self::of)
+    }
+
+    fn of(record: Record) -> Self {
+        let Record { scenario, iterations, cost, numbers } = record;
+        let mut t = Self { scenario, iterations, cost, ..Self::ZERO };
+        deal(t.groups(), &numbers);
+        t
+    }
+}
+
+/// The rows of one quantity.
+struct Field<'a> {
+    numbers: &'a mut [f32],
+    width: usize,
+}
+
+impl<'a> Field<'a> {
+    fn of<const W: usize>(rows: &'a mut [[f32; W]]) -> Self {
+        Self { numbers: rows.as_flattened_mut(), width: W }
+    }
+
+    fn row(&mut self, node: usize) -> &mut [f32] {
+        &mut self.numbers[node * self.width..][..self.width]
+    }
+}
+
+/// All numbers of the groups.
+fn gathered(groups: [Vec<Field<'_>>; 7]) -> Vec<f32> {
+    let mut numbers = Vec::new();
+    for mut group in groups {
+        for node in 0..NODES {
+            group.iter_mut().for_each(|field| numbers.extend_from_slice(field.row(node)));
+        }
+    }
+    numbers
+}
+
+/// Gives the groups their numbers, of which there are as many.
+fn deal(groups: [Vec<Field<'_>>; 7], mut numbers: &[f32]) {
+    for mut group in groups {
+        for node in 0..NODES {
+            for field in &mut group {
+                let (row, rest) = numbers.split_at(field.width);
+                field.row(node).copy_from_slice(row);
+                numbers = rest;
+            }
+        }
+    }
+}
+
+impl Record {
+    fn encode(&self, out: Vec<u8>) -> Result<Vec<u8>, postcard::Error> {
+        postcard::to_extend(self, out)
+    }
+
+    /// The record of so many numbers that bytes begin with, and what is behind it.
+    fn decode(bytes: &[u8], expected: usize) -> Result<(Self, &[u8]), String> {
+        let (record, rest) = postcard::take_from_bytes::<Self>(bytes)
+            .map_err(|error| format!("holds a record that is none: {error}"))?;
+        record.checked(expected).map(|record| (record, rest))
+    }
+
+    /// The record of the first version: all numbers as they are.
+    fn decode_first(bytes: &[u8], expected: usize) -> Result<Self, String> {
         let parts = || {
-            let (scenario, rest) = record.split_first_chunk()?;
+            let (scenario, rest) = bytes.split_first_chunk()?;
             let (iterations, rest) = rest.split_first_chunk()?;
             let (cost, rest) = rest.split_first_chunk()?;
             Some((scenario, iterations, cost, rest.as_chunks().0))
         };
         let (scenario, iterations, cost, numbers) = parts().ok_or("is truncated")?;
-        let mut t = Self {
+        let record = Self {
             scenario: u64::from_le_bytes(*scenario),
             iterations: u32::from_le_bytes(*iterations),
             cost: f64::from_le_bytes(*cost),
-            ..Self::ZERO
+            numbers: numbers.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect(),
         };
-        t.numbers().zip(numbers).for_each(|(x, number)| *x = f32::from_le_bytes(*number));
-        t.checked()
+        record.checked(expected)
     }
 
-    /// Refuses what is no number: a network would learn nothing any more.
-    fn checked(mut self) -> Result<Self, String> {
-        if self.cost.is_finite() && self.numbers().all(|x| x.is_finite()) {
-            return Ok(self);
+    /// Refuses another number of numbers, and what is none: a network would learn nothing any more.
+    fn checked(self, expected: usize) -> Result<Self, String> {
+        let found = self.numbers.len();
+        if found != expected {
+            return Err(format!("has records of {found} numbers; a trajectory has {expected}"));
         }
-        Err(format!("scenario {} holds what is no number", self.scenario))
+        match self.cost.is_finite() && self.numbers.iter().all(|x| x.is_finite()) {
+            true => Ok(self),
+            false => Err(format!("scenario {} holds what is no number", self.scenario)),
+        }
     }
 }
 
@@ -183,7 +243,8 @@ pub(super) mod tests {
     /// A trajectory whose numbers all differ.
     pub(crate) fn counting<const NL: usize>(scenario: u64) -> Trajectory<NL> {
         let mut t = Trajectory { scenario, iterations: 9, cost: 0.25, ..Trajectory::<NL>::ZERO };
-        t.numbers().enumerate().for_each(|(i, x)| *x = scenario as f32 * 1e4 + i as f32);
+        let number = |i| scenario as f32 * 1e4 + i as f32;
+        deal(t.groups(), &(0..numbers_of(NL)).map(number).collect::<Vec<_>>());
         t
     }
 
@@ -192,7 +253,7 @@ pub(super) mod tests {
         let mut out = t.scenario.to_le_bytes().to_vec();
         out.extend(t.iterations.to_le_bytes());
         out.extend(t.cost.to_le_bytes());
-        out.extend(t.clone().numbers().flat_map(|x| x.to_le_bytes()));
+        out.extend(gathered(t.clone().groups()).iter().flat_map(|x| x.to_le_bytes()));
         out
     }
 

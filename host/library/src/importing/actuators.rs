@@ -1,18 +1,21 @@
 //! Force and torque of a bus whose URDF, as all of them, says nothing of thrusters and wheels.
 
 use crate::formats::{Limits, MissionFile};
-use remora_core::advanced::model::{Mission, Servicer};
+use remora_core::advanced::model::Servicer;
 
 /// The built-in mission's limits, larger in proportion to a larger mass and moment of inertia.
 pub(super) fn scale<const NL: usize>(
     file: &mut MissionFile,
-    mission: &Mission<NL>,
+    own: &Servicer<NL>,
     decided: &mut Vec<String>,
 ) {
-    let (own, usual) = (&mission.servicer, Servicer::default());
-    let mass = own.total_mass() / usual.total_mass();
-    let inertia = largest_moment(own) / largest_moment(&usual);
-    let servicer = &mut file.servicer;
+    scale_to(file, [own.total_mass(), largest_moment(own)], decided);
+}
+
+/// The same for so much mass [kg] and such a moment of inertia [kg m^2].
+fn scale_to(file: &mut MissionFile, [mass, inertia]: [f64; 2], decided: &mut Vec<String>) {
+    let (usual, servicer) = (Servicer::default(), &mut file.servicer);
+    let (mass, inertia) = (mass / usual.total_mass(), inertia / largest_moment(&usual));
     if mass > 1.0 {
         let limit = rounded(usual.max_force.max() * mass);
         servicer.force_limit_n = Limits::Same(limit);

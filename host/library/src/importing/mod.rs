@@ -238,11 +238,11 @@ fn completed<const NL: usize>(
     let links: Vec<String> = arm.joints.iter().map(|joint| joint.link.clone()).collect();
     let unsearched = unsearched::<NL>(file)?;
     if is_own {
-        actuators::scale(file, &unsearched, decided);
+        actuators::scale(file, &unsearched.servicer, decided);
     }
     mounting::fit(file, &unsearched, &links, decided);
     let mission = start::choose::<NL>(file, request.start.as_deref(), decided)?;
-    scenarios::keep_off(file, &mission, decided);
+    scenarios::keep_off(file, (&mission.approach, &mission.scenarios), decided);
     file.mission_of()
 }
 

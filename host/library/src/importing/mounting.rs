@@ -23,13 +23,23 @@ pub(super) fn fit<const NL: usize>(
     names: &[String],
     decided: &mut Vec<String>,
 ) {
-    let (s, margin) = (&mission.servicer, mission.margins.clearance);
-    let mut long = (0..NL).filter(|i| s.links.get(*i).is_some_and(|link| link.has_length()));
+    let links = &mission.servicer.links;
+    let mut long = (0..NL).filter(|i| links.get(*i).is_some_and(|link| link.has_length()));
     let (Some(first), Some(second)) = (long.next(), long.next()) else { return };
-    let (Some(link), Some(name)) = (file.servicer.links.get_mut(second), names.get(second)) else {
-        return;
-    };
-    let far = farthest(mission, first);
+    if let Some(name) = names.get(second) {
+        let far = farthest(mission, first);
+        fit_link(file, (second, name), (far, mission.margins.clearance), decided);
+    }
+}
+
+/// The same of the link at this place and of this name, which gets so far from the bus, with this margin [m].
+fn fit_link(
+    file: &mut MissionFile,
+    (at, name): (usize, &str),
+    (far, margin): (f64, f64),
+    decided: &mut Vec<String>,
+) {
+    let Some(link) = file.servicer.links.get_mut(at) else { return };
     let gap = far - link.radius_m;
     // Rounding must leave the search room.
     if gap >= margin + STEP {

@@ -46,21 +46,18 @@ pub(super) fn choose<const NL: usize>(
         file.servicer.initial_joint_angle_rad = start.as_slice().into();
         let Ok(mission) = file.mission_of::<NL>() else { continue };
         if is_way_clear(&mission) {
-            decided.push(said(
-                &mission,
-                "turns straight to its angles at capture, clear of its own bus",
-            ));
+            let why = "turns straight to its angles at capture, clear of its own bus";
+            decided.push(said(start.as_slice(), why));
             return Ok(mission);
         }
         clear.get_or_insert(mission);
     }
     let reason = "none of the arms that were tried is clear of its own bus: give one";
     let mission = clear.ok_or_else(|| within(reason.into()))?;
-    file.servicer.initial_joint_angle_rad = mission.servicer.initial_joint_angle.as_slice().into();
-    decided.push(said(
-        &mission,
-        "is clear of its own bus, though not all the way to its angles at capture",
-    ));
+    let start = mission.servicer.initial_joint_angle.as_slice();
+    file.servicer.initial_joint_angle_rad = start.into();
+    let why = "is clear of its own bus, though not all the way to its angles at capture";
+    decided.push(said(start, why));
     Ok(mission)
 }
 
@@ -110,7 +107,7 @@ fn within(reason: String) -> FieldError {
     FieldError::new("servicer.initial_joint_angle_rad", reason)
 }
 
-fn said<const NL: usize>(mission: &Mission<NL>, why: &str) -> String {
-    let angles = shown_angles(mission.servicer.initial_joint_angle.as_slice());
+fn said(start: &[f64], why: &str) -> String {
+    let angles = shown_angles(start);
     format!("the arm starts at {angles} rad, from where it {why}; --start a,b,... gives another")
 }

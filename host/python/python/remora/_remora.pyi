@@ -244,10 +244,10 @@ class Plan:
 
     @staticmethod
     def load(path: _Path) -> Plan:
-        """Reads a plan file (`*.plan.json`), of whatever arm, and has the verifier judge it."""
+        """Reads a plan file (`*.plan.json`, `*.plan.postcard`), of whatever arm, and has the verifier judge it."""
 
     def save(self, path: _Path) -> None:
-        """Writes the plan file, and its record beside it where there is one."""
+        """Writes the plan file, and its record beside it where there is one; in postcard where the name ends so."""
 
     @property
     def mission(self) -> Mission:
