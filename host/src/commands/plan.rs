@@ -39,7 +39,7 @@ pub(super) struct Args {
     out: Option<PathBuf>,
     /// json, or postcard: what a spacecraft would send down, in a third of the bytes; each command that
     /// reads plans reads either
-    #[arg(long, value_parser = choice::<Format>(), value_name = "NAME", default_value = "json")]
+    #[arg(long, value_parser = choice::<Format>(), value_name = "FORMAT", default_value = "json")]
     format: Format,
     #[command(flatten)]
     force: ForceArgs,

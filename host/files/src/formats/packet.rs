@@ -86,7 +86,8 @@ struct PlanPacket {
 /// What a plan was made from.
 #[derive(Serialize, Deserialize)]
 struct InputsPacket {
-    scenario: ScenarioPacket,
+    #[serde(with = "ScenarioPacket")]
+    scenario: PlanScenario,
     scenario_checksum: String,
     /// TOML of what differs from the built-in mission.
     mission: String,
@@ -96,6 +97,7 @@ struct InputsPacket {
 
 /// [`PlanScenario`], whose own names leave out what is not given; postcard has no names.
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "PlanScenario")]
 struct ScenarioPacket {
     target_attitude_body_to_rtn: [f64; 4],
     target_rate_body_rad_s: [f64; 3],
@@ -213,18 +215,6 @@ impl InputsPacket {
     fn new(inputs: PlanInputs) -> Result<Self, FieldError> {
         let PlanInputs { scenario, scenario_checksum, mission, mission_checksum, in_force } =
             inputs;
-        let scenario = ScenarioPacket {
-            target_attitude_body_to_rtn: scenario.target_attitude_body_to_rtn,
-            target_rate_body_rad_s: scenario.target_rate_body_rad_s,
-            servicer_position_rtn_m: scenario.servicer_position_rtn_m,
-            servicer_velocity_rtn_m_s: scenario.servicer_velocity_rtn_m_s,
-            bus_attitude_body_to_rtn: scenario.bus_attitude_body_to_rtn,
-            bus_rate_rtn_rad_s: scenario.bus_rate_rtn_rad_s,
-            joint_angle_rad: scenario.joint_angle_rad,
-            joint_rate_rad_s: scenario.joint_rate_rad_s,
-            duration_s: scenario.duration_s,
-            nodes: scenario.nodes,
-        };
         let mission = changes(&mission)?;
         Ok(Self { scenario, scenario_checksum, mission, mission_checksum, in_force })
     }
@@ -234,18 +224,6 @@ impl InputsPacket {
         let mission = MissionFile::parse(&mission).map_err(|error| {
             FieldError::new(format!("inputs.mission.{}", error.field), error.reason)
         })?;
-        let scenario = PlanScenario {
-            target_attitude_body_to_rtn: scenario.target_attitude_body_to_rtn,
-            target_rate_body_rad_s: scenario.target_rate_body_rad_s,
-            servicer_position_rtn_m: scenario.servicer_position_rtn_m,
-            servicer_velocity_rtn_m_s: scenario.servicer_velocity_rtn_m_s,
-            bus_attitude_body_to_rtn: scenario.bus_attitude_body_to_rtn,
-            bus_rate_rtn_rad_s: scenario.bus_rate_rtn_rad_s,
-            joint_angle_rad: scenario.joint_angle_rad,
-            joint_rate_rad_s: scenario.joint_rate_rad_s,
-            duration_s: scenario.duration_s,
-            nodes: scenario.nodes,
-        };
         Ok(PlanInputs { scenario, scenario_checksum, mission, mission_checksum, in_force })
     }
 }
