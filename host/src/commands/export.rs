@@ -18,7 +18,7 @@ pub(super) struct Args {
     /// Plan file (*.plan.json)
     #[arg(value_name = "PLAN")]
     plan: PathBuf,
-    /// Kind of file (may be repeated)
+    /// Kind of file
     #[arg(long, value_name = "FORMAT", value_parser = choice::<Format>(), required = true)]
     format: Vec<Format>,
     /// When the plan begins, UTC; oem and aem need it [default: 1970-01-01T00:00:00]
@@ -44,7 +44,7 @@ Examples:
   remora export runs/pub-000.plan.json --format mcap --out runs/shown
   remora export a.plan.json --format oem --epoch 2026-11-23T00:00:00 --chief b.chief.toml --out c
 
-Writes DIR/ID.mcap, and DIR/ID.servicer.oem, DIR/ID.target.oem, DIR/ID.servicer.aem, DIR/ID.target.aem.
+--format may be repeated. Writes DIR/ID.mcap, and DIR/ID.servicer.oem, DIR/ID.target.oem, DIR/ID.servicer.aem, DIR/ID.target.aem.
 What stands in them, and in the chief's file, is told in docs/export.md.
 
 Exit status: 0 written, 2 bad input.";

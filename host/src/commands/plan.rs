@@ -37,8 +37,7 @@ pub(super) struct Args {
     /// Plan file to write, - for standard output [default: runs/ID.plan.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// json, or postcard: what a spacecraft would send down, in a third of the bytes; each command that
-    /// reads plans reads either
+    /// Kind of file
     #[arg(long, value_parser = choice::<Format>(), value_name = "FORMAT", default_value = "json")]
     format: Format,
     #[command(flatten)]
@@ -98,8 +97,9 @@ Examples:
 What no plan can end well is refused before planning, with the constraint's name; then no file is
 written. Clearances are smallest distances of bodies, negative where they overlap.
 
-The plan file holds scenario and mission; its evidence goes beside it (not with --out -). A file of
---out that is there is replaced only where it is a plan of the same scenario, or with --force.
+Each command that reads plans reads either kind of file. The plan file holds scenario and mission; its
+evidence goes beside it (not with --out -). A file of --out that is there is replaced only where it is a
+plan of the same scenario, or with --force.
 
 Exit status: 0 optimal, 1 not flyable (the plan file holds the best iterate) or refused, 2 bad input,
 3 verified but not converged.";
