@@ -8,7 +8,8 @@
 //! | --- | --- | --- | --- |
 //! | portable | everywhere | the compiler's choice | bytes |
 //! | AVX2 | x86-64, asked at run time | `vpmaddwd` after widening | bytes, vectors as `i16` |
-//! | AVX-VNNI | x86-64, asked at run time | `vpdpbusd` | bytes, vectors offset by 128 |
+//! | AVX-512-VNNI | x86-64, asked at run time | `vpdpbusd` of 256 bits | bytes, rows offset by 128 |
+//! | AVX-VNNI | x86-64, asked at run time | the same | the same |
 //! | NEON | AArch64 | `smull`, `sadalp` | bytes |
 //! | DSP | Armv7E-M | `sxtb16`, `smlad` | bytes, vectors as `i16` |
 //!
@@ -81,6 +82,8 @@ enum Choice {
     #[cfg(target_arch = "x86_64")]
     Avx2,
     #[cfg(target_arch = "x86_64")]
+    Avx512Vnni,
+    #[cfg(target_arch = "x86_64")]
     AvxVnni,
     #[cfg(target_arch = "aarch64")]
     Neon,
@@ -106,6 +109,8 @@ impl Kernel {
             #[cfg(target_arch = "x86_64")]
             x86::features().avx2.then_some(Choice::Avx2),
             #[cfg(target_arch = "x86_64")]
+            x86::features().avx512_vnni.then_some(Choice::Avx512Vnni),
+            #[cfg(target_arch = "x86_64")]
             x86::features().avx_vnni.then_some(Choice::AvxVnni),
             #[cfg(target_arch = "aarch64")]
             Some(Choice::Neon),
@@ -121,6 +126,8 @@ impl Kernel {
             Choice::Portable => "portable",
             #[cfg(target_arch = "x86_64")]
             Choice::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Choice::Avx512Vnni => "avx512-vnni",
             #[cfg(target_arch = "x86_64")]
             Choice::AvxVnni => "avx-vnni",
             #[cfg(target_arch = "aarch64")]
@@ -152,6 +159,9 @@ impl Kernel {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `features` found the instructions, or there would be no such kernel.
             Choice::Avx2 => unsafe { x86::avx2(rows, columns, vectors, sums) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: likewise.
+            Choice::Avx512Vnni => unsafe { x86::avx512_vnni(rows, columns, vectors, sums) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: likewise.
             Choice::AvxVnni => unsafe { x86::avx_vnni(rows, columns, vectors, sums) },

@@ -1,4 +1,4 @@
-//! AVX2 and AVX-VNNI, and how to know whether they are there without `std`.
+//! AVX2, AVX-VNNI and AVX-512-VNNI, and how to know whether they are there without `std`.
 
 use super::{BATCH, Rows, Sums, TILE, Vectors, portable};
 use core::arch::x86_64::*;
@@ -9,6 +9,7 @@ use core::sync::atomic::{AtomicU8, Ordering};
 pub(super) struct Features {
     pub avx2: bool,
     pub avx_vnni: bool,
+    pub avx512_vnni: bool,
 }
 
 /// What `cpuid` said, asked once: under a hypervisor each question costs microseconds. Bit 7: was
@@ -18,38 +19,51 @@ static KNOWN: AtomicU8 = AtomicU8::new(0);
 pub(super) fn features() -> Features {
     let mut known = KNOWN.load(Ordering::Relaxed);
     if known == 0 {
-        let Features { avx2, avx_vnni } = ask();
-        known = 0x80 | u8::from(avx2) | u8::from(avx_vnni) << 1;
+        let Features { avx2, avx_vnni, avx512_vnni } = ask();
+        known = 0x80 | u8::from(avx2) | u8::from(avx_vnni) << 1 | u8::from(avx512_vnni) << 2;
         // Whoever asks at the same time hears the same.
         KNOWN.store(known, Ordering::Relaxed);
     }
-    Features { avx2: known & 1 != 0, avx_vnni: known & 2 != 0 }
+    Features { avx2: known & 1 != 0, avx_vnni: known & 2 != 0, avx512_vnni: known & 4 != 0 }
 }
 
 /// Bits by Intel's manual, volume 2, CPUID.
 fn ask() -> Features {
-    let none = Features { avx2: false, avx_vnni: false };
+    let none = Features { avx2: false, avx_vnni: false, avx512_vnni: false };
     let bit = |word: u32, bit: u32| word >> bit & 1 == 1;
     if __cpuid(0).eax < 7 {
         return none;
     }
     // OSXSAVE (the operating system uses XSAVE, `xgetbv` may be executed) and AVX.
     let one = __cpuid(1);
+    if !(bit(one.ecx, 27) && bit(one.ecx, 28)) {
+        return none;
+    }
     // SAFETY: OSXSAVE says that the instruction exists.
-    if !(bit(one.ecx, 27) && bit(one.ecx, 28) && unsafe { saves_vectors() }) {
+    let saved = unsafe { saved_registers() };
+    if saved & VECTORS != VECTORS {
         return none;
     }
     let seven = __cpuid_count(7, 0);
     let avx2 = bit(seven.ebx, 5);
     let avx_vnni = avx2 && seven.eax >= 1 && bit(__cpuid_count(7, 1).eax, 4);
-    Features { avx2, avx_vnni }
+    // AVX512F, AVX512VL and AVX512_VNNI.
+    let avx512 = bit(seven.ebx, 16) && bit(seven.ebx, 31) && bit(seven.ecx, 11);
+    let avx512_vnni = avx2 && avx512 && saved & LARGE_VECTORS == LARGE_VECTORS;
+    Features { avx2, avx_vnni, avx512_vnni }
 }
 
-/// Whether the operating system saves the vector registers in whole: XMM and YMM in XCR0.
+/// XMM and YMM in XCR0, what the operating system saves.
+const VECTORS: u64 = 0b110;
+
+/// With masks and ZMM.
+const LARGE_VECTORS: u64 = 0b1110_0110;
+
+/// Register XCR0.
 #[target_feature(enable = "xsave")]
-fn saves_vectors() -> bool {
+fn saved_registers() -> u64 {
     // SAFETY: register 0 exists wherever the instruction does.
-    unsafe { _xgetbv(0) & 6 == 6 }
+    unsafe { _xgetbv(0) }
 }
 
 /// What is left of a product's operands when all of them are there in full.
@@ -230,38 +244,55 @@ products! {
     avx_vnni, vnni_all, vnni_rows, "avx2,avxvnni", false, [8, 4, 2, 2, 2]
 }
 
-#[inline]
-#[target_feature(enable = "avx2,avxvnni")]
-fn vnni_rows<const R: usize, const T: usize>(full: &Full<T>, first: usize, sums: &mut Sums) {
-    let rows = full.rows.bytes.as_ptr().wrapping_add(first * full.rows.stride);
-    let offset = _mm256_set1_epi8(-128);
-    let mut parts = [[_mm256_setzero_si256(); R]; T];
-    let mut at = 0;
-    // Bound: columns.
-    while at + 32 <= full.columns {
-        let mut w = [_mm256_setzero_si256(); R];
-        for r in 0..R {
-            let row = rows.wrapping_add(r * full.rows.stride + at);
-            // SAFETY: rows `first..first + R` are below `rows.count`, those of which
-            // `Full::new` found all columns to be there, and `at + 32` is no more than the columns.
-            // Loads need no alignment.
-            w[r] = _mm256_xor_si256(unsafe { _mm256_loadu_si256(row.cast()) }, offset);
-        }
-        for t in 0..T {
-            // SAFETY: as above, of the vectors.
-            let x = unsafe { _mm256_loadu_si256(full.bytes[t].as_ptr().wrapping_add(at).cast()) };
-            for r in 0..R {
-                parts[t][r] = _mm256_dpbusd_avx_epi32(parts[t][r], w[r], x);
-            }
-        }
-        at += 32;
-    }
-    let mut found = [[0; R]; T];
-    for ((found, parts), excess) in found.iter_mut().zip(&parts).zip(full.excess) {
-        *found = lanes(parts);
-        for found in found {
-            *found -= excess;
-        }
-    }
-    full.finish(at, found, first, sums);
+products! {
+    /// The same instruction as AVX-512 has it, of vectors of 256 bits.
+    ///
+    /// The processor must have AVX2, AVX-512-VL and AVX-512-VNNI.
+    avx512_vnni, vnni512_all, vnni512_rows, "avx2,avx512vl,avx512vnni", false, [8, 4, 4, 4, 4]
 }
+
+/// Products of a group of rows with unsigned bytes: a function for either instruction.
+macro_rules! unsigned_rows {
+    ($name:ident, $features:literal, $add_products:ident) => {
+        #[inline]
+        #[target_feature(enable = $features)]
+        fn $name<const R: usize, const T: usize>(full: &Full<T>, first: usize, sums: &mut Sums) {
+            let rows = full.rows.bytes.as_ptr().wrapping_add(first * full.rows.stride);
+            let offset = _mm256_set1_epi8(-128);
+            let mut parts = [[_mm256_setzero_si256(); R]; T];
+            let mut at = 0;
+            // Bound: columns.
+            while at + 32 <= full.columns {
+                let mut w = [_mm256_setzero_si256(); R];
+                for r in 0..R {
+                    let row = rows.wrapping_add(r * full.rows.stride + at);
+                    // SAFETY: rows `first..first + R` are below `rows.count`, those of which
+                    // `Full::new` found all columns to be there, and `at + 32` is no more than the
+                    // columns. Loads need no alignment.
+                    w[r] = _mm256_xor_si256(unsafe { _mm256_loadu_si256(row.cast()) }, offset);
+                }
+                for t in 0..T {
+                    // SAFETY: as above, of the vectors.
+                    let x = unsafe {
+                        _mm256_loadu_si256(full.bytes[t].as_ptr().wrapping_add(at).cast())
+                    };
+                    for r in 0..R {
+                        parts[t][r] = $add_products(parts[t][r], w[r], x);
+                    }
+                }
+                at += 32;
+            }
+            let mut found = [[0; R]; T];
+            for ((found, parts), excess) in found.iter_mut().zip(&parts).zip(full.excess) {
+                *found = lanes(parts);
+                for found in found {
+                    *found -= excess;
+                }
+            }
+            full.finish(at, found, first, sums);
+        }
+    };
+}
+
+unsigned_rows!(vnni_rows, "avx2,avxvnni", _mm256_dpbusd_avx_epi32);
+unsigned_rows!(vnni512_rows, "avx2,avx512vl,avx512vnni", _mm256_dpbusd_epi32);

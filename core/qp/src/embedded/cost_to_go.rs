@@ -131,7 +131,8 @@ impl<const NX: usize> CostToGo<NX> {
         free: Free<NX>,
         out: &mut [[f64; NX]; NX],
     ) {
-        (self.hessian, self.regularisation) = (*p, [regularisation; NX]);
+        self.hessian = *p;
+        self.regularisation = [regularisation; NX];
         (self.free, self.is_rigid) = (free, true);
         *out = *p;
         for (i, free) in free.factors().iter().enumerate() {

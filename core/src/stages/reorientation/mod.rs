@@ -136,7 +136,7 @@ const PROXIMAL: f64 = 3e-3;
 /// Nodes that one core linearises while the other convexifies those after them.
 const BATCH: usize = 12;
 
-/// Rollouts of a step: the second corrects the terminal pose error of the first.
+/// Most rollouts of a step: the second corrects the terminal pose error of the first, where that counts.
 const ROLLOUTS: usize = 2;
 
 impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
@@ -328,6 +328,12 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
                 *defect = self.defect(k, &next, &z.states[k + 1]);
             }
         }
+    }
+
+    /// Whether the merit ignores this error of a terminal pose.
+    fn is_ignored(&self, gap: &RateOffset<NL>) -> bool {
+        let within = |(error, tolerance): (&f64, &f64)| error.abs() <= IGNORED * tolerance;
+        gap.turn.iter().chain(gap.joint.iter()).zip(&self.tolerance_x).all(within)
     }
 
     /// Fills the whole subproblem with the Lagrangian's Hessian and convexifies it.
@@ -529,6 +535,9 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         let mut offset = RateOffset::<NL>::ZERO;
         for _ in 0..ROLLOUTS {
             let gap = self.rollout(from, qp, step, &offset, to);
+            if self.is_ignored(&gap) {
+                break;
+            }
             offset.turn -= gap.turn;
             offset.joint -= gap.joint;
         }

@@ -1,7 +1,7 @@
 //! The retraction of Stage 2: a rollout along the dynamics.
 
 use super::{NG, Reorientation, ReorientationTrajectory};
-use crate::dynamics::{Control, State, Transition};
+use crate::dynamics::{Control, Integrator, State, Transition};
 use crate::executor::ForkJoin;
 use crate::math::quaternion;
 use nalgebra::{SVector, Vector3};
@@ -42,20 +42,39 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         6.0 * k * (n - k) / (n * (n * n - 1.0)) / self.stepping.dt
     }
 
-    /// Drift of `state` at node `k` from the pose that `step` plans.
+    /// Share of a pose offset that the blended rates have made up at node `k`: the integral of
+    /// [`Self::blending_weight`], by the rule that the integrator integrates rates by.
+    fn blending_share(&self, k: usize, end: usize) -> f64 {
+        if k == 0 || k >= end {
+            return if k == 0 { 0.0 } else { 1.0 };
+        }
+        // The sum of j (n - j) from 1 to k - 1 is k (k - 1) (3 n - 2 k + 1) / 6.
+        let (j, n) = (k as f64, end as f64);
+        let before = j * (j - 1.0) * (3.0 * n - 2.0 * j + 1.0) / (n * (n * n - 1.0));
+        match self.stepping.integrator {
+            Integrator::Euler => before,
+            Integrator::Rk4 { .. } => {
+                before + 0.5 * self.stepping.dt * self.blending_weight(k, end)
+            }
+        }
+    }
+
+    /// Drift of `state` at node `k` from the pose that `step` and `offset` plan.
     fn drift(
         &self,
         k: usize,
         from: &ReorientationTrajectory<N, NL>,
         step: &Solution<N, NX, NU, NG>,
+        offset: &RateOffset<NL>,
         state: &State<NL>,
     ) -> RateOffset<NL> {
         let d = step.x[k].component_mul(&self.scale_x);
         let turn = self.axes(k) * Vector3::new(d[0], d[1], d[2]);
         let planned = quaternion::product(&quaternion::exp(&turn), &from.states[k].attitude);
-        let joint = from.states[k].joint_angle;
+        let turned = offset.turn * self.blending_share(k, self.last());
+        let joint = from.states[k].joint_angle + offset.joint * self.blending_share(k, self.preset);
         RateOffset {
-            turn: quaternion::difference(&state.attitude, &planned),
+            turn: quaternion::difference(&state.attitude, &planned) - turned,
             joint: SVector::from_fn(|i, _| state.joint_angle[i] - joint[i] - d[3 + i]),
         }
     }
@@ -128,7 +147,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     ) -> (Vector3<f64>, SVector<f64, NL>) {
         let at = &from.states[k + 1];
         let d = step.x[k + 1].component_mul(&self.scale_x);
-        let drift = self.drift(k, from, step, state);
+        let drift = self.drift(k, from, step, offset, state);
         let turning = match k + 1 < self.last() {
             true => {
                 offset.turn * self.blending_weight(k + 1, self.last())
