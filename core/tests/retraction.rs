@@ -26,7 +26,6 @@ const TURNS: [f64; 2] = [0.003, 0.006];
 fn off_target(mission: &Mission) -> Box<Solution<NODES, NX, NU, NG>> {
     let typical = mission.typical();
     let mut step = Box::new(Solution::ZERO);
-    let (bus, joint) = (1, 3);
     let joint_rate = typical.joint_rate.min(mission.servicer.max_joint_rate[0]);
     let ends = [(1, NODES - 1, TURNS[0], typical.rate), (3, PRESET, TURNS[1], joint_rate)];
     for (pose, end, turn, scale) in ends {

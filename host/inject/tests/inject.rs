@@ -119,7 +119,7 @@ fn what_is_refused_is_detected() {
     let record = inject(rate);
     assert_eq!((record.class, record.start), (Class::Detected, GuessRecord::NotFinite));
     // A bound that is lower than the one below it: the solver refuses, and the loop goes on.
-    let record = inject(program("upper_u", 8, 12, 1, 63));
+    let record = inject(program("upper_u", 5, 12, 1, 63));
     assert_eq!((record.class, record.start), (Class::Detected, GuessRecord::Learned), "{record:?}");
 }
 
@@ -164,8 +164,10 @@ fn what_fails_says_so_and_leaves_nothing_behind() {
 /// could not be solved with any radius, and the plan would be given up.
 #[test]
 fn a_multiplier_beyond_its_bounds_is_not_used() {
-    for (case, kind) in [(2727, "row_multiplier"), (4799, "defect_multiplier")] {
-        let record = injector(60).replay(case).unwrap().record;
+    for (kind, node, element) in [("row_multiplier", 25, 0), ("defect_multiplier", 25, 1)] {
+        let field = field(&SOLUTION_FIELDS, kind);
+        let fault = Fault::Program { solution: true, call: 5, field, node, element, bit: 62 };
+        let record = inject(fault);
         assert_eq!((record.site, record.kind.as_str()), (Site::QpSolution, kind));
         assert_eq!((record.class, record.start), (Class::Tolerated, GuessRecord::Learned));
         assert!(record.extra_iterations <= 3, "{record:?}");
@@ -264,7 +266,7 @@ fn scenarios_that_are_not_solved_without_a_fault_are_refused() {
 #[test]
 fn a_struck_solution_is_not_taken() {
     let field = field(&SOLUTION_FIELDS, "u");
-    let fault = Fault::Program { solution: true, call: 8, field, node: 20, element: 0, bit: 62 };
+    let fault = Fault::Program { solution: true, call: 5, field, node: 20, element: 0, bit: 62 };
     let record = inject(fault);
     assert_eq!((record.class, record.site), (Class::Detected, Site::QpSolution), "{record:?}");
 }

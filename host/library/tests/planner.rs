@@ -259,14 +259,14 @@ fn plan_within(bench: &mut Bench, readings: f64) -> Report {
     let mut options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
     options.deadline_s = readings;
     let clock = Ticking(AtomicU32::new(0));
-    bench.plan_in(36, &options, &Platform { clock: &clock, executor: &Sequential })
+    bench.plan_in(38, &options, &Platform { clock: &clock, executor: &Sequential })
 }
 
 // Verifies REM-PLN-008.
 #[test]
 fn a_plan_cut_short_is_told_from_one_to_fly() {
     let mut bench = Bench::new();
-    let scenario = bench.set.scenarios[36].scenario();
+    let scenario = bench.set.scenarios[38].scenario();
     let (mut useful, mut earlier, mut last_cost) = (0, 0, f64::INFINITY);
     // The clock is read at every node of a linearisation, a retraction and the residuals.
     for readings in (1..9000).step_by(67) {

@@ -230,18 +230,29 @@ fn a_model_for_other_nodes_gives_way_to_the_heuristic() {
     assert!(record.start.is_fallback() && record.start.why().is_some());
 }
 
+/// From a plan of its own the loop ends after a few iterations, hardly ever more than three; where it takes
+/// more, it has found a cheaper plan.
 #[test]
 fn a_plan_is_a_good_start_for_itself() {
     let mut bench = Bench::new();
     for integrator in [Integrator::Euler, RK4] {
-        let first = bench.plan(3, integrator, &InitialGuess::Heuristic);
-        let script = Script::of(Action::Rate, bench.workspace.reorientation());
-        let start = InitialGuess::Learned { policy: &script, seed: 0 };
-        let again = bench.plan(3, integrator, &start);
-        assert_eq!((again.status, again.record.start), (Status::Solved, GuessRecord::Learned));
-        let [first, again] = [first, again].map(|report| report.reorientation);
-        assert!(again.outcome.iterations <= 3, "{} iterations", again.outcome.iterations);
-        assert!(again.cost <= first.cost * 1.001, "{} and {}", again.cost, first.cost);
+        let mut long = 0;
+        for scenario in 0..12 {
+            let first = bench.plan(scenario, integrator, &InitialGuess::Heuristic);
+            let script = Script::of(Action::Rate, bench.workspace.reorientation());
+            let start = InitialGuess::Learned { policy: &script, seed: 0 };
+            let again = bench.plan(scenario, integrator, &start);
+            assert_eq!((again.status, again.record.start), (Status::Solved, GuessRecord::Learned));
+            let [first, again] = [first, again].map(|report| report.reorientation);
+            let (iterations, change) = (again.outcome.iterations, again.cost / first.cost);
+            let few = iterations <= 3;
+            assert!(
+                change <= if few { 1.001 } else { 0.999 },
+                "{scenario}: {iterations}, {change}"
+            );
+            long += usize::from(!few);
+        }
+        assert!(long <= 2, "{long} of 12 with {integrator}");
     }
 }
 

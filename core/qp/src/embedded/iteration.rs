@@ -17,8 +17,8 @@ const FRACTION_TO_BOUNDARY: f64 = 0.999;
 /// their bounds than the rest block the step.
 const SHORT_STEP: f64 = 0.3;
 
-/// Complementarity that suffices once residuals grow again: below it rounding dominates.
-const ROUNDING_COMPLEMENTARITY: f64 = 1e-11;
+/// Multiple of the complementarity asked for that suffices once residuals grow again: rounding dominates.
+const ROUNDING_COMPLEMENTARITY: f64 = 100.0;
 
 /// Multiple of the slack's price beyond which a multiplier of dynamics without slack does not come back.
 const HOPELESS: f64 = 10.0;
@@ -77,8 +77,11 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
             let is_rounding = grows && !self.is_rigid && at.residual > 0.3 * settings.tolerance;
             // Rounding is larger without regularisation.
             self.is_rigid &= !(grows && at.residual > RIGID_ROUNDING * settings.tolerance);
-            let solved = at.is_within(settings.tolerance, settings.complementarity)
-                || (is_rounding && at.is_within(settings.tolerance, ROUNDING_COMPLEMENTARITY));
+            let enough = match is_rounding {
+                true => ROUNDING_COMPLEMENTARITY * settings.complementarity,
+                false => settings.complementarity,
+            };
+            let solved = at.is_within(settings.tolerance, enough);
             let free = settings.fixed_iterations.is_none();
             let stop = if !at.is_finite() {
                 Some(QpStatus::NumericalFailure)

@@ -105,6 +105,7 @@ mod tests {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let cards = |folder: &str| read_cards(&root.join(folder)).unwrap();
         let (tables, built_in) = (cards("fixtures/models/tables"), cards("fixtures/models"));
+        let ingredients = cards("fixtures/models/ingredients");
         let page = |name: &str| -> PathBuf { root.join("docs/reproduction").join(name) };
         let named = |cards: &[Card], names: &[&str]| -> Vec<Card> {
             let found = cards.iter().filter(|card| names.contains(&card.name.as_str()));
@@ -121,6 +122,7 @@ mod tests {
             ("feasibility.md", notes(&named(&tables, &["flow-h1-90k"]))),
             ("flow-steps.md", notes(&named(&tables, &["flow-h1-90k"]))),
             ("sample-efficiency.md", sizes),
+            ("ingredients.md", notes(&ingredients)),
             ("default-euler.md", notes(&named(&built_in, &["euler"]))),
             ("default-euler-feasibility.md", notes(&named(&built_in, &["euler"]))),
             ("default-rk4.md", notes(&named(&built_in, &["rk4"]))),
