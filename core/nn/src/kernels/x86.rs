@@ -104,7 +104,8 @@ impl<'a, const T: usize> Full<'a, T> {
 
     /// Adds the products of the columns from `from` on, fewer than a vector register takes, and
     /// puts the sums of `R` rows where they belong.
-    #[inline(always)]
+    // Not inlined: all instruction sets share it.
+    #[inline(never)]
     fn finish<const R: usize>(
         &self,
         from: usize,
@@ -248,7 +249,7 @@ products! {
     /// The same instruction as AVX-512 has it, of vectors of 256 bits.
     ///
     /// The processor must have AVX2, AVX-512-VL and AVX-512-VNNI.
-    avx512_vnni, vnni512_all, vnni512_rows, "avx2,avx512vl,avx512vnni", false, [8, 4, 4, 4, 4]
+    avx512_vnni, vnni512_all, vnni512_rows, "avx2,avx512vl,avx512vnni", false, [8, 4, 2, 2, 2]
 }
 
 /// Products of a group of rows with unsigned bytes: a function for either instruction.
