@@ -4,12 +4,14 @@
 //! previous action, time, target, centre of mass, state. A network may embed each group as a token
 //! of its own or all of them as one.
 //!
-//! Two encodings. [`Encoding::Paper`] has the paper's numbers, 36 for three joints, resolved in RTN. In
+//! Three encodings. [`Encoding::Paper`] has the paper's numbers, 36 for three joints, resolved in RTN. In
 //! [`Encoding::Body`] every direction is resolved in bus axes, so that approaches that differ by a
 //! rotation look nearly alike (the orbit's own directions, which are among the features, are all
 //! that tells them apart), and what lies ahead is among them, for it is known: the line of sight
 //! at nodes to come, the forces to come, the turn and the bend left to be made and the mean
-//! rates that would make them. All are raw: SI units, unit vectors, radians.
+//! rates that would make them. [`Encoding::Servicer`] adds the servicer's own numbers, for a network of
+//! many servicers: mass, inertia and torques of the bus, and of each joint its link's length and mass, its
+//! limits and its angle at capture. All are raw: SI units, unit vectors, radians.
 
 use super::Scene;
 use crate::dynamics::State;
@@ -27,6 +29,8 @@ pub enum Encoding {
     Paper = 0,
     /// In bus axes, with what lies ahead.
     Body = 1,
+    /// The same, with the servicer's numbers beside the time.
+    Servicer = 2,
 }
 
 impl Encoding {
@@ -40,6 +44,7 @@ impl Encoding {
         match tag {
             0 => Some(Self::Paper),
             1 => Some(Self::Body),
+            2 => Some(Self::Servicer),
             _ => None,
         }
     }
@@ -51,6 +56,7 @@ impl Encoding {
         match self {
             Self::Paper => [action, 1, 7, 9, 7 + 2 * joints],
             Self::Body => [action, 1, 24, 21, 9 + 3 * joints],
+            Self::Servicer => [action, 1 + 7 + 5 * joints, 24, 21, 9 + 3 * joints],
         }
     }
 
@@ -59,6 +65,7 @@ impl Encoding {
         match self {
             Self::Paper => &[3, 1 + 7 + 9 + 4, 3],
             Self::Body => &[3, 1 + 24 + 21 + 3, 0, 6],
+            Self::Servicer => &[3, 1 + 7, 0, 0, 0, 0, 24 + 21 + 3, 0, 6],
         }
     }
 
@@ -73,7 +80,7 @@ impl Encoding {
 pub const MAX_JOINTS: usize = 7;
 
 /// Most features a node has in any encoding.
-pub const MAX_FEATURES: usize = Encoding::Body.features(MAX_JOINTS);
+pub const MAX_FEATURES: usize = Encoding::Servicer.features(MAX_JOINTS);
 
 /// How many nodes ahead the line of sight is looked up, but for the last, which is always.
 const SIGHTS_AHEAD: [usize; 5] = [0, 3, 6, 12, 24];
@@ -118,7 +125,26 @@ impl<const NL: usize> Scene<'_, NL> {
         match encoding {
             Encoding::Paper => self.paper_features(k, state, &mut out),
             Encoding::Body => self.body_features(k, state, &mut out),
+            Encoding::Servicer => {
+                self.servicer_features(&mut out);
+                self.body_features(k, state, &mut out);
+            }
         }
+    }
+
+    /// The servicer's numbers, the same at each node.
+    fn servicer_features(&self, out: &mut Writer<'_>) {
+        let servicer = &self.mission.servicer;
+        out.put(servicer.bus_mass);
+        out.put_all(servicer.bus_inertia.diagonal().as_slice());
+        out.put_all(servicer.max_bus_torque.as_slice());
+        for link in &servicer.links {
+            out.put(libm::sqrt(link.tip.norm_squared()));
+        }
+        servicer.links.iter().for_each(|link| out.put(link.mass));
+        out.put_all(servicer.max_joint_rate.as_slice());
+        out.put_all(servicer.max_joint_torque.as_slice());
+        out.put_all(servicer.capture_joint_angle.as_slice());
     }
 
     fn paper_features(&self, k: usize, state: &State<NL>, out: &mut Writer<'_>) {

@@ -59,7 +59,7 @@ impl Input {
             ));
         }
         let (mode, integrator) = (plan.mode, plan.integrator);
-        let method = Method { mode, warm_start, qp, integrator, deadline: None };
+        let method = Method { mode, warm_start, qp, integrator, ..Method::default() };
         Ok(Self { file: file.into(), method, model, joints, plan })
     }
 

@@ -157,6 +157,10 @@ pub struct Method {
     /// Time for the whole plan; none is as long as it takes. With it, when a plan ends depends on
     /// the machine and its load.
     pub deadline: Option<Deadline>,
+    /// Whether Stage 2 goes on until the cost has settled a hundred times better than plans need: for plans
+    /// to learn from.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub sharp: bool,
 }
 
 #[cfg(test)]

@@ -3,7 +3,9 @@
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{Model, Network as Inference, ReferenceMemory};
 use remora_core::advanced::stages::LINKS;
-use remora_host::formats::{ModelFile, Values};
+use remora_host::formats::{ModelFile, Values, read_mission};
+use remora_host::method::Integrator;
+use remora_learn::dataset::{MISSION, Recipe, SHARD};
 use remora_learn::quantise::quantise;
 use remora_learn::training::checkpoint::LossRow;
 use remora_learn::training::config::{Action, Encoding};
@@ -19,6 +21,7 @@ use remora_learn::training::source::{
     Batch, Batches, Example, ExampleSource, Split, Statistics, Synthetic,
 };
 use remora_learn::training::{Config, Cpu, Observer, Run};
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 const CONFIG: &str = r#"
@@ -311,6 +314,60 @@ fn a_network_learns_from_real_plans() {
         let (first, last) = (rows[0].validation, rows[rows.len() - 1].validation);
         assert!(last < 0.5 * first, "{name}: {first} {last}");
     }
+}
+
+/// Each dataset in a directory has its own mission, which its manifest must be of.
+#[test]
+fn datasets_of_many_servicers_are_learnt_from_together() {
+    let dir = tempfile::tempdir().unwrap();
+    let sets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
+    let heavier = dir.path().join("heavier.mission.toml");
+    std::fs::write(&heavier, "format = \"remora-mission/1\"\n[servicer]\nbus_mass_kg = 650.0\n")
+        .unwrap();
+    let mission = read_mission::<LINKS>(Some(&heavier)).unwrap();
+    let servicers = dir.path().join("servicers");
+    for (name, mission, mission_file) in
+        [("heavier", mission, Some(heavier)), ("own", Mission::default(), None)]
+    {
+        let recipe = Recipe {
+            count: 4,
+            seed: 9,
+            integrator: Integrator::Euler,
+            model: None,
+            sharp: false,
+            mission,
+            mission_file,
+            shard: SHARD,
+            jobs: NonZeroUsize::MIN,
+            out: servicers.join(name),
+        };
+        recipe.make(&mut ()).unwrap();
+    }
+    let mut config = config(Layout::Fused, Decoder::Linear, 1);
+    config.data.path = sets.join("datasets/euler");
+    config.data.extra = vec![servicers.clone()];
+    config.model.encoding = Encoding::Servicer;
+    let source = Recorded::<LINKS>::read(&config, &Mission::default()).unwrap();
+    assert_eq!(source.origin().dataset, "s5000:200+s9:4");
+    assert_eq!(source.len(Split::Training) + source.len(Split::Validation), 208);
+    // The first number behind the time is the bus's mass.
+    let mut example = Example::zeros(source.shape());
+    let mut masses = Vec::new();
+    for index in 0..source.len(Split::Training) {
+        source.sample(Split::Training, index, &mut Random::new(1, 0, 0), &mut example).unwrap();
+        masses.push(example.features[7]);
+    }
+    let heavy = masses.iter().filter(|mass| **mass == 650.0).count();
+    assert!((1..=4).contains(&heavy), "{heavy}");
+    assert_eq!(masses.iter().filter(|mass| **mass == 500.0).count(), masses.len() - heavy);
+
+    std::fs::write(servicers.join("heavier").join(MISSION), "format = \"remora-mission/1\"\n")
+        .unwrap();
+    let refused = Recorded::<LINKS>::read(&config, &Mission::default()).err().unwrap();
+    assert!(refused.to_string().contains("was made for another mission"), "{refused}");
+    config.data.extra = vec![sets.join("scenarios")];
+    let refused = Recorded::<LINKS>::read(&config, &Mission::default()).err().unwrap();
+    assert!(refused.to_string().ends_with("is no dataset and holds none"), "{refused}");
 }
 
 /// The model of any network, read back, is the parameters that it was written from.

@@ -14,11 +14,13 @@ use remora_core::advanced::planner::{
     self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Nominal, Options, PlanSettings,
     Platform, Report, Session, Solver, StageReport, Workspace,
 };
+use remora_core::advanced::scp::{MAX_ITERATIONS, Settings};
 use remora_core::advanced::stages::{
     LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
 };
 use remora_core::advanced::time::{Clock, Deadline as Until};
 use remora_core::advanced::warmstart;
+use remora_core::prelude::{Valid, Validate};
 
 // A learned start has room for every arm that there is an engine for.
 const _: () = assert!(MAX_JOINTS <= warmstart::MAX_JOINTS);
@@ -337,7 +339,20 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
 /// The core's options for a method.
 fn options(method: &Method) -> PlanSettings {
     let deadline_s = method.deadline.map_or(f64::INFINITY, Deadline::seconds);
-    PlanSettings { deadline_s, ..PlanSettings::new(method.mode, method.integrator) }
+    let settings = PlanSettings { deadline_s, ..PlanSettings::new(method.mode, method.integrator) };
+    if !method.sharp {
+        return settings;
+    }
+    let [reorientation, learned] = [settings.reorientation, settings.learned].map(sharp);
+    PlanSettings { reorientation, learned, ..settings }
+}
+
+/// Settings of Stage 2 for plans to learn from: they end where the cost does, not somewhere in the flat
+/// valley before it, and take as many iterations as there is room for.
+fn sharp(settings: Valid<Settings>) -> Valid<Settings> {
+    let cost_tolerance = 0.01 * settings.cost_tolerance;
+    let sharper = Settings { cost_tolerance, max_iterations: MAX_ITERATIONS, ..*settings };
+    sharper.validated().unwrap_or(settings)
 }
 
 /// All settings that a method stands for, as text: two runs with the same text plan the same,

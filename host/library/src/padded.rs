@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn only_the_arms_own_joints_are_seen_and_moved() {
-        for encoding in [Encoding::Paper, Encoding::Body] {
+        for encoding in [Encoding::Paper, Encoding::Body, Encoding::Servicer] {
             let policy = Witness { encoding, seen: RefCell::default() };
             let padded = Padded { policy: &policy, joints: 2, room: 4 };
             assert_eq!(padded.joints(), 4);

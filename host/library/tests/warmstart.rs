@@ -405,6 +405,35 @@ fn the_paper_sees_attitudes_of_one_sign() {
     assert!(a[Encoding::Paper.features(LINKS)..].iter().all(|value| *value == 0.0));
 }
 
+/// A network of many servicers sees what one of the built-in one sees, and beside the time which servicer it is.
+#[test]
+fn the_servicers_numbers_stand_beside_the_time() {
+    let mut bench = Bench::new();
+    bench.plan(2, Integrator::Euler, &InitialGuess::Heuristic);
+    let Workspace { target, translation, reorientation, .. } = &*bench.workspace;
+    let mut other = bench.mission;
+    other.servicer.links[1].mass *= 1.25;
+    other.servicer.max_joint_torque[2] *= 0.5;
+    let time = ACTION + 1;
+    let own = 7 + 5 * LINKS;
+    let seen = |mission| {
+        let path = &translation.trajectory;
+        let scene = Scene::new(mission, &bench.scenario, path, target, Integrator::Euler);
+        let state = reorientation.trajectory.states[20];
+        let [mut body, mut servicer] = [[0.0f32; MAX_FEATURES]; 2];
+        scene.features(Encoding::Body, 20, &state, &[0.1; ACTION], &mut body);
+        scene.features(Encoding::Servicer, 20, &state, &[0.1; ACTION], &mut servicer);
+        assert_eq!(servicer[..time], body[..time]);
+        assert_eq!(servicer[time + own..], body[time..MAX_FEATURES - own]);
+        servicer[time..time + own].to_vec()
+    };
+    let (built_in, changed) = (seen(&bench.mission), seen(&other));
+    assert_eq!(built_in[..10], [500.0, 83.3, 83.3, 83.3, 5e-3, 5e-3, 5e-3, 0.75, 0.75, 0.3]);
+    assert_eq!(built_in[10..19], [10.0, 10.0, 10.0, 5e-3, 5e-3, 5e-3, 5e-3, 5e-3, 5e-3]);
+    let differ: Vec<_> = (0..own).filter(|i| built_in[*i] != changed[*i]).collect();
+    assert_eq!((differ, changed[11], changed[18]), (vec![11, 18], 12.5, 2.5e-3));
+}
+
 /// What is handed in is treated as a model's roll-out is, to the last bit.
 #[test]
 fn a_given_start_is_as_good_as_a_learned_one() {

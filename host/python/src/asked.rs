@@ -40,7 +40,8 @@ impl Asked {
             None => Start::Model(built_in(integrator)),
         };
         let warm_start = start.warm_start();
-        let method = Method { mode, warm_start, qp: Qp::Embedded, integrator, deadline };
+        let method =
+            Method { mode, warm_start, qp: Qp::Embedded, integrator, deadline, sharp: false };
         Ok(Self { mission: Mission::or_default(mission)?, method, start })
     }
 }

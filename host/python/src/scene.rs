@@ -89,7 +89,8 @@ pub(crate) fn encoding(name: &str) -> PyResult<Encoding> {
     match name {
         "body" => Ok(Encoding::Body),
         "paper" => Ok(Encoding::Paper),
-        _ => Err(argument("encoding", format!("{name:?} is neither \"body\" nor \"paper\""))),
+        "servicer" => Ok(Encoding::Servicer),
+        _ => Err(argument("encoding", format!("{name:?} is none of body, paper, servicer"))),
     }
 }
 

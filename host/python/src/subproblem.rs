@@ -232,7 +232,7 @@ fn recipe(plan: &Plan) -> PyResult<(Method, Start)> {
         other => return Err(argument("plan", format!("its start, {other:?}, is not in its file"))),
     };
     let mode = plan.file.mode;
-    Ok((Method { mode, warm_start, qp: Qp::Embedded, integrator, deadline: None }, start))
+    Ok((Method { mode, warm_start, qp: Qp::Embedded, integrator, ..Method::default() }, start))
 }
 
 /// Subproblem `k`, from 1, of a stage of a plan. The plan is made again, which its checksum confirms.

@@ -17,7 +17,7 @@ def cases() -> list[remora.Scenario]:
 
 
 def test_gymnasium_finds_nothing_wrong(cases: list[remora.Scenario]) -> None:
-    for encoding in ("body", "paper"):
+    for encoding in ("body", "paper", "servicer"):
         env = ApproachEnv(cases, integrator="euler", encoding=encoding)
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")

@@ -11,7 +11,7 @@ use remora_host::learned::Learned;
 use remora_host::with_joints;
 use remora_learn::dataset::{Recipe, SHARD};
 use std::num::NonZeroU32;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Plan scenarios to train a warm start on; resumes what was interrupted.
@@ -28,6 +28,9 @@ pub(super) struct Args {
     /// Learned model (*.model) [default: none, Stage 2 starts from the heuristic]
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
+    /// Go on in Stage 2 until the cost has settled to 1e-5 instead of 1e-3
+    #[arg(long)]
+    sharp: bool,
     #[command(flatten)]
     mission: MissionArgs,
     /// Scenarios a file
@@ -46,7 +49,7 @@ const AFTER_HELP: &str = "\
 Examples:
   remora dataset --count 10000 --seed 1000 --integrator euler --out data/euler-10k
   remora dataset --count 12000 --seed 2000 --jobs 8 --out data/rk4-12k
-  remora dataset --count 30000 --seed 1000 --integrator euler --model first.model --out data/own
+  remora dataset --count 30000 --seed 1000 --integrator euler --model first.model --sharp --out data/own
 
 Scenarios whose plans are solved and verified are kept. Interrupt it at any time: the same command goes on where it stopped, after the last file of 500
 scenarios (--shard). The bytes do not depend on the number of threads. Choose a seed of which nothing will be
@@ -70,7 +73,9 @@ impl Args {
             seed: self.seed,
             integrator: self.integrator.integrator,
             model: self.model.as_deref().map(Learned::usable).transpose()?,
+            sharp: self.sharp,
             mission,
+            mission_file: self.mission.file().map(Path::to_path_buf),
             shard: self.shard,
             jobs: self.jobs.jobs(),
             out: self.out,

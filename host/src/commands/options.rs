@@ -58,7 +58,7 @@ pub(super) struct MethodArgs {
 impl MethodArgs {
     pub(super) fn method(&self) -> Method {
         let Self { mode, warm_start, integrator: IntegratorArgs { integrator }, qp, .. } = *self;
-        Method { mode, warm_start, qp, integrator, deadline: None }
+        Method { mode, warm_start, qp, integrator, ..Method::default() }
     }
 
     /// The method of plans that must end in time.
@@ -161,6 +161,11 @@ pub(super) struct MissionArgs {
 }
 
 impl MissionArgs {
+    /// The file; the built-in mission where there is none.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.mission.as_deref()
+    }
+
     /// The mission of a command that is for arms like the built-in mission's.
     pub(super) fn mission(&self) -> Result<Mission<LINKS>, Error> {
         read_mission(self.mission.as_deref())

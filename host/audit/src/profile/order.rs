@@ -36,7 +36,7 @@ impl Configuration {
     /// The method it stands for.
     pub fn method(&self) -> Method {
         let Self { integrator, warm_start, mode } = *self;
-        Method { mode, warm_start, qp: Qp::Embedded, integrator, deadline: None }
+        Method { mode, warm_start, qp: Qp::Embedded, integrator, ..Method::default() }
     }
 }
 

@@ -2,12 +2,14 @@
 
 use super::manifest::{MANIFEST, Manifest};
 use super::shard::{self, Place};
-use super::{Trajectory, shard_path};
+use super::{MISSION, Trajectory, shard_path};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use remora_host::draw::draw_one;
 use remora_host::error::Error;
-use remora_host::formats::{NamedScenario, Status, make_directory, remove_partials};
+use remora_host::formats::{
+    Limit, NamedScenario, Status, make_directory, read_bytes, remove_partials, write_first,
+};
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method};
 use remora_host::planning::Planner;
@@ -30,8 +32,12 @@ pub struct Recipe<const NL: usize = LINKS> {
     /// Model of a learned start; none is the heuristic. What a network is taught by it is where
     /// the optimiser takes its own roll-outs.
     pub model: Option<Learned>,
+    /// Whether Stage 2 goes on beyond what plans need: see [`Method::sharp`].
+    pub sharp: bool,
     /// The mission; valid.
     pub mission: Mission<NL>,
+    /// The file of the mission, where it is not the built-in one: it is kept beside the shards.
+    pub mission_file: Option<PathBuf>,
     /// Scenarios a shard; an interruption loses the shards that are not complete.
     pub shard: NonZeroU32,
     /// Number of worker threads.
@@ -102,11 +108,16 @@ impl<const NL: usize> Recipe<NL> {
             made.kept += u64::from(trajectory.is_some());
             self.file_away(&dataset, &mut open, index, trajectory)
         };
-        let method = Method { integrator: self.integrator, ..Method::default() };
+        let method = self.method();
         let plan = |planner: &mut Planner, index| self.plan(planner, &method, index);
         let outcome = pool::plan_all(self.jobs, &pending, plan, finish);
         progress.end();
         outcome.map(|()| made)
+    }
+
+    /// How its plans are made.
+    pub(super) fn method(&self) -> Method {
+        Method { integrator: self.integrator, sharp: self.sharp, ..Method::default() }
     }
 
     /// Makes the directory and its manifest, or compares with what is there; returns the manifest
@@ -116,6 +127,9 @@ impl<const NL: usize> Recipe<NL> {
         make_directory(&self.out)?;
         let is_new = manifest.begin(&file)?;
         manifest.agree(&Manifest::read(&file)?).map_err(|error| error.at(&file))?;
+        if let Some(mission) = &self.mission_file {
+            write_first(&self.out.join(MISSION), &read_bytes(mission, Limit::TEXT)?)?;
+        }
         let handle = File::open(&file).map_err(|cause| Error::output(&file, &cause))?;
         match handle.try_lock() {
             Ok(()) => Ok((handle, is_new)),

@@ -9,7 +9,7 @@ use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{
     Limit, MAX_JOINTS, PLANNED_JOINTS, json, read_text, write_atomically, write_first,
 };
-use remora_host::method::{Integrator, Method};
+use remora_host::method::Integrator;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 use std::path::Path;
@@ -65,7 +65,6 @@ pub struct Manifest {
 impl Manifest {
     /// The manifest of what a recipe makes.
     pub fn new<const NL: usize>(recipe: &Recipe<NL>) -> Self {
-        let method = Method { integrator: recipe.integrator, ..Method::default() };
         Self {
             format: FORMAT.into(),
             version: env!("CARGO_PKG_VERSION").into(),
@@ -74,7 +73,7 @@ impl Manifest {
             integrator: recipe.integrator,
             model: recipe.model.as_ref().map(|model| format!("{:08x}", model.checksum())),
             mission: fingerprint(&recipe.mission),
-            settings: fingerprint(&engine::settings_text(&method)),
+            settings: fingerprint(&engine::settings_text(&recipe.method())),
             shard: recipe.shard.get(),
             nodes: NODES,
             links: NL,

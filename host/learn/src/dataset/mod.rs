@@ -6,6 +6,7 @@
 //!
 //! ```text
 //! DIR/dataset.json      what was asked for
+//! DIR/mission.toml      the mission, where it is not the built-in one
 //! DIR/shard-00000.bin   scenarios 0..500
 //! DIR/shard-00001.bin   scenarios 500..1000, and so on
 //! ```
@@ -24,11 +25,17 @@ pub use manifest::{FORMAT, MANIFEST, Manifest, SHARD};
 pub use split::Split;
 pub use trajectory::Trajectory;
 
+use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use remora_host::error::Error;
+use remora_host::fingerprint::fingerprint;
+use remora_host::formats::read_mission;
 use remora_host::lineage::Source;
 use shard::Place;
 use std::path::{Path, PathBuf};
+
+/// Name of a mission's file in the directory of its dataset.
+pub const MISSION: &str = "mission.toml";
 
 /// A dataset to read. One that is still being made can be read up to where it is complete.
 #[derive(Clone, Debug)]
@@ -63,6 +70,23 @@ impl<const NL: usize> Dataset<NL> {
             kept += u64::from(found.kept);
         }
         Ok(Self { manifest, directory: directory.to_path_buf(), tried: all, kept })
+    }
+
+    /// The mission that it was made for: that beside the shards, `otherwise` where there is none.
+    ///
+    /// # Errors
+    /// A file that cannot be read; a mission of other numbers than the dataset's.
+    pub fn mission(&self, otherwise: &Mission<NL>) -> Result<Mission<NL>, Error> {
+        let own = self.directory.join(MISSION);
+        let mission = match own.exists() {
+            true => read_mission(Some(&own))?,
+            false => *otherwise,
+        };
+        if self.manifest.mission == fingerprint(&mission) {
+            return Ok(mission);
+        }
+        let reason = "was made for another mission; --mission names it";
+        Err(Error::input(&self.directory.join(MANIFEST), "mission", reason))
     }
 
     /// Number of trajectories, up to the first shard that is missing.
@@ -119,7 +143,6 @@ fn shard_path(directory: &Path, number: u64) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use remora_core::advanced::model::Mission;
     use remora_host::draw::draw_one;
     use remora_host::formats::PlanFile;
     use remora_host::memory::on_large_stack;
@@ -133,7 +156,9 @@ mod tests {
             seed: 3,
             integrator: Integrator::Euler,
             model: None,
+            sharp: false,
             mission: Mission::default(),
+            mission_file: None,
             shard: SHARD,
             jobs: NonZeroUsize::new(2).unwrap(),
             out: out.into(),
@@ -164,6 +189,25 @@ mod tests {
         assert_eq!(dataset.source(Some(2)).to_string(), "s3:2");
         assert_eq!(dataset.source(None), dataset.source(Some(9)));
         assert_eq!(dataset.split(&all[1]), Split::of(3, 1));
+    }
+
+    /// The same scenarios, planned further: another dataset, whose plans are cheaper where they differ.
+    #[test]
+    fn plans_to_learn_from_may_be_sharper() {
+        let dir = tempfile::tempdir().unwrap();
+        let made = |name: &str, sharp: bool| {
+            let out = dir.path().join(name);
+            Recipe { sharp, ..recipe(&out) }.make(&mut ()).unwrap();
+            Dataset::<LINKS>::open(&out).unwrap()
+        };
+        let (plain, sharp) = (made("plain", false), made("sharp", true));
+        assert_ne!(plain.manifest.settings, sharp.manifest.settings);
+        let (plain, sharp) = (plain.read(None).unwrap(), sharp.read(None).unwrap());
+        for (plain, sharp) in plain.iter().zip(&sharp) {
+            assert!(sharp.iterations >= plain.iterations && sharp.cost <= plain.cost);
+        }
+        let spent = |all: &[Trajectory]| all.iter().map(|t| t.iterations).sum::<u32>();
+        assert!(spent(&sharp) > spent(&plain));
     }
 
     #[test]
@@ -214,9 +258,20 @@ mod tests {
     fn a_dataset_is_of_an_arm() {
         let dir = tempfile::tempdir().unwrap();
         let mission = Mission::default().resized::<2>();
-        let Recipe { count, seed, integrator, model, shard, jobs, .. } = recipe(dir.path());
-        let two =
-            Recipe { count, seed, integrator, model, mission, shard, jobs, out: dir.path().into() };
+        let Recipe { count, seed, integrator, sharp, shard, jobs, out, .. } = recipe(dir.path());
+        let (model, mission_file) = (None, None);
+        let two = Recipe {
+            count,
+            seed,
+            integrator,
+            model,
+            sharp,
+            mission,
+            mission_file,
+            shard,
+            jobs,
+            out,
+        };
         let manifest = Manifest::new(&two);
         assert_eq!((manifest.links, manifest.state, manifest.control), (2, 11, 5));
         manifest.write(&dir.path().join(MANIFEST)).unwrap();

@@ -11,7 +11,6 @@
 //! that the first shard took, how long the training lasts from what is left then; both are decided
 //! once and kept.
 
-mod fitted;
 mod journal;
 mod recipe;
 
@@ -22,7 +21,7 @@ use crate::quantise::quantise_file;
 use crate::reproduce::{Bench, Card, Paired};
 use crate::training::output::{MODEL, Summary};
 use crate::training::recorded::Recorded;
-use crate::training::{Config, Outcome, Run};
+use crate::training::{Config, Outcome, Run, fitted};
 use journal::{Begun, Clock, Mark, State};
 use recipe::Sizes;
 use remora_core::advanced::model::Mission;
@@ -179,7 +178,9 @@ impl<const NL: usize> Learning<NL> {
             seed: self.seed,
             integrator: self.integrator,
             model: None,
+            sharp: false,
             mission: self.mission,
+            mission_file: None,
             shard: SHARD,
             jobs: self.jobs,
             out: self.dataset(),

@@ -64,6 +64,7 @@ fn network(header: &nn::Header) -> String {
     let inputs = match Encoding::of_tag(header.inputs) {
         Some(Encoding::Paper) => "paper",
         Some(Encoding::Body) => "body",
+        Some(Encoding::Servicer) => "servicer",
         None => "unknown",
     };
     let action = match Action::of_tag(header.outputs) {
@@ -83,6 +84,7 @@ fn about(header: &nn::Header) -> String {
     let inputs = match Encoding::of_tag(header.inputs) {
         Some(Encoding::Paper) => "the paper's inputs, in RTN (`paper`)",
         Some(Encoding::Body) => "inputs in bus axes (`body`)",
+        Some(Encoding::Servicer) => "inputs in bus axes, with the servicer's numbers (`servicer`)",
         None => "inputs unknown",
     };
     let action = match Action::of_tag(header.outputs) {

@@ -7,7 +7,7 @@
 //! - [`network`]: forward pass and loss on Burn's tensors, of the operations in [`kernels`],
 //!   which `flex` makes fast on the CPU;
 //! - [`optimiser`]: AdamW, the global norm clipped;
-//! - [`model`]: the model file; [`rollout`]: what it is worth rolled out;
+//! - [`model`]: the model file; [`fitted`]: another one's, made fit for what this network sees; [`rollout`]: what it is worth rolled out;
 //! - [`run`]: the loop; [`checkpoint`]: what it needs to resume bit for bit; [`output`]
 //!   and [`curve`]: what is left of it.
 //!
@@ -18,6 +18,7 @@ pub mod checkpoint;
 pub mod config;
 pub mod curve;
 pub mod examples;
+pub mod fitted;
 mod flex;
 pub mod kernels;
 pub mod model;

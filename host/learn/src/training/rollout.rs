@@ -26,13 +26,12 @@ pub struct RolloutError {
 /// Memory for the largest network that is rolled out.
 type Memory = ReferenceMemory<6, 384, 300>;
 
-/// Rolls a model out on the scenarios of some trajectories. `None` where it cannot be opened or is
+/// Rolls a model out on the scenarios of some trajectories, each with its mission. `None` where it cannot be opened or is
 /// too large.
 pub fn measure<const NL: usize>(
     model: &[u8],
-    mission: &Mission<NL>,
     integrator: Integrator,
-    trajectories: &[Trajectory<NL>],
+    trajectories: &[(&Mission<NL>, &Trajectory<NL>)],
 ) -> Option<RolloutError> {
     let model = Model::open(model).ok()?;
     let mut memory = on_heap(Memory::new);
@@ -41,7 +40,7 @@ pub fn measure<const NL: usize>(
     let mut errors = Vec::new();
     let mut torque = 0.0;
     let mut out = on_heap(|| ReorientationTrajectory::ZERO);
-    for trajectory in trajectories {
+    for (mission, trajectory) in trajectories {
         let recorded = examples::Recorded::new(trajectory);
         let scene =
             Scene::new(mission, &recorded.scenario, &recorded.path, &recorded.target, integrator);

@@ -1,7 +1,8 @@
 //! The training loop.
 
 use super::checkpoint::{self, Checkpoint, LossRow};
-use super::config::Config;
+use super::config::{Config, Encoding};
+use super::fitted;
 use super::kernels::Kernels;
 use super::model::{self, Origin};
 use super::network::{Losses, Network};
@@ -167,13 +168,20 @@ impl Run<'_> {
             let Checkpoint { statistics, parameters, .. } = found;
             return Ok(Checkpoint { origin, statistics, parameters, ..new });
         }
-        let model = ModelFile::parse(&bytes).map_err(refused)?;
+        let found = ModelFile::parse(&bytes).map_err(refused)?;
+        let wider = match self.config.model.encoding {
+            Encoding::Servicer => fitted::for_servicers(&found).map_err(refused)?,
+            _ => None,
+        };
+        // Of numbers that it has not seen a model knows no means.
+        let is_new = wider.is_some();
+        let model = wider.unwrap_or(found);
         let seed = self.config.training.seed;
         let own = Statistics::of(self.source, seed)?;
         let (mut statistics, mut parameters) = (own.clone(), table.start(seed));
         model::take_over(&model, &self.config, table, &mut statistics, &mut parameters)
             .map_err(refused)?;
-        if self.config.training.own_statistics {
+        if self.config.training.own_statistics || is_new {
             statistics = own;
         }
         let checksum = bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last));

@@ -78,6 +78,12 @@ pub struct Statistics {
 /// Trajectories that statistics are taken of.
 const STATISTICS_COUNT: usize = 4000;
 
+/// At most `count` of so many places, evenly spread from the first on.
+pub(super) fn spread(all: usize, count: usize) -> impl Iterator<Item = usize> {
+    let count = count.min(all);
+    (0..count).map(move |i| i * all / count)
+}
+
 /// Running first and second moments, column by column, about the first row seen.
 struct Moments {
     shift: Vec<f64>,
@@ -118,7 +124,7 @@ impl Moments {
 }
 
 impl Statistics {
-    /// Statistics of the first trajectories of the training split.
+    /// Statistics of trajectories from all over the training split.
     ///
     /// # Errors
     /// Those of the source.
@@ -127,7 +133,7 @@ impl Statistics {
         let mut example = Example::zeros(shape);
         let mut moments = [shape.features(), shape.action(), shape.states].map(Moments::new);
         let mut random = Random::new(seed, Random::STATISTICS, 0);
-        for index in 0..source.len(Split::Training).min(STATISTICS_COUNT) {
+        for index in spread(source.len(Split::Training), STATISTICS_COUNT) {
             source.sample(Split::Training, index, &mut random, &mut example)?;
             moments[0].add(&example.features);
             moments[1].add(&example.actions);

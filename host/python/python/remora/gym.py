@@ -1,11 +1,12 @@
 """Approaches as an environment for policies, by gymnasium's interface; steps are taken in Rust.
 
 A policy sees the planner's scene at a node, as the built-in models do (`encoding="body"`: everything in bus
-axes, with what lies ahead) or as the paper's network does (`encoding="paper"`), the torques of the interval
-before among it. It answers torques of bus and joints as shares of their limits, from -1 to 1. The reward is minus
-what the plan's cost counts for them and, at the last node, minus `miss_weight` times the end effector's distance
-from the port in metres. An episode in which bus or joints turn faster than 1 rad/s is lost: it ends, and its miss
-counts as 100 m. The translation of the centre of mass is planned, once, when an environment is made.
+axes, with what lies ahead), with the servicer's numbers as well (`encoding="servicer"`), or as the paper's network
+does (`encoding="paper"`), the torques of the interval before among it. It answers torques of bus and joints as shares
+of their limits, from -1 to 1. The reward is minus what the plan's cost counts for them and, at the last node, minus
+`miss_weight` times the end effector's distance from the port in metres. An episode in which bus or joints turn faster
+than 1 rad/s is lost: it ends, and its miss counts as 100 m. The translation of the centre of mass is planned, once,
+when an environment is made.
 
     >>> import gymnasium, remora.gym
     >>> env = gymnasium.make("remora/Approach-v0")

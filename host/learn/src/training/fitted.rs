@@ -1,7 +1,9 @@
-//! A model for an arm of another number of joints, as something to start a training from.
+//! A model for an arm of another number of joints, or for many servicers, as something to start a training
+//! from.
 //!
 //! What a network has learnt of path, target and bus is of use whatever the arm. Its inputs and outputs of a
-//! joint that both arms have, counted from the bus, are taken over, those of other joints are zero.
+//! joint that both arms have, counted from the bus, are taken over, those of other joints are zero. So are the
+//! servicer's numbers at first, for a network that has not seen them.
 
 use crate::quantise::checksum;
 use remora_core::advanced::nn::{Decoder, Header, Layout};
@@ -16,38 +18,74 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// A model that cannot be read or changed, a file that cannot be written.
-pub(super) fn write(model: &Path, joints: usize) -> Result<PathBuf, Error> {
+pub fn write(model: &Path, joints: usize) -> Result<PathBuf, Error> {
     let file = ModelFile::read(model)?;
     let lineage = Lineage::beside(model, checksum(&file.bytes()), &file.header().provenance)?;
-    let made = fitted(&file, joints).map_err(|error| error.at(model))?;
+    let made = for_joints(&file, joints).map_err(|error| error.at(model))?;
     let out = model.with_extension(format!("{joints}.model"));
     made.write(&out)?;
     lineage.write_beside(&out, checksum(&made.bytes())).map(|_| out)
 }
 
 /// The same network for another arm; linear decoders with one token a node only.
-fn fitted(file: &ModelFile, joints: usize) -> Result<ModelFile, FieldError> {
+fn for_joints(file: &ModelFile, joints: usize) -> Result<ModelFile, FieldError> {
     let header = file.header();
     let refused = |field: &str| FieldError::new(field, "has no other number of joints");
     let encoding = Encoding::of_tag(header.inputs).ok_or_else(|| refused("encoding"))?;
-    if header.decoder != Decoder::Linear || header.layout != Layout::Fused {
-        return Err(refused("decoder"));
-    }
-    let had = usize::from(header.action).saturating_sub(size::controls(0));
     let action = size::controls(joints) as u16;
-    let mut builder = ModelBuilder::new(Header {
+    let wanted = Header {
         version: Header::version_of(action),
         action,
         token_types: [encoding.features(joints) as u16].into_iter().collect(),
         ..header.clone()
-    })?;
-    let inputs = places(encoding.gaps(), had, joints);
-    let outputs = places(&[3], had, joints);
+    };
+    fitted(file, wanted, &places(encoding.gaps(), joints_of(header), joints))
+}
+
+/// The same network with the servicer's numbers among its inputs, where it takes all others of that
+/// encoding; `None` where it does not.
+///
+/// # Errors
+/// A decoder that is not linear, more than one token a node.
+pub(super) fn for_servicers(file: &ModelFile) -> Result<Option<ModelFile>, FieldError> {
+    let (header, joints) = (file.header(), joints_of(file.header()));
+    if Encoding::of_tag(header.inputs) != Some(Encoding::Body) {
+        return Ok(None);
+    }
+    let [body, all] = [Encoding::Body, Encoding::Servicer].map(|of| of.features(joints));
+    let time = size::controls(joints) + 1;
+    let own = (time..time + all - body).map(|_| None);
+    let inputs: Vec<_> = (0..time).map(Some).chain(own).chain((time..body).map(Some)).collect();
+    let wanted = Header {
+        inputs: Encoding::Servicer.tag(),
+        token_types: [all as u16].into_iter().collect(),
+        ..header.clone()
+    };
+    fitted(file, wanted, &inputs).map(Some)
+}
+
+/// Joints of the arms that a model is for.
+fn joints_of(header: &Header) -> usize {
+    usize::from(header.action).saturating_sub(size::controls(0))
+}
+
+/// The same network with another header, which finds each of its inputs at one of these places, or nowhere.
+fn fitted(
+    file: &ModelFile,
+    wanted: Header,
+    inputs: &[Option<usize>],
+) -> Result<ModelFile, FieldError> {
+    let header = file.header();
+    if header.decoder != Decoder::Linear || header.layout != Layout::Fused {
+        return Err(FieldError::new("decoder", "must be linear, with one token a node"));
+    }
+    let outputs = places(&[3], joints_of(header), joints_of(&wanted));
+    let mut builder = ModelBuilder::new(wanted)?;
     let chunk = usize::from(header.chunk);
     for tensor in file.tensors() {
         let values = match tensor.name.as_str() {
-            "input.mean" | "embed.0.weight" => taken(tensor, &inputs, 1, 0.0),
-            "input.std" => taken(tensor, &inputs, 1, 1.0),
+            "input.mean" | "embed.0.weight" => taken(tensor, inputs, 1, 0.0),
+            "input.std" => taken(tensor, inputs, 1, 1.0),
             "action.mean" => taken(tensor, &outputs, 1, 0.0),
             "action.std" => taken(tensor, &outputs, 1, 1.0),
             "head.weight" | "head.bias" => taken(tensor, &outputs, chunk, 0.0),
@@ -106,15 +144,15 @@ mod tests {
     #[test]
     fn what_is_of_no_joint_is_taken_over_as_it_is() {
         let (body, three) = (Encoding::Body, built_in());
-        assert_eq!(fitted(&three, 3).unwrap(), three);
-        let more = fitted(&three, 5).unwrap();
+        assert_eq!(for_joints(&three, 3).unwrap(), three);
+        let more = for_joints(&three, 5).unwrap();
         assert_eq!((more.header().action, more.header().version), (8, 2));
         assert_eq!(usize::from(more.header().token_types[0]), body.features(5));
         // The first three joints alone are the network that it was.
-        assert_eq!(fitted(&more, 3).unwrap(), three);
+        assert_eq!(for_joints(&more, 3).unwrap(), three);
         assert_eq!(numbers(&more, "head.bias")[6..], [0.0; 2]);
         assert_eq!(numbers(&more, "input.std")[6..8], [1.0; 2]);
-        let fewer = fitted(&three, 2).unwrap();
+        let fewer = for_joints(&three, 2).unwrap();
         assert_eq!(fewer.header().action, 5);
         assert_eq!(numbers(&fewer, "action.mean"), &numbers(&three, "action.mean")[..5]);
         let mean = numbers(&three, "input.mean");
@@ -122,6 +160,22 @@ mod tests {
         assert_eq!(numbers(&fewer, "input.mean"), kept);
         let same = ["block.2.down.weight", "node.embedding", "norm.gain"];
         assert!(same.iter().all(|name| fewer.tensor(name) == three.tensor(name)));
+    }
+
+    #[test]
+    fn a_model_of_many_servicers_begins_as_one_of_the_built_in() {
+        let one = built_in();
+        let many = for_servicers(&one).unwrap().unwrap();
+        assert_eq!(many.header().inputs, Encoding::Servicer.tag());
+        assert_eq!(usize::from(many.header().token_types[0]), Encoding::Servicer.features(3));
+        let (own, all) = (numbers(&one, "input.mean"), numbers(&many, "input.mean"));
+        assert_eq!((&all[..7], &all[7 + 22..]), (&own[..7], &own[7..]));
+        assert_eq!(numbers(&many, "input.std")[7..7 + 22], [1.0; 22]);
+        // What it sees of the servicer has no weight yet.
+        let weights = numbers(&many, "embed.0.weight").chunks(96).collect::<Vec<_>>();
+        assert!(weights[7..7 + 22].iter().flat_map(|row| row.iter()).all(|w| *w == 0.0));
+        assert_eq!(weights[7 + 22], &numbers(&one, "embed.0.weight")[7 * 96..8 * 96]);
+        assert!(for_servicers(&many).unwrap().is_none());
     }
 
     #[test]
