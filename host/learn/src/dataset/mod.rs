@@ -12,6 +12,7 @@
 //!
 //! The bytes of a shard are described in `docs/dataset.md`.
 
+mod gather;
 mod make;
 mod manifest;
 mod shard;
@@ -19,6 +20,7 @@ mod shard_first;
 mod split;
 mod trajectory;
 
+pub use gather::{Gathered, gather};
 pub use make::{Made, Recipe};
 pub use manifest::{FORMAT, MANIFEST, Manifest, SHARD};
 pub use split::Split;
@@ -136,6 +138,7 @@ mod tests {
             mission: Mission::default(),
             shard: SHARD,
             jobs: NonZeroUsize::new(2).unwrap(),
+            part: None,
             out: out.into(),
         }
     }
@@ -215,8 +218,17 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let mission = Mission::default().resized::<2>();
         let Recipe { count, seed, integrator, model, shard, jobs, .. } = recipe(dir.path());
-        let two =
-            Recipe { count, seed, integrator, model, mission, shard, jobs, out: dir.path().into() };
+        let two = Recipe {
+            count,
+            seed,
+            integrator,
+            model,
+            mission,
+            shard,
+            jobs,
+            part: None,
+            out: dir.path().into(),
+        };
         let manifest = Manifest::new(&two);
         assert_eq!((manifest.links, manifest.state, manifest.control), (2, 11, 5));
         manifest.write(&dir.path().join(MANIFEST)).unwrap();
