@@ -181,6 +181,7 @@ impl<const NL: usize> Learning<NL> {
             model: None,
             mission: self.mission,
             shard: SHARD,
+            part: None,
             jobs: self.jobs,
             out: self.dataset(),
         };
