@@ -73,7 +73,7 @@ pub struct Column {
 pub struct TableWriter<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> TableWriter<W> {
-    /// A table of columns as in the row `like`, compressed (Snappy) or not, with units and `entries` in its
+    /// A table of columns as in the row `like`, compressed (Snappy, where it is built in) or not, with units and `entries` in its
     /// metadata: strings, 64-bit integers, doubles and booleans.
     ///
     /// # Errors
@@ -90,7 +90,10 @@ impl<W: Write + Send> TableWriter<W> {
         let entries = entries.into_iter().chain([("remora.units", json!(units).to_string())]);
         let metadata = entries.map(|(key, value)| KeyValue::new(key.to_string(), value)).collect();
         let compression =
-            if is_compressed { Compression::SNAPPY } else { Compression::UNCOMPRESSED };
+            match is_compressed && cfg!(feature = "snappy") {
+            true => Compression::SNAPPY,
+            false => Compression::UNCOMPRESSED,
+        };
         let properties = WriterProperties::builder()
             .set_key_value_metadata(Some(metadata))
             .set_compression(compression)

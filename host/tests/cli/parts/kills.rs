@@ -37,7 +37,7 @@ fn make_with_kills(bench: &Bench, line: &str, kills: u64, draws: &mut Draws) -> 
     killed
 }
 
-// Verifies REM-IO-008.
+// Verifies REM-CMP-002.
 #[test]
 #[cfg(unix)]
 fn kills_and_the_number_of_parts_change_no_row() {
@@ -62,6 +62,7 @@ fn kills_and_the_number_of_parts_change_no_row() {
 }
 
 /// Asked to end, the program finishes the plan in hand, says so, and leaves what it has.
+// Verifies REM-CMP-002.
 #[test]
 #[cfg(unix)]
 fn a_part_that_is_asked_to_end_goes_on_where_it_stopped() {

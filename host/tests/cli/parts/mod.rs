@@ -21,7 +21,7 @@ fn gathered(bench: &Bench, out: &str) -> Value {
     serde_json::from_str(&bench.run(&format!("gather {out} --json")).out).unwrap()
 }
 
-// Verifies REM-IO-007.
+// Verifies REM-CMP-001.
 #[test]
 fn parts_together_are_the_campaign() {
     let bench = Bench::new();
@@ -54,6 +54,7 @@ fn parts_together_are_the_campaign() {
     bench.solves("gather listed --recompute 9");
 }
 
+// Verifies REM-CMP-001.
 #[test]
 fn what_is_missing_is_named() {
     let bench = Bench::new();
@@ -70,6 +71,7 @@ fn what_is_missing_is_named() {
     bench.refuses("gather empty", "empty: holds no part");
 }
 
+// Verifies REM-CMP-001.
 #[test]
 fn parts_of_another_kind_are_refused() {
     let bench = Bench::new();
@@ -101,6 +103,7 @@ fn parts_of_another_kind_are_refused() {
     );
 }
 
+// Verifies REM-CMP-001.
 #[test]
 fn a_damaged_part_is_named() {
     let bench = Bench::new();
@@ -119,6 +122,7 @@ fn a_damaged_part_is_named() {
 }
 
 /// A machine that computes wrongly writes a part that is sound in itself.
+// Verifies REM-CMP-003.
 #[test]
 fn a_wrong_row_is_found_by_planning_again() {
     let bench = Bench::new();
