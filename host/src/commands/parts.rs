@@ -40,9 +40,10 @@ fn without_own(arguments: impl Iterator<Item = String>) -> Vec<String> {
 
 /// The command that made parts in a directory, parsed again.
 pub(super) fn command(arguments: &[String], directory: &Path) -> Result<Command, Error> {
-    let out = ["--out".into(), directory.as_os_str().to_os_string()];
+    // Any part: some options are for parts alone.
+    let own = ["--part".into(), "1/1".into(), "--out".into(), directory.as_os_str().to_os_string()];
     let words = arguments.iter().map(|word| word.clone().into());
-    let words = std::iter::once("remora".into()).chain(words).chain(out);
+    let words = std::iter::once("remora".into()).chain(words).chain(own);
     let parsed = Cli::try_parse_from(words).ok().and_then(|cli| cli.command);
     parsed.ok_or_else(|| {
         let reason = format!("is no command of this program: {}", arguments.join(" "));
