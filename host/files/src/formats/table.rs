@@ -89,8 +89,7 @@ impl<W: Write + Send> TableWriter<W> {
             with_units.map(|column| (column.name.clone(), column.unit.into())).collect();
         let entries = entries.into_iter().chain([("remora.units", json!(units).to_string())]);
         let metadata = entries.map(|(key, value)| KeyValue::new(key.to_string(), value)).collect();
-        let compression =
-            match is_compressed && cfg!(feature = "snappy") {
+        let compression = match is_compressed && cfg!(feature = "snappy") {
             true => Compression::SNAPPY,
             false => Compression::UNCOMPRESSED,
         };

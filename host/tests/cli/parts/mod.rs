@@ -1,6 +1,7 @@
 //! Parts of a campaign: `--part`, `remora gather`, `remora submit`
 
 mod kills;
+mod others;
 mod submit;
 mod table;
 
