@@ -55,6 +55,12 @@ pub enum Error {
         /// What happened.
         reason: String,
     },
+    /// The program was asked to end before the work was done.
+    #[error("interrupted by signal {signal}: what is finished is kept, the same command goes on")]
+    Interrupted {
+        /// Number of the signal.
+        signal: u8,
+    },
 }
 
 fn prefix(field: &str) -> String {

@@ -25,6 +25,7 @@ use remora_host::formats::{
     write_atomically,
 };
 use remora_host::journal::{Heading, Journal};
+use remora_host::part::Part;
 use remora_host::pool;
 use remora_host::progress::Progress;
 use remora_truth::{Dispersion, Errors, WorldError};
@@ -37,7 +38,7 @@ use std::path::{Path, PathBuf};
 pub const FLIGHTS: &str = "flights.json";
 const JOURNAL: &str = "flights.journal.jsonl";
 const TABLE: &str = "flights.parquet";
-const SUMMARY: &str = "flights.summary.json";
+pub(crate) const SUMMARY: &str = "flights.summary.json";
 const PAGE: &str = "flights.html";
 /// Folder of the pages of single runs.
 pub const PAGES: &str = "pages";
@@ -93,7 +94,7 @@ impl Asked {
         Dispersion { errors: self.errors.clone(), seed: self.seed, run }
     }
 
-    fn count(&self) -> u64 {
+    pub(crate) fn count(&self) -> u64 {
         self.runs * self.plans.len() as u64
     }
 }
@@ -125,7 +126,7 @@ pub struct Results {
 }
 
 /// A plan of the flights: its file, its scenario's id, and what can be flown of it.
-struct Planned {
+pub(crate) struct Planned {
     file: PathBuf,
     id: String,
     sortie: Option<Sortie>,
@@ -133,11 +134,43 @@ struct Planned {
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Header {
+pub(crate) struct Header {
     format: String,
     version: String,
     program: String,
     flights: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    part: Option<Part>,
+}
+
+impl Header {
+    /// That of what is flown, whole.
+    fn new(asked: &Asked) -> Self {
+        Self {
+            format: Self::FORMAT.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            program: fingerprint::program(),
+            flights: fingerprint(asked),
+            part: None,
+        }
+    }
+
+    /// That of a part of it.
+    pub(crate) fn of_part(asked: &Asked, part: Part) -> Self {
+        Self { part: Some(part), ..Self::new(asked) }
+    }
+
+    /// Why it is not that of `part` of these flights, by the program of the `first`; none where it is.
+    pub(crate) fn is_other(&self, first: &Self, part: Part, flights: &str) -> Option<&'static str> {
+        match () {
+            () if self.part != Some(part) => Some("says that it is another part"),
+            () if self.flights != flights => Some("is of other flights than flights.json"),
+            () if (&self.version, &self.program) != (&first.version, &first.program) => {
+                Some("was flown by another build of the program than the first part")
+            }
+            () => None,
+        }
+    }
 }
 
 impl Heading for Header {
@@ -153,6 +186,7 @@ impl Heading for Header {
             ("version", self.version != begun.version, "another version of this program"),
             ("program", self.program != begun.program, "another build of this program"),
             ("flights", self.flights != begun.flights, "other plans, errors, options or runs"),
+            ("part", self.part != begun.part, "another part"),
         ];
         checks.into_iter().find(|(_, differs, _)| *differs).map(|(field, _, what)| {
             (field, format!("these flights were begun with {what}; choose another --out"))
@@ -173,7 +207,7 @@ impl Flights {
         let plans = self.plans()?;
         let drawn = self.drawn(&plans)?;
         make_directory(&self.out)?;
-        let header = self.header();
+        let header = Header::new(&self.asked);
         let journal = self.out.join(JOURNAL);
         let check = |row: &Row| row.check(self.asked.count());
         Journal::look(&journal, &header, &check)?;
@@ -217,25 +251,22 @@ impl Flights {
         self.end(rows, drawn, &plans)
     }
 
-    fn header(&self) -> Header {
-        Header {
-            format: Header::FORMAT.into(),
-            version: env!("CARGO_PKG_VERSION").into(),
-            program: fingerprint::program(),
-            flights: fingerprint(&self.asked),
-        }
-    }
-
     fn files(&self) -> [PathBuf; 2] {
         [TABLE, SUMMARY].map(|name| self.out.join(name))
     }
 
-    fn plans(&self) -> Result<Vec<Planned>, Error> {
+    /// The flights of a folder, to be flown again.
+    pub(crate) fn again(folder: &Path, jobs: NonZeroUsize) -> Result<Self, Error> {
+        let asked = Asked::read(folder)?;
+        Ok(Self { asked, jobs, keep: Keep::default(), until: None, out: folder.to_path_buf() })
+    }
+
+    pub(crate) fn plans(&self) -> Result<Vec<Planned>, Error> {
         self.asked.plans.iter().map(|file| planned(&self.out, file, self.asked.joints)).collect()
     }
 
     /// What is drawn, by the first plan that can be flown.
-    fn drawn(&self, plans: &[Planned]) -> Result<Vec<Drawn>, Error> {
+    pub(crate) fn drawn(&self, plans: &[Planned]) -> Result<Vec<Drawn>, Error> {
         let Some(sortie) = plans.iter().find_map(|plan| plan.sortie.as_ref()) else {
             return Ok(Vec::new());
         };
@@ -246,7 +277,7 @@ impl Flights {
         quantities.map(named).map_err(|error| wrong_world(&error))
     }
 
-    fn run(&self, pilot: &mut Pilot, plans: &[Planned], run: u64) -> Result<Row, Error> {
+    pub(crate) fn run(&self, pilot: &mut Pilot, plans: &[Planned], run: u64) -> Result<Row, Error> {
         let plan = &plans[(run / self.asked.runs) as usize];
         let settings = self.asked.options.settings();
         let flown = match &plan.sortie {
@@ -372,7 +403,7 @@ fn is_captured(row: &Row) -> bool {
     row.flown.as_ref().is_some_and(|flown| flown.ending == crate::flight::Ending::Captured)
 }
 
-fn failed(file: &Path, error: &dyn std::fmt::Display) -> Error {
+pub(crate) fn failed(file: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Output { file: file.into(), reason: error.to_string() }
 }
 

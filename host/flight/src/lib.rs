@@ -12,6 +12,7 @@
 //! - [`ways_out`]: what becomes of an approach that must end at a node;
 //! - [`row`], [`statistics`]: flights as rows, and what many of them say;
 //! - [`keep`], [`until`], [`campaign`]: many flights over several threads, resumable;
+//! - [`parts`]: the same in parts, for many machines;
 //! - [`report`]: flights as one page.
 #![forbid(unsafe_code)]
 
@@ -26,9 +27,11 @@ pub mod nominal;
 pub mod open_loop;
 pub mod open_loop_file;
 pub mod options;
+pub mod parts;
 pub mod pilot;
 pub mod report;
 pub mod row;
+mod row_read;
 pub mod statistics;
 pub mod until;
 pub mod ways_out;

@@ -339,6 +339,7 @@ fn datasets_of_many_servicers_are_learnt_from_together() {
             mission_file,
             shard: SHARD,
             jobs: NonZeroUsize::MIN,
+            part: None,
             out: servicers.join(name),
         };
         recipe.make(&mut ()).unwrap();

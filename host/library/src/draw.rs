@@ -45,9 +45,14 @@ pub fn draw_one<const NL: usize>(
     stream.set_stream(index);
     let mut numbers = Uniform(stream);
     (0..MAX_DRAWS).find_map(|_| {
-        let candidate = candidate(&mut numbers, format!("s{seed}-{index:03}"), mission);
+        let candidate = candidate(&mut numbers, id(seed, index), mission);
         starts_well(&candidate, mission).then_some(candidate)
     })
+}
+
+/// Id of scenario `index` of a seed.
+pub fn id(seed: u64, index: u64) -> String {
+    format!("s{seed}-{index:03}")
 }
 
 /// Numbers uniform in an interval.

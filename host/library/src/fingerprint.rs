@@ -5,10 +5,10 @@ use std::fmt::Write;
 /// FNV-1a, 64 bits, over what `Debug` prints: the shortest digits that tell a number from all
 /// others, so that two values agree where all their bits do. Against mistakes, not against malice.
 pub fn fingerprint(value: &impl std::fmt::Debug) -> String {
-    let mut hash = Fnv(OFFSET);
+    let mut hash = Fnv::default();
     // Writing into a hash cannot fail.
     let _ = write!(hash, "{value:?}");
-    format!("{:016x}", hash.0)
+    hash.to_string()
 }
 
 /// Fingerprint of the running program itself: rows of one table come from one build.
@@ -17,19 +17,34 @@ pub fn program() -> String {
     bytes.map_or_else(
         |_| "unknown".into(),
         |bytes| {
-            let mut hash = Fnv(OFFSET);
+            let mut hash = Fnv::default();
             hash.add(&bytes);
-            format!("{:016x}", hash.0)
+            hash.to_string()
         },
     )
 }
 
 const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
 
-struct Fnv(u64);
+/// FNV-1a over bytes as they come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fnv(u64);
+
+impl Default for Fnv {
+    fn default() -> Self {
+        Self(OFFSET)
+    }
+}
+
+impl std::fmt::Display for Fnv {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:016x}", self.0)
+    }
+}
 
 impl Fnv {
-    fn add(&mut self, bytes: &[u8]) {
+    /// Adds bytes.
+    pub fn add(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
         }

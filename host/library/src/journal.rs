@@ -42,8 +42,9 @@ pub type Check<'a, R> = &'a dyn Fn(&R) -> Result<(), FieldError>;
 impl<R: Serialize + DeserializeOwned> Journal<R> {
     /// Refuses a journal of other work, without changing anything. There need not be one.
     pub fn look<H: Heading>(path: &Path, header: &H, check: Check<'_, R>) -> Result<(), Error> {
+        let mut each = |_, row: R| check(&row);
         match path.exists() {
-            true => read_lines::<H, R>(path, &open_regular(path)?, header, check).map(drop),
+            true => read_lines(path, &open_regular(path)?, header, &mut each).map(drop),
             false => Ok(()),
         }
     }
@@ -55,6 +56,21 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
         header: &H,
         check: Check<'_, R>,
     ) -> Result<(Self, Vec<R>), Error> {
+        let mut rows = Vec::new();
+        let journal = Self::open_each(path, header, &mut |_, row| {
+            check(&row)?;
+            rows.push(row);
+            Ok(())
+        })?;
+        Ok((journal, rows))
+    }
+
+    /// The same with each part handed on as it is read, with its place: memory holds one of them.
+    pub fn open_each<H: Heading>(
+        path: &Path,
+        header: &H,
+        each: Each<'_, R>,
+    ) -> Result<Self, Error> {
         let failed = |cause: std::io::Error| Error::output(path, &cause);
         if path.exists() {
             open_regular(path)?;
@@ -69,20 +85,42 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
             }
             TryLockError::Error(cause) => failed(cause),
         })?;
-        let (rows, whole) = read_lines(path, &file, header, check)?;
+        let whole = read_lines(path, &file, header, each)?;
         file.set_len(whole).map_err(failed)?;
         file.seek(SeekFrom::End(0)).map_err(failed)?;
         let journal = Self { path: path.to_path_buf(), file, rows: PhantomData };
         if whole == 0 {
             journal.write_line(header)?;
         }
-        Ok((journal, rows))
+        Ok(journal)
     }
 
     /// Adds a finished part. The line is in the system's hands when this returns, so that only a
     /// failure of the machine itself can lose it.
     pub fn append(&mut self, row: &R) -> Result<(), Error> {
-        self.write_line(row)
+        self.append_at(row).map(drop)
+    }
+
+    /// The same; the part's place.
+    pub fn append_at(&mut self, row: &R) -> Result<u64, Error> {
+        let end = self.file.seek(SeekFrom::End(0));
+        let end = end.map_err(|cause| Error::output(&self.path, &cause))?;
+        self.write_line(row)?;
+        Ok(end)
+    }
+
+    /// The part at a place that was told.
+    pub fn read(&self, place: u64) -> Result<R, Error> {
+        let failed = |cause: std::io::Error| Error::output(&self.path, &cause);
+        (&self.file).seek(SeekFrom::Start(place)).map_err(failed)?;
+        let line = next_line(&self.path, &mut BufReader::new(&self.file), 0)?.unwrap_or_default();
+        serde_json::from_slice(&line)
+            .map_err(|error| Error::input(&self.path, format!("byte {place}"), error.to_string()))
+    }
+
+    /// Gives everything to the disk, so that not even a failure of the machine loses it.
+    pub fn sync(&self) -> Result<(), Error> {
+        self.file.sync_all().map_err(|cause| Error::output(&self.path, &cause))
     }
 
     fn write_line(&self, value: &impl Serialize) -> Result<(), Error> {
@@ -96,16 +134,19 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
     }
 }
 
-/// The parts of a journal, and the length of its whole lines [bytes]. A last line that is not a part
-/// was torn and does not count; any other is an error. Memory: the parts, and a line.
+/// What a part that was read is handed to, with its place in the file.
+pub type Each<'a, R> = &'a mut dyn FnMut(u64, R) -> Result<(), FieldError>;
+
+/// Reads the parts of a journal; the length of its whole lines [bytes]. A last line that is not a part
+/// was torn and does not count; any other is an error. Memory: a line.
 fn read_lines<H: Heading, R: DeserializeOwned>(
     path: &Path,
     file: &File,
     header: &H,
-    check: Check<'_, R>,
-) -> Result<(Vec<R>, u64), Error> {
+    each: Each<'_, R>,
+) -> Result<u64, Error> {
     let mut lines = BufReader::new(file);
-    let (mut rows, mut whole) = (Vec::new(), 0);
+    let mut whole = 0;
     for number in 1.. {
         let Some(line) = next_line(path, &mut lines, number)? else { break };
         let is_last = lines.fill_buf().map_err(|cause| Error::output(path, &cause))?.is_empty();
@@ -121,8 +162,7 @@ fn read_lines<H: Heading, R: DeserializeOwned>(
                     let named = |error: FieldError| {
                         Error::input(path, format!("line {number}: {}", error.field), error.reason)
                     };
-                    check(&row).map_err(named)?;
-                    rows.push(row);
+                    each(whole, row).map_err(named)?;
                 }
                 Err(_) if is_last => break,
                 Err(error) => return Err(wrong(path, number, &error)),
@@ -130,7 +170,7 @@ fn read_lines<H: Heading, R: DeserializeOwned>(
         }
         whole += line.len() as u64;
     }
-    Ok((rows, whole))
+    Ok(whole)
 }
 
 /// The next line with its end, none where there is no more.

@@ -25,8 +25,10 @@
 //! - [`allocations`]: how often the program asks for memory;
 //! - [`fingerprint`], [`provenance`]: what a report was made by, of what and on what;
 //! - [`progress`]: who watches long work;
+//! - [`interrupt`]: whether the program was asked to end;
 //! - [`journal`], [`pool`]: work that resumes, on several threads;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
+//! - [`part`], [`parts`]: one of many parts of the same work; campaigns in parts, gathered and planned again;
 //! - [`portfolio`]: two starts at once, the first plan wins;
 //! - [`envelope`]: where the planner works: maps over tumble rate, distance and horizon.
 #![forbid(unsafe_code)]
@@ -44,11 +46,14 @@ pub mod export;
 pub mod fingerprint;
 pub mod guess;
 pub mod importing;
+pub mod interrupt;
 pub mod journal;
 pub mod kkt;
 pub mod learned;
 pub mod lineage;
 pub mod memory;
+pub mod part;
+pub mod parts;
 pub mod perturbation;
 pub mod picture;
 pub mod planning;

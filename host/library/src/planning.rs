@@ -60,7 +60,8 @@ pub struct Planned {
 impl Planned {
     /// The campaign's row of this plan.
     pub fn row(&self) -> Row {
-        Row::new(&self.file, self.corrections, self.reason, self.flight)
+        let row = Row::new(&self.file, self.corrections, self.reason, self.flight);
+        Row { plan_checksum: self.evidence.output.clone(), ..row }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Worker threads that plan.
 
 use crate::error::Error;
+use crate::interrupt;
 use crate::memory::STACK_BYTES;
 use crate::planning::Planner;
 use std::num::NonZeroUsize;
@@ -18,7 +19,8 @@ struct Shared<'a, I, M, F> {
 }
 
 /// Calls `plan` for each of `pending` on so many threads, each with a planner of its own, and
-/// hands every result to `finish` on the calling thread as it comes. The first error stops all.
+/// hands every result to `finish` on the calling thread as it comes. The first error stops all; so does
+/// a signal that asks the program to end ([`interrupt`]), once what is being planned is finished.
 pub fn plan_all<I: Copy + Send + Sync, T: Send>(
     jobs: NonZeroUsize,
     pending: &[I],
@@ -55,11 +57,16 @@ pub fn plan_all_with<I: Copy + Send + Sync, T: Send, W>(
             }
         }
         drop(sender);
+        let mut finished = 0;
         for (item, result) in receiver {
+            finished += 1;
             outcome = outcome.and_then(|()| finish(item, result?));
             if outcome.is_err() {
                 shared.stop.store(true, Ordering::Relaxed);
             }
+        }
+        if let Some(signal) = interrupt::signal().filter(|_| finished < pending.len()) {
+            outcome = outcome.and(Err(Error::Interrupted { signal }));
         }
         for worker in workers {
             if worker.join().is_err() {
@@ -78,7 +85,7 @@ fn work<I: Copy, T, W>(
     sender: &Sender<(I, Result<T, Error>)>,
 ) {
     let mut planner = (shared.make)(number);
-    while !shared.stop.load(Ordering::Relaxed) {
+    while !shared.stop.load(Ordering::Relaxed) && interrupt::signal().is_none() {
         let Some(item) = shared.pending.get(shared.next.fetch_add(1, Ordering::Relaxed)) else {
             return;
         };

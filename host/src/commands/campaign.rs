@@ -3,15 +3,21 @@
 use super::Output;
 use super::flying::{FlyingArgs, Ready, RunsArgs};
 use super::options::{DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SetArgs};
+use super::parts::{PartArgs, arguments, end_when_asked};
 use super::progress::Bar;
 use crate::report;
 use remora_core::advanced::model::Mission;
 use remora_host::campaign::{Campaign, Results};
 use remora_host::error::Error;
 use remora_host::formats::{Row, Verdict};
+use remora_host::parts::{self, Difference, Gathered, Job, Scenarios};
 use remora_host::with_joints;
 use remora_truth::Errors;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+
+/// Most plan files that a directory gets.
+const MOST_PLAN_FILES: usize = 10_000;
 
 /// Plan many scenarios over several threads; resumes what was interrupted.
 #[derive(Debug, clap::Args)]
@@ -28,16 +34,21 @@ pub(super) struct Args {
     #[command(flatten)]
     jobs: JobsArgs,
     /// Write DIR/plans/ID.plan.json too
-    #[arg(long)]
+    #[arg(long, conflicts_with = "part")]
     plans: bool,
     /// Write the table as CSV too
-    #[arg(long)]
+    #[arg(long, conflicts_with = "part")]
     csv: bool,
     /// Write DIR/report.html too, and pages of notable plans in three dimensions
-    #[arg(long)]
+    #[arg(long, conflicts_with = "part")]
     report: bool,
+    #[command(flatten)]
+    part: PartArgs,
+    /// Write a table of trajectories too, a row a node
+    #[arg(long, requires = "part")]
+    nodes: bool,
     /// Fly the plans too, in a world with these errors (*.errors.toml)
-    #[arg(long, value_name = "ERRORS")]
+    #[arg(long, value_name = "ERRORS", conflicts_with = "part")]
     fly: Option<PathBuf>,
     #[command(flatten)]
     runs: RunsArgs,
@@ -58,6 +69,7 @@ Examples:
   remora campaign --count 300 --seed 1 --deadline 0.5 --jobs 1 --out runs/c
   remora campaign --count 300 --seed 1 --report --out runs/d
   remora campaign --count 300 --seed 1 --fly mine.errors.toml --runs 4 --out runs/flown
+  remora campaign --count 1000000 --seed 9 --integrator euler --part 17/1000 --out shared
 
 DIR gets results.parquet (--csv: results.csv too), summary.json, the scenarios and, with --plans, a
 plan a scenario. Interrupt it at any time: the same command goes on where it stopped. Results do not depend on the
@@ -73,7 +85,11 @@ With --report every plan is kept, and DIR/report.html links those worth a look t
 `remora view`. With --fly every plan is kept and flown --runs times, and DIR gets what `remora fly` writes;
 the seed of the errors is that of the scenarios.
 
-Exit status: 0 all optimal, 1 some are not flyable (with --fly: not all captured), 2 bad input, 3 all
+With --part DIR gets part-00017-of-01000.parquet, whole or not at all, and programs on many machines may share
+it: `remora submit` prints their jobs, `remora gather DIR` puts the parts together. SIGTERM ends a part after
+the plans in hand; the same command goes on.
+
+Exit status: with --part 0 written, 143 (130) ended by SIGTERM (SIGINT); without it 0 all optimal, 1 some are not flyable (with --fly: not all captured), 2 bad input, 3 all
 verified but some not converged.";
 
 impl Args {
@@ -87,9 +103,24 @@ impl Args {
     }
 
     fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
+        end_when_asked();
+        if let Some(part) = self.part.part {
+            let job = self.job(mission, arguments())?;
+            let made =
+                parts::make(&job, part, self.jobs.jobs(), &self.out, &mut Bar::named("part"))?;
+            return Output::new(report::part_report(&made), true).or_json(self.json.json, &made);
+        }
         let chosen = self.set.chosen(&mission)?;
         let errors = self.fly.as_deref().map(|file| errors_of_flights(file, &self.method, NL));
         let errors = errors.transpose()?;
+        let save_plans = self.plans || self.report || errors.is_some();
+        let count = chosen.scenarios.len();
+        if save_plans && count > MOST_PLAN_FILES {
+            let reason = format!(
+                "{count} plan files are too many for a directory: --part I/N --nodes writes all of them as tables"
+            );
+            return Err(Error::argument("--plans", reason));
+        }
         let campaign = Campaign {
             mission,
             method: self.method.method_until(&self.deadline),
@@ -97,7 +128,7 @@ impl Args {
             scenarios: chosen.scenarios,
             seed: chosen.seed,
             jobs: self.jobs.jobs(),
-            save_plans: self.plans || self.report || errors.is_some(),
+            save_plans,
             csv: self.csv,
             out: self.out.clone(),
         };
@@ -111,6 +142,39 @@ impl Args {
         let worst = results.rows.iter().map(|row| row.verdict).max().unwrap_or(Verdict::Optimal);
         Output::judged(report::campaign_report(&results), worst)
             .or_json(self.json.json, &results.summary)
+    }
+
+    /// The campaign as it is made in parts.
+    fn job<const NL: usize>(
+        &self,
+        mission: Mission<NL>,
+        command: Vec<String>,
+    ) -> Result<Job<NL>, Error> {
+        let scenarios = self.set.source(&mission)?;
+        // Who has learnt from any of a draw has learnt from its first.
+        let met = match &scenarios {
+            Scenarios::Drawn { .. } => &[scenarios.get(0, &mission)?][..],
+            Scenarios::Listed(all) => all,
+        };
+        let (method, model) =
+            (self.method.method_until(&self.deadline), self.method.model_to_judge(met)?);
+        Ok(Job { scenarios, mission, method, model, nodes: self.nodes, command })
+    }
+
+    /// Plans a sample of the parts that this command made again.
+    pub(super) fn recompute(
+        &self,
+        gathered: &Gathered,
+        sample: u64,
+        jobs: NonZeroUsize,
+    ) -> Result<Vec<Difference>, Error> {
+        let mission = self.mission.any()?;
+        with_joints!(mission.joints(), NL => {
+            let job = self.job::<NL>(mission.of()?, Vec::new())?;
+            parts::recompute(&job, gathered, sample, jobs, &mut Bar::named("recompute"))
+        } else {
+            Err(mission.wrong_joints())
+        })
     }
 
     /// Flies what was planned.

@@ -2,6 +2,7 @@
 
 use super::Output;
 use super::options::{COUNT, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED};
+use super::parts::{PartArgs, end_when_asked};
 use super::progress::Bar;
 use crate::report;
 use remora_core::advanced::model::Mission;
@@ -37,6 +38,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", default_value_t = SHARD)]
     shard: NonZeroU32,
     #[command(flatten)]
+    part: PartArgs,
+    #[command(flatten)]
     jobs: JobsArgs,
     /// Directory of the results; made where it does not exist
     #[arg(long, value_name = "DIR")]
@@ -50,10 +53,12 @@ Examples:
   remora dataset --count 10000 --seed 1000 --integrator euler --out data/euler-10k
   remora dataset --count 12000 --seed 2000 --jobs 8 --out data/rk4-12k
   remora dataset --count 30000 --seed 1000 --integrator euler --model first.model --sharp --out data/own
+  remora dataset --count 30000 --seed 1000 --integrator euler --part 3/20 --out data/shared
 
 Scenarios whose plans are solved and verified are kept. Interrupt it at any time: the same command goes on where it stopped, after the last file of 500
 scenarios (--shard). The bytes do not depend on the number of threads. Choose a seed of which nothing will be
-evaluated: a model is not to be judged on scenarios it was trained on.
+evaluated: a model is not to be judged on scenarios it was trained on. --part makes a share of the files, into a
+directory that programs on many machines may share; `remora gather DIR` names what is missing.
 
 Exit status: 0 done, 2 bad input.";
 
@@ -78,8 +83,10 @@ impl Args {
             mission_file: self.mission.file().map(Path::to_path_buf),
             shard: self.shard,
             jobs: self.jobs.jobs(),
+            part: self.part.part,
             out: self.out,
         };
+        end_when_asked();
         let started = Instant::now();
         let made = recipe.make(&mut Bar::named("dataset"))?;
         let text =

@@ -2,9 +2,11 @@
 
 use super::Output;
 use super::options::{COUNT, ForceArgs, JsonArgs, MissionArgs, SEED, drawn, is_stdout};
+use remora_core::advanced::model::Mission;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::formats::{ScenarioSet, check_writable};
+use remora_host::parts::Scenarios;
 use remora_host::with_joints;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +19,9 @@ pub(super) struct Args {
     count: u64,
     #[arg(long, value_name = "S", help = SEED)]
     seed: u64,
+    /// Those of these indices alone, with commas
+    #[arg(long, value_name = "INDICES", value_delimiter = ',')]
+    only: Vec<u64>,
     #[command(flatten)]
     mission: MissionArgs,
     /// Scenario set (*.scenarios.json) to write, - for standard output
@@ -32,6 +37,7 @@ const AFTER_HELP: &str = "\
 Examples:
   remora draw --count 300 --seed 1 --out drawn.scenarios.json
   remora draw --count 3 --seed 1 --out -
+  remora draw --count 1000000 --seed 9 --only 17,411730 --out two.scenarios.json
 
 A smaller count of the same seed is the beginning of a larger one. The mission's geometry decides
 which starts violate keep-out or pointing and are drawn again. A file that is there is replaced only
@@ -41,7 +47,7 @@ impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let mission = self.mission.any()?;
         let set = with_joints!(mission.joints(), NL => {
-            drawn(self.count, self.seed, &mission.of::<NL>()?)?
+            self.set(&mission.of::<NL>()?)?
         } else {
             return Err(mission.wrong_joints());
         });
@@ -52,8 +58,29 @@ impl Args {
             }
             set.write(&self.out)?;
         }
-        let text = format!("{} scenarios\nwritten: {}\n", self.count, self.out.display());
+        let count = set.scenarios.len();
+        let text = format!("{count} scenarios\nwritten: {}\n", self.out.display());
         Output::new(text, true).or_json(self.json.json || is_stdout(&self.out), &set)
+    }
+}
+
+impl Args {
+    /// The whole draw, or some of it.
+    fn set<const NL: usize>(&self, mission: &Mission<NL>) -> Result<ScenarioSet, Error> {
+        let first = drawn(if self.only.is_empty() { self.count } else { 1 }, self.seed, mission)?;
+        if self.only.is_empty() {
+            return Ok(first);
+        }
+        let mut indices = self.only.clone();
+        indices.sort_unstable();
+        indices.dedup();
+        if let Some(index) = indices.last().filter(|index| **index >= self.count) {
+            let reason = format!("{index} is none of {} scenarios", self.count);
+            return Err(Error::argument("--only", reason));
+        }
+        let source = Scenarios::Drawn { seed: self.seed, count: self.count };
+        let scenarios = indices.into_iter().map(|index| source.get(index, mission));
+        scenarios.collect::<Result<_, _>>().map(ScenarioSet::new)
     }
 }
 

@@ -5,6 +5,7 @@ use super::flying::{FlyingArgs, Ready, RunsArgs};
 use super::options::{
     DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SEED, ScenarioArgs,
 };
+use super::parts::{PartArgs, end_when_asked};
 use crate::report;
 use remora_core::advanced::model::Mission;
 use remora_host::error::Error;
@@ -42,6 +43,8 @@ pub(super) struct Args {
     #[command(flatten)]
     flying: FlyingArgs,
     #[command(flatten)]
+    part: PartArgs,
+    #[command(flatten)]
     jobs: JobsArgs,
     #[command(flatten)]
     json: JsonArgs,
@@ -56,18 +59,21 @@ Examples:
   remora errors --default > mine.errors.toml
   remora fly runs/pub-000.plan.json --errors mine.errors.toml --runs 200 --seed 3 --out runs/mine
   remora fly --id pub-007 --errors mine.errors.toml --runs 100 --controller replan --out runs/seven
+  remora fly runs/pub-000.plan.json --errors mine.errors.toml --runs 5000 --part 3/50 --out shared
   remora fly --errors mine.errors.toml --runs 5000 --until 'miss_m<=0.02 p>=0.9973 conf>=0.95' --out runs/b
 
 DIR gets the plan, flights.json (all that a run depends on), flights.parquet (a row a run),
 flights.summary.json, flights.html, and history/RUN.parquet of the runs that --keep names, a row a second
 or with --history a row a step. The first twelve of these runs have pages/RUN.html, flown against planned in
 three dimensions. Interrupt it at any time: the same command goes on where it stopped. Rows do not depend on the number of threads.
-`remora rerun DIR --run N` flies one run again, with its history.
+`remora rerun DIR --run N` flies one run again, with its history. With --part DIR gets a table of a share of the
+runs, without histories, and programs on many machines may share it: `remora gather DIR` puts the parts together.
 
 Exit status: 0 all captured (with --until: the share is shown), 1 some are not, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
+        end_when_asked();
         if let Some(list) = self.scenario.listed()? {
             return Ok(Output::data(list));
         }
@@ -146,6 +152,10 @@ impl Args {
             runs: (self.runs.runs, self.seed.unwrap_or(0)),
             jobs: self.jobs.jobs(),
         };
+        if let Some(part) = self.part.part {
+            let made = self.flying.fly_part(ready, errors, part)?;
+            return Output::new(report::part_report(&made), true).or_json(self.json.json, &made);
+        }
         let (results, is_well) = self.flying.fly(ready, errors)?;
         Output::new(report::flights_report(&results), is_well)
             .or_json(self.json.json, &results.summary)

@@ -7,10 +7,13 @@ use remora_flight::errors_file;
 use remora_flight::flight::{Controller, Ending, JointControl};
 use remora_flight::keep::Keep;
 use remora_flight::options::Options;
+use remora_flight::parts;
 use remora_flight::row::Row;
 use remora_flight::until::Until;
 use remora_host::error::Error;
 use remora_host::method::Integrator;
+use remora_host::part::Part;
+use remora_host::parts::Made;
 use remora_truth::Errors;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -50,7 +53,7 @@ pub(super) struct FlyingArgs {
     #[arg(long, conflicts_with = "j2")]
     no_gravity: bool,
     /// Stop when a share is shown: 'miss_m<=0.02 p>=0.9973 conf>=0.95'
-    #[arg(long, value_name = "CONDITION")]
+    #[arg(long, value_name = "CONDITION", conflicts_with = "part")]
     until: Option<Until>,
     /// Give histories a row a step of guidance, not a row a second
     #[arg(long)]
@@ -101,6 +104,20 @@ impl FlyingArgs {
 
     /// Flies the plans; says whether all is as it should be.
     pub(super) fn fly(&self, ready: Ready, errors: Errors) -> Result<(Results, bool), Error> {
+        let results = self.flights(ready, errors).fly(&mut Bar::named("fly"))?;
+        let captured =
+            |row: &Row| row.flown.as_ref().is_some_and(|flown| flown.ending == Ending::Captured);
+        let shown = self.until.is_none_or(|until| until.is_shown(&results.rows));
+        let all = self.until.is_some() || results.rows.iter().all(captured);
+        Ok((results, shown && all))
+    }
+
+    /// Flies a part of the runs.
+    pub(super) fn fly_part(&self, ready: Ready, errors: Errors, part: Part) -> Result<Made, Error> {
+        parts::fly(&self.flights(ready, errors), part, &mut Bar::named("part"))
+    }
+
+    fn flights(&self, ready: Ready, errors: Errors) -> Flights {
         let options = Options {
             rate_hz: self.guidance_rate,
             controller: self.controller,
@@ -112,18 +129,12 @@ impl FlyingArgs {
             integrator: ready.integrator,
             every_step: self.history,
         };
-        let flights = Flights {
+        Flights {
             asked: Asked::new(ready.plans, ready.runs, ready.joints, options, errors),
             jobs: ready.jobs,
             keep: self.keep,
             until: self.until,
             out: ready.out,
-        };
-        let results = flights.fly(&mut Bar::named("fly"))?;
-        let captured =
-            |row: &Row| row.flown.as_ref().is_some_and(|flown| flown.ending == Ending::Captured);
-        let shown = self.until.is_none_or(|until| until.is_shown(&results.rows));
-        let all = self.until.is_some() || results.rows.iter().all(captured);
-        Ok((results, shown && all))
+        }
     }
 }

@@ -16,6 +16,7 @@ mod export;
 mod firmware;
 mod fly;
 mod flying;
+mod gather;
 mod import;
 mod inject;
 #[cfg(feature = "training")]
@@ -24,6 +25,7 @@ mod learn;
 mod left_out;
 mod mission;
 mod options;
+mod parts;
 mod plan;
 mod profile;
 mod progress;
@@ -33,6 +35,7 @@ mod replay;
 mod reproduce;
 mod rerun;
 mod safety;
+mod submit;
 #[cfg(feature = "training")]
 mod train;
 mod view;
@@ -80,6 +83,8 @@ enum Command {
     Plan(plan::Args),
     Profile(profile::Args),
     Campaign(campaign::Args),
+    Gather(gather::Args),
+    Submit(submit::Args),
     Check(check::Args),
     View(view::Args),
     Replay(replay::Args),
@@ -184,7 +189,7 @@ fn to_json(value: &impl Serialize) -> Result<String, Error> {
 
 /// Runs the program with its arguments, the first of which is its name; returns the exit status:
 /// 0 done, 1 not flyable or failed, 2 bad input (one line on standard error), 3 verified but not
-/// converged.
+/// converged, 128 and a signal's number where that ended work that can go on.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let parsed = Cli::try_parse_from(args).and_then(|cli| match cli.command {
         Some(command) => Ok((command, cli.quiet)),
@@ -210,7 +215,11 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
                 false => print(&colour::painted(output.text), status),
             }
         }
-        Err(error) => refuse(&error.to_string()),
+        Err(error) => {
+            let status = refuse(&error.to_string());
+            // As a shell tells of a program that a signal ended.
+            if let Error::Interrupted { signal } = error { 128 + signal } else { status }
+        }
     }
 }
 
@@ -226,6 +235,8 @@ impl Command {
             Self::Plan(args) => args.run(),
             Self::Profile(args) => args.run(),
             Self::Campaign(args) => args.run(),
+            Self::Gather(args) => args.run(),
+            Self::Submit(args) => args.run(),
             Self::Check(args) => args.run(),
             Self::View(args) => args.run(),
             Self::Replay(args) => args.run(),

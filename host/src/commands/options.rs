@@ -12,6 +12,7 @@ use remora_host::formats::{
 use remora_host::learned::Learned;
 use remora_host::lineage::Lineage;
 use remora_host::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
+use remora_host::parts::Scenarios;
 use std::fmt::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -253,6 +254,19 @@ impl SetArgs {
             (None, None) => set_or_built_in(self.scenarios.as_deref())?,
         };
         Ok(Chosen { scenarios: set.scenarios, seed: self.seed })
+    }
+
+    /// The same without drawing them all.
+    pub(super) fn source<const NL: usize>(
+        &self,
+        mission: &Mission<NL>,
+    ) -> Result<Scenarios, Error> {
+        match (self.count, self.seed) {
+            (Some(count), Some(seed)) => {
+                drawn(1, seed, mission).map(|_| Scenarios::Drawn { seed, count })
+            }
+            _ => self.chosen(mission).map(|chosen| Scenarios::Listed(chosen.scenarios)),
+        }
     }
 }
 

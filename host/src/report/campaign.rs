@@ -7,7 +7,21 @@ use std::fmt::Write;
 
 /// Success rate, statistics, ids that were not solved, files.
 pub fn campaign_report(results: &Results) -> String {
-    let summary = &results.summary;
+    let mut out = summary_report(&results.summary);
+    let run = &results.summary.run;
+    let _ = write!(out, "{} planned in {}", run.planned, time(run.wall_s));
+    if run.resumed > 0 {
+        let _ = write!(out, ", {} taken from the journal", run.resumed);
+    }
+    out.push('\n');
+    for file in &results.files {
+        let _ = writeln!(out, "written: {}", file.display());
+    }
+    out
+}
+
+/// Success rate, statistics, ids that were not solved.
+pub fn summary_report(summary: &Summary) -> String {
     let mut out = format!(
         "{} scenarios: {} solved ({:.2} %)\n{} mode, {} start, {}, {}\n",
         summary.scenarios,
@@ -44,15 +58,6 @@ pub fn campaign_report(results: &Results) -> String {
     }
     if !summary.unsolved.is_empty() {
         let _ = writeln!(out, "not solved:\n{}", wrapped(&summary.unsolved));
-    }
-    let run = &summary.run;
-    let _ = write!(out, "{} planned in {}", run.planned, time(run.wall_s));
-    if run.resumed > 0 {
-        let _ = write!(out, ", {} taken from the journal", run.resumed);
-    }
-    out.push('\n');
-    for file in &results.files {
-        let _ = writeln!(out, "written: {}", file.display());
     }
     out
 }

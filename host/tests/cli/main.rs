@@ -18,6 +18,7 @@ mod learn;
 mod mission;
 mod missions;
 mod moving;
+mod parts;
 mod plan;
 mod profile;
 mod qp_export;

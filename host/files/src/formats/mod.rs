@@ -17,6 +17,7 @@ mod mission_servicer;
 #[cfg(test)]
 mod mission_tests;
 mod model_file;
+mod nodes;
 mod output;
 mod packet;
 mod plan_convert;
@@ -27,6 +28,8 @@ mod plan_read;
 mod quantities;
 mod radius;
 mod results;
+mod results_about;
+mod results_read;
 mod row;
 mod scenario_set;
 mod table;
@@ -47,7 +50,11 @@ pub use mission_sections::{
 };
 pub use mission_servicer::{Link as MissionLink, Servicer as MissionServicer};
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout};
-pub use output::{check_writable, make_directory, remove_partials, write_atomically, write_first};
+pub use nodes::{node_columns, node_numbers, node_row};
+pub use output::{
+    check_writable, make_directory, remove_partials, remove_partials_of, write_as_it_comes,
+    write_atomically, write_first,
+};
 pub use packet::is_named_packet;
 pub use plan_convert::StageEnd;
 pub use plan_file::{FORMAT as PLAN_FORMAT, PlanFile, PlanStage1, PlanStage2, PlanTarget};
@@ -63,14 +70,15 @@ pub use remora_core::advanced::{
     scp::Status,
     stages::{Clearances, Closest, Residuals},
 };
-pub use results::{COLUMNS, TableOrigin, columns, csv, csv_metadata, parquet_bytes};
+pub use results::{COLUMNS, TIMES, TableOrigin, columns, csv, csv_metadata, parquet_bytes};
+pub use results_read::read_rows;
 pub use row::{Flight, Row, StageRow};
 pub use scenario_set::{
     FIRST_FORMAT as FIRST_SCENARIO_FORMAT, FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet,
     ServicerStart, TargetStart,
 };
-pub use table::{Cell, Column, parquet as parquet_table};
-pub use table_read::Numbers;
+pub use table::{Cell, Column, TableWriter, parquet as parquet_table};
+pub use table_read::{Numbers, TableReader};
 
 /// How far a quaternion's norm may be from one in a file.
 pub const QUATERNION_TOLERANCE: f64 = 1e-6;

@@ -66,7 +66,18 @@ pub fn check_writable(file: &Path) -> Result<(), Error> {
 /// # Errors
 /// The file with the reason why it cannot be written; what was there before still is.
 pub fn write_atomically(file: &Path, bytes: &[u8]) -> Result<(), Error> {
-    write(file, bytes, |partial, file| fs::rename(partial, file))
+    write_as_it_comes(file, |handle| handle.write_all(bytes))
+}
+
+/// As [`write_atomically`], with what `fill` writes piece by piece.
+///
+/// # Errors
+/// As there.
+pub fn write_as_it_comes(
+    file: &Path,
+    fill: impl FnOnce(&mut File) -> io::Result<()>,
+) -> Result<(), Error> {
+    write(file, fill, |partial, file| fs::rename(partial, file))
 }
 
 /// As [`write_atomically`], where there is no such file yet: of several programs that write it at once
@@ -76,33 +87,36 @@ pub fn write_atomically(file: &Path, bytes: &[u8]) -> Result<(), Error> {
 /// As there; none where another was first: then `false`.
 pub fn write_first(file: &Path, bytes: &[u8]) -> Result<bool, Error> {
     let mut is_first = true;
-    write(file, bytes, |partial, file| {
-        match fs::hard_link(partial, file) {
-            Ok(()) => fs::remove_file(partial),
-            Err(_) if file.exists() => {
-                is_first = false;
-                // Who was first may have swept it away.
-                let _ = fs::remove_file(partial);
-                Ok(())
+    write(
+        file,
+        |handle| handle.write_all(bytes),
+        |partial, file| {
+            match fs::hard_link(partial, file) {
+                Ok(()) => fs::remove_file(partial),
+                Err(_) if file.exists() => {
+                    is_first = false;
+                    // Who was first may have swept it away.
+                    let _ = fs::remove_file(partial);
+                    Ok(())
+                }
+                // A file system without links.
+                Err(_) => fs::rename(partial, file),
             }
-            // A file system without links.
-            Err(_) => fs::rename(partial, file),
-        }
-    })?;
+        },
+    )?;
     Ok(is_first)
 }
 
 /// Writes beside a file, and lets that become it.
 fn write(
     file: &Path,
-    bytes: &[u8],
+    fill: impl FnOnce(&mut File) -> io::Result<()>,
     become_it: impl FnOnce(&Path, &Path) -> io::Result<()>,
 ) -> Result<(), Error> {
     let write = || {
         let file = resolved(file)?;
         let (partial, mut handle) = open(&file)?;
-        let written = handle
-            .write_all(bytes)
+        let written = fill(&mut handle)
             .and_then(|()| handle.sync_all())
             .and_then(|()| become_it(&partial, &file));
         if written.is_err() {
@@ -128,11 +142,22 @@ pub fn make_directory(directory: &Path) -> Result<(), Error> {
 /// Removes what a killed program left half-written in `directory`. To be called only where no
 /// other program writes.
 pub fn remove_partials(directory: &Path) {
+    remove_hidden(directory, ".");
+}
+
+/// The same of one file, where other programs may write other files beside it.
+pub fn remove_partials_of(file: &Path) {
+    if let (Some(directory), Some(name)) = (file.parent(), file.file_name()) {
+        remove_hidden(directory, &format!(".{}.", name.to_string_lossy()));
+    }
+}
+
+fn remove_hidden(directory: &Path, start: &str) {
     let Ok(entries) = fs::read_dir(directory) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        if name.starts_with('.') && name.ends_with(PARTIAL) {
+        if name.starts_with(start) && name.ends_with(PARTIAL) {
             let _ = fs::remove_file(entry.path());
         }
     }
@@ -202,6 +227,9 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         fs::write(dir.path().join(".a.json.77.partial"), b"{").unwrap();
         fs::write(dir.path().join("a.json"), b"{}").unwrap();
+        fs::write(dir.path().join(".b.json.77.partial"), b"{").unwrap();
+        remove_partials_of(&dir.path().join("b.json"));
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2);
         remove_partials(dir.path());
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
     }

@@ -1,7 +1,7 @@
 //! Campaign results: one row a scenario, as Parquet and as CSV, with units and origin beside them.
 
 use super::table::{Cell, Column, parquet};
-use super::{Program, Residuals, Row};
+use super::{Program, Residuals, Row, results_about};
 use crate::method::Method;
 use parquet::errors::ParquetError;
 use serde_json::{Map, Value, json};
@@ -21,7 +21,11 @@ pub struct TableOrigin {
 }
 
 /// Number of columns.
-pub const COLUMNS: usize = 31 + Residuals::COUNT;
+pub const COLUMNS: usize = 34 + Residuals::COUNT;
+
+/// The columns that say how long the machine took: two runs of the same plans differ in these alone.
+pub const TIMES: [&str; 5] =
+    ["stage1_time_s", "stage2_time_s", "inference_s", "time_s", "cpu_time_s"];
 
 /// A row with names and units of its columns, in order. New columns go to the end.
 pub fn columns(row: &Row, method: &Method) -> Vec<Column> {
@@ -65,10 +69,18 @@ pub fn columns(row: &Row, method: &Method) -> Vec<Column> {
     push("clearance_smallest_m", "m", Cell::Number(row.smallest_clearance()));
     push("time_s", "s", Cell::Number(row.time_s));
     push("cpu_time_s", "s", Cell::Number(row.cpu_time_s));
+    push("stage1_corrections", "", count(row.stage1.corrections));
+    push("stage2_corrections", "", count(row.stage2.corrections));
+    push("plan_checksum", "", text(&row.plan_checksum));
     columns
 }
 
 impl TableOrigin {
+    /// The metadata of a Parquet file of rows, but for units.
+    pub fn table_entries(&self) -> Vec<(&'static str, String)> {
+        self.entries().into_iter().chain(results_about::entries()).collect()
+    }
+
     /// Keys and values, as metadata spells them.
     fn entries(&self) -> Vec<(&'static str, String)> {
         let mut entries = vec![
@@ -135,11 +147,11 @@ pub fn csv_metadata(rows: &[Row], origin: &TableOrigin, url: &str) -> Option<Val
 /// Where there is no row, or too much of them for memory.
 pub fn parquet_bytes(rows: &[Row], origin: &TableOrigin) -> Result<Vec<u8>, ParquetError> {
     let table: Vec<Vec<Column>> = rows.iter().map(|row| columns(row, &origin.method)).collect();
-    parquet(&table, origin.entries())
+    parquet(&table, origin.table_entries())
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::formats::{
         Clearances, Closest, Flight, NamedScenario, ScenarioSet, StageRow, Status, Verdict,
@@ -148,7 +160,7 @@ mod tests {
     use parquet::record::Field;
     use remora_core::advanced::model::Refusal;
 
-    fn origin() -> TableOrigin {
+    pub(in crate::formats) fn origin() -> TableOrigin {
         TableOrigin {
             method: Method::default(),
             seed: Some(7),
@@ -157,7 +169,7 @@ mod tests {
         }
     }
 
-    fn rows() -> Vec<Row> {
+    pub(in crate::formats) fn rows() -> Vec<Row> {
         let stage = StageRow { iterations: 4, corrections: 1, cost: 1.0 / 3.0, time_s: 2e-7 };
         let row = Row {
             scenario: "a".into(),
@@ -176,6 +188,7 @@ mod tests {
             flight: Flight { delta_v_m_s: 0.125, start_distance_m: 5.0, ..Flight::default() },
             time_s: 0.5,
             cpu_time_s: 0.25,
+            plan_checksum: "00ff".into(),
         };
         let mut other = row.clone();
         other.scenario = "b-2".into();
@@ -198,19 +211,22 @@ mod tests {
             clearance_arm_m,clearance_arm_time_s,clearance_bus_m,clearance_bus_time_s,\
             clearance_own_m,clearance_own_time_s,mode,warm_start,qp,integrator,\
             verified,target_rate_rad_s,start_distance_m,peak_force_n,peak_bus_torque_n_m,\
-            peak_joint_torque_n_m,delta_v_m_s,clearance_smallest_m,time_s,cpu_time_s";
+            peak_joint_torque_n_m,delta_v_m_s,clearance_smallest_m,time_s,cpu_time_s,\
+            stage1_corrections,stage2_corrections,plan_checksum";
         assert_eq!(text.lines().next().unwrap(), header);
         assert_eq!(header.split(',').count(), COLUMNS);
         let first = text.lines().nth(1).unwrap();
         assert!(first.starts_with("a,solved,4,0.3333333333333333,2e-7,9,0.1,0.25,0.0,0.0,1e-9,"));
-        let end = ",optimal,fallback,embedded,rk4,true,0.0,5.0,0.0,0.0,0.0,0.125,0.25,0.5,0.25";
+        let end =
+            ",optimal,fallback,embedded,rk4,true,0.0,5.0,0.0,0.0,0.0,0.125,0.25,0.5,0.25,1,3,00ff";
         assert!(first.ends_with(end), "{first}");
         assert!(first.contains(",optimal,,0.25,1180.5,inf,0.0,inf,0.0,optimal,"), "{first}");
         let refused = text.lines().nth(3).unwrap();
         assert!(refused.starts_with("c,infeasible,0,NaN,0.0,0,NaN,"), "{refused}");
         assert!(refused.contains(",NaN,not_flyable,keep_out,inf,"), "{refused}");
         assert!(
-            refused.contains(",rk4,false,") && refused.ends_with(",NaN,NaN,NaN,NaN,inf,0.0,0.0")
+            refused.contains(",rk4,false,")
+                && refused.ends_with(",NaN,NaN,NaN,NaN,inf,0.0,0.0,0,0,")
         );
     }
 
@@ -229,6 +245,9 @@ mod tests {
         assert_eq!((value("seed"), value("version")), ("7".into(), Program::this().version));
         let units: Value = serde_json::from_str(&value("units")).unwrap();
         assert_eq!(units["delta_v_m_s"], "m/s");
+        let about: Value = serde_json::from_str(&value("about")).unwrap();
+        assert_eq!(about["delta_v_m_s"], "force over mass, summed over the plan");
+        assert!(value("times").contains("\"cpu_time_s\""));
         assert_eq!(
             (&units["residual_ee_angle"], &units["scenario"]),
             (&"rad".into(), &Value::Null)

@@ -40,6 +40,8 @@ pub struct Row {
     /// Processor time of the thread that planned [s]; NaN where the system does not tell.
     #[serde(deserialize_with = "number")]
     pub cpu_time_s: f64,
+    /// Checksum of the plan's trajectories as evidence has it; empty where there is no plan.
+    pub plan_checksum: String,
 }
 
 /// What a campaign keeps of one stage.
@@ -48,7 +50,7 @@ pub struct Row {
 pub struct StageRow {
     /// Iterations.
     pub iterations: u64,
-    /// Second-order corrections beside them; in the summary, not in the table.
+    /// Second-order corrections beside them.
     pub corrections: u64,
     /// Cost.
     #[serde(deserialize_with = "number")]
@@ -138,7 +140,8 @@ where
 const UNPLANNED: &str = "none";
 
 impl Row {
-    /// The row of a plan; the corrections are not in its file, nor what it fails by.
+    /// The row of a plan; the corrections are not in its file, nor what it fails by. Its checksum comes with
+    /// its evidence.
     pub fn new(
         plan: &PlanFile,
         corrections: [u64; 2],
@@ -171,6 +174,7 @@ impl Row {
             flight,
             time_s: plan.time_s.unwrap_or(f64::NAN),
             cpu_time_s: plan.cpu_time_s.unwrap_or(f64::NAN),
+            plan_checksum: String::new(),
         }
     }
 
@@ -191,6 +195,7 @@ impl Row {
             flight: Flight::refused(scenario),
             time_s: 0.0,
             cpu_time_s: 0.0,
+            plan_checksum: String::new(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Tables as Parquet files, with units and origin beside the rows.
 
-use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
@@ -8,6 +8,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{Type, TypePtr};
 use serde_json::{Map, Value, json};
+use std::io::Write;
 use std::sync::Arc;
 
 /// A cell of the table.
@@ -33,6 +34,19 @@ impl Cell {
         }
     }
 
+    /// Adds its bytes to those of others, so that no two rows have the same.
+    pub fn add_to(&self, bytes: &mut Vec<u8>) {
+        match self {
+            Self::Text(text) => {
+                bytes.extend((text.len() as u64).to_le_bytes());
+                bytes.extend(text.as_bytes());
+            }
+            Self::Integer(n) => bytes.extend(n.to_le_bytes()),
+            Self::Number(x) => bytes.extend(x.to_bits().to_le_bytes()),
+            Self::Flag(is) => bytes.push(u8::from(*is)),
+        }
+    }
+
     /// The type's name in metadata of tables on the web.
     pub(super) fn datatype(&self) -> &'static str {
         match self {
@@ -55,8 +69,63 @@ pub struct Column {
     pub cell: Cell,
 }
 
-/// A table as a Parquet file: uncompressed, one row group, strings, 64-bit integers, doubles and
-/// booleans; units and `entries` in the file's metadata.
+/// A Parquet file that is written a row group at a time, so that memory holds one of them.
+pub struct TableWriter<W: Write + Send>(SerializedFileWriter<W>);
+
+impl<W: Write + Send> TableWriter<W> {
+    /// A table of columns as in the row `like`, compressed (Snappy, where it is built in) or not, with units and `entries` in its
+    /// metadata: strings, 64-bit integers, doubles and booleans.
+    ///
+    /// # Errors
+    /// Where the sink cannot be written.
+    pub fn begin(
+        sink: W,
+        like: &[Column],
+        entries: Vec<(&'static str, String)>,
+        is_compressed: bool,
+    ) -> Result<Self, ParquetError> {
+        let with_units = like.iter().filter(|column| !column.unit.is_empty());
+        let units: Map<String, Value> =
+            with_units.map(|column| (column.name.clone(), column.unit.into())).collect();
+        let entries = entries.into_iter().chain([("remora.units", json!(units).to_string())]);
+        let metadata = entries.map(|(key, value)| KeyValue::new(key.to_string(), value)).collect();
+        let compression = match is_compressed && cfg!(feature = "snappy") {
+            true => Compression::SNAPPY,
+            false => Compression::UNCOMPRESSED,
+        };
+        let properties = WriterProperties::builder()
+            .set_key_value_metadata(Some(metadata))
+            .set_compression(compression)
+            .build();
+        SerializedFileWriter::new(sink, schema(like)?, Arc::new(properties)).map(Self)
+    }
+
+    /// Writes rows as a group.
+    ///
+    /// # Errors
+    /// Where the sink cannot be written.
+    pub fn write(&mut self, rows: &[Vec<Column>]) -> Result<(), ParquetError> {
+        let Some(first) = rows.first() else { return Ok(()) };
+        let mut group = self.0.next_row_group()?;
+        for j in 0..first.len() {
+            write_column(&mut group, rows.iter().map(|row| &row[j].cell))?;
+        }
+        group.close().map(drop)
+    }
+
+    /// Ends the file, with what only the last row could tell; the sink.
+    ///
+    /// # Errors
+    /// Where the sink cannot be written.
+    pub fn end(mut self, entries: Vec<(&'static str, String)>) -> Result<W, ParquetError> {
+        for (key, value) in entries {
+            self.0.append_key_value_metadata(KeyValue::new(key.to_string(), value));
+        }
+        self.0.into_inner()
+    }
+}
+
+/// A table as a Parquet file: uncompressed, one row group ([`TableWriter`]).
 ///
 /// # Errors
 /// Where there is no row, or too much of them for memory.
@@ -65,19 +134,9 @@ pub fn parquet(
     entries: Vec<(&'static str, String)>,
 ) -> Result<Vec<u8>, ParquetError> {
     let first = table.first().ok_or_else(|| ParquetError::General("no rows".into()))?;
-    let with_units = first.iter().filter(|column| !column.unit.is_empty());
-    let units: Map<String, Value> =
-        with_units.map(|column| (column.name.clone(), column.unit.into())).collect();
-    let entries = entries.into_iter().chain([("remora.units", json!(units).to_string())]);
-    let metadata = entries.map(|(key, value)| KeyValue::new(key.to_string(), value)).collect();
-    let properties = WriterProperties::builder().set_key_value_metadata(Some(metadata)).build();
-    let mut writer = SerializedFileWriter::new(Vec::new(), schema(first)?, Arc::new(properties))?;
-    let mut group = writer.next_row_group()?;
-    for j in 0..first.len() {
-        write_column(&mut group, table.iter().map(|row| &row[j].cell))?;
-    }
-    group.close()?;
-    writer.into_inner()
+    let mut writer = TableWriter::begin(Vec::new(), first, entries, false)?;
+    writer.write(table)?;
+    writer.end(Vec::new())
 }
 
 fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
@@ -94,8 +153,8 @@ fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
 }
 
 /// Writes the next column of a row group.
-fn write_column<'a>(
-    group: &mut SerializedRowGroupWriter<'_, Vec<u8>>,
+fn write_column<'a, W: Write + Send>(
+    group: &mut SerializedRowGroupWriter<'_, W>,
     cells: impl Iterator<Item = &'a Cell>,
 ) -> Result<(), ParquetError> {
     let (mut texts, mut integers, mut numbers) = (Vec::new(), Vec::new(), Vec::new());

@@ -1,8 +1,9 @@
-//! Tables of Parquet files read again: their numbers by column.
+//! Tables of Parquet files read again: their numbers by column, or all of it a row group at a time.
 
-use super::open_regular;
+use super::{Cell, open_regular};
 use crate::error::Error;
 use parquet::column::reader::ColumnReader;
+use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::collections::BTreeMap;
@@ -38,13 +39,102 @@ impl Numbers {
     }
 }
 
+/// A table that is read a row group at a time, so that memory holds one of them.
+pub struct TableReader {
+    reader: SerializedFileReader<File>,
+    /// Names of the columns, in order.
+    pub names: Vec<String>,
+    /// What the file says of itself.
+    pub entries: BTreeMap<String, String>,
+}
+
+impl TableReader {
+    /// Opens a file; reads nothing but what it says of itself.
+    ///
+    /// # Errors
+    /// The file with the reason why it cannot be read.
+    pub fn open(file: &Path) -> Result<Self, Error> {
+        let reader = SerializedFileReader::new(open_regular(file)?)
+            .map_err(|error| Error::input(file, "", format!("is no table: {error}")))?;
+        let metadata = reader.metadata().file_metadata();
+        let entries = entries(&reader);
+        let columns = metadata.schema_descr().columns();
+        let names = columns.iter().map(|column| column.name().into()).collect();
+        Ok(Self { reader, names, entries })
+    }
+
+    /// Number of rows, as the file says.
+    pub fn rows(&self) -> u64 {
+        u64::try_from(self.reader.metadata().file_metadata().num_rows()).unwrap_or(0)
+    }
+
+    /// Number of row groups.
+    pub fn groups(&self) -> usize {
+        self.reader.num_row_groups()
+    }
+
+    /// The rows of a group of at most `most`.
+    ///
+    /// # Errors
+    /// Why they cannot be read.
+    pub fn group(&self, group: usize, most: usize) -> Result<Vec<Vec<Cell>>, ParquetError> {
+        let group = self.reader.get_row_group(group)?;
+        let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(usize::MAX);
+        if rows > most {
+            return Err(ParquetError::General(format!("{rows} rows in a group, of {most}")));
+        }
+        let mut table: Vec<Vec<Cell>> =
+            (0..rows).map(|_| Vec::with_capacity(self.names.len())).collect();
+        for i in 0..self.names.len() {
+            let cells = cells(group.get_column_reader(i)?, rows)?;
+            if cells.len() != rows {
+                return Err(ParquetError::General(format!("{} rows of {rows}", cells.len())));
+            }
+            table.iter_mut().zip(cells).for_each(|(row, cell)| row.push(cell));
+        }
+        Ok(table)
+    }
+}
+
+/// What a file says of itself.
+fn entries(reader: &SerializedFileReader<File>) -> BTreeMap<String, String> {
+    let metadata = reader.metadata().file_metadata().key_value_metadata();
+    let entries = metadata.into_iter().flatten();
+    entries.map(|entry| (entry.key.clone(), entry.value.clone().unwrap_or_default())).collect()
+}
+
+/// The cells of a column.
+fn cells(column: ColumnReader, rows: usize) -> Result<Vec<Cell>, ParquetError> {
+    Ok(match column {
+        ColumnReader::DoubleColumnReader(mut reader) => {
+            let mut values = Vec::with_capacity(rows);
+            reader.read_records(rows, None, None, &mut values)?;
+            values.into_iter().map(Cell::Number).collect()
+        }
+        ColumnReader::Int64ColumnReader(mut reader) => {
+            let mut values = Vec::with_capacity(rows);
+            reader.read_records(rows, None, None, &mut values)?;
+            values.into_iter().map(Cell::Integer).collect()
+        }
+        ColumnReader::BoolColumnReader(mut reader) => {
+            let mut values = Vec::with_capacity(rows);
+            reader.read_records(rows, None, None, &mut values)?;
+            values.into_iter().map(Cell::Flag).collect()
+        }
+        ColumnReader::ByteArrayColumnReader(mut reader) => {
+            let mut values = Vec::with_capacity(rows);
+            reader.read_records(rows, None, None, &mut values)?;
+            let text = |bytes: ByteArray| bytes.as_utf8().map(|text| Cell::Text(text.into()));
+            values.into_iter().map(text).collect::<Result<_, _>>()?
+        }
+        _ => return Err(ParquetError::General("a column of another type".into())),
+    })
+}
+
 fn numbers(file: File) -> Result<Numbers, ParquetError> {
     let reader = SerializedFileReader::new(file)?;
     let metadata = reader.metadata().file_metadata();
-    let mut found = Numbers::default();
-    for entry in metadata.key_value_metadata().into_iter().flatten() {
-        found.entries.insert(entry.key.clone(), entry.value.clone().unwrap_or_default());
-    }
+    let mut found = Numbers { entries: entries(&reader), ..Numbers::default() };
     let names: Vec<String> =
         metadata.schema_descr().columns().iter().map(|column| column.name().into()).collect();
     for group in 0..reader.num_row_groups() {

@@ -8,10 +8,12 @@ use remora_core::advanced::stages::LINKS;
 use remora_host::draw::draw_one;
 use remora_host::error::Error;
 use remora_host::formats::{
-    Limit, NamedScenario, Status, make_directory, read_bytes, remove_partials, write_first,
+    Limit, NamedScenario, Status, make_directory, read_bytes, remove_partials, remove_partials_of,
+    write_first,
 };
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method};
+use remora_host::part::Part;
 use remora_host::planning::Planner;
 use remora_host::pool;
 use remora_host::progress::Progress;
@@ -42,6 +44,8 @@ pub struct Recipe<const NL: usize = LINKS> {
     pub shard: NonZeroU32,
     /// Number of worker threads.
     pub jobs: NonZeroUsize,
+    /// Whose shards are made: those of one of several parts, or all.
+    pub part: Option<Part>,
     /// The directory of the shards.
     pub out: PathBuf,
 }
@@ -79,13 +83,28 @@ impl<const NL: usize> Recipe<NL> {
     pub fn make(&self, progress: &mut dyn Progress) -> Result<Made, Error> {
         self.draw(0)?;
         let manifest = Manifest::new(self);
+        let shards: Vec<(u64, u32)> = manifest.shards().collect();
+        let shards = match self.part {
+            Some(part) => {
+                part.check(shards.len() as u64, "files of --shard scenarios")?;
+                let range = part.range(shards.len() as u64);
+                &shards[range.start as usize..range.end as usize]
+            }
+            None => &shards,
+        };
         let (_lock, is_new) = self.begin(&manifest)?;
-        remove_partials(&self.out);
+        match self.part {
+            // Others may be writing theirs.
+            Some(_) => {
+                shards.iter().for_each(|(first, _)| remove_partials_of(&self.shard_path(*first)))
+            }
+            None => remove_partials(&self.out),
+        }
         let dataset = manifest.dataset();
 
         let mut made = Made { tried: 0, kept: 0, now: 0 };
         let mut pending = Vec::new();
-        for (first, tried) in manifest.shards() {
+        for (first, tried) in shards.iter().copied() {
             let file = self.shard_path(first);
             match shard::verify::<NL>(&file, Place { dataset: &dataset, first, tried })? {
                 Some(found) if is_new && !found.is_named => {
@@ -99,7 +118,7 @@ impl<const NL: usize> Recipe<NL> {
                 None => pending.extend(first..first + u64::from(tried)),
             }
         }
-        progress.begin(self.count as usize, made.tried as usize);
+        progress.begin(made.tried as usize + pending.len(), made.tried as usize);
         let mut open = BTreeMap::new();
         let finish = |index, trajectory: Option<Box<Trajectory<NL>>>| {
             progress.done(trajectory.is_some());
@@ -121,7 +140,8 @@ impl<const NL: usize> Recipe<NL> {
     }
 
     /// Makes the directory and its manifest, or compares with what is there; returns the manifest
-    /// locked against other programs that would make the same dataset, and whether it is new.
+    /// locked against other programs that would make the same dataset, parts of it against those that would
+    /// make it all, and whether it is new.
     fn begin(&self, manifest: &Manifest) -> Result<(File, bool), Error> {
         let file = self.out.join(MANIFEST);
         make_directory(&self.out)?;
@@ -131,7 +151,11 @@ impl<const NL: usize> Recipe<NL> {
             write_first(&self.out.join(MISSION), &read_bytes(mission, Limit::TEXT)?)?;
         }
         let handle = File::open(&file).map_err(|cause| Error::output(&file, &cause))?;
-        match handle.try_lock() {
+        let locked = match self.part {
+            Some(_) => handle.try_lock_shared(),
+            None => handle.try_lock(),
+        };
+        match locked {
             Ok(()) => Ok((handle, is_new)),
             Err(TryLockError::WouldBlock) => {
                 let reason = "another program is making this dataset";

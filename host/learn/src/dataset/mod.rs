@@ -13,6 +13,7 @@
 //!
 //! The bytes of a shard are described in `docs/dataset.md`.
 
+mod gather;
 mod make;
 mod manifest;
 mod shard;
@@ -20,6 +21,7 @@ mod shard_first;
 mod split;
 mod trajectory;
 
+pub use gather::{Gathered, gather};
 pub use make::{Made, Recipe};
 pub use manifest::{FORMAT, MANIFEST, Manifest, SHARD};
 pub use split::Split;
@@ -161,6 +163,7 @@ mod tests {
             mission_file: None,
             shard: SHARD,
             jobs: NonZeroUsize::new(2).unwrap(),
+            part: None,
             out: out.into(),
         }
     }
@@ -270,6 +273,7 @@ mod tests {
             mission_file,
             shard,
             jobs,
+            part: None,
             out,
         };
         let manifest = Manifest::new(&two);

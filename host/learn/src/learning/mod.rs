@@ -182,6 +182,7 @@ impl<const NL: usize> Learning<NL> {
             mission: self.mission,
             mission_file: None,
             shard: SHARD,
+            part: None,
             jobs: self.jobs,
             out: self.dataset(),
         };

@@ -185,6 +185,7 @@ pub(super) mod tests {
             flight: Flight::default(),
             time_s,
             cpu_time_s: time_s,
+            plan_checksum: String::new(),
         }
     }
 

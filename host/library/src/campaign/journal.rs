@@ -5,13 +5,15 @@ use crate::engine;
 use crate::fingerprint::{self, fingerprint};
 use crate::formats::Row;
 use crate::journal::Heading;
-use crate::method::{Integrator, Mode, Qp, WarmStart};
+use crate::learned::Learned;
+use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
+use remora_core::advanced::model::Mission;
 use serde::{Deserialize, Serialize};
 
 /// Name of the journal in the campaign's directory.
 pub const JOURNAL: &str = "journal.jsonl";
 
-const FORMAT: &str = "remora-journal/2";
+const FORMAT: &str = "remora-journal/3";
 
 /// A campaign's journal.
 pub(super) type Journal = crate::journal::Journal<Row>;
@@ -47,7 +49,18 @@ pub struct Header {
 impl Header {
     /// The header of a campaign.
     pub fn new<const NL: usize>(campaign: &Campaign<NL>) -> Self {
-        let method = &campaign.method;
+        let scenarios = fingerprint(&campaign.scenarios);
+        let Campaign { mission, method, model, save_plans, .. } = campaign;
+        Self { plans: *save_plans, ..Self::of(mission, method, model.as_ref(), scenarios) }
+    }
+
+    /// The header of plans of these scenarios, of which no plan files are written.
+    pub fn of<const NL: usize>(
+        mission: &Mission<NL>,
+        method: &Method,
+        model: Option<&Learned>,
+        scenarios: String,
+    ) -> Self {
         Self {
             format: FORMAT.into(),
             version: env!("CARGO_PKG_VERSION").into(),
@@ -56,10 +69,10 @@ impl Header {
             warm_start: method.warm_start,
             qp: method.qp,
             integrator: method.integrator,
-            plans: campaign.save_plans,
-            settings: fingerprint(&(engine::settings_text(method), &campaign.model)),
-            mission: fingerprint(&campaign.mission),
-            scenarios: fingerprint(&campaign.scenarios),
+            plans: false,
+            settings: fingerprint(&(engine::settings_text(method), &model)),
+            mission: fingerprint(mission),
+            scenarios,
         }
     }
 }
@@ -111,8 +124,7 @@ mod tests {
     use super::*;
     use crate::error::Error;
     use crate::formats::{Clearances, Flight, StageRow, Status, Verdict};
-    use crate::method::Method;
-    use remora_core::advanced::model::{Mission, Tolerances};
+    use remora_core::advanced::model::Tolerances;
     use std::num::NonZeroUsize;
     use std::path::{Path, PathBuf};
 
@@ -150,6 +162,7 @@ mod tests {
             flight: Flight::default(),
             time_s: 0.3,
             cpu_time_s: 0.3,
+            plan_checksum: "0123456789abcdef".into(),
         }
     }
 

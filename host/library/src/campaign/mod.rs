@@ -14,9 +14,11 @@
 
 mod journal;
 mod summary;
+mod tally;
 
 pub use journal::{Header, JOURNAL};
 pub use summary::{Run, StageSummary, Statistics, Summary};
+pub use tally::Tally;
 
 use crate::error::{Error, FieldError};
 use crate::formats::{

@@ -1,6 +1,7 @@
 //! Statistics over the rows of a campaign.
 
-use crate::formats::{Row, StageRow, Status, Verdict};
+use super::tally::Tally;
+use crate::formats::{Row, Status, Verdict};
 use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
 use crate::statistics::percentile;
 use serde::{Deserialize, Serialize};
@@ -54,19 +55,6 @@ pub struct StageSummary {
     pub time_s: Statistics,
     /// Cost, over the solved rows.
     pub cost: Statistics,
-}
-
-impl StageSummary {
-    fn of<'a>(rows: impl Iterator<Item = (&'a Row, &'a StageRow)> + Clone) -> Self {
-        let all = || rows.clone().map(|(_, stage)| stage);
-        let solved = || rows.clone().filter(|(row, _)| row.status == Status::Solved);
-        Self {
-            iterations: Statistics::of(all().map(|stage| stage.iterations as f64)),
-            corrections: Statistics::of(all().map(|stage| stage.corrections as f64)),
-            time_s: Statistics::of(all().map(|stage| stage.time_s)),
-            cost: Statistics::of(solved().map(|(_, stage)| stage.cost)),
-        }
-    }
 }
 
 /// What one run did for a campaign.
@@ -128,51 +116,16 @@ pub struct Summary {
 impl Summary {
     /// The summary of a campaign's rows.
     pub fn of(rows: &[Row], method: &Method, run: Run) -> Self {
-        let count = |status| rows.iter().filter(|row| row.status == status).count();
-        let solved = count(Status::Solved);
-        let by_status = Status::ALL
-            .into_iter()
-            .map(|status| (status, count(status)))
-            .filter(|(_, count)| *count > 0)
-            .collect();
-        let judged = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
-        let by_verdict = Verdict::ALL.map(|verdict| (verdict, judged(verdict))).into();
-        let mut by_reason = BTreeMap::new();
-        for row in rows.iter().filter(|row| !row.reason.is_empty()) {
-            *by_reason.entry(row.reason.clone()).or_insert(0) += 1;
-        }
-        let known = |time_s: &f64| time_s.is_finite();
-        let planned = || rows.iter().filter(|row| !row.is_refused());
-        let unsolved = rows.iter().filter(|row| row.status != Status::Solved);
-        Self {
-            format: "remora-summary/1",
-            mode: method.mode,
-            warm_start: method.warm_start,
-            qp: method.qp,
-            integrator: method.integrator,
-            scenarios: rows.len(),
-            solved,
-            success_rate: solved as f64 / rows.len().max(1) as f64,
-            by_status,
-            by_verdict,
-            by_reason,
-            refused: rows.len() - planned().count(),
-            stage1: StageSummary::of(planned().map(|row| (row, &row.stage1))),
-            stage2: StageSummary::of(planned().map(|row| (row, &row.stage2))),
-            inference_s: Statistics::of(planned().map(|row| row.inference_s)),
-            time_s: Statistics::of(planned().map(|row| row.time_s)),
-            cpu_time_s: Statistics::of(planned().map(|row| row.cpu_time_s).filter(known)),
-            fallbacks: rows.iter().filter(|row| row.warm_start == "fallback").count(),
-            unsolved: unsolved.map(|row| row.scenario.clone()).collect(),
-            run,
-        }
+        let mut tally = Tally::default();
+        rows.iter().for_each(|row| tally.add(row));
+        tally.summary(method, run)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{Clearances, Flight, ScenarioSet};
+    use crate::formats::{Clearances, Flight, ScenarioSet, StageRow};
     use remora_core::advanced::model::Refusal;
 
     #[test]
@@ -208,6 +161,7 @@ mod tests {
             flight: Flight::default(),
             time_s: 1.0,
             cpu_time_s: 1.0,
+            plan_checksum: String::new(),
         }
     }
 

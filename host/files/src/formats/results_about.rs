@@ -1,0 +1,73 @@
+//! What the columns of a campaign's table mean, for the table's own metadata.
+
+use super::results::TIMES;
+use serde_json::{Map, Value, json};
+
+/// Columns whose name needs words, and the words.
+const ABOUT: [(&str, &str); 34] = [
+    ("scenario", "id; a drawn one's seed and index"),
+    ("status", "the worse of the stages'; infeasible where refused before planning"),
+    ("stage1_iterations", "convex programs of the path of the centre of mass"),
+    ("stage1_cost", "cost of the path"),
+    ("stage1_time_s", "wall time of stage 1"),
+    ("stage2_iterations", "convex programs of attitude and arm"),
+    ("stage2_cost", "cost of attitude and arm"),
+    ("stage2_time_s", "wall time of stage 2"),
+    ("inference_s", "wall time of the learned start"),
+    ("verdict", "optimal, verified_not_converged or not_flyable"),
+    ("reason", "residual farthest beyond its tolerance, or constraint for which it was refused"),
+    ("clearance_arm_m", "smallest distance of arm and target"),
+    ("clearance_arm_time_s", "when, in the plan's time"),
+    ("clearance_bus_m", "smallest distance of bus and target"),
+    ("clearance_bus_time_s", "when, in the plan's time"),
+    ("clearance_own_m", "smallest distance of arm and own bus"),
+    ("clearance_own_time_s", "when, in the plan's time"),
+    ("mode", "what was asked of stage 2"),
+    ("warm_start", "what stage 2 started from; none where refused before planning"),
+    ("qp", "solver of the convex programs"),
+    ("integrator", "discretisation of stage 2"),
+    ("verified", "the verifier found every constraint kept"),
+    ("target_rate_rad_s", "norm of the target's rate relative to RTN at the start"),
+    ("start_distance_m", "distance of the centres of mass at the start"),
+    ("peak_force_n", "largest component of the force"),
+    ("peak_bus_torque_n_m", "largest component of the bus torque"),
+    ("peak_joint_torque_n_m", "largest joint torque"),
+    ("delta_v_m_s", "force over mass, summed over the plan"),
+    ("clearance_smallest_m", "the smallest of the three distances"),
+    ("time_s", "wall time of the whole plan"),
+    ("cpu_time_s", "processor time of the thread that planned"),
+    ("stage1_corrections", "second-order corrections of stage 1"),
+    ("stage2_corrections", "second-order corrections of stage 2"),
+    (
+        "plan_checksum",
+        "FNV-1a of the plan's trajectories; the same plan has the same on every machine",
+    ),
+];
+
+/// Entries of a table's metadata: what its columns mean, and which of them are times of the machine.
+pub(super) fn entries() -> [(&'static str, String); 2] {
+    let residual = ("residual_*", "largest violation of the constraint of this name");
+    let about: Map<String, Value> = ABOUT
+        .into_iter()
+        .chain([residual])
+        .map(|(name, about)| (name.to_string(), about.into()))
+        .collect();
+    [("remora.about", json!(about).to_string()), ("remora.times", json!(TIMES).to_string())]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::columns;
+    use crate::formats::results::tests::rows;
+    use crate::method::Method;
+
+    #[test]
+    fn every_column_is_explained_and_nothing_else() {
+        let columns = columns(&rows()[0], &Method::default());
+        let names = columns.iter().map(|column| column.name.as_str());
+        let named: Vec<&str> = names.filter(|name| !name.starts_with("residual_")).collect();
+        assert_eq!(named, ABOUT.map(|(name, _)| name));
+        assert!(TIMES.iter().all(|time| named.contains(time)));
+    }
+}

@@ -1,0 +1,126 @@
+//! Gathering parts: whether all are there and of one kind, and what they come to together.
+
+use super::write::{Checksum, nodes_file};
+use super::{CHECKSUM, COMMAND, Header, KEY};
+use crate::campaign::{Run, Summary, Tally};
+use crate::error::Error;
+use crate::formats::{Row, TIMES, TableReader, columns, json, read_rows, write_atomically};
+use crate::method::Method;
+use crate::part::{self, Part};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Parts that were gathered.
+#[derive(Clone, Debug, Serialize)]
+pub struct Gathered {
+    /// How many there should be.
+    pub parts: u64,
+    /// Those that are missing.
+    pub missing: Vec<Part>,
+    /// Checksum of all rows in the order of the scenarios, but for times of the machine: that of the same
+    /// plans, however they were shared out.
+    pub checksum: String,
+    /// Statistics over the rows that are there.
+    pub summary: Summary,
+    /// Arguments by which the parts were made.
+    pub command: Vec<String>,
+    /// What each part says of itself, but for its number.
+    #[serde(skip)]
+    pub header: Header,
+    /// The tables, in order.
+    #[serde(skip)]
+    pub tables: Vec<(Part, PathBuf)>,
+}
+
+/// Reads all parts of a directory; where none is missing, their summary goes to `summary.json`.
+///
+/// # Errors
+/// A directory without parts; one that is damaged, has not its own scenarios, or is of another kind than the
+/// first.
+pub fn gather(directory: &Path) -> Result<Gathered, Error> {
+    let tables = part::tables(directory)?;
+    let mut found: Option<(Header, Vec<String>)> = None;
+    let mut same = Checksum::default();
+    let mut tally = Tally::default();
+    let mut method = Method::default();
+    for (part, file) in &tables {
+        let table = TableReader::open(file)?;
+        let header: Header = part::said(file, &table, KEY)?;
+        if header.part != *part {
+            return Err(Error::input(file, "part", format!("is {}", header.part)));
+        }
+        match &found {
+            None => {
+                method = method_of(&header);
+                found = Some((header.clone(), part::said(file, &table, COMMAND)?));
+            }
+            Some((first, _)) => {
+                if let Some((field, reason)) = header.differs_from(first) {
+                    let reason = format!("is of another kind than the first part: {reason}");
+                    return Err(Error::input(file, field, reason));
+                }
+            }
+        }
+        read_part(file, &table, &header, |row| {
+            tally.add(row);
+            same.add_some(&columns(row, &method), |name| !TIMES.contains(&name));
+        })?;
+    }
+    let of = tables.first().map_or(0, |(part, _)| part.of());
+    let missing = part::missing(&tables, of);
+    let Some((header, command)) = found else {
+        return Err(Error::input(directory, "", "holds no part"));
+    };
+    let run = Run { planned: 0, resumed: tally.rows(), wall_s: 0.0 };
+    let summary = tally.summary(&method, run);
+    if missing.is_empty() {
+        let file = directory.join("summary.json");
+        let text = json::to_text(&summary).map_err(|error| Error::output(&file, &error.into()))?;
+        write_atomically(&file, text.as_bytes())?;
+    }
+    let checksum = same.to_string();
+    Ok(Gathered { parts: of, missing, checksum, summary, command, header, tables })
+}
+
+/// How the plans of a part were made, as far as its rows say.
+pub(super) fn method_of(header: &Header) -> Method {
+    let of = &header.campaign;
+    let (mode, warm_start, qp, integrator) = (of.mode, of.warm_start, of.qp, of.integrator);
+    Method { mode, warm_start, qp, integrator, deadline: None }
+}
+
+/// Hands the rows of a part on, once each of its scenarios has one and they have the part's checksum.
+pub(super) fn read_part(
+    file: &Path,
+    table: &TableReader,
+    header: &Header,
+    mut each: impl FnMut(&Row),
+) -> Result<(), Error> {
+    let range = header.part.range(header.count);
+    let expected = range.end - range.start;
+    if table.rows() != expected {
+        let reason = format!("has {} rows instead of {expected}", table.rows());
+        return Err(Error::input(file, "", reason));
+    }
+    if header.nodes && !nodes_file(file).is_file() {
+        return Err(Error::input(&nodes_file(file), "", "no such file: the part has nodes"));
+    }
+    let method = method_of(header);
+    let mut checksum = Checksum::default();
+    let mut indices = range;
+    read_rows(file, table, &method, |row| {
+        let index = indices.next();
+        let drawn = header.seed.zip(index).map(|(seed, index)| crate::draw::id(seed, index));
+        if drawn.is_some_and(|id| id != row.scenario) {
+            let reason = format!("{:?} is not the part's next", row.scenario);
+            return Err(Error::input(file, "scenario", reason));
+        }
+        checksum.add(&columns(&row, &method));
+        each(&row);
+        Ok(())
+    })?;
+    match table.entries.get(CHECKSUM) == Some(&checksum.to_string()) {
+        true => Ok(()),
+        false => Err(Error::input(file, CHECKSUM, "does not match the rows: the part is damaged")),
+    }
+}

@@ -1,0 +1,139 @@
+//! The tables of a part, written from its journal a few thousand rows at a time.
+
+use super::job::{Job, Kept};
+use super::make::Journal;
+use super::{CHECKSUM, COMMAND, Header, KEY, NODES};
+use crate::error::Error;
+use crate::fingerprint::Fnv;
+use crate::formats::{
+    Column, Row, TableWriter, columns, node_columns, node_row, write_as_it_comes,
+};
+use std::fmt::Display;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Rows of a row group.
+const GROUP: usize = 4096;
+/// Plans of a row group of nodes.
+const GROUP_OF_NODES: usize = 128;
+
+/// The table of nodes beside that of rows.
+pub(super) fn nodes_file(table: &Path) -> PathBuf {
+    let name = table.file_name().unwrap_or_default().to_string_lossy();
+    table.with_file_name(format!("{NODES}{name}"))
+}
+
+/// Writes the rows at `places`, and behind them their checksum.
+pub(super) fn write_rows<const NL: usize>(
+    job: &Job<NL>,
+    file: &Path,
+    header: &Header,
+    journal: &Journal,
+    places: &[u64],
+) -> Result<(), Error> {
+    let read = |place: &u64| -> io::Result<Vec<Column>> {
+        let kept = journal.read(*place).map_err(other)?;
+        Ok(columns(&kept.row, &job.method))
+    };
+    let groups = places.chunks(GROUP).map(|group| group.iter().map(read).collect());
+    let mut entries = job.origin().table_entries();
+    entries.extend(said(job, header)?);
+    write_table(file, groups, entries)
+}
+
+/// Writes a table of groups of rows whose checksum stands behind them; there is one group at least.
+pub(super) fn write_table(
+    file: &Path,
+    mut groups: impl Iterator<Item = io::Result<Vec<Vec<Column>>>>,
+    entries: Vec<(&'static str, String)>,
+) -> Result<(), Error> {
+    write_as_it_comes(file, |handle| {
+        let first = groups.next().transpose()?.unwrap_or_default();
+        let like = first.first().map(Vec::as_slice).unwrap_or_default().to_vec();
+        let mut writer = TableWriter::begin(handle, &like, entries, true).map_err(other)?;
+        let mut checksum = Checksum::default();
+        for group in [Ok(first)].into_iter().chain(groups) {
+            let group = group?;
+            group.iter().for_each(|row| checksum.add(row));
+            writer.write(&group).map_err(other)?;
+        }
+        writer.end(vec![(CHECKSUM, checksum.to_string())]).map_err(other)?;
+        Ok(())
+    })
+}
+
+/// Writes what stands at the nodes of the plans at `places`.
+pub(super) fn write_nodes<const NL: usize>(
+    job: &Job<NL>,
+    file: &Path,
+    header: &Header,
+    journal: &Journal,
+    places: &[u64],
+) -> Result<(), Error> {
+    let names = node_columns(NL);
+    let like = node_row("", 0, &[], &names);
+    let mut entries = vec![("remora.format", "remora-nodes/1".to_string())];
+    entries.extend(said(job, header)?);
+    write_as_it_comes(file, |handle| {
+        let mut writer = TableWriter::begin(handle, &like, entries, true).map_err(other)?;
+        for group in places.chunks(GROUP_OF_NODES) {
+            let mut rows = Vec::new();
+            for place in group {
+                let Kept { row: Row { scenario, .. }, nodes, .. } =
+                    journal.read(*place).map_err(other)?;
+                for (node, numbers) in nodes.iter().enumerate() {
+                    let numbers: Vec<f64> =
+                        numbers.iter().map(|number| number.unwrap_or(f64::NAN)).collect();
+                    rows.push(node_row(&scenario, node, &numbers, &names));
+                }
+            }
+            writer.write(&rows).map_err(other)?;
+        }
+        writer.end(Vec::new()).map_err(other)?;
+        Ok(())
+    })
+}
+
+/// What both tables say of the part.
+fn said<const NL: usize>(
+    job: &Job<NL>,
+    header: &Header,
+) -> Result<[(&'static str, String); 2], Error> {
+    let text = |json: serde_json::Result<String>| {
+        json.map_err(|error| Error::Thread { reason: error.to_string() })
+    };
+    let header = text(serde_json::to_string(header))?;
+    Ok([(KEY, header), (COMMAND, text(serde_json::to_string(&job.command))?)])
+}
+
+fn other(error: impl Display) -> io::Error {
+    io::Error::other(error.to_string())
+}
+
+/// Checksum of rows in their order.
+#[derive(Default)]
+pub(super) struct Checksum {
+    hash: Fnv,
+    bytes: Vec<u8>,
+}
+
+impl Checksum {
+    /// Adds a row.
+    pub(super) fn add(&mut self, row: &[Column]) {
+        self.add_some(row, |_| true);
+    }
+
+    /// Adds the columns of a row that `is_meant` names.
+    pub(super) fn add_some(&mut self, row: &[Column], is_meant: impl Fn(&str) -> bool) {
+        self.bytes.clear();
+        let meant = row.iter().filter(|column| is_meant(&column.name));
+        meant.for_each(|column| column.cell.add_to(&mut self.bytes));
+        self.hash.add(&self.bytes);
+    }
+}
+
+impl Display for Checksum {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.hash.fmt(f)
+    }
+}

@@ -1,0 +1,122 @@
+//! `remora gather`
+
+use super::options::{JobsArgs, JsonArgs};
+use super::parts::{command, end_when_asked};
+use super::progress::Bar;
+use super::{Command, Output};
+use crate::report;
+use remora_flight::parts as flights;
+use remora_host::error::Error;
+use remora_host::parts::{Difference, Gathered, gather};
+use remora_learn::dataset::{self, MANIFEST};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Put parts of a campaign, a dataset or flights together, and name those that are missing.
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// Directory of the parts
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+    /// Plan N of the rows again and compare: a machine that computes wrongly is found
+    #[arg(long, value_name = "N")]
+    recompute: Option<u64>,
+    #[command(flatten)]
+    jobs: JobsArgs,
+    #[command(flatten)]
+    json: JsonArgs,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  remora gather shared
+  remora gather shared --recompute 1000 --jobs 8
+  remora gather shared --json
+
+All parts must be of one program, mission, method and set of scenarios, each with its own scenarios and the
+checksum of its rows. Where none is missing DIR gets summary.json. The checksum that is printed is of all columns
+but times: the same plans have the same, however many parts there were.
+
+--recompute takes its sample evenly over the scenarios and compares all columns but times, the checksum of the
+plan's trajectories among them. Files that the parts were made from must be where they were. Runs of flights are flown again;
+of a dataset every file is read, and nothing planned.
+
+Exit status: 0 all there and the same, 1 parts are missing or rows differ, 2 bad input.";
+
+/// What is printed as JSON.
+#[derive(Serialize)]
+struct Found<'a> {
+    #[serde(flatten)]
+    gathered: &'a Gathered,
+    recomputed: Option<u64>,
+    differences: &'a [Difference],
+}
+
+/// The same of flights.
+#[derive(Serialize)]
+struct FoundFlights<'a> {
+    #[serde(flatten)]
+    gathered: &'a flights::Gathered,
+    differences: &'a [Difference],
+}
+
+impl Args {
+    pub(super) fn run(self) -> Result<Output, Error> {
+        end_when_asked();
+        if self.directory.join(MANIFEST).is_file() {
+            return self.dataset();
+        }
+        if flights::is_flown_in(&self.directory) {
+            return self.flights();
+        }
+        let gathered = gather(&self.directory)?;
+        let differences = match self.recompute {
+            Some(sample) => self.recompute(&gathered, sample)?,
+            None => Vec::new(),
+        };
+        let rows = gathered.summary.scenarios as u64;
+        let recomputed = self.recompute.map(|sample| sample.min(rows));
+        let text =
+            report::gather_report(&gathered, recomputed.map(|sample| (sample, &*differences)));
+        let is_well = gathered.missing.is_empty() && differences.is_empty();
+        let found = Found { gathered: &gathered, recomputed, differences: &differences };
+        Output::new(text, is_well).or_json(self.json.json, &found)
+    }
+
+    fn dataset(&self) -> Result<Output, Error> {
+        if self.recompute.is_some() {
+            let reason =
+                "plans of a dataset are not planned again; make it twice and compare the files";
+            return Err(Error::argument("--recompute", reason));
+        }
+        let found = dataset::gather(&self.directory)?;
+        Output::new(report::gathered_dataset(&found), found.missing.is_empty())
+            .or_json(self.json.json, &found)
+    }
+
+    fn flights(&self) -> Result<Output, Error> {
+        let gathered = flights::gather(&self.directory)?;
+        let mut bar = Bar::named("recompute");
+        let differences = match self.recompute {
+            Some(sample) => {
+                let jobs = self.jobs.jobs();
+                flights::recompute(&self.directory, &gathered, sample, jobs, &mut bar)?
+            }
+            None => Vec::new(),
+        };
+        let text = report::gathered_flights(&gathered, self.recompute.map(|_| &*differences));
+        let is_well = gathered.missing.is_empty() && differences.is_empty();
+        Output::new(text, is_well).or_json(
+            self.json.json,
+            &FoundFlights { gathered: &gathered, differences: &differences },
+        )
+    }
+
+    fn recompute(&self, gathered: &Gathered, sample: u64) -> Result<Vec<Difference>, Error> {
+        match command(&gathered.command, &self.directory)? {
+            Command::Campaign(args) => args.recompute(gathered, sample, self.jobs.jobs()),
+            _ => Err(Error::input(&self.directory, "remora.command", "is none of a campaign")),
+        }
+    }
+}

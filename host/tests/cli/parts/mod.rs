@@ -1,0 +1,200 @@
+//! Parts of a campaign: `--part`, `remora gather`, `remora submit`
+
+mod kills;
+mod others;
+mod submit;
+mod table;
+
+use super::bench::Bench;
+use serde_json::Value;
+use std::fs;
+
+const CAMPAIGN: &str = "campaign --count 6 --seed 3 --integrator euler";
+
+/// Makes all parts.
+fn make(bench: &Bench, campaign: &str, of: u64, out: &str) {
+    for number in 1..=of {
+        bench.solves(&format!("{campaign} --part {number}/{of} --out {out}"));
+    }
+}
+
+fn gathered(bench: &Bench, out: &str) -> Value {
+    serde_json::from_str(&bench.run(&format!("gather {out} --json")).out).unwrap()
+}
+
+// Verifies REM-CMP-001.
+#[test]
+fn parts_together_are_the_campaign() {
+    let bench = Bench::new();
+    bench.solves(&format!("{CAMPAIGN} --out whole"));
+    for of in [1, 4] {
+        let out = format!("parts/{of}");
+        make(&bench, CAMPAIGN, of, &out);
+        let run = bench.solves(&format!("gather {out} --recompute 3"));
+        assert!(run.out.starts_with("6 scenarios: 6 solved (100.00 %)"), "{}", run.out);
+        assert!(run.out.contains(&format!("parts: {of} of {of}\n")), "{}", run.out);
+        assert!(run.out.contains("planned again: 3, of which 0 differ"), "{}", run.out);
+        let timeless = |name: &str| super::bench::timeless(bench.json(name));
+        let mut summary = timeless(&format!("{out}/summary.json"));
+        summary["run"] = timeless("whole/summary.json")["run"].clone();
+        assert_eq!(summary, timeless("whole/summary.json"));
+        // A part that is there is left as it is.
+        let again = bench.solves(&format!("{CAMPAIGN} --part 1/{of} --out {out}"));
+        assert!(again.out.contains("rows, 0 planned now"), "{}", again.out);
+    }
+    let names = (1..=4).map(|i| format!("part-0000{i}-of-00004.parquet"));
+    let expected: Vec<String> = names.chain(["summary.json".to_string()]).collect();
+    assert_eq!(bench.names("parts/4"), expected);
+    let (one, four) = (gathered(&bench, "parts/1"), gathered(&bench, "parts/4"));
+    assert_eq!(one["checksum"], four["checksum"]);
+    assert_eq!(table::rows(&bench, "parts/1"), table::rows(&bench, "parts/4"));
+    assert_eq!(table::rows(&bench, "parts/1").len(), 6);
+    // A set of a file is made in parts too.
+    let listed = "campaign --scenarios set.scenarios.json --integrator euler";
+    make(&bench, listed, 2, "listed");
+    bench.solves("gather listed --recompute 9");
+}
+
+// Verifies REM-CMP-001.
+#[test]
+fn what_is_missing_is_named() {
+    let bench = Bench::new();
+    for number in [1, 4] {
+        bench.solves(&format!("{CAMPAIGN} --part {number}/5 --out parts"));
+    }
+    let run = bench.run("gather parts");
+    assert_eq!(run.status, 1, "{}", run.err);
+    assert!(run.out.contains("parts: 2 of 5\nmissing: 2, 3, 5\n"), "{}", run.out);
+    assert_eq!(gathered(&bench, "parts")["missing"], serde_json::json!(["2/5", "3/5", "5/5"]));
+    assert!(!bench.path("parts/summary.json").exists());
+    bench.refuses("gather nowhere", "nowhere: no such file or directory");
+    fs::create_dir(bench.path("empty")).unwrap();
+    bench.refuses("gather empty", "empty: holds no part");
+}
+
+// Verifies REM-CMP-001.
+#[test]
+fn parts_of_another_kind_are_refused() {
+    let bench = Bench::new();
+    bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
+    let second = "parts/part-00002-of-00002.parquet";
+    for (other, field) in [
+        (CAMPAIGN.replace("--seed 3", "--seed 4"), "count"),
+        (CAMPAIGN.replace("--count 6", "--count 7"), "count"),
+        (format!("{CAMPAIGN} --mode feasible"), "mode"),
+        (format!("{CAMPAIGN} --warm-start heuristic"), "warm_start"),
+        (format!("{CAMPAIGN} --mission heavy.mission.toml"), "mission"),
+        (format!("{CAMPAIGN} --nodes"), "nodes"),
+    ] {
+        bench.solves(&format!("{CAMPAIGN} --part 1/2 --out parts"));
+        bench.solves(&format!("{other} --part 2/2 --out parts"));
+        let message = format!("{second}: {field}: is of another kind than the first part: ");
+        bench.refuses("gather parts", &message);
+        // Nor is it taken for this one's.
+        let message = format!("{second}: {field}: this part was begun with another {field}");
+        bench.refuses(&format!("{CAMPAIGN} --part 2/2 --out parts"), &message);
+        fs::remove_file(bench.path(second)).unwrap();
+    }
+    bench.solves(&format!("{CAMPAIGN} --part 2/3 --out parts"));
+    let run = bench.run("gather parts");
+    assert!(
+        run.status == 2 && run.err.contains("is one of 3 parts, others are of 2"),
+        "{}",
+        run.err
+    );
+}
+
+// Verifies REM-CMP-001.
+#[test]
+fn a_damaged_part_is_named() {
+    let bench = Bench::new();
+    make(&bench, CAMPAIGN, 2, "parts");
+    let file = "parts/part-00002-of-00002.parquet";
+    let whole = fs::read(bench.path(file)).unwrap();
+    bench.write(file, &whole[..whole.len() - 9]);
+    bench.refuses("gather parts", &format!("{file}: is no table: "));
+    let first = fs::read(bench.path("parts/part-00001-of-00002.parquet")).unwrap();
+    bench.write(file, &first);
+    bench.refuses("gather parts", &format!("{file}: part: is 1/2"));
+    bench.write(file, &whole);
+    // A cost that somebody has made better.
+    table::plant(&bench, file, "stage1_cost", table::Sum::Stale);
+    bench.refuses("gather parts", &format!("{file}: remora.checksum: does not match the rows"));
+}
+
+/// A machine that computes wrongly writes a part that is sound in itself.
+// Verifies REM-CMP-003.
+#[test]
+fn a_wrong_row_is_found_by_planning_again() {
+    let bench = Bench::new();
+    for column in ["plan_checksum", "stage2_cost"] {
+        make(&bench, CAMPAIGN, 3, column);
+        let file = format!("{column}/part-00002-of-00003.parquet");
+        table::plant(&bench, &file, column, table::Sum::Right);
+        bench.solves(&format!("gather {column}"));
+        let run = bench.run(&format!("gather {column} --recompute 6"));
+        assert_eq!(run.status, 1, "{}", run.err);
+        let told = format!("planned again: 6, of which 1 differ\n  part 2/3: s3-002: {column}\n");
+        assert!(run.out.contains(&told), "{}", run.out);
+    }
+}
+
+#[test]
+fn nodes_are_a_table_of_their_own() {
+    let bench = Bench::new();
+    make(&bench, &format!("{CAMPAIGN} --nodes"), 2, "parts");
+    bench.solves("gather parts --recompute 1");
+    let names = bench.names("parts");
+    let nodes = "nodes-part-00001-of-00002.parquet";
+    assert!(names.contains(&nodes.to_string()), "{names:?}");
+    let table =
+        remora_host::formats::Numbers::read(&bench.path(&format!("parts/{nodes}"))).unwrap();
+    let column = |name: &str| &table.columns[name];
+    assert_eq!(column("node").len(), 3 * 60);
+    assert_eq!((column("node")[59], column("node")[60]), (59.0, 0.0));
+    bench.solves(
+        "plan --integrator euler --scenarios s.scenarios.json --out a.plan.json"
+            .replace("--scenarios s.scenarios.json", {
+                bench.solves("draw --count 1 --seed 3 --out s.scenarios.json");
+                "--scenarios s.scenarios.json"
+            })
+            .as_str(),
+    );
+    let plan = bench.json("a.plan.json");
+    assert_eq!(plan["stage1"]["position_rtn_m"][7][0], column("position_r_m")[7]);
+    assert_eq!(plan["stage2"]["joint_angle_rad"][59][2], column("joint_angle_2_rad")[59]);
+    assert_eq!(plan["target"]["rate_rtn_rad_s"][1][1], column("target_rate_t_rad_s")[1]);
+    assert_eq!(column("force_r_n")[59], 0.0);
+    let units: Value = serde_json::from_str(&table.entries["remora.units"]).unwrap();
+    assert_eq!(units["joint_torque_0_n_m"], "N m");
+    fs::remove_file(bench.path(&format!("parts/{nodes}"))).unwrap();
+    bench.refuses("gather parts", &format!("parts/{nodes}: no such file"));
+}
+
+#[test]
+fn arguments() {
+    let bench = Bench::new();
+    let refuses = |arguments: &str, message: &str| {
+        bench.refuses(&format!("campaign {arguments} --out runs"), message);
+    };
+    let six = "--count 6 --seed 3";
+    refuses(&format!("{six} --part 0/3"), "invalid value '0/3' for '--part <I/N>': parts are 1/N");
+    refuses(&format!("{six} --part 3"), "invalid value '3' for '--part <I/N>': expected a part");
+    refuses(
+        &format!("{six} --part 7/7"),
+        "--part: is 7/7, and there are 6 scenarios: ask for 6 parts at most",
+    );
+    for other in ["--plans", "--csv", "--report", "--fly a.errors.toml"] {
+        let name = other.split(' ').next().unwrap();
+        let run = bench.run(&format!("campaign {six} --part 1/2 {other} --out runs"));
+        assert!(run.status == 2 && run.err.contains("cannot be used with"), "{name}: {}", run.err);
+    }
+    refuses(
+        &format!("{six} --nodes"),
+        "the following required arguments were not provided: --part",
+    );
+    refuses(
+        "--count 10001 --seed 1 --plans",
+        "--plans: 10001 plan files are too many for a directory: --part I/N --nodes writes",
+    );
+}
