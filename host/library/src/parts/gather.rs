@@ -86,7 +86,7 @@ pub fn gather(directory: &Path) -> Result<Gathered, Error> {
 pub(super) fn method_of(header: &Header) -> Method {
     let of = &header.campaign;
     let (mode, warm_start, qp, integrator) = (of.mode, of.warm_start, of.qp, of.integrator);
-    Method { mode, warm_start, qp, integrator, deadline: None }
+    Method { mode, warm_start, qp, integrator, ..Method::default() }
 }
 
 /// Hands the rows of a part on, once each of its scenarios has one and they have the part's checksum.
