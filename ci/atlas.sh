@@ -60,7 +60,7 @@ echo "parts: $((SECONDS - began)) s in this run"
 
 # The hardest and those that failed, again from the heuristic start: what was the start's fault, what the problem's.
 "$venv/bin/python" ci/atlas.py hard "$work" >"$work/hard.txt"
-"$remora" --quiet draw --count "$count" --seed "$seed" --only "$(cat "$work/hard.txt")" \
+"$remora" --quiet draw --count "$count" --seed "$seed" --indices "$(cat "$work/hard.txt")" \
     --out "$work/hard.scenarios.json" --force
 rm -rf "$work/again"
 # A status of 1 or 3 is what it is about.

@@ -21,7 +21,7 @@ pub(super) struct Args {
     seed: u64,
     /// Those of these indices alone, with commas
     #[arg(long, value_name = "INDICES", value_delimiter = ',')]
-    only: Vec<u64>,
+    indices: Vec<u64>,
     #[command(flatten)]
     mission: MissionArgs,
     /// Scenario set (*.scenarios.json) to write, - for standard output
@@ -37,7 +37,7 @@ const AFTER_HELP: &str = "\
 Examples:
   remora draw --count 300 --seed 1 --out drawn.scenarios.json
   remora draw --count 3 --seed 1 --out -
-  remora draw --count 1000000 --seed 9 --only 17,411730 --out two.scenarios.json
+  remora draw --count 1000000 --seed 9 --indices 17,411730 --out two.scenarios.json
 
 A smaller count of the same seed is the beginning of a larger one. The mission's geometry decides
 which starts violate keep-out or pointing and are drawn again. A file that is there is replaced only
@@ -67,16 +67,17 @@ impl Args {
 impl Args {
     /// The whole draw, or some of it.
     fn set<const NL: usize>(&self, mission: &Mission<NL>) -> Result<ScenarioSet, Error> {
-        let first = drawn(if self.only.is_empty() { self.count } else { 1 }, self.seed, mission)?;
-        if self.only.is_empty() {
+        let first =
+            drawn(if self.indices.is_empty() { self.count } else { 1 }, self.seed, mission)?;
+        if self.indices.is_empty() {
             return Ok(first);
         }
-        let mut indices = self.only.clone();
+        let mut indices = self.indices.clone();
         indices.sort_unstable();
         indices.dedup();
         if let Some(index) = indices.last().filter(|index| **index >= self.count) {
             let reason = format!("{index} is none of {} scenarios", self.count);
-            return Err(Error::argument("--only", reason));
+            return Err(Error::argument("--indices", reason));
         }
         let source = Scenarios::Drawn { seed: self.seed, count: self.count };
         let scenarios = indices.into_iter().map(|index| source.get(index, mission));

@@ -22,7 +22,7 @@ pub(super) struct Args {
     #[arg(long)]
     twice: bool,
     /// Print what the parts of a plan take besides
-    #[arg(long)]
+    #[arg(long = "phases", alias = "parts")]
     parts: bool,
     #[command(flatten)]
     root: RootArgs,
@@ -33,7 +33,7 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   remora firmware                                        does it plan on four processors?
-  remora firmware --target thumbv7em-none-eabihf --parts
+  remora firmware --target thumbv7em-none-eabihf --phases
   remora firmware --extent corpus                        what the audit reports
 
 Needs QEMU, and a compiler for each target: `rustup target add TARGET`, or Debian's. What is missing is

@@ -20,3 +20,14 @@ fn a_seed_is_a_set_and_a_smaller_count_its_beginning() {
         scenarios(&long)[0]["target"]
     );
 }
+
+#[test]
+fn some_of_a_draw_are_those_of_the_whole() {
+    let bench = Bench::new();
+    bench.solves("draw --count 8 --seed 1 --out all.scenarios.json");
+    bench.solves("draw --count 1000000 --seed 1 --indices 5,2,5 --out two.scenarios.json");
+    let (all, two) = (bench.json("all.scenarios.json"), bench.json("two.scenarios.json"));
+    assert_eq!(two["scenarios"], serde_json::json!([all["scenarios"][2], all["scenarios"][5]]));
+    let message = "--indices: 8 is none of 8 scenarios";
+    bench.refuses("draw --count 8 --seed 1 --indices 8 --out a.scenarios.json", message);
+}
