@@ -354,8 +354,7 @@ fn options(method: &Method) -> PlanSettings {
 /// Settings of Stage 2 for plans to learn from: they end where the cost does, not somewhere in the flat
 /// valley before it, and take as many iterations as there is room for.
 fn sharp(settings: Valid<Settings>) -> Valid<Settings> {
-    let cost_tolerance = 0.01 * settings.cost_tolerance;
-    let sharper = Settings { cost_tolerance, max_iterations: MAX_ITERATIONS, ..*settings };
+    let sharper = Settings { cost_tolerance: 1e-5, max_iterations: MAX_ITERATIONS, ..*settings };
     sharper.validated().unwrap_or(settings)
 }
 
