@@ -43,7 +43,10 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
     /// Refuses a journal of other work, without changing anything. There need not be one.
     pub fn look<H: Heading>(path: &Path, header: &H, check: Check<'_, R>) -> Result<(), Error> {
         match path.exists() {
-            true => read_lines::<H, R>(path, &open_regular(path)?, header, check).map(drop),
+            true => {
+                let lines = BufReader::new(open_regular(path)?);
+                read_lines::<H, R>(path, lines, header, check).map(drop)
+            }
             false => Ok(()),
         }
     }
@@ -69,7 +72,7 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
             }
             TryLockError::Error(cause) => failed(cause),
         })?;
-        let (rows, whole) = read_lines(path, &file, header, check)?;
+        let (rows, whole) = read_lines(path, BufReader::new(&file), header, check)?;
         file.set_len(whole).map_err(failed)?;
         file.seek(SeekFrom::End(0)).map_err(failed)?;
         let journal = Self { path: path.to_path_buf(), file, rows: PhantomData };
@@ -77,6 +80,18 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
             journal.write_line(header)?;
         }
         Ok((journal, rows))
+    }
+
+    /// The finished parts in what a journal holds, and the length of its whole lines [bytes]; `path` is its
+    /// name. A last line that was torn does not count; any other that is no part is an error. Memory: the
+    /// parts, and a line.
+    pub fn parse<H: Heading>(
+        path: &Path,
+        lines: impl BufRead,
+        header: &H,
+        check: Check<'_, R>,
+    ) -> Result<(Vec<R>, u64), Error> {
+        read_lines(path, lines, header, check)
     }
 
     /// Adds a finished part. The line is in the system's hands when this returns, so that only a
@@ -100,11 +115,10 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
 /// was torn and does not count; any other is an error. Memory: the parts, and a line.
 fn read_lines<H: Heading, R: DeserializeOwned>(
     path: &Path,
-    file: &File,
+    mut lines: impl BufRead,
     header: &H,
     check: Check<'_, R>,
 ) -> Result<(Vec<R>, u64), Error> {
-    let mut lines = BufReader::new(file);
     let (mut rows, mut whole) = (Vec::new(), 0);
     for number in 1.. {
         let Some(line) = next_line(path, &mut lines, number)? else { break };

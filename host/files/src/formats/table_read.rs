@@ -1,12 +1,12 @@
 //! Tables of Parquet files read again: their numbers by column.
 
 use super::open_regular;
-use crate::error::Error;
+use crate::error::{Error, FieldError};
 use parquet::column::reader::ColumnReader;
+use bytes::Bytes;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::Path;
 
 /// What a table holds in numbers; columns of text and flags are passed over.
@@ -25,7 +25,15 @@ impl Numbers {
     /// The file with the reason why it cannot be read.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let open = open_regular(file)?;
-        numbers(open).map_err(|error| Error::input(file, "", format!("is no table: {error}")))
+        numbers(open).map_err(|error| refused(error).at(file))
+    }
+
+    /// Reads what a file holds.
+    ///
+    /// # Errors
+    /// The reason why it is no table.
+    pub fn parse(bytes: Vec<u8>) -> Result<Self, FieldError> {
+        numbers(Bytes::from(bytes)).map_err(refused)
     }
 
     /// A column of as many rows as the first.
@@ -38,7 +46,11 @@ impl Numbers {
     }
 }
 
-fn numbers(file: File) -> Result<Numbers, ParquetError> {
+fn refused(error: ParquetError) -> FieldError {
+    FieldError::new("", format!("is no table: {error}"))
+}
+
+fn numbers(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> {
     let reader = SerializedFileReader::new(file)?;
     let metadata = reader.metadata().file_metadata();
     let mut found = Numbers::default();
@@ -56,19 +68,32 @@ fn numbers(file: File) -> Result<Numbers, ParquetError> {
             }
         }
     }
+    check_lengths(&found)?;
     Ok(found)
+}
+
+/// Columns are as long as each other, whatever a file says of its rows.
+fn check_lengths(found: &Numbers) -> Result<(), ParquetError> {
+    let rows = found.columns.values().map(Vec::len).max().unwrap_or(0);
+    match found.columns.iter().find(|(_, values)| values.len() != rows) {
+        Some((name, values)) => {
+            Err(ParquetError::General(format!("{name} has {} rows of {rows}", values.len())))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The numbers of a column, if it holds any.
 fn values(column: ColumnReader, rows: usize) -> Result<Option<Vec<f64>>, ParquetError> {
     Ok(match column {
         ColumnReader::DoubleColumnReader(mut reader) => {
-            let mut values = Vec::with_capacity(rows);
+            // A file may say that it has more rows than there is memory.
+            let mut values = Vec::new();
             reader.read_records(rows, None, None, &mut values)?;
             Some(values)
         }
         ColumnReader::Int64ColumnReader(mut reader) => {
-            let mut values = Vec::with_capacity(rows);
+            let mut values = Vec::new();
             reader.read_records(rows, None, None, &mut values)?;
             Some(values.into_iter().map(|n| n as f64).collect())
         }

@@ -122,17 +122,14 @@ impl Request {
         let (mut urdf, limit) = (Vec::new(), MAX_BYTES as u64 + 1);
         let opened = open_regular(file)?;
         opened.take(limit).read_to_end(&mut urdf).map_err(refused)?;
-        Ok(Self {
-            file: file.into(),
-            urdf,
-            options: Options::default(),
-            bus: None,
-            mount: None,
-            boresight: None,
-            axis: None,
-            start: None,
-            armature: None,
-        })
+        Ok(Self::new(file.into(), urdf))
+    }
+
+    /// The request of a URDF's text, with nothing said beside it.
+    pub fn new(file: PathBuf, urdf: Vec<u8>) -> Self {
+        let options = Options::default();
+        let (bus, mount, boresight, axis) = (None, None, None, None);
+        Self { file, urdf, options, bus, mount, boresight, axis, start: None, armature: None }
     }
 }
 
