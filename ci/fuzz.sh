@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Gives every reader what a fuzzer thinks of, and prints a row a target: executions, what they reached, the most
 # memory. Ends with 1 where a reader panics, hangs, or takes more than 1 GiB; what it was given then stands in
-# ci/fuzz/artifacts. Starts from the seeds and from the checked-in corpora (docs/hostile.md), and works on a copy of
-# them below the build's folder. Usage: ci/fuzz.sh [SECONDS [TARGET...]]; 60 seconds each of all by default.
+# ci/fuzz/artifacts. Starts from the checked-in corpora (docs/hostile.md), and what it finds to be new goes below the
+# build's folder. Usage: ci/fuzz.sh [SECONDS [TARGET...]]; 60 seconds each of all by default.
 # MINIMISE=1 puts a small corpus of equal reach in the place of the checked-in one.
 #
 # Needs cargo-fuzz (`cargo install cargo-fuzz --locked`) and a C++ compiler; no nightly toolchain.
@@ -27,13 +27,11 @@ targets=("$@")
 options=(--fuzz-dir . --features targets --sanitizer "$sanitizer")
 
 cargo fuzz build "${options[@]}"
-cargo build --release --quiet --bin seeds
 failed=0
 printf '%-10s %12s %10s %10s %8s %8s\n' target executions 'a second' features corpus MiB
 for target in "${targets[@]}"; do
     work=$build/corpus/$target log=$build/$target.log
     mkdir -p "$work" "corpus/$target" "artifacts/$target"
-    "$build/release/seeds" "$target" "$work"
     status=0
     cargo fuzz run "${options[@]}" "$target" "$work" "corpus/$target" -- -max_total_time="$seconds" \
         -rss_limit_mb=1024 -timeout=10 -max_len=65536 -print_final_stats=1 >"$log" 2>&1 || status=$?

@@ -3,7 +3,7 @@
 use crate::{taken, with_checksum};
 use remora_core::advanced::nn::{Memory, Model, Network, Precision, ReferenceMemory, Storage};
 use remora_core::advanced::warmstart::check_model;
-use remora_host::formats::{EvidenceFile, ModelFile, Numbers, PlanFile, PLAN_FORMAT, json};
+use remora_host::formats::{EvidenceFile, ModelFile, Numbers, PLAN_FORMAT, PlanFile, json};
 use remora_host::memory::on_heap;
 use remora_learn::dataset::Manifest;
 use std::cell::RefCell;

@@ -2,9 +2,7 @@
 //! a fuzzer is the faster the less there is to change.
 
 use remora_core::advanced::model::Mission;
-use remora_core::advanced::nn::{
-    Decoder, Header, Layout, Precision, Provenance, synthetic_model,
-};
+use remora_core::advanced::nn::{Decoder, Header, Layout, Precision, Provenance, synthetic_model};
 use remora_core::advanced::warmstart::Encoding;
 use remora_flight::campaign::Asked;
 use remora_flight::errors_file;
@@ -99,7 +97,12 @@ pub fn hostile() -> Vec<Vec<u8>> {
     ];
     let mut all: Vec<Vec<u8>> =
         nested.iter().map(|(head, open)| [head, &*open.repeat(DEPTH)].concat().into()).collect();
-    all.extend([vec![0; 1 << 20], vec![0xff; 1 << 20], b"=\n".repeat(1 << 19), b"#".repeat(1 << 20)]);
+    all.extend([
+        vec![0; 1 << 20],
+        vec![0xff; 1 << 20],
+        b"=\n".repeat(1 << 19),
+        b"#".repeat(1 << 20),
+    ]);
     all.extend([Vec::new(), b"REMORA\0P".to_vec(), b"REMORA\0E".to_vec(), b"REMORA\0D".to_vec()]);
     all
 }

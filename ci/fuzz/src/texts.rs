@@ -22,10 +22,7 @@ fn text(bytes: &[u8]) -> &str {
 }
 
 /// That what was taken comes back as it is once it is written.
-fn comes_back<T: Serialize + PartialEq + Debug>(
-    value: &T,
-    parse: impl FnOnce(&str) -> Option<T>,
-) {
+fn comes_back<T: Serialize + PartialEq + Debug>(value: &T, parse: impl FnOnce(&str) -> Option<T>) {
     let written = json::to_text(value).expect("what was read can be written");
     let again = parse(&written).expect("what was written can be read");
     assert_eq!(&again, value);
@@ -97,7 +94,7 @@ pub(crate) fn urdf(bytes: &[u8]) {
         let _ = remora_urdf::explain("fuzzed", bytes, &options);
         match remora_urdf::import("fuzzed", bytes, &options) {
             Ok(arm) => assert!(arm.joints.iter().all(|joint| joint.body.mass > 0.0)),
-            Err(refusal) => refusal.faults.iter().for_each(|fault| one_line(&fault.to_string())),
+            Err(refusal) => assert!(!refusal.faults.is_empty()),
         }
     }
 }
@@ -139,10 +136,7 @@ pub(crate) fn journal(bytes: &[u8]) {
 }
 
 /// The rows below a header, all of which pass the check.
-fn rows<R: Serialize + DeserializeOwned>(
-    bytes: &[u8],
-    check: remora_host::journal::Check<'_, R>,
-) {
+fn rows<R: Serialize + DeserializeOwned>(bytes: &[u8], check: remora_host::journal::Check<'_, R>) {
     let mut journal = serde_json::to_vec(&Header).expect("a unit");
     journal.push(b'\n');
     journal.extend(bytes);

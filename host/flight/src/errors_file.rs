@@ -25,8 +25,8 @@ pub fn read(file: &Path, joints: usize) -> Result<Errors, Error> {
 /// # Errors
 /// The key that is wrong and why.
 pub fn parse(text: &str, joints: usize) -> Result<Errors, FieldError> {
-    let from = toml::Deserializer::parse(text)
-        .map_err(|error| FieldError::new("", error.message()))?;
+    let from =
+        toml::Deserializer::parse(text).map_err(|error| FieldError::new("", error.message()))?;
     let errors: Errors = serde_path_to_error::deserialize(from).map_err(|error| {
         let field = Some(error.path().to_string()).filter(|field| field != ".");
         FieldError::new(field.unwrap_or_default(), error.inner().message())

@@ -5,7 +5,12 @@ use crate::arithmetic::{exp, quantise};
 use crate::kernels::{BATCH, Rows, Sums, TILE, Vectors};
 
 /// The products of the first rows of a matrix with the first vectors.
-fn products(kernel: Kernel, (matrix, rows): (&[u8], usize), vectors: &[u8], columns: usize) -> Sums {
+fn products(
+    kernel: Kernel,
+    (matrix, rows): (&[u8], usize),
+    vectors: &[u8],
+    columns: usize,
+) -> Sums {
     let mut operand = vec![0; vectors.len()];
     for (bytes, operand) in vectors.chunks(columns).zip(operand.chunks_mut(columns)) {
         kernel.prepare(bytes, operand);

@@ -68,11 +68,7 @@ impl Heading for Header {
             ("cores", self.cores != begun.cores, "other cores"),
             ("is_counted", self.is_counted != begun.is_counted, "another counter"),
             ("rounds", self.rounds != begun.rounds, "other rounds"),
-            (
-                "configurations",
-                self.configurations != begun.configurations,
-                "other configurations",
-            ),
+            ("configurations", self.configurations != begun.configurations, "other configurations"),
             ("scenarios", self.scenarios != begun.scenarios, "other scenarios"),
             ("mission", self.mission != begun.mission, "another mission"),
         ];

@@ -2,12 +2,17 @@
 
 use super::open_regular;
 use crate::error::{Error, FieldError};
-use parquet::column::reader::ColumnReader;
 use bytes::Bytes;
+use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
+use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 use std::collections::BTreeMap;
+use std::panic::AssertUnwindSafe;
 use std::path::Path;
+
+/// Most numbers of a table: half a gigabyte, a row a second of forty columns for two weeks.
+const MOST_NUMBERS: u64 = 1 << 26;
 
 /// What a table holds in numbers; columns of text and flags are passed over.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -50,8 +55,16 @@ fn refused(error: ParquetError) -> FieldError {
     FieldError::new("", format!("is no table: {error}"))
 }
 
+/// The reader of pages takes a file's word for much: what it does not refuse itself becomes a refusal here.
 fn numbers(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> {
+    let read = std::panic::catch_unwind(AssertUnwindSafe(|| unguarded(file)));
+    read.unwrap_or_else(|_| Err(ParquetError::General("it is damaged".into())))
+}
+
+fn unguarded(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> {
+    let size = file.len();
     let reader = SerializedFileReader::new(file)?;
+    check_sizes(reader.metadata(), size)?;
     let metadata = reader.metadata().file_metadata();
     let mut found = Numbers::default();
     for entry in metadata.key_value_metadata().into_iter().flatten() {
@@ -70,6 +83,32 @@ fn numbers(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> {
     }
     check_lengths(&found)?;
     Ok(found)
+}
+
+/// Refuses columns that are not within the file, and more numbers than there is memory for.
+fn check_sizes(metadata: &ParquetMetaData, size: u64) -> Result<(), ParquetError> {
+    let wrong = |reason: &str| Err(ParquetError::General(reason.into()));
+    let mut numbers = 0u64;
+    for group in metadata.row_groups() {
+        let Ok(rows) = u64::try_from(group.num_rows()) else {
+            return wrong("a negative number of rows");
+        };
+        for column in group.columns() {
+            let begin = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
+            let end = begin.checked_add(column.compressed_size()).map(u64::try_from);
+            if begin < 0
+                || column.compressed_size() < 0
+                || !matches!(end, Some(Ok(end)) if end <= size)
+            {
+                return wrong("a column is not within the file");
+            }
+            numbers = numbers.saturating_add(rows);
+        }
+    }
+    match numbers <= MOST_NUMBERS {
+        true => Ok(()),
+        false => wrong("more numbers than there is memory for"),
+    }
 }
 
 /// Columns are as long as each other, whatever a file says of its rows.
@@ -139,5 +178,23 @@ mod tests {
         );
         std::fs::write(&file, "{}").unwrap();
         assert!(Numbers::read(&file).unwrap_err().to_string().contains("is no table"));
+    }
+
+    /// Wherever a byte is another: numbers, as many in each column, or a refusal.
+    // Verifies REM-IO-006.
+    #[test]
+    fn damage_is_answered() {
+        let rows: Vec<_> = (0..3).map(|i| row(0.5, i)).collect();
+        let whole = parquet_table(&rows, vec![("remora.format", "a/1".to_string())]).unwrap();
+        for at in 0..whole.len() {
+            for with in [0x00, 0x01, 0x7f, 0xff] {
+                let mut bytes = whole.clone();
+                bytes[at] = with;
+                if let Ok(table) = Numbers::parse(bytes) {
+                    let lengths: Vec<usize> = table.columns.values().map(Vec::len).collect();
+                    assert!(lengths.windows(2).all(|pair| pair[0] == pair[1]), "{at} {with}");
+                }
+            }
+        }
     }
 }

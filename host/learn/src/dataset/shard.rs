@@ -144,7 +144,8 @@ pub(super) fn look<const NL: usize>(file: &Path, place: Place<'_>) -> Result<Opt
     handle.by_ref().take(HEAD_ROOM).read_to_end(&mut bytes).map_err(failed)?;
     let size = handle.metadata().map_err(failed)?.len();
     let outline = Outline::read::<NL>(&bytes, place.dataset);
-    let outline = outline.and_then(|outline| outline.check(place, size, Trajectory::<NL>::LEAST_BYTES));
+    let outline =
+        outline.and_then(|outline| outline.check(place, size, Trajectory::<NL>::LEAST_BYTES));
     outline.map(|o| Some(o.found)).map_err(|reason| Error::input(file, "", reason))
 }
 

@@ -13,7 +13,7 @@ mod servicer;
 mod start;
 mod text;
 
-use crate::error::{Error, FieldError, io_reason};
+use crate::error::{Error, FieldError, in_one_line, io_reason};
 use crate::formats::{MissionCapture, MissionFile, open_regular};
 use crate::method::Integrator;
 use crate::vehicle::Vehicle;
@@ -137,7 +137,9 @@ impl NoImport {
     /// All that is wrong, each in a line.
     pub fn faults(&self) -> Vec<String> {
         match self {
-            Self::Urdf(refusal) => refusal.faults.iter().map(ToString::to_string).collect(),
+            Self::Urdf(refusal) => {
+                refusal.faults.iter().map(|fault| in_one_line(fault.to_string())).collect()
+            }
             Self::Mission(error) => vec![error.to_string()],
         }
     }
