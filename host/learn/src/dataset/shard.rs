@@ -321,6 +321,23 @@ mod tests {
         assert_eq!(reason, "has records of 8420 bytes; a trajectory has 7700");
     }
 
+    /// A head that says that there are more records than bytes: nobody sets aside memory for them.
+    #[test]
+    fn more_records_than_bytes_are_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("shard");
+        let tried = 1 << 16;
+        let head = Head { dataset: PLACE.dataset, first: 500, tried, kept: tried, bytes: 8400 };
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(VERSION.to_le_bytes());
+        let mut bytes = postcard::to_extend(&head, bytes).unwrap();
+        bytes.extend([0; 8404]);
+        std::fs::write(&file, bytes).unwrap();
+        let error = look::<LINKS>(&file, Place { tried, ..PLACE }).unwrap_err().to_string();
+        let reason = "shard: has 8400 bytes of records, too few for 65536";
+        assert!(error.ends_with(reason), "{error}");
+    }
+
     proptest! {
         /// One wrong byte anywhere is found.
         #[test]
