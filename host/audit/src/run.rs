@@ -172,7 +172,7 @@ impl Audit {
                 let (mission, progress) = (Mission::default(), watcher.progress());
                 to_value(section, &Loops::observe(&scenarios, &mission, self.jobs, progress)?)
             }
-            Section::Latency => to_value(section, &profiler()?.run(watcher.progress())?),
+            Section::Latency => to_value(section, &profiler()?.run(None, watcher.progress())?),
             Section::Injection => {
                 let found = inject(CASES, self.jobs, self.alarm, watcher.progress())?;
                 to_value(section, &found)

@@ -27,6 +27,45 @@ impl Progress for Count {
     }
 }
 
+/// A profile that was cut off goes on with the measurement at which it was, and keeps those before it.
+#[test]
+fn what_was_measured_is_not_measured_again() {
+    let profiler = Profiler {
+        scenarios: ScenarioSet::built_in().unwrap().scenarios[..1].to_vec(),
+        mission: Mission::default(),
+        configurations: Configuration::all()[..2].to_vec(),
+        rounds: Rounds::of(1),
+        cores: None,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.jsonl");
+    let run = || {
+        let mut count = Count::default();
+        let profile = profiler.run(Some(&file), &mut count);
+        profile.map(|profile| (profile, count))
+    };
+    let (whole, count) = run().unwrap();
+    let text = std::fs::read_to_string(&file).unwrap();
+    assert_eq!(text.lines().count(), 1 + count.total);
+    let kept: Vec<&str> = text.split_inclusive('\n').take(1 + 3).collect();
+    std::fs::write(&file, format!("{}{{\"plan\":{{\"job", kept.concat())).unwrap();
+    let (again, second) = run().unwrap();
+    assert_eq!((second.total, second.done), (count.total, count.total - 3));
+    assert!(std::fs::read_to_string(&file).unwrap().starts_with(&kept.concat()));
+    for (whole, again) in whole.configurations.iter().zip(&again.configurations) {
+        assert_eq!(whole.one_core.iteration_samples, again.one_core.iteration_samples);
+    }
+    let first = &whole.configurations[0].one_core.plan_samples_s;
+    assert_eq!(first, &again.configurations[0].one_core.plan_samples_s, "read, not measured");
+    // Measurements in another order, or of another profile, are not taken.
+    std::fs::write(&file, format!("{}{}{}", kept[0], kept[2], kept[1])).unwrap();
+    let error = run().map(drop).unwrap_err().to_string();
+    assert!(error.ends_with("line 2: is not the measurement that comes here"), "{error}");
+    let other = Profiler { rounds: Rounds::of(2), ..profiler.clone() };
+    let error = other.run(Some(&file), &mut Count::default()).map(drop).unwrap_err().to_string();
+    assert!(error.contains("rounds: this profile was begun with other rounds"), "{error}");
+}
+
 #[test]
 fn every_case_makes_the_same_plans() {
     let profiler = Profiler {
@@ -37,7 +76,7 @@ fn every_case_makes_the_same_plans() {
         cores: None,
     };
     let mut count = Count::default();
-    let profile = profiler.run(&mut count).unwrap();
+    let profile = profiler.run(None, &mut count).unwrap();
     let counted = if profile.no_counter.is_some() { 0 } else { 4 };
     assert_eq!((count.total, count.has_ended), (28 + counted, true));
     assert_eq!(count.done, count.total);

@@ -110,14 +110,21 @@ impl Chief {
     /// # Errors
     /// The file with the key that is wrong and why.
     pub fn read(file: &Path, orbit: &model::Orbit) -> Result<Self, Error> {
-        let text = read_text(file, Limit::TEXT)?;
-        let from = toml::Deserializer::parse(&text)
-            .map_err(|error| Error::input(file, "", error.message()))?;
-        let read: ChiefFile = serde_path_to_error::deserialize(from).map_err(|error| {
+        Self::parse(&read_text(file, Limit::TEXT)?, orbit).map_err(|error| error.at(file))
+    }
+
+    /// Parses a file's text, likewise.
+    ///
+    /// # Errors
+    /// The key that is wrong and why.
+    pub fn parse(text: &str, orbit: &model::Orbit) -> Result<Self, FieldError> {
+        let from = toml::Deserializer::parse(text)
+            .map_err(|error| FieldError::new("", error.message()))?;
+        let file: ChiefFile = serde_path_to_error::deserialize(from).map_err(|error| {
             let field = Some(error.path().to_string()).filter(|field| field != ".");
-            Error::input(file, field.unwrap_or_default(), error.inner().message())
+            FieldError::new(field.unwrap_or_default(), error.inner().message())
         })?;
-        Self::new(read, orbit).map_err(|error| error.at(file))
+        Self::new(file, orbit)
     }
 
     /// The chief that a file tells of.

@@ -70,7 +70,7 @@ fn prefix(field: &str) -> String {
 impl Error {
     /// A field of an input file that cannot be used.
     pub fn input(file: &Path, field: impl Into<String>, reason: impl Into<String>) -> Self {
-        Self::Input { file: file.to_path_buf(), field: field.into(), reason: reason.into() }
+        FieldError::new(field, reason).at(file)
     }
 
     /// A file that cannot be written.
@@ -97,6 +97,18 @@ pub fn io_reason(cause: &std::io::Error) -> String {
     }
 }
 
+/// A text without what moves the cursor of a terminal: names out of a file may hold anything.
+pub fn in_one_line(text: String) -> String {
+    if !text.contains(char::is_control) {
+        return text;
+    }
+    let shown = |c: char| match c.is_control() {
+        true => c.escape_default().to_string(),
+        false => c.to_string(),
+    };
+    text.chars().map(shown).collect()
+}
+
 /// An error of the contents of a file that has not been given its name yet: field and reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FieldError {
@@ -109,7 +121,7 @@ pub struct FieldError {
 impl FieldError {
     /// An error of one field.
     pub fn new(field: impl Into<String>, reason: impl Into<String>) -> Self {
-        Self { field: field.into(), reason: reason.into() }
+        Self { field: in_one_line(field.into()), reason: in_one_line(reason.into()) }
     }
 
     /// The same error, in `file`.
@@ -128,6 +140,8 @@ mod tests {
         assert_eq!(error.to_string(), "a.json: scenarios[3].id: used twice");
         let error = Error::input(Path::new("a.json"), "", "no such file or directory");
         assert_eq!(error.to_string(), "a.json: no such file or directory");
+        let error = Error::input(Path::new("a.json"), "b\nc", "unknown field `\u{1b}[2J\r`");
+        assert_eq!(error.to_string(), "a.json: b\\nc: unknown field `\\u{1b}[2J\\r`");
         let error = Error::argument("--id", "needs --scenarios FILE");
         assert_eq!(error.to_string(), "--id: needs --scenarios FILE");
     }

@@ -18,7 +18,7 @@ use crate::report::{self, Notable};
 use crate::row::{Drawn, FlownRow, Row};
 use crate::statistics::Summary;
 use crate::until::Until;
-use remora_host::error::Error;
+use remora_host::error::{Error, FieldError};
 use remora_host::fingerprint::{self, fingerprint};
 use remora_host::formats::{
     self, Limit, PlanFile, Verdict, check_writable, json, make_directory, parquet_table, read_text,
@@ -85,8 +85,15 @@ impl Asked {
     /// The file with the field that is wrong.
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let file = folder.join(FLIGHTS);
-        let text = read_text(&file, Limit::DOCUMENT)?;
-        json::parse(&text, FORMAT).map_err(|error| error.at(&file))
+        Self::parse(&read_text(&file, Limit::DOCUMENT)?).map_err(|error| error.at(&file))
+    }
+
+    /// Parses a file's text.
+    ///
+    /// # Errors
+    /// The field that is wrong.
+    pub fn parse(text: &str) -> Result<Self, FieldError> {
+        json::parse(text, FORMAT)
     }
 
     /// Draw of a run.
@@ -95,7 +102,7 @@ impl Asked {
     }
 
     pub(crate) fn count(&self) -> u64 {
-        self.runs * self.plans.len() as u64
+        self.runs.saturating_mul(self.plans.len() as u64)
     }
 }
 

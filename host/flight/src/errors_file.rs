@@ -1,6 +1,6 @@
 //! Errors of the world: `*.errors.toml`.
 
-use remora_host::error::Error;
+use remora_host::error::{Error, FieldError};
 use remora_host::formats::{Limit, read_text};
 use remora_truth::Errors;
 use std::path::Path;
@@ -17,21 +17,24 @@ const HEAD: &str = "\
 /// # Errors
 /// The file with the key that is wrong and why.
 pub fn read(file: &Path, joints: usize) -> Result<Errors, Error> {
-    let text = read_text(file, Limit::TEXT)?;
-    let errors: Errors = toml::Deserializer::parse(&text)
-        .map_err(|error| Error::input(file, "", error.message()))
-        .and_then(|from| {
-            serde_path_to_error::deserialize(from).map_err(|error| {
-                let field = error.path().to_string();
-                let field = if field == "." { String::new() } else { field };
-                Error::input(file, field, error.inner().message())
-            })
-        })?;
+    parse(&read_text(file, Limit::TEXT)?, joints).map_err(|error| error.at(file))
+}
+
+/// Parses a file's text.
+///
+/// # Errors
+/// The key that is wrong and why.
+pub fn parse(text: &str, joints: usize) -> Result<Errors, FieldError> {
+    let from =
+        toml::Deserializer::parse(text).map_err(|error| FieldError::new("", error.message()))?;
+    let errors: Errors = serde_path_to_error::deserialize(from).map_err(|error| {
+        let field = Some(error.path().to_string()).filter(|field| field != ".");
+        FieldError::new(field.unwrap_or_default(), error.inner().message())
+    })?;
     let fault = |fault: remora_truth::ErrorsFault| {
-        Error::input(file, fault.key, format!("is {}: {}", fault.value, fault.wanted))
+        FieldError::new(fault.key, format!("is {}: {}", fault.value, fault.wanted))
     };
-    errors.check(joints).map_err(fault)?;
-    Ok(errors)
+    errors.check(joints).map(|()| errors).map_err(fault)
 }
 
 /// A file's text.

@@ -72,7 +72,7 @@ impl Row {
     ///
     /// # Errors
     /// The field and what is wrong with it.
-    pub(crate) fn check(&self, count: u64) -> Result<(), FieldError> {
+    pub fn check(&self, count: u64) -> Result<(), FieldError> {
         if self.run >= count {
             return Err(FieldError::new("run", format!("is {}, of {count} runs", self.run)));
         }

@@ -44,7 +44,10 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
     pub fn look<H: Heading>(path: &Path, header: &H, check: Check<'_, R>) -> Result<(), Error> {
         let mut each = |_, row: R| check(&row);
         match path.exists() {
-            true => read_lines(path, &open_regular(path)?, header, &mut each).map(drop),
+            true => {
+                let lines = BufReader::new(open_regular(path)?);
+                read_lines(path, lines, header, &mut each).map(drop)
+            }
             false => Ok(()),
         }
     }
@@ -57,11 +60,7 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
         check: Check<'_, R>,
     ) -> Result<(Self, Vec<R>), Error> {
         let mut rows = Vec::new();
-        let journal = Self::open_each(path, header, &mut |_, row| {
-            check(&row)?;
-            rows.push(row);
-            Ok(())
-        })?;
+        let journal = Self::open_each(path, header, &mut kept(check, &mut rows))?;
         Ok((journal, rows))
     }
 
@@ -85,7 +84,7 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
             }
             TryLockError::Error(cause) => failed(cause),
         })?;
-        let whole = read_lines(path, &file, header, each)?;
+        let whole = read_lines(path, BufReader::new(&file), header, each)?;
         file.set_len(whole).map_err(failed)?;
         file.seek(SeekFrom::End(0)).map_err(failed)?;
         let journal = Self { path: path.to_path_buf(), file, rows: PhantomData };
@@ -93,6 +92,20 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
             journal.write_line(header)?;
         }
         Ok(journal)
+    }
+
+    /// The finished parts in what a journal holds, and the length of its whole lines [bytes]; `path` is its
+    /// name. A last line that was torn does not count; any other that is no part is an error. Memory: the
+    /// parts, and a line.
+    pub fn parse<H: Heading>(
+        path: &Path,
+        lines: impl BufRead,
+        header: &H,
+        check: Check<'_, R>,
+    ) -> Result<(Vec<R>, u64), Error> {
+        let mut rows = Vec::new();
+        let whole = read_lines(path, lines, header, &mut kept(check, &mut rows))?;
+        Ok((rows, whole))
     }
 
     /// Adds a finished part. The line is in the system's hands when this returns, so that only a
@@ -137,15 +150,26 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
 /// What a part that was read is handed to, with its place in the file.
 pub type Each<'a, R> = &'a mut dyn FnMut(u64, R) -> Result<(), FieldError>;
 
+/// Keeps each part that passes the check.
+fn kept<'a, R>(
+    check: Check<'a, R>,
+    rows: &'a mut Vec<R>,
+) -> impl FnMut(u64, R) -> Result<(), FieldError> + 'a {
+    |_, row| {
+        check(&row)?;
+        rows.push(row);
+        Ok(())
+    }
+}
+
 /// Reads the parts of a journal; the length of its whole lines [bytes]. A last line that is not a part
 /// was torn and does not count; any other is an error. Memory: a line.
 fn read_lines<H: Heading, R: DeserializeOwned>(
     path: &Path,
-    file: &File,
+    mut lines: impl BufRead,
     header: &H,
     each: Each<'_, R>,
 ) -> Result<u64, Error> {
-    let mut lines = BufReader::new(file);
     let mut whole = 0;
     for number in 1.. {
         let Some(line) = next_line(path, &mut lines, number)? else { break };

@@ -6,6 +6,7 @@ use super::progress::Bar;
 use remora_audit::profile::{Configuration, Profiler, Rounds, profile_report};
 use remora_host::error::Error;
 use remora_host::formats::{check_writable, json, make_directory, write_atomically};
+use std::fs;
 use std::num::NonZeroU16;
 use std::path::PathBuf;
 
@@ -39,6 +40,9 @@ pub(super) struct Args {
     out: Option<PathBuf>,
 }
 
+/// Name of the journal in the directory of the results.
+const JOURNAL: &str = "profile.journal.jsonl";
+
 const AFTER_HELP: &str = "\
 Examples:
   remora profile
@@ -46,9 +50,10 @@ Examples:
   remora profile --cores 2,3 --rounds 50
   remora profile --count 300 --seed 1 --configurations rk4-optimal
 
-DIR gets profile.json. Plans on two pinned cores: nothing else should run there meanwhile. The report tells how busy the
-machine was. Every configuration takes its turn scenario by scenario. What the bars of the report
-ask for depends on the machine: a missed bar is no failure of the command.
+DIR gets profile.json. Interrupt it at any time: the same command goes on where it stopped. Plans on two
+pinned cores: nothing else should run there meanwhile. The report tells how busy the machine was. Every
+configuration takes its turn scenario by scenario. What the bars of the report ask for depends on the
+machine: a missed bar is no failure of the command.
 
 Exit status: 0 done, 2 bad input.";
 
@@ -69,13 +74,18 @@ impl Args {
             check_writable(file)?;
             self.force.keep(file)?;
         }
-        let profile = profiler.run(&mut Bar::named("profile"))?;
+        let journal = self.out.as_ref().map(|directory| directory.join(JOURNAL));
+        let profile = profiler.run(journal.as_deref(), &mut Bar::named("profile"))?;
         let mut text = profile_report(&profile);
         if let Some(file) = &file {
             let json = json::to_text(&profile)
                 .map_err(|error| Error::Output { file: file.clone(), reason: error.to_string() })?;
             write_atomically(file, json.as_bytes())?;
             text.push_str(&format!("written: {}\n", file.display()));
+        }
+        // What was interrupted is complete.
+        if let Some(journal) = journal {
+            fs::remove_file(&journal).map_err(|cause| Error::output(&journal, &cause))?;
         }
         Output::new(text, true).or_json(self.json.json, &profile)
     }

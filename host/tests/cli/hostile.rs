@@ -59,6 +59,28 @@ fn what_never_ends_is_not_read() {
     }
 }
 
+/// Work that resumes does not wait for a pipe in the place of what it left.
+// Verifies REM-IO-004.
+#[test]
+fn what_work_left_is_a_file_or_refused() {
+    let (bench, _) = hostile();
+    for (line, left) in [
+        ("campaign --count 1 --seed 1 --out runs", "journal.jsonl"),
+        ("dataset --count 1 --seed 1 --out runs", "dataset.json"),
+        ("inject --cases 1 --out runs", "inject.journal.jsonl"),
+        ("profile --quick --out runs", "profile.journal.jsonl"),
+        ("rerun runs --run 0", "flights.json"),
+    ] {
+        drop(fs::remove_dir_all(bench.path("runs")));
+        fs::create_dir(bench.path("runs")).unwrap();
+        let pipe = bench.path("runs").join(left);
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let run = bench.run(line);
+        assert_eq!(run.status, 2, "{line}\n{}", run.err);
+        assert_eq!(run.err, format!("error: runs/{left}: is not a regular file\n"), "{line}");
+    }
+}
+
 // Verifies REM-IO-004.
 #[test]
 fn what_is_far_too_large_is_not_read() {

@@ -2,6 +2,7 @@
 //! compiled. What commands they name is looked at by the program's own tests.
 
 mod pages;
+mod supply;
 
 use pages::{Page, all, root};
 use std::collections::BTreeSet;

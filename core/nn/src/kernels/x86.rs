@@ -286,8 +286,9 @@ macro_rules! unsigned_rows {
             let mut found = [[0; R]; T];
             for ((found, parts), excess) in found.iter_mut().zip(&parts).zip(full.excess) {
                 *found = lanes(parts);
+                // Of the longest vectors the sum of unsigned products passes 2^31, the difference does not.
                 for found in found {
-                    *found -= excess;
+                    *found = found.wrapping_sub(excess);
                 }
             }
             full.finish(at, found, first, sums);

@@ -5,6 +5,7 @@ extern crate std;
 
 mod bit_flip;
 mod check;
+mod exhaustive;
 mod files;
 mod inference;
 mod reference;

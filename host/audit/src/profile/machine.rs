@@ -89,7 +89,7 @@ fn parse_ticks(text: &str) -> Option<Ticks> {
     Some(Ticks { all: ticks.iter().sum(), idle: *ticks.get(3)?, steal: *ticks.get(7)? })
 }
 
-fn processor() -> String {
+pub(super) fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     name.map_or("unknown", |(_, name)| name.trim()).into()

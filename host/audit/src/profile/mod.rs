@@ -7,6 +7,7 @@
 //! measured, and what the words mean, is told in `docs/profile.md`.
 
 mod counter;
+mod journal;
 mod machine;
 mod order;
 mod pin;

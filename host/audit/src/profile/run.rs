@@ -1,7 +1,8 @@
 //! The measurements.
 
 use super::counter::Instructions;
-use super::machine::{Watch, switches};
+use super::journal::{Journal, Line};
+use super::machine::{Watch, processor, switches};
 use super::order::{Case, Configuration, Job, Rounds, order};
 use super::pin::pin_pair;
 use super::results::{Profile, Run};
@@ -19,6 +20,7 @@ use remora_host::planning::{Planned, Planner, WallClock};
 use remora_host::portfolio::{Portfolio, Race};
 use remora_host::progress::Progress;
 use remora_host::threads::Threads;
+use std::path::Path;
 use std::time::Instant;
 
 /// A profile to be made: the input of `remora profile`.
@@ -37,40 +39,49 @@ pub struct Profiler {
 }
 
 impl Profiler {
-    /// Makes the profile, on a thread of its own.
+    /// Makes the profile, on a thread of its own. Measurements that stand in the file `resumed` are not made
+    /// again, and each that is finished is added to it; the machine's load is that of this run.
     ///
     /// # Errors
-    /// Cores that the program may not use; a thread that cannot be started.
-    pub fn run(&self, progress: &mut (dyn Progress + Send)) -> Result<Profile, Error> {
-        on_large_stack(|| self.run_here(progress))?
+    /// Cores that the program may not use; a thread that cannot be started; a file of another profile.
+    pub fn run(
+        &self,
+        resumed: Option<&Path>,
+        progress: &mut (dyn Progress + Send),
+    ) -> Result<Profile, Error> {
+        on_large_stack(|| self.run_here(resumed, progress))?
     }
 
-    fn run_here(&self, progress: &mut dyn Progress) -> Result<Profile, Error> {
+    fn run_here(
+        &self,
+        resumed: Option<&Path>,
+        progress: &mut dyn Progress,
+    ) -> Result<Profile, Error> {
         let started = Instant::now();
         let pinning = pin_pair(self.cores)?;
         let counter = Instructions::open();
+        let (configurations, scenarios) = (&self.configurations, self.scenarios.len());
+        let jobs = order(configurations, scenarios, self.rounds, counter.is_ok());
+        let on = (&*processor(), pinning.cores, counter.is_ok());
+        let (mut journal, mut lines) = Journal::open(resumed, self, on, &jobs)?;
         let mut bench = Bench::new(self, counter.as_ref().ok());
         bench.warm_up();
         let watch = Watch::begin();
-        let (configurations, scenarios) = (&self.configurations, self.scenarios.len());
-        let jobs = order(configurations, scenarios, self.rounds, counter.is_ok());
-        progress.begin(jobs.len(), 0);
-        let (mut samples, mut races) = (Vec::new(), Vec::new());
-        for job in &jobs {
-            let is_solved = match job.case {
-                Case::Portfolio => {
-                    let race = bench.race(*job);
-                    races.push(race);
-                    races.last().is_some_and(|race| race.is_won)
-                }
-                _ => {
-                    samples.push(bench.measure(*job));
-                    samples.last().is_some_and(|sample| sample.is_solved)
-                }
-            };
-            progress.done(is_solved);
+        progress.begin(jobs.len(), lines.len());
+        for job in &jobs[lines.len()..] {
+            let line = bench.line(*job);
+            journal.append(&line)?;
+            progress.done(line.is_solved());
+            lines.push(line);
         }
         progress.end();
+        let (mut samples, mut races) = (Vec::new(), Vec::new());
+        for line in lines {
+            match line {
+                Line::Plan(sample) => samples.push(sample),
+                Line::Race(race) => races.push(race),
+            }
+        }
         Ok(Profile::of(Run {
             configurations,
             scenarios,
@@ -120,11 +131,13 @@ impl<'a> Bench<'a> {
         let scenarios = self.profiler.scenarios.len().min(WARM_UP_PLANS);
         let is_counted = self.counter.is_some();
         let jobs = order(&self.profiler.configurations, scenarios, Rounds::of(1), is_counted);
-        for job in jobs {
-            match job.case {
-                Case::Portfolio => drop(self.race(job)),
-                _ => drop(self.measure(job)),
-            }
+        jobs.into_iter().for_each(|job| drop(self.line(job)));
+    }
+
+    fn line(&mut self, job: Job) -> Line {
+        match job.case {
+            Case::Portfolio => Line::Race(self.race(job)),
+            _ => Line::Plan(self.measure(job)),
         }
     }
 

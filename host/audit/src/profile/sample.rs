@@ -3,17 +3,20 @@
 use super::order::Job;
 use remora_core::advanced::planner::PhaseTimes;
 use remora_host::method::WarmStart;
+use serde::{Deserialize, Serialize};
 
 /// Scenarios that every configuration plans in every case before anything is measured.
 pub const WARM_UP_PLANS: usize = 2;
 
 /// One plan as it was measured.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Sample {
     pub job: Job,
     /// Time until plans were there, those of the other core included [s].
     pub wall_s: f64,
     /// Phase times [s]; of the case that counts, instructions.
+    #[serde(with = "Times")]
     pub times: PhaseTimes,
     /// Linearisations of Stage 2, one by one [s].
     pub linearise_s: Vec<f64>,
@@ -26,11 +29,26 @@ pub(super) struct Sample {
 }
 
 /// One race as it was measured.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct RaceSample {
     pub job: Job,
     pub time_s: f64,
     pub stop_s: Option<f64>,
     pub winner: WarmStart,
     pub is_won: bool,
+}
+
+/// [`PhaseTimes`] in a journal.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "PhaseTimes", deny_unknown_fields)]
+struct Times {
+    start_s: f64,
+    inference_s: f64,
+    translation_s: f64,
+    linearise_s: f64,
+    qp_s: f64,
+    step_s: f64,
+    verify_s: f64,
+    total_s: f64,
 }

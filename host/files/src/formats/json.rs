@@ -1,25 +1,15 @@
 //! Reading JSON with errors that name the field, and writing it a row a line.
 
+use super::json_text::deserialize_after;
+pub use super::json_text::{check_format, format_of};
+pub(super) use super::json_text::{check_header, deserialize};
 use crate::error::FieldError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_json::ser::Formatter;
 use serde_json::value::RawValue;
-use std::borrow::Cow;
 use std::io::{self, Write};
-
-#[derive(serde::Deserialize)]
-#[serde(expecting = "an object with a `format`")]
-struct Header<'a> {
-    #[serde(borrow)]
-    format: Option<Cow<'a, str>>,
-}
-
-/// The `format` of a document, as far as it says one.
-pub fn format_of(text: &str) -> Option<String> {
-    deserialize::<Header<'_>>(text).ok()?.format.map(Cow::into_owned)
-}
 
 /// Parses a document whose `format` must be the one given.
 ///
@@ -32,15 +22,6 @@ pub fn parse<T: DeserializeOwned + Serialize>(text: &str, format: &str) -> Resul
     let failed = |error: serde_json::Error| FieldError::new("", error.to_string());
     refuse_arrays(&found, &serde_json::to_value(&document).map_err(failed)?, "")?;
     Ok(document)
-}
-
-/// Refuses a text that is no object of this `format`.
-pub(super) fn check_header(text: &str, format: &str) -> Result<(), FieldError> {
-    if text.trim_start().starts_with('[') {
-        return Err(FieldError::new("", "expected an object, not an array"));
-    }
-    let header: Header<'_> = deserialize(text)?;
-    check_format(header.format.as_deref(), format)
 }
 
 /// Refuses arrays in the place of objects, which serde reads as their fields in order.
@@ -63,21 +44,6 @@ fn refuse_arrays(found: &Value, understood: &Value, at: &str) -> Result<(), Fiel
                 refuse_arrays(f, u, &format!("{at}{dot}{key}"))
             }),
         _ => Ok(()),
-    }
-}
-
-/// Refuses a `format` other than the one that is understood.
-///
-/// # Errors
-/// The field, with both.
-pub fn check_format(found: Option<&str>, expected: &str) -> Result<(), FieldError> {
-    match found {
-        Some(found) if found == expected => Ok(()),
-        Some(found) => {
-            let reason = format!("unknown format {found:?}: this reader understands {expected:?}");
-            Err(FieldError::new("format", reason))
-        }
-        None => Err(FieldError::new("format", format!("missing; expected {expected:?}"))),
     }
 }
 
@@ -106,38 +72,6 @@ pub(super) fn parse_element<T: DeserializeOwned + Serialize>(
         Ok(parsed)
     };
     parse().map_err(within)
-}
-
-/// Parses a text's outermost object, whose long arrays may be left as they are.
-pub(super) fn deserialize<'a, T: serde::Deserialize<'a>>(text: &'a str) -> Result<T, FieldError> {
-    deserialize_after("", text)
-}
-
-/// Parses a text that stands behind another.
-fn deserialize_after<'a, T: serde::Deserialize<'a>>(
-    before: &str,
-    text: &'a str,
-) -> Result<T, FieldError> {
-    let mut reader = serde_json::Deserializer::from_str(text);
-    let value = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
-        let path = error.path().to_string();
-        // A syntax error leaves an unfinished path, which the line number replaces.
-        let named = path != "." && !path.contains('?');
-        FieldError::new(if named { path } else { String::new() }, placed(error.inner(), before))
-    })?;
-    reader.end().map_err(|error| FieldError::new("", error.to_string()))?;
-    Ok(value)
-}
-
-/// What an error says, with its place counted from the beginning of what stands before.
-fn placed(error: &serde_json::Error, before: &str) -> String {
-    let (said, line, column) = (error.to_string(), error.line(), error.column());
-    let Some(words) = said.strip_suffix(&format!(" at line {line} column {column}")) else {
-        return said;
-    };
-    let begun = before.rfind('\n').map_or(0, |end| end + 1);
-    let column = if line == 1 { column + before.len() - begun } else { column };
-    format!("{words} at line {} column {column}", line + before.matches('\n').count())
 }
 
 /// Serialises `value` with objects spread over lines and arrays of numbers on one line each.

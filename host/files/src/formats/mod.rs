@@ -8,6 +8,7 @@ mod evidence_file;
 mod input;
 mod joints;
 pub mod json;
+mod json_text;
 mod mission_capture;
 mod mission_convert;
 mod mission_file;

@@ -7,9 +7,11 @@ use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{MIN_NODES, Scenario, Start};
 use remora_core::advanced::stages::NODES;
+use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 use std::collections::HashSet;
+use std::fmt;
 use std::path::Path;
 
 /// The `format` of scenario sets whose scenarios give what version 1 could not say: how bus and arm
@@ -46,8 +48,36 @@ pub struct ScenarioSet {
 #[serde(deny_unknown_fields, expecting = "a scenario set")]
 struct Written<'a> {
     format: String,
-    #[serde(borrow)]
+    #[serde(borrow, deserialize_with = "elements")]
     scenarios: Vec<&'a RawValue>,
+}
+
+/// Most scenarios of a set: more than the largest file has room for.
+const MOST: usize = 1 << 21;
+
+/// The elements of a list that is not too long to be one of scenarios.
+fn elements<'de: 'a, 'a, D: Deserializer<'de>>(from: D) -> Result<Vec<&'a RawValue>, D::Error> {
+    struct Elements;
+
+    impl<'de> Visitor<'de> for Elements {
+        type Value = Vec<&'de RawValue>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a list of scenarios")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
+            let mut elements = Vec::new();
+            while let Some(element) = list.next_element()? {
+                if elements.len() == MOST {
+                    return Err(A::Error::custom(format!("has more than {MOST} entries")));
+                }
+                elements.push(element);
+            }
+            Ok(elements)
+        }
+    }
+    from.deserialize_seq(Elements)
 }
 
 /// One scenario of a set.
@@ -318,6 +348,20 @@ mod tests {
         assert_eq!(field(|s| s.target.rate[1] = 7.0), "scenarios[0].target.rate");
         assert_eq!(field(|s| s.servicer.position = [0.0; 3]), "scenarios[0].servicer.position");
         assert_eq!(field(|s| s.servicer.velocity[0] = 1e9), "scenarios[0].servicer.velocity");
+    }
+
+    /// A list of what are no scenarios takes no more memory than one of scenarios, and ends early.
+    // Verifies REM-IO-004.
+    #[test]
+    fn a_list_too_long_to_be_one_of_scenarios_is_not_read_to_its_end() {
+        let list = |end: &str| {
+            let zeros = "0,".repeat(MOST + 1);
+            format!("{{\"format\": \"{FORMAT}\", \"scenarios\": [{zeros}{end}")
+        };
+        // What stands behind is no JSON, and nobody comes so far.
+        let error = ScenarioSet::parse(&list("}")).unwrap_err();
+        assert!(error.field.starts_with("scenarios"), "{}", error.field);
+        assert!(error.reason.starts_with("has more than 2097152 entries"), "{}", error.reason);
     }
 
     #[test]

@@ -1,14 +1,20 @@
 //! Tables of Parquet files read again: their numbers by column, or all of it a row group at a time.
 
 use super::{Cell, open_regular};
-use crate::error::Error;
+use crate::error::{Error, FieldError};
+use bytes::Bytes;
 use parquet::column::reader::ColumnReader;
 use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::metadata::ParquetMetaData;
+use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use std::collections::BTreeMap;
 use std::fs::File;
+use std::panic::AssertUnwindSafe;
 use std::path::Path;
+
+/// Most numbers of a table: half a gigabyte, a row a second of forty columns for two weeks.
+const MOST_NUMBERS: u64 = 1 << 26;
 
 /// What a table holds in numbers; columns of text and flags are passed over.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,7 +32,15 @@ impl Numbers {
     /// The file with the reason why it cannot be read.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let open = open_regular(file)?;
-        numbers(open).map_err(|error| Error::input(file, "", format!("is no table: {error}")))
+        numbers(open).map_err(|error| refused(error).at(file))
+    }
+
+    /// Reads what a file holds.
+    ///
+    /// # Errors
+    /// The reason why it is no table.
+    pub fn parse(bytes: Vec<u8>) -> Result<Self, FieldError> {
+        numbers(Bytes::from(bytes)).map_err(refused)
     }
 
     /// A column of as many rows as the first.
@@ -54,8 +68,13 @@ impl TableReader {
     /// # Errors
     /// The file with the reason why it cannot be read.
     pub fn open(file: &Path) -> Result<Self, Error> {
-        let reader = SerializedFileReader::new(open_regular(file)?)
-            .map_err(|error| Error::input(file, "", format!("is no table: {error}")))?;
+        let open = open_regular(file)?;
+        let size = open.len();
+        let reader = guarded(|| {
+            let reader = SerializedFileReader::new(open)?;
+            check_sizes(reader.metadata(), size).map(|()| reader)
+        })
+        .map_err(|error| refused(error).at(file))?;
         let metadata = reader.metadata().file_metadata();
         let entries = entries(&reader);
         let columns = metadata.schema_descr().columns();
@@ -78,6 +97,10 @@ impl TableReader {
     /// # Errors
     /// Why they cannot be read.
     pub fn group(&self, group: usize, most: usize) -> Result<Vec<Vec<Cell>>, ParquetError> {
+        guarded(|| self.group_unguarded(group, most))
+    }
+
+    fn group_unguarded(&self, group: usize, most: usize) -> Result<Vec<Vec<Cell>>, ParquetError> {
         let group = self.reader.get_row_group(group)?;
         let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(usize::MAX);
         if rows > most {
@@ -97,7 +120,7 @@ impl TableReader {
 }
 
 /// What a file says of itself.
-fn entries(reader: &SerializedFileReader<File>) -> BTreeMap<String, String> {
+fn entries(reader: &SerializedFileReader<impl ChunkReader + 'static>) -> BTreeMap<String, String> {
     let metadata = reader.metadata().file_metadata().key_value_metadata();
     let entries = metadata.into_iter().flatten();
     entries.map(|entry| (entry.key.clone(), entry.value.clone().unwrap_or_default())).collect()
@@ -131,8 +154,24 @@ fn cells(column: ColumnReader, rows: usize) -> Result<Vec<Cell>, ParquetError> {
     })
 }
 
-fn numbers(file: File) -> Result<Numbers, ParquetError> {
+fn refused(error: ParquetError) -> FieldError {
+    FieldError::new("", format!("is no table: {error}"))
+}
+
+/// The reader of pages takes a file's word for much: what it does not refuse itself becomes a refusal here.
+fn guarded<T>(read: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
+    let read = std::panic::catch_unwind(AssertUnwindSafe(read));
+    read.unwrap_or_else(|_| Err(ParquetError::General("it is damaged".into())))
+}
+
+fn numbers(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> {
+    guarded(|| unguarded(file))
+}
+
+fn unguarded(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> {
+    let size = file.len();
     let reader = SerializedFileReader::new(file)?;
+    check_sizes(reader.metadata(), size)?;
     let metadata = reader.metadata().file_metadata();
     let mut found = Numbers { entries: entries(&reader), ..Numbers::default() };
     let names: Vec<String> =
@@ -146,19 +185,58 @@ fn numbers(file: File) -> Result<Numbers, ParquetError> {
             }
         }
     }
+    check_lengths(&found)?;
     Ok(found)
+}
+
+/// Refuses columns that are not within the file, and more numbers than there is memory for.
+fn check_sizes(metadata: &ParquetMetaData, size: u64) -> Result<(), ParquetError> {
+    let wrong = |reason: &str| Err(ParquetError::General(reason.into()));
+    let mut numbers = 0u64;
+    for group in metadata.row_groups() {
+        let Ok(rows) = u64::try_from(group.num_rows()) else {
+            return wrong("a negative number of rows");
+        };
+        for column in group.columns() {
+            let begin = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
+            let end = begin.checked_add(column.compressed_size()).map(u64::try_from);
+            if begin < 0
+                || column.compressed_size() < 0
+                || !matches!(end, Some(Ok(end)) if end <= size)
+            {
+                return wrong("a column is not within the file");
+            }
+            numbers = numbers.saturating_add(rows);
+        }
+    }
+    match numbers <= MOST_NUMBERS {
+        true => Ok(()),
+        false => wrong("more numbers than there is memory for"),
+    }
+}
+
+/// Columns are as long as each other, whatever a file says of its rows.
+fn check_lengths(found: &Numbers) -> Result<(), ParquetError> {
+    let rows = found.columns.values().map(Vec::len).max().unwrap_or(0);
+    match found.columns.iter().find(|(_, values)| values.len() != rows) {
+        Some((name, values)) => {
+            Err(ParquetError::General(format!("{name} has {} rows of {rows}", values.len())))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The numbers of a column, if it holds any.
 fn values(column: ColumnReader, rows: usize) -> Result<Option<Vec<f64>>, ParquetError> {
     Ok(match column {
         ColumnReader::DoubleColumnReader(mut reader) => {
-            let mut values = Vec::with_capacity(rows);
+            // A file may say that it has more rows than there is memory.
+            let mut values = Vec::new();
             reader.read_records(rows, None, None, &mut values)?;
             Some(values)
         }
         ColumnReader::Int64ColumnReader(mut reader) => {
-            let mut values = Vec::with_capacity(rows);
+            let mut values = Vec::new();
             reader.read_records(rows, None, None, &mut values)?;
             Some(values.into_iter().map(|n| n as f64).collect())
         }
@@ -204,5 +282,23 @@ mod tests {
         );
         std::fs::write(&file, "{}").unwrap();
         assert!(Numbers::read(&file).unwrap_err().to_string().contains("is no table"));
+    }
+
+    /// Wherever a byte is another: numbers, as many in each column, or a refusal.
+    // Verifies REM-IO-006.
+    #[test]
+    fn damage_is_answered() {
+        let rows: Vec<_> = (0..3).map(|i| row(0.5, i)).collect();
+        let whole = parquet_table(&rows, vec![("remora.format", "a/1".to_string())]).unwrap();
+        for at in 0..whole.len() {
+            for with in [0x00, 0x01, 0x7f, 0xff] {
+                let mut bytes = whole.clone();
+                bytes[at] = with;
+                if let Ok(table) = Numbers::parse(bytes) {
+                    let lengths: Vec<usize> = table.columns.values().map(Vec::len).collect();
+                    assert!(lengths.windows(2).all(|pair| pair[0] == pair[1]), "{at} {with}");
+                }
+            }
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! The manifest: what a dataset was asked to be.
 
-use super::Recipe;
+use super::shard::{self, Place};
 use super::trajectory::state_size;
+use super::{Recipe, Trajectory};
 use remora_core::advanced::stages::{NODES, size};
 use remora_host::engine;
 use remora_host::error::{Error, FieldError};
@@ -25,6 +26,9 @@ pub const MANIFEST: &str = "dataset.json";
 
 /// Scenarios a shard, where nothing else is asked for: some seconds of work, 4 MB.
 pub const SHARD: NonZeroU32 = NonZeroU32::new(500).unwrap();
+
+/// Most scenarios of a shard: 1 GB with seven joints.
+const MOST_A_SHARD: u32 = 1 << 16;
 
 /// All that the contents of a dataset depend on, and their sizes: `dataset.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,13 +92,47 @@ impl Manifest {
     /// # Errors
     /// The file with the first field found wrong, or with the reason why it cannot be read.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        let parse = |text: &str| {
-            let is_first = json::format_of(text).as_deref() == Some(FIRST_FORMAT);
-            let format = if is_first { FIRST_FORMAT } else { FORMAT };
-            let manifest: Self = json::parse(text, format)?;
-            manifest.validate().map(|()| manifest)
-        };
-        parse(&read_text(file, Limit::TEXT)?).map_err(|error: FieldError| error.at(file))
+        Self::parse(&read_text(file, Limit::TEXT)?).map_err(|error| error.at(file))
+    }
+
+    /// Parses and validates a file's text.
+    ///
+    /// # Errors
+    /// The first field found wrong.
+    pub fn parse(text: &str) -> Result<Self, FieldError> {
+        let is_first = json::format_of(text).as_deref() == Some(FIRST_FORMAT);
+        let format = if is_first { FIRST_FORMAT } else { FORMAT };
+        let manifest: Self = json::parse(text, format)?;
+        manifest.validate().map(|()| manifest)
+    }
+
+    /// The trajectories in the bytes of a shard of this dataset, by its number from zero.
+    ///
+    /// # Errors
+    /// The reason why they are none.
+    pub fn shard<const NL: usize>(
+        &self,
+        number: usize,
+        bytes: &[u8],
+    ) -> Result<Vec<Trajectory<NL>>, String> {
+        let (first, tried) = self.shards().nth(number).ok_or("is none of this dataset's")?;
+        let place = Place { dataset: &self.dataset(), first, tried };
+        let mut out = Vec::new();
+        shard::decode(bytes, place, self.count, &mut out).map(|()| out)
+    }
+
+    /// The bytes of a shard of this dataset with these trajectories, in order of their scenarios.
+    ///
+    /// # Errors
+    /// The reason why there are none.
+    pub fn shard_of<const NL: usize>(
+        &self,
+        number: usize,
+        trajectories: &[Trajectory<NL>],
+    ) -> Result<Vec<u8>, String> {
+        let (first, tried) = self.shards().nth(number).ok_or("is none of this dataset's")?;
+        let place = Place { dataset: &self.dataset(), first, tried };
+        shard::encode(place, trajectories).map_err(|error| error.to_string())
     }
 
     /// Writes the file whole or not at all.
@@ -105,6 +143,7 @@ impl Manifest {
     /// Writes the file where there is none yet; whether it did. Of several programs that do so at once
     /// one does.
     pub(super) fn begin(&self, file: &Path) -> Result<bool, Error> {
+        self.validate().map_err(|error| error.at(file))?;
         Ok(!file.exists() && write_first(file, self.text(file)?.as_bytes())?)
     }
 
@@ -170,8 +209,9 @@ impl Manifest {
                 return Err(FieldError::new(field, reason));
             }
         }
-        if self.shard == 0 {
-            return Err(FieldError::new("shard", "must not be zero"));
+        // A shard is read in one piece.
+        if !(1..=MOST_A_SHARD).contains(&self.shard) {
+            return Err(FieldError::new("shard", format!("must be from 1 to {MOST_A_SHARD}")));
         }
         Ok(())
     }

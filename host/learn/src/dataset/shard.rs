@@ -84,7 +84,8 @@ impl Outline {
     }
 
     /// Refuses a shard that stands in the place of another, and one that is not whole.
-    fn check(self, place: Place<'_>, size: u64) -> Result<Self, String> {
+    /// A record has at `least` so many bytes.
+    fn check(self, place: Place<'_>, size: u64, least: u64) -> Result<Self, String> {
         let kept = self.found.kept;
         if (self.first, self.tried) != (place.first, place.tried) || kept > place.tried {
             return Err(format!(
@@ -93,9 +94,13 @@ impl Outline {
             ));
         }
         let expected = self.bytes.saturating_add((self.begin + CRC_BYTES) as u64);
-        match size == expected {
+        if size != expected {
+            return Err(format!("has {size} bytes instead of {expected}"));
+        }
+        // Memory is set aside for as many as are said to be there.
+        match u64::from(kept).saturating_mul(least) <= self.bytes {
             true => Ok(self),
-            false => Err(format!("has {size} bytes instead of {expected}")),
+            false => Err(format!("has {} bytes of records, too few for {kept}", self.bytes)),
         }
     }
 }
@@ -111,7 +116,7 @@ pub(super) fn write<const NL: usize>(
     write_atomically(file, &encode(place, trajectories).map_err(failed)?)
 }
 
-fn encode<const NL: usize>(
+pub(super) fn encode<const NL: usize>(
     place: Place<'_>,
     trajectories: &[Trajectory<NL>],
 ) -> Result<Vec<u8>, postcard::Error> {
@@ -139,7 +144,8 @@ pub(super) fn look<const NL: usize>(file: &Path, place: Place<'_>) -> Result<Opt
     handle.by_ref().take(HEAD_ROOM).read_to_end(&mut bytes).map_err(failed)?;
     let size = handle.metadata().map_err(failed)?.len();
     let outline = Outline::read::<NL>(&bytes, place.dataset);
-    let outline = outline.and_then(|outline| outline.check(place, size));
+    let outline =
+        outline.and_then(|outline| outline.check(place, size, Trajectory::<NL>::LEAST_BYTES));
     outline.map(|o| Some(o.found)).map_err(|reason| Error::input(file, "", reason))
 }
 
@@ -167,14 +173,14 @@ pub(super) fn read<const NL: usize>(
     decode(&bytes, place, end, out).map_err(|reason| Error::input(file, "", reason))
 }
 
-fn decode<const NL: usize>(
+pub(super) fn decode<const NL: usize>(
     bytes: &[u8],
     place: Place<'_>,
     end: u64,
     out: &mut Vec<Trajectory<NL>>,
 ) -> Result<(), String> {
     let outline = Outline::read::<NL>(bytes, place.dataset)?;
-    let outline = outline.check(place, bytes.len() as u64)?;
+    let outline = outline.check(place, bytes.len() as u64, Trajectory::<NL>::LEAST_BYTES)?;
     let (body, crc) = bytes.split_last_chunk().ok_or("is truncated")?;
     if crc32fast::hash(body) != u32::from_le_bytes(*crc) {
         return Err("is damaged: its CRC-32 does not match".into());
@@ -313,6 +319,23 @@ mod tests {
         let mut out = Vec::<Trajectory<2>>::new();
         let reason = decode(&whole, PLACE, 1000, &mut out).unwrap_err();
         assert_eq!(reason, "has records of 8420 bytes; a trajectory has 7700");
+    }
+
+    /// A head that says that there are more records than bytes: nobody sets aside memory for them.
+    #[test]
+    fn more_records_than_bytes_are_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("shard");
+        let tried = 1 << 16;
+        let head = Head { dataset: PLACE.dataset, first: 500, tried, kept: tried, bytes: 8400 };
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(VERSION.to_le_bytes());
+        let mut bytes = postcard::to_extend(&head, bytes).unwrap();
+        bytes.extend([0; 8404]);
+        std::fs::write(&file, bytes).unwrap();
+        let error = look::<LINKS>(&file, Place { tried, ..PLACE }).unwrap_err().to_string();
+        let reason = "shard: has 8400 bytes of records, too few for 65536";
+        assert!(error.ends_with(reason), "{error}");
     }
 
     proptest! {

@@ -62,6 +62,8 @@ pub struct Trajectory<const NL: usize = LINKS> {
 impl<const NL: usize> Trajectory<NL> {
     /// Size of a record [bytes]; in shards of today's version some bytes less.
     pub const BYTES: usize = 20 + 4 * numbers_of(NL);
+    /// The least that a record of any version has [bytes]: its numbers.
+    pub(super) const LEAST_BYTES: u64 = 4 * numbers_of(NL) as u64;
 
     /// Placeholder for storage that is filled later.
     const ZERO: Self = Self {

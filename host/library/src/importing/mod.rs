@@ -13,7 +13,7 @@ mod servicer;
 mod start;
 mod text;
 
-use crate::error::{Error, FieldError, io_reason};
+use crate::error::{Error, FieldError, in_one_line, io_reason};
 use crate::formats::{MissionCapture, MissionFile, open_regular};
 use crate::method::Integrator;
 use crate::vehicle::Vehicle;
@@ -122,17 +122,14 @@ impl Request {
         let (mut urdf, limit) = (Vec::new(), MAX_BYTES as u64 + 1);
         let opened = open_regular(file)?;
         opened.take(limit).read_to_end(&mut urdf).map_err(refused)?;
-        Ok(Self {
-            file: file.into(),
-            urdf,
-            options: Options::default(),
-            bus: None,
-            mount: None,
-            boresight: None,
-            axis: None,
-            start: None,
-            armature: None,
-        })
+        Ok(Self::new(file.into(), urdf))
+    }
+
+    /// The request of a URDF's text, with nothing said beside it.
+    pub fn new(file: PathBuf, urdf: Vec<u8>) -> Self {
+        let options = Options::default();
+        let (bus, mount, boresight, axis) = (None, None, None, None);
+        Self { file, urdf, options, bus, mount, boresight, axis, start: None, armature: None }
     }
 }
 
@@ -140,7 +137,9 @@ impl NoImport {
     /// All that is wrong, each in a line.
     pub fn faults(&self) -> Vec<String> {
         match self {
-            Self::Urdf(refusal) => refusal.faults.iter().map(ToString::to_string).collect(),
+            Self::Urdf(refusal) => {
+                refusal.faults.iter().map(|fault| in_one_line(fault.to_string())).collect()
+            }
             Self::Mission(error) => vec![error.to_string()],
         }
     }

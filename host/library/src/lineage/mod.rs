@@ -70,9 +70,10 @@ impl Training {
     /// How often it met each trajectory; none where the batch or the datasets are not known.
     pub fn epochs(&self) -> Option<f64> {
         let sources = Source::parse_all(&self.learnt_from).ok()?;
-        let count: u64 = sources.iter().map(|source| source.count).sum();
+        let count = sources.iter().fold(0u64, |all, source| all.saturating_add(source.count));
         let trajectories = count as f64 * LEARNT_IN_FIFTY / 50.0;
-        (count > 0).then_some((self.steps * self.batch?) as f64 / trajectories)
+        let seen = self.steps.saturating_mul(self.batch?);
+        (count > 0).then_some(seen as f64 / trajectories)
     }
 }
 
@@ -160,7 +161,8 @@ impl Lineage {
 
     /// Scenarios learnt from; those of one seed count once, however often they were met.
     pub fn size(&self) -> u64 {
-        widest(&self.sources).iter().map(|source| source.count).sum()
+        let all = widest(&self.sources);
+        all.iter().fold(0, |size, source| size.saturating_add(source.count))
     }
 }
 

@@ -1,0 +1,150 @@
+//! Readers of text.
+
+use crate::{one_line, taken};
+use remora_core::advanced::model::{Orbit, Tolerances};
+use remora_export::chief::Chief;
+use remora_flight::campaign::Asked;
+use remora_flight::errors_file;
+use remora_host::formats::{MissionFile, Row, ScenarioSet, json};
+use remora_host::importing::{self, Request};
+use remora_host::journal::{Heading, Journal};
+use remora_host::qp_file::QpFile;
+use remora_host::with_joints;
+use remora_learn::dataset::Manifest;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::fmt::Debug;
+use std::path::Path;
+
+/// The text that bytes are: what is none is refused before any parser sees it.
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap_or_default()
+}
+
+/// That what was taken comes back as it is once it is written.
+fn comes_back<T: Serialize + PartialEq + Debug>(value: &T, parse: impl FnOnce(&str) -> Option<T>) {
+    let written = json::to_text(value).expect("what was read can be written");
+    let again = parse(&written).expect("what was written can be read");
+    assert_eq!(&again, value);
+}
+
+pub(crate) fn scenarios(bytes: &[u8]) {
+    let parse = |text: &str| taken(ScenarioSet::parse(text));
+    let Some(set) = parse(text(bytes)) else { return };
+    for scenario in &set.scenarios {
+        assert!(scenario.scenario::<3>().position.amax() <= 1e6);
+    }
+    comes_back(&set, parse);
+}
+
+pub(crate) fn mission(bytes: &[u8]) {
+    let Some(file) = taken(MissionFile::parse(text(bytes))) else { return };
+    let is_sound = with_joints!(file.joints(), NL => {
+        taken(file.mission_of::<NL>()).is_some_and(|mission| {
+            mission.validate().expect("a mission that was taken is sound");
+            true
+        })
+    } else {
+        false
+    });
+    if is_sound {
+        let written = toml::to_string(&file).expect("what was read can be written");
+        assert_eq!(taken(MissionFile::parse(&written)).as_ref(), Some(&file));
+    }
+}
+
+pub(crate) fn qp(bytes: &[u8]) {
+    let parse = |text: &str| taken(QpFile::parse(text));
+    let Some(file) = parse(text(bytes)) else { return };
+    // The sizes of the two stages; any other is refused.
+    let _ = taken(file.program::<60, 6, 3, 4>().map(drop));
+    comes_back(&file, parse);
+}
+
+pub(crate) fn manifest(bytes: &[u8]) {
+    let parse = |text: &str| taken(Manifest::parse(text));
+    let Some(manifest) = parse(text(bytes)) else { return };
+    comes_back(&manifest, parse);
+    // Neither first nor last shard of it is this.
+    for number in [0, 7] {
+        manifest.shard::<3>(number, bytes).map(drop).expect_err("a text is no shard");
+    }
+}
+
+pub(crate) fn errors(bytes: &[u8]) {
+    let Some(errors) = taken(errors_file::parse(text(bytes), 3)) else { return };
+    let written = errors_file::text(&errors).expect("what was read can be written");
+    assert_eq!(taken(errors_file::parse(&written, 3)), Some(errors));
+}
+
+pub(crate) fn flights(bytes: &[u8]) {
+    let parse = |text: &str| taken(Asked::parse(text));
+    let _ = parse(text(bytes)).map(|asked| asked.dispersion(1));
+}
+
+pub(crate) fn chief(bytes: &[u8]) {
+    let Some(chief) = taken(Chief::parse(text(bytes), &Orbit::default())) else { return };
+    let now = chief.at(600.0);
+    assert!(now.position.iter().chain(&now.velocity).all(|x| x.is_finite()));
+}
+
+pub(crate) fn urdf(bytes: &[u8]) {
+    for end_effector in [None, Some("tip".to_string())] {
+        let options = remora_urdf::Options { end_effector, ..Default::default() };
+        let _ = remora_urdf::explain("fuzzed", bytes, &options);
+        match remora_urdf::import("fuzzed", bytes, &options) {
+            Ok(arm) => assert!(arm.joints.iter().all(|joint| joint.body.mass > 0.0)),
+            Err(refusal) => assert!(!refusal.faults.is_empty()),
+        }
+    }
+}
+
+/// From a URDF to a mission: what follows from an arm that is one.
+pub(crate) fn import(bytes: &[u8]) {
+    let request = Request::new("fuzzed.urdf".into(), bytes.to_vec());
+    match importing::import(&request) {
+        Ok(imported) => {
+            let file = imported.mission;
+            let written = toml::to_string(&file).expect("what was made can be written");
+            assert_eq!(taken(MissionFile::parse(&written)), Some(file));
+        }
+        Err(refusal) => refusal.faults().iter().for_each(|fault| one_line(fault)),
+    }
+}
+
+/// A header that is always right: what is forged are the rows.
+#[derive(Serialize, Deserialize)]
+struct Header;
+
+impl Heading for Header {
+    const FORMAT: &'static str = "fuzzed";
+    const WORK: &'static str = "work";
+
+    fn format(&self) -> &str {
+        Self::FORMAT
+    }
+
+    fn difference(&self, _: &Self) -> Option<(&'static str, String)> {
+        None
+    }
+}
+
+pub(crate) fn journal(bytes: &[u8]) {
+    let tolerances = Tolerances::default();
+    rows::<Row>(bytes, &|row| row.check(&tolerances));
+    rows::<remora_flight::row::Row>(bytes, &|row| row.check(1000));
+}
+
+/// The rows below a header, all of which pass the check.
+fn rows<R: Serialize + DeserializeOwned>(bytes: &[u8], check: remora_host::journal::Check<'_, R>) {
+    let mut journal = serde_json::to_vec(&Header).expect("a unit");
+    journal.push(b'\n');
+    journal.extend(bytes);
+    match Journal::parse(Path::new("journal"), &*journal, &Header, check) {
+        Ok((rows, whole)) => {
+            assert!(whole <= journal.len() as u64);
+            rows.iter().for_each(|row| check(row).expect("a row that was taken passes"));
+        }
+        Err(error) => one_line(&error.to_string()),
+    }
+}

@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# Looks for memory misused where there is unsafe code: the kernels of remora-nn and remora-qp, and the door for C.
+# Usage: ci/memory.sh [miri|address|valgrind|exhaustive]...; by default all that this machine has.
+#
+#   miri        an interpreter that knows the rules of the language: needs a nightly toolchain with the component miri
+#   address     the address sanitizer that comes with rustc: reads and writes beyond memory, use after free
+#   valgrind    the same on the programs as they are, and what depends on memory that nobody has written
+#   exhaustive  integer arithmetic over all of its values, the part that takes minutes
+set -euo pipefail
+
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+build=${CARGO_TARGET_DIR:-$PWD/target}/memory
+host=$(rustc -vV | sed -n 's/^host: //p')
+# The tests of what is unsafe, and of what leads there.
+nn=(-p remora-nn --lib)
+qp=(-p remora-qp --lib)
+door=(-p remora-capi --lib --test door --test misuse)
+
+has_miri() { cargo +nightly miri --version >/dev/null 2>&1; }
+
+# What is interpreted takes a thousand times as long: no plan, and no proptest of hundreds of cases.
+miri() {
+    local flags='-Zmiri-disable-isolation -Zmiri-permissive-provenance'
+    MIRIFLAGS=$flags PROPTEST_CASES=2 CARGO_TARGET_DIR=$build/miri cargo +nightly miri test --locked \
+        "${nn[@]}" -- kernels files inference
+    MIRIFLAGS=$flags PROPTEST_CASES=2 CARGO_TARGET_DIR=$build/miri cargo +nightly miri test --locked \
+        "${qp[@]}" -- dense
+    MIRIFLAGS=$flags CARGO_TARGET_DIR=$build/miri cargo +nightly miri test --locked \
+        -p remora-capi --test misuse -- null foreign short misaligned not_opened
+}
+
+address() {
+    local tests
+    for tests in nn qp door; do
+        local -n arguments=$tests
+        RUSTC_BOOTSTRAP=1 RUSTFLAGS=-Zsanitizer=address RUSTDOCFLAGS=-Zsanitizer=address \
+            CARGO_TARGET_DIR=$build/address cargo test --locked --target "$host" "${arguments[@]}"
+    done
+}
+
+# The binaries of ordinary tests. Valgrind knows no AVX-512: the kernels for it are the sanitizer's.
+valgrind_() {
+    local tests program
+    for tests in nn qp door; do
+        local -n arguments=$tests
+        cargo test --locked --no-run --message-format json "${arguments[@]}" 2>/dev/null |
+            sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' | while read -r program; do
+            echo "--- $program"
+            PROPTEST_CASES=4 valgrind --quiet --error-exitcode=1 --main-stacksize=67108864 \
+                --max-stackframe=16777216 "$program" --test-threads 1 --skip exhaustive --skip random </dev/null
+        done
+    done
+}
+
+exhaustive() {
+    cargo test --locked "${nn[@]}" -- --ignored exhaustive
+}
+
+asked=("$@")
+if [ ${#asked[@]} -eq 0 ]; then
+    asked=(address exhaustive)
+    ! has_miri || asked+=(miri)
+    ! command -v valgrind >/dev/null || asked+=(valgrind)
+fi
+for one in "${asked[@]}"; do
+    echo "=== $one"
+    case $one in
+    miri)
+        if ! has_miri; then
+            echo "error: needs the component miri: rustup +nightly component add miri rust-src" >&2
+            exit 2
+        fi
+        miri
+        ;;
+    address) address ;;
+    valgrind) valgrind_ ;;
+    exhaustive) exhaustive ;;
+    *)
+        echo "error: unknown: $one" >&2
+        exit 2
+        ;;
+    esac
+done

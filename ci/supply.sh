@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# Judges the crates of others: licences, versions that stand twice, sources (ci/deny.toml), and that docs/supply.md and
+# the bill of materials are current. Without a network, so that vulnerabilities are looked for only where it is asked
+# for. Usage: ci/supply.sh [--advisories]. Needs cargo-deny (`cargo install cargo-deny --locked`) and Python.
+set -euo pipefail
+
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+python3 ci/supply.py --check
+if ! cargo deny --version >/dev/null 2>&1; then
+    echo "error: needs cargo-deny: cargo install cargo-deny --locked" >&2
+    exit 2
+fi
+checks=(bans licenses sources)
+offline=(--offline)
+if [ "${1:-}" = --advisories ]; then
+    checks+=(advisories)
+    offline=()
+fi
+cargo deny "${offline[@]}" --log-level error check --config ci/deny.toml "${checks[@]}"
