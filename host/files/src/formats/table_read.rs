@@ -72,7 +72,7 @@ impl TableReader {
         let size = open.len();
         let reader = guarded(|| {
             let reader = SerializedFileReader::new(open)?;
-            check_sizes(reader.metadata(), size).map(|()| reader)
+            check_sizes(reader.metadata(), size).map(|_| reader)
         })
         .map_err(|error| refused(error).at(file))?;
         let metadata = reader.metadata().file_metadata();
@@ -171,7 +171,9 @@ fn numbers(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> {
 fn unguarded(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> {
     let size = file.len();
     let reader = SerializedFileReader::new(file)?;
-    check_sizes(reader.metadata(), size)?;
+    if check_sizes(reader.metadata(), size)? > MOST_NUMBERS {
+        return Err(ParquetError::General("more numbers than there is memory for".into()));
+    }
     let metadata = reader.metadata().file_metadata();
     let mut found = Numbers { entries: entries(&reader), ..Numbers::default() };
     let names: Vec<String> =
@@ -189,8 +191,8 @@ fn unguarded(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> 
     Ok(found)
 }
 
-/// Refuses columns that are not within the file, and more numbers than there is memory for.
-fn check_sizes(metadata: &ParquetMetaData, size: u64) -> Result<(), ParquetError> {
+/// Refuses columns that are not within the file; how many numbers there are in all.
+fn check_sizes(metadata: &ParquetMetaData, size: u64) -> Result<u64, ParquetError> {
     let wrong = |reason: &str| Err(ParquetError::General(reason.into()));
     let mut numbers = 0u64;
     for group in metadata.row_groups() {
@@ -209,10 +211,7 @@ fn check_sizes(metadata: &ParquetMetaData, size: u64) -> Result<(), ParquetError
             numbers = numbers.saturating_add(rows);
         }
     }
-    match numbers <= MOST_NUMBERS {
-        true => Ok(()),
-        false => wrong("more numbers than there is memory for"),
-    }
+    Ok(numbers)
 }
 
 /// Columns are as long as each other, whatever a file says of its rows.
