@@ -1,5 +1,7 @@
 //! One plan: the stages, the verifier, and further tries after its findings.
 
+use super::kept::Path;
+use super::scrub::Scrubbed;
 use super::tighten::{force_limit_of_wheels, gentler, tightened};
 use super::{
     ArmWorkspace, GuessRecord, InitialGuess, MAX_FORCE_TRIALS, MAX_TIGHTENINGS, PhaseTimes,
@@ -12,8 +14,9 @@ use crate::stages::{
     Formulation, Mode, NODES, Reorientation, Translation, Verification, recovery, verify,
     verify_first,
 };
-use remora_qp::Valid;
+use core::hint::black_box;
 use remora_qp::time::Deadline;
+use remora_qp::{QpSolver, Valid};
 
 /// Time reserved for the verifier, over the measured time of one interval times their number.
 const RESERVE: f64 = 1.5;
@@ -32,7 +35,7 @@ pub(super) struct Run<'a, 'w, S, P, const NL: usize, const NX: usize, const NU: 
     /// Deadline of the whole plan.
     pub deadline: Deadline<'a>,
     pub options: &'a PlanSettings,
-    pub solver: &'w mut S,
+    pub solver: Scrubbed<'w, 'a, S, NL>,
     pub executor: &'a P,
     pub workspace: &'w mut ArmWorkspace<NL, NX, NU>,
 }
@@ -79,6 +82,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         self.propagate_target();
         times.start_s = self.deadline.seconds() - from;
         let mut translation = self.translate_held();
+        self.solver.show(&mut Path(&mut self.workspace.translation.trajectory));
         self.reserve_verifier_time();
         let (mut reorientation, guess_record) = self.reorient_from(guess);
         let mut found = self.verify(&mut times);
@@ -118,6 +122,8 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         }
         times.translation_s = translation.report.time_s;
         times.add(&reorientation.times);
+        self.solver.look::<NX, NU>();
+        self.solver.look_at_model();
         let record = SolveRecord { start: guess_record, ..record };
         self.report([translation, reorientation], found, times, record)
     }
@@ -181,20 +187,32 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             (self.workspace.translation(), self.workspace.reorientation());
         let _ = verify_first(mission, scenario, integrator, translation, reorientation);
         let each = self.deadline.seconds() - from;
-        let nodes = self.formulation.grid().nodes;
-        self.formulation.deadline = self.deadline.earlier_by(RESERVE * nodes as f64 * each);
+        let runs = if self.solver.is_on() { 2 } else { 1 };
+        let intervals = runs * self.formulation.grid().nodes;
+        self.formulation.deadline = self.deadline.earlier_by(RESERVE * intervals as f64 * each);
     }
 
-    /// Runs the verifier and adds its time.
-    fn verify(&self, times: &mut PhaseTimes) -> Verification {
+    /// Runs the verifier, twice where plans are scrubbed, and adds its time.
+    fn verify(&mut self, times: &mut PhaseTimes) -> Verification {
         let from = self.deadline.seconds();
-        let Formulation { mission, scenario, integrator, .. } = self.formulation;
-        let (translation, reorientation) =
-            (self.workspace.translation(), self.workspace.reorientation());
-        let found =
-            verify(mission, scenario, integrator, translation, reorientation, &self.deadline);
+        let mut found = self.verify_once();
+        if self.solver.is_on() {
+            let again = self.verify_once();
+            found = self.solver.compare(&found, again, &self.deadline);
+        }
         times.verify_s += self.deadline.seconds() - from;
         found
+    }
+
+    // Not inlined: it is called twice.
+    #[inline(never)]
+    fn verify_once(&self) -> Verification {
+        let Formulation { mission, scenario, integrator, .. } = self.formulation;
+        // The second run is none of what the compiler knows of the first.
+        let (mission, scenario) = (black_box(mission), black_box(scenario));
+        let (translation, reorientation) =
+            (self.workspace.translation(), self.workspace.reorientation());
+        verify(mission, scenario, integrator, translation, reorientation, &self.deadline)
     }
 
     /// Changes the formulation for another try; `None` where no change would help.
@@ -270,12 +288,12 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         let started = deadline.seconds();
         let ArmWorkspace { target, scratch: w, translation: z, .. } = &mut *self.workspace;
         let mut problem = Translation::new(&self.formulation, target);
-        let solver = &mut *self.solver;
+        let solver = &mut self.solver;
         solver.reset();
-        let start =
-            problem.warm_start(solver, &deadline, &mut w.qp, &mut w.step, &mut z.trajectory);
+        let (start, tries) =
+            problem.start(solver, &deadline, &mut w.qp, &mut w.step, &mut z.trajectory);
         // The initial guess is a subproblem too.
-        let max_iterations = iterations.saturating_sub(1).max(1);
+        let max_iterations = iterations.saturating_sub(tries).max(1);
         let settings = Settings::with_max_iterations(&self.options.translation, max_iterations);
         let mut outcome = if start.status.is_usable() {
             scp::solve(&mut problem, solver, &settings, &deadline, w, z)
@@ -287,7 +305,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
                 ..Default::default()
             }
         };
-        outcome.iterations += 1;
+        outcome.iterations += tries;
         z.trajectory.clear_from(self.formulation.grid().nodes);
         let cost = problem.cost(&z.trajectory.force);
         let report = StageReport { outcome, cost, time_s: deadline.seconds() - started };
@@ -364,8 +382,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         let max_iterations = iterations.min(settings.max_iterations);
         let settings = Settings::with_max_iterations(settings, max_iterations);
         let mode: Mode = self.options.mode;
-        let (solver, executor, workspace) =
-            (&mut *self.solver, self.executor, &mut *self.workspace);
+        let (solver, executor, workspace) = (&mut self.solver, self.executor, &mut *self.workspace);
         let report = reorient(&self.formulation, mode, &settings, solver, executor, workspace);
         let log = &self.workspace.reorientation.log;
         let mut times = PhaseTimes::default();
