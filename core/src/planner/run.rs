@@ -250,6 +250,11 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
     pub fn translate_held(&mut self) -> StageResult {
         let free = self.formulation;
         let mut stage = self.translate(self.options.translation.max_iterations);
+        let left = stage.left(&self.options.translation);
+        if stage.report.outcome.status == Status::NumericalFailure && left > 0 {
+            // No sound data lead there: once more, from data that are made anew.
+            stage = self.translate(left).after(&stage);
+        }
         let again = stage.report.outcome.iterations;
         let translation = self.workspace.translation();
         if stage.report.outcome.status != Status::Solved {

@@ -317,9 +317,9 @@ mod tests {
     #[test]
     fn the_draw_never_changes() {
         let case = Drawn::new(1, 112, 60).case(WORK, &layout().0);
-        assert_eq!((case.scenario, case.fault.site()), (0, Site::QpData));
+        assert_eq!((case.scenario, case.fault.site()), (31, Site::QpData));
         let place = case.fault.place();
-        assert_eq!((place.part.as_str(), place.moment, place.node), ("x", 0, 0));
-        assert_eq!((place.element, place.bit), (0, 0));
+        assert_eq!((place.part.as_str(), place.moment, place.node), ("upper_u", 4, 39));
+        assert_eq!((place.element, place.bit), (2, 59));
     }
 }

@@ -377,13 +377,13 @@ fn fly(
     Flown { ended, met, programs, iterations, tried_twice }
 }
 
-/// Whether a plan took no more work than its settings allow: Stage 1 its start twice besides, Stage 2 a
-/// second try, each iteration some corrections.
+/// Whether a plan took no more work than its settings allow: Stage 1 three more where it
+/// begins again, Stage 2 a second try, each iteration some corrections.
 fn is_bounded(options: &PlanSettings, report: &Report, programs: u32) -> bool {
     let PlanSettings { translation, reorientation, learned, .. } = options;
     let (one, two) = (&report.record.translation, &report.record.reorientation);
     let most = [
-        2 + translation.max_iterations as u32,
+        3 + translation.max_iterations as u32,
         (learned.max_iterations + reorientation.max_iterations) as u32,
     ];
     let each = InteriorPointSettings::default().max_iterations;
