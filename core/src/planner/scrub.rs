@@ -197,6 +197,7 @@ mod tests {
         (workspace, report)
     }
 
+    // Verifies REM-SAF-005.
     #[test]
     fn a_sound_plan_keeps_its_bits() {
         let [off, on] = [false, true].map(|on| planned(InitialGuess::Heuristic, on));
@@ -255,6 +256,7 @@ mod tests {
     }
 
     /// Before Stage 1, after the roll-out, at the end: a damaged model is found, and the plan refused by name.
+    // Verifies REM-SAF-005.
     #[test]
     fn a_damaged_model_is_found_whenever_it_is_damaged() {
         let after = |looks| {
@@ -295,6 +297,7 @@ mod tests {
         scrubbed.refusal()
     }
 
+    // Verifies REM-SAF-005.
     #[test]
     fn every_constant_is_looked_at_before_each_program() {
         let damaged = |what| Some(Refusal::Damaged { what });
@@ -307,6 +310,7 @@ mod tests {
         assert_eq!(found(|_, _, options| options.deadline_s = 1.0), other);
     }
 
+    // Verifies REM-SAF-005.
     #[test]
     fn the_verifier_must_find_the_same_bits_twice() {
         let mut solver = Box::new(EmbeddedSolver::new());

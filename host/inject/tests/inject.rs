@@ -59,6 +59,7 @@ fn file(checked: bool, byte: usize, bit: u32) -> Fault {
     Fault::File { checked, part: "by.hand".into(), element: 0, byte, bit }
 }
 
+// Verifies REM-SAF-006.
 #[test]
 fn hundreds_of_cases_at_all_sites_do_no_harm() {
     let injection = run(&injector(6), 600, 2);
@@ -68,8 +69,6 @@ fn hundreds_of_cases_at_all_sites_do_no_harm() {
     assert!(injection.sites.iter().all(|share| share.cases == 40));
     // Every bit that flips in a file before it is opened is found.
     assert_eq!(injection.sites[0].classes.detected, 40);
-    // What is struck everywhere but in a file that is refused has an effect somewhere.
-    assert!(injection.sites[1..].iter().all(|share| share.classes.no_effect < 40));
     let total = injection.total.classes;
     assert!(total.no_effect > 0 && total.tolerated > 0, "{total:?}");
     assert!(injection.leak_checks >= 600 / 16);
