@@ -228,6 +228,10 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             return None;
         }
         let limits = &self.formulation.mission.tolerances;
+        if found.residuals.dynamics1 > limits.dynamics {
+            // A path is rolled out from its forces: this one is not what Stage 1 left.
+            return Some(Change::BothStages);
+        }
         match reorientation {
             Status::Solved | Status::IterationLimit => {
                 self.formulation = tightened(&self.formulation, &found.residuals)?;
