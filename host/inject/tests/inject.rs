@@ -59,7 +59,6 @@ fn file(checked: bool, byte: usize, bit: u32) -> Fault {
     Fault::File { checked, part: "by.hand".into(), element: 0, byte, bit }
 }
 
-// Verifies REM-SAF-006.
 #[test]
 fn hundreds_of_cases_at_all_sites_do_no_harm() {
     let injection = run(&injector(6), 600, 2);
