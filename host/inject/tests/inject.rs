@@ -173,12 +173,21 @@ fn kept(part: Kept, stage: usize, moment: u32, name: &str, node: usize, bit: u32
     inject(Fault::Loop(LoopFault { part, stage, moment, field, node, element: 0, bit }))
 }
 
-/// A path that Stage 2 goes by and that leads nowhere: no plan, but the next one is sound.
+/// Forces from which Stage 1's loop finds no way back: no plan, but the next one is sound.
 #[test]
 fn what_fails_says_so_and_leaves_nothing_behind() {
-    let record = kept(Kept::Path, 0, 4, "position", 30, 62);
-    assert_eq!((record.class, record.site), (Class::FailedCleanly, Site::Path), "{record:?}");
+    let record = injector(60).replay(1854).unwrap().record;
+    assert_eq!((record.class, record.site), (Class::FailedCleanly, Site::LoopIterate));
     assert!(record.status != Status::Solved && !record.is_verified);
+}
+
+/// A path that is not what its forces lead to is planned again.
+#[test]
+fn a_struck_path_is_planned_again() {
+    let record = kept(Kept::Path, 0, 4, "velocity", 30, 50);
+    assert_eq!((record.site, record.status), (Site::Path, Status::Solved), "{record:?}");
+    assert!(record.is_verified && record.class == Class::Tolerated, "{record:?}");
+    assert!(record.extra_iterations > 0, "{record:?}");
 }
 
 /// What the loop keeps is made anew with each step that it takes.
