@@ -36,7 +36,7 @@ for target in "${targets[@]}"; do
     cargo fuzz run "${options[@]}" "$target" "$work" "corpus/$target" -- -max_total_time="$seconds" \
         -rss_limit_mb=1024 -timeout=10 -max_len=65536 -print_final_stats=1 >"$log" 2>&1 || status=$?
     value() { sed -n "s/^stat::$1: *//p" "$log" | tail -n 1; }
-    features=$(grep -o 'ft: [0-9]*' "$log" | tail -n 1 | cut -d' ' -f2)
+    features=$(grep -o 'ft: [0-9]*' "$log" | tail -n 1 | cut -d' ' -f2 || true)
     printf '%-10s %12s %10s %10s %8s %8s\n' "$target" "$(value number_of_executed_units)" \
         "$(value average_exec_per_sec)" "$features" "$(find "$work" -type f | wc -l)" "$(value peak_rss_mb)"
     if [ "$status" -ne 0 ]; then
@@ -47,8 +47,10 @@ for target in "${targets[@]}"; do
         small=$(mktemp -d)
         cargo fuzz run "${options[@]}" "$target" "$small" "$work" "corpus/$target" -- -merge=1 \
             -max_len="${MINIMISE_LEN:-4096}" >"$log" 2>&1
-        rm -rf "corpus/$target"
-        mv "$small" "corpus/$target"
+        # The seeds stay, whatever their size.
+        find "corpus/$target" -type f ! -name 'seed-*' -delete
+        cp "$small"/* "corpus/$target"
+        rm -rf "$small"
     fi
 done
 exit "$failed"
