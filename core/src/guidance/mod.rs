@@ -9,6 +9,7 @@
 mod closing;
 mod estimate;
 mod flight_plan;
+mod guarded;
 mod leaving;
 mod numbers;
 mod replanning;
@@ -32,6 +33,7 @@ use crate::math::quaternion;
 use crate::model::{Mission, hcw_acceleration};
 use crate::stages::LINKS;
 use flight_plan::Cursor;
+use guarded::Guarded;
 use leaving::Leaving;
 use nalgebra::Vector3;
 use remora_qp::Valid;
@@ -64,7 +66,7 @@ const LONGEST_STEP: f64 = 5.0;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Guidance<const NL: usize = LINKS> {
-    settings: GuidanceSettings,
+    settings: Guarded,
     /// When the plan of the last step begins [s]; by it another plan is known.
     begins: Option<f64>,
     cursor: Cursor<NL>,
@@ -137,7 +139,7 @@ impl<const NL: usize> Guidance<NL> {
     /// Nothing flown yet.
     pub fn new(settings: Valid<GuidanceSettings>) -> Self {
         Self {
-            settings: settings.into_inner(),
+            settings: Guarded::new(settings.into_inner()),
             begins: None,
             cursor: Cursor::START,
             integrals: Errors::ZERO,
@@ -193,10 +195,12 @@ impl<const NL: usize> Guidance<NL> {
         }
     }
 
-    /// Notes the time of the step, and whether what navigation says is known.
+    /// Notes the time of the step and whether what navigation says is known; makes good what memory has lost
+    /// of the settings.
     // Apart, so that what is looked at here is on no other stack.
     #[inline(never)]
     fn tick(&mut self, estimate: &Estimate<NL>) -> bool {
+        self.settings.restore();
         let is_known = estimate.is_finite();
         if is_known {
             let last = self.last.replace(estimate.time).unwrap_or(estimate.time);

@@ -40,8 +40,8 @@ impl<const NL: usize> Guidance<NL> {
     /// Number `element` of a part; none where there is none now.
     pub fn number(&mut self, part: GuidancePart, element: usize) -> Option<&mut f64> {
         match part {
-            GuidancePart::Feedback => self.settings.feedback(element),
-            GuidancePart::Settings => self.settings.times_and_limits(element),
+            GuidancePart::Feedback => self.settings.value.feedback(element),
+            GuidancePart::Settings => self.settings.value.times_and_limits(element),
             GuidancePart::Cursor => self.cursor.number(element),
             GuidancePart::Integrals => {
                 let super::Errors { position, attitude, joint } = &mut self.integrals;
