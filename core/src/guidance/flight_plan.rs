@@ -6,7 +6,6 @@ use crate::planner::Nominal;
 use crate::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
 use core::fmt;
 use nalgebra::{SVector, Vector3, Vector6};
-use remora_qp::kept::nth;
 
 /// Fewest steps of the target's motion an interval, as in planning.
 const TARGET_STEPS: f64 = 10.0;
@@ -231,23 +230,6 @@ impl<const NL: usize> Cursor<NL> {
     pub fn at(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) -> Reference<NL> {
         self.follow(plan, mission, time, plan.substeps);
         self.reference(plan, mission)
-    }
-
-    /// Number `element` of the place, for fault injection: time, state, its acceleration, target.
-    pub fn number(&mut self, element: usize) -> Option<&mut f64> {
-        let (state, target) = (&mut self.state, &mut self.target);
-        let numbers = [
-            core::slice::from_mut(&mut self.time),
-            state.attitude.as_mut_slice(),
-            state.joint_angle.as_mut_slice(),
-            state.rate.as_mut_slice(),
-            state.joint_rate.as_mut_slice(),
-            self.acceleration.bus.as_mut_slice(),
-            self.acceleration.joint.as_mut_slice(),
-            target.attitude.as_mut_slice(),
-            target.rate.as_mut_slice(),
-        ];
-        nth(numbers, element)
     }
 
     /// Moves on to `time` [s] after the first node, in one step of the dynamics however far that is: what

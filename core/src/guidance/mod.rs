@@ -9,9 +9,7 @@
 mod closing;
 mod estimate;
 mod flight_plan;
-mod guarded;
 mod leaving;
-mod numbers;
 mod replanning;
 mod safety;
 mod settings;
@@ -22,7 +20,6 @@ pub use closing::Closing;
 pub use estimate::{Command, Estimate, FlightMode, Limits, Reason, TrackingError};
 pub(crate) use flight_plan::MAX_REFERENCE_STEPS;
 pub use flight_plan::{FlightPlan, NotFlyable, Reference};
-pub use numbers::GuidancePart;
 pub use replanning::Replan;
 pub use safety::{Drift, Escape, Safety};
 pub(crate) use safety::{MAX_DRIFT_STEPS, MAX_ESCAPE_STEPS};
@@ -33,7 +30,6 @@ use crate::math::quaternion;
 use crate::model::{Mission, hcw_acceleration};
 use crate::stages::LINKS;
 use flight_plan::Cursor;
-use guarded::Guarded;
 use leaving::Leaving;
 use nalgebra::Vector3;
 use remora_qp::Valid;
@@ -66,7 +62,7 @@ const LONGEST_STEP: f64 = 5.0;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Guidance<const NL: usize = LINKS> {
-    settings: Guarded,
+    settings: GuidanceSettings,
     /// When the plan of the last step begins [s]; by it another plan is known.
     begins: Option<f64>,
     cursor: Cursor<NL>,
@@ -139,7 +135,7 @@ impl<const NL: usize> Guidance<NL> {
     /// Nothing flown yet.
     pub fn new(settings: Valid<GuidanceSettings>) -> Self {
         Self {
-            settings: Guarded::new(settings.into_inner()),
+            settings: settings.into_inner(),
             begins: None,
             cursor: Cursor::START,
             integrals: Errors::ZERO,
@@ -195,12 +191,10 @@ impl<const NL: usize> Guidance<NL> {
         }
     }
 
-    /// Notes the time of the step and whether what navigation says is known; makes good what memory has lost
-    /// of the settings.
+    /// Notes the time of the step, and whether what navigation says is known.
     // Apart, so that what is looked at here is on no other stack.
     #[inline(never)]
     fn tick(&mut self, estimate: &Estimate<NL>) -> bool {
-        self.settings.restore();
         let is_known = estimate.is_finite();
         if is_known {
             let last = self.last.replace(estimate.time).unwrap_or(estimate.time);

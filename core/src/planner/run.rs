@@ -1,7 +1,5 @@
 //! One plan: the stages, the verifier, and further tries after its findings.
 
-use super::kept::Path;
-use super::scrub::Scrubbed;
 use super::tighten::{force_limit_of_wheels, gentler, tightened};
 use super::{
     ArmWorkspace, GuessRecord, InitialGuess, MAX_FORCE_TRIALS, MAX_TIGHTENINGS, PhaseTimes,
@@ -14,9 +12,8 @@ use crate::stages::{
     Formulation, Mode, NODES, Reorientation, Translation, Verification, recovery, verify,
     verify_first,
 };
-use core::hint::black_box;
+use remora_qp::Valid;
 use remora_qp::time::Deadline;
-use remora_qp::{QpSolver, Valid};
 
 /// Time reserved for the verifier, over the measured time of one interval times their number.
 const RESERVE: f64 = 1.5;
@@ -35,7 +32,7 @@ pub(super) struct Run<'a, 'w, S, P, const NL: usize, const NX: usize, const NU: 
     /// Deadline of the whole plan.
     pub deadline: Deadline<'a>,
     pub options: &'a PlanSettings,
-    pub solver: Scrubbed<'w, 'a, S, NL>,
+    pub solver: &'w mut S,
     pub executor: &'a P,
     pub workspace: &'w mut ArmWorkspace<NL, NX, NU>,
 }
@@ -82,7 +79,6 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         self.propagate_target();
         times.start_s = self.deadline.seconds() - from;
         let mut translation = self.translate_held();
-        self.solver.show(&mut Path(&mut self.workspace.translation.trajectory));
         self.reserve_verifier_time();
         let (mut reorientation, guess_record) = self.reorient_from(guess);
         let mut found = self.verify(&mut times);
@@ -122,8 +118,6 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         }
         times.translation_s = translation.report.time_s;
         times.add(&reorientation.times);
-        self.solver.look::<NX, NU>();
-        self.solver.look_at_model();
         let record = SolveRecord { start: guess_record, ..record };
         self.report([translation, reorientation], found, times, record)
     }
@@ -187,32 +181,20 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             (self.workspace.translation(), self.workspace.reorientation());
         let _ = verify_first(mission, scenario, integrator, translation, reorientation);
         let each = self.deadline.seconds() - from;
-        let runs = if self.solver.is_on() { 2 } else { 1 };
-        let intervals = runs * self.formulation.grid().nodes;
-        self.formulation.deadline = self.deadline.earlier_by(RESERVE * intervals as f64 * each);
+        let nodes = self.formulation.grid().nodes;
+        self.formulation.deadline = self.deadline.earlier_by(RESERVE * nodes as f64 * each);
     }
 
-    /// Runs the verifier, twice where plans are scrubbed, and adds its time.
-    fn verify(&mut self, times: &mut PhaseTimes) -> Verification {
+    /// Runs the verifier and adds its time.
+    fn verify(&self, times: &mut PhaseTimes) -> Verification {
         let from = self.deadline.seconds();
-        let mut found = self.verify_once();
-        if self.solver.is_on() {
-            let again = self.verify_once();
-            found = self.solver.compare(&found, again, &self.deadline);
-        }
-        times.verify_s += self.deadline.seconds() - from;
-        found
-    }
-
-    // Not inlined: it is called twice.
-    #[inline(never)]
-    fn verify_once(&self) -> Verification {
         let Formulation { mission, scenario, integrator, .. } = self.formulation;
-        // The second run is none of what the compiler knows of the first.
-        let (mission, scenario) = (black_box(mission), black_box(scenario));
         let (translation, reorientation) =
             (self.workspace.translation(), self.workspace.reorientation());
-        verify(mission, scenario, integrator, translation, reorientation, &self.deadline)
+        let found =
+            verify(mission, scenario, integrator, translation, reorientation, &self.deadline);
+        times.verify_s += self.deadline.seconds() - from;
+        found
     }
 
     /// Changes the formulation for another try; `None` where no change would help.
@@ -228,10 +210,6 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             return None;
         }
         let limits = &self.formulation.mission.tolerances;
-        if found.residuals.dynamics1 > limits.dynamics {
-            // A path is rolled out from its forces: this one is not what Stage 1 left.
-            return Some(Change::BothStages);
-        }
         match reorientation {
             Status::Solved | Status::IterationLimit => {
                 self.formulation = tightened(&self.formulation, &found.residuals)?;
@@ -254,11 +232,6 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
     pub fn translate_held(&mut self) -> StageResult {
         let free = self.formulation;
         let mut stage = self.translate(self.options.translation.max_iterations);
-        let left = stage.left(&self.options.translation);
-        if stage.report.outcome.status == Status::NumericalFailure && left > 0 {
-            // No sound data lead there: once more, from data that are made anew.
-            stage = self.translate(left).after(&stage);
-        }
         let again = stage.report.outcome.iterations;
         let translation = self.workspace.translation();
         if stage.report.outcome.status != Status::Solved {
@@ -297,12 +270,12 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         let started = deadline.seconds();
         let ArmWorkspace { target, scratch: w, translation: z, .. } = &mut *self.workspace;
         let mut problem = Translation::new(&self.formulation, target);
-        let solver = &mut self.solver;
+        let solver = &mut *self.solver;
         solver.reset();
-        let (start, tries) =
-            problem.start(solver, &deadline, &mut w.qp, &mut w.step, &mut z.trajectory);
+        let start =
+            problem.warm_start(solver, &deadline, &mut w.qp, &mut w.step, &mut z.trajectory);
         // The initial guess is a subproblem too.
-        let max_iterations = iterations.saturating_sub(tries).max(1);
+        let max_iterations = iterations.saturating_sub(1).max(1);
         let settings = Settings::with_max_iterations(&self.options.translation, max_iterations);
         let mut outcome = if start.status.is_usable() {
             scp::solve(&mut problem, solver, &settings, &deadline, w, z)
@@ -314,7 +287,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
                 ..Default::default()
             }
         };
-        outcome.iterations += tries;
+        outcome.iterations += 1;
         z.trajectory.clear_from(self.formulation.grid().nodes);
         let cost = problem.cost(&z.trajectory.force);
         let report = StageReport { outcome, cost, time_s: deadline.seconds() - started };
@@ -391,7 +364,8 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         let max_iterations = iterations.min(settings.max_iterations);
         let settings = Settings::with_max_iterations(settings, max_iterations);
         let mode: Mode = self.options.mode;
-        let (solver, executor, workspace) = (&mut self.solver, self.executor, &mut *self.workspace);
+        let (solver, executor, workspace) =
+            (&mut *self.solver, self.executor, &mut *self.workspace);
         let report = reorient(&self.formulation, mode, &settings, solver, executor, workspace);
         let log = &self.workspace.reorientation.log;
         let mut times = PhaseTimes::default();

@@ -5,9 +5,8 @@ use crate::model::{Grid, HcwTransition, TargetState, signed_distance_to_box};
 use crate::scp::{Problem, Residuals};
 use nalgebra::{Matrix3, Matrix3x6, SVector, Vector3, Vector4};
 use remora_qp::dense::clamp;
-use remora_qp::kept::nth;
 use remora_qp::time::Deadline;
-use remora_qp::{Qp, QpOutcome, QpSolver, QpStage, QpStatus, Solution};
+use remora_qp::{Qp, QpOutcome, QpSolver, QpStage, Solution};
 
 use super::Formulation;
 use super::size::NG;
@@ -38,12 +37,6 @@ impl<const N: usize> TranslationTrajectory<N> {
         for values in [position, velocity, force] {
             values.iter_mut().skip(first).for_each(|value| *value = Vector3::zeros());
         }
-    }
-
-    /// Number `element` of node `k`, for fault injection: position, velocity, force.
-    pub fn number(&mut self, k: usize, element: usize) -> Option<&mut f64> {
-        let vectors = [&mut self.position, &mut self.velocity, &mut self.force];
-        nth(vectors.into_iter().filter_map(|all| Some(all.get_mut(k)?.as_mut_slice())), element)
     }
 }
 
@@ -151,38 +144,8 @@ impl<'a, const N: usize> Translation<'a, N> {
         }
     }
 
-    /// Writes the initial guess, the optimum without keep-out: one convex QP. Twice the same where the QP
-    /// is not solved or its solution does not lead to the end: no sound one does that, and memory may be
-    /// damaged. Returns the QPs' outcome, and their number.
-    pub fn start<S: QpSolver<N, NX, NU, NG>, const NX: usize, const NU: usize>(
-        &mut self,
-        solver: &mut S,
-        deadline: &Deadline,
-        qp: &mut Qp<N, NX, NU, NG>,
-        step: &mut Solution<N, NX, NU, NG>,
-        trajectory: &mut TranslationTrajectory<N>,
-    ) -> (QpOutcome, usize) {
-        let first = self.warm_start(solver, deadline, qp, step, trajectory);
-        let stopped = matches!(first.status, QpStatus::TimeLimit | QpStatus::Interrupted);
-        if stopped || (first.status.is_usable() && self.comes_to_the_end(trajectory)) {
-            return (first, 1);
-        }
-        solver.reset();
-        let mut second = self.warm_start(solver, deadline, qp, step, trajectory);
-        second.iterations += first.iterations;
-        (second, 2)
-    }
-
-    /// Whether a path ends where it has to.
-    fn comes_to_the_end(&self, trajectory: &TranslationTrajectory<N>) -> bool {
-        let (r, v) = self.end_error(trajectory);
-        r.iter().chain(&v).all(|error| error.abs() <= self.end_tolerance)
-    }
-
-    /// Writes the initial guess once.
-    // Not inlined: it is called twice.
-    #[inline(never)]
-    fn warm_start<S: QpSolver<N, NX, NU, NG>, const NX: usize, const NU: usize>(
+    /// Writes the initial guess, the optimum without keep-out: one convex QP.
+    pub fn warm_start<S: QpSolver<N, NX, NU, NG>, const NX: usize, const NU: usize>(
         &mut self,
         solver: &mut S,
         deadline: &Deadline,
@@ -493,9 +456,5 @@ impl<const N: usize, const NX: usize, const NU: usize> Problem<N, NX, NU, NG>
             .map(|x| x.fixed_rows::<3>(0).amax())
             .fold(0.0, f64::max)
             * self.scale[0]
-    }
-
-    fn number(path: &mut Self::Trajectory, k: usize, element: usize) -> Option<&mut f64> {
-        path.number(k, element)
     }
 }
