@@ -33,7 +33,7 @@ fn scenario_sets() {
     refuses("\"s1-002\"", "\"\"", "scenarios[2].id: \"\": an id is");
     refuses("\"s1-002\"", "17", "scenarios[2].id: invalid type: integer `17`");
     refuses("[0.", "[0.9,0.", "scenarios[");
-    refuses("\"position\": [", "\"position\": [NaN,", "scenarios: expected value at line");
+    refuses("\"position\": [", "\"position\": [NaN,", "scenarios[0]: expected value at line");
     refuses(
         "\"position\": [",
         "\"position\": [null,",
@@ -73,7 +73,7 @@ fn files_that_are_not_json_or_not_there() {
     bench.write("bad.scenarios.json", "scenarios = []");
     bench.refuses(plan, "bad.scenarios.json: expected value at line 1 column 1");
     bench.write("bad.scenarios.json", &bench.read("set.scenarios.json")[..400]);
-    bench.refuses(plan, "bad.scenarios.json: scenarios: EOF while parsing");
+    bench.refuses(plan, "bad.scenarios.json: scenarios[0]: EOF while parsing");
     std::fs::write(bench.path("bad.scenarios.json"), [0xff, 0xfe, 0x00]).unwrap();
     bench.refuses(plan, "bad.scenarios.json: is not valid UTF-8");
     std::fs::remove_file(bench.path("bad.scenarios.json")).unwrap();
