@@ -210,7 +210,8 @@ fn bad_plans_are_refused_by_field() {
     bench.refuses("check", "the following required arguments");
     // Cut where a number has ended: the head's times, which are before it, have lengths by chance.
     let text = bench.read("a.plan.json");
-    let within = text.find("position_rtn_m").unwrap() + 500;
+    let stage = text.rfind("\"stage1\": {").unwrap();
+    let within = stage + text[stage..].find("position_rtn_m").unwrap() + 500;
     let end = text[..within].rfind(',').unwrap();
     bench.write("b.plan.json", &text[..=end]);
     bench.refuses(
