@@ -151,9 +151,15 @@ impl Record {
         for (name, code, _) in image.sizes.by_origin(0) {
             add(&format!("code of {name} [bytes]"), code.to_string());
         }
-        let modules = image.sizes.by_origin(2);
-        let modules: String =
-            modules.iter().map(|(name, code, _)| format!("{name} {code}\n")).collect();
+        // By name, and code alone: constants that two modules share go to the one or the other as the
+        // linker places them, which the names' hashes decide, and so the folder that it is built in.
+        let modules: BTreeMap<_, _> =
+            image.sizes.by_origin(2).into_iter().map(|(name, code, _)| (name, code)).collect();
+        let modules: String = modules
+            .iter()
+            .filter(|(_, code)| **code > 0)
+            .map(|(name, code)| format!("{name} {code}\n"))
+            .collect();
         add("code by module, crc32", checksum(&modules));
         add(CONSTANTS, image.constants_bytes().to_string());
         for bound in &image.stacks {
