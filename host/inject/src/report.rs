@@ -128,7 +128,7 @@ fn short(site: &str) -> &str {
         "kv_cache" => "cache",
         "loop_iterate" => "iterate",
         "loop_residuals" => "residuals",
-        "loop_multipliers" => "multipliers",
+        "loop_multipliers" => "mult.",
         "loop_scalars" => "scalars",
         "start_before_check" => "start",
         "start_after_check" => "accepted",

@@ -209,23 +209,20 @@ impl Worker {
         reference.accepted =
             machine.fly(setup, index, &InitialGuess::Unchecked(&reference.clipped), None).ended;
         lap();
-        if setup.flies {
-            reference.sortie = Some(machine.sortie(setup, index, &mut self.flights)?);
-            reference.work.steps = reference.sortie.as_ref().map_or(0, |sortie| sortie.steps);
-        }
+        let sortie = setup.flies.then(|| machine.sortie(setup, index, &mut self.flights));
         lap();
         // Last: a case whose file is refused leaves these logs.
         reference.refused = machine.fly(setup, index, &InitialGuess::Refused, None).ended;
         lap();
         reference.time_s = time_s;
-        match reference.is_solved() {
-            true => Ok(reference),
-            false => {
-                let id = &setup.scenarios[index].id;
-                let reason = format!("scenario {id} is not solved without a fault");
-                Err(Error::argument("--scenarios", reason))
-            }
+        if !reference.is_solved() {
+            let id = &setup.scenarios[index].id;
+            let reason = format!("scenario {id} is not solved without a fault");
+            return Err(Error::argument("--scenarios", reason));
         }
+        reference.sortie = sortie.transpose()?;
+        reference.work.steps = reference.sortie.as_ref().map_or(0, |sortie| sortie.steps);
+        Ok(reference)
     }
 }
 
