@@ -98,7 +98,6 @@ impl Input {
                 method: self.method,
                 model,
                 threads: Threads::default(),
-                is_scrubbed: false,
                 out: PathBuf::new(),
             }.plan()
         } else { Err(self.no_planner()) })?;

@@ -43,8 +43,6 @@ impl Clock for WallClock {
 pub struct Planned {
     /// The plan.
     pub file: PlanFile,
-    /// Why there is none, where damage was found while it was made.
-    pub refusal: Option<Refusal>,
     /// What a plan that is not flyable fails by: the residual farthest beyond its tolerance.
     pub reason: Option<&'static str>,
     /// Second-order corrections of stages 1 and 2.
@@ -77,7 +75,6 @@ pub struct Planner {
     roomy: Option<Box<Roomy>>,
     threads: Threads,
     memories: Memories,
-    is_scrubbed: bool,
 }
 
 impl Planner {
@@ -88,19 +85,12 @@ impl Planner {
             roomy: None,
             threads: Threads::default(),
             memories: Memories::default(),
-            is_scrubbed: false,
         }
     }
 
     /// The same with this many threads for each plan; the plans stay the same.
     pub fn with_threads(self, threads: Threads) -> Self {
         Self { threads, ..self }
-    }
-
-    /// The same that holds what must not change against checksums while it plans, and verifies twice; the
-    /// plans stay the same.
-    pub fn scrubbing(self, is_scrubbed: bool) -> Self {
-        Self { is_scrubbed, ..self }
     }
 
     /// Plans one scenario, with `model` for a learned start; none is the heuristic. The result
@@ -128,10 +118,9 @@ impl Planner {
     ) -> Report {
         let clock = &WallClock::start();
         let scenario = &scenario.scenario();
-        let Self { usual, roomy, threads, memories, is_scrubbed } = self;
-        let is_scrubbed = *is_scrubbed;
+        let Self { usual, roomy, threads, memories } = self;
         let guess = model.into();
-        let task = Task { clock, threads, guess, joints: NL, memories, is_scrubbed, method };
+        let task = Task { clock, threads, guess, joints: NL, memories, method };
         match NL {
             LINKS => usual.plan_in_place(mission, scenario, task),
             _ => room(roomy).plan_in_place(mission, scenario, task),
@@ -161,9 +150,8 @@ impl Planner {
         guess: Guess<'_, NL>,
     ) -> Planned {
         let asked = Asked { mission, scenario, method, guess };
-        let Self { usual, roomy, threads, memories, is_scrubbed } = self;
-        let is_scrubbed = *is_scrubbed;
-        let task = Task { clock, threads, guess, joints: NL, memories, is_scrubbed, method };
+        let Self { usual, roomy, threads, memories } = self;
+        let task = Task { clock, threads, guess, joints: NL, memories, method };
         match NL {
             LINKS => asked.planned(usual, task, &mut |_| ()),
             _ => asked.planned(room(roomy), task, &mut |_| ()),
@@ -182,9 +170,8 @@ impl Planner {
         watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> Planned {
         let asked = Asked { mission, scenario, method, guess };
-        let Self { usual, threads, memories, is_scrubbed, .. } = self;
-        let is_scrubbed = *is_scrubbed;
-        let task = Task { clock, threads, guess, joints: LINKS, memories, is_scrubbed, method };
+        let Self { usual, threads, memories, .. } = self;
+        let task = Task { clock, threads, guess, joints: LINKS, memories, method };
         asked.planned(usual, task, watch)
     }
 
@@ -241,7 +228,6 @@ impl<const NL: usize> Asked<'_, NL> {
             reason: file.residuals.worst(&mission.tolerances),
             flight: Flight::new(mission, scenario, &file),
             file,
-            refusal: report.refusal,
             corrections: [translation, reorientation].map(|stage| stage.outcome.corrections as u64),
             times: report.times,
             evidence: EvidenceFile::new(
@@ -344,8 +330,6 @@ pub struct PlanJob<const NL: usize> {
     pub model: Option<Learned>,
     /// How many threads work on it; the plan stays the same.
     pub threads: Threads,
-    /// Whether what must not change is held against checksums meanwhile; the plan stays the same.
-    pub is_scrubbed: bool,
     /// Where to write the plan.
     pub out: PathBuf,
 }
@@ -359,8 +343,7 @@ impl<const NL: usize> PlanJob<NL> {
         refusal(&self.mission, &self.scenario, &self.method)
     }
 
-    /// Makes the plan and writes its file, whatever its status, and its evidence beside it; nothing of a plan
-    /// that was refused because something was damaged.
+    /// Makes the plan and writes its file, whatever its status, and its evidence beside it.
     ///
     /// # Errors
     /// Where a file cannot be written; that is found out before planning.
@@ -369,9 +352,6 @@ impl<const NL: usize> PlanJob<NL> {
         formats::check_writable(&self.out)?;
         formats::check_writable(&evidence)?;
         let planned = self.plan()?;
-        if planned.refusal.is_some() {
-            return Ok(planned);
-        }
         planned.evidence.write(&evidence)?;
         planned.file.write(&self.out)?;
         Ok(planned)
@@ -383,8 +363,7 @@ impl<const NL: usize> PlanJob<NL> {
     /// Where no thread can be started.
     pub fn plan(&self) -> Result<Planned, Error> {
         on_large_stack(|| {
-            let planner = Planner::new().with_threads(self.threads);
-            let mut planner = planner.scrubbing(self.is_scrubbed);
+            let mut planner = Planner::new().with_threads(self.threads);
             planner.plan(&self.mission, &self.scenario, &self.method, self.model.as_ref())
         })
     }
