@@ -1,5 +1,6 @@
 //! A network's memory in which one bit flips, for fault injection (single-event upsets).
 
+use super::block::Step;
 use super::element::Element;
 use super::header::Dimensions;
 use super::memory::{Cache, Scratch, Storage};
@@ -33,7 +34,7 @@ pub enum Part {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BitFlip {
     /// Use of the memory before which the bit flips, counted from zero since [`FaultyMemory::new`]. A
-    /// node has one use a block and three more: embedding, final norm, decoder.
+    /// node has [`BitFlip::USES`] a block and three more: embedding, final norm, decoder.
     pub call: u32,
     /// The part of the memory.
     pub part: Part,
@@ -44,10 +45,16 @@ pub struct BitFlip {
     pub bit: u32,
 }
 
+impl BitFlip {
+    /// Uses of the memory by a block: before keys, values and queries, before attention, before the wide
+    /// layer, and before what of it goes on.
+    pub const USES: usize = Step::ALL.len();
+}
+
 /// A network's memory in which one bit flips between two uses.
 ///
-/// Intermediate vectors, quantised vectors and scores are overwritten before they are read again: a
-/// flip there must change nothing. An image that does not use this type contains no code of it.
+/// Quantised vectors and scores are overwritten before they are read again: a flip there must change
+/// nothing. An image that does not use this type contains no code of it.
 pub struct FaultyMemory<'m, M> {
     memory: &'m mut M,
     bit_flip: Option<BitFlip>,

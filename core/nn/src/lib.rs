@@ -3,13 +3,14 @@
 //!
 //! Data goes down this list, imports go up it: errors, checksum, noise, rows of a slice; the header, the
 //! tensors of a file and the file as views ([`Model`]), its check in slices and a synthetic one; single
-//! precision arithmetic and integer kernels; KV cache and scratch memory, linear maps, attention, the
-//! decoders; [`Network`], which puts them together; bit flips for fault injection.
+//! precision arithmetic and integer kernels; KV cache and scratch memory, linear maps, attention, blocks,
+//! the decoders; [`Network`], which puts them together; bit flips for fault injection.
 #![no_std]
 
 mod arithmetic;
 mod attention;
 mod bit_flip;
+mod block;
 mod check;
 mod crc;
 mod decoder;

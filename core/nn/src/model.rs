@@ -110,6 +110,8 @@ pub struct Model<'a> {
     header: Header,
     size: Dimensions,
     checksum: u32,
+    /// What the checksum covers.
+    covered: &'a [u8],
     pub(super) embeddings: [Embedding<'a>; limit::TOKEN_TYPES],
     pub(super) nodes: Floats<'a>,
     pub(super) norm_in: Norm<'a>,
@@ -143,6 +145,7 @@ impl<'a> Model<'a> {
         let mut model = Self::view(header, tensors)?;
         let covered = bytes.split_last_chunk::<4>().ok_or(ModelError::Missing)?.0;
         model.checksum = u32::from_le_bytes(*stored);
+        model.covered = covered;
         if checksum(covered) != model.checksum {
             return Err(ModelError::Crc);
         }
@@ -200,6 +203,7 @@ impl<'a> Model<'a> {
             header,
             size,
             checksum: 0,
+            covered: &[],
             embeddings,
             nodes,
             norm_in,
@@ -220,6 +224,13 @@ impl<'a> Model<'a> {
     /// CRC-32 of the file without its last four bytes, which hold it.
     pub fn checksum(&self) -> u32 {
         self.checksum
+    }
+
+    /// Whether the file still has the checksum that it had when it was opened. Cost: one pass over it.
+    // Not inlined, as opening it.
+    #[inline(never)]
+    pub fn is_intact(&self) -> bool {
+        Crc32::of(self.covered) == self.checksum
     }
 
     /// Its dimensions.

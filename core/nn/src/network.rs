@@ -1,16 +1,16 @@
 //! Inference: a model with its memory.
 
-use super::arithmetic::{add_multiple, copy, layer_norm, relu};
-use super::attention::{Batch, Work, append_to_cache, attend};
+use super::arithmetic::{add_multiple, copy, layer_norm};
+use super::attention::Batch;
+use super::block::{Place, Step};
 use super::decoder::{Sampling, Workbench, decode};
 use super::element::Element;
 use super::error::NetworkError;
-use super::header::{Decoder, Dimensions, Layout};
+use super::header::{Decoder, Layout};
 use super::kernels::Kernel;
-use super::linear::{Input, Output, apply};
-use super::memory::{Cache, Scratch, Storage};
-use super::model::{Block, Floats, Model};
-use super::rows::{from, from_mut, rows, rows_mut};
+use super::memory::{Scratch, Storage};
+use super::model::{Floats, Model};
+use super::rows::{from, rows_mut};
 use core::ops::Range;
 
 /// A model with its KV cache and scratch memory, for any number of rollouts one after the other.
@@ -170,9 +170,12 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
             if layer + 1 == size.layers {
                 batch.first = batch.count - wanted.min(batch.count);
             }
-            let block = self.model.block(layer);
-            let (cache, scratch) = self.memory.parts(layer).ok_or(NetworkError::Memory)?;
-            forward(self.kernel, &block, size, batch, cache, scratch);
+            let kernel = self.kernel;
+            let at = Place { kernel, block: &self.model.block(layer), size, batch };
+            for step in Step::ALL {
+                let (cache, scratch) = self.memory.parts(layer).ok_or(NetworkError::Memory)?;
+                at.forward(step, cache, scratch);
+            }
         }
         self.tokens += batch.count;
         // The last row holds the hidden state of the last token; it moves to the first.
@@ -244,75 +247,5 @@ fn embed(
         let place: Floats = from(model.nodes, node * w);
         add_multiple(sum, 1.0, place);
         layer_norm(sum, &model.norm_in, token);
-    }
-}
-
-/// One transformer block: keys and values of all tokens, the rest for the queried ones.
-fn forward<E: Element>(
-    kernel: Kernel,
-    block: &Block,
-    size: &Dimensions,
-    batch: Batch,
-    mut cache: Cache<E>,
-    mut scratch: Scratch,
-) {
-    let (w, width, stride) = (size.width, scratch.width, 4 * scratch.width);
-    let Batch { count, first, .. } = batch;
-    let queried = count - first.min(count);
-    let quantised = &mut scratch.quantised;
-
-    let x = Input { data: scratch.residual, stride: width, count };
-    normalise(x, &block.norm1, Output { data: scratch.normal, stride: width }, w);
-    let (query, key_value) = block.qkv.split(w);
-    let x = Input { data: scratch.normal, stride: width, count };
-    let y = Output { data: from_mut(scratch.intermediate, w), stride };
-    apply(kernel, &key_value, x, y, quantised);
-    append_to_cache(size, scratch.intermediate, stride, batch, &mut cache);
-    if queried == 0 {
-        return;
-    }
-    let x = Input { data: from(scratch.normal, first * width), stride: width, count: queried };
-    let y = Output { data: from_mut(scratch.intermediate, first * stride), stride };
-    apply(kernel, &query, x, y, quantised);
-    let work = Work {
-        queries: scratch.intermediate,
-        stride,
-        quantised,
-        scores: scratch.scores,
-        out: scratch.normal,
-        out_stride: width,
-    };
-    attend(kernel, size, batch, &cache, work);
-
-    let residual = from_mut(scratch.residual, first * width);
-    let normal = from_mut(scratch.normal, first * width);
-    let x = Input { data: normal, stride: width, count: queried };
-    apply(kernel, &block.out, x, Output { data: scratch.intermediate, stride }, quantised);
-    let y = Input { data: scratch.intermediate, stride, count: queried };
-    add(Output { data: residual, stride: width }, y, w);
-
-    let x = Input { data: residual, stride: width, count: queried };
-    normalise(x, &block.norm2, Output { data: normal, stride: width }, w);
-    let x = Input { data: normal, stride: width, count: queried };
-    apply(kernel, &block.up, x, Output { data: scratch.intermediate, stride }, quantised);
-    rows_mut(scratch.intermediate, stride, 4 * w).take(queried).for_each(relu);
-    let x = Input { data: scratch.intermediate, stride, count: queried };
-    apply(kernel, &block.down, x, Output { data: normal, stride: width }, quantised);
-    let y = Input { data: normal, stride: width, count: queried };
-    add(Output { data: residual, stride: width }, y, w);
-}
-
-/// Layer norm of the first `w` numbers of every row.
-fn normalise(x: Input, norm: &super::model::Norm, y: Output, w: usize) {
-    let to = rows_mut(y.data, y.stride, w);
-    for (x, y) in rows(x.data, x.stride, w).zip(to).take(x.count) {
-        layer_norm(x, norm, y);
-    }
-}
-
-/// `x += y`, the first `w` numbers of every row of `y`.
-fn add(x: Output, y: Input, w: usize) {
-    for (x, y) in rows_mut(x.data, x.stride, w).zip(rows(y.data, y.stride, w)).take(y.count) {
-        x.iter_mut().zip(y).for_each(|(x, y)| *x += y);
     }
 }

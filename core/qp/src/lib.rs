@@ -5,8 +5,8 @@
 //! change between solves that warm-start each other. With a finite `defect_penalty` the QP is
 //! feasible whenever no bounds contradict; an infinite one makes the dynamics hard (`xi = 0`).
 //!
-//! Data goes down this list, imports go up it: [`time`], [`Valid`], [`dense`], [`Checksum`], the QP and
-//! the solver's trait, its convexification, the embedded solver.
+//! Data goes down this list, imports go up it: [`time`], [`Valid`], [`dense`], [`Checksum`], the QP,
+//! [`kept`] and the solver's trait, its convexification, the embedded solver.
 #![no_std]
 // Allowed in one place: the call of a function compiled for AVX2, where there is AVX2.
 #![deny(unsafe_code)]
@@ -18,6 +18,7 @@ mod convexify;
 mod data;
 pub mod dense;
 mod embedded;
+pub mod kept;
 mod simd;
 mod solver;
 pub mod time;

@@ -2,6 +2,7 @@
 
 use super::{Qp, Solution};
 use crate::Checksum;
+use crate::kept::Kept;
 use crate::time::Deadline;
 use nalgebra::SMatrix;
 
@@ -99,6 +100,13 @@ pub trait QpSolver<const N: usize, const NX: usize, const NU: usize, const NG: u
     fn identify(&self, checksum: &mut Checksum) {
         let _ = checksum;
     }
+
+    /// Shows what a loop keeps, before each of its iterations. For fault injection; the default, and so
+    /// what flies, does nothing.
+    #[inline]
+    fn show(&mut self, kept: &mut dyn Kept) {
+        let _ = kept;
+    }
 }
 
 /// A borrowed solver, of a type known only at run time where the caller wants it so.
@@ -140,5 +148,10 @@ where
     #[inline]
     fn identify(&self, checksum: &mut Checksum) {
         (**self).identify(checksum);
+    }
+
+    #[inline]
+    fn show(&mut self, kept: &mut dyn Kept) {
+        (**self).show(kept);
     }
 }

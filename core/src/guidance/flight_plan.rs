@@ -1,11 +1,13 @@
 //! The plan that is flown, and what it asks for at any instant.
 
+use super::guarded::bits;
 use crate::dynamics::{Acceleration, Control, Integrator, Multibody, State};
 use crate::model::{Grid, HcwTransition, Mission, Scenario, TargetState, hcw_acceleration};
 use crate::planner::Nominal;
 use crate::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
 use core::fmt;
-use nalgebra::{SVector, Vector3, Vector6};
+use nalgebra::{SVector, Vector3};
+use remora_qp::kept::nth;
 
 /// Fewest steps of the target's motion an interval, as in planning.
 const TARGET_STEPS: f64 = 10.0;
@@ -232,6 +234,39 @@ impl<const NL: usize> Cursor<NL> {
         self.reference(plan, mission)
     }
 
+    /// Each bit is how often it is set in the place, odd or even; without the acceleration, which is computed
+    /// anew whenever it moves on.
+    // Once in an image.
+    #[inline(never)]
+    pub fn parity(&self) -> u64 {
+        let State { attitude, joint_angle, rate, joint_rate } = &self.state;
+        self.node as u64
+            ^ bits(&[self.time])
+            ^ bits(&attitude.data.0[0])
+            ^ bits(&joint_angle.data.0[0])
+            ^ bits(&rate.data.0[0])
+            ^ bits(&joint_rate.data.0[0])
+            ^ bits(&self.target.attitude.data.0[0])
+            ^ bits(&self.target.rate.data.0[0])
+    }
+
+    /// Number `element` of the place, for fault injection: time, state, its acceleration, target.
+    pub fn number(&mut self, element: usize) -> Option<&mut f64> {
+        let (state, target) = (&mut self.state, &mut self.target);
+        let numbers = [
+            core::slice::from_mut(&mut self.time),
+            state.attitude.as_mut_slice(),
+            state.joint_angle.as_mut_slice(),
+            state.rate.as_mut_slice(),
+            state.joint_rate.as_mut_slice(),
+            self.acceleration.bus.as_mut_slice(),
+            self.acceleration.joint.as_mut_slice(),
+            target.attitude.as_mut_slice(),
+            target.rate.as_mut_slice(),
+        ];
+        nth(numbers, element)
+    }
+
     /// Moves on to `time` [s] after the first node, in one step of the dynamics however far that is: what
     /// a step of guidance costs has a bound. Over a whole interval that is as near the plan as its own
     /// discretisation is near the continuous motion.
@@ -266,16 +301,14 @@ impl<const NL: usize> Cursor<NL> {
         let k = self.node;
         let (control, force) = plan.held(k);
         let along = HcwTransition::new(mission.mean_motion(), self.time - plan.nominal.time(k));
+        let specific_force = force / body.total_mass();
         let (position, velocity) = plan.node(k);
-        let from = Vector6::from_fn(|i, _| if i < 3 { position[i] } else { velocity[i - 3] });
-        let there = along.state * from + along.input * (force / body.total_mass());
-        let [position, velocity] =
-            [0, 3].map(|i| Vector3::new(there[i], there[i + 1], there[i + 2]));
+        let (position, velocity) = along.carry(&position, &velocity, &specific_force);
         Reference {
             position,
             velocity,
             acceleration: hcw_acceleration(mission.mean_motion(), &position, &velocity)
-                + force / body.total_mass(),
+                + specific_force,
             state: self.state,
             state_acceleration: self.acceleration,
             control,

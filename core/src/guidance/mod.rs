@@ -9,7 +9,9 @@
 mod closing;
 mod estimate;
 mod flight_plan;
+mod guarded;
 mod leaving;
+mod numbers;
 mod replanning;
 mod safety;
 mod settings;
@@ -20,6 +22,7 @@ pub use closing::Closing;
 pub use estimate::{Command, Estimate, FlightMode, Limits, Reason, TrackingError};
 pub(crate) use flight_plan::MAX_REFERENCE_STEPS;
 pub use flight_plan::{FlightPlan, NotFlyable, Reference};
+pub use numbers::GuidancePart;
 pub use replanning::Replan;
 pub use safety::{Drift, Escape, Safety};
 pub(crate) use safety::{MAX_DRIFT_STEPS, MAX_ESCAPE_STEPS};
@@ -29,7 +32,9 @@ use crate::dynamics::{Control, Multibody, State};
 use crate::math::quaternion;
 use crate::model::{Mission, hcw_acceleration};
 use crate::stages::LINKS;
+use closing::Pace;
 use flight_plan::Cursor;
+use guarded::{Guarded, Parity, bits};
 use leaving::Leaving;
 use nalgebra::Vector3;
 use remora_qp::Valid;
@@ -62,15 +67,13 @@ const LONGEST_STEP: f64 = 5.0;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Guidance<const NL: usize = LINKS> {
-    settings: GuidanceSettings,
+    settings: Guarded<GuidanceSettings>,
     /// When the plan of the last step begins [s]; by it another plan is known.
     begins: Option<f64>,
     cursor: Cursor<NL>,
-    integrals: Errors<NL>,
-    /// What the wrist camera has found the position to be off by.
-    offset: Offset,
-    /// When the turn to the estimated target began to be faded in; the first step's time.
-    first: Option<f64>,
+    /// Parity of the place on the plan as the last step left it.
+    parity: u64,
+    memory: Guarded<Memory<NL>>,
     /// Time of the last step [s]; none before the first.
     last: Option<f64>,
     /// From the one before to it [s].
@@ -81,6 +84,32 @@ pub struct Guidance<const NL: usize = LINKS> {
     jump: Option<Jump<NL>>,
     /// Whether another plan, or an abort, was asked for.
     asked: Option<Request<NL>>,
+}
+
+/// What guidance learns in flight, and only there.
+#[derive(Clone, Copy, Debug)]
+struct Memory<const NL: usize> {
+    integrals: Errors<NL>,
+    /// What the wrist camera has found the position to be off by.
+    offset: Offset,
+    /// When the turn to the estimated target began to be faded in; the first step's time.
+    first: Option<f64>,
+}
+
+impl<const NL: usize> Parity for Memory<NL> {
+    // Once in an image.
+    #[inline(never)]
+    fn parity(&self) -> u64 {
+        let Errors { position, attitude, joint } = &self.integrals;
+        let Offset { seen, value, rate, .. } = &self.offset;
+        bits(&position.data.0[0])
+            ^ bits(&attitude.data.0[0])
+            ^ bits(&joint.data.0[0])
+            ^ bits(&seen.data.0[0])
+            ^ bits(&value.data.0[0])
+            ^ bits(&rate.data.0[0])
+            ^ bits(&[self.first.unwrap_or(0.0)])
+    }
 }
 
 /// What the caller asked for.
@@ -134,13 +163,14 @@ impl<const NL: usize> Guidance<NL> {
 
     /// Nothing flown yet.
     pub fn new(settings: Valid<GuidanceSettings>) -> Self {
+        // Number by number: as a constant it would lie in an image twice.
+        let memory = Memory { integrals: Errors::ZERO, offset: Offset::default(), first: None };
         Self {
-            settings: settings.into_inner(),
+            settings: Guarded::new(settings.into_inner()),
             begins: None,
             cursor: Cursor::START,
-            integrals: Errors::ZERO,
-            offset: Offset::default(),
-            first: None,
+            parity: Cursor::<NL>::START.parity(),
+            memory: Guarded::new(memory),
             last: None,
             since: 0.0,
             commanded: (Vector3::zeros(), Control::ZERO),
@@ -176,6 +206,7 @@ impl<const NL: usize> Guidance<NL> {
         estimate: &Estimate<NL>,
         limits: &Limits<NL>,
     ) -> Command<NL> {
+        self.restore();
         self.notice(plan);
         let is_known = self.tick(estimate);
         if is_known && self.is_leaving() {
@@ -185,13 +216,24 @@ impl<const NL: usize> Guidance<NL> {
         self.cursor.advance(plan, mission, pace.time);
         // What comes now keeps more on the stack than this, and moving on needs the rest.
         if is_known {
-            self.track(mission, plan, estimate, limits)
+            self.track(mission, plan, estimate, limits, &pace)
         } else {
             self.blind(mission, plan, limits)
         }
     }
 
-    /// Notes the time of the step, and whether what navigation says is known.
+    /// Makes good what memory has lost since the last step: settings and what was learnt from their spares, the
+    /// place on the plan from the node before it.
+    #[inline(never)]
+    fn restore(&mut self) {
+        self.settings.restore();
+        self.memory.restore();
+        if self.cursor.parity() != self.parity {
+            self.cursor = Cursor::START;
+        }
+    }
+
+    /// Notes the time of the step and whether what navigation says is known.
     // Apart, so that what is looked at here is on no other stack.
     #[inline(never)]
     fn tick(&mut self, estimate: &Estimate<NL>) -> bool {
@@ -205,7 +247,7 @@ impl<const NL: usize> Guidance<NL> {
 
     /// The last way, as far as it fits between the first step and capture.
     fn closing(&self, plan: &FlightPlan<NL>) -> Closing {
-        let first = self.first.or(self.last).unwrap_or(plan.begins);
+        let first = self.memory.first.or(self.last).unwrap_or(plan.begins);
         self.settings.closing.within(plan.left(first))
     }
 
@@ -217,11 +259,10 @@ impl<const NL: usize> Guidance<NL> {
         mission: &Mission<NL>,
         plan: &FlightPlan<NL>,
         estimate: &Estimate<NL>,
+        pace: &Pace,
         wanted: &mut Reference<NL>,
     ) -> f64 {
         let now = estimate.time;
-        let closing = self.closing(plan);
-        let pace = plan.pace(&closing, now);
         pace.apply(wanted);
         let turn = Turn::to(plan, mission, wanted, &estimate.target, self.faded_in(now));
         // Where the plan is flown ahead, so is its target.
@@ -229,13 +270,13 @@ impl<const NL: usize> Guidance<NL> {
         let off = turn.whole + wanted.target.rate * ahead.max(0.0);
         turn.apply(wanted);
         if let Some(seen) = seen_by_camera(mission, estimate) {
-            self.offset.seen = seen;
+            self.memory.offset.seen = seen;
         }
-        self.offset.follow(wanted, self.settings.camera, self.since);
-        let left = plan.left(now);
+        self.memory.offset.follow(wanted, self.settings.camera, self.since);
+        let (left, closing) = (plan.left(now), self.closing(plan));
         let away = closing::add(wanted, &closing, mission, &estimate.target, [left, self.since]);
         let has_come = pace.rate == 0.0;
-        self.offset.is_astray = has_come
+        self.memory.offset.is_astray = has_come
             && estimate.wrist.is_some_and(|tip| {
                 let off = tip - away;
                 libm::sqrt(off.dot(&off)) > self.settings.abort.port
@@ -251,16 +292,17 @@ impl<const NL: usize> Guidance<NL> {
         plan: &FlightPlan<NL>,
         estimate: &Estimate<NL>,
         limits: &Limits<NL>,
+        pace: &Pace,
     ) -> Command<NL> {
         let mut wanted = self.cursor.reference(plan, mission);
         if !wanted.is_finite() {
             return self.blind(mission, plan, limits);
         }
-        let angle = self.aim(mission, plan, estimate, &mut wanted);
+        let angle = self.aim(mission, plan, estimate, pace, &mut wanted);
         let (body, mean_motion) = (Multibody::new(mission), mission.mean_motion());
         let (settings, since) = (&self.settings, self.since);
         let tracking = Tracking { body, mean_motion, settings, limits, since };
-        let mut effort = tracking.effort(&wanted, estimate, &mut self.integrals);
+        let mut effort = tracking.effort(&wanted, estimate, &mut self.memory.integrals);
         effort.error.target = angle;
         self.follow(plan, limits, &wanted, &mut effort, estimate.time)
     }
@@ -272,10 +314,10 @@ impl<const NL: usize> Guidance<NL> {
     /// Gives the approach up, from the next step on, where it is lost.
     fn give_up(&mut self, plan: &FlightPlan<NL>, now: f64, effort: &Effort<NL>) {
         let abort = &self.settings.abort;
-        let (since_first, left) = (now - self.first.unwrap_or(now), plan.left(now));
+        let (since_first, left) = (now - self.memory.first.unwrap_or(now), plan.left(now));
         if let Some(without) = abort.beyond(effort, since_first, left) {
             self.asked = Some(Request::Abort(Leaving::without(without)));
-        } else if self.offset.is_astray {
+        } else if self.memory.offset.is_astray {
             self.asked = Some(Request::Abort(Leaving::without(Vector3::zeros())));
         }
     }
@@ -351,6 +393,8 @@ impl<const NL: usize> Guidance<NL> {
         effort: &Effort<NL>,
     ) -> Command<NL> {
         self.commanded = (effort.force, effort.control);
+        self.parity = self.cursor.parity();
+        self.memory.keep();
         Command {
             mode,
             wanted,
@@ -386,13 +430,13 @@ impl<const NL: usize> Guidance<NL> {
 
     /// Share of the turn to the estimated target that is in force, and its rate [1/s].
     fn faded_in(&mut self, now: f64) -> [f64; 2] {
-        self.first.get_or_insert(now);
+        self.memory.first.get_or_insert(now);
         self.share_of_turn(now)
     }
 
     /// The same, of a flight that begins now where it has not begun: a smooth step.
     fn share_of_turn(&self, now: f64) -> [f64; 2] {
-        let since = now - self.first.unwrap_or(now);
+        let since = now - self.memory.first.unwrap_or(now);
         let [share, rate, _] = closing::smooth(since, self.settings.fade[1]);
         [share, rate]
     }

@@ -69,8 +69,8 @@ impl<const NL: usize> Guidance<NL> {
         state.joint_rate += estimate.state.joint_rate - now.state.joint_rate;
         let [away, recedes, _] =
             closing.shift(mission, &estimate.target, plan.left(estimate.time), 0.0);
-        let velocity = estimate.velocity + drift + self.offset.rate - recedes - now.velocity;
-        let position = estimate.position + center + self.offset.value - away - now.position;
+        let velocity = estimate.velocity + drift + self.memory.offset.rate - recedes - now.velocity;
+        let position = estimate.position + center + self.memory.offset.value - away - now.position;
         let to_body = quaternion::rotation_matrix(&target.attitude).transpose();
         let scenario = Scenario {
             target_attitude: target.attitude,

@@ -89,6 +89,26 @@ impl HcwTransition {
         ]);
         Self { state, input }
     }
+
+    /// Position [m] and velocity [m/s] in RTN after the interval, at a constant specific force [m/s^2]: as by
+    /// the matrices, without what is zero in them.
+    pub fn carry(
+        &self,
+        position: &Vector3<f64>,
+        velocity: &Vector3<f64>,
+        specific_force: &Vector3<f64>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let (s, b) = (&self.state, &self.input);
+        let (r, v, a) = (position, velocity, specific_force);
+        let pushed = |i: usize| b[(i, 0)] * a.x + b[(i, 1)] * a.y;
+        let x = s[(0, 0)] * r.x + s[(0, 3)] * v.x + s[(0, 4)] * v.y + pushed(0);
+        let y = s[(1, 0)] * r.x + s[(1, 1)] * r.y + s[(1, 3)] * v.x + s[(1, 4)] * v.y + pushed(1);
+        let z = s[(2, 2)] * r.z + s[(2, 5)] * v.z + b[(2, 2)] * a.z;
+        let vx = s[(3, 0)] * r.x + s[(3, 3)] * v.x + s[(3, 4)] * v.y + pushed(3);
+        let vy = s[(4, 0)] * r.x + s[(4, 3)] * v.x + s[(4, 4)] * v.y + pushed(4);
+        let vz = s[(5, 2)] * r.z + s[(5, 5)] * v.z + b[(5, 2)] * a.z;
+        (Vector3::new(x, y, z), Vector3::new(vx, vy, vz))
+    }
 }
 
 /// `t - sin t` to full relative precision; `sin` is the sine of `t`.
@@ -108,6 +128,7 @@ fn t_minus_sin(t: f64, sin: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    extern crate std;
     use nalgebra::SVector;
 
     /// The transition against a fine RK4 integration of the same equations.
@@ -134,6 +155,9 @@ mod tests {
             }
             let exact = transition.state * start + transition.input * accel;
             assert!((exact - x).norm() < 1e-11 * x.norm(), "dt {dt}: {}", (exact - x).norm());
+            let [r, v] = [0, 3].map(|i| start.fixed_rows::<3>(i).into_owned());
+            let (r, v) = transition.carry(&r, &v, &accel);
+            assert_eq!([r.as_slice(), v.as_slice()].concat(), exact.as_slice());
         }
     }
 

@@ -140,6 +140,11 @@ pub enum Refusal {
         /// What there is on that axis [N m].
         limit: f64,
     },
+    /// What the plan was made from changed in memory meanwhile, or the verifier did not find the same twice.
+    Damaged {
+        /// What is not what it was.
+        what: &'static str,
+    },
 }
 
 impl Refusal {
@@ -164,6 +169,7 @@ impl Refusal {
             Self::JointStop { .. } => 16,
             Self::Nodes { .. } => 17,
             Self::OwnBus { .. } => 18,
+            Self::Damaged { .. } => 19,
         }
     }
 
@@ -188,6 +194,7 @@ impl Refusal {
             Self::JointStop { .. } => "joint",
             Self::Nodes { .. } => "nodes",
             Self::OwnBus { .. } => "own_bus",
+            Self::Damaged { .. } => "damaged",
         }
     }
 
@@ -309,6 +316,9 @@ impl Refusal {
                 f,
                 "to turn with the target in time takes at least {needed:.2e} N m, the limit is {limit:.2e} N m"
             ),
+            Self::Damaged { what } => {
+                write!(f, "{what} changed meanwhile: memory is damaged")
+            }
             _ => Ok(()),
         }
     }

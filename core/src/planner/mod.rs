@@ -4,12 +4,14 @@
 //! describes its use in flight.
 
 mod guess;
+mod kept;
 pub mod memory;
 mod nominal;
 mod options;
 mod record;
 mod report;
 mod run;
+mod scrub;
 mod session;
 #[cfg(test)]
 mod tests;
@@ -34,10 +36,10 @@ use crate::stages::{
     Clearances, Formulation, NODES, ReorientationTrajectory, Residuals, TranslationTrajectory,
     Verification, size,
 };
-use remora_qp::Checksum;
 use remora_qp::QpSolver;
 use remora_qp::time::Deadline;
 use run::Run;
+use scrub::{Constants, Scrubbed, settings_checksum};
 
 /// QP solver of both stages. The planner resets it at the start of each.
 pub trait Solver<const NX: usize = { size::NX }, const NU: usize = { size::NU }>:
@@ -61,7 +63,8 @@ pub const MAX_TIGHTENINGS: usize = 5;
 /// its best iterate, and Stage 2 runs whatever became of Stage 1. Where the verifier finds a violation
 /// between nodes, planning continues with wider margins. Once the deadline has passed no stage begins:
 /// it is left at its initial guess (Stage 1 coasting). Time is reserved for the verifier;
-/// [`Report::is_verified`] says whether the plan can be flown.
+/// [`Report::is_verified`] says whether the plan can be flown. With [`Options::scrubbing`] a plan is refused
+/// where what it was made from has changed meanwhile.
 // Not inlined: an entry point with a stack bound of its own.
 #[inline(never)]
 pub fn plan<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU: usize>(
@@ -72,16 +75,13 @@ pub fn plan<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, co
     workspace: &mut ArmWorkspace<NL, NX, NU>,
 ) -> Report {
     let (guess, platform) = (options.initial_guess(), options.platform());
-    let options = options.settings();
+    let (is_scrubbed, options) = (options.is_scrubbed(), options.settings());
     let clock = platform.clock;
     let started = clock.seconds();
-    let mut settings = Checksum::new();
-    record::add_options(&mut settings, options);
-    guess.identify(&mut settings);
-    solver.identify(&mut settings);
+    let settings = settings_checksum(options, guess, solver);
     let input = input_checksum(mission, scenario);
     let recovery = mission.recovery(scenario, mission.grid(scenario).keep_out(0)).code();
-    let record = SolveRecord { recovery, ..SolveRecord::new(input, settings.value()) };
+    let record = SolveRecord { recovery, ..SolveRecord::new(input, settings) };
     if let Err(refusal) = mission.check::<NODES>(scenario, options.integrator) {
         return refused(refusal, record, workspace);
     }
@@ -89,6 +89,8 @@ pub fn plan<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, co
     let formulation = Formulation::new(mission, scenario, options.integrator);
     let formulation = Formulation { deadline, ..formulation };
     let executor = platform.executor;
+    let constants = Constants { mission, scenario, options, guess, input, settings };
+    let solver = Scrubbed { constants: is_scrubbed.then_some(&constants), ..Scrubbed::off(solver) };
     let mut run = Run { formulation, deadline, options, solver, executor, workspace };
     let mut report = run.plan(guess, record);
     report.times.total_s = clock.seconds() - started;

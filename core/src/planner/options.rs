@@ -94,6 +94,7 @@ pub struct Options<'a, P = Sequential, const NL: usize = LINKS> {
     settings: PlanSettings,
     guess: InitialGuess<'a, NL>,
     platform: Platform<'a, P>,
+    is_scrubbed: bool,
 }
 
 impl Options<'static> {
@@ -114,6 +115,7 @@ impl<const NL: usize> Options<'static, Sequential, NL> {
             loops: [None; 3],
             guess: InitialGuess::Heuristic,
             platform: Platform::BARE,
+            is_scrubbed: false,
         }
     }
 }
@@ -135,7 +137,18 @@ impl<'a, P, const NL: usize> Options<'a, P, NL> {
         guess: InitialGuess<'a, NL>,
         platform: Platform<'a, P>,
     ) -> Self {
-        Self { settings, guess, platform }
+        Self { settings, guess, platform, is_scrubbed: false }
+    }
+
+    /// The same, with what must not change held against checksums while the plan is made, and the verifier
+    /// run twice: [`OptionsBuilder::scrub`].
+    pub fn scrubbing(self, is_scrubbed: bool) -> Self {
+        Self { is_scrubbed, ..self }
+    }
+
+    /// Whether what must not change is held against checksums.
+    pub(crate) fn is_scrubbed(&self) -> bool {
+        self.is_scrubbed
     }
 
     /// The platform.
@@ -161,6 +174,7 @@ pub struct OptionsBuilder<'a, P = Sequential, const NL: usize = LINKS> {
     loops: [Option<Settings>; 3],
     guess: InitialGuess<'a, NL>,
     platform: Platform<'a, P>,
+    is_scrubbed: bool,
 }
 
 impl<'a, P: ForkJoin, const NL: usize> OptionsBuilder<'a, P, NL> {
@@ -197,9 +211,19 @@ impl<'a, P: ForkJoin, const NL: usize> OptionsBuilder<'a, P, NL> {
     where
         'a: 'b,
     {
-        let Self { mode, integrator, deadline_s, loops, guess, platform } = self;
+        let Self { mode, integrator, deadline_s, loops, guess, platform, is_scrubbed } = self;
         let platform = Platform { clock: platform.clock, executor };
-        OptionsBuilder { mode, integrator, deadline_s, loops, guess, platform }
+        OptionsBuilder { mode, integrator, deadline_s, loops, guess, platform, is_scrubbed }
+    }
+
+    /// Sets whether mission, scenario, options and guess are held against their checksums before each
+    /// iteration, a learned model before and after its roll-out and at the end, and whether the verifier
+    /// runs twice and must find the same bits: for memories and processors that may be damaged meanwhile.
+    /// Off by default. The plan keeps its bits; one in which damage is found is refused
+    /// ([`Refusal::Damaged`](crate::model::Refusal)). Cost: the verifier's time again, a pass over the model
+    /// a stage, some 10,000 instructions an iteration.
+    pub fn scrub(self, is_scrubbed: bool) -> Self {
+        Self { is_scrubbed, ..self }
     }
 
     /// Replaces the tuned SCP settings of Stage 1.
@@ -240,7 +264,8 @@ impl<'a, P: ForkJoin, const NL: usize> OptionsBuilder<'a, P, NL> {
             learned: chosen(self.loops[2], tuned.learned)?,
             ..tuned
         };
-        Ok(Options { settings, guess: self.guess, platform: self.platform })
+        let Self { guess, platform, is_scrubbed, .. } = self;
+        Ok(Options { settings, guess, platform, is_scrubbed })
     }
 }
 

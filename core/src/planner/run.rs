@@ -1,19 +1,22 @@
 //! One plan: the stages, the verifier, and further tries after its findings.
 
+use super::kept::Path;
+use super::scrub::Scrubbed;
 use super::tighten::{force_limit_of_wheels, gentler, tightened};
 use super::{
     ArmWorkspace, GuessRecord, InitialGuess, MAX_FORCE_TRIALS, MAX_TIGHTENINGS, PhaseTimes,
     PlanSettings, Report, SolveRecord, Solver, StageReport, StageSolveRecord, guess,
-    output_checksum, status_of,
+    output_checksum, refused, status_of,
 };
 use crate::executor::ForkJoin;
 use crate::scp::{self, Outcome, Settings, Status};
 use crate::stages::{
-    Formulation, Mode, NODES, Reorientation, Translation, Verification, recovery, verify,
-    verify_first,
+    Clearances, Formulation, Mode, NODES, Reorientation, Residuals, Translation, Verification,
+    recovery, verify, verify_first,
 };
-use remora_qp::Valid;
+use core::hint::black_box;
 use remora_qp::time::Deadline;
+use remora_qp::{QpSolver, Valid};
 
 /// Time reserved for the verifier, over the measured time of one interval times their number.
 const RESERVE: f64 = 1.5;
@@ -32,7 +35,7 @@ pub(super) struct Run<'a, 'w, S, P, const NL: usize, const NX: usize, const NU: 
     /// Deadline of the whole plan.
     pub deadline: Deadline<'a>,
     pub options: &'a PlanSettings,
-    pub solver: &'w mut S,
+    pub solver: Scrubbed<'w, 'a, S, NL>,
     pub executor: &'a P,
     pub workspace: &'w mut ArmWorkspace<NL, NX, NU>,
 }
@@ -79,9 +82,12 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         self.propagate_target();
         times.start_s = self.deadline.seconds() - from;
         let mut translation = self.translate_held();
+        self.solver.show(&mut Path(&mut self.workspace.translation.trajectory));
         self.reserve_verifier_time();
         let (mut reorientation, guess_record) = self.reorient_from(guess);
-        let mut found = self.verify(&mut times);
+        let residuals = Residuals::UNFINISHED;
+        let mut found = Verification { residuals, clearances: Clearances::NONE };
+        self.verify(&mut found, &mut times);
         // Bound: tightenings.
         for _ in 0..MAX_TIGHTENINGS {
             let before = self.formulation;
@@ -114,26 +120,36 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             if unfinished {
                 reorientation.is_unfinished();
             }
-            found = self.verify(&mut times);
+            self.verify(&mut found, &mut times);
         }
         times.translation_s = translation.report.time_s;
         times.add(&reorientation.times);
+        self.solver.look::<NX, NU>();
+        self.solver.look_at_model();
         let record = SolveRecord { start: guess_record, ..record };
-        self.report([translation, reorientation], found, times, record)
+        self.report([&translation, &reorientation], &found, times, record)
     }
 
-    /// The report of a plan with these results of its stages.
+    /// The report of a plan with these results of its stages, or of a refused one where anything was found
+    /// damaged.
+    // Not inlined, as `translate_held`.
+    #[inline(never)]
     fn report(
-        &self,
-        [translation, reorientation]: [StageResult; 2],
-        found: Verification,
+        &mut self,
+        [translation, reorientation]: [&StageResult; 2],
+        found: &Verification,
         times: PhaseTimes,
         record: SolveRecord,
     ) -> Report {
-        let Verification { residuals, clearances } = found;
+        if let Some(refusal) = self.solver.refusal() {
+            let SolveRecord { input, settings, recovery, .. } = record;
+            let record = SolveRecord { recovery, ..SolveRecord::new(input, settings) };
+            return refused(refusal, record, self.workspace);
+        }
+        let Verification { residuals, clearances } = *found;
         let is_verified = residuals.are_within(&self.formulation.mission.tolerances);
         let stages = translation.report.outcome.status.max(reorientation.report.outcome.status);
-        let status = status_of(stages, &found, is_verified, &self.deadline);
+        let status = status_of(stages, found, is_verified, &self.deadline);
         let nodes = self.formulation.grid().nodes;
         let output =
             output_checksum(nodes, self.workspace.translation(), self.workspace.reorientation());
@@ -181,20 +197,35 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             (self.workspace.translation(), self.workspace.reorientation());
         let _ = verify_first(mission, scenario, integrator, translation, reorientation);
         let each = self.deadline.seconds() - from;
-        let nodes = self.formulation.grid().nodes;
-        self.formulation.deadline = self.deadline.earlier_by(RESERVE * nodes as f64 * each);
+        let runs = if self.solver.is_on() { 2 } else { 1 };
+        let intervals = runs * self.formulation.grid().nodes;
+        self.formulation.deadline = self.deadline.earlier_by(RESERVE * intervals as f64 * each);
     }
 
-    /// Runs the verifier and adds its time.
-    fn verify(&self, times: &mut PhaseTimes) -> Verification {
+    /// Runs the verifier, twice where plans are scrubbed, and adds its time. What it has found is left in place,
+    /// for the stack holds it once.
+    // Not inlined, as `translate_held`.
+    #[inline(never)]
+    fn verify(&mut self, found: &mut Verification, times: &mut PhaseTimes) {
         let from = self.deadline.seconds();
+        *found = self.verify_once();
+        if self.solver.is_on() {
+            let first = *found;
+            *found = self.verify_once();
+            self.solver.compare(&first, found, &self.deadline);
+        }
+        times.verify_s += self.deadline.seconds() - from;
+    }
+
+    // Not inlined: it is called twice.
+    #[inline(never)]
+    fn verify_once(&self) -> Verification {
         let Formulation { mission, scenario, integrator, .. } = self.formulation;
+        // The second run is none of what the compiler knows of the first.
+        let (mission, scenario) = (black_box(mission), black_box(scenario));
         let (translation, reorientation) =
             (self.workspace.translation(), self.workspace.reorientation());
-        let found =
-            verify(mission, scenario, integrator, translation, reorientation, &self.deadline);
-        times.verify_s += self.deadline.seconds() - from;
-        found
+        verify(mission, scenario, integrator, translation, reorientation, &self.deadline)
     }
 
     /// Changes the formulation for another try; `None` where no change would help.
@@ -210,6 +241,10 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             return None;
         }
         let limits = &self.formulation.mission.tolerances;
+        if found.residuals.dynamics1 > limits.dynamics {
+            // A path is rolled out from its forces: this one is not what Stage 1 left.
+            return Some(Change::BothStages);
+        }
         match reorientation {
             Status::Solved | Status::IterationLimit => {
                 self.formulation = tightened(&self.formulation, &found.residuals)?;
@@ -229,9 +264,16 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
 
     /// Plans Stage 1, and again with less force where the wheels cannot hold its moment: with as little
     /// force as the scenario allows.
+    // Not inlined: its tries' results are on no other stage's stack.
+    #[inline(never)]
     pub fn translate_held(&mut self) -> StageResult {
         let free = self.formulation;
         let mut stage = self.translate(self.options.translation.max_iterations);
+        let left = stage.left(&self.options.translation);
+        if stage.report.outcome.status == Status::NumericalFailure && left > 0 {
+            // No sound data lead there: once more, from data that are made anew.
+            stage = self.translate(left).after(&stage);
+        }
         let again = stage.report.outcome.iterations;
         let translation = self.workspace.translation();
         if stage.report.outcome.status != Status::Solved {
@@ -270,12 +312,11 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         let started = deadline.seconds();
         let ArmWorkspace { target, scratch: w, translation: z, .. } = &mut *self.workspace;
         let mut problem = Translation::new(&self.formulation, target);
-        let solver = &mut *self.solver;
+        let solver = &mut self.solver;
         solver.reset();
-        let start =
-            problem.warm_start(solver, &deadline, &mut w.qp, &mut w.step, &mut z.trajectory);
+        let (start, tries) = problem.start(solver, &deadline, w, z);
         // The initial guess is a subproblem too.
-        let max_iterations = iterations.saturating_sub(1).max(1);
+        let max_iterations = iterations.saturating_sub(tries).max(1);
         let settings = Settings::with_max_iterations(&self.options.translation, max_iterations);
         let mut outcome = if start.status.is_usable() {
             scp::solve(&mut problem, solver, &settings, &deadline, w, z)
@@ -287,7 +328,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
                 ..Default::default()
             }
         };
-        outcome.iterations += 1;
+        outcome.iterations += tries;
         z.trajectory.clear_from(self.formulation.grid().nodes);
         let cost = problem.cost(&z.trajectory.force);
         let report = StageReport { outcome, cost, time_s: deadline.seconds() - started };
@@ -364,8 +405,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         let max_iterations = iterations.min(settings.max_iterations);
         let settings = Settings::with_max_iterations(settings, max_iterations);
         let mode: Mode = self.options.mode;
-        let (solver, executor, workspace) =
-            (&mut *self.solver, self.executor, &mut *self.workspace);
+        let (solver, executor, workspace) = (&mut self.solver, self.executor, &mut *self.workspace);
         let report = reorient(&self.formulation, mode, &settings, solver, executor, workspace);
         let log = &self.workspace.reorientation.log;
         let mut times = PhaseTimes::default();

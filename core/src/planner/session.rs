@@ -1,6 +1,7 @@
 //! The stages, callable one by one.
 
 use super::run::Run;
+use super::scrub::Scrubbed;
 use super::{ArmWorkspace, GuessRecord, Options, Solver, StageReport};
 use crate::executor::ForkJoin;
 use crate::model::{Mission, Refusal, Scenario};
@@ -60,6 +61,7 @@ impl<P: ForkJoin, const NL: usize> Session<'_, P, NL> {
             ..Formulation::new(self.mission, self.scenario, settings.integrator)
         };
         let (options, executor) = (settings, platform.executor);
+        let solver = Scrubbed::off(solver);
         Ok(Run { formulation, deadline, options, solver, executor, workspace })
     }
 }

@@ -4,6 +4,7 @@
 //! one convex subproblem an iteration; `docs/scp.md` describes the method and why it differs from the
 //! paper's.
 
+mod kept;
 mod memory;
 mod outcome;
 mod problem;

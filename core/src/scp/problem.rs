@@ -96,4 +96,10 @@ pub trait Problem<const N: usize, const NX: usize, const NU: usize, const NG: us
 
     /// Length of a step in units of the trust-region radius: one on its border.
     fn step_length(&self, step: &Solution<N, NX, NU, NG>) -> f64;
+
+    /// Number `element` of a trajectory at a node, for fault injection; none where there is none.
+    fn number(trajectory: &mut Self::Trajectory, node: usize, element: usize) -> Option<&mut f64> {
+        let _ = (trajectory, node, element);
+        None
+    }
 }

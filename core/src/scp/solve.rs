@@ -50,9 +50,9 @@ where
 }
 
 /// Cost and violation of the best feasible iterate.
-struct Feasible {
-    cost: f64,
-    violation: f64,
+pub(super) struct Feasible {
+    pub(super) cost: f64,
+    pub(super) violation: f64,
 }
 
 /// State of a solve.
@@ -71,15 +71,15 @@ pub(super) struct ScpSolver<
     pub(super) deadline: &'a Deadline<'a>,
     pub(super) w: &'a mut Scratch<N, NX, NU, NG>,
     pub(super) z: &'a mut Iterates<P::Trajectory>,
-    outcome: Outcome,
-    radius: f64,
+    pub(super) outcome: Outcome,
+    pub(super) radius: f64,
     pub(super) penalty_parameter: f64,
     /// Merit of the current trajectory with the current penalty parameter.
     pub(super) merit: f64,
     /// Whether the subproblem does not yet belong to the current trajectory.
     needs_linearisation: bool,
     /// Cost and violation of `z.best`, where that is an iterate.
-    best: Option<Feasible>,
+    pub(super) best: Option<Feasible>,
     /// Number of consecutive subproblems without a usable solution.
     failed: u32,
 }
@@ -118,6 +118,7 @@ where
             return Some(Status::Deadline);
         }
         self.outcome.iterations += 1;
+        self.show();
         let started = self.deadline.seconds();
         let mut record = IterationRecord {
             radius: self.radius,

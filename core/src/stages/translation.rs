@@ -2,11 +2,12 @@
 
 use crate::math::quaternion;
 use crate::model::{Grid, HcwTransition, TargetState, signed_distance_to_box};
-use crate::scp::{Problem, Residuals};
+use crate::scp::{Iterates, Problem, Residuals, Scratch};
 use nalgebra::{Matrix3, Matrix3x6, SVector, Vector3, Vector4};
 use remora_qp::dense::clamp;
+use remora_qp::kept::nth;
 use remora_qp::time::Deadline;
-use remora_qp::{Qp, QpOutcome, QpSolver, QpStage, Solution};
+use remora_qp::{Qp, QpOutcome, QpSolver, QpStage, QpStatus, Solution};
 
 use super::Formulation;
 use super::size::NG;
@@ -37,6 +38,12 @@ impl<const N: usize> TranslationTrajectory<N> {
         for values in [position, velocity, force] {
             values.iter_mut().skip(first).for_each(|value| *value = Vector3::zeros());
         }
+    }
+
+    /// Number `element` of node `k`, for fault injection: position, velocity, force.
+    pub fn number(&mut self, k: usize, element: usize) -> Option<&mut f64> {
+        let vectors = [&mut self.position, &mut self.velocity, &mut self.force];
+        nth(vectors.into_iter().filter_map(|all| Some(all.get_mut(k)?.as_mut_slice())), element)
     }
 }
 
@@ -144,29 +151,60 @@ impl<'a, const N: usize> Translation<'a, N> {
         }
     }
 
-    /// Writes the initial guess, the optimum without keep-out: one convex QP.
-    pub fn warm_start<S: QpSolver<N, NX, NU, NG>, const NX: usize, const NU: usize>(
+    /// Writes the initial guess, the optimum without keep-out: one convex QP. Twice the same where the QP
+    /// is not solved or its solution does not lead to the end: no sound one does that, and memory may be
+    /// damaged. Returns the QPs' outcome, and their number.
+    pub fn start<S: QpSolver<N, NX, NU, NG>, const NX: usize, const NU: usize>(
         &mut self,
         solver: &mut S,
         deadline: &Deadline,
-        qp: &mut Qp<N, NX, NU, NG>,
-        step: &mut Solution<N, NX, NU, NG>,
-        trajectory: &mut TranslationTrajectory<N>,
+        w: &mut Scratch<N, NX, NU, NG>,
+        z: &mut Iterates<TranslationTrajectory<N>>,
+    ) -> (QpOutcome, usize) {
+        let first = self.warm_start(solver, deadline, w, z);
+        let stopped = matches!(first.status, QpStatus::TimeLimit | QpStatus::Interrupted);
+        if stopped || (first.status.is_usable() && self.comes_to_the_end(&z.trajectory)) {
+            return (first, 1);
+        }
+        solver.reset();
+        let mut second = self.warm_start(solver, deadline, w, z);
+        second.iterations += first.iterations;
+        (second, 2)
+    }
+
+    /// Whether a path ends where it has to.
+    fn comes_to_the_end(&self, trajectory: &TranslationTrajectory<N>) -> bool {
+        let (r, v) = self.end_error(trajectory);
+        r.iter().chain(&v).all(|error| error.abs() <= self.end_tolerance)
+    }
+
+    /// Writes the initial guess once; where that fails the drift, which it is linearised at.
+    // Not inlined: it is called twice.
+    #[inline(never)]
+    fn warm_start<S: QpSolver<N, NX, NU, NG>, const NX: usize, const NU: usize>(
+        &mut self,
+        solver: &mut S,
+        deadline: &Deadline,
+        w: &mut Scratch<N, NX, NU, NG>,
+        z: &mut Iterates<TranslationTrajectory<N>>,
     ) -> QpOutcome {
         const { assert!(NX >= STATES && NU >= CONTROLS, "Stage 1 needs two joints' room") };
-        trajectory.force = [Vector3::zeros(); N];
-        self.rollout(trajectory);
+        let Scratch { qp, step, .. } = w;
+        let drift = &mut z.trial;
+        drift.force = [Vector3::zeros(); N];
+        self.rollout(drift);
         self.constrained = false;
-        self.linearise(trajectory, None, qp);
-        self.bound(trajectory, f64::INFINITY, qp);
+        self.linearise(drift, None, qp);
+        self.bound(drift, f64::INFINITY, qp);
         qp.path_penalty = 1.0;
         // The memory may hold an earlier plan's multipliers, which no solver may use.
         step.clear_multipliers();
         let outcome = solver.solve(qp, step, deadline);
         self.constrained = true;
         if outcome.status.is_usable() {
-            let drift = *trajectory;
-            self.retract(&drift, qp, step, trajectory);
+            self.retract(drift, qp, step, &mut z.trajectory);
+        } else {
+            z.trajectory = *drift;
         }
         outcome
     }
@@ -203,13 +241,8 @@ impl<'a, const N: usize> Translation<'a, N> {
             trajectory.position[k] = r;
             trajectory.velocity[k] = v;
             if k < self.last() {
-                let mut x = SVector::<f64, 6>::zeros();
-                x.fixed_rows_mut::<3>(0).copy_from(&r);
-                x.fixed_rows_mut::<3>(3).copy_from(&v);
-                let next = self.transition.state * x
-                    + self.transition.input * (trajectory.force[k] / self.mass);
-                r = next.fixed_rows::<3>(0).into_owned();
-                v = next.fixed_rows::<3>(3).into_owned();
+                let specific_force = trajectory.force[k] / self.mass;
+                (r, v) = self.transition.carry(&r, &v, &specific_force);
             }
         }
     }
@@ -456,5 +489,9 @@ impl<const N: usize, const NX: usize, const NU: usize> Problem<N, NX, NU, NG>
             .map(|x| x.fixed_rows::<3>(0).amax())
             .fold(0.0, f64::max)
             * self.scale[0]
+    }
+
+    fn number(path: &mut Self::Trajectory, k: usize, element: usize) -> Option<&mut f64> {
+        path.number(k, element)
     }
 }

@@ -137,6 +137,10 @@ impl<M: Storage> Policy for NetworkPolicy<'_, '_, M> {
         checksum.integer(self.flow_steps.into());
     }
 
+    fn is_intact(&self) -> bool {
+        self.model.is_intact()
+    }
+
     fn begin(&self, seed: u64) {
         if let Ok(mut network) = self.network.try_borrow_mut() {
             network.begin(seed);

@@ -41,6 +41,11 @@ pub trait Policy {
     /// Adds all that distinguishes this policy from others to `checksum`.
     fn identify(&self, checksum: &mut Checksum);
 
+    /// Whether what it predicts from is as it was when it was checked; true for what is never checked.
+    fn is_intact(&self) -> bool {
+        true
+    }
+
     /// Begins a rollout; `seed` is for policies that sample.
     fn begin(&self, seed: u64);
 

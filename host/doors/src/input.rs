@@ -98,6 +98,7 @@ impl Input {
                 method: self.method,
                 model,
                 threads: Threads::default(),
+                is_scrubbed: false,
                 out: PathBuf::new(),
             }.plan()
         } else { Err(self.no_planner()) })?;

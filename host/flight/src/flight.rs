@@ -230,6 +230,24 @@ impl<const NL: usize> Flight<'_, NL> {
     where
         Engine<NL, NX, NU>: Build<NL, NX, NU>,
     {
+        self.fly_struck(dispersion, engine, watch, &mut |_, _| ())
+    }
+
+    /// The same, with somebody who may change guidance's state before each of its steps, told the step's
+    /// number: for fault injection.
+    ///
+    /// # Errors
+    /// As [`Flight::fly`].
+    pub fn fly_struck<const NX: usize, const NU: usize>(
+        &self,
+        dispersion: &Dispersion,
+        engine: &mut Engine<NL, NX, NU>,
+        watch: &mut dyn FnMut(&Moment<'_, NL>),
+        strike: &mut dyn FnMut(u64, &mut Guidance<NL>),
+    ) -> Result<Flown, WorldError>
+    where
+        Engine<NL, NX, NU>: Build<NL, NX, NU>,
+    {
         let setup = nominal::setup(self.mission, self.scenario, &self.settings.surroundings);
         let world = World::new(&setup, dispersion)?;
         let real = dispersion.disperse(&setup);
@@ -240,6 +258,7 @@ impl<const NL: usize> Flight<'_, NL> {
             if loop_.is_over() {
                 return Ok(loop_.ended());
             }
+            strike(loop_.turns, &mut loop_.guidance);
             loop_.turn(engine, watch)?;
         }
     }

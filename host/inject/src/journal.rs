@@ -5,7 +5,7 @@ use remora_host::fingerprint::{fingerprint, program};
 use remora_host::journal::{self, Heading};
 use serde::{Deserialize, Serialize};
 
-const FORMAT: &str = "remora-inject-journal/1";
+const FORMAT: &str = "remora-inject-journal/2";
 
 /// The journal.
 pub(super) type Journal = journal::Journal<Line>;

@@ -10,20 +10,28 @@
 mod bit_flip;
 mod case;
 mod class;
+mod draw;
+mod fields;
+mod flights;
 mod journal;
 mod reference;
 mod report;
 mod result;
+mod site;
 mod watch;
 mod worker;
 
-pub use bit_flip::{PROGRAM_FIELDS, SOLUTION_FIELDS, START_FIELDS};
-pub use case::{Case, Fault, Place, Site};
+pub use case::{Case, Fault, LoopFault, Place};
 pub use class::{Claim, Class, Judge, Plan, Seen};
+pub use fields::{
+    Field, GUIDANCE_FIELDS, PATH_FIELDS, PROGRAM_FIELDS, RESIDUAL_FIELDS, SCALAR_FIELDS,
+    SOLUTION_FIELDS, START_FIELDS,
+};
 pub use report::{injection_report, replay_report};
 pub use result::{Counts, Extra, FORMAT, Injection, Record, Share};
+pub use site::Site;
 
-use case::{Drawn, Layout};
+use draw::{Drawn, Layout};
 use journal::{Header, Journal, Line};
 use reference::{Ended, Reference};
 use remora_core::advanced::model::Mission;
@@ -107,7 +115,7 @@ impl Injector {
         alarm: &(dyn Fn(u64) + Sync),
     ) -> Result<Injection, Error> {
         let model = Learned::built_in(self.integrator);
-        let bench = self.bench(&model)?;
+        let bench = self.bench(&model, self.sites.contains(&Site::Guidance))?;
         let (mut journal, mut lines) = self.begun(resumed)?;
         let references = self.references(&bench, jobs)?;
         let limit = limit(&references);
@@ -165,7 +173,8 @@ impl Injector {
     /// As [`Injector::run`].
     pub fn replay(&self, number: u64) -> Result<Replay, Error> {
         let drawn = Drawn::new(self.seed, number, self.scenarios.len());
-        self.alone(drawn.scenario, |reference, layout| drawn.case(reference.programs, layout))
+        let flies = Site::of(number) == Site::Guidance;
+        self.alone(drawn.scenario, flies, |reference, layout| drawn.case(reference.work, layout))
     }
 
     /// Runs a case that was made by hand, of one of the scenarios.
@@ -173,16 +182,18 @@ impl Injector {
     /// # Errors
     /// As [`Injector::run`].
     pub fn inject(&self, case: &Case) -> Result<Replay, Error> {
-        self.alone(case.scenario, |_, _| case.clone())
+        let flies = case.fault.site() == Site::Guidance;
+        self.alone(case.scenario, flies, |_, _| case.clone())
     }
 
     fn alone(
         &self,
         scenario: usize,
+        flies: bool,
         case: impl FnOnce(&Reference, &Layout) -> Case,
     ) -> Result<Replay, Error> {
         let model = Learned::built_in(self.integrator);
-        let bench = self.bench(&model)?;
+        let bench = self.bench(&model, flies)?;
         let mut worker = Worker::new(&bench.setup);
         let reference = worker.reference(&bench.setup, scenario)?;
         let case = case(&reference, &bench.layout);
@@ -193,7 +204,7 @@ impl Injector {
         Ok(Replay { record: self.record(&case, &attempt), logs })
     }
 
-    fn bench<'a>(&'a self, model: &'a Learned) -> Result<Bench<'a>, Error> {
+    fn bench<'a>(&'a self, model: &'a Learned, flies: bool) -> Result<Bench<'a>, Error> {
         let file = Learned::built_in_file(self.integrator);
         let unusable = || Error::argument("--integrator", "its model cannot be used");
         let model = model.model().ok_or_else(unusable)?;
@@ -203,7 +214,7 @@ impl Injector {
         }
         let options = PlanSettings::new(Mode::Optimal, self.integrator);
         let (mission, scenarios) = (&self.mission, &self.scenarios[..]);
-        Ok(Bench { setup: Setup { mission, scenarios, options, file, model }, layout })
+        Ok(Bench { setup: Setup { mission, scenarios, options, file, model, flies }, layout })
     }
 
     fn references(&self, bench: &Bench<'_>, jobs: NonZeroUsize) -> Result<Vec<Reference>, Error> {
@@ -271,7 +282,7 @@ impl Bench<'_> {
     ) -> (Case, Attempt) {
         let drawn = Drawn::new(seed, number, references.len());
         let reference = &references[drawn.scenario];
-        let case = drawn.case(reference.programs, &self.layout);
+        let case = drawn.case(reference.work, &self.layout);
         let mut attempt = self.attempt(worker, &case, reference);
         self.check_leak(worker, &case, reference, &mut attempt);
         (case, attempt)
@@ -285,6 +296,9 @@ impl Bench<'_> {
         reference: &Reference,
         attempt: &mut Attempt,
     ) {
+        if case.fault.site() == Site::Guidance {
+            return;
+        }
         let is_due = (case.number / Site::ALL.len() as u64).is_multiple_of(LEAK_EVERY);
         if is_due || attempt.ran.ended.status != Status::Solved {
             let plan = AssertUnwindSafe(|| worker.sound(&self.setup, case.scenario));
@@ -303,7 +317,7 @@ impl Bench<'_> {
                 *worker = Worker::new(&self.setup);
                 let baseline = reference.learned;
                 let ended = Ended { status: Status::NumericalFailure, output: 0, ..baseline };
-                let ran = Ran { ended, baseline, is_refused: false };
+                let ran = Ran { ended, baseline, is_refused: false, ending: None };
                 Attempt { ran, panicked: true, leaked: None }
             }
         }

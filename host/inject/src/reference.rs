@@ -1,5 +1,7 @@
 //! Plans without a fault, to which those with one are compared.
 
+use super::draw::Work;
+use super::flights::Sortie;
 use remora_core::advanced::planner::GuessRecord;
 use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory};
@@ -39,8 +41,10 @@ pub(super) struct Reference {
     pub accepted: Ended,
     /// From the heuristic, the model refused.
     pub refused: Ended,
-    /// Programs of the first of these.
-    pub programs: u32,
+    /// What the first of these takes, and its flight.
+    pub work: Work,
+    /// A plan that can be flown, with its flight; none where nothing flies.
+    pub sortie: Option<Sortie>,
     /// The roll-out as it came, and as it is once it has been moved into limits and onto pins.
     pub rolled: Box<ReorientationTrajectory<NODES, LINKS>>,
     pub clipped: Box<ReorientationTrajectory<NODES, LINKS>>,

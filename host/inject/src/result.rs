@@ -1,8 +1,10 @@
 //! What an injection found.
 
-use super::case::{Case, Site};
+use super::case::Case;
 use super::class::Class;
+use super::site::Site;
 use super::worker::Ran;
+use remora_flight::flight::Ending;
 use remora_host::campaign::Statistics;
 use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{GuessRecord, ModelRecord, Status};
@@ -11,7 +13,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// The `format` of the file.
-pub const FORMAT: &str = "remora-injection/1";
+pub const FORMAT: &str = "remora-injection/2";
 
 /// One case and what became of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,7 +29,7 @@ pub struct Record {
     pub part: String,
     /// The kind of it.
     pub kind: String,
-    /// Which use of the memory, or which of the plan's programs.
+    /// Which use of the memory, of the plan's programs or iterations, or of guidance's steps.
     pub moment: u32,
     /// The node.
     pub node: usize,
@@ -52,8 +54,10 @@ pub struct Record {
     /// How much more the plan costs than without the fault, both stages together, relative.
     #[serde(deserialize_with = "number_or_nan")]
     pub extra_cost: f64,
-    /// Checksum of the plan, 16 hexadecimal digits.
+    /// Checksum of the plan, or of what came of its flight, 16 hexadecimal digits.
     pub output: String,
+    /// How the plan's flight ended, where guidance was hit.
+    pub ending: Option<Ending>,
 }
 
 /// JSON has no NaN: it is written as null.
@@ -86,6 +90,7 @@ impl Record {
             extra_iterations: sum(ended.iterations) - sum(baseline.iterations),
             extra_cost: cost(ended.costs) / cost(baseline.costs) - 1.0,
             output: format!("{:016x}", ended.output),
+            ending: ran.ending,
         }
     }
 }
@@ -286,7 +291,7 @@ impl Injection {
     pub fn csv(&self) -> String {
         let mut out = String::from(
             "case,site,scenario,part,moment,node,element,bit,class,status,is_verified,start,\
-             stage1_iterations,stage2_iterations,extra_iterations,extra_cost,output\n",
+             stage1_iterations,stage2_iterations,extra_iterations,extra_cost,output,ending\n",
         );
         for r in &self.records {
             let (site, class) = (r.site.name(), r.class.name());
@@ -295,7 +300,9 @@ impl Injection {
             let _ = write!(out, "{},{},{},{class},{},", r.node, r.element, r.bit, r.status);
             let _ = write!(out, "{},{},", r.is_verified, r.start.name());
             let _ = write!(out, "{},{},", r.stage1_iterations, r.stage2_iterations);
-            let _ = writeln!(out, "{},{:?},{}", r.extra_iterations, r.extra_cost, r.output);
+            let ending = r.ending.map_or("", Ending::name);
+            let _ = write!(out, "{},{:?},", r.extra_iterations, r.extra_cost);
+            let _ = writeln!(out, "{},{ending}", r.output);
         }
         out
     }

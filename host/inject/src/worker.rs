@@ -1,11 +1,15 @@
 //! One planner with everything that bits can flip in.
 
-use super::bit_flip::{FaultySolver, Met, Program, QpBitFlip, flip_start};
+use super::bit_flip::{FaultySolver, Met, QpBitFlip, Strike};
 use super::case::{Case, Fault};
 use super::class::{Claim, Judge, Plan};
+use super::draw::Work;
+use super::fields::{Program, flip_start};
+use super::flights::{self, Flights, Sortie};
 use super::reference::{Ended, Reference};
 use remora_core::advanced::executor::Sequential;
-use remora_core::advanced::model::Mission;
+use remora_core::advanced::guidance::FlightPlan;
+use remora_core::advanced::model::{Integrator, Mission};
 use remora_core::advanced::nn::{BitFlip, FaultyMemory, Model, Network};
 use remora_core::advanced::planner::memory::NetworkMemory;
 use remora_core::advanced::planner::{
@@ -18,6 +22,7 @@ use remora_core::advanced::stages::{
 };
 use remora_core::advanced::time::NoClock;
 use remora_core::advanced::warmstart::{NetworkPolicy, Scene, rollout};
+use remora_flight::flight::Ending;
 use remora_host::engine::{SEED, embedded_solver, plan_with};
 use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
@@ -38,6 +43,8 @@ pub(super) struct Setup<'a> {
     /// The model file, and the model in it.
     pub file: &'static [u8],
     pub model: &'a Model<'static>,
+    /// Whether guidance flies.
+    pub flies: bool,
 }
 
 /// A planner's memory.
@@ -53,6 +60,7 @@ struct Machine {
 pub(super) struct Worker {
     machine: Machine,
     file: Vec<u8>,
+    flights: Flights,
 }
 
 /// What became of a case.
@@ -62,6 +70,8 @@ pub(super) struct Ran {
     pub baseline: Ended,
     /// Whether a check refused what was hit.
     pub is_refused: bool,
+    /// How a flight ended, where one was flown.
+    pub ending: Option<Ending>,
 }
 
 impl Worker {
@@ -72,7 +82,7 @@ impl Worker {
             network: on_heap(Flight::new),
             copy: on_heap(|| Program::ZERO),
         };
-        Self { machine, file: setup.file.to_vec() }
+        Self { machine, file: setup.file.to_vec(), flights: Flights::default() }
     }
 
     /// The loops' logs of the last plan.
@@ -83,7 +93,11 @@ impl Worker {
     /// Plans a case. The planner is then as good as new.
     pub fn run(&mut self, setup: &Setup<'_>, case: &Case, reference: &Reference) -> Ran {
         let (machine, index) = (&mut self.machine, case.scenario);
+        let mut tried_twice = false;
         let (ended, baseline, met) = match case.fault {
+            Fault::Guidance { step, field, element, bit } => {
+                return self.flights.run(reference, flights::Strike { step, field, element, bit });
+            }
             Fault::File { checked, byte, bit, .. } => {
                 let ended = self.run_file(setup, index, reference, (checked, byte, bit));
                 (ended, reference.learned, None)
@@ -104,14 +118,21 @@ impl Worker {
             }
             Fault::Program { solution, call, field, node, element, bit } => {
                 let bit_flip = QpBitFlip { solution, call, field, node, element, bit };
-                let flown = machine.learned(setup, index, setup.model, None, Some(bit_flip));
+                let strike = Some(Strike::Program(bit_flip));
+                let flown = machine.learned(setup, index, setup.model, None, strike);
+                tried_twice = flown.tried_twice;
                 (flown.ended, reference.learned, flown.met)
+            }
+            Fault::Loop(fault) => {
+                let strike = Some(Strike::Loop(fault));
+                let flown = machine.learned(setup, index, setup.model, None, strike);
+                (flown.ended, reference.learned, None)
             }
         };
         let start = ended.start != baseline.start && refuses(ended.start);
         let rejected = met.is_some_and(|met| !met.usable || self.rejected(&met, &ended));
-        let is_refused = start || (rejected && !ended.is_same(&baseline));
-        Ran { ended, baseline, is_refused }
+        let is_refused = start || tried_twice || (rejected && !ended.is_same(&baseline));
+        Ran { ended, baseline, is_refused, ending: None }
     }
 
     /// Plans scenario `index` with the model and without a fault.
@@ -128,7 +149,7 @@ impl Worker {
         reference: &Reference,
         (checked, byte, bit): (bool, usize, u32),
     ) -> Ended {
-        let Self { machine, file } = self;
+        let Self { machine, file, .. } = self;
         file.copy_from_slice(setup.file);
         if let Some(byte) = file.get_mut(byte) {
             *byte ^= 1 << (bit % 8);
@@ -176,7 +197,8 @@ impl Worker {
             given: flown.ended,
             accepted: flown.ended,
             refused: flown.ended,
-            programs: flown.programs,
+            work: Work { programs: flown.programs, iterations: flown.iterations, steps: 0 },
+            sortie: None,
             rolled,
             clipped,
             time_s: 0.0,
@@ -187,18 +209,20 @@ impl Worker {
         reference.accepted =
             machine.fly(setup, index, &InitialGuess::Unchecked(&reference.clipped), None).ended;
         lap();
+        let sortie = setup.flies.then(|| machine.sortie(setup, index, &mut self.flights));
+        lap();
         // Last: a case whose file is refused leaves these logs.
         reference.refused = machine.fly(setup, index, &InitialGuess::Refused, None).ended;
         lap();
         reference.time_s = time_s;
-        match reference.is_solved() {
-            true => Ok(reference),
-            false => {
-                let id = &setup.scenarios[index].id;
-                let reason = format!("scenario {id} is not solved without a fault");
-                Err(Error::argument("--scenarios", reason))
-            }
+        if !reference.is_solved() {
+            let id = &setup.scenarios[index].id;
+            let reason = format!("scenario {id} is not solved without a fault");
+            return Err(Error::argument("--scenarios", reason));
         }
+        reference.sortie = sortie.transpose()?;
+        reference.work.steps = reference.sortie.as_ref().map_or(0, |sortie| sortie.steps);
+        Ok(reference)
     }
 }
 
@@ -214,6 +238,10 @@ struct Flown {
     met: Option<Met>,
     /// Programs that were solved.
     programs: u32,
+    /// Iterations of either stage's loop.
+    iterations: [u32; 2],
+    /// Whether Stage 1's first program was solved twice.
+    tried_twice: bool,
 }
 
 impl Machine {
@@ -224,7 +252,7 @@ impl Machine {
         index: usize,
         model: &Model<'_>,
         memory: Option<BitFlip>,
-        program: Option<QpBitFlip>,
+        program: Option<Strike>,
     ) -> Flown {
         let Self { workspace, solver, network, copy } = self;
         let mut faulty = FaultyMemory::new(&mut **network, memory);
@@ -244,10 +272,38 @@ impl Machine {
         setup: &Setup<'_>,
         index: usize,
         start: &InitialGuess<'_>,
-        program: Option<QpBitFlip>,
+        program: Option<Strike>,
     ) -> Flown {
         let Self { workspace, solver, copy, .. } = self;
         fly(setup, index, start, FaultySolver::new(&mut **solver, copy, program), workspace)
+    }
+
+    /// The plan that guidance flies, and its flight without a fault: by the settings' integrator, where its
+    /// plans can be flown.
+    fn sortie(
+        &mut self,
+        setup: &Setup<'_>,
+        index: usize,
+        flights: &mut Flights,
+    ) -> Result<Sortie, Error> {
+        let named = &setup.scenarios[index];
+        let unflyable = |reason: String| Error::Scenario { id: named.id.clone(), reason };
+        let integrator = match setup.options.integrator {
+            flown if flown.is_flown() => flown,
+            _ => Integrator::Rk4 { substeps: flights::SUBSTEPS },
+        };
+        let (mission, scenario) = (setup.mission, named.scenario());
+        let options = PlanSettings::new(setup.options.mode, integrator);
+        let options = Options::from_parts(options, InitialGuess::Heuristic, BARE);
+        let Self { workspace, solver, .. } = self;
+        let report = plan_with(mission, &scenario, &options, &mut **solver, workspace);
+        if !report.is_verified() {
+            return Err(unflyable("has no plan that can be flown".into()));
+        }
+        let (path, motion) = (workspace.translation(), workspace.reorientation());
+        let plan = FlightPlan::new(mission, &scenario, integrator, path, motion)
+            .map_err(|error| unflyable(error.to_string()))?;
+        flights.sortie(mission, &scenario, plan, index as u64).map_err(unflyable)
     }
 
     /// The roll-out along the path in the workspace, as it comes and as the loop takes it.
@@ -314,16 +370,17 @@ fn fly(
         is_wrong: judge.is_wrong(&claim, plan) || evidence.status != report.status,
         is_bounded: is_bounded(&setup.options, &report, solver.calls),
     };
-    Flown { ended, met: solver.met, programs: solver.calls }
+    let FaultySolver { met, calls: programs, iterations, tried_twice, .. } = solver;
+    Flown { ended, met, programs, iterations, tried_twice }
 }
 
-/// Whether a plan took no more work than its settings allow: Stage 1 its start besides, Stage 2 a
-/// second try, each iteration some corrections.
+/// Whether a plan took no more work than its settings allow: Stage 1 three more where it
+/// begins again, Stage 2 a second try, each iteration some corrections.
 fn is_bounded(options: &PlanSettings, report: &Report, programs: u32) -> bool {
     let PlanSettings { translation, reorientation, learned, .. } = options;
     let (one, two) = (&report.record.translation, &report.record.reorientation);
     let most = [
-        1 + translation.max_iterations as u32,
+        3 + translation.max_iterations as u32,
         (learned.max_iterations + reorientation.max_iterations) as u32,
     ];
     let each = InteriorPointSettings::default().max_iterations;
@@ -337,12 +394,12 @@ fn is_bounded(options: &PlanSettings, report: &Report, programs: u32) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::case::{Drawn, Layout, Site};
+    use super::super::draw::{Drawn, Layout};
+    use super::super::site::Site;
     use super::*;
     use remora_core::advanced::stages::Mode;
     use remora_host::formats::ScenarioSet;
     use remora_host::learned::Learned;
-    use remora_host::method::Integrator;
 
     /// The memory's uses are counted as the cases count them: no bit flip misses.
     #[test]
@@ -353,11 +410,12 @@ mod tests {
         let file = Learned::built_in_file(integrator);
         let scenarios = &ScenarioSet::built_in().unwrap().scenarios[..1];
         let options = PlanSettings::new(Mode::Feasible, integrator);
-        let setup = Setup { mission: &mission, scenarios, options, file, model };
+        let setup = Setup { mission: &mission, scenarios, options, file, model, flies: false };
         let layout = Layout::new(model, file.len(), MEMORY).unwrap();
         let Machine { mut workspace, mut solver, mut network, .. } = Worker::new(&setup).machine;
+        let work = Work { programs: 10, iterations: [4, 4], steps: 1 };
         let mut bit_flip = |number| {
-            let case = Drawn::new(3, number, 1).case(10, &layout);
+            let case = Drawn::new(3, number, 1).case(work, &layout);
             let Fault::Memory { bit_flip, .. } = case.fault else { return };
             let mut faulty = FaultyMemory::new(&mut *network, Some(bit_flip));
             let policy = NetworkPolicy::new(Network::new(model, &mut faulty).unwrap()).unwrap();
@@ -366,7 +424,7 @@ mod tests {
             plan_with(&mission, &scenarios[0].scenario(), &options, &mut *solver, &mut workspace);
             assert!(faulty.is_injected(), "{case:?}");
         };
-        let sites = [Site::Activations, Site::KvCache];
-        (0..400).filter(|number| sites.contains(&Site::of(*number))).for_each(&mut bit_flip);
+        let sites = [Site::Activations, Site::Block, Site::KvCache];
+        (0..600).filter(|number| sites.contains(&Site::of(*number))).for_each(&mut bit_flip);
     }
 }

@@ -6,6 +6,7 @@ use remora_core::advanced::nn::{BitFlip, Part};
 use remora_core::advanced::planner::{
     EmbeddedSolver, InitialGuess, Options, PlanSettings, Platform, Report, Workspace, plan,
 };
+use remora_core::advanced::qp::kept::Part as Kept;
 use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::{Mode, NODES, verify};
 use remora_core::advanced::time::Deadline;
@@ -15,8 +16,8 @@ use remora_host::learned::Learned;
 use remora_host::memory::on_heap;
 use remora_host::method::Integrator;
 use remora_inject::{
-    Case, Claim, Class, Fault, Injection, Injector, Judge, PROGRAM_FIELDS, Plan, Record,
-    SOLUTION_FIELDS, START_FIELDS, Site,
+    Case, Claim, Class, Fault, GUIDANCE_FIELDS, Injection, Injector, Judge, LoopFault,
+    PROGRAM_FIELDS, Plan, Record, SOLUTION_FIELDS, START_FIELDS, Site,
 };
 use std::num::NonZeroUsize;
 
@@ -60,24 +61,24 @@ fn file(checked: bool, byte: usize, bit: u32) -> Fault {
 
 #[test]
 fn hundreds_of_cases_at_all_sites_do_no_harm() {
-    let injection = run(&injector(6), 320, 2);
+    let injection = run(&injector(6), 600, 2);
     assert!(injection.is_sound(), "{:?}", injection.forbidden);
-    assert_eq!((injection.total.cases, injection.records.len()), (320, 320));
+    assert_eq!((injection.total.cases, injection.records.len()), (600, 600));
     assert_eq!(injection.sites.len(), Site::ALL.len());
     assert!(injection.sites.iter().all(|share| share.cases == 40));
     // Every bit that flips in a file before it is opened is found.
     assert_eq!(injection.sites[0].classes.detected, 40);
     let total = injection.total.classes;
     assert!(total.no_effect > 0 && total.tolerated > 0, "{total:?}");
-    assert!(injection.leak_checks >= 320 / 16);
+    assert!(injection.leak_checks >= 600 / 16);
     let kinds: u64 = injection.kinds.iter().map(|share| share.cases).sum();
-    assert_eq!(kinds, 320);
+    assert_eq!(kinds, 600);
 }
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads_and_any_case_can_be_run_again() {
     let injector = injector(2);
-    let (one, two) = (run(&injector, 64, 1), run(&injector, 64, 2));
+    let (one, two) = (run(&injector, 60, 1), run(&injector, 60, 2));
     assert!(one == two);
     assert_eq!(one.csv(), two.csv());
     for record in one.records.iter().step_by(5) {
@@ -127,13 +128,14 @@ fn what_is_refused_is_detected() {
 fn what_is_used_is_tolerated_or_does_nothing() {
     let residual = |bit| Fault::Memory {
         cached: false,
+        within: false,
         node: 30,
-        bit_flip: BitFlip { call: 30 * 6 + 2, part: Part::Residual, element: 7, bit },
+        bit_flip: BitFlip { call: 30 * 15 + 5, part: Part::Residual, element: 7, bit },
     };
     assert_eq!(inject(residual(20)).class, Class::Tolerated);
     // Beyond the model's width nothing is read.
-    let beyond = BitFlip { call: 30 * 6 + 2, part: Part::Residual, element: 96, bit: 30 };
-    let beyond = Fault::Memory { cached: false, node: 30, bit_flip: beyond };
+    let beyond = BitFlip { call: 30 * 15 + 5, part: Part::Residual, element: 96, bit: 30 };
+    let beyond = Fault::Memory { cached: false, within: false, node: 30, bit_flip: beyond };
     assert_eq!(inject(beyond).class, Class::NoEffect);
     let torque = |accepted| Fault::Start {
         accepted,
@@ -152,12 +154,76 @@ fn what_is_used_is_tolerated_or_does_nothing() {
     assert_eq!(record.extra_cost, 0.0);
 }
 
-/// Stage 1's first program has no other to fall back on: no plan, but the next one is sound.
+/// Stage 1's first program has no other to fall back on: it is solved again, from sound data. Here a bound that
+/// contradicts another, a program that is solved and leads elsewhere, and a solution that does.
+#[test]
+fn stage_1s_first_program_gets_a_second_try() {
+    let u = field(&SOLUTION_FIELDS, "u");
+    let solution =
+        Fault::Program { solution: true, call: 0, field: u, node: 20, element: 0, bit: 62 };
+    for fault in [program("lower_u", 0, 43, 5, 56), program("b", 0, 20, 0, 62), solution] {
+        let record = inject(fault);
+        assert_eq!((record.class, record.start), (Class::Detected, GuessRecord::Learned));
+        assert_eq!((record.extra_iterations, record.extra_cost), (1, 0.0), "{record:?}");
+    }
+}
+
+fn kept(part: Kept, stage: usize, moment: u32, name: &str, node: usize, bit: u32) -> Record {
+    let field = field(LoopFault::fields(part, stage), name);
+    inject(Fault::Loop(LoopFault { part, stage, moment, field, node, element: 0, bit }))
+}
+
+/// Forces from which Stage 1's loop finds no way back: no plan, but the next one is sound.
 #[test]
 fn what_fails_says_so_and_leaves_nothing_behind() {
-    let record = inject(program("lower_u", 0, 43, 5, 56));
-    assert_eq!(record.class, Class::FailedCleanly);
+    let record = injector(60).replay(1854).unwrap().record;
+    assert_eq!((record.class, record.site), (Class::FailedCleanly, Site::LoopIterate));
     assert!(record.status != Status::Solved && !record.is_verified);
+}
+
+/// A path that is not what its forces lead to is planned again.
+#[test]
+fn a_struck_path_is_planned_again() {
+    let record = kept(Kept::Path, 0, 4, "velocity", 30, 50);
+    assert_eq!((record.site, record.status), (Site::Path, Status::Solved), "{record:?}");
+    assert!(record.is_verified && record.class == Class::Tolerated, "{record:?}");
+    assert!(record.extra_iterations > 0, "{record:?}");
+}
+
+/// What the loop keeps is made anew with each step that it takes.
+#[test]
+fn what_a_loop_keeps_is_healed_by_its_next_step() {
+    for (part, name) in [
+        (Kept::Iterate, "joint_angle"),
+        (Kept::Residuals, "defect"),
+        (Kept::Scalars, "radius"),
+        (Kept::Scalars, "violation"),
+    ] {
+        let record = kept(part, 1, 4, name, if part == Kept::Scalars { 0 } else { 30 }, 40);
+        assert!(matches!(record.class, Class::Tolerated | Class::NoEffect), "{record:?}");
+    }
+    let record = kept(Kept::Iterate, 0, 1, "force", 20, 62);
+    assert_eq!((record.site, record.status), (Site::LoopIterate, Status::Solved), "{record:?}");
+    // The iterate was struck, and is not what it was.
+    assert_ne!(record.class, Class::NoEffect);
+}
+
+/// Guidance goes on, gives up or misses; a flight is compared with the one without the fault.
+#[test]
+fn a_strike_in_guidance_is_flown() {
+    let strike = |name: &str, step, element, bit| {
+        let field = field(&GUIDANCE_FIELDS, name);
+        inject(Fault::Guidance { step, field, element, bit })
+    };
+    let record = strike("commanded", 100, 0, 0);
+    assert_eq!((record.class, record.site), (Class::NoEffect, Site::Guidance), "{record:?}");
+    assert_eq!((record.ending.unwrap().name(), record.extra_cost), ("captured", 0.0));
+    let record = strike("integrals", 1000, 0, 61);
+    assert!(!record.class.is_forbidden(), "{record:?}");
+    assert!(record.class != Class::NoEffect && record.extra_cost != 0.0, "{record:?}");
+    // A bandwidth of next to nothing: the servicer drifts off, and the approach is given up.
+    let record = strike("feedback", 600, 0, 62);
+    assert!(!record.class.is_forbidden(), "{record:?}");
 }
 
 /// Multipliers are bounded by the weights. One that is not must not become curvature: the program

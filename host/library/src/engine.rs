@@ -59,6 +59,8 @@ pub struct Task<'a, const NL: usize> {
     pub joints: usize,
     /// Memory for models.
     pub memories: &'a mut Memories,
+    /// Whether what must not change is held against checksums meanwhile.
+    pub is_scrubbed: bool,
     /// All else.
     pub method: &'a Method,
 }
@@ -66,8 +68,9 @@ pub struct Task<'a, const NL: usize> {
 impl<'a, const NL: usize> Task<'a, NL> {
     /// The same for an engine with room for `M` joints.
     fn resized<const M: usize>(self, kept: &'a mut Option<Nominal<M>>) -> Task<'a, M> {
-        let Self { clock, threads, guess, joints, memories, method } = self;
-        Task { clock, threads, guess: guess.resized(kept), joints, memories, method }
+        let Self { clock, threads, guess, joints, memories, is_scrubbed, method } = self;
+        let guess = guess.resized(kept);
+        Task { clock, threads, guess, joints, memories, is_scrubbed, method }
     }
 }
 
@@ -313,11 +316,12 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
     mut solver: &mut dyn Solver<NX, NU>,
     workspace: &mut ArmWorkspace<M, NX, NU>,
 ) -> Report {
-    let Task { clock, threads, guess, joints, memories, method } = task;
+    let Task { clock, threads, guess, joints, memories, is_scrubbed, method } = task;
     threads.prepare();
     let platform = Platform { clock, executor: threads };
     let mut planned = |start: &InitialGuess<'_, M>| {
         let options = Options::from_parts(options(method), *start, platform);
+        let options = options.scrubbing(is_scrubbed);
         // Its code is compiled once for all solvers.
         planner::plan(mission, scenario, &options, &mut solver, workspace)
     };

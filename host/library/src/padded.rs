@@ -64,6 +64,10 @@ impl Policy for Padded<'_> {
         self.policy.identify(checksum);
     }
 
+    fn is_intact(&self) -> bool {
+        self.policy.is_intact()
+    }
+
     fn begin(&self, seed: u64) {
         self.policy.begin(seed);
     }

@@ -43,6 +43,8 @@ impl Clock for WallClock {
 pub struct Planned {
     /// The plan.
     pub file: PlanFile,
+    /// Why there is none, where damage was found while it was made.
+    pub refusal: Option<Refusal>,
     /// What a plan that is not flyable fails by: the residual farthest beyond its tolerance.
     pub reason: Option<&'static str>,
     /// Second-order corrections of stages 1 and 2.
@@ -75,6 +77,7 @@ pub struct Planner {
     roomy: Option<Box<Roomy>>,
     threads: Threads,
     memories: Memories,
+    is_scrubbed: bool,
 }
 
 impl Planner {
@@ -85,12 +88,19 @@ impl Planner {
             roomy: None,
             threads: Threads::default(),
             memories: Memories::default(),
+            is_scrubbed: false,
         }
     }
 
     /// The same with this many threads for each plan; the plans stay the same.
     pub fn with_threads(self, threads: Threads) -> Self {
         Self { threads, ..self }
+    }
+
+    /// The same that holds what must not change against checksums while it plans, and verifies twice; the
+    /// plans stay the same.
+    pub fn scrubbing(self, is_scrubbed: bool) -> Self {
+        Self { is_scrubbed, ..self }
     }
 
     /// Plans one scenario, with `model` for a learned start; none is the heuristic. The result
@@ -118,9 +128,10 @@ impl Planner {
     ) -> Report {
         let clock = &WallClock::start();
         let scenario = &scenario.scenario();
-        let Self { usual, roomy, threads, memories } = self;
+        let Self { usual, roomy, threads, memories, is_scrubbed } = self;
+        let is_scrubbed = *is_scrubbed;
         let guess = model.into();
-        let task = Task { clock, threads, guess, joints: NL, memories, method };
+        let task = Task { clock, threads, guess, joints: NL, memories, is_scrubbed, method };
         match NL {
             LINKS => usual.plan_in_place(mission, scenario, task),
             _ => room(roomy).plan_in_place(mission, scenario, task),
@@ -150,8 +161,9 @@ impl Planner {
         guess: Guess<'_, NL>,
     ) -> Planned {
         let asked = Asked { mission, scenario, method, guess };
-        let Self { usual, roomy, threads, memories } = self;
-        let task = Task { clock, threads, guess, joints: NL, memories, method };
+        let Self { usual, roomy, threads, memories, is_scrubbed } = self;
+        let is_scrubbed = *is_scrubbed;
+        let task = Task { clock, threads, guess, joints: NL, memories, is_scrubbed, method };
         match NL {
             LINKS => asked.planned(usual, task, &mut |_| ()),
             _ => asked.planned(room(roomy), task, &mut |_| ()),
@@ -170,8 +182,9 @@ impl Planner {
         watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> Planned {
         let asked = Asked { mission, scenario, method, guess };
-        let Self { usual, threads, memories, .. } = self;
-        let task = Task { clock, threads, guess, joints: LINKS, memories, method };
+        let Self { usual, threads, memories, is_scrubbed, .. } = self;
+        let is_scrubbed = *is_scrubbed;
+        let task = Task { clock, threads, guess, joints: LINKS, memories, is_scrubbed, method };
         asked.planned(usual, task, watch)
     }
 
@@ -228,6 +241,7 @@ impl<const NL: usize> Asked<'_, NL> {
             reason: file.residuals.worst(&mission.tolerances),
             flight: Flight::new(mission, scenario, &file),
             file,
+            refusal: report.refusal,
             corrections: [translation, reorientation].map(|stage| stage.outcome.corrections as u64),
             times: report.times,
             evidence: EvidenceFile::new(
@@ -330,6 +344,8 @@ pub struct PlanJob<const NL: usize> {
     pub model: Option<Learned>,
     /// How many threads work on it; the plan stays the same.
     pub threads: Threads,
+    /// Whether what must not change is held against checksums meanwhile; the plan stays the same.
+    pub is_scrubbed: bool,
     /// Where to write the plan.
     pub out: PathBuf,
 }
@@ -343,7 +359,8 @@ impl<const NL: usize> PlanJob<NL> {
         refusal(&self.mission, &self.scenario, &self.method)
     }
 
-    /// Makes the plan and writes its file, whatever its status, and its evidence beside it.
+    /// Makes the plan and writes its file, whatever its status, and its evidence beside it; nothing of a plan
+    /// that was refused because something was damaged.
     ///
     /// # Errors
     /// Where a file cannot be written; that is found out before planning.
@@ -352,6 +369,9 @@ impl<const NL: usize> PlanJob<NL> {
         formats::check_writable(&self.out)?;
         formats::check_writable(&evidence)?;
         let planned = self.plan()?;
+        if planned.refusal.is_some() {
+            return Ok(planned);
+        }
         planned.evidence.write(&evidence)?;
         planned.file.write(&self.out)?;
         Ok(planned)
@@ -363,7 +383,8 @@ impl<const NL: usize> PlanJob<NL> {
     /// Where no thread can be started.
     pub fn plan(&self) -> Result<Planned, Error> {
         on_large_stack(|| {
-            let mut planner = Planner::new().with_threads(self.threads);
+            let planner = Planner::new().with_threads(self.threads);
+            let mut planner = planner.scrubbing(self.is_scrubbed);
             planner.plan(&self.mission, &self.scenario, &self.method, self.model.as_ref())
         })
     }

@@ -122,7 +122,7 @@ impl Args {
         let path = Path::new("plans").join(format!("{}.plan.json", scenario.id));
         let out = self.out.join(&path);
         let (threads, model) = (Threads::default(), self.method.model()?);
-        let job = PlanJob { scenario, mission, method, model, threads, out };
+        let job = PlanJob { scenario, mission, method, model, threads, is_scrubbed: false, out };
         if let Some(refusal) = job.refusal()? {
             return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
         }

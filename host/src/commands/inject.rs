@@ -25,7 +25,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "S", default_value_t = 1, help = SEED)]
     seed: u64,
     /// Where to flip bits; may be given several times [default: everywhere]
-    #[arg(long, value_name = "SITE", value_parser = choice::<Site>())]
+    #[arg(long, alias = "sites", value_name = "SITE", value_delimiter = ',')]
+    #[arg(value_parser = choice::<Site>())]
     site: Vec<Site>,
     /// Scenario set (*.scenarios.json) [default: the built-in set]
     #[arg(long, value_name = "FILE")]
@@ -48,7 +49,7 @@ pub(super) struct Args {
     csv: bool,
     /// Run this case alone
     #[arg(long, value_name = "N", conflicts_with_all = ["cases", "site", "jobs", "out"])]
-    #[arg(value_parser = clap::value_parser!(u64).range(0..8 * MAX_COUNT))]
+    #[arg(value_parser = clap::value_parser!(u64).range(0..Site::COUNT * MAX_COUNT))]
     case: Option<u64>,
     /// Show the iterations of both stages
     #[arg(short, long, requires = "case")]
@@ -62,11 +63,12 @@ const AFTER_HELP: &str = "\
 Examples:
   remora inject --out runs/faults --csv
   remora inject --cases 2000 --seed 7 --site qp_data --site qp_solution
+  remora inject --cases 500 --sites guidance,path
   remora inject --integrator rk4 --scenarios drawn.scenarios.json
   remora inject --integrator euler --seed 1 --case 4711 -v
 
 DIR gets inject.json and, with --csv, inject.csv, a row a case. Plans start from the integrator's
-built-in model. A case is one flipped bit in the plan of one scenario, drawn from seed and number alone: results
+built-in model. A case is one flipped bit in the plan of one scenario, or in the flight of one, drawn from seed and number alone: results
 do not depend on the number of threads, and any case can be run again. Interrupt it at any time: the same command
 goes on where it stopped.
 

@@ -34,6 +34,10 @@ pub(super) struct Args {
     #[arg(long, value_parser = choice::<Threads>(), value_name = "N", default_value = "1")]
     #[arg(allow_negative_numbers = true)]
     threads: Threads,
+    /// Hold mission, options and model against checksums between iterations, and verify twice: refused where
+    /// memory was damaged meanwhile; otherwise the same plan
+    #[arg(long)]
+    scrub: bool,
     /// Plan file to write, - for standard output [default: runs/ID.plan.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -91,6 +95,7 @@ Examples:
   remora plan --warm-start heuristic
   remora plan --integrator euler --model mine.model
   remora plan --deadline 0.5 --threads 2
+  remora plan --scrub
   remora plan --plot plan.svg
   remora plan --format postcard
 
@@ -124,6 +129,9 @@ impl Args {
         }
         self.prepare(&job)?;
         let planned = if is_stdout(&job.out) { job.plan()? } else { job.run()? };
+        if let Some(refusal) = &planned.refusal {
+            return Ok(Output::new(report::refusal_report(&job.scenario.id, refusal), false));
+        }
         if let Some(plot) = &self.plot {
             let svg = picture::svg(&planned.file, &job.mission)?;
             write_atomically(plot, svg.as_bytes())?;
@@ -150,6 +158,7 @@ impl Args {
             method: self.method.method_until(&self.deadline),
             model: self.method.model()?,
             threads: self.threads,
+            is_scrubbed: self.scrub,
             out,
         })
     }

@@ -8,9 +8,11 @@ use remora_host::planning::Planned;
 use remora_host::stopwatch::busy_share;
 use std::path::Path;
 
-/// What is said of a scenario that was refused before planning.
+/// What is said of a scenario that was refused before planning, or because something was damaged meanwhile.
 pub fn refusal_report(scenario: &str, refusal: &Refusal) -> String {
-    format!("scenario {scenario}: infeasible\nverdict: not flyable, {refusal}\nno plan was made\n")
+    let is_damaged = matches!(refusal, Refusal::Damaged { .. });
+    let what = if is_damaged { "refused" } else { "infeasible" };
+    format!("scenario {scenario}: {what}\nverdict: not flyable, {refusal}\nno plan was made\n")
 }
 
 /// Verdict, stages, residuals, clearances and the path of the file.

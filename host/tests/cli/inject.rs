@@ -5,7 +5,7 @@ use std::fs;
 use std::process::Stdio;
 use std::time::Duration;
 
-const INJECT: &str = "inject --scenarios set.scenarios.json --integrator euler --cases 24";
+const INJECT: &str = "inject --scenarios set.scenarios.json --integrator euler --cases 30";
 
 #[test]
 fn help_shows_how_to_use_it() {
@@ -24,7 +24,7 @@ fn one_thread_or_two_give_the_same_tables_and_files() {
     let text = out("1");
     assert_eq!(text, out("2"));
     assert!(
-        text.starts_with("24 cases of seed 1 in 3 scenarios: 0 wrong, hung or panicked\n"),
+        text.starts_with("30 cases of seed 1 in 3 scenarios: 0 wrong, hung or panicked\n"),
         "{text}"
     );
     for file in ["inject.json", "inject.csv"] {
@@ -34,13 +34,13 @@ fn one_thread_or_two_give_the_same_tables_and_files() {
     let exists = "runs/1/inject.json: exists; --force replaces it";
     bench.refuses(&format!("{INJECT} --out runs/1"), exists);
     let found = bench.json("runs/1/inject.json");
-    assert_eq!((&found["format"], &found["seed"]), (&"remora-injection/1".into(), &1.into()));
-    assert_eq!(found["total"]["cases"], 24);
+    assert_eq!((&found["format"], &found["seed"]), (&"remora-injection/2".into(), &1.into()));
+    assert_eq!(found["total"]["cases"], 30);
     assert_eq!(found["total"]["classes"]["wrong"], 0);
     assert_eq!(found["sites"][0]["site"], "weights_before_check");
-    assert_eq!(found["sites"][0]["classes"]["detected"], 3);
+    assert_eq!(found["sites"][0]["classes"]["detected"], 2);
     let rows = bench.read("runs/1/inject.csv");
-    assert_eq!(rows.lines().count(), 25);
+    assert_eq!(rows.lines().count(), 31);
     let columns = rows.lines().next().unwrap().split(',').count();
     assert!(rows.lines().all(|row| row.split(',').count() == columns));
 }
@@ -91,11 +91,11 @@ fn a_case_is_run_again_alone() {
 #[test]
 fn sites_are_chosen_by_name() {
     let bench = Bench::new();
-    let run = bench.solves(&format!("{INJECT} --site kv_cache --site qp_data"));
+    let run = bench.solves(&format!("{INJECT} --sites kv_cache,qp_data"));
     let counts: Vec<Vec<&str>> = (run.out.lines().skip(7).take(3))
         .map(|line| line.split_whitespace().take(2).collect())
         .collect();
-    assert_eq!(counts, [["kv_cache", "12"], ["qp_data", "12"], ["all", "24"]], "{}", run.out);
+    assert_eq!(counts, [["kv_cache", "15"], ["qp_data", "15"], ["all", "30"]], "{}", run.out);
 }
 
 #[test]

@@ -52,6 +52,19 @@ fn twice_the_same_is_the_same_but_for_times() {
     assert_eq!(evidence["is_verified"], true);
 }
 
+#[test]
+fn scrubbed_it_is_the_same_but_for_times() {
+    let bench = Bench::new();
+    for deadline in ["", "--deadline 1000"] {
+        let plan = format!("plan --integrator euler {deadline} --force --out");
+        bench.solves(&format!("{plan} a.plan.json"));
+        bench.solves(&format!("{plan} b.plan.json --scrub"));
+        let [a, b] = ["a", "b"].map(|name| timeless(bench.json(&format!("{name}.plan.json"))));
+        assert_eq!(a, b);
+        assert_eq!(bench.read("a.evidence.json"), bench.read("b.evidence.json"));
+    }
+}
+
 // Verifies REM-PLN-006.
 #[test]
 fn two_threads_write_the_same_plan_but_for_times() {

@@ -31,7 +31,7 @@ fn model() -> Vec<u8> {
 fn without_a_strike_nothing_changes() {
     let bytes = model();
     let (actions, calls, is_injected) = injected(&bytes, None);
-    assert_eq!((calls, is_injected), (5 * (2 + 3), false));
+    assert_eq!((calls, is_injected), (5 * (2 * 4 + 3), false));
     let model = Model::open(&bytes).unwrap();
     let mut memory = heap::<Quantised>();
     let mut network = Network::new(&model, &mut *memory).unwrap();
@@ -45,29 +45,48 @@ fn without_a_strike_nothing_changes() {
 fn what_lives_across_blocks_matters_and_what_does_not_is_gone() {
     let bytes = model();
     let sound = injected(&bytes, None).0;
-    let call = 3 * 5 + 2;
+    let call = 3 * 11 + 5;
     let matters = [Part::Keys, Part::Values, Part::KeyScales, Part::ValueScales, Part::Residual];
     let gone = [Part::Normal, Part::Intermediate, Part::Quantised, Part::I16Operand, Part::Scores];
     for part in matters.into_iter().chain(gone) {
         let (actions, calls, is_injected) =
             injected(&bytes, Some(BitFlip { call, part, element: 1, bit: 30 }));
-        assert_eq!((calls, is_injected), (25, true), "{part:?}");
+        assert_eq!((calls, is_injected), (55, true), "{part:?}");
         assert_eq!(actions[..3], sound[..3], "{part:?}");
         assert_eq!(actions == sound, gone.contains(&part), "{part:?}");
     }
     // The hidden state, between the final norm and the decoder.
-    let hidden_state = BitFlip { call: 3 * 5 + 4, part: Part::Normal, element: 5, bit: 31 };
+    let hidden_state = BitFlip { call: 3 * 11 + 10, part: Part::Normal, element: 5, bit: 31 };
     assert_ne!(injected(&bytes, Some(hidden_state)).0, sound);
+}
+
+/// Between the steps of the second block of node 3: queries, what attention found, the wide layer.
+#[test]
+fn what_lives_within_a_block_matters() {
+    let bytes = model();
+    let sound = injected(&bytes, None).0;
+    for (step, lives) in [(1, Part::Intermediate), (2, Part::Normal), (3, Part::Intermediate)] {
+        for part in [Part::Intermediate, Part::Normal, Part::Residual] {
+            let call = 3 * 11 + 5 + step;
+            let (actions, _, is_injected) =
+                injected(&bytes, Some(BitFlip { call, part, element: 1, bit: 30 }));
+            assert!(is_injected);
+            assert_eq!(actions[..3], sound[..3], "{step} {part:?}");
+            if part == lives || part == Part::Residual {
+                assert_ne!(actions, sound, "{step} {part:?}");
+            }
+        }
+    }
 }
 
 #[test]
 fn a_strike_elsewhere_or_later_does_nothing() {
     let bytes = model();
     let sound = injected(&bytes, None).0;
-    let bit_flip = BitFlip { call: 25, part: Part::Residual, element: 0, bit: 30 };
-    assert_eq!(injected(&bytes, Some(bit_flip)), (sound.clone(), 25, false));
+    let bit_flip = BitFlip { call: 55, part: Part::Residual, element: 0, bit: 30 };
+    assert_eq!(injected(&bytes, Some(bit_flip)), (sound.clone(), 55, false));
     let bit_flip = BitFlip { call: 7, part: Part::Keys, element: usize::MAX, bit: 30 };
-    assert_eq!(injected(&bytes, Some(bit_flip)), (sound, 25, false));
+    assert_eq!(injected(&bytes, Some(bit_flip)), (sound, 55, false));
 }
 
 #[test]

@@ -19,6 +19,7 @@ use crate::scp::{Problem, Residuals};
 use linearise::Inputs;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
 use remora_qp::dense::clamp;
+use remora_qp::kept::nth;
 use remora_qp::{Convexification, Qp, QpStage, Solution};
 use rollout::RateOffset;
 
@@ -45,6 +46,21 @@ impl<const N: usize, const NL: usize> ReorientationTrajectory<N, NL> {
     pub(crate) fn clear_from(&mut self, first: usize) {
         self.states.iter_mut().skip(first).for_each(|state| *state = State::ZERO);
         self.controls.iter_mut().skip(first).for_each(|control| *control = Control::ZERO);
+    }
+
+    /// Number `element` of node `k`, for fault injection: attitude, joint angles, rates of bus and joints,
+    /// torques of bus and joints.
+    pub fn number(&mut self, k: usize, element: usize) -> Option<&mut f64> {
+        let (state, control) = (self.states.get_mut(k)?, self.controls.get_mut(k)?);
+        let numbers = [
+            state.attitude.as_mut_slice(),
+            state.joint_angle.as_mut_slice(),
+            state.rate.as_mut_slice(),
+            state.joint_rate.as_mut_slice(),
+            control.bus_torque.as_mut_slice(),
+            control.joint_torque.as_mut_slice(),
+        ];
+        nth(numbers, element)
     }
 }
 
@@ -578,5 +594,9 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         let angles =
             |x: &SVector<f64, NX>| x.iter().take(3 + NL).fold(0.0f64, |m, v| m.max(v.abs()));
         step.x.iter().map(angles).fold(0.0, f64::max) * self.scale_x[0]
+    }
+
+    fn number(motion: &mut Self::Trajectory, k: usize, element: usize) -> Option<&mut f64> {
+        motion.number(k, element)
     }
 }

@@ -1,0 +1,333 @@
+#!/usr/bin/env python3
+"""Flips one bit in a register or on the stack of the planner's image while it plans, under QEMU.
+
+    ci/upsets.py                                  # 100 cases on the Cortex-M7
+    ci/upsets.py --target aarch64-unknown-none --cases 1000 --out runs/upsets.csv
+    ci/upsets.py --seed 1 --case 17               # one case again
+
+The image (of `remora firmware`, in target/firmware) plans two scenarios with Euler from the heuristic. In one of
+the iterations of its QP solver, some instructions after the next call of one of its functions, QEMU's gdb stub
+changes a bit; then it goes on. A case is a function of seed and number. Exit status: 0 where no case was wrong, 1 where some were, 2 for bad input.
+
+Classes, of the plan that was struck:
+  same       every line of both plans is that of the run without a fault
+  tolerated  solved and verified: another plan, and the image's own verifier, run again, finds the same residuals
+  failed     not solved, and said so
+  trapped    the processor's fault handler ended the program: a flight computer restarts
+  hung       ten times the emulator's processor time without a fault: a watchdog's case
+  wrong      solved or verified, and the residuals are others when they are computed again; or the plan after it
+             is another than without a fault
+"""
+
+import argparse
+import csv
+import math
+import os
+import random
+import re
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+# What each iteration of the QP solver calls once.
+ITERATION = "riccati9factorise"
+# Instructions after a call.
+STEPS = 200
+# Words of the stack above its pointer that may be struck.
+WORDS = 256
+# Scenarios 0 and 1 with Euler from the heuristic: docs/firmware.md.
+REQUEST = 0x52_00_0003
+SOLVED = "0"
+
+TARGETS = {
+    "thumbv7em-none-eabihf": {
+        "qemu": ["qemu-system-arm", "-M", "mps2-an500", "-semihosting-config", "enable=on,target=native"],
+        # By the stub's numbers: r0 to r12, the stack pointer, the link register; d0 to d15.
+        "registers": [*range(15), *range(26, 42)],
+        "pointer": 13,
+        "counter": 15,
+        "bytes": 4,
+    },
+    "aarch64-unknown-none": {
+        "qemu": ["qemu-system-aarch64", "-M", "virt", "-cpu", "cortex-a53", "-nic", "none",
+                 "-semihosting-config", "enable=on,target=native"],
+        # x0 to x30, the stack pointer; v0 to v31.
+        "registers": [*range(32), *range(34, 66)],
+        "pointer": 31,
+        "counter": 32,
+        "bytes": 8,
+    },
+}
+
+
+class Stub:
+    """QEMU's gdb stub."""
+
+    def __init__(self, path):
+        for _ in range(3000):
+            try:
+                self.socket = socket.socket(socket.AF_UNIX)
+                self.socket.connect(path)
+                break
+            except OSError:
+                time.sleep(0.01)
+        self.left = b""
+
+    def send(self, text):
+        body = text.encode()
+        try:
+            self.socket.sendall(b"$%s#%02x" % (body, sum(body) % 256))
+        except OSError:
+            pass  # The program has ended, as the answer will say.
+
+    def answer(self):
+        """The next answer; none where the program has ended."""
+        while True:
+            found = re.search(rb"\$([^#]*)#..", self.left, re.DOTALL)
+            if found:
+                self.left = self.left[found.end():]
+                self.socket.sendall(b"+")
+                return found[1].decode("latin1")
+            try:
+                more = self.socket.recv(65536)
+            except OSError:
+                more = b""
+            if not more:
+                return None
+            self.left += more
+
+    def ask(self, text):
+        self.send(text)
+        return self.answer()
+
+
+class Image:
+    """An image, its functions, and how it runs without a fault."""
+
+    def __init__(self, file, target):
+        self.file, self.target = file, TARGETS[target]
+        listed = subprocess.run(["nm", "-S", file], capture_output=True, text=True, check=True).stdout
+        symbols = [line.split() for line in listed.splitlines()]
+        self.address = {s[-1]: int(s[0], 16) for s in symbols if len(s) > 2}
+        code = [s for s in symbols if len(s) == 4 and s[2] in "tT" and "remora_" in s[3]]
+        self.functions = sorted({int(s[0], 16) & ~1: s[3] for s in code if int(s[1], 16) >= 64}.items())
+        self.iteration = next(at for at, name in self.functions if ITERATION in name)
+        self.kind = 2 if target.startswith("thumb") else 4
+
+    def start(self, folder, longest):
+        """Starts it, held at its first instruction, for so many seconds of processor time."""
+        at, log = os.path.join(folder, "gdb"), os.path.join(folder, "log")
+        for old in (at, log):
+            Path(old).unlink(missing_ok=True)
+        command = self.target["qemu"] + [
+            "-display", "none", "-monitor", "none", "-serial", f"file:{log}", "-kernel", str(self.file),
+            "-device", f"loader,addr={self.address['REMORA_REQUEST']:#x},data={REQUEST:#x},data-len=4",
+            "-S", "-chardev", f"socket,path={at},server=on,wait=off,id=gdb", "-gdb", "chardev:gdb",
+        ]
+        self.emulator = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (longest,) * 2))
+        self.log = log
+        stub = Stub(at)
+        # QEMU answers single registers to whoever has asked for their list.
+        stub.ask("qXfer:features:read:target.xml:0,fff")
+        return stub
+
+    def end(self):
+        """Waits for its end: the emulator's status, and what the image printed."""
+        status = self.emulator.wait()
+        return status, Path(self.log).read_text(errors="replace")
+
+    def break_at(self, stub, address, on):
+        return stub.ask(f"{'Z' if on else 'z'}0,{address:x},{self.kind}")
+
+    def register(self, stub, number):
+        """The bytes of a register."""
+        return bytes.fromhex(stub.ask(f"p{number:x}"))
+
+    def pointer(self, stub, which):
+        """The stack pointer or the program counter."""
+        return int.from_bytes(self.register(stub, self.target[which]), "little")
+
+
+def lines(text):
+    """Of each scenario what must repeat: stages, plan, residuals, what the verifier finds again."""
+    kept = re.findall(r"^(?:stage|plan|residual|verified) scenario=(\S+) .*$", text, re.MULTILINE)
+    found = {name: [] for name in dict.fromkeys(kept)}
+    for line in text.splitlines():
+        match = re.match(r"(?:stage|plan|residual|verified) scenario=(\S+) ", line)
+        if match:
+            found[match[1]].append(line)
+    return found
+
+
+def checksum(residuals):
+    """64-bit FNV-1a of numbers by their bits, as the image has it."""
+    value = 0xCBF2_9CE4_8422_2325
+    for bits in residuals:
+        for byte in int(bits, 16).to_bytes(8, "little"):
+            value = (value ^ byte) * 0x100_0000_01B3 % 2**64
+    return f"{value:016x}"
+
+
+def is_consistent(plan):
+    """Whether the residuals of a plan are those that the verifier finds again."""
+    text = "\n".join(plan)
+    claimed = re.findall(r"^residual .*?=([0-9a-f]{16})\(", text, re.MULTILINE)
+    again = re.search(r"^verified .*residuals=([0-9a-f]{16})", text, re.MULTILINE)
+    return bool(again) and checksum(claimed) == again[1]
+
+
+def classify(status, text, sound):
+    """The class of a run."""
+    plans = lines(text)
+    if status in (-signal.SIGXCPU, -signal.SIGKILL):
+        return "hung"
+    if list(plans) != list(sound) or status != 0:
+        return "trapped"
+    first, *others = sound
+    if any(plans[name] != sound[name] for name in others):
+        return "wrong"
+    if plans[first] == sound[first]:
+        return "same"
+    said = re.search(r"^plan .* status=(\d+) verified=(\d)", "\n".join(plans[first]), re.MULTILINE)
+    if not is_consistent(plans[first]):
+        return "wrong" if said and (said[1] == SOLVED or said[2] == "1") else "failed"
+    return "tolerated" if said and said[1] == SOLVED and said[2] == "1" else "failed"
+
+
+def has_planned(image):
+    """Whether the first plan has ended."""
+    return "plan scenario=" in Path(image.log).read_text(errors="replace")
+
+
+def look(image, folder, longest):
+    """How many iterations of the QP solver the first plan has; functions called from their midst on."""
+    stub = image.start(folder, longest)
+    image.break_at(stub, image.iteration, True)
+    iterations = 0
+    while stub.ask("c") and not has_planned(image):
+        iterations += 1
+        stub.ask("s")
+    image.emulator.kill()
+    image.end()
+    stub = image.start(folder, longest)
+    go_to(image, stub, image.iteration, iterations // 2)
+    names = dict(image.functions)
+    for address in names:
+        image.break_at(stub, address, True)
+    called = []
+    while stub.ask("c") and not has_planned(image):
+        at = image.pointer(stub, "counter") & ~1
+        if at in names:
+            called.append(at)
+            image.break_at(stub, at, False)
+    image.emulator.kill()
+    image.end()
+    return iterations, sorted(called)
+
+
+def go_to(image, stub, address, call=1):
+    """Runs to a function's next call, or a later one; whether it comes there."""
+    image.break_at(stub, address, True)
+    answer = None
+    for i in range(call):
+        if i:
+            stub.ask("s")
+        answer = stub.ask("c")
+    image.break_at(stub, address, False)
+    return bool(answer) and answer.startswith("T")
+
+
+def flip(word, share):
+    """A bit of a word, at a share of it, and the word with it flipped."""
+    bit = int(share * 8 * len(word))
+    return bit, (int.from_bytes(word, "little") ^ 1 << bit).to_bytes(len(word), "little")
+
+
+def strike(image, folder, longest, seen, seed, case):
+    """Runs a case; what was struck, and what came of it."""
+    iterations, called = seen
+    draw = random.Random(f"{seed}:{case}")
+    iteration, address = draw.randint(1, iterations), draw.choice(called)
+    steps, place = draw.randint(0, STEPS), draw.choice(["register", "stack"])
+    size = image.target["bytes"]
+    number = draw.choice(image.target["registers"]) if place == "register" else draw.randrange(WORDS)
+    share = draw.random()
+    stub = image.start(folder, longest)
+    is_there = go_to(image, stub, image.iteration, iteration)
+    if address != image.iteration:
+        is_there = is_there and go_to(image, stub, address)
+    for _ in range(steps if is_there else 0):
+        is_there = (stub.ask("s") or "W").startswith("T")
+    if not is_there:
+        place, bit = "none", 0  # The function is not called any more.
+    elif place == "register":
+        bit, flipped = flip(image.register(stub, number), share)
+        stub.ask(f"P{number:x}={flipped.hex()}")
+    else:
+        at = image.pointer(stub, "pointer") + number * size
+        # Beyond the stack's end there is none: nothing is struck.
+        word = stub.ask(f"m{at:x},{size:x}")
+        bit, flipped = flip(bytes.fromhex(word) if not word.startswith("E") else bytes(size), share)
+        stub.ask(f"M{at:x},{size:x}:{flipped.hex()}")
+    stub.ask("D")
+    status, text = image.end()
+    return [case, place, number, bit, iteration, dict(image.functions)[address], steps], status, text
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--target", choices=TARGETS, default="thumbv7em-none-eabihf")
+    parser.add_argument("--image", type=Path, help="the image [default: that of `remora firmware`]")
+    parser.add_argument("--cases", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--case", type=int, help="this case alone")
+    parser.add_argument("--out", type=Path, help="a row a case (CSV); cases that it holds are not run again")
+    given = parser.parse_args()
+    root = Path(__file__).resolve().parent.parent
+    file = given.image or root / "target/firmware" / f"{given.target}.elf"
+    if not file.is_file():
+        print(f"error: {file}: no such file; `remora firmware` builds it", file=sys.stderr)
+        return 2
+    image = Image(file, given.target)
+    folder = tempfile.mkdtemp()
+    stub = image.start(folder, 600)
+    stub.ask("D")
+    status, text = image.end()
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    sound, longest = lines(text), math.ceil(10 * (used.ru_utime + used.ru_stime))
+    if status != 0 or len(sound) != 2 or not all(map(is_consistent, sound.values())):
+        print(f"error: {file}: does not plan two scenarios without a fault", file=sys.stderr)
+        return 2
+    seen = look(image, folder, 600)
+    head = ["case", "place", "number", "bit", "iteration", "function", "steps", "class"]
+    rows = []
+    if given.out and given.out.is_file():
+        with given.out.open(newline="") as table:
+            rows = [row for row in list(csv.reader(table))[1:] if len(row) == len(head)]
+    done = {int(row[0]) for row in rows}
+    cases = [given.case] if given.case is not None else [n for n in range(given.cases) if n not in done]
+    for i, case in enumerate(cases):
+        struck, status, text = strike(image, folder, longest, seen, given.seed, case)
+        rows.append([*map(str, struck), classify(status, text, sound)])
+        if given.out:
+            beside = given.out.with_name(given.out.name + ".partial")
+            with beside.open("w", newline="") as table:
+                csv.writer(table).writerows([head, *rows])
+            beside.replace(given.out)
+        print(f"{i + 1}/{len(cases)}  {', '.join(rows[-1])}", file=sys.stderr)
+    classes = ["same", "tolerated", "failed", "trapped", "hung", "wrong"]
+    print(f"{'place':10}" + "".join(f"{name:>10}" for name in ["cases", *classes]))
+    for place in ["register", "stack"]:
+        of = [row[-1] for row in rows if row[1] == place]
+        print(f"{place:10}{len(of):10}" + "".join(f"{of.count(name):10}" for name in classes))
+    return 1 if any(row[-1] == "wrong" for row in rows) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,210 @@
+//! What lies in memory for a whole flight, against flipped bits.
+
+use super::{AbortErrors, Closing, GuidanceSettings, Triggers};
+use core::ops::{Deref, DerefMut};
+
+/// What can be told from its bits whether one of them has flipped.
+pub(super) trait Parity: Copy {
+    /// Each bit is how often it is set, odd or even, in all numbers.
+    fn parity(&self) -> u64;
+}
+
+/// A value in memory twice, and the parity of its bits: what a flipped bit makes of the one in use,
+/// [`Guarded::restore`] undoes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Guarded<T> {
+    value: T,
+    spare: T,
+    parity: u64,
+}
+
+impl<T: Parity> Guarded<T> {
+    pub(super) fn new(value: T) -> Self {
+        Self { value, spare: value, parity: value.parity() }
+    }
+
+    /// Takes what the value has been changed to for sound.
+    // Apart, so that what is looked at here is on no other stack.
+    #[inline(never)]
+    pub(super) fn keep(&mut self) {
+        self.spare = self.value;
+        self.parity = self.value.parity();
+    }
+
+    /// Makes good what differs from the parity. Cost: three instructions a number. The spare is looked at where
+    /// it is needed.
+    // As keeping.
+    #[inline(never)]
+    pub(super) fn restore(&mut self) {
+        let parity = self.value.parity();
+        if parity != self.parity {
+            self.mend(parity);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn mend(&mut self, parity: u64) {
+        match self.spare.parity() {
+            spare if spare == self.parity => self.value = self.spare,
+            spare if spare == parity => self.parity = parity,
+            // Two faults: what is right cannot be told.
+            _ => {}
+        }
+    }
+}
+
+/// Whoever changes the value has it [kept](Guarded::keep) before the next look at it.
+impl<T> DerefMut for Guarded<T> {
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.value
+    }
+}
+
+impl<T> Deref for Guarded<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}
+
+/// Each bit is how often it is set in numbers, odd or even.
+#[inline(always)]
+pub(super) fn bits<const N: usize>(numbers: &[f64; N]) -> u64 {
+    numbers.iter().fold(0, |all, x| all ^ x.to_bits())
+}
+
+impl Parity for GuidanceSettings {
+    // Once in an image.
+    #[inline(never)]
+    fn parity(&self) -> u64 {
+        let Self { translation, attitude, joint, most_per_step, integral, camera, .. } = *self;
+        let Self { integral_limit, fade, closing, triggers, abort, .. } = self;
+        let Closing { distances, out, back, settle } = closing;
+        let Triggers { age, position, attitude: turned, target, last } = *triggers;
+        let AbortErrors { settling, settled, settles, near, near_times, port } = abort;
+        // One after the other, not in a loop: a step of guidance counts its instructions.
+        bits(&[translation, attitude, joint, most_per_step, integral, camera])
+            ^ bits(&[*settle, age, position, turned, target, last, *settles, *port])
+            ^ bits(integral_limit)
+            ^ bits(fade)
+            ^ bits(distances)
+            ^ bits(out)
+            ^ bits(&back[0])
+            ^ bits(&back[1])
+            ^ bits(settling)
+            ^ bits(settled)
+            ^ bits(near)
+            ^ bits(near_times)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::super::{Command, Estimate, FlightPlan, Guidance, GuidancePart, Limits};
+    use super::*;
+    use crate::model::{Mission, Scenario};
+    use crate::plan::Planner;
+    use crate::planner::Options;
+    use crate::stages::Mode;
+    use remora_qp::{Valid, Validate};
+    use std::boxed::Box;
+
+    fn own() -> GuidanceSettings {
+        GuidanceSettings { joint: 0.3, camera: 0.07, ..GuidanceSettings::DEFAULT }
+    }
+
+    /// Wherever a bit of the settings flips, whatever they are, the next step has them back.
+    #[test]
+    fn one_flipped_bit_is_undone() {
+        let own = own();
+        let mut guidance = Guidance::<3>::new(own.validated().unwrap());
+        let mut struck = 0;
+        for part in [GuidancePart::Feedback, GuidancePart::Settings] {
+            for element in 0.. {
+                let Some(number) = guidance.number(part, element) else { break };
+                let bit = 1 << (element % 64);
+                *number = f64::from_bits(number.to_bits() ^ bit);
+                assert_ne!(*guidance.settings, own);
+                guidance.settings.restore();
+                assert_eq!(*guidance.settings, own);
+                struck += 1;
+            }
+        }
+        // All of them are reached: each is eight bytes.
+        assert_eq!(struck * 8, size_of::<GuidanceSettings>());
+        guidance.settings.parity ^= 1 << 17;
+        guidance.settings.restore();
+        assert_eq!((*guidance.settings, guidance.settings.parity), (own, own.parity()));
+    }
+
+    /// A flight: its mission, its plan, what navigation knows and what actuators can do.
+    struct Flying(Valid<Mission<3>>, FlightPlan<3>, Limits<3>);
+
+    impl Flying {
+        fn new() -> Self {
+            let mission = Mission::default().validated().unwrap();
+            let scenario = Scenario::default().validated().unwrap();
+            let options = Options::builder().mode(Mode::Feasible).build().unwrap();
+            let mut planner = Box::new(Planner::new());
+            let solution = planner.plan(&mission, &scenario, &options).unwrap();
+            let plan = solution.flight_plan(0.0).unwrap();
+            let limits = Limits::of(&mission.servicer);
+            Self(mission, plan, limits)
+        }
+
+        /// A step at a time [s], a little beside the plan, with a target that turns otherwise than planned.
+        fn step(&self, guidance: &mut Guidance, time: f64) -> Command {
+            let Self(mission, plan, limits) = self;
+            let reference = plan.at(mission, time);
+            let mut estimate = Estimate::as_planned(mission, time, &reference);
+            estimate.position.x += 2e-3;
+            estimate.target.rate.y += 1e-5;
+            estimate.wrist = Some(nalgebra::Vector3::new(1e-3, -2e-3, 0.5e-3));
+            guidance.step(mission, plan, &estimate, limits)
+        }
+    }
+
+    /// Whatever bit flips between two steps, the next command is what it would have been: to the bit, but for
+    /// the place on the plan, which is reached from the node before it in one step instead of many.
+    #[test]
+    fn a_flipped_bit_leaves_the_command() {
+        let flying = Flying::new();
+        let mut flown = Guidance::new(own().validated().unwrap());
+        for i in 0..50 {
+            flying.step(&mut flown, 300.0 + 0.5 * f64::from(i));
+        }
+        let sound = flying.step(&mut flown.clone(), 325.0);
+        let guarded = [
+            GuidancePart::Feedback,
+            GuidancePart::Settings,
+            GuidancePart::Cursor,
+            GuidancePart::Integrals,
+            GuidancePart::Offset,
+        ];
+        for part in guarded {
+            for element in 0.. {
+                if flown.number(part, element).is_none() {
+                    break;
+                }
+                for bit in [0, 31, 51, 62, 63] {
+                    let mut struck = flown;
+                    let number = struck.number(part, element).unwrap();
+                    *number = f64::from_bits(number.to_bits() ^ (1 << bit));
+                    let command = flying.step(&mut struck, 325.0);
+                    if part != GuidancePart::Cursor {
+                        assert_eq!(command, sound, "{part:?} {element}, bit {bit}");
+                        continue;
+                    }
+                    let force = (command.force - sound.force).amax();
+                    let angle = (command.joint_angle - sound.joint_angle).amax();
+                    assert!(force < 1e-6 && angle < 1e-6, "{element}, bit {bit}: {force} {angle}");
+                    assert_eq!(command.mode, sound.mode);
+                }
+            }
+        }
+    }
+}
