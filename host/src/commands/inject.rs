@@ -68,9 +68,9 @@ Examples:
   remora inject --integrator euler --seed 1 --case 4711 -v
 
 DIR gets inject.json and, with --csv, inject.csv, a row a case. Plans start from the integrator's
-built-in model. A case is one flipped bit in the plan of one scenario, or in the flight of one, drawn from seed and number alone: results
-do not depend on the number of threads, and any case can be run again. Interrupt it at any time: the same command
-goes on where it stopped.
+built-in model. A case is one flipped bit in the plan of one scenario, or in the flight of one, drawn
+from seed and number alone: results do not depend on the number of threads, and any case can be run
+again. Interrupt it at any time: the same command goes on where it stopped.
 
 Exit status: 0 no case was wrong, hung or panicked, 1 some were, 2 bad input.";
 
