@@ -2,6 +2,8 @@
 
 use crate::error::Error;
 use crate::formats::TableReader;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display};
 use std::ops::Range;
@@ -159,6 +161,17 @@ pub fn said<T: serde::de::DeserializeOwned>(
     serde_json::from_str(text).map_err(|error| Error::input(file, key, error.to_string()))
 }
 
+/// Indices of a sample: one of each of as many equal shares, by a draw that is always the same.
+pub fn picked(sample: u64, count: u64) -> Vec<u64> {
+    let mut stream = ChaCha8Rng::from_seed([0; 32]);
+    let sample = sample.min(count);
+    let share = |i: u64| {
+        let at = u128::from(i) * u128::from(count) / u128::from(sample.max(1));
+        u64::try_from(at).unwrap_or(count)
+    };
+    (0..sample).map(|i| share(i) + stream.next_u64() % (share(i + 1) - share(i))).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -210,5 +223,16 @@ mod tests {
         touch("part-00001-of-00003.parquet");
         let reason = tables(folder.path()).unwrap_err().to_string();
         assert!(reason.contains("is one of") && reason.contains("others are of"), "{reason}");
+    }
+
+    #[test]
+    fn a_sample_is_spread_evenly_and_a_full_one_is_all() {
+        assert_eq!(picked(5, 3), [0, 1, 2]);
+        assert_eq!(picked(0, 3), [0u64; 0]);
+        let some = picked(10, 1000);
+        for (i, index) in (0u64..).zip(&some) {
+            assert!((100 * i..100 * (i + 1)).contains(index), "{some:?}");
+        }
+        assert_eq!(some, picked(10, 1000));
     }
 }

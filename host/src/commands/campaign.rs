@@ -2,7 +2,7 @@
 
 use super::Output;
 use super::flying::{FlyingArgs, Ready, RunsArgs};
-use super::options::{DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SetArgs};
+use super::options::{Chosen, DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SetArgs};
 use super::parts::{PartArgs, arguments, end_when_asked};
 use super::progress::Bar;
 use crate::report;
@@ -18,6 +18,8 @@ use std::path::{Path, PathBuf};
 
 /// Most plan files that a directory gets.
 const MOST_PLAN_FILES: usize = 10_000;
+/// Most scenarios of a campaign in one piece, which keeps all of their rows: 4 kB of memory each.
+const MOST_IN_ONE_PIECE: u64 = 50_000;
 
 /// Plan many scenarios over several threads; resumes what was interrupted.
 #[derive(Debug, clap::Args)]
@@ -72,25 +74,27 @@ Examples:
   remora campaign --count 1000000 --seed 9 --integrator euler --part 17/1000 --out shared
 
 DIR gets results.parquet (--csv: results.csv too), summary.json, the scenarios and, with --plans, a
-plan a scenario. Interrupt it at any time: the same command goes on where it stopped. Results do not depend on the
-number of threads, but for times. A campaign with --deadline is not reproducible bit by bit: where
-a plan stops depends on the machine, its load and --jobs.
+plan a scenario. Interrupt it at any time: the same command goes on where it stopped. Results do not
+depend on the number of threads, but for times. A campaign with --deadline is not reproducible bit
+by bit: where a plan stops depends on the machine, its load and --jobs.
 
 A scenario that no plan can end well is refused before planning: a row with status infeasible and
 the constraint's name as its reason.
 
 Scenarios that the model, or one that it descends from, has learnt from are refused.
 
-With --report every plan is kept, and DIR/report.html links those worth a look to pages like those of
-`remora view`. With --fly every plan is kept and flown --runs times, and DIR gets what `remora fly` writes;
-the seed of the errors is that of the scenarios.
+With --report every plan is kept, and DIR/report.html links those worth a look to pages like those
+of `remora view`. With --fly every plan is kept and flown --runs times, and DIR gets what `remora
+fly` writes; the seed of the errors is that of the scenarios.
 
-With --part DIR gets part-00017-of-01000.parquet, whole or not at all, and programs on many machines may share
-it: `remora submit` prints their jobs, `remora gather DIR` puts the parts together. SIGTERM ends a part after
-the plans in hand; the same command goes on.
+With --part DIR gets part-00017-of-01000.parquet, whole or not at all, and programs on many machines
+may share it: `remora submit` prints their jobs, `remora gather DIR` puts the parts together. Rows
+are kept on the disk, not in memory: more than 50,000 scenarios are planned in parts alone, be it
+part 1/1. SIGTERM ends a part after the plans in hand; the same command goes on.
 
-Exit status: with --part 0 written, 143 (130) ended by SIGTERM (SIGINT); without it 0 all optimal, 1 some are not flyable (with --fly: not all captured), 2 bad input, 3 all
-verified but some not converged.";
+Exit status: with --part 0 written, 143 (130) ended by SIGTERM (SIGINT); without it 0 all optimal,
+1 some are not flyable (with --fly: not all captured), 2 bad input, 3 all verified but some not
+converged.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
@@ -110,7 +114,7 @@ impl Args {
                 parts::make(&job, part, self.jobs.jobs(), &self.out, &mut Bar::named("part"))?;
             return Output::new(report::part_report(&made), true).or_json(self.json.json, &made);
         }
-        let chosen = self.set.chosen(&mission)?;
+        let chosen = self.in_one_piece(&mission)?;
         let errors = self.fly.as_deref().map(|file| errors_of_flights(file, &self.method, NL));
         let errors = errors.transpose()?;
         let save_plans = self.plans || self.report || errors.is_some();
@@ -142,6 +146,22 @@ impl Args {
         let worst = results.rows.iter().map(|row| row.verdict).max().unwrap_or(Verdict::Optimal);
         Output::judged(report::campaign_report(&results), worst)
             .or_json(self.json.json, &results.summary)
+    }
+
+    /// The scenarios of a campaign that keeps all of them in memory.
+    fn in_one_piece<const NL: usize>(&self, mission: &Mission<NL>) -> Result<Chosen, Error> {
+        let fits = |count: u64| {
+            let reason = format!(
+                "{count} scenarios are too many in one piece: --part I/N keeps none of them in memory"
+            );
+            let is_fit = count <= MOST_IN_ONE_PIECE;
+            is_fit.then_some(()).ok_or_else(|| Error::argument("--count", reason))
+        };
+        // Before they are drawn.
+        self.set.count().map_or(Ok(()), fits)?;
+        let chosen = self.set.chosen(mission)?;
+        fits(chosen.scenarios.len() as u64)?;
+        Ok(chosen)
     }
 
     /// The campaign as it is made in parts.

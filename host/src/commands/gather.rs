@@ -7,6 +7,7 @@ use super::{Command, Output};
 use crate::report;
 use remora_flight::parts as flights;
 use remora_host::error::Error;
+use remora_host::learned::Learned;
 use remora_host::parts::{Difference, Gathered, gather};
 use remora_learn::dataset::{self, MANIFEST};
 use serde::Serialize;
@@ -22,6 +23,9 @@ pub(super) struct Args {
     /// Plan N of the rows again and compare: a machine that computes wrongly is found
     #[arg(long, value_name = "N")]
     recompute: Option<u64>,
+    /// Model that a dataset was made with, for --recompute [default: the built-in one]
+    #[arg(long, value_name = "FILE", requires = "recompute")]
+    model: Option<PathBuf>,
     #[command(flatten)]
     jobs: JobsArgs,
     #[command(flatten)]
@@ -32,15 +36,16 @@ const AFTER_HELP: &str = "\
 Examples:
   remora gather shared
   remora gather shared --recompute 1000 --jobs 8
+  remora gather data/own --recompute 100 --model first.model
   remora gather shared --json
 
-All parts must be of one program, mission, method and set of scenarios, each with its own scenarios and the
-checksum of its rows. Where none is missing DIR gets summary.json. The checksum that is printed is of all columns
-but times: the same plans have the same, however many parts there were.
+All parts must be of one program, mission, method and set of scenarios, each with its own scenarios
+and the checksum of its rows. Where none is missing DIR gets summary.json. The checksum that is
+printed is of all columns but times: the same plans have the same, however many parts there were.
 
---recompute takes its sample evenly over the scenarios and compares all columns but times, the checksum of the
-plan's trajectories among them. Files that the parts were made from must be where they were. Runs of flights are flown again;
-of a dataset every file is read, and nothing planned.
+--recompute takes its sample evenly over the scenarios and compares all columns but times, the
+checksum of the plan's trajectories among them. Files that the parts were made from must be where
+they were. Runs of flights are flown again; of a dataset every number that was kept is compared.
 
 Exit status: 0 all there and the same, 1 parts are missing or rows differ, 2 bad input.";
 
@@ -53,11 +58,11 @@ struct Found<'a> {
     differences: &'a [Difference],
 }
 
-/// The same of flights.
+/// The same of flights and of datasets.
 #[derive(Serialize)]
-struct FoundFlights<'a> {
+struct Sampled<'a, T: Serialize> {
     #[serde(flatten)]
-    gathered: &'a flights::Gathered,
+    gathered: &'a T,
     differences: &'a [Difference],
 }
 
@@ -85,14 +90,19 @@ impl Args {
     }
 
     fn dataset(&self) -> Result<Output, Error> {
-        if self.recompute.is_some() {
-            let reason =
-                "plans of a dataset are not planned again; make it twice and compare the files";
-            return Err(Error::argument("--recompute", reason));
-        }
-        let found = dataset::gather(&self.directory)?;
-        Output::new(report::gathered_dataset(&found), found.missing.is_empty())
-            .or_json(self.json.json, &found)
+        let gathered = dataset::gather(&self.directory)?;
+        let mut bar = Bar::named("recompute");
+        let differences = match self.recompute {
+            Some(sample) => {
+                let model = self.model.as_deref().map(Learned::usable).transpose()?;
+                dataset::recompute(&self.directory, model, sample, self.jobs.jobs(), &mut bar)?
+            }
+            None => Vec::new(),
+        };
+        let text = report::gathered_dataset(&gathered, self.recompute.map(|_| &*differences));
+        let is_well = gathered.missing.is_empty() && differences.is_empty();
+        Output::new(text, is_well)
+            .or_json(self.json.json, &Sampled { gathered: &gathered, differences: &differences })
     }
 
     fn flights(&self) -> Result<Output, Error> {
@@ -107,10 +117,8 @@ impl Args {
         };
         let text = report::gathered_flights(&gathered, self.recompute.map(|_| &*differences));
         let is_well = gathered.missing.is_empty() && differences.is_empty();
-        Output::new(text, is_well).or_json(
-            self.json.json,
-            &FoundFlights { gathered: &gathered, differences: &differences },
-        )
+        Output::new(text, is_well)
+            .or_json(self.json.json, &Sampled { gathered: &gathered, differences: &differences })
     }
 
     fn recompute(&self, gathered: &Gathered, sample: u64) -> Result<Vec<Difference>, Error> {

@@ -245,6 +245,11 @@ pub(super) struct Chosen {
 }
 
 impl SetArgs {
+    /// How many are to be drawn.
+    pub(super) fn count(&self) -> Option<u64> {
+        self.count
+    }
+
     /// The scenarios of the file, of the draw, or of the built-in set.
     pub(super) fn chosen<const NL: usize>(&self, mission: &Mission<NL>) -> Result<Chosen, Error> {
         let set = match (self.count, self.seed) {

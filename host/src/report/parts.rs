@@ -29,7 +29,7 @@ pub fn gather_report(gathered: &Gathered, recomputed: Option<(u64, &[Difference]
     let _ = writeln!(out, "checksum of all but times: {}", gathered.checksum);
     if let Some((sample, differing)) = recomputed {
         let _ = writeln!(out, "planned again: {sample}, of which {} differ", differing.len());
-        out += &differences(differing);
+        out += &differences("part", differing);
     }
     out
 }
@@ -45,25 +45,30 @@ pub fn gathered_flights(gathered: &Flights, recomputed: Option<&[Difference]>) -
     let _ = writeln!(out, "checksum: {}", gathered.checksum);
     if let Some(differing) = recomputed {
         let _ = writeln!(out, "flown again: {} differ", differing.len());
-        out += &differences(differing);
+        out += &differences("part", differing);
     }
     out
 }
 
 /// The same of a dataset.
-pub fn gathered_dataset(gathered: &Shards) -> String {
+pub fn gathered_dataset(gathered: &Shards, recomputed: Option<&[Difference]>) -> String {
     let Shards { shards, tried, kept, missing: lacking } = gathered;
     let there = shards - lacking.len() as u64;
-    format!(
+    let mut out = format!(
         "{tried} scenarios: {kept} trajectories kept\nfiles: {there} of {shards}\n{}",
         missing(lacking)
-    )
+    );
+    if let Some(differing) = recomputed {
+        let _ = writeln!(out, "planned again: {} differ", differing.len());
+        out += &differences("file", differing);
+    }
+    out
 }
 
-fn differences(all: &[Difference]) -> String {
+fn differences(of: &str, all: &[Difference]) -> String {
     let mut out = String::new();
     for Difference { part, scenario, column } in all.iter().take(MOST_LISTED) {
-        let _ = writeln!(out, "  part {part}: {scenario}: {column}");
+        let _ = writeln!(out, "  {of} {part}: {scenario}: {column}");
     }
     out + &more(all.len())
 }

@@ -167,7 +167,7 @@ impl<const NL: usize> Recipe<NL> {
 
     /// Plans one scenario; `None` where it was not solved or the verifier refused the plan, which
     /// is no solved one either.
-    fn plan(
+    pub(super) fn plan(
         &self,
         planner: &mut Planner,
         method: &Method,

@@ -10,6 +10,7 @@ use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{
     Limit, MAX_JOINTS, PLANNED_JOINTS, json, read_text, write_atomically, write_first,
 };
+use remora_host::learned::Learned;
 use remora_host::method::Integrator;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
@@ -75,7 +76,7 @@ impl Manifest {
             seed: recipe.seed,
             count: recipe.count,
             integrator: recipe.integrator,
-            model: recipe.model.as_ref().map(|model| format!("{:08x}", model.checksum())),
+            model: recipe.model.as_ref().map(Self::name_of),
             mission: fingerprint(&recipe.mission),
             settings: fingerprint(&engine::settings_text(&recipe.method())),
             shard: recipe.shard.get(),
@@ -85,6 +86,11 @@ impl Manifest {
             control: size::controls(NL),
             record: None,
         }
+    }
+
+    /// What a model is called here: by its checksum.
+    pub(super) fn name_of(model: &Learned) -> String {
+        format!("{:08x}", model.checksum())
     }
 
     /// Reads and validates a file.

@@ -16,6 +16,7 @@
 mod gather;
 mod make;
 mod manifest;
+mod recompute;
 mod shard;
 mod shard_first;
 mod split;
@@ -24,6 +25,7 @@ mod trajectory;
 pub use gather::{Gathered, gather};
 pub use make::{Made, Recipe};
 pub use manifest::{FORMAT, MANIFEST, Manifest, SHARD};
+pub use recompute::recompute;
 pub use split::Split;
 pub use trajectory::Trajectory;
 
@@ -79,16 +81,29 @@ impl<const NL: usize> Dataset<NL> {
     /// # Errors
     /// A file that cannot be read; a mission of other numbers than the dataset's.
     pub fn mission(&self, otherwise: &Mission<NL>) -> Result<Mission<NL>, Error> {
+        let mission = self.beside()?.unwrap_or(*otherwise);
+        self.is_for(mission, "was made for another mission; --mission names it")
+    }
+
+    /// The same, the built-in one where there is none beside the shards.
+    ///
+    /// # Errors
+    /// As [`Dataset::mission`].
+    pub fn own_mission(&self) -> Result<Mission<NL>, Error> {
+        let mission = self.beside()?.map_or_else(|| read_mission(None), Ok)?;
+        self.is_for(mission, "is neither in the directory nor the one that is built in")
+    }
+
+    fn beside(&self) -> Result<Option<Mission<NL>>, Error> {
         let own = self.directory.join(MISSION);
-        let mission = match own.exists() {
-            true => read_mission(Some(&own))?,
-            false => *otherwise,
-        };
-        if self.manifest.mission == fingerprint(&mission) {
-            return Ok(mission);
+        own.exists().then(|| read_mission(Some(&own))).transpose()
+    }
+
+    fn is_for(&self, mission: Mission<NL>, reason: &str) -> Result<Mission<NL>, Error> {
+        match self.manifest.mission == fingerprint(&mission) {
+            true => Ok(mission),
+            false => Err(Error::input(&self.directory.join(MANIFEST), "mission", reason)),
         }
-        let reason = "was made for another mission; --mission names it";
-        Err(Error::input(&self.directory.join(MANIFEST), "mission", reason))
     }
 
     /// Number of trajectories, up to the first shard that is missing.

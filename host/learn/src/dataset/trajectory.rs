@@ -102,6 +102,24 @@ impl<const NL: usize> Trajectory<NL> {
         t
     }
 
+    /// The first quantity in which another differs, bit by bit.
+    pub(super) fn differs(&self, other: &Self) -> Option<&'static str> {
+        let bits = |trajectory: &Self| {
+            let groups = trajectory.clone().groups().map(|group| gathered([group]));
+            groups.map(|numbers| numbers.into_iter().map(f32::to_bits).collect::<Vec<_>>())
+        };
+        let counted = [
+            ("scenario", self.scenario != other.scenario),
+            ("iterations", self.iterations != other.iterations),
+            ("cost", self.cost.to_bits() != other.cost.to_bits()),
+        ];
+        let named =
+            ["target_attitude", "target_rate", "position", "velocity", "force", "state", "control"];
+        let numbers = named.into_iter().zip(bits(self).into_iter().zip(bits(other)));
+        let numbers = numbers.map(|(name, (one, other))| (name, one != other));
+        counted.into_iter().chain(numbers).find(|(_, is_other)| *is_other).map(|(name, _)| name)
+    }
+
     /// All its numbers in the order of the record: groups one after the other, a row of each field of a
     /// group in turn.
     fn groups(&mut self) -> [Vec<Field<'_>>; 7] {
@@ -165,7 +183,7 @@ impl<'a> Field<'a> {
 }
 
 /// All numbers of the groups.
-fn gathered(groups: [Vec<Field<'_>>; 7]) -> Vec<f32> {
+fn gathered<'a>(groups: impl IntoIterator<Item = Vec<Field<'a>>>) -> Vec<f32> {
     let mut numbers = Vec::new();
     for mut group in groups {
         for node in 0..NODES {

@@ -6,12 +6,10 @@ use super::job::{Job, Kept};
 use super::{Header, KEY};
 use crate::error::Error;
 use crate::formats::{Cell, Row, TIMES, TableReader, columns};
-use crate::part::{self, Part};
+use crate::part::{self, Part, picked};
 use crate::planning::Planner;
 use crate::pool;
 use crate::progress::Progress;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -99,31 +97,4 @@ fn other<const NL: usize>(job: &Job<NL>, header: &Header) -> Option<(&'static st
     ours.campaign.program.clone_from(&header.campaign.program);
     let found = ours.differs_from(header);
     found.map(|(field, reason)| (field, format!("the part's command makes {reason} here")))
-}
-
-/// Indices of a sample: one of each of as many equal shares, by a draw that is always the same.
-fn picked(sample: u64, count: u64) -> Vec<u64> {
-    let mut stream = ChaCha8Rng::from_seed([0; 32]);
-    let sample = sample.min(count);
-    let share = |i: u64| {
-        let at = u128::from(i) * u128::from(count) / u128::from(sample.max(1));
-        u64::try_from(at).unwrap_or(count)
-    };
-    (0..sample).map(|i| share(i) + stream.next_u64() % (share(i + 1) - share(i))).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::picked;
-
-    #[test]
-    fn a_sample_is_spread_evenly_and_a_full_one_is_all() {
-        assert_eq!(picked(5, 3), [0, 1, 2]);
-        assert_eq!(picked(0, 3), [0u64; 0]);
-        let some = picked(10, 1000);
-        for (i, index) in (0u64..).zip(&some) {
-            assert!((100 * i..100 * (i + 1)).contains(index), "{some:?}");
-        }
-        assert_eq!(some, picked(10, 1000));
-    }
 }

@@ -37,28 +37,42 @@ fn make_with_kills(bench: &Bench, line: &str, kills: u64, draws: &mut Draws) -> 
     killed
 }
 
-// Verifies REM-CMP-002.
-#[test]
-#[cfg(unix)]
-fn kills_and_the_number_of_parts_change_no_row() {
+/// The rows of a campaign in these numbers of parts are those of it in one piece, whoever was killed so many times
+/// in each.
+fn same_rows(campaign: &str, parts: [u64; 3], kills: u64) {
     let bench = Bench::new();
-    // By hand with more: REMORA_KILLS=50.
-    let kills = std::env::var("REMORA_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(9);
-    make(&bench, CAMPAIGN, 1, "whole");
+    make(&bench, campaign, 1, "whole");
     let expected = table::rows(&bench, "whole");
     let mut draws = Draws(kills);
-    for of in [1, 3, 6] {
+    for of in parts {
         let mut killed = 0;
         for number in 1..=of {
-            let line = format!("{CAMPAIGN} --jobs 1 --part {number}/{of} --out killed/{of}");
-            killed += make_with_kills(&bench, &line, kills / of, &mut draws);
+            let line = format!("{campaign} --jobs 1 --part {number}/{of} --out killed/{of}");
+            let own = kills / of + u64::from(number <= kills % of);
+            killed += make_with_kills(&bench, &line, own, &mut draws);
         }
         assert!(killed > 0);
+        println!("{of} parts: {killed} of {kills} kills came in time");
         let out = format!("killed/{of}");
         assert!(bench.names(&out).iter().all(|name| name.ends_with(".parquet")));
         assert_eq!(table::rows(&bench, &out), expected, "{of} parts");
         assert_eq!(gathered(&bench, &out)["checksum"], gathered(&bench, "whole")["checksum"]);
     }
+}
+
+// Verifies REM-CMP-002.
+#[test]
+#[cfg(unix)]
+fn kills_and_the_number_of_parts_change_no_row() {
+    same_rows(CAMPAIGN, [1, 3, 6], 9);
+}
+
+/// Some minutes: `cargo test --test cli thousand -- --ignored --nocapture`.
+#[test]
+#[ignore = "minutes of planning"]
+#[cfg(unix)]
+fn a_thousand_parts_and_fifty_kills_change_no_row() {
+    same_rows("campaign --count 2000 --seed 3 --integrator euler", [1, 7, 1000], 50);
 }
 
 /// Asked to end, the program finishes the plan in hand, says so, and leaves what it has.

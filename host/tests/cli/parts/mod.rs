@@ -197,4 +197,8 @@ fn arguments() {
         "--count 10001 --seed 1 --plans",
         "--plans: 10001 plan files are too many for a directory: --part I/N --nodes writes",
     );
+    refuses(
+        "--count 50001 --seed 1",
+        "--count: 50001 scenarios are too many in one piece: --part I/N keeps none of them",
+    );
 }

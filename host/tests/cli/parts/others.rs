@@ -1,6 +1,8 @@
 //! Parts of datasets and of flights.
 
 use super::{Bench, table};
+use remora_learn::dataset::Manifest;
+use serde_json::Value;
 use std::fs;
 
 #[test]
@@ -21,7 +23,27 @@ fn parts_of_a_dataset_are_its_files() {
         let of = |folder: &str| fs::read(bench.path(folder).join(&name)).unwrap();
         assert!(of("parts") == of("whole"), "{name}");
     }
+    let run = bench.solves("gather parts --recompute 3");
+    assert!(run.out.ends_with("planned again: 0 differ\n"), "{}", run.out);
+    // The lowest bit of a torque, with the checksum made right.
     let shard = "parts/shard-00003.bin";
+    let manifest = Manifest::read(&bench.path("parts/dataset.json")).unwrap();
+    let bytes = fs::read(bench.path(shard)).unwrap();
+    let mut kept = manifest.shard::<3>(3, &bytes).unwrap();
+    let torque = &mut kept[0].joint_torque[7][2];
+    *torque = f32::from_bits(torque.to_bits() ^ 1);
+    bench.write(shard, &manifest.shard_of(3, &kept).unwrap());
+    bench.solves("gather parts");
+    let run = bench.run("gather parts --recompute 5");
+    assert_eq!(run.status, 1, "{}", run.err);
+    assert!(
+        run.out.ends_with("planned again: 1 differ\n  file 4/5: s3-003: control\n"),
+        "{}",
+        run.out
+    );
+    let run = bench.run("gather parts --recompute 5 --json");
+    let found: Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(found["differences"][0]["column"], "control");
     bench.write(shard, "");
     bench.refuses("gather parts", &format!("{shard}: "));
     bench.refuses(
@@ -64,4 +86,40 @@ fn parts_of_flights_are_the_flights() {
     let run = bench.run("gather parts --recompute 4");
     assert_eq!(run.status, 1, "{}", run.err);
     assert!(run.out.contains("1 differ\n  part 3/3: s1-000, run 2: miss_m\n"), "{}", run.out);
+}
+
+/// A dataset of a model's roll-outs needs that model again.
+#[test]
+fn a_dataset_is_planned_again_with_its_own_model() {
+    let bench = Bench::new();
+    let euler = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/models/euler.model");
+    let other = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/models/rk4.model");
+    let dataset = "dataset --count 2 --seed 3 --integrator euler";
+    bench.solves(&format!("{dataset} --out plain"));
+    bench.refuses(
+        &format!("gather plain --recompute 1 --model {euler}"),
+        "--model: the dataset was made from the heuristic start",
+    );
+    bench.solves(&format!("{dataset} --sharp --model {euler} --out own"));
+    bench.solves("gather own --recompute 2");
+    bench.solves(&format!("gather own --recompute 2 --model {euler}"));
+    let run = bench.run(&format!("gather own --recompute 2 --model {other}"));
+    assert!(run.status == 2 && run.err.contains("; the dataset was made with "), "{}", run.err);
+    // A mission, and settings, that this program does not have.
+    for (field, reason) in [
+        ("mission", "is neither in the directory nor the one that is built in"),
+        ("settings", "are of another version of the planner than this one"),
+    ] {
+        let folder = format!("other-{field}");
+        bench.solves(&format!("{dataset} --out {folder}"));
+        let file = format!("{folder}/dataset.json");
+        let mut manifest = bench.json(&file);
+        manifest[field] = "0123456789abcdef".into();
+        bench.write(&file, &manifest.to_string());
+        fs::remove_file(bench.path(&folder).join("shard-00000.bin")).unwrap();
+        bench.refuses(
+            &format!("gather {folder} --recompute 1"),
+            &format!("{file}: {field}: {reason}"),
+        );
+    }
 }

@@ -1,0 +1,167 @@
+//! Planning a sample of a dataset again: a machine that computes wrongly is found by its trajectories.
+
+use super::manifest::{MANIFEST, Manifest};
+use super::shard::{self, Place};
+use super::{Dataset, Recipe, Trajectory, shard_path};
+use remora_core::advanced::model::Mission;
+use remora_host::draw::id;
+use remora_host::error::{Error, FieldError};
+use remora_host::learned::Learned;
+use remora_host::part::{Part, picked};
+use remora_host::parts::Difference;
+use remora_host::planning::Planner;
+use remora_host::pool;
+use remora_host::progress::Progress;
+use remora_host::with_joints;
+use std::collections::BTreeMap;
+use std::num::{NonZeroU32, NonZeroUsize};
+use std::path::Path;
+
+/// Plans `sample` of the scenarios again, spread evenly, and compares what was kept, bit by bit; what differs is
+/// named with its file, one of as many as there should be. Those of files that are missing are left out.
+/// `model` is that whose roll-outs Stage 2 started from, where it was not the built-in one.
+///
+/// # Errors
+/// A dataset of another model, mission or settings than this program has; a shard that is damaged; a thread that
+/// cannot be started.
+pub fn recompute(
+    directory: &Path,
+    model: Option<Learned>,
+    sample: u64,
+    jobs: NonZeroUsize,
+    progress: &mut dyn Progress,
+) -> Result<Vec<Difference>, Error> {
+    let file = directory.join(MANIFEST);
+    let manifest = Manifest::read(&file)?;
+    let model = manifest.model_of(model)?;
+    with_joints!(manifest.links, NL => {
+        let mission = Dataset::<NL>::open(directory)?.own_mission()?;
+        let recipe = manifest.recipe(mission, model, jobs, directory);
+        recipe.map_err(|error| error.at(&file))?.again(&manifest, sample, progress)
+    } else {
+        Err(Error::input(&file, "links", "arms of 1 to 7 joints are planned for"))
+    })
+}
+
+impl Manifest {
+    /// The model that Stage 2 started from: the one given, or the built-in one.
+    fn model_of(&self, given: Option<Learned>) -> Result<Option<Learned>, Error> {
+        let refused = |reason| Err(Error::argument("--model", reason));
+        match (&self.model, given) {
+            (None, None) => Ok(None),
+            (None, Some(_)) => refused("the dataset was made from the heuristic start".to_string()),
+            (Some(made), given) => {
+                let is_given = given.is_some();
+                let model = given.unwrap_or_else(|| Learned::built_in(self.integrator));
+                match (Self::name_of(&model) == *made, is_given) {
+                    (true, _) => Ok(Some(model)),
+                    (false, true) => refused(format!(
+                        "is {}; the dataset was made with {made}",
+                        Self::name_of(&model)
+                    )),
+                    (false, false) => {
+                        refused(format!("the dataset was made with {made}, which is not built in"))
+                    }
+                }
+            }
+        }
+    }
+
+    /// What was asked for.
+    fn recipe<const NL: usize>(
+        &self,
+        mission: Mission<NL>,
+        model: Option<Learned>,
+        jobs: NonZeroUsize,
+        out: &Path,
+    ) -> Result<Recipe<NL>, FieldError> {
+        let shard = NonZeroU32::new(self.shard).ok_or_else(|| FieldError::new("shard", "is 0"))?;
+        let plain = Recipe {
+            count: self.count,
+            seed: self.seed,
+            integrator: self.integrator,
+            model,
+            sharp: false,
+            mission,
+            mission_file: None,
+            shard,
+            jobs,
+            part: None,
+            out: out.into(),
+        };
+        let sharp = Recipe { sharp: true, ..plain.clone() };
+        let is_ours = |recipe: &Recipe<NL>| Self::new(recipe).settings == self.settings;
+        [plain, sharp].into_iter().find(is_ours).ok_or_else(|| {
+            FieldError::new("settings", "are of another version of the planner than this one")
+        })
+    }
+}
+
+impl<const NL: usize> Recipe<NL> {
+    fn again(
+        &self,
+        manifest: &Manifest,
+        sample: u64,
+        progress: &mut dyn Progress,
+    ) -> Result<Vec<Difference>, Error> {
+        let kept = self.sampled(manifest, sample)?;
+        let pending: Vec<u64> = kept.keys().copied().collect();
+        let method = self.method();
+        let mut found = BTreeMap::new();
+        progress.begin(pending.len(), 0);
+        let plan = |planner: &mut Planner, index| self.plan(planner, &method, index);
+        let finish = |index: u64, again: Option<Box<Trajectory<NL>>>| {
+            let Some((part, then)) = kept.get(&index) else { return Ok(()) };
+            let column = differs(then.as_ref(), again.as_deref());
+            progress.done(column.is_none());
+            found.extend(column.map(|column| {
+                let (scenario, column) = (id(self.seed, index), column.into());
+                (index, Difference { part: *part, scenario, column })
+            }));
+            Ok(())
+        };
+        let outcome = pool::plan_all(self.jobs, &pending, plan, finish);
+        progress.end();
+        outcome.map(|()| found.into_values().collect())
+    }
+
+    /// What was kept of a sample, with the file that it stands in.
+    fn sampled(
+        &self,
+        manifest: &Manifest,
+        sample: u64,
+    ) -> Result<BTreeMap<u64, (Part, Option<Trajectory<NL>>)>, Error> {
+        let mut kept = BTreeMap::new();
+        let mut picked = picked(sample, self.count).into_iter().peekable();
+        let (files, dataset) = (manifest.shards().count() as u64, manifest.dataset());
+        for ((number, (first, tried)), part) in (0..).zip(manifest.shards()).zip(Part::all(files)) {
+            let end = first + u64::from(tried);
+            let mut here = Vec::new();
+            while let Some(index) = picked.next_if(|index| *index < end) {
+                here.push(index);
+            }
+            let file = shard_path(&self.out, number);
+            if here.is_empty() || !file.exists() {
+                continue;
+            }
+            let (mut all, place) = (Vec::new(), Place { dataset: &dataset, first, tried });
+            shard::read(&file, place, self.count, &mut all)?;
+            let mut all: BTreeMap<_, Trajectory<NL>> =
+                all.into_iter().map(|t| (t.scenario, t)).collect();
+            kept.extend(here.into_iter().map(|index| (index, (part, all.remove(&index)))));
+        }
+        Ok(kept)
+    }
+}
+
+/// The first quantity in which what was kept differs; `kept` where one was and the other was not.
+fn differs<const NL: usize>(
+    one: Option<&Trajectory<NL>>,
+    other: Option<&Trajectory<NL>>,
+) -> Option<&'static str> {
+    match (one, other) {
+        (Some(one), Some(other)) => one.differs(other),
+        (None, None) => None,
+        _ => Some("kept"),
+    }
+}
