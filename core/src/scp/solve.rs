@@ -40,6 +40,7 @@ where
         needs_linearisation: true,
         best: None,
         failed: 0,
+        change: 0.0,
     };
     let mut ended = scp.start();
     // Bound: iterations.
@@ -82,6 +83,8 @@ pub(super) struct ScpSolver<
     pub(super) best: Option<Feasible>,
     /// Number of consecutive subproblems without a usable solution.
     failed: u32,
+    /// How far the last accepted step changed the cost.
+    change: f64,
 }
 
 impl<P, S, const N: usize, const NX: usize, const NU: usize, const NG: usize>
@@ -213,14 +216,20 @@ where
         record.violation = self.problem.violation(&self.w.trial_residuals);
         record.accepted = record.rho >= self.settings.eta_0;
         self.needs_linearisation = record.accepted;
+        let change = (self.w.residuals.cost - record.cost).abs();
         if record.accepted {
             self.accept(record);
         }
         // A rejected step counts too: at the optimum the predicted reduction is zero, or slightly
         // negative with a solver of finite accuracy.
-        let done = self.settings.stop_when_feasible || self.has_converged(record);
+        let done = self.settings.stop_when_feasible
+            || self.has_converged(record)
+            || self.leaves_little(record, change);
         if self.outcome.violation <= 1.0 && done {
             return Some(Status::Solved);
+        }
+        if record.accepted {
+            self.change = change;
         }
         self.adapt(record, slack)
     }
@@ -285,6 +294,20 @@ where
             && record.step < 0.99 * record.radius
     }
 
+    /// Whether what is left to gain is so little that no subproblem is worth asking for it. Near the optimum
+    /// reductions shrink by a ratio: after `a` and `b` those to come are `b^2 / (a - b)` together. For `a` stands
+    /// the change of the cost alone: reductions of violations say nothing of the cost's.
+    fn leaves_little(&self, record: &IterationRecord, change: f64) -> bool {
+        let small = self.settings.cost_tolerance * self.merit.abs();
+        let last = record.actual_reduction.max(change);
+        let as_predicted = (0.5..2.0).contains(&record.rho) && record.length >= 1.0;
+        record.accepted
+            && as_predicted
+            && record.step < 0.99 * record.radius
+            && last <= LAST * small
+            && last * last <= LEFT * small * (self.change - last)
+    }
+
     /// Status of a solve that makes no more progress from a finite trajectory: feasible but not
     /// converged, or infeasible.
     fn status_without_progress(&self) -> Status {
@@ -321,6 +344,12 @@ const MAX_FAILED: u32 = 3;
 
 /// Largest multiplier of a solver of finite accuracy, over the penalty parameter.
 const MAX_MULTIPLIER: f64 = 2.0;
+
+/// Largest reduction after which the rest is estimated, over what is small.
+const LAST: f64 = 10.0;
+
+/// Estimated rest that is left, over what is small.
+const LEFT: f64 = 0.2;
 
 /// Step length of the line search below which the trust region was too large.
 const SHORT_STEP: f64 = 0.75;

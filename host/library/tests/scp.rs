@@ -171,6 +171,37 @@ fn the_pendulum_reaches_one_optimum_from_different_starts() {
     assert!((cost(&first) / cost(&second) - 1.0).abs() < 1e-5);
 }
 
+/// The last step gained more than the tolerance, but those to come would gain less together.
+#[test]
+fn what_leaves_little_to_gain_is_the_last_step() {
+    let settings_at = |cost_tolerance| Settings { cost_tolerance, ..settings() };
+    let (_, best) = run(&mut { GRAVITY }, &settings(), Swing::START);
+    let (mut estimated, mut spared) = (0, 0);
+    for cost_tolerance in [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5] {
+        let (mut scratch, mut iterates) = (Box::new(Scratch::new()), Iterates::new(Swing::START));
+        let outcome = solve(
+            &mut { GRAVITY },
+            &mut ClarabelQp::default(),
+            &settings_at(cost_tolerance).validated().unwrap(),
+            &Deadline::never(),
+            &mut scratch,
+            &mut iterates,
+        );
+        assert_eq!(outcome.status, Status::Solved);
+        let left = cost(&iterates.trajectory) / cost(&best) - 1.0;
+        assert!(left <= cost_tolerance, "{left} of {cost_tolerance}");
+        let last = iterates.log.last().unwrap();
+        if last.actual_reduction > cost_tolerance * (last.cost + last.actual_reduction) {
+            estimated += 1;
+            // Another iteration confirms it.
+            let sharp = settings_at(0.2 * cost_tolerance);
+            let (confirmed, _) = run(&mut { GRAVITY }, &sharp, Swing::START);
+            spared += confirmed.iterations - outcome.iterations;
+        }
+    }
+    assert!(estimated > 0 && spared >= estimated, "{estimated}, {spared}");
+}
+
 #[test]
 fn the_first_feasible_iterate_is_enough_where_asked_for() {
     let feasible = Settings { stop_when_feasible: true, ..settings() };

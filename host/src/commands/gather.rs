@@ -23,7 +23,7 @@ pub(super) struct Args {
     /// Plan N of the rows again and compare: a machine that computes wrongly is found
     #[arg(long, value_name = "N")]
     recompute: Option<u64>,
-    /// Model that a dataset was made with, for --recompute [default: the built-in one]
+    /// Learned model (*.model) [default: the built-in one, where a dataset was made with one]
     #[arg(long, value_name = "FILE", requires = "recompute")]
     model: Option<PathBuf>,
     #[command(flatten)]
@@ -45,7 +45,8 @@ printed is of all columns but times: the same plans have the same, however many 
 
 --recompute takes its sample evenly over the scenarios and compares all columns but times, the
 checksum of the plan's trajectories among them. Files that the parts were made from must be where
-they were. Runs of flights are flown again; of a dataset every number that was kept is compared.
+they were. Runs of flights are flown again; of a dataset every number that was kept is compared, and
+--model is the model that its plans started from.
 
 Exit status: 0 all there and the same, 1 parts are missing or rows differ, 2 bad input.";
 
