@@ -150,17 +150,19 @@ impl Args {
 
     /// The scenarios of a campaign that keeps all of them in memory.
     fn in_one_piece<const NL: usize>(&self, mission: &Mission<NL>) -> Result<Chosen, Error> {
-        let fits = |count: u64| {
+        let fits = |option: &'static str, count: u64| {
             let reason = format!(
                 "{count} scenarios are too many in one piece: --part I/N keeps none of them in memory"
             );
             let is_fit = count <= MOST_IN_ONE_PIECE;
-            is_fit.then_some(()).ok_or_else(|| Error::argument("--count", reason))
+            is_fit.then_some(()).ok_or_else(|| Error::argument(option, reason))
         };
         // Before they are drawn.
-        self.set.count().map_or(Ok(()), fits)?;
+        if let Some(count) = self.set.count() {
+            fits("--count", count)?;
+        }
         let chosen = self.set.chosen(mission)?;
-        fits(chosen.scenarios.len() as u64)?;
+        fits("--scenarios", chosen.scenarios.len() as u64)?;
         Ok(chosen)
     }
 
