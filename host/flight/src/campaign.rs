@@ -297,18 +297,23 @@ impl Flights {
         Ok(Row { run, scenario: plan.id.clone(), flown })
     }
 
-    fn end(&self, rows: Vec<Row>, drawn: Vec<Drawn>, plans: &[Planned]) -> Result<Results, Error> {
-        let summary = Summary::of(&rows, &drawn);
-        let [table, summary_file] = self.files();
-        let columns: Vec<_> = rows.iter().map(|row| row.columns(&drawn)).collect();
+    /// What tables of the runs say of themselves.
+    pub(crate) fn table_entries(&self) -> Vec<(&'static str, String)> {
         let program = formats::Program::this();
-        let entries = vec![
+        vec![
             ("remora.format", "remora-flights-table/1".to_string()),
             ("remora.version", program.version),
             ("remora.commit", program.commit),
             ("remora.seed", self.asked.seed.to_string()),
-        ];
-        let bytes = parquet_table(&columns, entries).map_err(|error| failed(&table, &error))?;
+        ]
+    }
+
+    fn end(&self, rows: Vec<Row>, drawn: Vec<Drawn>, plans: &[Planned]) -> Result<Results, Error> {
+        let summary = Summary::of(&rows, &drawn);
+        let [table, summary_file] = self.files();
+        let columns: Vec<_> = rows.iter().map(|row| row.columns(&drawn)).collect();
+        let bytes = parquet_table(&columns, self.table_entries());
+        let bytes = bytes.map_err(|error| failed(&table, &error))?;
         write_atomically(&table, &bytes)?;
         let text = json::to_text(&summary).map_err(|error| failed(&summary_file, &error))?;
         write_atomically(&summary_file, text.as_bytes())?;
@@ -406,7 +411,7 @@ fn planned(folder: &Path, file: &Path, joints: usize) -> Result<Planned, Error> 
     Ok(Planned { file, id, sortie: Some(sortie) })
 }
 
-fn is_captured(row: &Row) -> bool {
+pub(crate) fn is_captured(row: &Row) -> bool {
     row.flown.as_ref().is_some_and(|flown| flown.ending == crate::flight::Ending::Captured)
 }
 

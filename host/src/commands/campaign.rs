@@ -7,7 +7,7 @@ use super::parts::{PartArgs, arguments, end_when_asked};
 use super::progress::Bar;
 use crate::report;
 use remora_core::advanced::model::Mission;
-use remora_host::campaign::{Campaign, Results};
+use remora_host::campaign::{Campaign, Results, Summary};
 use remora_host::error::Error;
 use remora_host::formats::{Row, Verdict};
 use remora_host::parts::{self, Difference, Gathered, Job, Scenarios};
@@ -186,7 +186,7 @@ impl Args {
     /// Plans a sample of the parts that this command made again.
     pub(super) fn recompute(
         &self,
-        gathered: &Gathered,
+        gathered: &Gathered<Summary>,
         sample: u64,
         jobs: NonZeroUsize,
     ) -> Result<Vec<Difference>, Error> {

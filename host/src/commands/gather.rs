@@ -4,13 +4,14 @@ use super::options::{JobsArgs, JsonArgs};
 use super::parts::{command, end_when_asked};
 use super::progress::Bar;
 use super::{Command, Output};
-use crate::report;
+use crate::report::{self, Again};
 use remora_flight::parts as flights;
 use remora_host::error::Error;
 use remora_host::learned::Learned;
-use remora_host::parts::{Difference, Gathered, gather};
+use remora_host::parts::{COMMAND, Difference, gather};
 use remora_learn::dataset::{self, MANIFEST};
 use serde::Serialize;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Put parts of a campaign, a dataset or flights together, and name those that are missing.
@@ -52,80 +53,78 @@ Exit status: 0 all there and the same, 1 parts are missing or rows differ, 2 bad
 
 /// What is printed as JSON.
 #[derive(Serialize)]
-struct Found<'a> {
-    #[serde(flatten)]
-    gathered: &'a Gathered,
-    recomputed: Option<u64>,
-    differences: &'a [Difference],
-}
-
-/// The same of flights and of datasets.
-#[derive(Serialize)]
-struct Sampled<'a, T: Serialize> {
+struct Found<'a, T: Serialize> {
     #[serde(flatten)]
     gathered: &'a T,
-    differences: &'a [Difference],
+    #[serde(flatten)]
+    again: &'a Again,
 }
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         end_when_asked();
         if self.directory.join(MANIFEST).is_file() {
-            return self.dataset();
+            self.dataset()
+        } else if flights::is_flown_in(&self.directory) {
+            self.flights()
+        } else {
+            self.campaign()
         }
-        if flights::is_flown_in(&self.directory) {
-            return self.flights();
-        }
+    }
+
+    fn campaign(&self) -> Result<Output, Error> {
         let gathered = gather(&self.directory)?;
-        let differences = match self.recompute {
-            Some(sample) => self.recompute(&gathered, sample)?,
-            None => Vec::new(),
-        };
-        let rows = gathered.summary.scenarios as u64;
-        let recomputed = self.recompute.map(|sample| sample.min(rows));
-        let text =
-            report::gather_report(&gathered, recomputed.map(|sample| (sample, &*differences)));
-        let is_well = gathered.missing.is_empty() && differences.is_empty();
-        let found = Found { gathered: &gathered, recomputed, differences: &differences };
-        Output::new(text, is_well).or_json(self.json.json, &found)
+        let again =
+            self.again(gathered.summary.scenarios as u64, |sample, jobs, _| {
+                match command(&gathered.command, &self.directory)? {
+                    Command::Campaign(args) => args.recompute(&gathered, sample, jobs),
+                    _ => Err(Error::input(&self.directory, COMMAND, "is none of a campaign")),
+                }
+            })?;
+        let text = report::gather_report(&gathered, &again);
+        self.output(text, gathered.missing.is_empty(), Found { gathered: &gathered, again: &again })
     }
 
     fn dataset(&self) -> Result<Output, Error> {
         let gathered = dataset::gather(&self.directory)?;
-        let mut bar = Bar::named("recompute");
-        let differences = match self.recompute {
-            Some(sample) => {
-                let model = self.model.as_deref().map(Learned::usable).transpose()?;
-                dataset::recompute(&self.directory, model, sample, self.jobs.jobs(), &mut bar)?
-            }
-            None => Vec::new(),
-        };
-        let text = report::gathered_dataset(&gathered, self.recompute.map(|_| &*differences));
-        let is_well = gathered.missing.is_empty() && differences.is_empty();
-        Output::new(text, is_well)
-            .or_json(self.json.json, &Sampled { gathered: &gathered, differences: &differences })
+        let again = self.again(gathered.tried, |sample, jobs, bar| {
+            let model = self.model.as_deref().map(Learned::usable).transpose()?;
+            dataset::recompute(&self.directory, model, sample, jobs, bar)
+        })?;
+        let text = report::gathered_dataset(&gathered, &again);
+        self.output(text, gathered.missing.is_empty(), Found { gathered: &gathered, again: &again })
     }
 
     fn flights(&self) -> Result<Output, Error> {
         let gathered = flights::gather(&self.directory)?;
-        let mut bar = Bar::named("recompute");
-        let differences = match self.recompute {
-            Some(sample) => {
-                let jobs = self.jobs.jobs();
-                flights::recompute(&self.directory, &gathered, sample, jobs, &mut bar)?
-            }
-            None => Vec::new(),
-        };
-        let text = report::gathered_flights(&gathered, self.recompute.map(|_| &*differences));
-        let is_well = gathered.missing.is_empty() && differences.is_empty();
-        Output::new(text, is_well)
-            .or_json(self.json.json, &Sampled { gathered: &gathered, differences: &differences })
+        let again = self.again(gathered.summary.runs as u64, |sample, jobs, bar| {
+            flights::recompute(&self.directory, &gathered, sample, jobs, bar)
+        })?;
+        let text = report::gathered_flights(&gathered, &again);
+        self.output(text, gathered.missing.is_empty(), Found { gathered: &gathered, again: &again })
     }
 
-    fn recompute(&self, gathered: &Gathered, sample: u64) -> Result<Vec<Difference>, Error> {
-        match command(&gathered.command, &self.directory)? {
-            Command::Campaign(args) => args.recompute(gathered, sample, self.jobs.jobs()),
-            _ => Err(Error::input(&self.directory, "remora.command", "is none of a campaign")),
-        }
+    /// Does the sample of so many rows again that is asked for.
+    fn again(
+        &self,
+        rows: u64,
+        recompute: impl FnOnce(u64, NonZeroUsize, &mut Bar) -> Result<Vec<Difference>, Error>,
+    ) -> Result<Again, Error> {
+        let mut bar = Bar::named("recompute");
+        let differences = match self.recompute {
+            Some(sample) => recompute(sample, self.jobs.jobs(), &mut bar)?,
+            None => Vec::new(),
+        };
+        Ok(Again { recomputed: self.recompute.map(|sample| sample.min(rows)), differences })
+    }
+
+    fn output<T: Serialize>(
+        &self,
+        text: String,
+        is_whole: bool,
+        found: Found<'_, T>,
+    ) -> Result<Output, Error> {
+        let is_well = is_whole && found.again.differences.is_empty();
+        Output::new(text, is_well).or_json(self.json.json, &found)
     }
 }

@@ -24,7 +24,7 @@ pub use export::export_report;
 pub use exported::exported_report;
 pub use flight::{flights_report, rerun_report};
 pub use import::{import_report, refused_import};
-pub use parts::{gather_report, gathered_dataset, gathered_flights, part_report};
+pub use parts::{Again, gather_report, gathered_dataset, gathered_flights, part_report};
 pub use plan::{evidence, packet_report, plan_report, refusal_report};
 pub use replay::replay_report;
 pub use safety::safety_report;

@@ -1,10 +1,12 @@
 //! What commands print that make parts and gather them.
 
 use super::campaign::summary_report;
-use remora_flight::parts::Gathered as Flights;
 use remora_flight::report::{endings, spread_table};
+use remora_flight::statistics::Summary as Flights;
+use remora_host::campaign::Summary;
 use remora_host::parts::{Difference, Gathered, Made};
 use remora_learn::dataset::Gathered as Shards;
+use serde::Serialize;
 use std::fmt::Write;
 
 /// Most missing parts and differences that are listed.
@@ -20,57 +22,59 @@ pub fn part_report(made: &Made) -> String {
     out
 }
 
+/// A sample that was planned or flown again.
+#[derive(Serialize)]
+pub struct Again {
+    /// How many there are of it, none where none was asked for.
+    pub recomputed: Option<u64>,
+    /// Those that came to something else.
+    pub differences: Vec<Difference>,
+}
+
 /// What is missing, what all rows come to, and what a sample that was planned again differs by.
-pub fn gather_report(gathered: &Gathered, recomputed: Option<(u64, &[Difference])>) -> String {
-    let mut out = summary_report(&gathered.summary);
-    let there = gathered.parts - gathered.missing.len() as u64;
-    let _ = writeln!(out, "parts: {there} of {}", gathered.parts);
-    out += &missing(&gathered.missing.iter().map(|part| part.number()).collect::<Vec<_>>());
-    let _ = writeln!(out, "checksum of all but times: {}", gathered.checksum);
-    if let Some((sample, differing)) = recomputed {
-        let _ = writeln!(out, "planned again: {sample}, of which {} differ", differing.len());
-        out += &differences("part", differing);
-    }
-    out
+pub fn gather_report(gathered: &Gathered<Summary>, again: &Again) -> String {
+    let checksum = format!("checksum of all but times: {}\n", gathered.checksum);
+    summary_report(&gathered.summary)
+        + &parts(gathered)
+        + &checksum
+        + &differing(again, "planned", "part")
 }
 
 /// The same of flights.
-pub fn gathered_flights(gathered: &Flights, recomputed: Option<&[Difference]>) -> String {
+pub fn gathered_flights(gathered: &Gathered<Flights>, again: &Again) -> String {
     let summary = &gathered.summary;
-    let mut out =
+    let runs =
         format!("{} runs\n\n{}\n{}\n", summary.runs, endings(summary), spread_table(summary));
-    let there = gathered.parts - gathered.missing.len() as u64;
-    let _ = writeln!(out, "parts: {there} of {}", gathered.parts);
-    out += &missing(&gathered.missing.iter().map(|part| part.number()).collect::<Vec<_>>());
-    let _ = writeln!(out, "checksum: {}", gathered.checksum);
-    if let Some(differing) = recomputed {
-        let _ = writeln!(out, "flown again: {} differ", differing.len());
-        out += &differences("part", differing);
-    }
-    out
+    let checksum = format!("checksum: {}\n", gathered.checksum);
+    runs + &parts(gathered) + &checksum + &differing(again, "flown", "part")
 }
 
 /// The same of a dataset.
-pub fn gathered_dataset(gathered: &Shards, recomputed: Option<&[Difference]>) -> String {
+pub fn gathered_dataset(gathered: &Shards, again: &Again) -> String {
     let Shards { shards, tried, kept, missing: lacking } = gathered;
     let there = shards - lacking.len() as u64;
-    let mut out = format!(
+    let files = format!(
         "{tried} scenarios: {kept} trajectories kept\nfiles: {there} of {shards}\n{}",
         missing(lacking)
     );
-    if let Some(differing) = recomputed {
-        let _ = writeln!(out, "planned again: {} differ", differing.len());
-        out += &differences("file", differing);
-    }
-    out
+    files + &differing(again, "planned", "file")
 }
 
-fn differences(of: &str, all: &[Difference]) -> String {
-    let mut out = String::new();
-    for Difference { part, scenario, column } in all.iter().take(MOST_LISTED) {
+/// The parts that are there, and those that are missing.
+fn parts<S>(gathered: &Gathered<S>) -> String {
+    let lacking: Vec<u64> = gathered.missing.iter().map(|part| part.number()).collect();
+    let there = gathered.parts - lacking.len() as u64;
+    format!("parts: {there} of {}\n{}", gathered.parts, missing(&lacking))
+}
+
+/// What a sample that was planned or flown again differs by, where there is one.
+fn differing(again: &Again, done: &str, of: &str) -> String {
+    let Some(sample) = again.recomputed else { return String::new() };
+    let mut out = format!("{done} again: {sample}, of which {} differ\n", again.differences.len());
+    for Difference { part, scenario, column } in again.differences.iter().take(MOST_LISTED) {
         let _ = writeln!(out, "  {of} {part}: {scenario}: {column}");
     }
-    out + &more(all.len())
+    out + &more(again.differences.len())
 }
 
 /// What is missing, by number.

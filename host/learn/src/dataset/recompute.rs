@@ -7,10 +7,9 @@ use remora_core::advanced::model::Mission;
 use remora_host::draw::id;
 use remora_host::error::{Error, FieldError};
 use remora_host::learned::Learned;
-use remora_host::part::{Part, picked};
-use remora_host::parts::Difference;
+use remora_host::part::Part;
+use remora_host::parts::{Difference, Sample, Then, again};
 use remora_host::planning::Planner;
-use remora_host::pool;
 use remora_host::progress::Progress;
 use remora_host::with_joints;
 use std::collections::BTreeMap;
@@ -105,24 +104,12 @@ impl<const NL: usize> Recipe<NL> {
         progress: &mut dyn Progress,
     ) -> Result<Vec<Difference>, Error> {
         let kept = self.sampled(manifest, sample)?;
-        let pending: Vec<u64> = kept.keys().copied().collect();
         let method = self.method();
-        let mut found = BTreeMap::new();
-        progress.begin(pending.len(), 0);
         let plan = |planner: &mut Planner, index| self.plan(planner, &method, index);
-        let finish = |index: u64, again: Option<Box<Trajectory<NL>>>| {
-            let Some((part, then)) = kept.get(&index) else { return Ok(()) };
-            let column = differs(then.as_ref(), again.as_deref());
-            progress.done(column.is_none());
-            found.extend(column.map(|column| {
-                let (scenario, column) = (id(self.seed, index), column.into());
-                (index, Difference { part: *part, scenario, column })
-            }));
-            Ok(())
+        let differs = |then: &Option<Trajectory<NL>>, again: &Option<Box<Trajectory<NL>>>| {
+            differs(then.as_ref(), again.as_deref()).map(String::from)
         };
-        let outcome = pool::plan_all(self.jobs, &pending, plan, finish);
-        progress.end();
-        outcome.map(|()| found.into_values().collect())
+        again(&kept, self.jobs, plan, differs, progress)
     }
 
     /// What was kept of a sample, with the file that it stands in.
@@ -130,16 +117,12 @@ impl<const NL: usize> Recipe<NL> {
         &self,
         manifest: &Manifest,
         sample: u64,
-    ) -> Result<BTreeMap<u64, (Part, Option<Trajectory<NL>>)>, Error> {
+    ) -> Result<BTreeMap<u64, Then<Option<Trajectory<NL>>>>, Error> {
         let mut kept = BTreeMap::new();
-        let mut picked = picked(sample, self.count).into_iter().peekable();
+        let mut picked = Sample::of(sample, self.count);
         let (files, dataset) = (manifest.shards().count() as u64, manifest.dataset());
         for ((number, (first, tried)), part) in (0..).zip(manifest.shards()).zip(Part::all(files)) {
-            let end = first + u64::from(tried);
-            let mut here = Vec::new();
-            while let Some(index) = picked.next_if(|index| *index < end) {
-                here.push(index);
-            }
+            let here = picked.within(&(first..first + u64::from(tried)));
             let file = shard_path(&self.out, number);
             if here.is_empty() || !file.exists() {
                 continue;
@@ -148,7 +131,10 @@ impl<const NL: usize> Recipe<NL> {
             shard::read(&file, place, self.count, &mut all)?;
             let mut all: BTreeMap<_, Trajectory<NL>> =
                 all.into_iter().map(|t| (t.scenario, t)).collect();
-            kept.extend(here.into_iter().map(|index| (index, (part, all.remove(&index)))));
+            kept.extend(here.into_iter().map(|index| {
+                let (scenario, value) = (id(self.seed, index), all.remove(&index));
+                (index, Then { part, scenario, value })
+            }));
         }
         Ok(kept)
     }

@@ -10,26 +10,47 @@ use crate::part::{self, Part};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Parts that were gathered.
+/// Parts that were gathered; `S` is what their rows come to together.
 #[derive(Clone, Debug, Serialize)]
-pub struct Gathered {
+pub struct Gathered<S> {
     /// How many there should be.
     pub parts: u64,
     /// Those that are missing.
     pub missing: Vec<Part>,
-    /// Checksum of all rows in the order of the scenarios, but for times of the machine: that of the same
-    /// plans, however they were shared out.
+    /// Checksum of all rows in their order, but for times of the machine: that of the same work, however it
+    /// was shared out.
     pub checksum: String,
     /// Statistics over the rows that are there.
-    pub summary: Summary,
-    /// Arguments by which the parts were made.
+    pub summary: S,
+    /// Arguments by which the parts were made, where they say so.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub command: Vec<String>,
-    /// What each part says of itself, but for its number.
-    #[serde(skip)]
-    pub header: Header,
     /// The tables, in order.
     #[serde(skip)]
     pub tables: Vec<(Part, PathBuf)>,
+}
+
+impl<S: Serialize> Gathered<S> {
+    /// Puts together what the tables of a directory came to; where none is missing, the summary goes to `file`.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn new(
+        tables: Vec<(Part, PathBuf)>,
+        checksum: &Checksum,
+        summary: S,
+        command: Vec<String>,
+        file: &Path,
+    ) -> Result<Self, Error> {
+        let parts = tables.first().map_or(0, |(part, _)| part.of());
+        let missing = part::missing(&tables, parts);
+        if missing.is_empty() {
+            let text = json::to_text(&summary);
+            let text = text.map_err(|error| Error::output(file, &error.into()))?;
+            write_atomically(file, text.as_bytes())?;
+        }
+        Ok(Self { parts, missing, checksum: checksum.to_string(), summary, command, tables })
+    }
 }
 
 /// Reads all parts of a directory; where none is missing, their summary goes to `summary.json`.
@@ -37,7 +58,7 @@ pub struct Gathered {
 /// # Errors
 /// A directory without parts; one that is damaged, has not its own scenarios, or is of another kind than the
 /// first.
-pub fn gather(directory: &Path) -> Result<Gathered, Error> {
+pub fn gather(directory: &Path) -> Result<Gathered<Summary>, Error> {
     let tables = part::tables(directory)?;
     let mut found: Option<(Header, Vec<String>)> = None;
     let mut same = Checksum::default();
@@ -66,24 +87,14 @@ pub fn gather(directory: &Path) -> Result<Gathered, Error> {
             same.add_some(&columns(row, &method), |name| !TIMES.contains(&name));
         })?;
     }
-    let of = tables.first().map_or(0, |(part, _)| part.of());
-    let missing = part::missing(&tables, of);
-    let Some((header, command)) = found else {
-        return Err(Error::input(directory, "", "holds no part"));
-    };
+    let command = found.map(|(_, command)| command).unwrap_or_default();
     let run = Run { planned: 0, resumed: tally.rows(), wall_s: 0.0 };
     let summary = tally.summary(&method, run);
-    if missing.is_empty() {
-        let file = directory.join("summary.json");
-        let text = json::to_text(&summary).map_err(|error| Error::output(&file, &error.into()))?;
-        write_atomically(&file, text.as_bytes())?;
-    }
-    let checksum = same.to_string();
-    Ok(Gathered { parts: of, missing, checksum, summary, command, header, tables })
+    Gathered::new(tables, &same, summary, command, &directory.join("summary.json"))
 }
 
 /// How the plans of a part were made, as far as its rows say.
-pub(super) fn method_of(header: &Header) -> Method {
+fn method_of(header: &Header) -> Method {
     let of = &header.campaign;
     let (mode, warm_start, qp, integrator) = (of.mode, of.warm_start, of.qp, of.integrator);
     Method { mode, warm_start, qp, integrator, ..Method::default() }

@@ -1,13 +1,12 @@
 //! The tables of a part, written from its journal a few thousand rows at a time.
 
-use super::job::{Job, Kept};
-use super::make::Journal;
-use super::{CHECKSUM, COMMAND, Header, KEY, NODES};
+use super::job::Kept;
+use super::work::Work;
+use super::{CHECKSUM, NODES};
 use crate::error::Error;
 use crate::fingerprint::Fnv;
-use crate::formats::{
-    Column, Row, TableWriter, columns, node_columns, node_row, write_as_it_comes,
-};
+use crate::formats::{Cell, Column, Row, TableWriter, node_columns, node_row, write_as_it_comes};
+use crate::journal::Journal;
 use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -24,25 +23,20 @@ pub(super) fn nodes_file(table: &Path) -> PathBuf {
 }
 
 /// Writes the rows at `places`, and behind them their checksum.
-pub(super) fn write_rows<const NL: usize>(
-    job: &Job<NL>,
+pub(super) fn write_rows<W: Work>(
+    work: &W,
     file: &Path,
-    header: &Header,
-    journal: &Journal,
+    entries: Vec<(&'static str, String)>,
+    journal: &Journal<W::Kept>,
     places: &[u64],
 ) -> Result<(), Error> {
-    let read = |place: &u64| -> io::Result<Vec<Column>> {
-        let kept = journal.read(*place).map_err(other)?;
-        Ok(columns(&kept.row, &job.method))
-    };
+    let read = |place: &u64| journal.read(*place).map(|kept| work.columns(&kept)).map_err(other);
     let groups = places.chunks(GROUP).map(|group| group.iter().map(read).collect());
-    let mut entries = job.origin().table_entries();
-    entries.extend(said(job, header)?);
     write_table(file, groups, entries)
 }
 
 /// Writes a table of groups of rows whose checksum stands behind them; there is one group at least.
-pub(super) fn write_table(
+fn write_table(
     file: &Path,
     mut groups: impl Iterator<Item = io::Result<Vec<Vec<Column>>>>,
     entries: Vec<(&'static str, String)>,
@@ -63,17 +57,17 @@ pub(super) fn write_table(
 }
 
 /// Writes what stands at the nodes of the plans at `places`.
-pub(super) fn write_nodes<const NL: usize>(
-    job: &Job<NL>,
+pub(super) fn write_nodes(
     file: &Path,
-    header: &Header,
-    journal: &Journal,
+    joints: usize,
+    said: impl Iterator<Item = (&'static str, String)>,
+    journal: &Journal<Kept>,
     places: &[u64],
 ) -> Result<(), Error> {
-    let names = node_columns(NL);
+    let names = node_columns(joints);
     let like = node_row("", 0, &[], &names);
-    let mut entries = vec![("remora.format", "remora-nodes/1".to_string())];
-    entries.extend(said(job, header)?);
+    let format = ("remora.format", "remora-nodes/1".to_string());
+    let entries = [format].into_iter().chain(said).collect();
     write_as_it_comes(file, |handle| {
         let mut writer = TableWriter::begin(handle, &like, entries, true).map_err(other)?;
         for group in places.chunks(GROUP_OF_NODES) {
@@ -94,25 +88,13 @@ pub(super) fn write_nodes<const NL: usize>(
     })
 }
 
-/// What both tables say of the part.
-fn said<const NL: usize>(
-    job: &Job<NL>,
-    header: &Header,
-) -> Result<[(&'static str, String); 2], Error> {
-    let text = |json: serde_json::Result<String>| {
-        json.map_err(|error| Error::Thread { reason: error.to_string() })
-    };
-    let header = text(serde_json::to_string(header))?;
-    Ok([(KEY, header), (COMMAND, text(serde_json::to_string(&job.command))?)])
-}
-
 fn other(error: impl Display) -> io::Error {
     io::Error::other(error.to_string())
 }
 
 /// Checksum of rows in their order.
 #[derive(Default)]
-pub(super) struct Checksum {
+pub struct Checksum {
     hash: Fnv,
     bytes: Vec<u8>,
 }
@@ -125,9 +107,14 @@ impl Checksum {
 
     /// Adds the columns of a row that `is_meant` names.
     pub(super) fn add_some(&mut self, row: &[Column], is_meant: impl Fn(&str) -> bool) {
-        self.bytes.clear();
         let meant = row.iter().filter(|column| is_meant(&column.name));
-        meant.for_each(|column| column.cell.add_to(&mut self.bytes));
+        self.add_cells(meant.map(|column| &column.cell));
+    }
+
+    /// Adds cells.
+    pub fn add_cells<'a>(&mut self, cells: impl IntoIterator<Item = &'a Cell>) {
+        self.bytes.clear();
+        cells.into_iter().for_each(|cell| cell.add_to(&mut self.bytes));
         self.hash.add(&self.bytes);
     }
 }

@@ -24,7 +24,7 @@ fn parts_of_a_dataset_are_its_files() {
         assert!(of("parts") == of("whole"), "{name}");
     }
     let run = bench.solves("gather parts --recompute 3");
-    assert!(run.out.ends_with("planned again: 0 differ\n"), "{}", run.out);
+    assert!(run.out.ends_with("planned again: 3, of which 0 differ\n"), "{}", run.out);
     // The lowest bit of a torque, with the checksum made right.
     let shard = "parts/shard-00003.bin";
     let manifest = Manifest::read(&bench.path("parts/dataset.json")).unwrap();
@@ -37,7 +37,7 @@ fn parts_of_a_dataset_are_its_files() {
     let run = bench.run("gather parts --recompute 5");
     assert_eq!(run.status, 1, "{}", run.err);
     assert!(
-        run.out.ends_with("planned again: 1 differ\n  file 4/5: s3-003: control\n"),
+        run.out.ends_with("planned again: 5, of which 1 differ\n  file 4/5: s3-003: control\n"),
         "{}",
         run.out
     );
@@ -85,7 +85,11 @@ fn parts_of_flights_are_the_flights() {
     table::plant(&bench, file, "miss_m", table::Sum::Right);
     let run = bench.run("gather parts --recompute 4");
     assert_eq!(run.status, 1, "{}", run.err);
-    assert!(run.out.contains("1 differ\n  part 3/3: s1-000, run 2: miss_m\n"), "{}", run.out);
+    assert!(
+        run.out.contains("flown again: 4, of which 1 differ\n  part 3/3: s1-000, run 2: miss_m\n"),
+        "{}",
+        run.out
+    );
 }
 
 /// A dataset of a model's roll-outs needs that model again.
