@@ -7,6 +7,7 @@
 //! with its numbers updated in place (all others).
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use nalgebra::SVector;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::qp::{EmbeddedQp, Qp, QpSolver, Solution};
 use remora_core::advanced::stages::{LINKS, NODES, size};
@@ -46,6 +47,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Programs
     }
 }
 
+type OfOneSize = Qp<NODES, { size::NX }, { size::NU }, { size::NG }>;
 type OfOneStage = Programs<NODES, { size::NX }, { size::NU }, { size::NG }>;
 
 /// Plans and keeps what was solved in stages 1 and 2.
@@ -74,6 +76,32 @@ fn programs() -> (OfOneStage, OfOneStage) {
         twos.end_of_plan(from.1);
     }
     (ones, twos)
+}
+
+/// States and controls of Stage 1 without padding: position, velocity and the force before; force.
+const OWN: (usize, usize) = (9, 3);
+
+/// A program of Stage 1 without the variables that pad it to Stage 2's size. In plans both have one, so that
+/// they share memory and code: this is what that costs.
+fn unpadded(qp: &OfOneSize) -> Qp<NODES, { OWN.0 }, { OWN.1 }, { size::NG }> {
+    let mut own = Qp { unused: qp.unused, constant: qp.constant, ..Qp::ZERO };
+    (own.defect_penalty, own.path_penalty) = (qp.defect_penalty, qp.path_penalty);
+    for (to, from) in own.stages.iter_mut().zip(&qp.stages) {
+        to.hessian_xx = from.hessian_xx.fixed_view::<{ OWN.0 }, { OWN.0 }>(0, 0).into();
+        to.hessian_ux = from.hessian_ux.fixed_view::<{ OWN.1 }, { OWN.0 }>(0, 0).into();
+        to.hessian_uu = from.hessian_uu.fixed_view::<{ OWN.1 }, { OWN.1 }>(0, 0).into();
+        to.a = from.a.fixed_view::<{ OWN.0 }, { OWN.0 }>(0, 0).into();
+        to.b = from.b.fixed_view::<{ OWN.0 }, { OWN.1 }>(0, 0).into();
+        to.path_jacobian = from.path_jacobian.fixed_columns::<{ OWN.0 }>(0).into();
+        to.path_offset = from.path_offset;
+        let states = |all: &SVector<f64, { size::NX }>| all.fixed_rows::<{ OWN.0 }>(0).into();
+        (to.gradient_x, to.c) = (states(&from.gradient_x), states(&from.c));
+        (to.lower_x, to.upper_x) = (states(&from.lower_x), states(&from.upper_x));
+        let controls = |all: &SVector<f64, { size::NU }>| all.fixed_rows::<{ OWN.1 }>(0).into();
+        to.gradient_u = controls(&from.gradient_u);
+        (to.lower_u, to.upper_u) = (controls(&from.lower_u), controls(&from.upper_u));
+    }
+    own
 }
 
 /// Floating-point operations that one interior-point iteration needs, multiplications and
@@ -241,6 +269,8 @@ fn qp(c: &mut Criterion) {
     println!("median over the programs, cold       time [ms]");
     println!("stage            count  embedded  iterations      clarabel first     in place");
     summary("1 translation", &one.all, peak);
+    let own: Vec<_> = one.all.iter().map(unpadded).collect();
+    summary("1 unpadded", &own, peak);
     summary("2 reorientation", &two.all, peak);
     println!();
     fn pick<'a, T>(all: &'a [T], which: &[usize]) -> Vec<&'a T> {
