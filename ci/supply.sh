@@ -16,4 +16,4 @@ if [ "${1:-}" = --advisories ]; then
     checks+=(advisories)
     offline=()
 fi
-cargo deny "${offline[@]}" --log-level error check --config ci/deny.toml "${checks[@]}"
+cargo deny "${offline[@]}" --log-level error --config ci/deny.toml check "${checks[@]}"
