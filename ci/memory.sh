@@ -33,7 +33,8 @@ address() {
     local tests
     for tests in nn qp door; do
         local -n arguments=$tests
-        RUSTC_BOOTSTRAP=1 RUSTFLAGS=-Zsanitizer=address RUSTDOCFLAGS=-Zsanitizer=address \
+        # What it keeps beside each value on the stack is more than a test's thread has room for.
+        RUST_MIN_STACK=134217728 RUSTC_BOOTSTRAP=1 RUSTFLAGS=-Zsanitizer=address RUSTDOCFLAGS=-Zsanitizer=address \
             CARGO_TARGET_DIR=$build/address cargo test --locked --target "$host" "${arguments[@]}"
     done
 }

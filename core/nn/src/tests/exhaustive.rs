@@ -86,7 +86,9 @@ fn quantises_alone(bits: impl Iterator<Item = u32>) {
             assert_eq!((scale, q), (0.0, [0]), "{x:e}");
         } else {
             assert_eq!(q[0] as i8, if x < 0.0 { -127 } else { 127 }, "{x:e}");
-            assert!((scale * 127.0 / x.abs() - 1.0).abs() < 3e-7, "{x:e}");
+            // In double precision: 127 steps of the largest number's scale may be beyond it.
+            let back = f64::from(scale) * 127.0 / f64::from(x.abs());
+            assert!((back - 1.0).abs() < 3e-7, "{x:e}");
         }
     }
 }
