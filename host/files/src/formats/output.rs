@@ -92,12 +92,10 @@ pub fn write_first(file: &Path, bytes: &[u8]) -> Result<bool, Error> {
         |handle| handle.write_all(bytes),
         |partial, file| {
             match fs::hard_link(partial, file) {
-                Ok(()) => fs::remove_file(partial),
+                Ok(()) => remove(partial),
                 Err(_) if file.exists() => {
                     is_first = false;
-                    // Who was first may have swept it away.
-                    let _ = fs::remove_file(partial);
-                    Ok(())
+                    remove(partial)
                 }
                 // A file system without links.
                 Err(_) => fs::rename(partial, file),
@@ -105,6 +103,14 @@ pub fn write_first(file: &Path, bytes: &[u8]) -> Result<bool, Error> {
         },
     )?;
     Ok(is_first)
+}
+
+/// Removes a partial file, unless another program that found `file` written has swept it away.
+fn remove(partial: &Path) -> io::Result<()> {
+    match fs::remove_file(partial) {
+        Err(cause) if cause.kind() != io::ErrorKind::NotFound => Err(cause),
+        _ => Ok(()),
+    }
 }
 
 /// Writes beside a file, and lets that become it.
@@ -201,6 +207,27 @@ mod tests {
         assert_eq!(write_first(&file, b"two"), Ok(false));
         assert_eq!(fs::read(&file).unwrap(), b"one");
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    /// Another program sweeps as soon as it finds the file, before who wrote it has tidied up.
+    #[test]
+    fn who_writes_first_may_be_swept_after() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |round: usize| dir.path().join(round.to_string());
+        let rounds = 0..1000;
+        rounds.clone().for_each(|round| fs::create_dir(at(round)).unwrap());
+        let written: Vec<_> = std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for round in rounds.clone() {
+                    let file = at(round).join("a.json");
+                    while !file.exists() {}
+                    remove_partials_of(&file);
+                }
+            });
+            rounds.clone().map(|round| write_first(&at(round).join("a.json"), b"one")).collect()
+        });
+        assert!(written.iter().all(|first| first == &Ok(true)), "{written:?}");
+        assert!(rounds.into_iter().all(|round| fs::read_dir(at(round)).unwrap().count() == 1));
     }
 
     #[cfg(unix)]
