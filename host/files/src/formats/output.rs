@@ -217,14 +217,17 @@ mod tests {
         let rounds = 0..1000;
         rounds.clone().for_each(|round| fs::create_dir(at(round)).unwrap());
         let written: Vec<_> = std::thread::scope(|scope| {
-            scope.spawn(|| {
-                for round in rounds.clone() {
-                    let file = at(round).join("a.json");
-                    while !file.exists() {}
-                    remove_partials_of(&file);
-                }
+            let writer = scope.spawn(|| {
+                rounds.clone().map(|round| write_first(&at(round).join("a.json"), b"one")).collect()
             });
-            rounds.clone().map(|round| write_first(&at(round).join("a.json"), b"one")).collect()
+            for round in rounds.clone() {
+                let file = at(round).join("a.json");
+                while !file.exists() && !writer.is_finished() {
+                    std::hint::spin_loop();
+                }
+                remove_partials_of(&file);
+            }
+            writer.join().unwrap()
         });
         assert!(written.iter().all(|first| first == &Ok(true)), "{written:?}");
         assert!(rounds.into_iter().all(|round| fs::read_dir(at(round)).unwrap().count() == 1));
