@@ -78,12 +78,15 @@ class Stub:
                 time.sleep(0.01)
         self.left = b""
 
+    def write(self, data):
+        try:
+            self.socket.sendall(data)
+        except OSError:
+            pass  # The program has ended, as the next answer will say.
+
     def send(self, text):
         body = text.encode()
-        try:
-            self.socket.sendall(b"$%s#%02x" % (body, sum(body) % 256))
-        except OSError:
-            pass  # The program has ended, as the answer will say.
+        self.write(b"$%s#%02x" % (body, sum(body) % 256))
 
     def answer(self):
         """The next answer; none where the program has ended."""
@@ -91,7 +94,7 @@ class Stub:
             found = re.search(rb"\$([^#]*)#..", self.left, re.DOTALL)
             if found:
                 self.left = self.left[found.end():]
-                self.socket.sendall(b"+")
+                self.write(b"+")
                 return found[1].decode("latin1")
             try:
                 more = self.socket.recv(65536)

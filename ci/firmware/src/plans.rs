@@ -2,10 +2,11 @@
 
 use crate::board::{Board, InstructionClock, instructions_of};
 use crate::output::{Line, print_stack};
+use crate::scenarios;
 use core::hint::black_box;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::executor::Sequential;
-use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::model::Mission;
 use remora_core::advanced::planner::{
     self, EmbeddedSolver, InitialGuess, Options, PhaseTimes, PlanSettings, Platform, Report,
     StageReport, StageSolveRecord, Workspace,
@@ -17,8 +18,7 @@ use remora_core::advanced::time::Deadline;
 /// What plans are made with.
 pub struct Plans<'a, B> {
     board: &'a B,
-    mission: &'a Mission<LINKS>,
-    options: PlanSettings,
+    integrator: Integrator,
     solver: &'a mut EmbeddedSolver,
     workspace: &'a mut Workspace,
 }
@@ -27,27 +27,35 @@ impl<'a, B: Board> Plans<'a, B> {
     /// Of the best plan, with the tuned settings.
     pub fn new(
         board: &'a B,
-        mission: &'a Mission<LINKS>,
         integrator: Integrator,
         solver: &'a mut EmbeddedSolver,
         workspace: &'a mut Workspace,
     ) -> Self {
-        let options = PlanSettings::new(Mode::Optimal, integrator);
-        Self { board, mission, options, solver, workspace }
+        Self { board, integrator, solver, workspace }
     }
 
     /// Plans a scenario and prints result, residuals, the instructions of each phase and the stack;
-    /// then verifies the plan once more, for the verifier's own.
-    pub fn run(&mut self, id: &str, scenario: &Scenario, start: &InitialGuess<'_>) {
-        let Self { board, mission, options, .. } = self;
-        let board = *board;
+    /// then verifies the plan once more, for the verifier's own. None where there is no such scenario.
+    ///
+    /// Either makes mission and scenario anew, and planning its settings too: what damages them ends with it.
+    pub fn run(&mut self, index: usize, start: &InitialGuess<'_>) -> Option<()> {
+        self.plan(index, start)?;
+        self.verify(index)
+    }
+
+    #[inline(never)]
+    fn plan(&mut self, index: usize, start: &InitialGuess<'_>) -> Option<()> {
+        let (id, scenario) = scenarios::all().nth(index)?;
+        let board = self.board;
+        let mission = scenarios::mission();
+        let settings = PlanSettings::new(Mode::Optimal, self.integrator);
         board.paint_stack();
         let clock = InstructionClock::new(board);
         let report = planner::plan(
-            mission,
-            scenario,
+            &mission,
+            &scenario,
             &Options::from_parts(
-                *options,
+                settings,
                 *start,
                 Platform { clock: &clock, executor: &Sequential },
             ),
@@ -56,19 +64,27 @@ impl<'a, B: Board> Plans<'a, B> {
         );
         let longest = clock.longest_slice();
         print_stack(board, "plan");
-        print_result(board, id, mission, &report);
+        print_result(board, id, &mission, &report);
         print_longest_slice(board, id, longest);
         print_phases(board, id, &report.times);
+        Some(())
+    }
 
+    #[inline(never)]
+    fn verify(&self, index: usize) -> Option<()> {
+        let (id, scenario) = scenarios::all().nth(index)?;
+        let board = self.board;
+        let mission = scenarios::mission();
         let (path, motion) = (self.workspace.translation(), self.workspace.reorientation());
         board.paint_stack();
-        let (integrator, deadline) = (black_box(options.integrator), Deadline::never());
+        let (integrator, deadline) = (black_box(self.integrator), Deadline::never());
         let again =
-            stages::verify(mission, scenario, integrator, path, motion, &deadline).residuals;
+            stages::verify(&mission, &scenario, integrator, path, motion, &deadline).residuals;
         print_stack(board, "verify");
         let mut sum = Checksum::new();
         sum.numbers(&again.against(&mission.tolerances).map(|(_, value, _)| value));
         Line::new(board, "verified").text("scenario", id).bits("residuals", sum.value()).end();
+        Some(())
     }
 }
 

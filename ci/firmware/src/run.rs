@@ -7,11 +7,8 @@ use crate::{Request, StartKind, guidance, scenarios};
 use core::hint::black_box;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::guidance::{FlightPlan, Guidance};
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{Model, Network};
 use remora_core::advanced::planner::{EmbeddedSolver, InitialGuess, Workspace};
-use remora_core::advanced::qp::Valid;
-use remora_core::advanced::stages::LINKS;
 use remora_core::advanced::warmstart::NetworkPolicy;
 
 /// What the network of a learned start works in, of the size that the default models need.
@@ -76,20 +73,19 @@ pub fn run<B: Board>(board: &B, request: Request, models: &Models<'_>, memory: &
         .end();
     calibrate(board);
 
-    // Missions are data: were this one a constant, the compiler could prove bounds with it that no
-    // other mission has. So are models.
-    let mission = black_box(Valid::of_constant(Mission::<LINKS>::default()));
+    // Models are data, as missions are.
     let file = black_box(match request.integrator {
         Integrator::Rk4 { .. } => models.rk4,
         _ => models.euler,
     });
-    let last = plan_all(board, request, &mission, file, memory);
+    let last = plan_all(board, request, file, memory);
     if let Some((id, scenario)) = last.and_then(|last| scenarios::all().nth(last)) {
         let Memory { workspace, flight_plan, .. } = memory;
-        guidance::run(board, id, &mission, &scenario, workspace, flight_plan);
+        guidance::run(board, id, &scenarios::mission(), &scenario, workspace, flight_plan);
     }
     #[cfg(feature = "kernels")]
     for (id, scenario) in scenarios::all().take(1) {
+        let mission = scenarios::mission();
         crate::kernels::run(board, id, &mission, &scenario, request.integrator, memory);
         crate::network::run(board, &mut memory.synthetic_model);
     }
@@ -102,7 +98,6 @@ pub fn run<B: Board>(board: &B, request: Request, models: &Models<'_>, memory: &
 fn plan_all<B: Board>(
     board: &B,
     request: Request,
-    mission: &Mission<LINKS>,
     file: &[u8],
     memory: &mut Memory,
 ) -> Option<usize> {
@@ -115,13 +110,10 @@ fn plan_all<B: Board>(
         (Some(policy), _) => InitialGuess::Learned { policy, seed: 0 },
         (None, _) => InitialGuess::Refused,
     };
-    let mut plans = Plans::new(board, mission, request.integrator, solver, workspace);
+    let mut plans = Plans::new(board, request.integrator, solver, workspace);
     let mut last = None;
-    for (index, (id, scenario)) in scenarios::all().enumerate() {
-        if request.wants(index) {
-            plans.run(id, &scenario, &start);
-            last = Some(index);
-        }
+    for index in (0..u16::BITS as usize).filter(|index| request.wants(*index)) {
+        last = plans.run(index, &start).map(|()| index).or(last);
     }
     last
 }

@@ -1,9 +1,19 @@
-//! The audit's scenarios of `fixtures/`, as constants.
+//! The audit's scenarios of `fixtures/`, as constants, and their mission.
 
+use core::hint::black_box;
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::Scenario;
+use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::qp::Valid;
+use remora_core::advanced::stages::LINKS;
 
 include!(concat!(env!("OUT_DIR"), "/scenarios.rs"));
+
+/// The mission. Missions are data: were this one a constant, the compiler could prove bounds with it that no
+/// other mission has.
+#[inline(never)]
+pub fn mission() -> Valid<Mission<LINKS>> {
+    black_box(Valid::of_constant(Mission::default()))
+}
 
 /// The scenarios in the order of their file, with their names.
 pub fn all() -> impl Iterator<Item = (&'static str, Scenario)> {
