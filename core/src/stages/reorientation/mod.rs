@@ -3,66 +3,23 @@
 mod limits;
 mod linearise;
 mod path_constraints;
+mod problem;
 mod rollout;
+mod subproblem;
+mod trajectory;
 
 use super::clearance::Bodies;
 use super::heuristic::line_of_sight;
 use super::size::{self, NG};
 use super::terminal::Terminal;
-use super::worse;
 use super::{Formulation, TranslationTrajectory, recovery};
-use crate::dynamics::{Control, Integrator, Multibody, State, Stepping};
-use crate::executor::{ForkJoin, Sequential};
+use crate::dynamics::{Control, Multibody, State, Stepping};
+use crate::executor::ForkJoin;
 use crate::math::quaternion;
 use crate::model::{Grid, Margins, Mission, Recovery, TargetState};
-use crate::scp::{Problem, Residuals};
-use linearise::Inputs;
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector4};
-use remora_qp::dense::clamp;
-use remora_qp::kept::nth;
-use remora_qp::{Convexification, Qp, QpStage, Solution};
+use nalgebra::{Matrix3, SVector, Vector3};
 use rollout::RateOffset;
-
-/// Trajectory of bus attitude and arm: states at the nodes, torques over the intervals.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReorientationTrajectory<const N: usize, const NL: usize> {
-    /// States at the nodes.
-    pub states: [State<NL>; N],
-    /// Controls over the intervals; the last is zero.
-    pub controls: [Control<NL>; N],
-}
-
-impl<const N: usize, const NL: usize> ReorientationTrajectory<N, NL> {
-    /// Placeholder for storage.
-    pub const ZERO: Self = Self { states: [State::ZERO; N], controls: [Control::ZERO; N] };
-
-    /// Placeholder with all bits zero: static memory then costs no room in an image.
-    pub(crate) const BLANK: Self = Self {
-        states: [State { attitude: Vector4::new(0.0, 0.0, 0.0, 0.0), ..State::ZERO }; N],
-        controls: [Control::ZERO; N],
-    };
-
-    /// Sets all from node `first` on to [`Self::ZERO`]: what a plan of fewer nodes leaves open.
-    pub(crate) fn clear_from(&mut self, first: usize) {
-        self.states.iter_mut().skip(first).for_each(|state| *state = State::ZERO);
-        self.controls.iter_mut().skip(first).for_each(|control| *control = Control::ZERO);
-    }
-
-    /// Number `element` of node `k`, for fault injection: attitude, joint angles, rates of bus and joints,
-    /// torques of bus and joints.
-    pub fn number(&mut self, k: usize, element: usize) -> Option<&mut f64> {
-        let (state, control) = (self.states.get_mut(k)?, self.controls.get_mut(k)?);
-        let numbers = [
-            state.attitude.as_mut_slice(),
-            state.joint_angle.as_mut_slice(),
-            state.rate.as_mut_slice(),
-            state.joint_rate.as_mut_slice(),
-            control.bus_torque.as_mut_slice(),
-            control.joint_torque.as_mut_slice(),
-        ];
-        nth(numbers, element)
-    }
-}
+pub use trajectory::ReorientationTrajectory;
 
 /// What Stage 2 computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
@@ -134,26 +91,10 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
 
 /// Scaled cost of an interval's typical torque, over its weight.
 const TYPICAL_COST: f64 = 0.01;
-/// Least curvature of the controls relative to the largest: keeps steps finite where torques are
-/// almost free.
-const LEAST_CURVATURE: f64 = 1e-3;
-
-/// Fraction of each tolerance that the SCP solver may use; the verifier has the rest.
-const MARGIN: f64 = 0.5;
 
 /// Fraction of each tolerance below which violations do not count in the merit: second-order
 /// remainders of this size would only shrink steps.
 const IGNORED: f64 = 0.2;
-
-/// Weight of the proximal term on the joint angles (scaled) in the first iterations. Large first steps
-/// end in poor local minima: without it costs are 10 % higher in the mean.
-const PROXIMAL: f64 = 3e-3;
-
-/// Nodes that one core linearises while the other convexifies those after them.
-const BATCH: usize = 12;
-
-/// Most rollouts of a step: the second corrects the terminal pose error of the first, where that counts.
-const ROLLOUTS: usize = 2;
 
 impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'a, P, N, NL, NX, NU>
@@ -350,253 +291,5 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
     fn is_ignored(&self, gap: &RateOffset<NL>) -> bool {
         let within = |(error, tolerance): (&f64, &f64)| error.abs() <= IGNORED * tolerance;
         gap.turn.iter().chain(gap.joint.iter()).zip(&self.tolerance_x).all(within)
-    }
-
-    /// Fills the whole subproblem with the Lagrangian's Hessian and convexifies it.
-    ///
-    /// The convexification runs from the last node to the first on one core, while the other linearises
-    /// the nodes before, a batch at a time. It is fast except at indefinite curvature; the first core's
-    /// spare time, counted in units of work rather than read from a clock, goes into linearisation too.
-    fn linearise_convex(
-        &self,
-        z: &ReorientationTrajectory<N, NL>,
-        multipliers: &Solution<N, NX, NU, NG>,
-        convex: &SVector<f64, NU>,
-        qp: &mut Qp<N, NX, NU, NG>,
-    ) {
-        let linearise =
-            |k, stage: &mut QpStage<NX, NU, NG>| self.linearise_at(k, z, Some(multipliers), stage);
-        let Some((last, stages)) = qp.used_mut().split_last_mut() else { return };
-        linearise(self.last(), last);
-        let mut convexification = Convexification::new(last, convex);
-        // Nodes from `filled` on are linearised, those from `swept` on also convexified.
-        let (mut filled, mut swept) = (stages.len(), stages.len());
-        // Bound: constant, nodes in pieces.
-        while swept > 0 {
-            let from = filled.saturating_sub(BATCH);
-            let parts = stages.get_disjoint_mut([0..from, from..filled, filled..swept]);
-            let Ok([before, batch, ready]) = parts else { return };
-            let budget = match filled - from {
-                0 => usize::MAX,
-                nodes => nodes * self.node_work(),
-            };
-            let sweep_and_help = || {
-                let (done, work) =
-                    convexification.advance(filled, ready, budget, |k, i| self.is_fixed(k, i));
-                let help = budget.saturating_sub(work) / self.node_work();
-                let helped = before.iter_mut().enumerate().rev().take(help);
-                (
-                    done,
-                    helped.map(|(k, stage)| linearise(k, stage)).take_while(|done| *done).count(),
-                )
-            };
-            let fill = || {
-                (from..).zip(batch).all(|(k, stage)| linearise(k, stage));
-            };
-            let ((done, helped), ()) = self.executor.join(sweep_and_help, fill);
-            filled = from.saturating_sub(helped);
-            swept = swept.saturating_sub(done);
-        }
-        qp.constant += convexification.finish().0;
-    }
-
-    /// Time of a node's linearisation, where its convexification takes 1.
-    fn node_work(&self) -> usize {
-        match self.stepping.integrator {
-            Integrator::Euler => 3,
-            Integrator::Rk4 { substeps } => substeps.saturating_mul(6).max(1),
-        }
-    }
-
-    /// Fills `stage` of node `k`, without convexification. Returns false once the deadline has passed;
-    /// the stage is then not used.
-    fn linearise_at(
-        &self,
-        k: usize,
-        z: &ReorientationTrajectory<N, NL>,
-        multipliers: Option<&Solution<N, NX, NU, NG>>,
-        stage: &mut QpStage<NX, NU, NG>,
-    ) -> bool {
-        *stage = QpStage::ZERO;
-        if self.stepping.deadline.has_passed() {
-            return false;
-        }
-        let (Some(state), Some(control)) = (z.states.get(k), z.controls.get(k)) else {
-            return true;
-        };
-        self.fill_path_constraints(k, state, stage);
-        if let Some(last) = multipliers {
-            self.add_pointing_curvature(k, state, last.path_multiplier[k][0], stage);
-            self.regularise_active_set(k, state, last, stage);
-        }
-        let Some(at) = z.states.get(k + 1).filter(|_| k < self.last()) else { return true };
-        let inputs = Inputs { state, control, force: &self.translation.force[k] };
-        let next = self.linearise_interval(k, inputs, at, stage);
-        if let Some(last) = multipliers {
-            self.add_curvature(k, inputs, &next, &last.defect_multiplier[k], stage);
-        }
-        self.apply_chart(k, &next, at, stage);
-        let control = Self::stacked_control(control);
-        for i in 0..NU {
-            if self.mode == Mode::Optimal {
-                stage.gradient_u[i] = self.marginal_cost(i, control[i]) * self.scale_u[i];
-            }
-        }
-        true
-    }
-}
-
-impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
-    Problem<N, NX, NU, NG> for Reorientation<'_, P, N, NL, NX, NU>
-{
-    type Trajectory = ReorientationTrajectory<N, NL>;
-
-    fn project(&self, z: &mut Self::Trajectory) {
-        let servicer = &self.mission.servicer;
-        for (k, state) in z.states.iter_mut().enumerate().take(self.nodes()) {
-            for i in 0..NL {
-                let (lower, upper) = self.joint_limits(k, i);
-                state.joint_angle[i] = clamp(state.joint_angle[i], lower, upper);
-                let limit = self.joint_rate_limit(k, i);
-                state.joint_rate[i] = clamp(state.joint_rate[i], -limit, limit);
-            }
-            self.fix_arm(k, state);
-            state.attitude = quaternion::normalized(&state.attitude);
-        }
-        z.states[0] = self.initial;
-        self.fix_terminal(&mut z.states[self.last()]);
-        for control in &mut z.controls {
-            *control = control.within_limits(servicer);
-        }
-        z.controls[self.last()] = Control::ZERO;
-    }
-
-    fn linearise(
-        &mut self,
-        z: &Self::Trajectory,
-        multipliers: Option<&Solution<N, NX, NU, NG>>,
-        qp: &mut Qp<N, NX, NU, NG>,
-    ) {
-        qp.defect_penalty = 1.0;
-        qp.constant = 0.0;
-        qp.unused = N - self.nodes();
-        let own = SVector::<f64, NU>::from_fn(|i, _| {
-            let unit = self.scale_u[i] / self.cost_unit[i];
-            2.0 * self.cost_scale * self.weight(i) * unit * unit
-        });
-        let convex = own.map(|c| c.max(LEAST_CURVATURE * own.max()));
-        if let Some(multipliers) = multipliers
-            && self.mode == Mode::Optimal
-        {
-            return self.linearise_convex(z, multipliers, &convex, qp);
-        }
-        let middle = self.nodes() / 2;
-        let (early, late) = qp.stages[..self.nodes()].split_at_mut(middle);
-        let half = |first: usize, stages: &mut [QpStage<NX, NU, NG>]| {
-            for (k, stage) in (first..).zip(stages) {
-                if !self.linearise_at(k, z, None, stage) {
-                    return;
-                }
-                stage.hessian_uu = SMatrix::from_diagonal(&convex);
-                for i in 3..3 + NL {
-                    stage.hessian_xx[(i, i)] = PROXIMAL;
-                }
-            }
-        };
-        self.executor.join(|| half(0, early), || half(middle, late));
-    }
-
-    fn bound(&self, z: &Self::Trajectory, radius: f64, qp: &mut Qp<N, NX, NU, NG>) {
-        for (k, stage) in qp.stages.iter_mut().enumerate().take(self.nodes()) {
-            let state = &z.states[k];
-            for i in 0..NX {
-                let (angle, reach) = (self.scale_x[0], radius / self.scale_x[0]);
-                let (lower, upper) = match i {
-                    _ if self.is_fixed(k, i) => (0.0, 0.0),
-                    i if i < 3 => (-reach, reach),
-                    i if i < 3 + NL => {
-                        let at = state.joint_angle[i - 3];
-                        let (lower, upper) = self.joint_limits(k, i - 3);
-                        (((lower - at) / angle).max(-reach), ((upper - at) / angle).min(reach))
-                    }
-                    i if i < 6 + NL => (f64::NEG_INFINITY, f64::INFINITY),
-                    _ => {
-                        let (at, limit) =
-                            (state.joint_rate[i - 6 - NL], self.joint_rate_limit(k, i - 6 - NL));
-                        let scale = self.scale_x[i];
-                        ((-limit - at) / scale, (limit - at) / scale)
-                    }
-                };
-                stage.lower_x[i] = lower;
-                stage.upper_x[i] = upper;
-            }
-            let control = Self::stacked_control(&z.controls[k]);
-            for i in 0..NU {
-                let limit = Self::max_torque(self.mission, i);
-                stage.lower_u[i] = (-limit - control[i]) / self.scale_u[i];
-                stage.upper_u[i] = (limit - control[i]) / self.scale_u[i];
-            }
-        }
-    }
-
-    fn retract(
-        &self,
-        from: &Self::Trajectory,
-        qp: &Qp<N, NX, NU, NG>,
-        step: &Solution<N, NX, NU, NG>,
-        to: &mut Self::Trajectory,
-    ) {
-        // Each rollout starts from the controls of the last.
-        *to = *from;
-        let mut offset = RateOffset::<NL>::ZERO;
-        for _ in 0..ROLLOUTS {
-            let gap = self.rollout(from, qp, step, &offset, to);
-            if self.is_ignored(&gap) {
-                break;
-            }
-            offset.turn -= gap.turn;
-            offset.joint -= gap.joint;
-        }
-    }
-
-    fn residuals(&self, z: &Self::Trajectory, out: &mut Residuals<N, NX, NG>) {
-        out.cost = match self.mode {
-            Mode::Optimal => self.cost_scale * self.cost(&z.controls),
-            Mode::Feasible => 0.0,
-        };
-        out.ignored_defect = self.tolerance_x.component_div(&self.scale_x) * IGNORED;
-        out.ignored_path = self.path_tolerances(0) * IGNORED;
-        out.clear();
-        let middle = self.nodes() / 2;
-        let (early_defects, late_defects) = out.defect.split_at_mut(middle);
-        let (early_paths, late_paths) = out.path.split_at_mut(middle);
-        let early = || self.residuals_from(0, z, early_defects, early_paths);
-        let late = || self.residuals_from(middle, z, late_defects, late_paths);
-        match self.stepping.integrator {
-            // Too little work for two cores.
-            Integrator::Euler => Sequential.join(early, late),
-            Integrator::Rk4 { .. } => self.executor.join(early, late),
-        };
-    }
-
-    fn violation(&self, residuals: &Residuals<N, NX, NG>) -> f64 {
-        let mut worst = 0.0;
-        for (k, (row, defect)) in residuals.path.iter().zip(&residuals.defect).enumerate() {
-            let row = row.component_div(&self.path_tolerances(k));
-            worst = row.iter().fold(worst, |worst, r| worse(worst, *r));
-            let defect = defect.component_mul(&self.scale_x).component_div(&self.tolerance_x);
-            worst = defect.iter().fold(worst, |worst, d| worse(worst, d.abs()));
-        }
-        worst / MARGIN
-    }
-
-    fn step_length(&self, step: &Solution<N, NX, NU, NG>) -> f64 {
-        let angles =
-            |x: &SVector<f64, NX>| x.iter().take(3 + NL).fold(0.0f64, |m, v| m.max(v.abs()));
-        step.x.iter().map(angles).fold(0.0, f64::max) * self.scale_x[0]
-    }
-
-    fn number(motion: &mut Self::Trajectory, k: usize, element: usize) -> Option<&mut f64> {
-        motion.number(k, element)
     }
 }
