@@ -413,7 +413,7 @@ fn a_servicer_far_from_its_plan_leaves_the_target() {
 }
 
 fn is_within(command: &Command<3>, limits: &Limits<3>) -> bool {
-    let within = |x: f64, most: f64| x.abs() <= most * (1.0 + 1e-12);
+    let within = |x: f64, most: f64| x.abs() <= most;
     command.force.iter().zip(&limits.force).all(|(x, most)| within(*x, *most))
         && command.control.bus_torque.iter().zip(&limits.bus_torque).all(|(x, m)| within(*x, *m))
         && command

@@ -46,10 +46,10 @@
 #define REMORA_EULER 1
 
 // Checksum of the plan that remora_self_test makes with Euler.
-#define REMORA_SELF_TEST_EULER 7722408614726421375
+#define REMORA_SELF_TEST_EULER 361637001481775409
 
 // Checksum of the plan that remora_self_test makes with RK4.
-#define REMORA_SELF_TEST_RK4 10978004022897438253ull
+#define REMORA_SELF_TEST_RK4 11408663578550770229ull
 
 // remora_ask: another plan is wanted.
 #define REMORA_REPLAN 1

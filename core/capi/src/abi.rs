@@ -27,9 +27,9 @@ pub const REMORA_RK4: u32 = 0;
 pub const REMORA_EULER: u32 = 1;
 
 /// Checksum of the plan that remora_self_test makes with Euler.
-pub const REMORA_SELF_TEST_EULER: u64 = 0x6b2b_81b8_532f_4b7f;
+pub const REMORA_SELF_TEST_EULER: u64 = 0x0504_caef_d2f5_6931;
 /// Checksum of the plan that remora_self_test makes with RK4.
-pub const REMORA_SELF_TEST_RK4: u64 = 0x9859_b47e_af9c_6e2d;
+pub const REMORA_SELF_TEST_RK4: u64 = 0x9e53_b714_3974_9a35;
 
 const _: () = assert!(REMORA_JOINTS == LINKS && REMORA_NODES == NODES);
 

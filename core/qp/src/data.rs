@@ -73,6 +73,10 @@ pub struct Qp<const N: usize, const NX: usize, const NU: usize, const NG: usize>
     pub defect_penalty: f64,
     /// L1 penalty parameter of the path constraints' violation; finite.
     pub path_penalty: f64,
+    /// Largest complementarity `s z` that is good enough for whoever asks, in the QP's scaled units. Solvers
+    /// need not look at it; the embedded one asks for no less than its settings do, and for no more than what
+    /// they call reduced accuracy.
+    pub complementarity: f64,
 }
 
 impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX, NU, NG> {
@@ -83,6 +87,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX
         constant: 0.0,
         defect_penalty: 0.0,
         path_penalty: 0.0,
+        complementarity: 0.0,
     };
 
     /// Number of stages of the QP.
@@ -243,7 +248,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX
             }
             stage.path_offset.fill(value);
         }
-        (self.constant, self.defect_penalty, self.path_penalty) = (value, value, value);
+        (self.constant, self.complementarity) = (value, value);
+        (self.defect_penalty, self.path_penalty) = (value, value);
     }
 }
 

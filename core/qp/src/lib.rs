@@ -1,9 +1,8 @@
 #![doc = include_str!("../README.md")]
 //! ## Reading the code
 //!
-//! A variable whose lower bound equals its upper bound is *fixed*; the set of fixed variables must not
-//! change between solves that warm-start each other. With a finite `defect_penalty` the QP is
-//! feasible whenever no bounds contradict; an infinite one makes the dynamics hard (`xi = 0`).
+//! A variable whose lower bound equals its upper bound is *fixed*. With a finite `defect_penalty` the QP
+//! is feasible whenever no bounds contradict; an infinite one makes the dynamics hard (`xi = 0`).
 //!
 //! Data goes down this list, imports go up it: [`time`], [`Valid`], [`dense`], [`Checksum`], the QP,
 //! [`kept`] and the solver's trait, its convexification, the embedded solver.

@@ -44,6 +44,11 @@ impl QpStatus {
         self as u32
     }
 
+    /// Whether no other start of the solver would tell more.
+    pub(crate) fn is_final(self) -> bool {
+        matches!(self, Self::Solved | Self::TimeLimit | Self::Infeasible)
+    }
+
     /// Whether the solution may be used as a step.
     pub fn is_usable(self) -> bool {
         matches!(self, Self::Solved | Self::ReducedAccuracy)
@@ -61,14 +66,13 @@ pub struct QpOutcome {
 
 /// A solver of stage-structured QPs.
 ///
-/// A solver may keep state between calls (factorisations, warm starts), but its solutions must not
+/// A solver may keep state between calls (factorisations), but its solutions must not
 /// depend on anything before the last [`QpSolver::reset`].
 pub trait QpSolver<const N: usize, const NX: usize, const NU: usize, const NG: usize> {
     /// Discards all state that later solutions could depend on.
     fn reset(&mut self);
 
-    /// Solves `qp` into `solution`, which on entry holds the multipliers of the last QP for a warm
-    /// start. Ends with [`QpStatus::TimeLimit`] once `deadline` has passed. Where the status is not
+    /// Solves `qp` into `solution`, whatever that holds on entry. Ends with [`QpStatus::TimeLimit`] once `deadline` has passed. Where the status is not
     /// usable, `solution` is the last iterate and need not be finite.
     fn solve(
         &mut self,

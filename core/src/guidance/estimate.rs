@@ -76,7 +76,7 @@ impl<const NL: usize> Limits<NL> {
         planned: &Vector3<f64>,
         feedback: &Vector3<f64>,
     ) -> (Vector3<f64>, f64) {
-        let planned = planned.zip_map(&self.force, |f, most| clamp(f, -most, most));
+        let planned = planned.zip_map(&self.force, within);
         let share = planned
             .iter()
             .zip(feedback)
@@ -84,7 +84,8 @@ impl<const NL: usize> Limits<NL> {
             .fold(1.0, |share, ((planned, more), most)| {
                 share_within(share, *planned, *more, *most)
             });
-        (planned + feedback * share, share)
+        // Rounding may go past a limit.
+        ((planned + feedback * share).zip_map(&self.force, within), share)
     }
 
     /// Likewise the torques, bus and joints by one share: what the bus does not do the arm would suffer.
@@ -93,7 +94,6 @@ impl<const NL: usize> Limits<NL> {
         planned: &Control<NL>,
         feedback: &Control<NL>,
     ) -> (Control<NL>, f64) {
-        let within = |torque: f64, most: f64| clamp(torque, -most, most);
         let bus = planned.bus_torque.zip_map(&self.bus_torque, within);
         let joint = planned.joint_torque.zip_map(&self.joint_torque, within);
         let share = bus
@@ -104,10 +104,16 @@ impl<const NL: usize> Limits<NL> {
             .fold(1.0, |share, ((planned, more), most)| {
                 share_within(share, *planned, *more, *most)
             });
-        let bus_torque = bus + feedback.bus_torque * share;
-        let joint_torque = joint + feedback.joint_torque * share;
+        let bus_torque = (bus + feedback.bus_torque * share).zip_map(&self.bus_torque, within);
+        let joint_torque =
+            (joint + feedback.joint_torque * share).zip_map(&self.joint_torque, within);
         (Control { bus_torque, joint_torque }, share)
     }
+}
+
+/// The nearest number no larger than `most`.
+fn within(value: f64, most: f64) -> f64 {
+    clamp(value, -most, most)
 }
 
 /// The share of `more` that takes `planned` no farther than `most`, at most `share`; of what is no

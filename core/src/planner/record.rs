@@ -270,6 +270,7 @@ fn add_settings(sum: &mut Checksum, settings: &Settings) {
         max_iterations,
         stop_when_feasible,
         cost_tolerance,
+        absolute_cost_tolerance,
         radius,
         min_radius,
         max_radius,
@@ -288,7 +289,8 @@ fn add_settings(sum: &mut Checksum, settings: &Settings) {
     sum.integer(*max_iterations as u64);
     sum.integer(u64::from(*stop_when_feasible));
     sum.integer(u64::from(*max_corrections));
-    sum.numbers([cost_tolerance, radius, min_radius, max_radius, eta_0, eta_1, eta_2]);
+    sum.numbers([cost_tolerance, absolute_cost_tolerance]);
+    sum.numbers([radius, min_radius, max_radius, eta_0, eta_1, eta_2]);
     sum.numbers([
         shrink,
         grow,

@@ -13,9 +13,12 @@ pub struct Settings {
     pub max_iterations: usize,
     /// Whether to stop at the first feasible iterate instead of at convergence.
     pub stop_when_feasible: bool,
-    /// The cost has settled when actual and predicted relative change of the merit are below
-    /// this. Default 1e-3; positive.
+    /// Relative tolerance of the cost: a change below this times the merit does not count. Default 1e-3; not
+    /// negative.
     pub cost_tolerance: f64,
+    /// Absolute tolerance of the cost; the larger of the two holds. Default 0; not negative, and one of the two
+    /// positive.
+    pub absolute_cost_tolerance: f64,
     /// Initial trust-region radius, in the problem's unit. Default 1; positive.
     pub radius: f64,
     /// Least radius, at which the solver stops. Default 1e-6; positive.
@@ -54,6 +57,7 @@ impl Settings {
         max_iterations: 50,
         stop_when_feasible: false,
         cost_tolerance: 1e-3,
+        absolute_cost_tolerance: 0.0,
         radius: 1.0,
         min_radius: 1e-6,
         max_radius: 10.0,
@@ -95,13 +99,20 @@ impl Validate for Settings {
 
     fn validate(&self) -> Result<(), InvalidSetting> {
         let finite = |x: f64| x > 0.0 && x < f64::INFINITY;
+        let tolerance = |x: f64| (0.0..f64::INFINITY).contains(&x);
         let checks = [
             (
                 (1..=MAX_ITERATIONS).contains(&self.max_iterations),
                 "max_iterations",
                 "from 1 to MAX_ITERATIONS",
             ),
-            (finite(self.cost_tolerance), "cost_tolerance", "positive"),
+            (tolerance(self.cost_tolerance), "cost_tolerance", "not negative"),
+            (tolerance(self.absolute_cost_tolerance), "absolute_cost_tolerance", "not negative"),
+            (
+                self.cost_tolerance + self.absolute_cost_tolerance > 0.0,
+                "cost_tolerance",
+                "positive where absolute_cost_tolerance is zero",
+            ),
             (finite(self.radius), "radius", "positive"),
             (finite(self.min_radius), "min_radius", "positive"),
             (
@@ -148,6 +159,8 @@ mod tests {
         assert_eq!(named(|s| s.max_iterations = 0), "max_iterations");
         assert_eq!(named(|s| s.max_iterations = 1000), "max_iterations");
         assert_eq!(named(|s| s.cost_tolerance = f64::NAN), "cost_tolerance");
+        assert_eq!(named(|s| s.absolute_cost_tolerance = -1.0), "absolute_cost_tolerance");
+        assert_eq!(named(|s| s.cost_tolerance = 0.0), "cost_tolerance");
         assert_eq!(named(|s| s.radius = -1.0), "radius");
         assert_eq!(named(|s| s.max_radius = 0.1), "max_radius");
         assert_eq!(named(|s| s.eta_0 = 1.0), "eta_0");

@@ -196,9 +196,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         self.constrained = false;
         self.linearise(drift, None, qp);
         self.bound(drift, f64::INFINITY, qp);
-        qp.path_penalty = 1.0;
-        // The memory may hold an earlier plan's multipliers, which no solver may use.
-        step.clear_multipliers();
+        (qp.path_penalty, qp.complementarity) = (1.0, 0.0);
         let outcome = solver.solve(qp, step, deadline);
         self.constrained = true;
         if outcome.status.is_usable() {

@@ -16,7 +16,7 @@ pub(super) type Answer = Solution<NODES, NX, NU, NG>;
 pub type Field = (&'static str, usize);
 
 /// What a subproblem has at each node, with how many numbers; then what it has once.
-pub const PROGRAM_FIELDS: [Field; 17] = [
+pub const PROGRAM_FIELDS: [Field; 18] = [
     ("hessian_xx", NX * NX),
     ("hessian_ux", NU * NX),
     ("hessian_uu", NU * NU),
@@ -34,6 +34,7 @@ pub const PROGRAM_FIELDS: [Field; 17] = [
     ("constant", 1),
     ("defect_weight", 1),
     ("row_weight", 1),
+    ("complementarity", 1),
 ];
 
 /// What its solution has at each node.
@@ -103,6 +104,7 @@ pub(super) fn of_program(qp: &mut Program, field: usize, node: usize) -> Option<
         14 => std::slice::from_mut(&mut qp.constant),
         15 => std::slice::from_mut(&mut qp.defect_penalty),
         16 => std::slice::from_mut(&mut qp.path_penalty),
+        17 => std::slice::from_mut(&mut qp.complementarity),
         _ => return None,
     })
 }

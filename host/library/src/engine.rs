@@ -354,7 +354,12 @@ fn options(method: &Method) -> PlanSettings {
 /// Settings of Stage 2 for plans to learn from: they end where the cost does, not somewhere in the flat
 /// valley before it, and take as many iterations as there is room for.
 fn sharp(settings: Valid<Settings>) -> Valid<Settings> {
-    let sharper = Settings { cost_tolerance: 1e-5, max_iterations: MAX_ITERATIONS, ..*settings };
+    let sharper = Settings {
+        cost_tolerance: 1e-5,
+        absolute_cost_tolerance: 0.0,
+        max_iterations: MAX_ITERATIONS,
+        ..*settings
+    };
     sharper.validated().unwrap_or(settings)
 }
 

@@ -203,6 +203,23 @@ fn what_leaves_little_to_gain_is_the_last_step() {
 }
 
 #[test]
+fn an_absolute_tolerance_is_what_is_left_at_most() {
+    let (exact, best) = run(&mut { GRAVITY }, &settings(), Swing::START);
+    let mut iterations = 0;
+    for share in [1e-1, 1e-2, 1e-3, 1e-4] {
+        let absolute_cost_tolerance = share * cost(&best);
+        let settings = Settings { cost_tolerance: 0.0, absolute_cost_tolerance, ..settings() };
+        let (outcome, swing) = run(&mut { GRAVITY }, &settings, Swing::START);
+        assert_eq!(outcome.status, Status::Solved);
+        let left = cost(&swing) - cost(&best);
+        assert!(left <= absolute_cost_tolerance, "{left} of {absolute_cost_tolerance}");
+        assert!(outcome.iterations >= iterations);
+        iterations = outcome.iterations;
+    }
+    assert!(iterations < exact.iterations);
+}
+
+#[test]
 fn the_first_feasible_iterate_is_enough_where_asked_for() {
     let feasible = Settings { stop_when_feasible: true, ..settings() };
     let (first, swing) = run(&mut { GRAVITY }, &feasible, Swing::START);

@@ -68,6 +68,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
     ) -> QpOutcome {
         let settings = self.settings();
         let limit = settings.fixed_iterations.unwrap_or(most);
+        let complementarity = self.complementarity(qp);
         let (mut iterations, mut before) = (0, f64::INFINITY);
         // Bound: solver_iterations.
         loop {
@@ -78,8 +79,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
             // Rounding is larger without regularisation.
             self.is_rigid &= !(grows && at.residual > RIGID_ROUNDING * settings.tolerance);
             let enough = match is_rounding {
-                true => ROUNDING_COMPLEMENTARITY * settings.complementarity,
-                false => settings.complementarity,
+                true => ROUNDING_COMPLEMENTARITY * complementarity,
+                false => complementarity,
             };
             let solved = at.is_within(settings.tolerance, enough);
             let free = settings.fixed_iterations.is_none();
@@ -93,7 +94,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
                 }
             } else if iterations >= limit {
                 Some(QpStatus::IterationLimit)
-            } else if free && is_rounding && at.complementarity <= settings.complementarity {
+            } else if free && is_rounding && at.complementarity <= complementarity {
                 // Only rounding is left in the residual.
                 Some(QpStatus::Stalled)
             } else if free && !self.multipliers_are_within(HOPELESS * qp.defect_penalty) {
@@ -112,6 +113,13 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
                 return QpOutcome { status: self.classify(qp, status, at), iterations };
             }
         }
+    }
+
+    /// Largest complementarity of a solution: what the QP calls good enough, from the settings' own to their
+    /// reduced one; NaN counts as the former.
+    pub(super) fn complementarity(&self, qp: &Qp<N, NX, NU, NG>) -> f64 {
+        let settings = self.settings();
+        qp.complementarity.max(settings.complementarity).min(settings.reduced)
     }
 
     /// Maps the stop reason to the final status; `at` belongs to the last iterate.
@@ -139,7 +147,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         let sum = complementarity_after(&self.variables[..self.nodes()], &self.affine, length);
         // Mehrotra's rule sigma = (mu_aff / mu)^3, bounded below where only rounding would be gained.
         let ratio = clamp(sum / self.pairs / mu, 0.0, 1.0);
-        let least = 0.1 * self.settings().complementarity;
+        let least = 0.1 * self.complementarity(qp);
         let sigma_mu = (ratio * ratio * ratio * mu).max(least);
         let mut centering = Centering { sigma_mu, corrector: 1.0 };
         self.compute_direction(qp, StepDirection::Combined(centering));

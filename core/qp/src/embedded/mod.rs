@@ -23,18 +23,22 @@ use super::{Qp, QpOutcome, QpSolver, QpStatus, Solution};
 use crate::dense::clamp;
 use crate::time::Deadline;
 use crate::{Checksum, Valid};
+use bounded::larger;
 use nalgebra::SMatrix;
 use optimality::{Optimality, differentiate};
 use riccati::Interval;
-use variables::{InitialPoint, StageVariables, StageVector, Unusable, WARM_MU};
+use variables::{InitialPoint, StageVariables, StageVector, Unusable};
 
 /// Iterations after which a start is given up. Only random QPs and those whose slack is in use ever need
 /// a restart.
-const WARM_BUDGET: u32 = 15;
+const AGAIN_BUDGET: u32 = 15;
 const COLD_BUDGET: u32 = 25;
 const ELASTIC_BUDGET: u32 = 50;
 
-/// Most starts of a QP: warm, cold, with slack, conservative.
+/// Least complementarity of a solution that is re-centred.
+const AGAIN_MU: f64 = 1e-4;
+
+/// Most starts of a QP: from the last solution, cold, with slack, conservative.
 pub const MAX_STARTS: usize = 4;
 
 /// The embedded solver with all the memory it needs.
@@ -106,12 +110,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
     ///
     /// # Errors
     /// Empty bounds, or an invalid QP.
-    fn initialise(
-        &mut self,
-        qp: &Qp<N, NX, NU, NG>,
-        from: &Solution<N, NX, NU, NG>,
-        point: InitialPoint,
-    ) -> Result<(), Unusable> {
+    fn initialise(&mut self, qp: &Qp<N, NX, NU, NG>, point: InitialPoint) -> Result<(), Unusable> {
         let sound =
             qp.defect_penalty > 0.0 && qp.path_penalty >= 0.0 && qp.path_penalty < f64::INFINITY;
         if !(sound && qp.constant.is_finite()) {
@@ -123,30 +122,25 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         (self.unused, self.is_rigid) = (qp.unused, !elastic);
         let mut pairs = 0;
         for (k, vars) in self.variables.iter_mut().enumerate().take(qp.nodes()) {
-            vars.initialise(k, qp, from, point)?;
+            vars.initialise(k, qp, point)?;
             pairs += vars.pairs();
         }
         self.pairs = f64::from(pairs).max(1.0);
         Ok(())
     }
 
-    /// Initialises from the multipliers of `from` unless a cold start has a smaller residual; returns
-    /// whether they were used.
+    /// Transposes the QP's matrices and initialises the iterate of its first start.
     ///
     /// # Errors
-    /// As [`Self::initialise`].
-    fn initialise_warm(
-        &mut self,
-        qp: &Qp<N, NX, NU, NG>,
-        from: &Solution<N, NX, NU, NG>,
-    ) -> Result<bool, Unusable> {
-        self.initialise(qp, from, InitialPoint::cold(qp))?;
-        let without = self.residual(qp);
-        self.initialise(qp, from, InitialPoint::warm(qp, from))?;
-        if self.residual(qp) <= without {
-            return Ok(true);
+    /// The status of a QP that has none.
+    fn start(&mut self, qp: &Qp<N, NX, NU, NG>) -> Result<(), QpStatus> {
+        for (interval, stage) in self.intervals.iter_mut().zip(qp.used()) {
+            interval.pack(stage);
         }
-        self.initialise(qp, from, InitialPoint::cold(qp)).map(|_| false)
+        self.initialise(qp, InitialPoint::cold(qp)).map_err(|unusable| match unusable {
+            Unusable::EmptyBox => QpStatus::Infeasible,
+            Unusable::InvalidProblem => QpStatus::NumericalFailure,
+        })
     }
 
     /// Largest KKT residual at the iterate.
@@ -202,39 +196,64 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
 
     /// Iterates from the current iterate and copies the result to `solution`. Restarts where that
     /// fails, or has a multiplier beyond the price of slack: with slack, then far from the bounds too.
+    /// Where no start comes to its end, the best one of reduced accuracy counts.
     fn finish(
         &mut self,
         qp: &Qp<N, NX, NU, NG>,
         solution: &mut Solution<N, NX, NU, NG>,
-        warm: bool,
+        again: bool,
         deadline: &Deadline,
     ) -> QpOutcome {
         let most = self.settings().max_iterations;
-        let budget = if warm { WARM_BUDGET } else { COLD_BUDGET };
+        let budget = if again { AGAIN_BUDGET } else { COLD_BUDGET };
         let mut outcome = self.run(qp, most.min(budget), deadline);
+        // Error of the solution that is kept.
+        let mut least = None;
         let restarts = [
             (InitialPoint::cold(qp), COLD_BUDGET),
             (InitialPoint::ELASTIC, ELASTIC_BUDGET),
             (InitialPoint::CONSERVATIVE, u32::MAX),
         ];
         // Bound: starts.
-        for (point, budget) in restarts.into_iter().skip(if warm { 0 } else { 1 }) {
+        for (point, budget) in restarts.into_iter().skip(if again { 0 } else { 1 }) {
             let left = most.saturating_sub(outcome.iterations);
-            let ended = matches!(
-                outcome.status,
-                QpStatus::Solved | QpStatus::TimeLimit | QpStatus::Infeasible
-            );
             let fixed = self.settings().fixed_iterations.is_some();
-            if ended || fixed || left == 0 || self.initialise(qp, solution, point).is_err() {
+            if outcome.status.is_final() || fixed || left == 0 {
+                break;
+            }
+            if self.is_better(qp, outcome.status, least) {
+                self.write(solution);
+                least = Some(self.error(qp));
+            }
+            if self.initialise(qp, point).is_err() {
                 break;
             }
             let spent = outcome.iterations;
             outcome = self.run(qp, left.min(budget), deadline);
             outcome.iterations += spent;
         }
-        self.write(solution);
         self.solved = outcome.status.is_usable();
-        outcome
+        if least.is_none() || outcome.status.is_final() || self.is_better(qp, outcome.status, least)
+        {
+            self.write(solution);
+            return outcome;
+        }
+        // What the next solve could go on from is not what is kept.
+        self.solved = false;
+        QpOutcome { status: QpStatus::ReducedAccuracy, ..outcome }
+    }
+
+    /// Whether the iterate, where a start ended with `status`, is a solution of less error than `least`.
+    fn is_better(&self, qp: &Qp<N, NX, NU, NG>, status: QpStatus, least: Option<f64>) -> bool {
+        let is_priced = self.multipliers_are_within(qp.defect_penalty);
+        status.is_usable() && is_priced && least.is_none_or(|least| self.error(qp) < least)
+    }
+
+    /// Residuals of the iterate over what is asked for.
+    fn error(&self, qp: &Qp<N, NX, NU, NG>) -> f64 {
+        let at = self.optimality();
+        let residual = at.residual / self.settings().tolerance;
+        larger(residual, at.complementarity / self.complementarity(qp)) / at.scale
     }
 }
 
@@ -279,21 +298,11 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver
         solution: &mut Solution<N, NX, NU, NG>,
         deadline: &Deadline,
     ) -> QpOutcome {
-        let warm = self.settings().warm_start && self.solved;
         self.solved = false;
-        for (interval, stage) in self.intervals.iter_mut().zip(qp.used()) {
-            interval.pack(stage);
+        match self.start(qp) {
+            Ok(()) => self.finish(qp, solution, false, deadline),
+            Err(status) => QpOutcome { status, iterations: 0 },
         }
-        let started = match warm {
-            true => self.initialise_warm(qp, solution),
-            false => self.initialise(qp, solution, InitialPoint::cold(qp)).map(|_| false),
-        };
-        let status = match started {
-            Ok(warm) => return self.finish(qp, solution, warm, deadline),
-            Err(Unusable::EmptyBox) => QpStatus::Infeasible,
-            Err(Unusable::InvalidProblem) => QpStatus::NumericalFailure,
-        };
-        QpOutcome { status, iterations: 0 }
     }
 
     /// Re-centres the last solution and goes on from it, with the matrices already transposed.
@@ -306,7 +315,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver
         if !self.solved {
             return self.solve(qp, solution, deadline);
         }
-        let mu = clamp(0.01 * self.residual(qp), WARM_MU, InitialPoint::ELASTIC.mu);
+        let mu = clamp(0.01 * self.residual(qp), AGAIN_MU, InitialPoint::ELASTIC.mu);
         let nodes = self.nodes();
         for vars in &mut self.variables[..nodes] {
             vars.recentre(mu);
@@ -322,7 +331,64 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver
     }
 
     fn identify(&self, checksum: &mut Checksum) {
-        checksum.bytes(b"embedded interior point 2");
+        checksum.bytes(b"embedded interior point 3");
         self.settings().identify(checksum);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Validate;
+
+    const N: usize = 12;
+    type Program = Qp<N, 2, 1, 1>;
+
+    /// A double integrator with bounded control, led from `start` to rest at zero at a price.
+    fn program(start: f64) -> Program {
+        let mut qp = Program { defect_penalty: 100.0, path_penalty: 100.0, ..Program::ZERO };
+        for stage in &mut qp.stages {
+            stage.hessian_xx = SMatrix::from_diagonal_element(1e-2);
+            stage.hessian_uu = SMatrix::from_element(1.0);
+            stage.a = SMatrix::from_row_slice(&[1.0, 1.0, 0.0, 1.0]);
+            stage.b = SMatrix::from_row_slice(&[0.5, 1.0]);
+            (stage.lower_x, stage.upper_x) =
+                ([f64::NEG_INFINITY; 2].into(), [f64::INFINITY; 2].into());
+            (stage.lower_u, stage.upper_u) = ([-0.1].into(), [0.1].into());
+        }
+        let (first, last) = (&mut qp.stages[0], [0.0, 0.0]);
+        (first.lower_x, first.upper_x) = ([start, 0.0].into(), [start, 0.0].into());
+        (qp.stages[N - 1].lower_x, qp.stages[N - 1].upper_x) = (last.into(), last.into());
+        qp
+    }
+
+    /// What is asked for here no rounding allows: all starts are made, and the best one counts.
+    #[test]
+    fn restarts_make_no_solution_worse() {
+        let mut solver = EmbeddedQp::<N, 2, 1, 1>::new();
+        let impossible =
+            InteriorPointSettings { tolerance: 1e-25, complementarity: 1e-25, ..solver.settings() };
+        solver.configure(impossible.validated().unwrap());
+        let mut first_kept = 0;
+        for i in 1..40 {
+            let qp = program(0.1 * f64::from(i));
+            solver.start(&qp).unwrap();
+            let first = solver.run(&qp, COLD_BUDGET, &Deadline::never());
+            let (one, is_priced) =
+                (solver.error(&qp), solver.multipliers_are_within(qp.defect_penalty));
+            let (mut solution, mut of_first) = (Solution::ZERO, Solution::ZERO);
+            solver.write(&mut of_first);
+            let outcome = solver.solve(&qp, &mut solution, &Deadline::never());
+            assert!(outcome.iterations > first.iterations, "{i}: no restart");
+            if !(first.status.is_usable() && is_priced) {
+                continue;
+            }
+            assert_eq!(outcome.status, QpStatus::ReducedAccuracy, "{i}");
+            let is_last = solver.solved;
+            assert!(is_last || solver.gain(0).is_none());
+            assert!(!is_last || solver.error(&qp) < one, "{i}");
+            first_kept += u32::from(!is_last && solution.x == of_first.x);
+        }
+        assert!(first_kept > 5, "{first_kept}");
     }
 }

@@ -20,8 +20,6 @@ pub struct InteriorPointSettings {
     /// Largest of both for a QP solved to reduced accuracy. Default 1e-6; at least the
     /// other two.
     pub reduced: f64,
-    /// Whether a QP starts from the multipliers of the last one. Default true.
-    pub warm_start: bool,
     /// Fixed number of iterations whatever the residuals, for constant time: 20 suffice for nearly
     /// every QP of the planner. Default none; at most
     /// [`MAX_SOLVER_ITERATIONS`].
@@ -35,7 +33,6 @@ impl InteriorPointSettings {
         tolerance: 0.0,
         complementarity: 0.0,
         reduced: 0.0,
-        warm_start: false,
         fixed_iterations: None,
     };
 
@@ -45,7 +42,6 @@ impl InteriorPointSettings {
         tolerance: 5e-10,
         complementarity: 1e-13,
         reduced: 1e-6,
-        warm_start: true,
         fixed_iterations: None,
     };
 
@@ -53,7 +49,6 @@ impl InteriorPointSettings {
     pub(super) fn identify(&self, checksum: &mut Checksum) {
         checksum.integer(u64::from(self.max_iterations));
         checksum.numbers(&[self.tolerance, self.complementarity, self.reduced]);
-        checksum.integer(u64::from(self.warm_start));
         // No count of iterations is as large as the first of these.
         checksum.integer(self.fixed_iterations.map_or(u64::MAX, u64::from));
     }

@@ -1,10 +1,9 @@
 //! The variables of one stage with their barriers, and vectors over them.
 
 use super::bounded::{Bounded, Centering, Target, larger};
+use crate::Qp;
 use crate::dense::clamp;
-use crate::{Qp, Solution};
 use core::array::from_fn;
-use nalgebra::SVector;
 
 /// One number for every variable of a stage: a direction, a gradient or a residual.
 #[derive(Clone, Copy, Debug)]
@@ -143,19 +142,17 @@ pub(super) enum Unusable {
 pub(super) struct InitialPoint {
     /// Complementarity `s z` of every pair.
     pub mu: f64,
-    /// Whether the multipliers of the last subproblem are used.
-    pub warm: bool,
     /// Whether the dynamics have slack at the QP's price, or none.
     pub elastic: bool,
 }
 
 impl InitialPoint {
-    /// Without multipliers, with slack.
-    pub const ELASTIC: Self = Self { mu: 0.1, warm: false, elastic: true };
+    /// With slack.
+    pub const ELASTIC: Self = Self { mu: 0.1, elastic: true };
     /// Far from the bounds, for QPs whose first iterate is far from the optimum.
-    pub const CONSERVATIVE: Self = Self { mu: 10.0, warm: false, elastic: true };
+    pub const CONSERVATIVE: Self = Self { mu: 10.0, elastic: true };
 
-    /// Without multipliers and without slack. Multipliers of active bounds are as large as the cost's
+    /// Without slack. Multipliers of active bounds are as large as the cost's
     /// gradient or a hundred times less: products begin in proportion.
     pub fn cold<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         qp: &Qp<N, NX, NU, NG>,
@@ -164,29 +161,9 @@ impl InitialPoint {
         let of_states = qp.used().iter().flat_map(|stage| stage.gradient_x.iter());
         let of_controls = qp.stages[..last].iter().flat_map(|stage| stage.gradient_u.iter());
         let largest = of_states.chain(of_controls).fold(0.0, |most, g| larger(most, g.abs()));
-        Self { mu: clamp(0.01 * largest, 1e-6, Self::ELASTIC.mu), warm: false, elastic: false }
-    }
-
-    /// From the multipliers of the last QP `from`; with slack where that was in use.
-    pub fn warm<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-        qp: &Qp<N, NX, NU, NG>,
-        from: &Solution<N, NX, NU, NG>,
-    ) -> Self {
-        let most = IDLE * qp.defect_penalty;
-        let is_idle = |values: &SVector<f64, NX>| values.iter().all(|value| value.abs() <= most);
-        let elastic = !from.defect_multiplier.iter().all(is_idle);
-        Self { mu: WARM_MU, warm: true, elastic }
+        Self { mu: clamp(0.01 * largest, 1e-6, Self::ELASTIC.mu), elastic: false }
     }
 }
-
-/// Least complementarity of warm starts.
-pub(super) const WARM_MU: f64 = 1e-4;
-
-/// Share of the price of slack up to which a multiplier of the dynamics says that slack is idle.
-const IDLE: f64 = 0.99;
-
-/// Largest multiplier that is used for a warm start.
-const MAX_WARM_MULTIPLIER: f64 = 1e8;
 
 /// Bounds closer than this fix their variable.
 const FIXED_WIDTH: f64 = 1e-11;
@@ -204,8 +181,7 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
         has_slack: false,
     };
 
-    /// Initialises the variables of stage `k` inside their bounds; a warm `point` uses the
-    /// multipliers of `from`.
+    /// Initialises the variables of stage `k` inside their bounds, multipliers at zero.
     ///
     /// # Errors
     /// Empty bounds, or bounds that are NaN.
@@ -213,18 +189,12 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
         &mut self,
         k: usize,
         qp: &Qp<N, NX, NU, NG>,
-        from: &Solution<N, NX, NU, NG>,
         point: InitialPoint,
     ) -> Result<(), Unusable> {
-        let known = |m: f64| if point.warm && m.abs() <= MAX_WARM_MULTIPLIER { m } else { 0.0 };
-        let (Some(stage), Some(bound_x), Some(row)) =
-            (qp.used().get(k), from.bound_multiplier_x.get(k), from.path_multiplier.get(k))
-        else {
-            return Err(Unusable::InvalidProblem);
-        };
+        let Some(stage) = qp.used().get(k) else { return Err(Unusable::InvalidProblem) };
         for i in 0..NX {
             let bounds = (stage.lower_x[i], stage.upper_x[i]);
-            let free = place(&mut self.x, i, bounds, known(bound_x[i]), point.mu)?;
+            let free = place(&mut self.x, i, bounds, point.mu)?;
             self.free_x.set(i, free);
         }
         for i in 0..NG {
@@ -234,28 +204,26 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
             self.free_path.set(i, free);
             match free {
                 true => {
-                    self.path.place(i, bounds, known(row[i]), stage.path_offset[i], point.mu);
+                    self.path.place(i, bounds, 0.0, stage.path_offset[i], point.mu);
                 }
                 false => self.path.fix(i, 0.0),
             }
         }
         let most = if point.elastic { qp.defect_penalty } else { f64::INFINITY };
         self.has_slack = most < f64::INFINITY;
-        let (Some(bound_u), Some(dynamics), true) =
-            (from.bound_multiplier_u.get(k), from.defect_multiplier.get(k), k + 1 < qp.nodes())
-        else {
+        if k + 1 >= qp.nodes() {
             // Nothing writes them later, so a flipped bit would stay for all QPs to come.
             (self.u, self.dynamics, self.free_u) = (Bounded::FREE, Bounded::FREE, Free::NONE);
             return Ok(());
-        };
+        }
         for i in 0..NU {
             let bounds = (stage.lower_u[i], stage.upper_u[i]);
-            let free = place(&mut self.u, i, bounds, known(bound_u[i]), point.mu)?;
+            let free = place(&mut self.u, i, bounds, point.mu)?;
             self.free_u.set(i, free);
         }
         for i in 0..NX {
             let bounds = (-most, most);
-            self.dynamics.place(i, bounds, known(dynamics[i]), 0.0, point.mu);
+            self.dynamics.place(i, bounds, 0.0, 0.0, point.mu);
         }
         Ok(())
     }
@@ -413,7 +381,6 @@ fn place<const D: usize>(
     bounded: &mut Bounded<D>,
     i: usize,
     bounds: (f64, f64),
-    multiplier: f64,
     mu: f64,
 ) -> Result<bool, Unusable> {
     let (lower, upper) = bounds;
@@ -427,6 +394,6 @@ fn place<const D: usize>(
         bounded.fix(i, 0.5 * (lower + upper));
         return Ok(false);
     }
-    bounded.place(i, bounds, 0.0, multiplier, mu);
+    bounded.place(i, bounds, 0.0, 0.0, mu);
     Ok(true)
 }

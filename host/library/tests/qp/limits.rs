@@ -1,14 +1,16 @@
 //! Caps on iterations and time, and the same bits whatever was solved before.
 
-use super::programs::{Recipe, bits, cold, embedded, random};
-use remora_core::advanced::qp::{InteriorPointSettings, QpSolver, QpStatus, Solution, Validate};
+use super::programs::{Answer, Recipe, bits, cold, embedded, next, random};
+use remora_core::advanced::qp::{
+    InteriorPointSettings, Qp, QpSolver, QpStatus, Solution, Validate,
+};
 use remora_core::advanced::time::{Clock, Deadline, NoClock};
 use remora_host::backend::ClarabelQp;
 use remora_host::kkt::Kkt;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The subject of these tests: a program of moderate size.
-fn program(seed: u64) -> Box<remora_core::advanced::qp::Qp<12, 4, 2, 1>> {
+fn program(seed: u64) -> Box<Qp<12, 4, 2, 1>> {
     random(&Recipe { seed, ..Recipe::PLAIN })
 }
 
@@ -116,17 +118,41 @@ fn after_a_reset_the_bits_do_not_depend_on_what_was_solved_before() {
     assert_eq!(bits(&again.point), bits(&expected.point));
 }
 
-/// What only the multipliers carry over is all that carries over.
 #[test]
-fn without_warm_start_every_solve_is_cold() {
+fn no_solve_depends_on_the_one_before() {
     let (first, second) = (program(3), program(4));
     let mut solver = embedded();
-    solver.configure(
-        InteriorPointSettings { warm_start: false, ..solver.settings() }.validated().unwrap(),
-    );
     let expected = cold(&mut *solver, &second);
-    let mut point = cold(&mut *solver, &first).point;
-    let outcome = solver.solve(&second, &mut point, &Deadline::never());
-    assert_eq!(outcome, expected.outcome);
-    assert_eq!(bits(&point), bits(&expected.point));
+    let before = cold(&mut *solver, &first);
+    let after = next(&mut *solver, &second, &before);
+    assert_eq!(after.outcome, expected.outcome);
+    assert_eq!(bits(&after.point), bits(&expected.point));
+}
+
+/// A QP that says what complementarity is enough is solved to that and no further; what is not a number or less
+/// than the settings ask for counts as nothing said, more than reduced accuracy as that.
+#[test]
+fn a_qp_says_how_exact_it_has_to_be() {
+    let mut solver = embedded();
+    let settings = solver.settings();
+    let mut exact = program(3);
+    let expected = cold(&mut *solver, &exact);
+    for nothing in [f64::NAN, -1.0, f64::NEG_INFINITY, 1e-15] {
+        exact.complementarity = nothing;
+        let same = cold(&mut *solver, &exact);
+        assert_eq!((same.outcome, bits(&same.point)), (expected.outcome, bits(&expected.point)));
+    }
+    let mut iterations = expected.outcome.iterations;
+    for (asked, granted) in [(1e-9, 1e-9), (1e-7, 1e-7), (f64::INFINITY, settings.reduced)] {
+        let mut qp = program(3);
+        qp.complementarity = asked;
+        let Answer { point, outcome } = cold(&mut *solver, &qp);
+        let kkt = Kkt::of(&qp, &point);
+        // States and controls of this QP are below ten, by which tolerances scale at most.
+        assert!(kkt.complementarity <= 10.0 * granted, "{kkt:?}");
+        assert!(kkt.complementarity > 10.0 * settings.complementarity, "{kkt:?}");
+        assert!(outcome.status == QpStatus::Solved && outcome.iterations <= iterations);
+        iterations = outcome.iterations;
+    }
+    assert!(iterations < expected.outcome.iterations);
 }

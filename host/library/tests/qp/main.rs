@@ -1,6 +1,7 @@
 //! The stage-structured program and its solvers: each against the optimality conditions, and one
 //! against the other, on random, degenerate, broken and the mission's own programs.
 
+mod again;
 mod clarabel;
 mod degenerate;
 mod fewer;
@@ -9,4 +10,3 @@ mod mission;
 mod programs;
 mod random;
 mod unsound;
-mod warm;

@@ -182,8 +182,8 @@ where
     Answer { point, outcome }
 }
 
-/// Solves from what an earlier answer knows.
-pub fn warm<S, const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+/// Solves into an earlier answer's point, without a reset.
+pub fn next<S, const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     solver: &mut S,
     qp: &Qp<N, NX, NU, NG>,
     from: &Answer<N, NX, NU, NG>,

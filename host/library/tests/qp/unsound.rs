@@ -1,6 +1,6 @@
 //! Programs that are not numbers: never a success, never without end.
 
-use super::programs::{Recipe, bits, cold, embedded, random, warm};
+use super::programs::{Recipe, bits, cold, embedded, next, random};
 use remora_core::advanced::qp::{Qp, QpSolver, QpStatus};
 use remora_host::backend::ClarabelQp;
 use remora_host::kkt::Kkt;
@@ -122,18 +122,16 @@ fn a_solver_recovers_from_a_program_that_is_none() {
     let expected = cold(&mut *solver, &good);
     let mut bad = good.clone();
     bad.stages[1].a[0] = f64::NAN;
-    let failed = warm(&mut *solver, &bad, &expected);
+    let failed = next(&mut *solver, &bad, &expected);
     assert!(!failed.outcome.status.is_usable());
     // Whatever it left behind is what the loop hands over next, without a reset.
-    let again = warm(&mut *solver, &good, &failed);
-    assert_eq!(again.outcome.status, QpStatus::Solved);
-    assert!(Kkt::of(&good, &again.point).worst() <= 1e-8);
-    let after = cold(&mut *solver, &good);
-    assert_eq!(bits(&after.point), bits(&expected.point));
+    let again = next(&mut *solver, &good, &failed);
+    assert_eq!(again.outcome, expected.outcome);
+    assert_eq!(bits(&again.point), bits(&expected.point));
 }
 
 #[test]
-fn multipliers_that_are_no_numbers_do_no_harm() {
+fn what_the_point_holds_on_entry_changes_no_bit() {
     let good = random::<N, NX, NU, NG>(&Recipe::PLAIN);
     let mut solver = embedded();
     let expected = cold(&mut *solver, &good);
@@ -149,10 +147,9 @@ fn multipliers_that_are_no_numbers_do_no_harm() {
                 4 => point.bound_multiplier_u[2][1] = value,
                 _ => point.path_multiplier[2][1] = value,
             }
-            let answer = warm(&mut *solver, &good, &start);
-            assert_eq!(answer.outcome.status, QpStatus::Solved, "{value} in field {field}");
-            let kkt = Kkt::of(&good, &answer.point);
-            assert!(kkt.worst() <= 1e-8, "{value} in field {field}: {kkt:?}");
+            let answer = next(&mut *solver, &good, &start);
+            assert_eq!(answer.outcome, expected.outcome, "{value} in field {field}");
+            assert_eq!(bits(&answer.point), bits(&expected.point), "{value} in field {field}");
         }
     }
 }
