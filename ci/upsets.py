@@ -267,8 +267,8 @@ def strike(image, folder, longest, seen, seed, case):
         is_there = is_there and go_to(image, stub, address)
     for _ in range(steps if is_there else 0):
         is_there = (stub.ask("s") or "W").startswith("T")
-    if not is_there:
-        place, bit = "none", 0  # The function is not called any more.
+    if not is_there or has_planned(image):
+        place, bit = "none", 0  # The function is not called any more, or not in the plan that is struck.
     elif place == "register":
         bit, flipped = flip(image.register(stub, number), share)
         stub.ask(f"P{number:x}={flipped.hex()}")
