@@ -72,8 +72,8 @@ pub trait QpSolver<const N: usize, const NX: usize, const NU: usize, const NG: u
     /// Discards all state that later solutions could depend on.
     fn reset(&mut self);
 
-    /// Solves `qp` into `solution`, whatever that holds on entry. Ends with [`QpStatus::TimeLimit`] once `deadline` has passed. Where the status is not
-    /// usable, `solution` is the last iterate and need not be finite.
+    /// Solves `qp` into `solution`, whatever that holds on entry. Ends with [`QpStatus::TimeLimit`] once `deadline` has
+    /// passed. Where the status is not usable, `solution` is the last iterate and need not be finite.
     fn solve(
         &mut self,
         qp: &Qp<N, NX, NU, NG>,

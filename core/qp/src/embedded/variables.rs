@@ -181,7 +181,7 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
         has_slack: false,
     };
 
-    /// Initialises the variables of stage `k` inside their bounds, multipliers at zero.
+    /// Initialises the variables of stage `k` inside their bounds, as near zero as these allow.
     ///
     /// # Errors
     /// Empty bounds, or bounds that are NaN.

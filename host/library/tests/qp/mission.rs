@@ -149,7 +149,7 @@ fn spread(values: impl Iterator<Item = f64>) -> String {
 const SAME: f64 = 1e-6;
 
 /// What a plan may give away of a subproblem's objective.
-const GIVEN_AWAY: f64 = 1e-6;
+const GIVEN_AWAY: f64 = 7e-7;
 
 fn statistics(pairs: &[Pair]) {
     let show = |what: &str, pick: fn(&Pair) -> f64| {

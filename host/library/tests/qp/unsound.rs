@@ -127,7 +127,11 @@ fn a_solver_recovers_from_a_program_that_is_none() {
     // Whatever it left behind is what the loop hands over next, without a reset.
     let again = next(&mut *solver, &good, &failed);
     assert_eq!(again.outcome, expected.outcome);
+    assert_eq!(again.outcome.status, QpStatus::Solved);
     assert_eq!(bits(&again.point), bits(&expected.point));
+    assert!(Kkt::of(&good, &again.point).worst() <= 1e-8);
+    let after = cold(&mut *solver, &good);
+    assert_eq!(bits(&after.point), bits(&expected.point));
 }
 
 #[test]
@@ -135,6 +139,8 @@ fn what_the_point_holds_on_entry_changes_no_bit() {
     let good = random::<N, NX, NU, NG>(&Recipe::PLAIN);
     let mut solver = embedded();
     let expected = cold(&mut *solver, &good);
+    assert_eq!(expected.outcome.status, QpStatus::Solved);
+    assert!(Kkt::of(&good, &expected.point).worst() <= 1e-8);
     for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {
         for field in 0..6 {
             let mut start = expected.clone();
