@@ -32,6 +32,9 @@ pub trait Board: Sync {
     /// Paints what lies below the stack in use anew, where it is painted at all.
     fn paint_stack(&self);
 
+    /// Starts the watchdog anew, where there is one: it ends what takes far longer than a plan.
+    fn start_watchdog(&self) {}
+
     /// High-water mark of the stack; `None` where it is not painted.
     fn stack(&self) -> Option<Stack>;
 }

@@ -1,10 +1,10 @@
 //! Whole plans.
 
+use crate::Request;
 use crate::board::{Board, InstructionClock, instructions_of};
 use crate::output::{Line, print_stack};
 use crate::scenarios;
 use core::hint::black_box;
-use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::planner::{
@@ -18,7 +18,7 @@ use remora_core::advanced::time::Deadline;
 /// What plans are made with.
 pub struct Plans<'a, B> {
     board: &'a B,
-    integrator: Integrator,
+    request: Request,
     solver: &'a mut EmbeddedSolver,
     workspace: &'a mut Workspace,
 }
@@ -27,11 +27,11 @@ impl<'a, B: Board> Plans<'a, B> {
     /// Of the best plan, with the tuned settings.
     pub fn new(
         board: &'a B,
-        integrator: Integrator,
+        request: Request,
         solver: &'a mut EmbeddedSolver,
         workspace: &'a mut Workspace,
     ) -> Self {
-        Self { board, integrator, solver, workspace }
+        Self { board, request, solver, workspace }
     }
 
     /// Plans a scenario and prints result, residuals, the instructions of each phase and the stack;
@@ -48,7 +48,8 @@ impl<'a, B: Board> Plans<'a, B> {
         let (id, scenario) = scenarios::all().nth(index)?;
         let board = self.board;
         let mission = scenarios::mission();
-        let settings = PlanSettings::new(Mode::Optimal, self.integrator);
+        let settings = PlanSettings::new(Mode::Optimal, self.request.integrator);
+        board.start_watchdog();
         board.paint_stack();
         let clock = InstructionClock::new(board);
         let report = planner::plan(
@@ -58,7 +59,8 @@ impl<'a, B: Board> Plans<'a, B> {
                 settings,
                 *start,
                 Platform { clock: &clock, executor: &Sequential },
-            ),
+            )
+            .scrubbing(self.request.is_scrubbed),
             self.solver,
             self.workspace,
         );
@@ -77,7 +79,7 @@ impl<'a, B: Board> Plans<'a, B> {
         let mission = scenarios::mission();
         let (path, motion) = (self.workspace.translation(), self.workspace.reorientation());
         board.paint_stack();
-        let (integrator, deadline) = (black_box(self.integrator), Deadline::never());
+        let (integrator, deadline) = (black_box(self.request.integrator), Deadline::never());
         let again =
             stages::verify(&mission, &scenario, integrator, path, motion, &deadline).residuals;
         print_stack(board, "verify");

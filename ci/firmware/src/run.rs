@@ -110,7 +110,7 @@ fn plan_all<B: Board>(
         (Some(policy), _) => InitialGuess::Learned { policy, seed: 0 },
         (None, _) => InitialGuess::Refused,
     };
-    let mut plans = Plans::new(board, request.integrator, solver, workspace);
+    let mut plans = Plans::new(board, request, solver, workspace);
     let mut last = None;
     for index in (0..u16::BITS as usize).filter(|index| request.wants(*index)) {
         last = plans.run(index, &start).map(|()| index).or(last);
