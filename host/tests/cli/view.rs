@@ -50,6 +50,10 @@ fn only_pages_are_replaced_and_nonsense_is_named() {
     assert_eq!(refused.err, "error: mine.html: exists; --force replaces it\n");
     assert_eq!(bench.read("mine.html"), "<p>mine</p>");
     bench.solves("view a.plan.json --out mine.html --force");
+    // The library of Parquet panics on this one.
+    let damaged = "/../ci/fuzz/corpus/table/crash-ac7f224bc6";
+    let damaged = format!("{}{damaged}", env!("CARGO_MANIFEST_DIR"));
+    fs::copy(damaged, bench.path("damaged.parquet")).unwrap();
     for (line, reason) in [
         (
             "view a.plan.json a.plan.json",
@@ -57,10 +61,15 @@ fn only_pages_are_replaced_and_nonsense_is_named() {
         ),
         ("view none.plan.json", "error: none.plan.json: no such file or directory\n"),
         ("view a.plan.json --flight a.plan.json", "error: a.plan.json: is no table"),
+        (
+            "view a.plan.json --flight damaged.parquet",
+            "error: damaged.parquet: is no table: Parquet error: it is damaged\n",
+        ),
     ] {
         let refused = bench.run(line);
         assert_eq!(refused.status, 2, "{line}");
         assert!(refused.err.starts_with(reason), "{line}: {}", refused.err);
+        assert_eq!(refused.err.lines().count(), 1, "{line}: {}", refused.err);
     }
     let first = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/plans/first-format.plan.json");
     fs::copy(first, bench.path("first.plan.json")).unwrap();

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::panic::AssertUnwindSafe;
 use std::path::Path;
+use std::sync::Once;
 
 /// Most numbers of a table: half a gigabyte, a row a second of forty columns for two weeks.
 const MOST_NUMBERS: u64 = 1 << 26;
@@ -158,9 +159,26 @@ fn refused(error: ParquetError) -> FieldError {
     FieldError::new("", format!("is no table: {error}"))
 }
 
-/// The reader of pages takes a file's word for much: what it does not refuse itself becomes a refusal here.
+thread_local! {
+    /// Whether this thread is reading pages: a panic then is a refusal in the making.
+    static IS_READING: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
+}
+
+/// The reader of pages takes a file's word for much: what it panics on instead of refusing it becomes a refusal here,
+/// and nothing is printed of it.
 fn guarded<T>(read: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
+    static QUIET: Once = Once::new();
+    QUIET.call_once(|| {
+        let usual = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            if !IS_READING.get() {
+                usual(panic);
+            }
+        }));
+    });
+    IS_READING.set(true);
     let read = std::panic::catch_unwind(AssertUnwindSafe(read));
+    IS_READING.set(false);
     read.unwrap_or_else(|_| Err(ParquetError::General("it is damaged".into())))
 }
 
