@@ -23,10 +23,14 @@ pub(super) fn notes(models: &[Card]) -> Vec<String> {
 
 fn papers_kind(models: &[Card]) -> String {
     let alike = models.iter().filter(|card| card.is_of_the_papers_kind);
-    let alike: Vec<&str> = alike.map(|card| card.name.as_str()).collect();
-    let behind = match alike.is_empty() {
-        true => "No trained model of that kind stands behind any row of ours.".into(),
-        false => format!("Of ours, {} is of that kind.", alike.join(", ")),
+    let mut alike: Vec<&str> = alike.map(|card| card.name.as_str()).collect();
+    alike.sort_unstable();
+    let behind = match alike.split_last() {
+        None => "No trained model of that kind stands behind any row of ours.".into(),
+        Some((one, [])) => format!("Of ours, {one} is of that kind."),
+        Some((last, others)) => {
+            format!("Of ours, {} and {last} are of that kind.", others.join(", "))
+        }
     };
     format!(
         "† The paper's numbers are of another kind: its network has five tokens a node, inputs in \
@@ -45,17 +49,22 @@ fn training(training: &Training) -> String {
     format!("{steps} steps{batch} on {learnt_from} ({integrator}; {epochs})")
 }
 
-/// What equal numbers of steps mean for sets of different sizes, where sizes are compared.
+/// What equal numbers of steps mean for sets of different sizes, where sizes are compared; nothing where each
+/// scenario was seen equally often.
 pub(super) fn confounded(models: &[Card]) -> Option<String> {
     let epochs =
         |card: &Card| -> Option<f64> { card.lineage.trainings.iter().map(Training::epochs).sum() };
-    let mut sizes: Vec<(u64, Option<f64>)> =
-        models.iter().map(|card| (card.size(), epochs(card))).collect();
+    let mut sizes: Vec<(u64, f64)> =
+        models.iter().map(|card| Some((card.size(), epochs(card)?))).collect::<Option<_>>()?;
     sizes.sort_by_key(|(size, _)| *size);
     sizes.dedup_by_key(|(size, _)| *size);
-    let each: Option<Vec<String>> =
-        sizes.iter().map(|(size, epochs)| Some(format!("{:.1} of {size}", (*epochs)?))).collect();
-    let each = each.filter(|each| each.len() > 1)?.join(", ");
+    let most = sizes.iter().map(|(_, epochs)| *epochs).fold(0.0, f64::max);
+    if sizes.iter().all(|(_, epochs)| *epochs > 0.9 * most) {
+        return None;
+    }
+    let each: Vec<String> =
+        sizes.iter().map(|(size, epochs)| format!("{epochs:.1} of {size}")).collect();
+    let each = each.join(", ");
     Some(format!(
         "Size and epochs are confounded: the trainings had {each} scenarios, so that a smaller set \
          was seen more often."
@@ -97,6 +106,10 @@ mod tests {
         let text = confounded(&models).unwrap();
         assert!(text.contains("19.6 of 5000, 9.8 of 10000, 1.1 of 90000 scenarios"), "{text}");
         assert_eq!(confounded(&models[..1]), None);
+        // A twentieth of the steps for a twentieth of the scenarios.
+        let mut few = card(Decoder::Flow, 1, 5_000);
+        few.lineage.trainings[0].steps = 167;
+        assert_eq!(confounded(&[models[0].clone(), few]), None);
     }
 
     /// The pages were measured before they named their models: these lines were added to them.
@@ -106,6 +119,7 @@ mod tests {
         let cards = |folder: &str| read_cards(&root.join(folder)).unwrap();
         let (tables, built_in) = (cards("fixtures/models/tables"), cards("fixtures/models"));
         let ingredients = cards("fixtures/models/ingredients");
+        let epochs = cards("fixtures/models/epochs");
         let page = |name: &str| -> PathBuf { root.join("docs/reproduction").join(name) };
         let named = |cards: &[Card], names: &[&str]| -> Vec<Card> {
             let found = cards.iter().filter(|card| names.contains(&card.name.as_str()));
@@ -123,6 +137,7 @@ mod tests {
             ("flow-steps.md", notes(&named(&tables, &["flow-h1-90k"]))),
             ("sample-efficiency.md", sizes),
             ("ingredients.md", notes(&ingredients)),
+            ("equal-epochs.md", notes(&epochs)),
             ("default-euler.md", notes(&named(&built_in, &["euler"]))),
             ("default-euler-feasibility.md", notes(&named(&built_in, &["euler"]))),
             ("default-rk4.md", notes(&named(&built_in, &["rk4"]))),
