@@ -10,6 +10,7 @@ use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use std::collections::BTreeMap;
 use std::fs::File;
+use std::io::{self, Read};
 use std::panic::AssertUnwindSafe;
 use std::path::Path;
 use std::sync::Once;
@@ -56,7 +57,7 @@ impl Numbers {
 
 /// A table that is read a row group at a time, so that memory holds one of them.
 pub struct TableReader {
-    reader: SerializedFileReader<File>,
+    reader: SerializedFileReader<Ending<File>>,
     /// Names of the columns, in order.
     pub names: Vec<String>,
     /// What the file says of itself.
@@ -72,7 +73,7 @@ impl TableReader {
         let open = open_regular(file)?;
         let size = open.len();
         let reader = guarded(|| {
-            let reader = SerializedFileReader::new(open)?;
+            let reader = SerializedFileReader::new(Ending(open))?;
             check_sizes(reader.metadata(), size).map(|_| reader)
         })
         .map_err(|error| refused(error).at(file))?;
@@ -159,6 +160,51 @@ fn refused(error: ParquetError) -> FieldError {
     FieldError::new("", format!("is no table: {error}"))
 }
 
+/// A file that cannot be read beyond its end for ever. The reader of page headers passes over a list of doubles as long
+/// as a file says, which may be 2^31 of them, and does not notice where there is nothing more.
+struct Ending<C>(C);
+
+/// Most reads of nothing from one place on; where a file is sound there is one.
+const MOST_BEYOND: u32 = 64;
+
+impl<C: ChunkReader> Length for Ending<C> {
+    fn len(&self) -> u64 {
+        self.0.len()
+    }
+}
+
+impl<C: ChunkReader> ChunkReader for Ending<C> {
+    type T = EndingRead<C::T>;
+
+    fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
+        Ok(EndingRead { read: self.0.get_read(start)?, beyond: 0 })
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
+        self.0.get_bytes(start, length)
+    }
+}
+
+/// Its contents from some place on.
+struct EndingRead<R> {
+    read: R,
+    /// Reads that found nothing.
+    beyond: u32,
+}
+
+impl<R: Read> Read for EndingRead<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.read.read(buffer)?;
+        if count == 0 && !buffer.is_empty() {
+            self.beyond += 1;
+            if self.beyond > MOST_BEYOND {
+                return Err(io::ErrorKind::UnexpectedEof.into());
+            }
+        }
+        Ok(count)
+    }
+}
+
 thread_local! {
     /// Whether this thread is reading pages: a panic then is a refusal in the making.
     static IS_READING: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
@@ -188,7 +234,7 @@ fn numbers(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> {
 
 fn unguarded(file: impl ChunkReader + 'static) -> Result<Numbers, ParquetError> {
     let size = file.len();
-    let reader = SerializedFileReader::new(file)?;
+    let reader = SerializedFileReader::new(Ending(file))?;
     if check_sizes(reader.metadata(), size)? > MOST_NUMBERS {
         return Err(ParquetError::General("more numbers than there is memory for".into()));
     }
@@ -299,6 +345,16 @@ mod tests {
         );
         std::fs::write(&file, "{}").unwrap();
         assert!(Numbers::read(&file).unwrap_err().to_string().contains("is no table"));
+    }
+
+    /// A page's header that says that it has two thousand million doubles, at the file's end.
+    // Verifies REM-IO-006.
+    #[test]
+    fn what_goes_on_beyond_the_end_is_refused() {
+        let file = "../../ci/fuzz/corpus/table/timeout-3a771c67cd";
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        let error = Numbers::read(&file).unwrap_err().to_string();
+        assert!(error.contains("is no table"), "{error}");
     }
 
     /// Wherever a byte is another: numbers, as many in each column, or a refusal.
