@@ -19,22 +19,23 @@ door=(-p remora-capi --lib --test door --test misuse)
 has_miri() { cargo +nightly miri --version >/dev/null 2>&1; }
 
 # What is interpreted takes a thousand times as long and more: no plan, no whole solution of a program, and of a
-# proptest two cases. The rules are Stacked Borrows, and Tree Borrows where nalgebra's own algorithms, with which tests
-# compare, break the former.
+# proptest two cases. Usage: interpret TARGET RUSTFLAGS RULES ARGUMENTS...
+interpret() {
+    local target=$1 rustflags=$2 rules=$3
+    MIRIFLAGS="-Zmiri-disable-isolation -Zmiri-permissive-provenance $rules" PROPTEST_CASES=2 RUSTFLAGS=$rustflags \
+        CARGO_TARGET_DIR=$build/miri cargo +nightly miri test --locked --target "$target" "${@:4}"
+}
+
 miri() {
-    local flags='-Zmiri-disable-isolation -Zmiri-permissive-provenance'
     # A processor of the other byte order, for which no line is in assembly: the portable kernels, the door.
-    MIRIFLAGS=$flags PROPTEST_CASES=2 CARGO_TARGET_DIR=$build/miri cargo +nightly miri test --locked \
-        --target s390x-unknown-linux-gnu "${nn[@]}" -- kernels --skip extremes
-    MIRIFLAGS=$flags CARGO_TARGET_DIR=$build/miri cargo +nightly miri test --locked \
-        --target s390x-unknown-linux-gnu -p remora-capi --lib --test misuse -- --skip with_a_plan --skip was_stopped
-    # The vector instructions of x86-64. There libm takes roots by assembly unless it is told not to.
-    local vectors='-Ctarget-feature=+avx2,+avxvnni,+avx512f,+avx512vl,+avx512vnni'
-    MIRIFLAGS=$flags PROPTEST_CASES=2 RUSTFLAGS=$vectors CARGO_TARGET_DIR=$build/miri-x86 cargo +nightly miri test \
-        --locked --target x86_64-unknown-linux-gnu "${nn[@]}" -- kernels --skip extremes
-    MIRIFLAGS="$flags -Zmiri-tree-borrows" PROPTEST_CASES=2 RUSTFLAGS=$vectors CARGO_TARGET_DIR=$build/miri-x86 \
-        cargo +nightly miri test --locked --target x86_64-unknown-linux-gnu \
-        "${qp[@]}" --features libm/force-soft-floats -- dense settings
+    local portable=s390x-unknown-linux-gnu
+    interpret $portable '' '' "${nn[@]}" -- kernels --skip extremes
+    interpret $portable '' '' -p remora-capi --lib --test misuse -- --skip with_a_plan --skip was_stopped
+    # The vector instructions of x86-64. There libm takes roots by assembly unless it is told not to; and nalgebra's own
+    # algorithms, with which tests compare, break Stacked Borrows, but not Tree Borrows.
+    local x86=x86_64-unknown-linux-gnu vectors='-Ctarget-feature=+avx2,+avxvnni,+avx512f,+avx512vl,+avx512vnni'
+    interpret $x86 "$vectors" '' "${nn[@]}" -- kernels --skip extremes
+    interpret $x86 "$vectors" -Zmiri-tree-borrows "${qp[@]}" --features libm/force-soft-floats -- dense settings
 }
 
 address() {

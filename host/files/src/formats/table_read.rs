@@ -163,8 +163,8 @@ fn refused(error: ParquetError) -> FieldError {
     FieldError::new("", format!("is no table: {error}"))
 }
 
-/// A file that cannot be read beyond its end for ever. The reader of page headers passes over a list of doubles as long
-/// as a file says, which may be 2^31 of them, and does not notice where there is nothing more.
+/// A file that cannot be read beyond its end for ever. The reader of page headers passes over a list as long as a file
+/// says, and does not notice where there is nothing more.
 struct Ending<C>(C);
 
 /// Most reads of nothing from one place on; where a file is sound there is one.
@@ -394,8 +394,8 @@ mod tests {
         assert!(Numbers::read(&file).unwrap_err().to_string().contains("is no table"));
     }
 
-    /// A page's header that promises two thousand million doubles at the file's end, and a dictionary that says that it
-    /// has a thousand million values.
+    /// A page's header that promises a list longer than the file, and a dictionary that promises more values than it
+    /// has bytes.
     // Verifies REM-IO-006.
     #[test]
     fn what_promises_more_than_there_is_is_refused() {
