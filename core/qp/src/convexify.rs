@@ -48,7 +48,7 @@ multiversion! {
         matrix::multiply(&mut pb.data.0, &p.data.0, &stage.b.data.0);
         matrix::transpose(&mut bt.data.0, &stage.b.data.0);
         let mut r = stage.hessian_uu + SMatrix::from_diagonal(convex);
-        matrix::multiply_add(&mut r.data.0, &bt.data.0, &pb.data.0);
+        matrix::multiply_add_lower(&mut r.data.0, &bt.data.0, &pb.data.0);
         matrix::mirror_lower(&mut r.data.0);
         let mut factor = r - SMatrix::from_diagonal(&(convex * MARGIN));
         cholesky_in_place(&mut factor).ok()?;
@@ -60,7 +60,7 @@ multiversion! {
         matrix::multiply(&mut pa.data.0, &p.data.0, &stage.a.data.0);
         matrix::transpose(&mut at.data.0, &stage.a.data.0);
         let mut q = stage.hessian_xx;
-        matrix::multiply_add(&mut q.data.0, &at.data.0, &pa.data.0);
+        matrix::multiply_add_lower(&mut q.data.0, &at.data.0, &pa.data.0);
         let mut s = stage.hessian_ux.transpose();
         matrix::multiply_add(&mut s.data.0, &at.data.0, &pb.data.0);
         let mut schur = s;

@@ -14,37 +14,55 @@ pub fn axpy<const R: usize>(y: &mut [f64; R], x: &[f64; R], factor: f64) {
     }
 }
 
-/// `out += a b`. Cost: `2 R K C` flops.
-#[inline]
-pub fn multiply_add<const R: usize, const K: usize, const C: usize>(
-    out: &mut [[f64; R]; C],
-    a: &[[f64; R]; K],
-    b: &[[f64; K]; C],
+/// `out += a b` over the columns of `out`, `b` and `a`: fewer of `a` where its last ones meet zeros. Cost:
+/// `2 R K C` flops.
+#[cfg_attr(target_arch = "x86_64", inline(always))]
+pub fn multiply_add<const R: usize, const K: usize>(
+    out: &mut [[f64; R]],
+    a: &[[f64; R]],
+    b: &[[f64; K]],
 ) {
     for (out, b) in out.iter_mut().zip(b) {
-        // A copy, so that the sums stay in registers.
-        let mut sum = *out;
-        for (a, factor) in a.iter().zip(b) {
-            axpy(&mut sum, a, *factor);
-        }
-        *out = sum;
+        multiply_vector_add(out, a, b);
     }
 }
 
-/// `out = a b`. Cost: `2 R K C` flops.
-#[inline]
-pub fn multiply<const R: usize, const K: usize, const C: usize>(
-    out: &mut [[f64; R]; C],
-    a: &[[f64; R]; K],
-    b: &[[f64; K]; C],
+/// `out = a b`, as [`multiply_add`]. Cost: `2 R K C` flops.
+#[cfg_attr(target_arch = "x86_64", inline(always))]
+pub fn multiply<const R: usize, const K: usize>(
+    out: &mut [[f64; R]],
+    a: &[[f64; R]],
+    b: &[[f64; K]],
 ) {
-    *out = [[0.0; R]; C];
+    out.fill([0.0; R]);
     multiply_add(out, a, b);
+}
+
+/// The lower triangle of `out += a b` where the product is symmetric, and what of the upper one fills vectors of
+/// four rows; the rest of it has no meaning. Cost: `(R + 3) K C` flops. On processors other than x86-64 code is
+/// dearer than work: there it is [`multiply_add`].
+#[cfg_attr(target_arch = "x86_64", inline(always))]
+pub fn multiply_add_lower<const R: usize, const K: usize>(
+    out: &mut [[f64; R]],
+    a: &[[f64; R]],
+    b: &[[f64; K]],
+) {
+    if !cfg!(target_arch = "x86_64") {
+        return multiply_add(out, a, b);
+    }
+    for (j, (out, b)) in out.iter_mut().zip(b).enumerate() {
+        match j / 4 {
+            0 => multiply_vector_add_from::<R, 0>(out, a, b),
+            1 => multiply_vector_add_from::<R, 4>(out, a, b),
+            2 => multiply_vector_add_from::<R, 8>(out, a, b),
+            _ => multiply_vector_add_from::<R, 12>(out, a, b),
+        }
+    }
 }
 
 /// `out += a a^T`: a symmetric update whose halves get the same bits.
 /// Cost: `2 R R K` flops.
-#[inline]
+#[cfg_attr(target_arch = "x86_64", inline(always))]
 pub fn add_square<const R: usize, const K: usize>(out: &mut [[f64; R]; R], a: &[[f64; R]; K]) {
     for (j, out) in out.iter_mut().enumerate() {
         let mut sum = *out;
@@ -56,7 +74,7 @@ pub fn add_square<const R: usize, const K: usize>(out: &mut [[f64; R]; R], a: &[
 }
 
 /// `out = a^T`. Cost: `R C` loads and stores.
-#[inline]
+#[cfg_attr(target_arch = "x86_64", inline(always))]
 pub fn transpose<const R: usize, const C: usize>(out: &mut [[f64; C]; R], a: &[[f64; R]; C]) {
     for (i, row) in out.iter_mut().enumerate() {
         for (out, column) in row.iter_mut().zip(a) {
@@ -65,22 +83,31 @@ pub fn transpose<const R: usize, const C: usize>(out: &mut [[f64; C]; R], a: &[[
     }
 }
 
-/// `out += a x` for one vector. Cost: `2 R K` flops.
-#[inline]
-pub fn multiply_vector_add<const R: usize, const K: usize>(
+/// `out += a x` for one vector, over the columns of `a`. Cost: `2 R K` flops.
+#[cfg_attr(target_arch = "x86_64", inline(always))]
+pub fn multiply_vector_add<const R: usize>(out: &mut [f64; R], a: &[[f64; R]], x: &[f64]) {
+    multiply_vector_add_from::<R, 0>(out, a, x);
+}
+
+/// The same from row `FIRST` on; the rows before are left as they were.
+#[inline(always)]
+fn multiply_vector_add_from<const R: usize, const FIRST: usize>(
     out: &mut [f64; R],
-    a: &[[f64; R]; K],
-    x: &[f64; K],
+    a: &[[f64; R]],
+    x: &[f64],
 ) {
+    // A copy, so that the sums stay in registers.
     let mut sum = *out;
     for (a, factor) in a.iter().zip(x) {
-        axpy(&mut sum, a, *factor);
+        for i in FIRST..R {
+            sum[i] += a[i] * factor;
+        }
     }
     *out = sum;
 }
 
 /// Copies the lower triangle of `a` over the upper one. Cost: `D^2 / 2` loads and stores.
-#[inline]
+#[cfg_attr(target_arch = "x86_64", inline(always))]
 pub fn mirror_lower<const D: usize>(a: &mut [[f64; D]; D]) {
     for j in 1..D {
         for i in 0..j {
@@ -92,7 +119,7 @@ pub fn mirror_lower<const D: usize>(a: &mut [[f64; D]; D]) {
 /// Solves `X L^T = B` in place: the columns of `b` become `B L^-T`, where the lower triangle of
 /// `factor` is `L` and `inverse` holds the inverses of its diagonal. With `B = S^T` that is
 /// `(L^-1 S)^T`, all rows side by side. Cost: `R K^2` flops, no division.
-#[inline]
+#[cfg_attr(target_arch = "x86_64", inline(always))]
 pub fn solve_lower_transposed<const R: usize, const K: usize>(
     b: &mut [[f64; R]; K],
     factor: &[[f64; K]; K],
@@ -132,6 +159,19 @@ mod tests {
             let mut transposed = SMatrix::<f64, 3, 5>::zeros();
             transpose(&mut transposed.data.0, &a.data.0);
             prop_assert_eq!(transposed, a.transpose());
+
+            let mut lower = SMatrix::<f64, 5, 5>::identity();
+            multiply_add_lower(&mut lower.data.0, &a.data.0, &transposed.data.0);
+            for (i, j) in (0..5).flat_map(|j| (j..5).map(move |i| (i, j))) {
+                let expected = f64::from(i == j) + a.row(i).dot(&a.row(j));
+                prop_assert!((lower[(i, j)] - expected).abs() < 1e-14);
+            }
+            // Columns that are not there are not added.
+            let mut fewer = start;
+            multiply_add(&mut fewer.data.0[..2], &a.data.0[..1], &b.data.0);
+            let expected = a.column(0) * b.fixed_view::<1, 2>(0, 0);
+            prop_assert!((fewer.fixed_columns::<2>(0) - start.fixed_columns::<2>(0) - expected).norm() < 1e-14);
+            prop_assert_eq!(fewer.fixed_columns::<2>(2), start.fixed_columns::<2>(2));
 
             let mut square = SMatrix::<f64, 5, 5>::identity();
             add_square(&mut square.data.0, &a.data.0);

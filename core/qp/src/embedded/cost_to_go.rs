@@ -62,7 +62,7 @@ impl<const NX: usize> CostToGo<NX> {
     };
 
     /// Factors the next stage's cost-to-go `p` (symmetric, zero where fixed) with `D` =
-    /// `regularisation` and writes the Schur complement `P~` to `out`.
+    /// `regularisation` and writes the Schur complement `P~` in its place.
     ///
     /// `P~ = P (P + D^-1)^-1 D^-1` has no subtraction and so no cancellation: active bounds make `P`
     /// much larger than `D^-1`, slack in use makes it much smaller. The error of a column grows with
@@ -74,10 +74,9 @@ impl<const NX: usize> CostToGo<NX> {
     #[inline(always)]
     pub fn schur_complement(
         &mut self,
-        p: &[[f64; NX]; NX],
+        p: &mut [[f64; NX]; NX],
         regularisation: [f64; NX],
         free: Free<NX>,
-        out: &mut [[f64; NX]; NX],
     ) -> Result<(), NotPositiveDefinite> {
         self.hessian = *p;
         self.regularisation = regularisation;
@@ -111,12 +110,12 @@ impl<const NX: usize> CostToGo<NX> {
                 let factor = self.backward[k][j] * inverse_d[j];
                 axpy(&mut column, &rows[k], factor);
             }
-            out[j] = column;
+            p[j] = column;
         }
         for j in 1..NX {
             for i in 0..j {
-                let better = if inverse_d[i] < inverse_d[j] { out[i][j] } else { out[j][i] };
-                (out[i][j], out[j][i]) = (better, better);
+                let better = if inverse_d[i] < inverse_d[j] { p[i][j] } else { p[j][i] };
+                (p[i][j], p[j][i]) = (better, better);
             }
         }
         factored
@@ -126,17 +125,15 @@ impl<const NX: usize> CostToGo<NX> {
     #[inline(always)]
     pub fn of_rigid_dynamics(
         &mut self,
-        p: &[[f64; NX]; NX],
+        p: &mut [[f64; NX]; NX],
         regularisation: f64,
         free: Free<NX>,
-        out: &mut [[f64; NX]; NX],
     ) {
         self.hessian = *p;
         self.regularisation = [regularisation; NX];
         (self.free, self.is_rigid) = (free, true);
-        *out = *p;
         for (i, free) in free.factors().iter().enumerate() {
-            out[i][i] += (1.0 - free) / regularisation;
+            p[i][i] += (1.0 - free) / regularisation;
         }
     }
 

@@ -1,6 +1,7 @@
 //! The interior-point iteration: predictor, corrector, step length.
 
 use super::bounded::Centering;
+use super::leading::{Leading, TRANSLATION};
 use super::optimality::{Optimality, differentiate};
 use super::riccati::Dynamics;
 use super::variables::{StageVariables, StageVector};
@@ -72,7 +73,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         let (mut iterations, mut before) = (0, f64::INFINITY);
         // Bound: solver_iterations.
         loop {
-            differentiate(qp, &self.variables, &self.intervals, &mut self.gradient);
+            self.differentiate(qp);
             let at = self.optimality();
             let grows = at.residual > before;
             let is_rounding = grows && !self.is_rigid && at.residual > 0.3 * settings.tolerance;
@@ -171,14 +172,39 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         Ok(())
     }
 
+    /// The gradient of the Lagrangian at the iterate.
+    pub(super) fn differentiate(&mut self, qp: &Qp<N, NX, NU, NG>) {
+        let leaves_padding_out = self.leaves_padding_out();
+        let Self { variables, intervals, gradient, .. } = self;
+        match leaves_padding_out {
+            true => differentiate(qp, TRANSLATION, variables, intervals, gradient),
+            false => differentiate(qp, Leading::<NX, NU>, variables, intervals, gradient),
+        }
+    }
+
     /// Factors the Newton system, with more dual regularisation where that fails.
     fn factorise(&mut self, qp: &Qp<N, NX, NU, NG>) -> Result<(), QpStatus> {
         let mut dynamics =
             Dynamics { are_rigid: self.is_rigid, regularisation: DUAL_REGULARISATION };
+        let leaves_padding_out = self.leaves_padding_out();
         // Bound: factorisations.
         for _ in 0..MAX_FACTORISATIONS {
             let Self { variables, intervals, initial, .. } = self;
-            if riccati::factorise(qp.used(), variables, dynamics, intervals, initial).is_ok() {
+            let stages = qp.used();
+            let factored = match leaves_padding_out {
+                true => {
+                    riccati::factorise(stages, variables, TRANSLATION, dynamics, intervals, initial)
+                }
+                false => riccati::factorise(
+                    stages,
+                    variables,
+                    Leading::<NX, NU>,
+                    dynamics,
+                    intervals,
+                    initial,
+                ),
+            };
+            if factored.is_ok() {
                 return Ok(());
             }
             dynamics.regularisation *= 100.0;
@@ -188,7 +214,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
 
     /// Solves the factored system for a direction: the predictor into `affine`, others into `step`.
     fn compute_direction(&mut self, qp: &Qp<N, NX, NU, NG>, direction: StepDirection) {
-        let nodes = self.nodes();
+        let (nodes, leaves_padding_out) = (self.nodes(), self.leaves_padding_out());
         let Self { variables, intervals, initial, gradient, affine, step, .. } = self;
         let variables = &variables[..nodes];
         let out = match direction {
@@ -201,7 +227,13 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
                 step
             }
         };
-        riccati::direction(qp.used(), variables, intervals, initial, out);
+        let stages = qp.used();
+        match leaves_padding_out {
+            true => riccati::direction(stages, variables, TRANSLATION, intervals, initial, out),
+            false => {
+                riccati::direction(stages, variables, Leading::<NX, NU>, intervals, initial, out)
+            }
+        }
     }
 
     /// Length of the step by the fraction-to-boundary rule, at most one.

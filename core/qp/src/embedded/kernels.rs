@@ -15,13 +15,9 @@ pub(super) fn add_transposed_product<const R: usize, const C: usize>(
     }
 }
 
-/// `y -= M x`. Cost: `2 R C` flops.
+/// `y -= M x` over the columns of `M`. Cost: `2 R C` flops.
 #[inline(always)]
-pub(super) fn sub_product<const R: usize, const C: usize>(
-    m: &[[f64; R]; C],
-    x: &[f64; C],
-    y: &mut [f64; R],
-) {
+pub(super) fn sub_product<const R: usize>(m: &[[f64; R]], x: &[f64], y: &mut [f64; R]) {
     for (column, factor) in m.iter().zip(x) {
         for (y, m) in y.iter_mut().zip(column) {
             *y -= m * factor;

@@ -11,6 +11,7 @@ mod cost_to_go;
 mod infeasible;
 mod iteration;
 mod kernels;
+mod leading;
 mod optimality;
 mod riccati;
 mod settings;
@@ -24,8 +25,9 @@ use crate::dense::clamp;
 use crate::time::Deadline;
 use crate::{Checksum, Valid};
 use bounded::larger;
+use leading::TRANSLATION;
 use nalgebra::SMatrix;
-use optimality::{Optimality, differentiate};
+use optimality::Optimality;
 use riccati::Interval;
 use variables::{InitialPoint, StageVariables, StageVector, Unusable};
 
@@ -66,6 +68,8 @@ pub struct EmbeddedQp<const N: usize, const NX: usize, const NU: usize, const NG
     pairs: f64,
     /// How many stages at the end the QP leaves out.
     unused: usize,
+    /// Whether the QP has the states and controls of a translation alone, and the others are padding.
+    is_translation: bool,
     /// Whether the Newton system is of dynamics without slack and regularisation.
     is_rigid: bool,
     /// Whether the last QP since [`QpSolver::reset`] was solved.
@@ -91,6 +95,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
             step: [StageVector::ZERO; N],
             pairs: 0.0,
             unused: 0,
+            is_translation: false,
             is_rigid: false,
             solved: false,
         }
@@ -129,6 +134,12 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         Ok(())
     }
 
+    /// Whether products leave the padding of a translation out. Code for two sizes is compiled on x86-64 alone:
+    /// elsewhere it is dearer than the work.
+    fn leaves_padding_out(&self) -> bool {
+        cfg!(target_arch = "x86_64") && self.is_translation
+    }
+
     /// Transposes the QP's matrices and initialises the iterate of its first start.
     ///
     /// # Errors
@@ -137,6 +148,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         for (interval, stage) in self.intervals.iter_mut().zip(qp.used()) {
             interval.pack(stage);
         }
+        self.is_translation = TRANSLATION.are_all_of(qp.used());
         self.initialise(qp, InitialPoint::cold(qp)).map_err(|unusable| match unusable {
             Unusable::EmptyBox => QpStatus::Infeasible,
             Unusable::InvalidProblem => QpStatus::NumericalFailure,
@@ -145,7 +157,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
 
     /// Largest KKT residual at the iterate.
     fn residual(&mut self, qp: &Qp<N, NX, NU, NG>) -> f64 {
-        differentiate(qp, &self.variables, &self.intervals, &mut self.gradient);
+        self.differentiate(qp);
         self.optimality().residual
     }
 
@@ -274,6 +286,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
             all.fill(entries);
         }
         (self.pairs, self.solved) = (value, true);
+        self.is_translation = value > 0.0;
     }
 }
 

@@ -1,6 +1,7 @@
 //! KKT residuals of an iterate.
 
 use super::kernels::add_transposed_product;
+use super::leading::Leading;
 use super::riccati::Interval;
 use super::variables::{StageVariables, StageVector};
 use crate::dense::clamp;
@@ -71,8 +72,11 @@ multiversion! {
     /// Gradient of the Lagrangian at the iterate, without the bounds' multipliers.
     ///
     /// Cost: about `N (6 NX^2 + 8 NX NU + 2 NU^2)` flops.
-    pub(super) fn differentiate<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
+    pub(super) fn differentiate<
+        const N: usize, const NX: usize, const NU: usize, const NG: usize, const S: usize, const C: usize
+    >(
         qp: &Qp<N, NX, NU, NG>,
+        leading: Leading<S, C>,
         variables: &[StageVariables<NX, NU, NG>],
         intervals: &[Interval<NX, NU>],
         out: &mut [StageVector<NX, NU, NG>],
@@ -80,14 +84,14 @@ multiversion! {
         let mut before = [0.0; NX];
         let each = qp.used().iter().zip(variables).zip(intervals).zip(out).enumerate();
         for (k, (((stage, vars), interval), out)) in each {
-            *out = own_gradient(stage, vars, k + 1 == qp.nodes());
+            *out = own_gradient(stage, vars, leading, k + 1 == qp.nodes());
             for i in 0..NX {
                 out.x[i] -= before[i];
             }
             if let Some(next) = variables.get(k + 1).filter(|_| k + 1 < qp.nodes()) {
                 let lambda = &vars.dynamics.value;
-                multiply_vector_add(&mut out.x, &interval.a_transposed, lambda);
-                multiply_vector_add(&mut out.u, &interval.b_transposed, lambda);
+                multiply_vector_add(&mut out.x, leading.states(&interval.a_transposed), lambda);
+                multiply_vector_add(&mut out.u, leading.states(&interval.b_transposed), lambda);
                 for i in 0..NX {
                     out.dynamics[i] -= next.x.value[i];
                 }
@@ -101,9 +105,16 @@ multiversion! {
 // Inlined where its caller is compiled for AVX2; elsewhere callers share it, which spares the
 // Cortex-M7's image 10 kB.
 #[cfg_attr(target_arch = "x86_64", inline(always))]
-fn own_gradient<const NX: usize, const NU: usize, const NG: usize>(
+fn own_gradient<
+    const NX: usize,
+    const NU: usize,
+    const NG: usize,
+    const S: usize,
+    const C: usize,
+>(
     stage: &QpStage<NX, NU, NG>,
     vars: &StageVariables<NX, NU, NG>,
+    leading: Leading<S, C>,
     last: bool,
 ) -> StageVector<NX, NU, NG> {
     let mut out = StageVector::ZERO;
@@ -118,10 +129,10 @@ fn own_gradient<const NX: usize, const NU: usize, const NG: usize>(
         add_transposed_product(&stage.hessian_ux.data.0, u, &mut out.x);
         out.u = stage.gradient_u.data.0[0];
         multiply_vector_add(&mut out.u, &stage.hessian_uu.data.0, u);
-        multiply_vector_add(&mut out.u, &stage.hessian_ux.data.0, x);
+        multiply_vector_add(&mut out.u, leading.states(&stage.hessian_ux.data.0), x);
         out.dynamics = stage.c.data.0[0];
-        multiply_vector_add(&mut out.dynamics, &stage.a.data.0, x);
-        multiply_vector_add(&mut out.dynamics, &stage.b.data.0, u);
+        multiply_vector_add(&mut out.dynamics, leading.states(&stage.a.data.0), x);
+        multiply_vector_add(&mut out.dynamics, leading.controls(&stage.b.data.0), u);
     }
     out
 }

@@ -5,10 +5,11 @@
 
 use super::cost_to_go::CostToGo;
 use super::kernels::{NotPositiveDefinite, add_transposed_product, factor, solve, sub_product};
+use super::leading::Leading;
 use super::variables::{Free, StageVariables, StageVector};
 use crate::QpStage;
 use crate::dense::matrix::{
-    axpy, mirror_lower, multiply, multiply_add, multiply_vector_add, transpose,
+    axpy, mirror_lower, multiply, multiply_add, multiply_add_lower, multiply_vector_add, transpose,
 };
 use crate::simd::multiversion;
 use core::array::from_fn;
@@ -70,7 +71,7 @@ pub(super) struct Dynamics {
     pub regularisation: f64,
 }
 
-/// Hessian block of one stage's states with the barriers of bounds and path constraints.
+/// Hessian block of one stage's states with the barriers of bounds and path constraints (its lower triangle).
 #[inline(always)]
 fn state_block<const NX: usize, const NU: usize, const NG: usize>(
     stage: &QpStage<NX, NU, NG>,
@@ -81,15 +82,11 @@ fn state_block<const NX: usize, const NU: usize, const NG: usize>(
     for i in 0..NX {
         block[i][i] += scaling[i];
     }
-    let scaling = vars.path_scaling();
-    for (r, weight) in scaling.iter().enumerate() {
-        let row: [f64; NX] = from_fn(|i| stage.path_jacobian[(r, i)]);
-        for (column, factor) in block.iter_mut().zip(&row) {
-            for (entry, c) in column.iter_mut().zip(&row) {
-                *entry += c * (factor * weight);
-            }
-        }
-    }
+    let weight = vars.path_scaling();
+    let mut rows = [[0.0; NX]; NG];
+    transpose(&mut rows, &stage.path_jacobian.data.0);
+    let weighted: [[f64; NG]; NX] = from_fn(|j| from_fn(|r| rows[r][j] * weight[r]));
+    multiply_add_lower(&mut block, &rows, &weighted);
     block
 }
 
@@ -113,9 +110,10 @@ multiversion! {
     ///
     /// # Errors
     /// A block is not positive definite; all stages are visited all the same.
-    pub(super) fn factorise<const NX: usize, const NU: usize, const NG: usize>(
+    pub(super) fn factorise<const NX: usize, const NU: usize, const NG: usize, const S: usize, const C: usize>(
         stages: &[QpStage<NX, NU, NG>],
         variables: &[StageVariables<NX, NU, NG>],
+        leading: Leading<S, C>,
         dynamics: Dynamics,
         intervals: &mut [Interval<NX, NU>],
         initial: &mut [[f64; NX]; NX],
@@ -128,20 +126,21 @@ multiversion! {
             let mut block = state_block(stage, vars);
             if k + 1 < stages.len() {
                 let after = variables.get(k + 1).map_or(Free::ALL, |next| next.free_x);
-                let mut cost_to_go = [[0.0; NX]; NX];
-                let (next, out) = (&mut interval.cost_to_go, &mut cost_to_go);
+                let next = &mut interval.cost_to_go;
                 if dynamics.are_rigid {
-                    next.of_rigid_dynamics(&p, dynamics.regularisation, after, out);
+                    next.of_rigid_dynamics(&mut p, dynamics.regularisation, after);
                 } else {
                     let scaling = vars.dynamics.scaling();
                     let d = from_fn(|i| scaling[i] + dynamics.regularisation);
-                    result = result.and(next.schur_complement(&p, d, after, out));
+                    result = result.and(next.schur_complement(&mut p, d, after));
                 }
-                let eliminated = eliminate(stage, vars, interval, &cost_to_go, &mut block);
+                let eliminated = eliminate(stage, vars, leading, interval, &p, &mut block);
                 result = result.and(eliminated);
             }
             mirror_lower(&mut block);
-            mask(&mut block, &vars.free_x.factors());
+            if vars.free_x != Free::ALL {
+                mask(&mut block, &vars.free_x.factors());
+            }
             p = block;
         }
         for (i, free) in variables.first().map_or([1.0; NX], |n| n.free_x.factors()).iter().enumerate()
@@ -156,22 +155,26 @@ multiversion! {
 /// Adds the next stage's `cost_to_go` to a stage's Hessian and eliminates its controls: `block`
 /// becomes the cost-to-go of the stage (its lower triangle).
 #[inline(always)]
-fn eliminate<const NX: usize, const NU: usize, const NG: usize>(
+fn eliminate<const NX: usize, const NU: usize, const NG: usize, const S: usize, const C: usize>(
     stage: &QpStage<NX, NU, NG>,
     vars: &StageVariables<NX, NU, NG>,
+    leading: Leading<S, C>,
     interval: &mut Interval<NX, NU>,
     cost_to_go: &[[f64; NX]; NX],
     block: &mut [[f64; NX]; NX],
 ) -> Result<(), NotPositiveDefinite> {
-    let (mut pa, mut pb) = ([[0.0; NX]; NX], [[0.0; NX]; NU]);
+    let (mut pa, mut pb) = ([[0.0; NX]; S], [[0.0; NX]; C]);
+    let a_transposed = leading.states(&interval.a_transposed);
+    let b_transposed = leading.states(&interval.b_transposed);
+    let cost_to_go = leading.states(cost_to_go);
     multiply(&mut pa, cost_to_go, &stage.a.data.0);
     multiply(&mut pb, cost_to_go, &stage.b.data.0);
-    multiply_add(block, &interval.a_transposed, &pa);
+    multiply_add_lower(block, a_transposed, &pa);
     let mut cross = [[0.0; NX]; NU];
     transpose(&mut cross, &stage.hessian_ux.data.0);
-    multiply_add(&mut cross, &interval.a_transposed, &pb);
+    multiply_add(&mut cross, a_transposed, &pb);
     let mut control = stage.hessian_uu.data.0;
-    multiply_add(&mut control, &interval.b_transposed, &pb);
+    multiply_add(&mut control, b_transposed, &pb);
     let scaling = vars.u.scaling();
     let free = vars.free_u.factors();
     mask(&mut control, &free);
@@ -183,23 +186,22 @@ fn eliminate<const NX: usize, const NU: usize, const NG: usize>(
     }
     let factored = factor(&mut control);
     // G = cross L^-T, then block - G D^-1 G^T, then K^T = G D^-1 L^-1.
-    for j in 0..NU {
+    for j in 0..C {
         let mut column = cross[j];
         for i in 0..j {
             axpy(&mut column, &cross[i], -control[i][j]);
         }
         cross[j] = column;
     }
-    for j in 0..NX {
-        let scaled: [f64; NU] = from_fn(|i| cross[i][j] * control[i][i]);
-        sub_product(&cross, &scaled, &mut block[j]);
-    }
-    for j in (0..NU).rev() {
+    let scaled: [[f64; C]; S] = from_fn(|j| from_fn(|i| -(cross[i][j] * control[i][i])));
+    multiply_add_lower(block, leading.controls(&cross), &scaled);
+    interval.gain.iter_mut().skip(C).for_each(|padding| *padding = [0.0; NX]);
+    for j in (0..C).rev() {
         let mut column = cross[j];
         for c in &mut column {
             *c *= control[j][j];
         }
-        for i in j + 1..NU {
+        for i in j + 1..C {
             axpy(&mut column, &interval.gain[i], -control[j][i]);
         }
         interval.gain[j] = column;
@@ -212,24 +214,32 @@ fn eliminate<const NX: usize, const NU: usize, const NG: usize>(
 /// stands in `out` on entry, with the residual of the dynamics.
 ///
 /// Cost a stage: about `16 NX^2 + 12 NX NU + 4 NU^2` flops.
-pub(super) fn direction<const NX: usize, const NU: usize, const NG: usize>(
+pub(super) fn direction<
+    const NX: usize,
+    const NU: usize,
+    const NG: usize,
+    const S: usize,
+    const C: usize,
+>(
     stages: &[QpStage<NX, NU, NG>],
     variables: &[StageVariables<NX, NU, NG>],
+    leading: Leading<S, C>,
     intervals: &mut [Interval<NX, NU>],
     initial: &[[f64; NX]; NX],
     out: &mut [StageVector<NX, NU, NG>],
 ) {
-    let gradient = backward(stages, variables, intervals, out);
+    let gradient = backward(stages, variables, leading, intervals, out);
     let mut x = gradient.map(|s| -s);
     solve(initial, &mut x);
-    forward(stages, variables, intervals, x, out);
+    forward(stages, variables, leading, intervals, x, out);
 }
 
 multiversion! {
     /// Gradients of the costs-to-go from the last stage to the first, whose gradient is returned.
-    fn backward<const NX: usize, const NU: usize, const NG: usize>(
+    fn backward<const NX: usize, const NU: usize, const NG: usize, const S: usize, const C: usize>(
         stages: &[QpStage<NX, NU, NG>],
         variables: &[StageVariables<NX, NU, NG>],
+        leading: Leading<S, C>,
         intervals: &mut [Interval<NX, NU>],
         rhs: &[StageVector<NX, NU, NG>],
     ) -> [f64; NX] {
@@ -245,12 +255,12 @@ multiversion! {
                 interval.cost_to_go.gradient = gradient;
                 let (_, lambda) = interval.cost_to_go.substitute(&b.dynamics);
                 let mut u = b.u;
-                multiply_vector_add(&mut x, &interval.a_transposed, &lambda);
-                multiply_vector_add(&mut u, &interval.b_transposed, &lambda);
+                multiply_vector_add(&mut x, leading.states(&interval.a_transposed), &lambda);
+                multiply_vector_add(&mut u, leading.states(&interval.b_transposed), &lambda);
                 for (u, free) in u.iter_mut().zip(vars.free_u.factors()) {
                     *u *= free;
                 }
-                sub_product(&interval.gain, &u, &mut x);
+                sub_product(leading.controls(&interval.gain), &u, &mut x);
                 interval.feedforward = u;
             }
             let free = vars.free_x.factors();
@@ -263,9 +273,10 @@ multiversion! {
 multiversion! {
     /// The direction from the step `start` of the first stage to the last. `out` holds the right-hand sides
     /// on entry.
-    fn forward<const NX: usize, const NU: usize, const NG: usize>(
+    fn forward<const NX: usize, const NU: usize, const NG: usize, const S: usize, const C: usize>(
         stages: &[QpStage<NX, NU, NG>],
         variables: &[StageVariables<NX, NU, NG>],
+        leading: Leading<S, C>,
         intervals: &[Interval<NX, NU>],
         start: [f64; NX],
         out: &mut [StageVector<NX, NU, NG>],
@@ -282,14 +293,14 @@ multiversion! {
             if k + 1 < stages.len() {
                 let mut u = interval.feedforward.map(|u| -u);
                 solve(&interval.control, &mut u);
-                for (u, k) in u.iter_mut().zip(&interval.gain) {
-                    for (k, x) in k.iter().zip(&x) {
+                for (u, k) in u.iter_mut().zip(leading.controls(&interval.gain)) {
+                    for (k, x) in leading.states(k).iter().zip(&x) {
                         *u -= k * x;
                     }
                 }
                 let mut y = b.dynamics;
-                multiply_vector_add(&mut y, &stage.a.data.0, &x);
-                multiply_vector_add(&mut y, &stage.b.data.0, &u);
+                multiply_vector_add(&mut y, leading.states(&stage.a.data.0), &x);
+                multiply_vector_add(&mut y, leading.controls(&stage.b.data.0), &u);
                 out.u = u;
                 (x, out.dynamics) = interval.cost_to_go.substitute(&y);
             }
