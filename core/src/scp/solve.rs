@@ -293,12 +293,16 @@ where
         relative.max(self.settings.absolute_cost_tolerance)
     }
 
-    /// Whether actual and predicted reduction are below the tolerance, inside the trust region.
+    /// Whether actual and predicted reduction are below the tolerance, inside the trust region. A loss of any size
+    /// is, where the subproblem predicts it and none of its trials gains: it pays for defects that are too small to
+    /// count.
     fn has_converged(&self, record: &IterationRecord) -> bool {
         let small = self.tolerance();
-        record.actual_reduction.abs() <= small
-            && record.predicted_full.abs() <= small
-            && record.step < 0.99 * record.radius
+        let is_small =
+            record.actual_reduction.abs() <= small && record.predicted_full.abs() <= small;
+        let is_loss =
+            record.actual_reduction <= small && record.predicted_full <= 0.0 && !record.accepted;
+        (is_small || is_loss) && record.step < 0.99 * record.radius
     }
 
     /// Whether what is left to gain is so little that no subproblem is worth asking for it. Near the optimum

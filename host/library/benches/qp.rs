@@ -82,7 +82,7 @@ fn programs() -> (OfOneStage, OfOneStage) {
 const OWN: (usize, usize) = (9, 3);
 
 /// A program of Stage 1 without the variables that pad it to Stage 2's size. In plans both have one, so that
-/// they share memory and code: this is what that costs.
+/// they share memory: this is what that costs.
 fn unpadded(qp: &OfOneSize) -> Qp<NODES, { OWN.0 }, { OWN.1 }, { size::NG }> {
     let mut own = Qp { unused: qp.unused, constant: qp.constant, ..Qp::ZERO };
     (own.defect_penalty, own.path_penalty) = (qp.defect_penalty, qp.path_penalty);
@@ -105,9 +105,9 @@ fn unpadded(qp: &OfOneSize) -> Qp<NODES, { OWN.0 }, { OWN.1 }, { size::NG }> {
 }
 
 /// Floating-point operations that one interior-point iteration needs, multiplications and
-/// additions alike. Of a symmetric result one triangle counts, though the solver computes some of
-/// them whole for the sake of vector registers: about 1.6 times as much is done as is counted. What
-/// is linear in the sizes is left out but for the vectors of the four bounds a variable can have.
+/// additions alike. Of a symmetric result one triangle counts, though the solver computes blocks of
+/// four rows for the sake of vector registers: more is done than is counted. What is linear in the
+/// sizes is left out but for the vectors of the four bounds a variable can have.
 fn flops_per_iteration(n: usize, nx: usize, nu: usize, nr: usize) -> f64 {
     let [n, nx, nu, nr] = [n, nx, nu, nr].map(|size| size as f64);
     let nz = nx + nu;

@@ -27,7 +27,7 @@ use crate::{Checksum, Valid};
 use bounded::larger;
 use leading::TRANSLATION;
 use nalgebra::SMatrix;
-use optimality::Optimality;
+use optimality::{Optimality, optimality};
 use riccati::Interval;
 use variables::{InitialPoint, StageVariables, StageVector, Unusable};
 
@@ -164,7 +164,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
     /// KKT residuals at the iterate of the last gradient.
     fn optimality(&self) -> Optimality {
         let nodes = self.nodes();
-        Optimality::of(&self.variables[..nodes], &self.gradient, self.pairs)
+        optimality(&self.variables[..nodes], &self.gradient, self.pairs)
     }
 
     /// Number of stages of the QP.

@@ -28,34 +28,6 @@ pub(super) struct Optimality {
 }
 
 impl Optimality {
-    /// Those of the iterate `variables`, at which the Lagrangian has `gradient`. NaN where any number
-    /// is not finite. Cost: about `N (12 NX + 6 NU)` flops.
-    pub fn of<const NX: usize, const NU: usize, const NG: usize>(
-        variables: &[StageVariables<NX, NU, NG>],
-        gradient: &[StageVector<NX, NU, NG>],
-        pairs: f64,
-    ) -> Self {
-        let (mut worst, mut sum) =
-            (StageVector::<NX, NU, NG>::ZERO, StageVector::<NX, NU, NG>::ZERO);
-        let (mut most, mut poison) = (StageVector::<NX, NU, NG>::ZERO, 0.0);
-        let mut size = StageVector::<NX, NU, NG>::ZERO;
-        for (vars, gradient) in variables.iter().zip(gradient) {
-            let residual = vars.residual(gradient);
-            // The comparisons below would drop a NaN.
-            poison += residual.sum() * 0.0;
-            worst.raise_to(&residual);
-            vars.add_complementarity(&mut sum, &mut most);
-            size.raise_to(&vars.point());
-        }
-        let sum = sum.sum();
-        Self {
-            residual: worst.largest() + poison,
-            mu: sum / pairs,
-            complementarity: most.largest() + sum * 0.0,
-            scale: clamp(size.largest(), 1.0, MAX_SCALE),
-        }
-    }
-
     /// Whether residual and complementarity are within these tolerances, scaled.
     pub fn is_within(&self, residual: f64, complementarity: f64) -> bool {
         self.residual <= residual * self.scale
@@ -65,6 +37,36 @@ impl Optimality {
     /// Whether all of it is finite.
     pub fn is_finite(&self) -> bool {
         ((self.residual + self.complementarity) * 0.0 + self.scale).is_finite()
+    }
+}
+
+multiversion! {
+    /// KKT residuals of the iterate `variables`, at which the Lagrangian has `gradient`. NaN where any number is
+    /// not finite. Cost: about `N (12 NX + 6 NU)` flops.
+    pub(super) fn optimality<const NX: usize, const NU: usize, const NG: usize>(
+        variables: &[StageVariables<NX, NU, NG>],
+        gradient: &[StageVector<NX, NU, NG>],
+        pairs: f64,
+    ) -> Optimality {
+        let (mut worst, mut sum) =
+            (StageVector::<NX, NU, NG>::ZERO, StageVector::<NX, NU, NG>::ZERO);
+        let (mut most, mut poison) = (sum, sum);
+        let mut size = StageVector::<NX, NU, NG>::ZERO;
+        for (vars, gradient) in variables.iter().zip(gradient) {
+            let residual = vars.residual(gradient);
+            // The comparisons below would drop a NaN.
+            poison.spoil_by(&residual);
+            worst.raise_to(&residual);
+            vars.add_complementarity(&mut sum, &mut most);
+            size.raise_to(&vars.point());
+        }
+        let sum = sum.sum();
+        Optimality {
+            residual: worst.largest() + poison.sum(),
+            mu: sum / pairs,
+            complementarity: most.largest() + sum * 0.0,
+            scale: clamp(size.largest(), 1.0, MAX_SCALE),
+        }
     }
 }
 

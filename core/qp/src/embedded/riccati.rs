@@ -13,6 +13,7 @@ use crate::dense::matrix::{
 };
 use crate::simd::multiversion;
 use core::array::from_fn;
+use core::mem::swap;
 
 /// The factored system of one interval, from a stage to the next.
 #[derive(Clone, Copy, Debug)]
@@ -76,8 +77,9 @@ pub(super) struct Dynamics {
 fn state_block<const NX: usize, const NU: usize, const NG: usize>(
     stage: &QpStage<NX, NU, NG>,
     vars: &StageVariables<NX, NU, NG>,
-) -> [[f64; NX]; NX] {
-    let mut block = stage.hessian_xx.data.0;
+    block: &mut [[f64; NX]; NX],
+) {
+    *block = stage.hessian_xx.data.0;
     let scaling = vars.x.scaling();
     for i in 0..NX {
         block[i][i] += scaling[i];
@@ -86,8 +88,7 @@ fn state_block<const NX: usize, const NU: usize, const NG: usize>(
     let mut rows = [[0.0; NX]; NG];
     transpose(&mut rows, &stage.path_jacobian.data.0);
     let weighted: [[f64; NG]; NX] = from_fn(|j| from_fn(|r| rows[r][j] * weight[r]));
-    multiply_add_lower(&mut block, &rows, &weighted);
-    block
+    multiply_add_lower(block, &rows, &weighted);
 }
 
 /// Zeroes rows and columns of fixed variables.
@@ -119,35 +120,38 @@ multiversion! {
         initial: &mut [[f64; NX]; NX],
     ) -> Result<(), NotPositiveDefinite> {
         let mut result = Ok(());
-        let mut p = [[0.0; NX]; NX];
+        // Cost-to-go of the next stage and Hessian of this one, which becomes the next one's.
+        let mut memory = [[[0.0; NX]; NX]; 2];
+        let [p, block] = &mut memory;
+        let (mut p, mut block) = (p, block);
         for (k, ((stage, vars), interval)) in
             stages.iter().zip(variables).zip(intervals.iter_mut()).enumerate().rev()
         {
-            let mut block = state_block(stage, vars);
+            state_block(stage, vars, block);
             if k + 1 < stages.len() {
                 let after = variables.get(k + 1).map_or(Free::ALL, |next| next.free_x);
                 let next = &mut interval.cost_to_go;
                 if dynamics.are_rigid {
-                    next.of_rigid_dynamics(&mut p, dynamics.regularisation, after);
+                    next.of_rigid_dynamics(p, dynamics.regularisation, after);
                 } else {
                     let scaling = vars.dynamics.scaling();
                     let d = from_fn(|i| scaling[i] + dynamics.regularisation);
-                    result = result.and(next.schur_complement(&mut p, d, after));
+                    result = result.and(next.schur_complement(p, d, after));
                 }
-                let eliminated = eliminate(stage, vars, leading, interval, &p, &mut block);
+                let eliminated = eliminate(stage, vars, leading, interval, p, block);
                 result = result.and(eliminated);
             }
-            mirror_lower(&mut block);
+            mirror_lower(block);
             if vars.free_x != Free::ALL {
-                mask(&mut block, &vars.free_x.factors());
+                mask(block, &vars.free_x.factors());
             }
-            p = block;
+            swap(&mut p, &mut block);
         }
         for (i, free) in variables.first().map_or([1.0; NX], |n| n.free_x.factors()).iter().enumerate()
         {
             p[i][i] += 1.0 - free;
         }
-        *initial = p;
+        *initial = *p;
         result.and(factor(initial))
     }
 }

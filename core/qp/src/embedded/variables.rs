@@ -53,6 +53,20 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVector<NX, NU, NG> 
         raise(&mut self.path, &other.path);
     }
 
+    /// Adds zero for each finite entry of `other`, NaN for each that is not.
+    #[inline(always)]
+    pub fn spoil_by(&mut self, other: &Self) {
+        fn spoil<const D: usize>(to: &mut [f64; D], values: &[f64; D]) {
+            for (to, value) in to.iter_mut().zip(values) {
+                *to += value * 0.0;
+            }
+        }
+        spoil(&mut self.x, &other.x);
+        spoil(&mut self.u, &other.u);
+        spoil(&mut self.dynamics, &other.dynamics);
+        spoil(&mut self.path, &other.path);
+    }
+
     /// The sum of all entries.
     pub fn sum(&self) -> f64 {
         let sum = |values: &[f64]| values.iter().sum::<f64>();
