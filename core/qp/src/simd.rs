@@ -44,7 +44,12 @@ macro_rules! multiversion {
                 let result = unsafe { with_avx2($($argument),+) };
                 return result;
             }
-            body($($argument),+)
+            // Not inlined: its frame is not below that of the version with AVX2.
+            #[inline(never)]
+            fn portable<$(const $size: usize),+>($($argument: $kind),+) $(-> $result)? {
+                body($($argument),+)
+            }
+            portable($($argument),+)
         }
     };
 }

@@ -111,6 +111,8 @@ multiversion! {
     ///
     /// # Errors
     /// A block is not positive definite; all stages are visited all the same.
+    // Not inlined: its frame is released before a direction is computed.
+    #[inline(never)]
     pub(super) fn factorise<const NX: usize, const NU: usize, const NG: usize, const S: usize, const C: usize>(
         stages: &[QpStage<NX, NU, NG>],
         variables: &[StageVariables<NX, NU, NG>],
