@@ -41,6 +41,7 @@ where
         best: None,
         failed: 0,
         change: 0.0,
+        has_lost: false,
     };
     let mut ended = scp.start();
     // Bound: iterations.
@@ -85,6 +86,8 @@ pub(super) struct ScpSolver<
     failed: u32,
     /// How far the last accepted step changed the cost.
     change: f64,
+    /// Whether the last subproblem promised a loss, and no trial gained.
+    has_lost: bool,
 }
 
 impl<P, S, const N: usize, const NX: usize, const NU: usize, const NG: usize>
@@ -223,7 +226,9 @@ where
         }
         // A rejected step counts too: at the optimum the predicted reduction is zero, or slightly
         // negative with a solver of finite accuracy.
-        let done = self.settings.stop_when_feasible
+        let keeps_losing = self.keeps_losing(record);
+        let done = keeps_losing
+            || self.settings.stop_when_feasible
             || self.has_converged(record)
             || self.leaves_little(record, change);
         if self.outcome.violation <= 1.0 && done {
@@ -293,16 +298,21 @@ where
         relative.max(self.settings.absolute_cost_tolerance)
     }
 
-    /// Whether actual and predicted reduction are below the tolerance, inside the trust region. A loss of any size
-    /// is, where the subproblem predicts it and none of its trials gains: it pays for defects that are too small to
-    /// count.
+    /// Whether actual and predicted reduction are below the tolerance, inside the trust region.
     fn has_converged(&self, record: &IterationRecord) -> bool {
         let small = self.tolerance();
-        let is_small =
-            record.actual_reduction.abs() <= small && record.predicted_full.abs() <= small;
-        let is_loss =
-            record.actual_reduction <= small && record.predicted_full <= 0.0 && !record.accepted;
-        (is_small || is_loss) && record.step < 0.99 * record.radius
+        record.actual_reduction.abs() <= small
+            && record.predicted_full.abs() <= small
+            && record.step < 0.99 * record.radius
+    }
+
+    /// Whether a subproblem promises a loss and none of its trials gains, for the second time: it pays for defects
+    /// that are too small to count. Once may be a fault.
+    fn keeps_losing(&mut self, record: &IterationRecord) -> bool {
+        let is_loss = record.actual_reduction <= self.tolerance()
+            && record.predicted_full <= 0.0
+            && !record.accepted;
+        mem::replace(&mut self.has_lost, is_loss) && is_loss
     }
 
     /// Whether what is left to gain is so little that no subproblem is worth asking for it. Near the optimum
