@@ -41,7 +41,6 @@ where
         best: None,
         failed: 0,
         change: 0.0,
-        has_lost: false,
     };
     let mut ended = scp.start();
     // Bound: iterations.
@@ -86,8 +85,6 @@ pub(super) struct ScpSolver<
     failed: u32,
     /// How far the last accepted step changed the cost.
     change: f64,
-    /// Whether the last subproblem promised a loss, and no trial gained.
-    has_lost: bool,
 }
 
 impl<P, S, const N: usize, const NX: usize, const NU: usize, const NG: usize>
@@ -226,10 +223,9 @@ where
         }
         // A rejected step counts too: at the optimum the predicted reduction is zero, or slightly
         // negative with a solver of finite accuracy.
-        let keeps_losing = self.keeps_losing(record);
-        let done = keeps_losing
-            || self.settings.stop_when_feasible
+        let done = self.settings.stop_when_feasible
             || self.has_converged(record)
+            || self.keeps_losing(record)
             || self.leaves_little(record, change);
         if self.outcome.violation <= 1.0 && done {
             return Some(Status::Solved);
@@ -306,13 +302,17 @@ where
             && record.step < 0.99 * record.radius
     }
 
-    /// Whether a subproblem promises a loss and none of its trials gains, for the second time: it pays for defects
-    /// that are too small to count. Once may be a fault.
-    fn keeps_losing(&mut self, record: &IterationRecord) -> bool {
-        let is_loss = record.actual_reduction <= self.tolerance()
-            && record.predicted_full <= 0.0
-            && !record.accepted;
-        mem::replace(&mut self.has_lost, is_loss) && is_loss
+    /// Whether this subproblem and the last one promised a loss and no trial gained: they pay for defects that are
+    /// too small to count. One alone may be a fault.
+    fn keeps_losing(&self, record: &IterationRecord) -> bool {
+        let small = self.tolerance();
+        let has_lost = |record: &IterationRecord| {
+            record.qp_status.is_usable()
+                && record.predicted_full <= 0.0
+                && record.actual_reduction <= small
+                && !record.accepted
+        };
+        has_lost(record) && self.z.log.last().is_some_and(has_lost)
     }
 
     /// Whether what is left to gain is so little that no subproblem is worth asking for it. Near the optimum
