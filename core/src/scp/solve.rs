@@ -225,7 +225,6 @@ where
         // negative with a solver of finite accuracy.
         let done = self.settings.stop_when_feasible
             || self.has_converged(record)
-            || self.keeps_losing(record)
             || self.leaves_little(record, change);
         if self.outcome.violation <= 1.0 && done {
             return Some(Status::Solved);
@@ -294,25 +293,16 @@ where
         relative.max(self.settings.absolute_cost_tolerance)
     }
 
-    /// Whether actual and predicted reduction are below the tolerance, inside the trust region.
+    /// Whether actual and predicted reduction are below the tolerance, inside the trust region. A loss of any size
+    /// is, where the subproblem predicts it and none of its trials gains: it pays for defects that are too small to
+    /// count.
     fn has_converged(&self, record: &IterationRecord) -> bool {
         let small = self.tolerance();
-        record.actual_reduction.abs() <= small
-            && record.predicted_full.abs() <= small
-            && record.step < 0.99 * record.radius
-    }
-
-    /// Whether this subproblem and the last one promised a loss and no trial gained: they pay for defects that are
-    /// too small to count. One alone may be a fault.
-    fn keeps_losing(&self, record: &IterationRecord) -> bool {
-        let small = self.tolerance();
-        let has_lost = |record: &IterationRecord| {
-            record.qp_status.is_usable()
-                && record.predicted_full <= 0.0
-                && record.actual_reduction <= small
-                && !record.accepted
-        };
-        has_lost(record) && self.z.log.last().is_some_and(has_lost)
+        let is_small =
+            record.actual_reduction.abs() <= small && record.predicted_full.abs() <= small;
+        let is_loss =
+            record.actual_reduction <= small && record.predicted_full <= 0.0 && !record.accepted;
+        (is_small || is_loss) && record.step < 0.99 * record.radius
     }
 
     /// Whether what is left to gain is so little that no subproblem is worth asking for it. Near the optimum
