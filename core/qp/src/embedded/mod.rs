@@ -135,9 +135,9 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
     }
 
     /// Whether products leave the padding of a translation out. Code for two sizes is compiled on x86-64 alone:
-    /// elsewhere it is dearer than the work.
+    /// elsewhere it is dearer than the work. So it is for other arms than the usual one of three joints (12 states).
     fn leaves_padding_out(&self) -> bool {
-        cfg!(target_arch = "x86_64") && self.is_translation
+        cfg!(target_arch = "x86_64") && NX == 12 && self.is_translation
     }
 
     /// Transposes the QP's matrices and initialises the iterate of its first start.
