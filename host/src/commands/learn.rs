@@ -73,6 +73,7 @@ impl Args {
     }
 
     fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
+        self.device.check()?;
         let jobs = self.jobs.jobs();
         let learning = Learning {
             mission,

@@ -73,6 +73,7 @@ impl Args {
 
     fn run_for<const NL: usize>(self, mission: &Mission<NL>) -> Result<Output, Error> {
         let config = Config::read(&self.config)?;
+        self.device.check()?;
         // An error means that there is a pool already, as in tests.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.get()).build_global();
         let name = self.config.file_stem().unwrap_or_default();
@@ -112,6 +113,19 @@ pub(super) enum Device {
 }
 
 impl Device {
+    /// Whether it is there.
+    ///
+    /// # Errors
+    /// What is missing.
+    pub(super) fn check(self) -> Result<(), Error> {
+        match self {
+            Self::Cpu => Ok(()),
+            #[cfg(feature = "cuda")]
+            Self::Cuda => remora_learn::training::try_gpu()
+                .map_err(|reason| Error::argument("--device", format!("cuda: {reason}"))),
+        }
+    }
+
     pub(super) fn train(
         self,
         run: &Run<'_>,

@@ -68,7 +68,7 @@ pub struct EmbeddedQp<const N: usize, const NX: usize, const NU: usize, const NG
     pairs: f64,
     /// How many stages at the end the QP leaves out.
     unused: usize,
-    /// Whether the QP has the states and controls of a translation alone, and the others are padding.
+    /// Whether the QP is known to have the states and controls of a translation alone, the others being padding.
     is_translation: bool,
     /// Whether the Newton system is of dynamics without slack and regularisation.
     is_rigid: bool,
@@ -134,10 +134,13 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         Ok(())
     }
 
-    /// Whether products leave the padding of a translation out. Code for two sizes is compiled on x86-64 alone:
-    /// elsewhere it is dearer than the work. So it is for other arms than the usual one of three joints (12 states).
+    /// Whether there is code for a translation's size too. It is compiled on x86-64 alone: elsewhere it is dearer
+    /// than the work. So it is for other arms than the usual one of three joints (12 states).
+    const HAS_TWO_SIZES: bool = cfg!(target_arch = "x86_64") && NX == 12;
+
+    /// Whether products leave the padding of a translation out.
     fn leaves_padding_out(&self) -> bool {
-        cfg!(target_arch = "x86_64") && NX == 12 && self.is_translation
+        Self::HAS_TWO_SIZES && self.is_translation
     }
 
     /// Transposes the QP's matrices and initialises the iterate of its first start.
@@ -148,7 +151,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         for (interval, stage) in self.intervals.iter_mut().zip(qp.used()) {
             interval.pack(stage);
         }
-        self.is_translation = TRANSLATION.are_all_of(qp.used());
+        self.is_translation = Self::HAS_TWO_SIZES && TRANSLATION.are_all_of(qp.used());
         self.initialise(qp, InitialPoint::cold(qp)).map_err(|unusable| match unusable {
             Unusable::EmptyBox => QpStatus::Infeasible,
             Unusable::InvalidProblem => QpStatus::NumericalFailure,

@@ -42,29 +42,32 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVector<NX, NU, NG> 
     /// Raises every entry to the magnitude of `other`'s entry.
     #[inline(always)]
     pub fn raise_to(&mut self, other: &Self) {
-        fn raise<const D: usize>(worst: &mut [f64; D], values: &[f64; D]) {
-            for (worst, value) in worst.iter_mut().zip(values) {
-                *worst = larger(*worst, value.abs());
-            }
-        }
-        raise(&mut self.x, &other.x);
-        raise(&mut self.u, &other.u);
-        raise(&mut self.dynamics, &other.dynamics);
-        raise(&mut self.path, &other.path);
+        self.combine(other, |worst, value| larger(worst, value.abs()));
     }
 
     /// Adds zero for each finite entry of `other`, NaN for each that is not.
     #[inline(always)]
     pub fn spoil_by(&mut self, other: &Self) {
-        fn spoil<const D: usize>(to: &mut [f64; D], values: &[f64; D]) {
-            for (to, value) in to.iter_mut().zip(values) {
-                *to += value * 0.0;
+        self.combine(other, |sum, value| sum + value * 0.0);
+    }
+
+    /// Replaces every entry by what `of` makes of it and of `other`'s entry.
+    #[inline(always)]
+    fn combine(&mut self, other: &Self, of: impl Fn(f64, f64) -> f64) {
+        #[inline(always)]
+        fn replace<const D: usize>(
+            to: &mut [f64; D],
+            what: &[f64; D],
+            of: &impl Fn(f64, f64) -> f64,
+        ) {
+            for (to, what) in to.iter_mut().zip(what) {
+                *to = of(*to, *what);
             }
         }
-        spoil(&mut self.x, &other.x);
-        spoil(&mut self.u, &other.u);
-        spoil(&mut self.dynamics, &other.dynamics);
-        spoil(&mut self.path, &other.path);
+        replace(&mut self.x, &other.x, &of);
+        replace(&mut self.u, &other.u, &of);
+        replace(&mut self.dynamics, &other.dynamics, &of);
+        replace(&mut self.path, &other.path, &of);
     }
 
     /// The sum of all entries.

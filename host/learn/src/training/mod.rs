@@ -5,7 +5,7 @@
 //! - [`shape`]: sizes of what is learned; [`source`]: any examples, their statistics, batches;
 //! - [`params`]: the parameters, one flat vector with a table of its tensors;
 //! - [`network`]: forward pass and loss on Burn's tensors, of the operations in [`kernels`],
-//!   which `flex` makes fast on the CPU;
+//!   which `flex` makes fast on the CPU; `gpu`: an NVIDIA GPU;
 //! - [`optimiser`]: AdamW, the global norm clipped;
 //! - [`model`]: the model file; [`fitted`]: another one's, made fit for what this network sees; [`rollout`]: what it is worth rolled out;
 //! - [`run`]: the loop; [`checkpoint`]: what it needs to resume bit for bit; [`output`]
@@ -20,6 +20,8 @@ pub mod curve;
 pub mod examples;
 pub mod fitted;
 mod flex;
+#[cfg(feature = "cuda")]
+mod gpu;
 pub mod kernels;
 pub mod model;
 pub mod network;
@@ -34,6 +36,8 @@ pub mod shape;
 pub mod source;
 
 pub use config::Config;
+#[cfg(feature = "cuda")]
+pub use gpu::{Gpu, try_gpu};
 pub use output::Outcome;
 pub use run::{Observer, Run};
 
@@ -41,10 +45,3 @@ use burn::backend::{Autodiff, Flex};
 
 /// The CPU.
 pub type Cpu = Autodiff<Flex>;
-
-/// An NVIDIA GPU, with Burn's own operations.
-#[cfg(feature = "cuda")]
-pub type Gpu = Autodiff<burn::backend::Cuda>;
-
-#[cfg(feature = "cuda")]
-impl kernels::Kernels for Gpu {}

@@ -5,11 +5,12 @@
 
 use super::config::{Decoder, Layout};
 use super::kernels::Kernels;
-use super::params::Table;
+use super::params::{Entry, Table};
 use super::random::Random;
 use super::source::Batch;
 use burn::prelude::Tensor;
-use burn::tensor::{Int, TensorData};
+use burn::tensor::{Bool, Int, TensorData};
+use rayon::prelude::*;
 
 /// Mean squared errors, of normalised numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -81,25 +82,36 @@ impl<'a, B: Kernels> Network<'a, B> {
         let weights = self.weights(parameters, true);
         let all = weights.all.clone();
         let [action, state] = self.forward(weights, batch, true);
-        let losses = Losses { action: scalar(action.clone()), state: scalar(state.clone()) };
         let total = match self.state_loss {
-            0.0 => action,
-            weight => action + state * weight,
+            0.0 => action.clone(),
+            weight => action.clone() + state.clone() * weight,
         };
         let gradients = total.backward();
-        for (entry, tensor) in self.table.entries.iter().zip(all) {
-            let Some(found) = tensor.grad(&gradients) else { continue };
-            let data = found.into_data();
-            let Ok(values) = data.as_slice::<f32>() else { continue };
-            for (sum, value) in gradient[entry.range()].iter_mut().zip(values) {
+        // Read only now: a GPU works on while the host has not asked it for a number.
+        let losses = Losses { action: scalar(action), state: scalar(state) };
+        let (entries, found): (Vec<&Entry>, Vec<_>) = self
+            .table
+            .entries
+            .iter()
+            .zip(all)
+            .filter_map(|(entry, tensor)| Some((entry, tensor.grad(&gradients)?)))
+            .map(|(entry, found)| (entry, found.reshape([entry.len()])))
+            .unzip();
+        // All in one piece: a read of each tensor would wait for a GPU as often.
+        let found = Tensor::cat(found, 0).into_data();
+        let Ok(mut values) = found.as_slice::<f32>() else { return losses };
+        for entry in entries {
+            let (own, rest) = values.split_at(entry.len());
+            for (sum, value) in gradient[entry.range()].iter_mut().zip(own) {
                 *sum += factor * value;
             }
+            values = rest;
         }
         losses
     }
 
     fn weights(&self, parameters: &[f32], track: bool) -> Weights<B> {
-        let tensor = |entry: &super::params::Entry| {
+        let tensor = |entry: &Entry| {
             let tensor = self.tensor(&parameters[entry.range()], entry.columns);
             if track { tensor.require_grad() } else { tensor }
         };
@@ -251,34 +263,33 @@ fn scalar<B: Kernels>(tensor: Tensor<B, 1>) -> f64 {
     tensor.into_data().iter::<f64>().next().unwrap_or(f64::NAN)
 }
 
-/// Dropout, of a generator of its own so that a resumed training drops the same.
+/// Dropout, of streams of its own so that a resumed training drops the same: one for each mask and
+/// each [`PART`](Masks::PART) of it, so that threads can share a mask.
 struct Masks {
     probability: f64,
-    state: u64,
+    seed: u64,
+    made: u64,
 }
 
 impl Masks {
+    /// Numbers of a stream.
+    const PART: usize = 1 << 16;
+
     fn new(probability: f64, seed: u64) -> Self {
-        Self { probability, state: Random::new(seed, Random::BATCH, 0).bits() | 1 }
+        Self { probability, seed, made: 0 }
     }
 
-    /// Four numbers of 16 bits a step of an xorshift generator: masks are large.
-    fn mask(&mut self, count: usize) -> Vec<f32> {
+    /// Which of so many numbers are dropped.
+    fn dropped(&mut self, count: usize) -> Vec<bool> {
+        let mut dropped = vec![false; count];
+        let first = self.made << 32;
+        self.made += 1;
         let threshold = (self.probability * 65536.0) as u64;
-        let kept = (1.0 / (1.0 - self.probability)) as f32;
-        let mut mask = Vec::with_capacity(count + 3);
-        while mask.len() < count {
-            self.state ^= self.state << 13;
-            self.state ^= self.state >> 7;
-            self.state ^= self.state << 17;
-            let bits = self.state.wrapping_mul(0x2545_f491_4f6c_dd1d);
-            for part in 0..4 {
-                let dropped = (bits >> (16 * part)) & 0xffff < threshold;
-                mask.push(if dropped { 0.0 } else { kept });
-            }
-        }
-        mask.truncate(count);
-        mask
+        dropped.par_chunks_mut(Self::PART).enumerate().for_each(|(part, dropped)| {
+            let stream = Random::new(self.seed, Random::DROPOUT, first + part as u64);
+            drop_below(threshold, stream, dropped);
+        });
+        dropped
     }
 
     fn apply<B: Kernels>(&mut self, x: Tensor<B, 2>, device: &B::Device) -> Tensor<B, 2> {
@@ -286,7 +297,44 @@ impl Masks {
             return x;
         }
         let [rows, columns] = x.dims();
-        let data = TensorData::new(self.mask(rows * columns), [rows, columns]);
-        x * Tensor::from_data(data, device)
+        // A byte a number, where a factor would take four to a device.
+        let data = TensorData::new(self.dropped(rows * columns), [rows, columns]);
+        let dropped = Tensor::<B, 2, Bool>::from_data(data, device);
+        x.mask_fill(dropped, 0.0) * (1.0 / (1.0 - self.probability))
+    }
+}
+
+/// Four numbers of 16 bits a step of an xorshift generator: masks are large.
+fn drop_below(threshold: u64, mut stream: Random, dropped: &mut [bool]) {
+    let mut state = stream.bits() | 1;
+    for four in dropped.chunks_mut(4) {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        let bits = state.wrapping_mul(0x2545_f491_4f6c_dd1d);
+        for (part, dropped) in four.iter_mut().enumerate() {
+            *dropped = (bits >> (16 * part)) & 0xffff < threshold;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn masks_drop_their_share_each_its_own_and_the_same_again() {
+        let count = 3 * Masks::PART + 17;
+        let mut masks = Masks::new(0.1, 5);
+        let (first, second) = (masks.dropped(count), masks.dropped(count));
+        assert_eq!(first, Masks::new(0.1, 5).dropped(count));
+        let share = |chosen: &dyn Fn(usize) -> bool| {
+            (0..count).filter(|i| chosen(*i)).count() as f64 / count as f64
+        };
+        assert!((share(&|i| first[i]) - 0.1).abs() < 0.005);
+        // Independent masks, and independent parts of a mask, drop one per cent together.
+        assert!((share(&|i| first[i] && second[i]) - 0.01).abs() < 0.002);
+        let shifted = |i| first[i] && first[(i + Masks::PART) % count];
+        assert!((share(&shifted) - 0.01).abs() < 0.002);
     }
 }

@@ -16,7 +16,7 @@ impl Random {
     pub const START: u64 = 1;
     /// Purpose: the order of trajectories in an epoch.
     pub const ORDER: u64 = 2;
-    /// Purpose: noise, flow times, dropout of a batch.
+    /// Purpose: noise and flow times of a batch, and the seed of its dropout.
     pub const BATCH: u64 = 3;
     /// Purpose: the same of a validation.
     pub const VALIDATION: u64 = 4;
@@ -24,6 +24,8 @@ impl Random {
     pub const STATISTICS: u64 = 5;
     /// Purpose: synthetic trajectories.
     pub const SYNTHETIC: u64 = 6;
+    /// Purpose: dropout masks, seeded by their batch.
+    pub const DROPOUT: u64 = 7;
 
     /// The stream of a purpose and an index.
     pub fn new(seed: u64, purpose: u64, index: u64) -> Self {
