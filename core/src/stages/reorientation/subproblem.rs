@@ -9,7 +9,7 @@ use nalgebra::SVector;
 use remora_qp::{Convexification, Qp, QpStage, Solution};
 
 /// Nodes that one core linearises while the other convexifies those after them.
-const BATCH: usize = 12;
+const BATCH: usize = 6;
 
 impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
@@ -65,8 +65,8 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     /// Time of a node's linearisation, where its convexification takes 1.
     fn node_work(&self) -> usize {
         match self.stepping.integrator {
-            Integrator::Euler => 3,
-            Integrator::Rk4 { substeps } => substeps.saturating_mul(6).max(1),
+            Integrator::Euler => 5,
+            Integrator::Rk4 { substeps } => substeps.saturating_mul(20).max(1),
         }
     }
 
