@@ -120,6 +120,7 @@ mod tests {
         let (tables, built_in) = (cards("fixtures/models/tables"), cards("fixtures/models"));
         let ingredients = cards("fixtures/models/ingredients");
         let epochs = cards("fixtures/models/epochs");
+        let papers = cards("fixtures/models/papers-epochs");
         let page = |name: &str| -> PathBuf { root.join("docs/reproduction").join(name) };
         let named = |cards: &[Card], names: &[&str]| -> Vec<Card> {
             let found = cards.iter().filter(|card| names.contains(&card.name.as_str()));
@@ -138,6 +139,7 @@ mod tests {
             ("sample-efficiency.md", sizes),
             ("ingredients.md", notes(&ingredients)),
             ("equal-epochs.md", notes(&epochs)),
+            ("papers-equal-epochs.md", notes(&papers)),
             ("default-euler.md", notes(&named(&built_in, &["euler"]))),
             ("default-euler-feasibility.md", notes(&named(&built_in, &["euler"]))),
             ("default-rk4.md", notes(&named(&built_in, &["rk4"]))),
