@@ -71,6 +71,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         let limit = settings.fixed_iterations.unwrap_or(most);
         let complementarity = self.complementarity(qp);
         let (mut iterations, mut before) = (0, f64::INFINITY);
+        let mut was_complementary = false;
         // Bound: solver_iterations.
         loop {
             self.differentiate(qp);
@@ -95,8 +96,9 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
                 }
             } else if iterations >= limit {
                 Some(QpStatus::IterationLimit)
-            } else if free && is_rounding && at.complementarity <= complementarity {
-                // Only rounding is left in the residual.
+            } else if free && is_rounding && was_complementary {
+                // Only rounding is left in the residual. In the step that reaches complementarity it may still
+                // be that of a weakly active variable on its way, whose next step is short.
                 Some(QpStatus::Stalled)
             } else if free && !self.multipliers_are_within(HOPELESS * qp.defect_penalty) {
                 // Slack is cheaper, or there is no solution without.
@@ -110,6 +112,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
                 self.iterate(qp, at.mu, at.residual).err()
             };
             before = at.residual;
+            was_complementary = at.complementarity <= complementarity;
             if let Some(status) = stop {
                 return QpOutcome { status: self.classify(qp, status, at), iterations };
             }

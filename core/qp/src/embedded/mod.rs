@@ -347,7 +347,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> QpSolver
     }
 
     fn identify(&self, checksum: &mut Checksum) {
-        checksum.bytes(b"embedded interior point 3");
+        checksum.bytes(b"embedded interior point 4");
         self.settings().identify(checksum);
     }
 }
