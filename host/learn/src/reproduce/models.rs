@@ -130,16 +130,19 @@ mod tests {
         };
         let largest = ["flow-h1-90k", "flow-h5-90k", "linear-h1-90k", "linear-h5-90k"];
         let single: Vec<Card> = tables.iter().filter(|card| card.chunk == 1).cloned().collect();
-        let mut sizes = notes(&single);
-        sizes.extend(confounded(&single));
+        let sizes = |cards: &[Card]| -> Vec<String> {
+            notes(cards).into_iter().chain(confounded(cards)).collect()
+        };
+        let papers_steps = cards("fixtures/models/papers-steps");
         for (name, expected) in [
             ("decoders.md", notes(&named(&tables, &largest))),
             ("feasibility.md", notes(&named(&tables, &["flow-h1-90k"]))),
             ("flow-steps.md", notes(&named(&tables, &["flow-h1-90k"]))),
-            ("sample-efficiency.md", sizes),
+            ("sample-efficiency.md", sizes(&single)),
             ("ingredients.md", notes(&ingredients)),
             ("equal-epochs.md", notes(&epochs)),
             ("papers-equal-epochs.md", notes(&papers)),
+            ("papers-equal-steps.md", sizes(&papers_steps)),
             ("default-euler.md", notes(&named(&built_in, &["euler"]))),
             ("default-euler-feasibility.md", notes(&named(&built_in, &["euler"]))),
             ("default-rk4.md", notes(&named(&built_in, &["rk4"]))),
