@@ -92,12 +92,13 @@ impl<'a, const NL: usize> Multibody<'a, NL> {
         let mut poses = [LinkPose::ZERO; NL];
         let mut rotation = Mat3::constant(&Matrix3::identity());
         let mut joint = Vec3::constant(&self.servicer.arm_base);
-        for ((pose, link), turn) in poses.iter_mut().zip(&self.servicer.links).zip(turns) {
+        // By index: borrowed, the array would be built here and then copied to the caller.
+        for (i, (link, turn)) in self.servicer.links.iter().zip(turns).enumerate() {
             // The axis is the same in the link's axes and in those of the body before it.
             let axis = rotation.apply_constant(&link.axis);
             rotation = rotation.product(&Mat3::rotation(&link.axis, *turn));
             let center = joint + rotation.apply_constant(&link.center_of_mass);
-            *pose = LinkPose { rotation, axis, joint, center };
+            poses[i] = LinkPose { rotation, axis, joint, center };
             joint += rotation.apply_constant(&link.tip);
         }
         poses

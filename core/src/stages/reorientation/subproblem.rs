@@ -9,7 +9,7 @@ use nalgebra::SVector;
 use remora_qp::{Convexification, Qp, QpStage, Solution};
 
 /// Nodes that one core linearises while the other convexifies those after them.
-const BATCH: usize = 8;
+const BATCH: usize = 6;
 
 impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: usize>
     Reorientation<'_, P, N, NL, NX, NU>
