@@ -27,9 +27,9 @@ pub const REMORA_RK4: u32 = 0;
 pub const REMORA_EULER: u32 = 1;
 
 /// Checksum of the plan that remora_self_test makes with Euler.
-pub const REMORA_SELF_TEST_EULER: u64 = 0x0504_caef_d2f5_6931;
+pub const REMORA_SELF_TEST_EULER: u64 = 0xe0b8_2285_ace8_4758;
 /// Checksum of the plan that remora_self_test makes with RK4.
-pub const REMORA_SELF_TEST_RK4: u64 = 0x9e53_b714_3974_9a35;
+pub const REMORA_SELF_TEST_RK4: u64 = 0x5de9_f315_4be5_8439;
 
 const _: () = assert!(REMORA_JOINTS == LINKS && REMORA_NODES == NODES);
 

@@ -15,7 +15,7 @@ pub enum WarmStart {
     Auto,
     /// The roll-out of a learned model; the heuristic where the roll-out is worse or of no use.
     Model,
-    /// Track the docking port, move the joints linearly.
+    /// Track the docking port, move the joints evenly, light ones late.
     #[default]
     Heuristic,
 }
@@ -82,7 +82,7 @@ impl Choice for WarmStart {
             Self::Model => {
                 "The rollout of a learned model; the heuristic where the rollout is worse or of no use"
             }
-            Self::Heuristic => "Track the docking port, move the joints linearly",
+            Self::Heuristic => "Track the docking port, move the joints evenly, light ones late",
         }
     }
 }
