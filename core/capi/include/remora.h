@@ -46,10 +46,10 @@
 #define REMORA_EULER 1
 
 // Checksum of the plan that remora_self_test makes with Euler.
-#define REMORA_SELF_TEST_EULER 16192730417737516888
+#define REMORA_SELF_TEST_EULER 16192730417737516888ull
 
 // Checksum of the plan that remora_self_test makes with RK4.
-#define REMORA_SELF_TEST_RK4 6767207187894076473ull
+#define REMORA_SELF_TEST_RK4 6767207187894076473
 
 // remora_ask: another plan is wanted.
 #define REMORA_REPLAN 1
