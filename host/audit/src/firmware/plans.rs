@@ -83,7 +83,7 @@ impl Plans {
         vec![
             of(Euler, Heuristic, &[0, 1, 4, 5]),
             of(Euler, Model, &[0, 1, 6, 7]),
-            of(Rk4, Heuristic, &[0, 10]),
+            of(Rk4, Heuristic, &[0, 8]),
             of(Rk4, Model, &[0, 1, 10]),
         ]
     }
