@@ -9,11 +9,13 @@ use super::mission_sections::{
     Approach, Corridor, Horizon, Margins, Orbit, Scenarios, Target, Tolerances, Typical, Weights,
 };
 use super::mission_servicer::Servicer;
-use super::{Limit, json, read_text};
+use super::{Limit, PLANNED_JOINTS, json, read_text};
 use crate::error::{Error, FieldError};
+use crate::with_joints;
 use remora_core::advanced::model::{InvalidField, MIN_NODES, Mission};
 use remora_core::advanced::stages::{LINKS, NODES};
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -126,6 +128,21 @@ impl MissionFile {
     /// # Errors
     /// The first field, by its key in the file, whose value makes no sense; another number of joints.
     pub fn mission_of<const NL: usize>(&self) -> Result<Mission<NL>, FieldError> {
+        let wrong = || self.wrong_joints(&format!("here the arm has {NL} joints"));
+        self.judged()?.downcast().map(|mission| *mission).map_err(|_| wrong())
+    }
+
+    /// The mission of as many joints as the file has. The code that judges missions is large, and there
+    /// for each number of joints: whoever reads one shares this, compiled with this crate.
+    fn judged(&self) -> Result<Box<dyn Any>, FieldError> {
+        with_joints!(self.joints(), NL => {
+            Ok(Box::new(self.judge::<NL>()?))
+        } else {
+            Err(self.wrong_joints(PLANNED_JOINTS))
+        })
+    }
+
+    fn judge<const NL: usize>(&self) -> Result<Mission<NL>, FieldError> {
         let nodes = self.horizon.nodes;
         if !(MIN_NODES..=NODES).contains(&nodes) {
             let reason =
@@ -154,9 +171,6 @@ impl MissionFile {
     }
 
     fn convert<const NL: usize>(&self) -> Result<Mission<NL>, FieldError> {
-        if self.joints() != NL {
-            return Err(self.wrong_joints(&format!("here the arm has {NL} joints")));
-        }
         Ok(Mission {
             orbit: self.orbit.convert(),
             target: self.target.convert(),
