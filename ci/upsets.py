@@ -3,13 +3,13 @@
 
     ci/upsets.py                                  # 100 cases on the Cortex-M7
     ci/upsets.py --target aarch64-unknown-none --cases 1000 --out runs/upsets.csv
-    ci/upsets.py --start model                    # from the learned start: fewer iterations, half the time
+    ci/upsets.py --start model                    # from the learned start: fewer iterations
     ci/upsets.py --seed 1 --case 17               # one case again
 
 The image (of `remora firmware`, in target/firmware) plans two scenarios with Euler, scrubbing as `remora plan --scrub`
-does. In one of the iterations of its QP solver, some instructions after the next call of one of
-its functions, QEMU's gdb stub changes a bit; then it goes on. A case is a function of image, start, seed and number.
-Exit status: 0 where no case was wrong, 1 where some were, 2 for bad input.
+does. In one of the iterations of its QP solver, some instructions after the next call of one of its functions, QEMU's
+gdb stub changes a bit; then it goes on. A case is a function of image, start, seed and number. Exit status: 0 where no
+case was wrong, 1 where some were, 2 for bad input.
 
 Classes, of the plan that was struck:
   same       every line of both plans is that of the run without a fault
