@@ -1,16 +1,12 @@
 //! What a plan was made from, in its file: scenario, mission, time grid and program, so that the
 //! file stands alone.
 
-use super::{
-    MISSION_FORMAT, MissionFile, NamedScenario, PLANNED_JOINTS, ServicerStart, TargetStart, json,
-};
+use super::{MISSION_FORMAT, MissionFile, NamedScenario, ServicerStart, TargetStart, json};
 use crate::error::FieldError;
 use crate::method::Integrator;
-use crate::with_joints;
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::{mission_checksum, scenario_checksum};
 use serde::{Deserialize, Serialize};
-use std::any::Any;
 use std::collections::BTreeMap;
 
 /// Scenario and mission of a plan, whole, with the checksums by which others are compared to them.
@@ -237,21 +233,9 @@ impl PlanInputs {
     /// # Errors
     /// The first field found wrong; checksums that are not those of what they stand beside.
     pub fn read<const NL: usize>(&self, id: &str) -> Result<MadeFor<NL>, FieldError> {
-        let wrong = || self.mission.wrong_joints(&format!("here the arm has {NL} joints"));
-        self.judged(id)?.downcast().map(|made| *made).map_err(|_| within("mission", wrong()))
-    }
-
-    /// What it is made for, of as many joints as the mission has: one code for all who read, as of
-    /// missions.
-    fn judged(&self, id: &str) -> Result<Box<dyn Any>, FieldError> {
-        with_joints!(self.mission.joints(), NL => {
-            Ok(Box::new(self.judge::<NL>(id)?))
-        } else {
-            Err(within("mission", self.mission.wrong_joints(PLANNED_JOINTS)))
-        })
-    }
-
-    fn judge<const NL: usize>(&self, id: &str) -> Result<MadeFor<NL>, FieldError> {
+        let within = |part: &str, error: FieldError| {
+            FieldError::new(format!("inputs.{part}.{}", error.field), error.reason)
+        };
         json::check_format(Some(&self.mission.format), MISSION_FORMAT)
             .map_err(|error| within("mission", error))?;
         let mission = self.mission.mission_of().map_err(|error| within("mission", error))?;
@@ -272,11 +256,6 @@ impl PlanInputs {
         agrees("mission", &self.mission_checksum, checksum_of_mission(&mission))?;
         Ok(MadeFor { mission, scenario })
     }
-}
-
-/// What is wrong with a part of the inputs.
-fn within(part: &str, error: FieldError) -> FieldError {
-    FieldError::new(format!("inputs.{part}.{}", error.field), error.reason)
 }
 
 /// A plan's key for a field of a scenario set.
