@@ -6,7 +6,7 @@
 //! - [`navigation`]: from what sensors tell to what guidance is told;
 //! - [`judge`]: what a flight comes to, and what it violates on the way;
 //! - [`flight`]: one flight, from a plan to the port;
-//! - [`open_loop`], [`open_loop_file`]: a plan's forces and torques as they stand, for other simulators;
+//! - [`open_loop`]: a plan's forces and torques as they stand, for other simulators to fly the same;
 //! - [`options`], [`errors_file`]: how to fly, and what is wrong with the world, as files say it;
 //! - [`history`], [`pilot`]: a flight over time; flights of arms of any number of joints;
 //! - [`ways_out`]: what becomes of an approach that must end at a node;
@@ -25,7 +25,6 @@ pub mod keep;
 pub mod navigation;
 pub mod nominal;
 pub mod open_loop;
-pub mod open_loop_file;
 pub mod options;
 pub mod parts;
 pub mod pilot;

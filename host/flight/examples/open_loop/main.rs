@@ -5,10 +5,12 @@
 //! ```
 //!
 //! writes `FOLDER/PLAN.open-loop.json` for each plan: vehicle, start, what acts when, and where the tip was
-//! at the nodes, in each of the worlds of `Case`. The keys are told in `remora_flight::open_loop_file`;
-//! `ci/cross_flight.py` reads them.
+//! at the nodes, in each of the worlds of `Case`. The keys are told in `file`; `ci/cross_flight.py` reads
+//! them.
 
-use remora_flight::open_loop_file::{Case, OpenLoopFile};
+mod file;
+
+use file::{Case, OpenLoopFile};
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, json, make_directory, write_atomically};
 use std::path::{Path, PathBuf};

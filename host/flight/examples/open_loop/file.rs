@@ -6,11 +6,11 @@
 //! these axes. Quaternions are `[x, y, z, w]`, body to inertial. A body's inertia is that about its centre
 //! of mass, in its own axes.
 
-use crate::nominal::{self, Surroundings};
-use crate::open_loop::{self, Held, OpenLoop};
 use nalgebra::{Matrix3, Vector3};
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::planner::scenario_checksum;
+use remora_flight::nominal::{self, Surroundings};
+use remora_flight::open_loop::{self, Held, OpenLoop};
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, Program};
 use remora_truth::{
