@@ -173,7 +173,8 @@ typedef struct RemoraGuidance {
   double abort_near[3];
   // Time before capture from which these hold, and until which that of the position does [s].
   double abort_near_times[2];
-  // Most that the end effector may be seen beside the port in the end [m].
+  // Most that the end effector may be seen beside the port in the end; twice that is how far across the
+  // port's normal it may be going to be off before [m].
   double abort_port;
 } RemoraGuidance;
 

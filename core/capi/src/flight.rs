@@ -60,7 +60,8 @@ pub struct RemoraGuidance {
     pub abort_near: [f64; 3],
     /// Time before capture from which these hold, and until which that of the position does [s].
     pub abort_near_times: [f64; 2],
-    /// Most that the end effector may be seen beside the port in the end [m].
+    /// Most that the end effector may be seen beside the port in the end; twice that is how far across the
+    /// port's normal it may be going to be off before [m].
     pub abort_port: f64,
 }
 

@@ -33,6 +33,10 @@ pub struct GuidanceSettings {
     pub abort: AbortErrors,
 }
 
+/// How far across the port's normal the end effector may be going to be off near the end, over
+/// [`AbortErrors::port`].
+const ACROSS: f64 = 2.0;
+
 /// Errors from what is asked for beyond which the approach is given up: position [m], as it is going to be
 /// half a minute later, bus attitude [rad], the joint farthest off [rad]; infinite: never.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,11 +49,12 @@ pub struct AbortErrors {
     pub settles: f64,
     /// Near the target, once it is settled.
     pub near: [f64; 3],
-    /// Time before capture from which these hold, and until which that of the position does [s]: later it
-    /// is safer to arrive than to leave.
+    /// Time before capture from which these hold, and until which that of the position does [s]: later only
+    /// where the end effector comes to across the port's normal is looked at.
     pub near_times: [f64; 2],
     /// Most that the end effector may be seen beside where it is to be once the plan's own motion has
-    /// ended [m].
+    /// ended [m]. Once the position's error is no reason any more, one that is going to be twice as far off
+    /// across the port's normal half a minute later is.
     pub port: f64,
 }
 
@@ -84,16 +89,19 @@ impl AbortErrors {
         left: f64,
     ) -> Option<Vector3<f64>> {
         let [from, until] = self.near_times;
-        let [position, attitude, joint] = if since_first < self.settles {
-            self.settling
-        } else if left > from {
-            self.settled
-        } else {
-            self.near
+        let has_settled = since_first >= self.settles;
+        let [position, attitude, joint] = match has_settled {
+            false => self.settling,
+            true if left > from => self.settled,
+            true => self.near,
         };
-        let soon = libm::sqrt(effort.soon.dot(&effort.soon));
-        if soon > position && left > until {
+        let across = if has_settled { ACROSS * self.port } else { position };
+        let size = |v: &Vector3<f64>| libm::sqrt(v.dot(v));
+        let (soon, beside) = (size(&effort.soon), size(&effort.beside));
+        if left > until && soon > position {
             Some(effort.soon / soon)
+        } else if left <= until && beside > across {
+            Some(effort.beside / beside)
         } else if effort.error.attitude > attitude || effort.error.joint > joint {
             Some(Vector3::zeros())
         } else {

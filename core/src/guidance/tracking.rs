@@ -1,7 +1,7 @@
 //! The feedback: computed torque about the turned plan, with integrals that stop at limits.
 
 use super::{Estimate, GuidanceSettings, Limits, Reference, TrackingError};
-use crate::dynamics::{Acceleration, Control, Multibody};
+use crate::dynamics::{Acceleration, Control, Multibody, State};
 use crate::math::quaternion;
 use crate::model::hcw_acceleration;
 use nalgebra::{SVector, Vector3};
@@ -56,6 +56,8 @@ pub(super) struct Effort<const NL: usize> {
     pub error: TrackingError,
     /// Error of the position some time from now, if nothing is done [m].
     pub soon: Vector3<f64>,
+    /// That of the end effector across the port's normal, with bus and joints as far off as now [m].
+    pub beside: Vector3<f64>,
 }
 
 impl<const NL: usize> Effort<NL> {
@@ -66,6 +68,7 @@ impl<const NL: usize> Effort<NL> {
         share: [0.0; 2],
         error: TrackingError { position: 0.0, attitude: 0.0, joint: 0.0, target: 0.0 },
         soon: Vector3::new(0.0, 0.0, 0.0),
+        beside: Vector3::new(0.0, 0.0, 0.0),
     };
 }
 
@@ -126,7 +129,23 @@ impl<const NL: usize> Tracking<'_, NL> {
         self.integrate(integrals, &errors, [force_share, torque_share]);
         let soon = errors.position + (velocity - wanted.velocity) * SOON;
         let share = [force_share, torque_share];
-        Effort { force, control, share, error: errors.sizes(), soon }
+        Effort { force, control, share, error: errors.sizes(), soon, ..Effort::NONE }
+    }
+
+    /// How far the end effector will be from where it is wanted, across a unit vector, where the centre of
+    /// mass will be `soon` off.
+    // Apart from the feedback: its kinematics are not on that's stack.
+    #[inline(never)]
+    pub fn beside(
+        &self,
+        normal: &Vector3<f64>,
+        wanted: &State<NL>,
+        now: &State<NL>,
+        soon: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let [wanted, now] = [wanted, now].map(|state| self.body.end_effector(state).position);
+        let off = now - wanted + soon;
+        off - normal * normal.dot(&off)
     }
 
     /// Integrals go on only where no limit is reached, each up to its own bound.

@@ -157,6 +157,23 @@ fn an_approach_that_is_lost_in_time_is_left_clear() {
     }
 }
 
+/// Where a thruster fails on the last way and the end effector would come beside the port, it leaves before the
+/// wrist camera could tell, 25 s before capture.
+// Verifies REM-FLY-004.
+#[test]
+fn what_would_come_beside_the_port_is_left_clear() {
+    let planned = planned(&mission(), 32);
+    for (run, axis) in [(24, 0), (31, 0), (24, 1)] {
+        let mut errors = Errors::typical();
+        errors.faults.thruster_lost = Some(ThrusterLost { axis, time_s: 1100.0 });
+        let flown = fly(&planned[run as usize], &Settings::default(), &errors, run);
+        println!("{:?} {} s {:?}", flown.ending, flown.time_s, flown.room);
+        assert_eq!(flown.ending, Ending::Aborted);
+        // An abort is watched for 600 s.
+        assert!(flown.time_s < 1775.0 && flown.room.arm_m > 0.0, "{:?}", flown.room);
+    }
+}
+
 /// What only watches changes nothing, and sees every step where that is asked for.
 #[test]
 fn every_step_can_be_watched() {
