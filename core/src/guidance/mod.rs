@@ -251,8 +251,8 @@ impl<const NL: usize> Guidance<NL> {
         self.settings.closing.within(plan.left(first))
     }
 
-    /// Makes of what the plan asks for at the cursor what is asked for now, and tells the angle by which the
-    /// target is off, and by how much bus and joints put the end effector elsewhere [m].
+    /// Makes of what the plan asks for at the cursor what is asked for now, and tells the angle by which
+    /// the target is off.
     #[inline(never)]
     fn aim(
         &mut self,
@@ -261,7 +261,7 @@ impl<const NL: usize> Guidance<NL> {
         estimate: &Estimate<NL>,
         pace: &Pace,
         wanted: &mut Reference<NL>,
-    ) -> (f64, Vector3<f64>) {
+    ) -> f64 {
         let now = estimate.time;
         pace.apply(wanted);
         let turn = Turn::to(plan, mission, wanted, &estimate.target, self.faded_in(now));
@@ -269,9 +269,7 @@ impl<const NL: usize> Guidance<NL> {
         let ahead = pace.time - (now - plan.begins);
         let off = turn.whole + wanted.target.rate * ahead.max(0.0);
         turn.apply(wanted);
-        let body = Multibody::new(mission);
-        let reach = body.end_effector(&estimate.state).position;
-        if let Some(seen) = seen_by_camera(mission, estimate, &reach) {
+        if let Some(seen) = seen_by_camera(mission, estimate) {
             self.memory.offset.seen = seen;
         }
         self.memory.offset.follow(wanted, self.settings.camera, self.since);
@@ -283,7 +281,7 @@ impl<const NL: usize> Guidance<NL> {
                 let off = tip - away;
                 libm::sqrt(off.dot(&off)) > self.settings.abort.port
             });
-        (libm::sqrt(off.dot(&off)), reach - body.end_effector(&wanted.state).position)
+        libm::sqrt(off.dot(&off))
     }
 
     /// The step once the reference has moved on.
@@ -300,7 +298,7 @@ impl<const NL: usize> Guidance<NL> {
         if !wanted.is_finite() {
             return self.blind(mission, plan, limits);
         }
-        let (angle, elsewhere) = self.aim(mission, plan, estimate, pace, &mut wanted);
+        let angle = self.aim(mission, plan, estimate, pace, &mut wanted);
         let (body, mean_motion) = (Multibody::new(mission), mission.mean_motion());
         let (settings, since) = (&self.settings, self.since);
         let tracking = Tracking { body, mean_motion, settings, limits, since };
@@ -308,8 +306,7 @@ impl<const NL: usize> Guidance<NL> {
         effort.error.target = angle;
         let normal =
             quaternion::rotation_matrix(&estimate.target.attitude) * mission.target.port_normal;
-        let off = elsewhere + effort.soon;
-        effort.beside = off - normal * normal.dot(&off);
+        effort.beside = tracking.beside(&normal, &wanted.state, &estimate.state, &effort.soon);
         self.follow(plan, limits, &wanted, &mut effort, estimate.time)
     }
 
@@ -491,16 +488,15 @@ impl<const NL: usize> Guidance<NL> {
     }
 }
 
-/// By how much the end effector, `reach` from the centre of mass by navigation, is elsewhere, where the wrist
-/// camera sees it [m].
+/// By how much the end effector is elsewhere than navigation says, where the wrist camera sees it [m].
 fn seen_by_camera<const NL: usize>(
     mission: &Mission<NL>,
     estimate: &Estimate<NL>,
-    reach: &Vector3<f64>,
 ) -> Option<Vector3<f64>> {
     let seen = estimate.wrist?;
-    let (center, _) = Multibody::new(mission).center_of_mass(&estimate.state);
-    let tip = estimate.position + center + reach;
+    let body = Multibody::new(mission);
+    let (center, _) = body.center_of_mass(&estimate.state);
+    let tip = estimate.position + center + body.end_effector(&estimate.state).position;
     let target = quaternion::rotation_matrix(&estimate.target.attitude);
     Some(seen - (tip - target * mission.target.port_position))
 }

@@ -1,7 +1,7 @@
 //! The feedback: computed torque about the turned plan, with integrals that stop at limits.
 
 use super::{Estimate, GuidanceSettings, Limits, Reference, TrackingError};
-use crate::dynamics::{Acceleration, Control, Multibody};
+use crate::dynamics::{Acceleration, Control, Multibody, State};
 use crate::math::quaternion;
 use crate::model::hcw_acceleration;
 use nalgebra::{SVector, Vector3};
@@ -130,6 +130,22 @@ impl<const NL: usize> Tracking<'_, NL> {
         let soon = errors.position + (velocity - wanted.velocity) * SOON;
         let share = [force_share, torque_share];
         Effort { force, control, share, error: errors.sizes(), soon, ..Effort::NONE }
+    }
+
+    /// How far the end effector will be from where it is wanted, across a unit vector, where the centre of
+    /// mass will be `soon` off.
+    // Apart from the feedback: its kinematics are not on that's stack.
+    #[inline(never)]
+    pub fn beside(
+        &self,
+        normal: &Vector3<f64>,
+        wanted: &State<NL>,
+        now: &State<NL>,
+        soon: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let [wanted, now] = [wanted, now].map(|state| self.body.end_effector(state).position);
+        let off = now - wanted + soon;
+        off - normal * normal.dot(&off)
     }
 
     /// Integrals go on only where no limit is reached, each up to its own bound.
