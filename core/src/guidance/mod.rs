@@ -304,9 +304,11 @@ impl<const NL: usize> Guidance<NL> {
         let tracking = Tracking { body, mean_motion, settings, limits, since };
         let mut effort = tracking.effort(&wanted, estimate, &mut self.memory.integrals);
         effort.error.target = angle;
-        let normal =
-            quaternion::rotation_matrix(&estimate.target.attitude) * mission.target.port_normal;
-        effort.beside = tracking.beside(&normal, &wanted.state, &estimate.state, &effort.soon);
+        if plan.left(estimate.time) <= settings.abort.near_times[1] {
+            let target = quaternion::rotation_matrix(&estimate.target.attitude);
+            let normal = target * mission.target.port_normal;
+            effort.beside = tracking.beside(&normal, &wanted.state, &estimate.state, &effort.soon);
+        }
         self.follow(plan, limits, &wanted, &mut effort, estimate.time)
     }
 

@@ -100,7 +100,7 @@ impl AbortErrors {
         let (soon, beside) = (size(&effort.soon), size(&effort.beside));
         if left > until && soon > position {
             Some(effort.soon / soon)
-        } else if left <= until && beside > across {
+        } else if beside > across {
             Some(effort.beside / beside)
         } else if effort.error.attitude > attitude || effort.error.joint > joint {
             Some(Vector3::zeros())

@@ -56,7 +56,8 @@ pub(super) struct Effort<const NL: usize> {
     pub error: TrackingError,
     /// Error of the position some time from now, if nothing is done [m].
     pub soon: Vector3<f64>,
-    /// That of the end effector across the port's normal, with bus and joints as far off as now [m].
+    /// Near the end, that of the end effector across the port's normal, with bus and joints as far off as
+    /// now [m]; zero before.
     pub beside: Vector3<f64>,
 }
 
