@@ -17,7 +17,7 @@ import sys
 from pathlib import Path
 
 REMORA = os.environ.get("REMORA", str(Path(__file__).resolve().parent.parent / "target/release/remora"))
-HALFWAY = "\n[faults]\ndrawn_within_s = 1200.0\n"
+AT_ANY_TIME = "\n[faults]\ndrawn_within_s = 1200.0\n"
 REPLAN = ["--controller", "replan", "--replan-every", "100"]
 
 
@@ -49,8 +49,8 @@ def changed(text, section, change):
     return "\n".join(lines) + "\n"
 
 
-def typical(faults=""):
-    return printed("--default").replace("\n[faults]\n", faults or "\n[faults]\n")
+def typical(faults="\n[faults]\n"):
+    return printed("--default").replace("\n[faults]\n", faults)
 
 
 def twice(key, value):
@@ -91,12 +91,12 @@ CLASSES = {
 } | {
     f"lost-{axis}": (
         f"... thruster axis {axis} lost at a random time", 300, 1,
-        lambda axis=axis: typical(f"{HALFWAY}\n[faults.thruster_lost]\naxis = {axis}\ntime_s = 0.0\n"), [])
+        lambda axis=axis: typical(f"{AT_ANY_TIME}\n[faults.thruster_lost]\naxis = {axis}\ntime_s = 0.0\n"), [])
     for axis in range(3)
 } | {
     f"stuck-{joint}": (
         f"... joint {joint + 1} stuck at a random time", 300, 1,
-        lambda joint=joint: typical(f"{HALFWAY}\n[faults.joint_stuck]\njoint = {joint}\ntime_s = 0.0\n"), [])
+        lambda joint=joint: typical(f"{AT_ANY_TIME}\n[faults.joint_stuck]\njoint = {joint}\ntime_s = 0.0\n"), [])
     for joint in range(3)
 }
 
