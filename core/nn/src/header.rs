@@ -53,6 +53,9 @@ pub enum Layout {
     Separate,
     /// One token a node.
     Fused,
+    /// One token a chunk: only the first node of each is seen, and all of its actions are executed (action
+    /// chunking).
+    Chunked,
 }
 
 /// How the hidden state becomes actions.
@@ -137,6 +140,8 @@ pub struct Dimensions {
     pub features: usize,
     /// Numbers of a prediction: those of an action times the chunk.
     pub actions: usize,
+    /// Nodes from one that is seen to the next.
+    pub stride: usize,
     /// Tokens of a whole sequence.
     pub tokens: usize,
 }
@@ -166,15 +171,20 @@ impl Header {
         for token_type in &self.token_types {
             features += within(*token_type, limit::INPUTS)?;
         }
+        let chunk = within(self.chunk, limit::CHUNK)?;
+        let stride = match self.layout {
+            Layout::Separate | Layout::Fused => 1,
+            Layout::Chunked => chunk,
+        };
         let (token_types, tokens) = match self.layout {
             Layout::Separate => (5, 5 * nodes - 1),
-            Layout::Fused => (1, nodes),
+            Layout::Fused | Layout::Chunked => (1, nodes.div_ceil(stride)),
         };
         if let Decoder::Flow { steps } = self.decoder {
             within(steps, limit::STEPS)?;
         }
         let action = within(self.action, limit::ACTIONS)?;
-        let actions = action * within(self.chunk, limit::CHUNK)?;
+        let actions = action * chunk;
         if head_width * heads != width
             || self.token_types.len() != token_types
             || actions > limit::ACTIONS
@@ -192,6 +202,7 @@ impl Header {
             action,
             features,
             actions,
+            stride,
             tokens,
         })
     }

@@ -66,7 +66,7 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
         self.model
     }
 
-    /// Index of the next node, from zero.
+    /// Index of the next node that it sees, from zero.
     pub fn node(&self) -> usize {
         self.node
     }
@@ -105,7 +105,7 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
         let token_types = self.check(features)?;
         self.pass(features, token_types, 1)?;
         let sound = self.predict(actions, should_stop);
-        self.node += 1;
+        self.node += self.model.dimensions().stride;
         if sound { Ok(()) } else { Err(NetworkError::Output) }
     }
 
@@ -120,7 +120,7 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
             self.pass(features, token_type..token_type + 1, 1)?;
         }
         let sound = self.predict(actions, &|| false);
-        self.node += 1;
+        self.node += self.model.dimensions().stride;
         if sound { Ok(()) } else { Err(NetworkError::Output) }
     }
 
@@ -131,7 +131,7 @@ impl<'m, 'a, M: Storage> Network<'m, 'a, M> {
     pub fn observe(&mut self, features: &[f32]) -> Result<(), NetworkError> {
         let token_types = self.check(features)?;
         self.pass(features, token_types, 0)?;
-        self.node += 1;
+        self.node += self.model.dimensions().stride;
         Ok(())
     }
 

@@ -123,13 +123,17 @@ impl<M: Storage> Policy for NetworkPolicy<'_, '_, M> {
         self.model.header().chunk.into()
     }
 
-    /// One action of a linear decoder, its best prediction; all actions of a flow's chunk, because the
-    /// next sample may belong to another trajectory.
+    /// What a linear decoder predicts up to the next node that is seen, its best prediction; all actions of a
+    /// flow's chunk, because the next sample may belong to another trajectory.
     fn executed(&self) -> usize {
         match self.model.header().decoder {
-            Decoder::Linear => 1,
+            Decoder::Linear => self.stride(),
             Decoder::Flow { .. } => self.chunk(),
         }
+    }
+
+    fn stride(&self) -> usize {
+        self.model.dimensions().stride
     }
 
     fn identify(&self, checksum: &mut Checksum) {

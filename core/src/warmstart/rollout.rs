@@ -38,6 +38,11 @@ pub trait Policy {
     /// Number of those that are executed before the next prediction.
     fn executed(&self) -> usize;
 
+    /// Nodes from one that it sees to the next: between two predictions it sees all, unless it says otherwise.
+    fn stride(&self) -> usize {
+        1
+    }
+
     /// Adds all that distinguishes this policy from others to `checksum`.
     fn identify(&self, checksum: &mut Checksum);
 
@@ -91,7 +96,8 @@ pub fn rollout<P: Policy + ?Sized, const NL: usize>(
     let chunk = policy.chunk().clamp(1, MAX_CHUNK);
     let executed = policy.executed().clamp(1, chunk);
     // Without a case of zero in the code below.
-    let executed = NonZeroUsize::new(executed).unwrap_or(NonZeroUsize::MIN);
+    let [executed, stride] = [executed, policy.stride()]
+        .map(|nodes| NonZeroUsize::new(nodes).unwrap_or(NonZeroUsize::MIN));
     let mut features = [0.0; MAX_FEATURES];
     let size = size::controls(NL);
     let mut actions = [0.0; MAX_ACTIONS];
@@ -103,22 +109,24 @@ pub fn rollout<P: Policy + ?Sized, const NL: usize>(
     let last = scene.last.min(NODES - 1);
     for k in 0..last {
         let state = out.states[k];
-        let previous = actions.get(at..).unwrap_or_default();
-        scene.features(encoding, k, &state, previous, &mut features);
-        let (Some(features), Some(answer)) =
-            (features.get(..encoding.features(NL)), actions.get_mut(..chunk * size))
-        else {
-            return false;
-        };
         if scene.deadline.has_passed() {
             return false;
         }
-        let looked = match k % executed {
-            0 => policy.act(features, answer, &scene.deadline),
-            _ => policy.observe(features),
-        };
-        if !looked {
-            return false;
+        if k % stride == 0 {
+            let previous = actions.get(at..).unwrap_or_default();
+            scene.features(encoding, k, &state, previous, &mut features);
+            let (Some(features), Some(answer)) =
+                (features.get(..encoding.features(NL)), actions.get_mut(..chunk * size))
+            else {
+                return false;
+            };
+            let looked = match k % executed {
+                0 => policy.act(features, answer, &scene.deadline),
+                _ => policy.observe(features),
+            };
+            if !looked {
+                return false;
+            }
         }
         at = k % executed * size;
         let numbers = actions.get(at..).unwrap_or_default();

@@ -49,6 +49,16 @@ impl Layout {
         spans.push(Span { name: "checksum".into(), bytes: at..length, size: 1 });
         Ok(Self { spans, size: *model.dimensions(), memory })
     }
+
+    /// Tokens of a roll-out.
+    fn tokens(&self) -> usize {
+        (NODES - 1).div_ceil(self.size.stride)
+    }
+
+    /// The node that a token is of.
+    fn node(&self, token: usize) -> usize {
+        token * self.size.stride
+    }
 }
 
 /// What a plan takes without a fault.
@@ -138,7 +148,7 @@ impl Draw {
     /// What is alive most often: the residual stream half the time, the latent a quarter.
     fn activation(&mut self, layout: &Layout) -> Fault {
         let (layers, (width, tokens)) = (layout.size.layers, layout.memory);
-        let node = self.below(NODES - 1);
+        let token = self.below(layout.tokens());
         let (part, at, row) = match self.below(8) {
             0..4 => (Part::Residual, 1 + self.below(layers + 1) * USES, layout.size.width),
             4..6 => (Part::Normal, uses(layers) - 1, layout.size.width),
@@ -149,16 +159,16 @@ impl Draw {
                 _ => (Part::Scores, self.below(uses(layers)), tokens),
             },
         };
-        let (call, element) = (moment(node, at, layers), self.below(row));
+        let (call, element) = (moment(token, at, layers), self.below(row));
         let bit_flip = BitFlip { call, part, element, bit: self.below(32) as u32 };
-        Fault::Memory { cached: false, within: false, node, bit_flip }
+        Fault::Memory { cached: false, within: false, node: layout.node(token), bit_flip }
     }
 
     /// What lives between two steps of a block: queries, what attention found, the wide layer, and beside
     /// them the residual stream.
     fn within(&mut self, layout: &Layout) -> Fault {
         let (layers, width) = (layout.size.layers, layout.size.width);
-        let node = self.below(NODES - 1);
+        let token = self.below(layout.tokens());
         let (layer, step) = (self.below(layers), 1 + self.below(USES - 1));
         let (part, row) = match (self.below(4), step) {
             (0, _) => (Part::Residual, width),
@@ -166,16 +176,16 @@ impl Draw {
             (_, 2) => (Part::Normal, width),
             _ => (Part::Intermediate, 4 * width),
         };
-        let call = moment(node, 1 + layer * USES + step, layers);
+        let call = moment(token, 1 + layer * USES + step, layers);
         let bit_flip = BitFlip { call, part, element: self.below(row), bit: self.below(32) as u32 };
-        Fault::Memory { cached: false, within: true, node, bit_flip }
+        Fault::Memory { cached: false, within: true, node: layout.node(token), bit_flip }
     }
 
-    /// Of a node before the one at work, so that it will be read.
+    /// Of a token before the one at work, so that it will be read.
     fn cached(&mut self, layout: &Layout) -> Fault {
         let (layers, (width, tokens)) = (layout.size.layers, layout.memory);
-        let node = 1 + self.below(NODES - 2);
-        let before = self.below(node);
+        let token = 1 + self.below(layout.tokens() - 1);
+        let before = self.below(token);
         let part = match self.below(8) {
             0..3 => Part::Keys,
             3..6 => Part::Values,
@@ -186,9 +196,9 @@ impl Draw {
             Part::Keys | Part::Values => before * width + self.below(layout.size.width),
             _ => self.below(layout.size.heads) * tokens + before,
         };
-        let call = moment(node, 1 + self.below(layers) * USES, layers);
+        let call = moment(token, 1 + self.below(layers) * USES, layers);
         let bit_flip = BitFlip { call, part, element, bit: self.below(32) as u32 };
-        Fault::Memory { cached: true, within: false, node, bit_flip }
+        Fault::Memory { cached: true, within: false, node: layout.node(token), bit_flip }
     }
 
     fn start(&mut self, accepted: bool) -> Fault {
@@ -235,14 +245,14 @@ impl Draw {
 /// Uses of the memory by a block.
 const USES: usize = BitFlip::USES;
 
-/// Uses of the memory by a node.
+/// Uses of the memory by a token.
 fn uses(layers: usize) -> usize {
     layers * USES + 3
 }
 
-/// Before which use of the memory: use `at` of a node.
-fn moment(node: usize, at: usize, layers: usize) -> u32 {
-    (node * uses(layers) + at) as u32
+/// Before which use of the memory: use `at` of a token.
+fn moment(token: usize, at: usize, layers: usize) -> u32 {
+    (token * uses(layers) + at) as u32
 }
 
 #[cfg(test)]
@@ -287,7 +297,9 @@ mod tests {
                 Fault::File { checked, byte, part, .. } => {
                     assert!(byte < length && !(checked && part == "checksum"), "{byte} {part}");
                 }
-                Fault::Memory { bit_flip, .. } => assert!(bit_flip.call < 59 * 15, "{bit_flip:?}"),
+                Fault::Memory { bit_flip, .. } => {
+                    assert!(bit_flip.call < 15 * layout.tokens() as u32, "{bit_flip:?}");
+                }
                 Fault::Start { field, element, bit, .. } => {
                     assert!(element < START_FIELDS[field].1 && bit < 64);
                 }

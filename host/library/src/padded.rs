@@ -60,6 +60,10 @@ impl Policy for Padded<'_> {
         self.policy.executed()
     }
 
+    fn stride(&self) -> usize {
+        self.policy.stride()
+    }
+
     fn identify(&self, checksum: &mut Checksum) {
         self.policy.identify(checksum);
     }

@@ -154,7 +154,7 @@ impl<const NL: usize> Data<NL> {
             return Recorded::read(config, mission)
                 .map(|recorded| Self::Recorded(Box::new(recorded)));
         }
-        let shape = Shape::of(config.model.encoding, NODES, NL);
+        let shape = Shape::of(&config.model, NODES, NL);
         Ok(Self::Synthetic(Synthetic::new(shape, config.data.count.unwrap_or(5000) as usize)))
     }
 

@@ -55,12 +55,18 @@ pub struct Card {
     pub lineage: Lineage,
 }
 
-/// `3 x 96, one token, body, rate, int8`.
+/// How many tokens there are.
+fn tokens(header: &nn::Header) -> &'static str {
+    match header.layout {
+        nn::Layout::Separate => "five tokens a node",
+        nn::Layout::Fused => "one token a node",
+        nn::Layout::Chunked => "one token a chunk",
+    }
+}
+
+/// `3 x 96, one token a node, body, rate, int8`.
 fn network(header: &nn::Header) -> String {
-    let tokens = match header.layout {
-        nn::Layout::Separate => "five tokens",
-        nn::Layout::Fused => "one token",
-    };
+    let tokens = tokens(header);
     let inputs = match Encoding::of_tag(header.inputs) {
         Some(Encoding::Paper) => "paper",
         Some(Encoding::Body) => "body",
@@ -92,17 +98,14 @@ fn about(header: &nn::Header) -> String {
         Some(Action::Rate) => "actions are the next node's rates",
         None => "actions unknown",
     };
-    let tokens = match header.layout {
-        nn::Layout::Separate => "five tokens",
-        nn::Layout::Fused => "one token",
-    };
+    let tokens = tokens(header);
     let decoder = match header.decoder {
         nn::Decoder::Linear => "linear decoder",
         nn::Decoder::Flow { .. } => "flow decoder",
     };
     let nn::Header { layers, heads, width, chunk, .. } = header;
     format!(
-        "{inputs}, {action}, {tokens} a node, {layers} blocks of width {width} with {heads} heads, \
+        "{inputs}, {action}, {tokens}, {layers} blocks of width {width} with {heads} heads, \
          {decoder}, H = {chunk}"
     )
 }

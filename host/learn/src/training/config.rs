@@ -1,6 +1,7 @@
 //! The configuration of a training, `*.toml`.
 
 use super::examples::Disturbance;
+use remora_core::advanced::nn::limit;
 pub use remora_core::advanced::warmstart::{Action, Encoding};
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::{Limit, read_text};
@@ -48,6 +49,8 @@ pub enum Layout {
     Fused,
     /// Five tokens a node, the paper's.
     Separate,
+    /// One token a chunk, all of whose actions are executed before the next.
+    Chunked,
 }
 
 /// How a latent becomes an action.
@@ -72,7 +75,7 @@ pub struct Model {
     pub action: Action,
     /// How it is predicted.
     pub decoder: Decoder,
-    /// Actions predicted at a node, 1 or 5.
+    /// Actions predicted at a node: 1 or 5, with one token a chunk from 2 to 8.
     pub chunk: usize,
     /// Blocks.
     pub layers: usize,
@@ -83,6 +86,16 @@ pub struct Model {
     /// Probability with which a number of a residual branch is dropped in training.
     #[serde(default)]
     pub dropout: f64,
+}
+
+impl Model {
+    /// Nodes from one that the network sees to the next.
+    pub fn stride(&self) -> usize {
+        match self.layout {
+            Layout::Fused | Layout::Separate => 1,
+            Layout::Chunked => self.chunk,
+        }
+    }
 }
 
 /// How the learning rate falls to zero after the warm-up.
@@ -228,8 +241,14 @@ impl Config {
             _ => Err(FieldError::new(field, format!("must be from 1 to {most}"))),
         };
         let (m, t) = (&self.model, &self.training);
-        if ![1, 5].contains(&m.chunk) {
-            return refuse("model.chunk", "must be 1 or 5");
+        match m.layout {
+            Layout::Chunked if !(2..=limit::CHUNK).contains(&m.chunk) => {
+                return refuse("model.chunk", "must be from 2 to 8 with one token a chunk");
+            }
+            Layout::Fused | Layout::Separate if ![1, 5].contains(&m.chunk) => {
+                return refuse("model.chunk", "must be 1 or 5");
+            }
+            _ => {}
         }
         count("model.layers", m.layers, 12)?;
         count("model.width", m.width, 768)?;

@@ -44,16 +44,18 @@ pub struct Recipe {
     pub integrator: Integrator,
     /// Errors to come back from.
     pub disturbance: Disturbance,
+    /// Nodes from one that the network sees to the next.
+    pub stride: usize,
 }
 
 /// A trajectory as a network sees it; rows of nodes one after the other, all raw.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Example {
-    /// Features of all nodes but the last, `[N - 1][F]`: at the last there is nothing to do.
+    /// Features of the nodes that are seen, `[seen][F]`: at the last there is nothing to do.
     pub features: Vec<f32>,
     /// Actions, `[N - 1][A]`.
     pub actions: Vec<f32>,
-    /// The state group of the features of the next node, `[N - 1][S]`.
+    /// The state group of the features of the node after each that is seen, `[seen][S]`.
     pub next: Vec<f32>,
 }
 
@@ -176,7 +178,7 @@ pub fn example<const NL: usize>(
     let sizes = recipe.encoding.groups(NL);
     let (width, state_size) = (recipe.encoding.features(NL), sizes[4]);
     let mut out = Example {
-        features: vec![0.0; (NODES - 1) * width],
+        features: Vec::with_capacity((NODES - 1) * width),
         actions: Vec::with_capacity((NODES - 1) * size::controls(NL)),
         next: Vec::with_capacity((NODES - 1) * state_size),
     };
@@ -190,8 +192,11 @@ pub fn example<const NL: usize>(
     for k in 0..NODES - 1 {
         let (best, then) = (&recorded.motion.states[k], &recorded.motion.states[k + 1]);
         let state = drift.applied(best);
-        let features = &mut out.features[k * width..(k + 1) * width];
-        scene.features(recipe.encoding, k, &state, &previous, features);
+        let is_seen = k % recipe.stride == 0;
+        if is_seen {
+            scene.features(recipe.encoding, k, &state, &previous, &mut row);
+            out.features.extend(&row);
+        }
 
         // The actions lead to `goal`; errors on top of them lead to `reached`.
         let mut next = drift.next(recipe.integrator, scene.dt);
@@ -210,15 +215,18 @@ pub fn example<const NL: usize>(
         };
         let action: Vec<f32> = recipe.action.of(&state, &control, &goal).collect();
         out.actions.extend(&action);
-        if is_disturbed {
+        // An error is seen at once: what is predicted before it does not know of it.
+        if is_disturbed && (k + 1) % recipe.stride == 0 {
             next.bus.disturb(bus, random);
             next.joint.disturb(joint, random);
             pin(&scene, k + 1, &mut next);
         }
         let reached = next.applied(then);
         previous = recipe.action.of(&state, &control, &reached).collect();
-        scene.features(recipe.encoding, k + 1, &goal, &action, &mut row);
-        out.next.extend(&row[width - state_size..]);
+        if is_seen {
+            scene.features(recipe.encoding, k + 1, &goal, &action, &mut row);
+            out.next.extend(&row[width - state_size..]);
+        }
         drift = next;
     }
     out

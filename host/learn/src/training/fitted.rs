@@ -76,7 +76,7 @@ fn fitted(
     inputs: &[Option<usize>],
 ) -> Result<ModelFile, FieldError> {
     let header = file.header();
-    if header.decoder != Decoder::Linear || header.layout != Layout::Fused {
+    if header.decoder != Decoder::Linear || header.layout == Layout::Separate {
         return Err(FieldError::new("decoder", "must be linear, with one token a node"));
     }
     let outputs = places(&[3], joints_of(header), joints_of(&wanted));

@@ -94,6 +94,7 @@ pub fn header(config: &Config, table: &Table, origin: &Origin, steps: u64) -> He
         layout: match model.layout {
             config::Layout::Fused => Layout::Fused,
             config::Layout::Separate => Layout::Separate,
+            config::Layout::Chunked => Layout::Chunked,
         },
         inputs: model.encoding.tag(),
         outputs: model.action.tag(),

@@ -163,7 +163,7 @@ impl<'a, B: Kernels> Network<'a, B> {
 
     /// Tokens with the nodes' embedding added, `[trajectory * tokens][width]`.
     fn embed(&self, weights: &mut Weights<B>, batch: &Batch) -> Tensor<B, 2> {
-        let (steps, width) = (self.table.nodes - 1, self.table.width);
+        let (seen, width) = (self.table.seen, self.table.width);
         let tokens: Vec<Tensor<B, 3>> = batch
             .token_types
             .iter()
@@ -172,19 +172,20 @@ impl<'a, B: Kernels> Network<'a, B> {
             .collect();
         let nodes = weights.take();
         let (x, index) = match self.table.layout {
-            Layout::Fused => {
+            Layout::Fused | Layout::Chunked => {
                 let [x] = tokens.try_into().unwrap_or_else(|_| unreachable!("one kind"));
-                (x.reshape([batch.size, steps, width]), (0..steps as i32).collect())
+                let index = (0..seen).map(|token| (token * self.table.stride) as i32);
+                (x.reshape([batch.size, seen, width]), index.collect())
             }
             Layout::Separate => {
                 let token_types = tokens.len();
-                let x = Tensor::cat(tokens, 1).reshape([batch.size, token_types * steps, width]);
+                let x = Tensor::cat(tokens, 1).reshape([batch.size, token_types * seen, width]);
                 // Nothing was done before the first node. Later, what was done carries the index
                 // of the node where it was.
-                let index: Vec<i32> = (1..token_types * steps)
+                let index: Vec<i32> = (1..token_types * seen)
                     .map(|token| (token / token_types) as i32 - i32::from(token % token_types == 0))
                     .collect();
-                (x.narrow(1, 1, token_types * steps - 1), index)
+                (x.narrow(1, 1, token_types * seen - 1), index)
             }
         };
         let tokens = index.len();
@@ -209,13 +210,13 @@ impl<'a, B: Kernels> Network<'a, B> {
 
     /// The latents that actions are read from, and those that next states are.
     fn read(&self, x: Tensor<B, 2>, size: usize) -> (Tensor<B, 2>, Tensor<B, 2>) {
-        if self.table.layout == Layout::Fused {
+        if self.table.layout != Layout::Separate {
             return (x.clone(), x);
         }
         let wanted = self.state_loss != 0.0;
         let token_types = self.table.token_types.len();
-        let steps = self.table.nodes - 1;
-        let tokens = token_types * steps - 1;
+        let seen = self.table.seen;
+        let tokens = token_types * seen - 1;
         let rows = |first: usize, count: usize| {
             let rows: Vec<i32> = (0..size)
                 .flat_map(|i| {
@@ -225,15 +226,15 @@ impl<'a, B: Kernels> Network<'a, B> {
             let data = TensorData::new(rows, [size * count]);
             x.clone().select(0, Tensor::<B, 1, Int>::from_data(data, &self.device))
         };
-        (rows(token_types - 2, steps), rows(token_types - 1, if wanted { steps - 1 } else { 1 }))
+        (rows(token_types - 2, seen), rows(token_types - 1, if wanted { seen - 1 } else { 1 }))
     }
 
     /// Next states, normalised, for the latents that [`read`](Self::read) finds.
     fn next_states(&self, batch: &Batch) -> Tensor<B, 2> {
-        let row = (self.table.nodes - 1) * self.table.states;
+        let row = self.table.seen * self.table.states;
         // The last action has no token.
         let kept = match self.table.layout {
-            Layout::Fused => row,
+            Layout::Fused | Layout::Chunked => row,
             Layout::Separate => row - self.table.states,
         };
         let values: Vec<f32> =

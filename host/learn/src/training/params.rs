@@ -64,6 +64,10 @@ pub struct Table {
     pub token_types: Vec<usize>,
     /// Nodes of a trajectory.
     pub nodes: usize,
+    /// Nodes of a trajectory that the network sees.
+    pub seen: usize,
+    /// Nodes from one of those to the next.
+    pub stride: usize,
     /// Blocks.
     pub layers: usize,
     /// Heads.
@@ -85,7 +89,7 @@ impl Table {
     pub fn new(config: &Config, shape: &Shape) -> Self {
         let m = &config.model;
         let token_types = match m.layout {
-            Layout::Fused => vec![shape.groups.iter().sum()],
+            Layout::Fused | Layout::Chunked => vec![shape.groups.iter().sum()],
             Layout::Separate => shape.groups.clone(),
         };
         let mut table = Self {
@@ -93,6 +97,8 @@ impl Table {
             decoder: m.decoder,
             token_types,
             nodes: shape.nodes,
+            seen: shape.seen(),
+            stride: shape.stride,
             layers: m.layers,
             heads: m.heads,
             width: m.width,

@@ -39,14 +39,15 @@ impl<const NL: usize> Recorded<NL> {
     /// # Errors
     /// A dataset that cannot be read or does not fit the first.
     pub fn read(config: &Config, mission: &Mission<NL>) -> Result<Self, Error> {
-        let (encoding, action) = (config.model.encoding, config.model.action);
+        let shape = Shape::of(&config.model, NODES, NL);
+        let (encoding, action, stride) = (config.model.encoding, config.model.action, shape.stride);
         let data = &config.data;
         let first = Dataset::open(&data.path)?;
         let integrator = first.manifest.integrator;
         let mut found = Self {
             missions: Vec::new(),
-            recipe: Recipe { encoding, action, integrator, disturbance: data.disturbance },
-            shape: Shape::of(encoding, NODES, NL),
+            recipe: Recipe { encoding, action, integrator, disturbance: data.disturbance, stride },
+            shape,
             training: Vec::new(),
             validation: Vec::new(),
             integrator,

@@ -1,6 +1,6 @@
 //! Sizes of what a network learns.
 
-use remora_core::advanced::warmstart::Encoding;
+use super::config::Model;
 
 /// What examples look like.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,13 +11,15 @@ pub struct Shape {
     pub groups: Vec<usize>,
     /// Numbers of a next state.
     pub states: usize,
+    /// Nodes from one that a network sees to the next.
+    pub stride: usize,
 }
 
 impl Shape {
-    /// That of trajectories of an arm of so many joints.
-    pub fn of(encoding: Encoding, nodes: usize, joints: usize) -> Self {
-        let groups = encoding.groups(joints);
-        Self { nodes, groups: groups.to_vec(), states: groups[4] }
+    /// That of trajectories of an arm of so many joints, as a network sees them.
+    pub fn of(model: &Model, nodes: usize, joints: usize) -> Self {
+        let groups = model.encoding.groups(joints);
+        Self { nodes, groups: groups.to_vec(), states: groups[4], stride: model.stride() }
     }
 
     /// Numbers of an action.
@@ -33,5 +35,10 @@ impl Shape {
     /// Actions of a trajectory.
     pub fn steps(&self) -> usize {
         self.nodes - 1
+    }
+
+    /// Nodes of a trajectory that a network sees: all but the last, or the first of each chunk.
+    pub fn seen(&self) -> usize {
+        self.steps().div_ceil(self.stride)
     }
 }

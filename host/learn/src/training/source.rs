@@ -9,11 +9,11 @@ use remora_host::error::Error;
 /// One trajectory as the network learns it, raw numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Example {
-    /// `[nodes - 1][features]`: at the last node there is nothing to do.
+    /// `[seen][features]`: at the last node there is nothing to do.
     pub features: Vec<f32>,
     /// `[nodes - 1][action]`.
     pub actions: Vec<f32>,
-    /// `[nodes - 1][states]`: the states that the actions lead to.
+    /// `[seen][states]`: the states that the first actions from there lead to.
     pub states: Vec<f32>,
 }
 
@@ -21,9 +21,9 @@ impl Example {
     /// One of zeros.
     pub fn zeros(shape: &Shape) -> Self {
         Self {
-            features: vec![0.0; shape.steps() * shape.features()],
+            features: vec![0.0; shape.seen() * shape.features()],
             actions: vec![0.0; shape.steps() * shape.action()],
-            states: vec![0.0; shape.steps() * shape.states],
+            states: vec![0.0; shape.seen() * shape.states],
         }
     }
 }
@@ -144,7 +144,7 @@ impl Statistics {
     }
 }
 
-/// Normalised examples, ready for a device. Rows are `trajectory * (nodes - 1) + node`.
+/// Normalised examples, ready for a device. Rows are `trajectory * seen + node`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Batch {
     /// Trajectories.
@@ -230,7 +230,7 @@ impl Batches<'_> {
 
     fn add(&self, example: &Example, random: &mut Random, batch: &mut Batch) {
         let (shape, statistics) = (self.source.shape(), self.statistics);
-        let (steps, size) = (shape.steps(), shape.action());
+        let size = shape.action();
         for features in example.features.chunks_exact(shape.features()) {
             let mut from = 0;
             for (kind, inputs) in batch.token_types.iter_mut().zip(&self.table.token_types) {
@@ -247,8 +247,8 @@ impl Batches<'_> {
             .chunks_exact(size)
             .flat_map(|action| normalised(action, &statistics.actions))
             .collect();
-        for k in 0..steps {
-            let ahead = &actions[size * k..(size * k + self.table.outputs).min(actions.len())];
+        for from in (0..shape.steps()).step_by(shape.stride).map(|node| size * node) {
+            let ahead = &actions[from..(from + self.table.outputs).min(actions.len())];
             self.add_target(ahead, random, batch);
         }
     }
@@ -328,21 +328,24 @@ impl ExampleSource for Synthetic {
         let size = self.shape.action();
         let mut action = vec![0.0; size];
         for k in 0..self.shape.steps() {
-            let row = &mut example.features[k * features..(k + 1) * features];
-            row.fill(k as f32);
-            for (x, value) in row.iter_mut().zip(action.iter().chain([&(k as f64)]).chain(&goal)) {
-                *x = *value as f32;
-            }
-            for (x, value) in row.iter_mut().rev().zip(&state) {
-                *x = *value as f32;
+            let seen = (k % self.shape.stride == 0).then_some(k / self.shape.stride);
+            if let Some(seen) = seen {
+                let row = &mut example.features[seen * features..(seen + 1) * features];
+                row.fill(k as f32);
+                let time = [k as f64];
+                let numbers = action.iter().chain(&time).chain(&goal);
+                row.iter_mut().zip(numbers).for_each(|(x, value)| *x = *value as f32);
+                row.iter_mut().rev().zip(&state).for_each(|(x, value)| *x = *value as f32);
             }
             let feedback = |i: usize| 0.2 * (goal[i % states] - state[i % states]);
             action = (0..size).map(feedback).collect();
             state.iter_mut().enumerate().for_each(|(i, x)| *x += action[i % size]);
             let out = &mut example.actions[k * size..(k + 1) * size];
             out.iter_mut().zip(&action).for_each(|(x, value)| *x = *value as f32);
-            let out = &mut example.states[k * states..(k + 1) * states];
-            out.iter_mut().zip(&state).for_each(|(x, value)| *x = *value as f32);
+            if let Some(seen) = seen {
+                let out = &mut example.states[seen * states..(seen + 1) * states];
+                out.iter_mut().zip(&state).for_each(|(x, value)| *x = *value as f32);
+            }
         }
         Ok(())
     }
