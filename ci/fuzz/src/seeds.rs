@@ -148,6 +148,7 @@ fn models() -> Vec<Vec<u8>> {
         for (layout, decoder, inputs) in [
             (Layout::Separate, Decoder::Flow { steps: 2 }, Encoding::Paper),
             (Layout::Fused, Decoder::Linear, Encoding::Body),
+            (Layout::Chunked, Decoder::Linear, Encoding::Body),
         ] {
             all.push(model(precision, layout, decoder, inputs));
         }
@@ -157,9 +158,10 @@ fn models() -> Vec<Vec<u8>> {
 
 fn model(precision: Precision, layout: Layout, decoder: Decoder, inputs: Encoding) -> Vec<u8> {
     let features = inputs.features(3) as u16;
-    let token_types = match layout {
-        Layout::Separate => [6, 1, 7, 9, features - 23].into_iter().collect(),
-        Layout::Fused => [features].into_iter().collect(),
+    let (chunk, token_types) = match layout {
+        Layout::Separate => (1, [6, 1, 7, 9, features - 23].into_iter().collect()),
+        Layout::Fused => (1, [features].into_iter().collect()),
+        Layout::Chunked => (3, [features].into_iter().collect()),
     };
     let header = Header {
         version: Header::version_of(6),
@@ -168,7 +170,7 @@ fn model(precision: Precision, layout: Layout, decoder: Decoder, inputs: Encodin
         inputs: inputs.tag(),
         outputs: 0,
         decoder,
-        chunk: 1,
+        chunk,
         nodes: 4,
         layers: 1,
         heads: 1,

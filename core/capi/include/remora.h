@@ -46,7 +46,7 @@
 #define REMORA_EULER 1
 
 // Checksum of the plan that remora_self_test makes with Euler.
-#define REMORA_SELF_TEST_EULER 16192730417737516888ull
+#define REMORA_SELF_TEST_EULER 1344585266407612226
 
 // Checksum of the plan that remora_self_test makes with RK4.
 #define REMORA_SELF_TEST_RK4 6767207187894076473

@@ -27,7 +27,7 @@ pub const REMORA_RK4: u32 = 0;
 pub const REMORA_EULER: u32 = 1;
 
 /// Checksum of the plan that remora_self_test makes with Euler.
-pub const REMORA_SELF_TEST_EULER: u64 = 0xe0b8_2285_ace8_4758;
+pub const REMORA_SELF_TEST_EULER: u64 = 0x12a8_ed2d_0673_1f42;
 /// Checksum of the plan that remora_self_test makes with RK4.
 pub const REMORA_SELF_TEST_RK4: u64 = 0x5de9_f315_4be5_8439;
 

@@ -74,10 +74,13 @@ pub struct Qp<const N: usize, const NX: usize, const NU: usize, const NG: usize>
     /// L1 penalty parameter of the path constraints' violation; finite.
     pub path_penalty: f64,
     /// Largest complementarity `s z` that is good enough for whoever asks, in the QP's scaled units. Solvers
-    /// need not look at it; the embedded one asks for no less than its settings do, and for no more than what
-    /// they call reduced accuracy.
+    /// need not look at it; the embedded one asks for no less than its settings do, and takes no more than 1e-4
+    /// for good enough.
     pub complementarity: f64,
 }
+
+/// Most that is taken for good enough: what is larger is damaged.
+const COARSEST: f64 = 1e-4;
 
 impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX, NU, NG> {
     /// Storage, to be filled: all bits zero.
@@ -98,6 +101,11 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX
     /// The stages of the QP.
     pub fn used(&self) -> &[QpStage<NX, NU, NG>] {
         &self.stages[..self.nodes()]
+    }
+
+    /// The complementarity that is good enough; NaN counts as none.
+    pub(crate) fn good_enough(&self) -> f64 {
+        self.complementarity.max(0.0).min(COARSEST)
     }
 
     /// The stages of the QP, to be filled.

@@ -237,7 +237,7 @@ impl<const NL: usize> Multibody<'_, NL> {
     /// the integrator, to 1e-8 rad/s, and the state it leads to. `known` is a near transition under the
     /// same force.
     ///
-    /// Exact for Euler by inverse dynamics. For RK4 the known control is changed by the difference of
+    /// Exact for Euler by inverse dynamics, which need no step to know where they lead. For RK4 the known control is changed by the difference of
     /// the inverse dynamics at the midpoints, repeatedly until the tolerance is met or the deadline has
     /// passed. Cost: a step and two inverse dynamics a round, one or two rounds.
     pub fn track_rates(
@@ -256,8 +256,7 @@ impl<const NL: usize> Multibody<'_, NL> {
             };
         let wanted = mean(state, goal.0, goal.1);
         if integrator == Integrator::Euler {
-            let control = self.torques(state, force, &wanted);
-            return (control, self.step(integrator, dt, state, &control, force));
+            return (self.torques(state, force, &wanted), state.after(dt, wanted));
         }
         let better = |known: Transition<NL>| {
             let Transition { state: from, reached: to, .. } = known;

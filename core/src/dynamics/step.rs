@@ -56,6 +56,12 @@ impl<const NL: usize> State<NL> {
         }
     }
 
+    /// Where an Euler step of `dt` seconds with this acceleration leads.
+    pub(super) fn after(&self, dt: f64, acceleration: Acceleration<NL>) -> Self {
+        let attitude = quaternion::derivative(&self.attitude, &self.rate);
+        self.advanced(self, &Rates { attitude, acceleration }, dt).renormalized()
+    }
+
     fn renormalized(mut self) -> Self {
         self.attitude = quaternion::normalized(&self.attitude);
         self
@@ -75,10 +81,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         force: &Vector3<f64>,
     ) -> State<NL> {
         match integrator {
-            Integrator::Euler => {
-                let rates = self.rates(state, control, force);
-                state.advanced(state, &rates, dt).renormalized()
-            }
+            Integrator::Euler => state.after(dt, self.acceleration(state, control, force)),
             Integrator::Rk4 { substeps } => {
                 let mut x = *state;
                 self.rk4(substeps, dt, &mut x, control, force);
@@ -172,8 +175,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         force: &Vector3<f64>,
     ) -> (State<NL>, StepJacobian<NX, NU>) {
         let (acceleration, by) = self.acceleration_jacobian::<NX, NU>(x, control, force);
-        let rates = Rates { attitude: quaternion::derivative(&x.attitude, &x.rate), acceleration };
-        let next = x.advanced(x, &rates, dt).renormalized();
+        let next = x.after(dt, acceleration);
 
         // The attitude turns by the quaternion (dt/2 w, 1), which need not be of unit length.
         let half = x.rate * (0.5 * dt);

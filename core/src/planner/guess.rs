@@ -157,7 +157,8 @@ impl<const NL: usize> InitialGuess<'_, NL> {
     /// Writes the initial guess of Stage 2 to the workspace, along the translation in it.
     ///
     /// The offered guess must have a lower merit, at the initial penalty parameter, than the heuristic:
-    /// that costs two evaluations of the residuals and rejects a diverged rollout.
+    /// that costs an evaluation of the residuals, for the solver begins with the other, and rejects a diverged
+    /// rollout.
     #[inline(never)]
     pub(super) fn write<P: ForkJoin, const NX: usize, const NU: usize>(
         &self,
@@ -170,6 +171,7 @@ impl<const NL: usize> InitialGuess<'_, NL> {
         let nodes = formulation.grid().nodes;
         write_heuristic(formulation, workspace);
         let ArmWorkspace { target, scratch: w, translation, reorientation: z } = workspace;
+        z.is_evaluated = false;
         let translation = &translation.trajectory;
         let offered = match self {
             Self::Heuristic => return GuessRecord::Heuristic,
@@ -219,7 +221,7 @@ impl<const NL: usize> InitialGuess<'_, NL> {
             problem.residuals(trajectory, &mut w.residuals);
             w.residuals.cost + options.reorientation.penalty_parameter * w.residuals.l1_violation()
         };
-        let (other, heuristic) = (merit(&mut z.trial), merit(&mut z.trajectory));
+        let (heuristic, other) = (merit(&mut z.trajectory), merit(&mut z.trial));
         if deadline.has_passed() {
             heuristic::warm_start(mission, scenario, translation, target, &mut z.trajectory);
             return GuessRecord::Deadline;
@@ -230,6 +232,7 @@ impl<const NL: usize> InitialGuess<'_, NL> {
             return if other.is_finite() { GuessRecord::Worse } else { GuessRecord::NotFinite };
         }
         mem::swap(&mut z.trajectory, &mut z.trial);
+        z.is_evaluated = true;
         offered
     }
 }

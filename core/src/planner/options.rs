@@ -31,13 +31,12 @@ const TRANSLATION: Settings =
     Settings { cost_tolerance: 1e-6, penalty_parameter: 100.0, ..Settings::DEFAULT };
 
 /// Settings of Stage 2. For the same mean cost over many plans the fewest iterations are those that all gain as
-/// much, whatever the plan costs; of a dear plan a share of the cost is enough. Where the first feasible iterate is
-/// asked for no cost counts, and subproblems are solved less exactly.
+/// much, whatever the plan costs; of a dear plan a share of the cost is enough.
 const fn reorientation(stop_when_feasible: bool) -> Settings {
     Settings {
         stop_when_feasible,
         cost_tolerance: 8e-4,
-        absolute_cost_tolerance: if stop_when_feasible { 4.0 } else { 1.2e-4 },
+        absolute_cost_tolerance: 1.2e-4,
         ..Settings::DEFAULT
     }
 }

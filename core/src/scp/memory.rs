@@ -82,6 +82,9 @@ pub struct Iterates<T> {
     pub(super) corrected: T,
     /// The best feasible iterate, where the current one is another.
     pub(super) best: T,
+    /// Whether the trajectory is projected and the scratch memory holds its residuals: the next solve then begins
+    /// with them.
+    pub(crate) is_evaluated: bool,
     /// One record for each iteration.
     pub log: Log,
 }
@@ -94,6 +97,7 @@ impl<T: Copy> Iterates<T> {
             trial: placeholder,
             corrected: placeholder,
             best: placeholder,
+            is_evaluated: false,
             log: Log::new(),
         }
     }

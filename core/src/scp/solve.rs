@@ -98,8 +98,10 @@ where
         let (w, z) = (&mut *self.w, &mut *self.z);
         z.log.clear();
         w.step.clear_multipliers();
-        self.problem.project(&mut z.trajectory);
-        self.problem.residuals(&z.trajectory, &mut w.residuals);
+        if !mem::take(&mut z.is_evaluated) {
+            self.problem.project(&mut z.trajectory);
+            self.problem.residuals(&z.trajectory, &mut w.residuals);
+        }
         self.outcome.violation = f64::INFINITY;
         if self.deadline.has_passed() {
             return Some(Status::Deadline);
@@ -165,7 +167,10 @@ where
             w.qp.defect_penalty = penalty_parameter;
         }
         w.qp.path_penalty = penalty_parameter;
-        w.qp.complementarity = GAP * self.settings.absolute_cost_tolerance;
+        w.qp.complementarity = match self.settings.stop_when_feasible {
+            true => FEASIBLE_GAP,
+            false => GAP * self.settings.absolute_cost_tolerance,
+        };
         self.problem.bound(at, self.radius, &mut w.qp);
     }
 
@@ -360,6 +365,10 @@ const MAX_MULTIPLIER: f64 = 2.0;
 /// subproblem's duality gap is then below a thousandth of what counts; with more, loops now and then converge to
 /// dearer plans or not at all.
 const GAP: f64 = 2.5e-7;
+
+/// Complementarity of a subproblem's solution where the first feasible iterate is asked for: no cost counts, and
+/// violations that are left are far below their tolerances.
+const FEASIBLE_GAP: f64 = 1e-4;
 
 /// Largest reduction after which the rest is estimated, over what is small.
 const LAST: f64 = 10.0;

@@ -59,21 +59,23 @@ fn config(layout: Layout, decoder: Decoder, chunk: usize) -> Config {
 }
 
 /// With the numbers of an action: six are those of three joints.
-const VARIANTS: [(Layout, Decoder, usize, usize); 6] = [
+const VARIANTS: [(Layout, Decoder, usize, usize); 8] = [
     (Layout::Fused, Decoder::Linear, 1, 6),
     (Layout::Fused, Decoder::Flow, 5, 6),
     (Layout::Separate, Decoder::Linear, 5, 6),
     (Layout::Separate, Decoder::Flow, 1, 6),
     (Layout::Separate, Decoder::Flow, 1, 5),
     (Layout::Fused, Decoder::Linear, 5, 10),
+    (Layout::Chunked, Decoder::Linear, 4, 6),
+    (Layout::Chunked, Decoder::Flow, 2, 6),
 ];
 
 fn source() -> Synthetic {
-    source_of(6)
+    source_of(6, 1)
 }
 
-fn source_of(action: usize) -> Synthetic {
-    Synthetic::new(Shape { nodes: 7, groups: vec![action, 1, 3, 2, 4], states: 4 }, 40)
+fn source_of(action: usize, stride: usize) -> Synthetic {
+    Synthetic::new(Shape { nodes: 7, groups: vec![action, 1, 3, 2, 4], states: 4, stride }, 40)
 }
 
 struct Fixture {
@@ -84,7 +86,7 @@ struct Fixture {
 }
 
 fn fixture(config: &Config, action: usize) -> Fixture {
-    let source = source_of(action);
+    let source = source_of(action, config.model.stride());
     let table = Table::new(config, source.shape());
     let statistics = Statistics::of(&source, 1).unwrap();
     let batches = Batches { source: &source, statistics: &statistics, table: &table, seed: 5 };
@@ -112,10 +114,11 @@ fn gradients_are_not_zero_and_those_of_differences() {
         for entry in &table.entries {
             let part = &gradient[entry.range()];
             let norm = part.iter().map(|g| f64::from(*g).powi(2)).sum::<f64>().sqrt();
-            // Rows of the nodes' embedding beyond the last step are the only idle parameters, but
-            // for biases of keys, which attention does not see.
+            // Rows of the embedding of nodes that are not seen are the only idle parameters, but for biases
+            // of keys, which attention does not see.
             let idle = part.iter().filter(|g| **g == 0.0).count();
-            let most = if entry.name == "nodes" { 16 } else { entry.len() / 2 };
+            let unseen = (table.nodes - table.seen) * table.width;
+            let most = if entry.name == "nodes" { unseen } else { entry.len() / 2 };
             assert!(norm > 1e-4 && idle <= most, "{} {norm} {idle}", entry.name);
             let step = (3e-3 / norm).min(0.02 / norm.max(1.0)).min(1e-2);
             let moved = |factor: f64| {
@@ -148,8 +151,8 @@ fn the_core_says_what_training_says() {
             let model = Model::open(&bytes).unwrap();
             let mut memory = Box::new(ReferenceMemory::<2, 16, 35>::new());
             let mut network = Inference::new(&model, &mut *memory).unwrap();
-            let (mut example, mut out) = (Example::zeros(source_of(action).shape()), Vec::new());
-            let source = source_of(action);
+            let source = source_of(action, table.stride);
+            let (mut example, mut out) = (Example::zeros(source.shape()), Vec::new());
             let order = Random::new(5, Random::ORDER, 0).order(source.len(Split::Training));
             for trajectory in &order[..batch.size] {
                 let index = *trajectory as usize;
@@ -484,7 +487,7 @@ fn a_training_starts_from_a_model_and_remembers_it() {
     assert!(reason(&config, &long).contains("more datasets than"));
 
     // A model of another arm is none to start from.
-    let two = source_of(5);
+    let two = source_of(5, 1);
     config.training.init_from = Some(parent.clone());
     let other = Run { config: config.clone(), out: dir.path().join("two"), ..quiet(&two) };
     let wrong = other.train::<Cpu>(Default::default(), &mut Silent).unwrap_err().to_string();
@@ -512,6 +515,12 @@ fn configurations_are_refused_with_field_and_reason() {
         (error.field, error.reason)
     };
     assert_eq!(refused("chunk = 1", "chunk = 2").0, "model.chunk");
+    let chunked = CONFIG.replace("\"fused\"", "\"chunked\"");
+    for chunk in [1, 9] {
+        let text = chunked.replace("chunk = 1", &format!("chunk = {chunk}"));
+        assert_eq!(Config::parse(&text).unwrap_err().field, "model.chunk");
+    }
+    assert!(Config::parse(&chunked.replace("chunk = 1", "chunk = 8")).is_ok());
     assert_eq!(refused("heads = 2", "heads = 3").0, "model.heads");
     assert_eq!(refused("clip_norm = 0.5", "clip_norm = nan").0, "training.clip_norm");
     assert_eq!(refused("batch = 4", "batch = 0").0, "training.batch");

@@ -44,7 +44,7 @@ impl Case {
     fn header(&self) -> Header {
         let token_types: &[u16] = match self.layout {
             Layout::Separate => &[6, 1, 7, 9, 13],
-            Layout::Fused => &[36],
+            Layout::Fused | Layout::Chunked => &[36],
         };
         Header {
             version: VERSION,

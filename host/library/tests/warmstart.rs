@@ -31,11 +31,12 @@ struct Script {
     at: Cell<usize>,
     chunk: usize,
     executed: usize,
+    stride: usize,
 }
 
 impl Script {
     fn new(action: Action, lines: Vec<[f32; ACTION]>) -> Self {
-        Self { action, lines, at: Cell::new(0), chunk: 1, executed: 1 }
+        Self { action, lines, at: Cell::new(0), chunk: 1, executed: 1, stride: 1 }
     }
 
     fn of(action: Action, motion: &ReorientationTrajectory<NODES, LINKS>) -> Self {
@@ -77,6 +78,10 @@ impl Policy for Script {
         self.executed
     }
 
+    fn stride(&self) -> usize {
+        self.stride
+    }
+
     fn identify(&self, checksum: &mut Checksum) {
         checksum.integer(7);
     }
@@ -96,7 +101,7 @@ impl Policy for Script {
 
     fn observe(&self, features: &[f32]) -> bool {
         assert_eq!(features.len(), Encoding::Body.features(LINKS));
-        self.at.set(self.at.get() + 1);
+        self.at.set(self.at.get() + self.stride);
         true
     }
 }
@@ -208,8 +213,8 @@ fn a_chunk_is_carried_out_before_the_next_is_asked_for() {
     let planned = *bench.workspace.reorientation();
     let one = bench.rollout(Integrator::Euler, &Script::of(Action::Rate, &planned));
     let mut script = Script { chunk: 5, ..Script::of(Action::Rate, &planned) };
-    for executed in [1, 5] {
-        script.executed = executed;
+    for (executed, stride) in [(1, 1), (5, 1), (5, 5)] {
+        (script.executed, script.stride) = (executed, stride);
         assert!(bench.rollout(Integrator::Euler, &script) == one);
     }
 }

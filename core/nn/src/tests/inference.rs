@@ -133,6 +133,22 @@ fn wrong_lengths_too_many_nodes_and_little_memory_are_refused() {
     assert_eq!(refusal::<ReferenceMemory<2, 48, 6>>(&model), Some(NetworkError::Precision));
 }
 
+/// Six nodes in chunks of five are seen twice, and take the memory of two tokens.
+#[test]
+fn a_chunk_is_one_token() {
+    let header = header(Precision::Int8, Layout::Chunked, Decoder::Linear, SHAPE);
+    let bytes = file(&header, 6);
+    let model = Model::open(&bytes).unwrap();
+    let features = features(&header, 6);
+    assert_eq!((features.len(), model.dimensions().tokens), (2, 2));
+    let mut memory = heap::<Memory<2, 48, 2>>();
+    let mut network = Network::new(&model, &mut *memory).unwrap();
+    let actions = rollout(&mut network, &features, 0);
+    assert_eq!((network.node(), actions[0].len()), (10, 5 * 6));
+    let mut out = vec![0.0; 30];
+    assert_eq!(network.act(&features[0], &mut out), Err(NetworkError::Nodes));
+}
+
 /// Room to spare changes nothing.
 #[test]
 fn memory_may_be_larger_than_the_model() {

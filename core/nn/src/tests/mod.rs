@@ -31,7 +31,7 @@ const TINY: Shape = Shape { layers: 2, heads: 2, width: 12, nodes: 3, chunk: 1, 
 fn header(precision: Precision, layout: Layout, decoder: Decoder, shape: Shape) -> Header {
     let token_types: &[u16] = match layout {
         Layout::Separate => &[shape.action, 1, 7, 9, 13],
-        Layout::Fused => &[30 + shape.action],
+        Layout::Fused | Layout::Chunked => &[30 + shape.action],
     };
     Header {
         version: Header::version_of(shape.action),
@@ -53,7 +53,7 @@ fn header(precision: Precision, layout: Layout, decoder: Decoder, shape: Shape) 
 
 /// Every combination of layout and decoder.
 fn variants() -> impl Iterator<Item = (Layout, Decoder)> {
-    [Layout::Separate, Layout::Fused]
+    [Layout::Separate, Layout::Fused, Layout::Chunked]
         .into_iter()
         .flat_map(|l| [(l, Decoder::Linear), (l, Decoder::Flow { steps: 3 })])
 }
@@ -65,14 +65,14 @@ fn file(header: &Header, seed: u64) -> Vec<u8> {
     bytes
 }
 
-/// Features of so many nodes.
+/// Features of all nodes that are seen.
 fn features(header: &Header, seed: u64) -> Vec<Vec<f32>> {
     let size = header.dimensions().unwrap();
     let numbers = |node: usize| {
         let pairs = (0..size.features).map(|i| noise::normal_pair(seed, (100 * node + i) as u64));
         pairs.map(|[x, _]| x).collect()
     };
-    (0..size.nodes).map(numbers).collect()
+    (0..size.nodes).step_by(size.stride).map(numbers).collect()
 }
 
 /// Memory on the heap, with its bits as they come from there.

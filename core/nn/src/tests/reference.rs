@@ -61,7 +61,9 @@ impl Tensors {
 fn actions(header: &Header, bytes: &[u8], features: &[Vec<f32>], seed: u64) -> Vec<Vec<f64>> {
     let t = Tensors::new(header, bytes);
     let (mut tokens, mut states) = (Vec::new(), Vec::new());
-    for (node, features) in features.iter().enumerate() {
+    let stride = header.dimensions().unwrap().stride;
+    for (seen, features) in features.iter().enumerate() {
+        let node = seen * stride;
         let mut at = 0;
         for (token_type, inputs) in
             header.token_types.iter().map(|inputs| usize::from(*inputs)).enumerate()
@@ -91,12 +93,12 @@ fn actions(header: &Header, bytes: &[u8], features: &[Vec<f32>], seed: u64) -> V
         block(&t, &format!("block.{layer}"), usize::from(header.heads), &mut tokens);
     }
     let action = usize::from(header.action);
-    let decode = |(node, state): (usize, &usize)| {
+    let decode = |(seen, state): (usize, &usize)| {
         let hidden_state = t.norm("norm", &tokens[*state]);
         let z = match header.decoder {
             Decoder::Linear => t.linear("head", &hidden_state),
             Decoder::Flow { steps } => {
-                flow(&t, &hidden_state, usize::from(steps), noise(action, node, seed))
+                flow(&t, &hidden_state, usize::from(steps), noise(action, seen * stride, seed))
             }
         };
         let raw = |(i, z): (usize, &f64)| {

@@ -27,6 +27,9 @@ const HOPELESS: f64 = 10.0;
 /// Share of the tolerance above which a residual that grows tells that the dynamics need regularisation.
 const RIGID_ROUNDING: f64 = 3e-3;
 
+/// Largest KKT residual over the complementarity that is good enough.
+const RESIDUAL: f64 = 0.01;
+
 /// Step length below which the method stalls.
 const MIN_STEP: f64 = 1e-10;
 
@@ -84,7 +87,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
                 true => ROUNDING_COMPLEMENTARITY * complementarity,
                 false => complementarity,
             };
-            let solved = at.is_within(settings.tolerance, enough);
+            let solved = at.is_within(self.tolerance(qp), enough);
             let free = settings.fixed_iterations.is_none();
             let stop = if !at.is_finite() {
                 Some(QpStatus::NumericalFailure)
@@ -119,11 +122,14 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         }
     }
 
-    /// Largest complementarity of a solution: what the QP calls good enough, from the settings' own to their
-    /// reduced one; NaN counts as the former.
+    /// Largest complementarity of a solution: what the QP calls good enough, if that is more than the settings'.
     pub(super) fn complementarity(&self, qp: &Qp<N, NX, NU, NG>) -> f64 {
-        let settings = self.settings();
-        qp.complementarity.max(settings.complementarity).min(settings.reduced)
+        qp.good_enough().max(self.settings().complementarity)
+    }
+
+    /// Largest KKT residual of a solution: the settings', or a share of the complementarity that is good enough.
+    pub(super) fn tolerance(&self, qp: &Qp<N, NX, NU, NG>) -> f64 {
+        (RESIDUAL * qp.good_enough()).max(self.settings().tolerance)
     }
 
     /// Maps the stop reason to the final status; `at` belongs to the last iterate.

@@ -267,7 +267,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
     /// Residuals of the iterate over what is asked for.
     fn error(&self, qp: &Qp<N, NX, NU, NG>) -> f64 {
         let at = self.optimality();
-        let residual = at.residual / self.settings().tolerance;
+        let residual = at.residual / self.tolerance(qp);
         larger(residual, at.complementarity / self.complementarity(qp)) / at.scale
     }
 }

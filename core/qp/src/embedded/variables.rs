@@ -169,8 +169,8 @@ impl InitialPoint {
     /// Far from the bounds, for QPs whose first iterate is far from the optimum.
     pub const CONSERVATIVE: Self = Self { mu: 10.0, elastic: true };
 
-    /// Without slack. Multipliers of active bounds are as large as the cost's
-    /// gradient or a hundred times less: products begin in proportion.
+    /// Without slack. Multipliers of active bounds are as large as the cost's gradient or a hundred times less:
+    /// products begin in proportion, but not below what is good enough.
     pub fn cold<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
         qp: &Qp<N, NX, NU, NG>,
     ) -> Self {
@@ -178,7 +178,8 @@ impl InitialPoint {
         let of_states = qp.used().iter().flat_map(|stage| stage.gradient_x.iter());
         let of_controls = qp.stages[..last].iter().flat_map(|stage| stage.gradient_u.iter());
         let largest = of_states.chain(of_controls).fold(0.0, |most, g| larger(most, g.abs()));
-        Self { mu: clamp(0.01 * largest, 1e-6, Self::ELASTIC.mu), elastic: false }
+        let least = qp.good_enough().max(1e-6);
+        Self { mu: clamp(0.01 * largest, least, Self::ELASTIC.mu), elastic: false }
     }
 }
 

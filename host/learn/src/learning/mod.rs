@@ -19,6 +19,7 @@ pub use recipe::{LEAST_SCENARIOS, LEAST_STEPS, PASSES, SHARD, SHARES, TESTS};
 use crate::dataset::{self, Dataset, Made, Manifest};
 use crate::quantise::quantise_file;
 use crate::reproduce::{Bench, Card, Paired};
+use crate::training::model::network;
 use crate::training::output::{MODEL, Summary};
 use crate::training::recorded::Recorded;
 use crate::training::{Config, Outcome, Run, fitted};
@@ -222,9 +223,13 @@ impl<const NL: usize> Learning<NL> {
         state.mark(Mark::Trained)
     }
 
+    /// The training of the built-in model's network.
     fn config(&self, sizes: Sizes, minutes: f64) -> Result<Config, Error> {
+        let built_in = Learned::built_in(self.integrator);
+        let network = built_in.model().and_then(|model| network(model.header()));
+        let network = network.unwrap_or_else(|| unreachable!("this program trained it"));
         let from = self.start()?;
-        Ok(recipe::config(self.dataset(), from.as_deref(), sizes, self.seed, minutes))
+        Ok(recipe::config(self.dataset(), network, from.as_deref(), sizes, self.seed, minutes))
     }
 
     /// The file of the model that the training starts from: the built-in one, made fit for the arm.

@@ -2,7 +2,7 @@
 
 use crate::dataset::Split;
 use crate::training::Config;
-use crate::training::config::{Action, Data, Decoder, Encoding, Layout, Model, Schedule, Training};
+use crate::training::config::{Data, Model, Schedule, Training};
 use crate::training::examples::Disturbance;
 use remora_host::draw::MAX_COUNT;
 use serde::{Deserialize, Serialize};
@@ -69,9 +69,10 @@ pub(super) fn minutes(hours: f64, planned_s: f64) -> f64 {
     60.0 * left.max(1e-6)
 }
 
-/// The configuration of the training: the network of the built-in models, from one of them or anew.
+/// The configuration of the training of a network, from a model or anew.
 pub(super) fn config(
     data: PathBuf,
+    model: Model,
     from: Option<&Path>,
     sizes: Sizes,
     seed: u64,
@@ -84,17 +85,7 @@ pub(super) fn config(
             extra: Vec::new(),
             disturbance: Disturbance { bus_rate_rad_s: 2e-4, joint_rate_rad_s: 5e-4 },
         },
-        model: Model {
-            layout: Layout::Fused,
-            encoding: Encoding::Body,
-            action: Action::Rate,
-            decoder: Decoder::Linear,
-            chunk: 1,
-            layers: 3,
-            heads: 3,
-            width: 96,
-            dropout: 0.0,
-        },
+        model,
         training: Training {
             batch: BATCH,
             accumulation: 1,
@@ -124,6 +115,9 @@ pub(super) fn config(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::training::model::network;
+    use remora_host::learned::Learned;
+    use remora_host::method::Integrator;
 
     #[test]
     fn few_hours_are_enough_for_the_least() {
@@ -135,7 +129,9 @@ mod tests {
             assert!(count >= LEAST_SCENARIOS && count.is_multiple_of(SHARD.get().into()));
         }
         let sizes = Sizes { count: 200, tests: 20 };
-        let config = config("set".into(), None, sizes, u64::MAX, minutes(1e-9, 100.0));
+        let built_in = Learned::built_in(Integrator::Euler);
+        let model = network(built_in.model().unwrap().header()).unwrap();
+        let config = config("set".into(), model, None, sizes, u64::MAX, minutes(1e-9, 100.0));
         assert_eq!(Config::parse(&config.text()), Ok(config));
     }
 

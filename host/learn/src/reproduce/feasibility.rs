@@ -81,13 +81,14 @@ pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Fin
     })
 }
 
-/// The models of the table: of one action a node, with a flow decoder where there are such.
+/// The models of the table: of one action a node where there are such, and of those with a flow decoder.
 fn chosen(models: &[Card]) -> Result<Vec<Card>, Error> {
-    let single = || models.iter().filter(|card| card.chunk == 1).cloned();
-    let flow = card::largest(single().filter(|card| card.decoder == Decoder::Flow));
-    let models = if flow.is_empty() { card::largest(single()) } else { flow };
+    let single: Vec<Card> = models.iter().filter(|card| card.chunk == 1).cloned().collect();
+    let models = if single.is_empty() { models.to_vec() } else { single };
+    let flow = card::largest(models.iter().filter(|card| card.decoder == Decoder::Flow).cloned());
+    let models = if flow.is_empty() { card::largest(models.into_iter()) } else { flow };
     match models.is_empty() {
-        true => Err(super::no_model("H = 1")),
+        true => Err(super::no_model("the integrator")),
         false => Ok(models),
     }
 }

@@ -120,6 +120,29 @@ pub fn header(config: &Config, table: &Table, origin: &Origin, steps: u64) -> He
     }
 }
 
+/// The network that a header describes, as a configuration says it; `None` where its inputs or outputs have no
+/// meaning here.
+pub fn network(header: &Header) -> Option<config::Model> {
+    Some(config::Model {
+        layout: match header.layout {
+            Layout::Fused => config::Layout::Fused,
+            Layout::Separate => config::Layout::Separate,
+            Layout::Chunked => config::Layout::Chunked,
+        },
+        encoding: Encoding::of_tag(header.inputs)?,
+        action: Action::of_tag(header.outputs)?,
+        decoder: match header.decoder {
+            Decoder::Linear => config::Decoder::Linear,
+            Decoder::Flow { .. } => config::Decoder::Flow,
+        },
+        chunk: header.chunk.into(),
+        layers: header.layers.into(),
+        heads: header.heads.into(),
+        width: header.width.into(),
+        dropout: 0.0,
+    })
+}
+
 /// Where a tensor of the parameters is in a model file.
 enum Place {
     /// Not there: of use in training only.

@@ -79,6 +79,10 @@ impl Run<'_> {
             }
         }
         let table = Table::new(&self.config, self.source.shape());
+        if model::header(&self.config, &table, &self.origin, 0).dimensions().is_err() {
+            let reason = "a model file has no room for a network of these sizes and this arm";
+            return Err(Error::input(&self.out, "model", reason));
+        }
         output::prepare(&self.out, &self.config)?;
         let state = self.start(&table)?;
         let statistics = state.statistics.clone();
