@@ -237,9 +237,9 @@ impl<const NL: usize> Multibody<'_, NL> {
     /// the integrator, to 1e-8 rad/s, and the state it leads to. `known` is a near transition under the
     /// same force.
     ///
-    /// Exact for Euler by inverse dynamics, which need no step to know where they lead. For RK4 the known control is changed by the difference of
-    /// the inverse dynamics at the midpoints, repeatedly until the tolerance is met or the deadline has
-    /// passed. Cost: a step and two inverse dynamics a round, one or two rounds.
+    /// Exact for Euler by inverse dynamics, which need no step to know where they lead. For RK4 the known control
+    /// is changed by the difference of the inverse dynamics at the midpoints, repeatedly until the tolerance is met
+    /// or the deadline has passed. Cost: a step and two inverse dynamics a round, one or two rounds.
     pub fn track_rates(
         &self,
         stepping: &Stepping<'_>,
