@@ -104,6 +104,8 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Qp<N, NX
     }
 
     /// The complementarity that is good enough; NaN counts as none.
+    // `clamp` would keep it.
+    #[allow(clippy::manual_clamp)]
     pub(crate) fn good_enough(&self) -> f64 {
         self.complementarity.max(0.0).min(COARSEST)
     }
