@@ -126,15 +126,16 @@ fn what_is_refused_is_detected() {
 
 #[test]
 fn what_is_used_is_tolerated_or_does_nothing() {
+    // The seventh token is of node 30.
     let residual = |bit| Fault::Memory {
         cached: false,
         within: false,
         node: 30,
-        bit_flip: BitFlip { call: 30 * 15 + 5, part: Part::Residual, element: 7, bit },
+        bit_flip: BitFlip { call: 6 * 15 + 5, part: Part::Residual, element: 7, bit },
     };
     assert_eq!(inject(residual(20)).class, Class::Tolerated);
     // Beyond the model's width nothing is read.
-    let beyond = BitFlip { call: 30 * 15 + 5, part: Part::Residual, element: 96, bit: 30 };
+    let beyond = BitFlip { call: 6 * 15 + 5, part: Part::Residual, element: 96, bit: 30 };
     let beyond = Fault::Memory { cached: false, within: false, node: 30, bit_flip: beyond };
     assert_eq!(inject(beyond).class, Class::NoEffect);
     let torque = |accepted| Fault::Start {
@@ -176,7 +177,7 @@ fn kept(part: Kept, stage: usize, moment: u32, name: &str, node: usize, bit: u32
 /// Forces from which Stage 1's loop finds no way back: no plan, but the next one is sound.
 #[test]
 fn what_fails_says_so_and_leaves_nothing_behind() {
-    let record = injector(60).replay(1269).unwrap().record;
+    let record = injector(60).replay(414).unwrap().record;
     assert_eq!((record.class, record.site), (Class::FailedCleanly, Site::LoopIterate));
     assert!(record.status != Status::Solved && !record.is_verified);
 }
