@@ -117,7 +117,7 @@ fn gradients_are_not_zero_and_those_of_differences() {
             // Rows of the embedding of nodes that are not seen are the only idle parameters, but for biases
             // of keys, which attention does not see.
             let idle = part.iter().filter(|g| **g == 0.0).count();
-            let unseen = (table.nodes - table.seen) * table.width;
+            let unseen = (table.nodes - table.seen()) * table.width;
             let most = if entry.name == "nodes" { unseen } else { entry.len() / 2 };
             assert!(norm > 1e-4 && idle <= most, "{} {norm} {idle}", entry.name);
             let step = (3e-3 / norm).min(0.02 / norm.max(1.0)).min(1e-2);

@@ -163,7 +163,7 @@ impl<'a, B: Kernels> Network<'a, B> {
 
     /// Tokens with the nodes' embedding added, `[trajectory * tokens][width]`.
     fn embed(&self, weights: &mut Weights<B>, batch: &Batch) -> Tensor<B, 2> {
-        let (seen, width) = (self.table.seen, self.table.width);
+        let (seen, width) = (self.table.seen(), self.table.width);
         let tokens: Vec<Tensor<B, 3>> = batch
             .token_types
             .iter()
@@ -215,7 +215,7 @@ impl<'a, B: Kernels> Network<'a, B> {
         }
         let wanted = self.state_loss != 0.0;
         let token_types = self.table.token_types.len();
-        let seen = self.table.seen;
+        let seen = self.table.seen();
         let tokens = token_types * seen - 1;
         let rows = |first: usize, count: usize| {
             let rows: Vec<i32> = (0..size)
@@ -231,7 +231,7 @@ impl<'a, B: Kernels> Network<'a, B> {
 
     /// Next states, normalised, for the latents that [`read`](Self::read) finds.
     fn next_states(&self, batch: &Batch) -> Tensor<B, 2> {
-        let row = self.table.seen * self.table.states;
+        let row = self.table.seen() * self.table.states;
         // The last action has no token.
         let kept = match self.table.layout {
             Layout::Fused | Layout::Chunked => row,

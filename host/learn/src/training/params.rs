@@ -64,9 +64,7 @@ pub struct Table {
     pub token_types: Vec<usize>,
     /// Nodes of a trajectory.
     pub nodes: usize,
-    /// Nodes of a trajectory that the network sees.
-    pub seen: usize,
-    /// Nodes from one of those to the next.
+    /// Nodes from one that the network sees to the next.
     pub stride: usize,
     /// Blocks.
     pub layers: usize,
@@ -97,7 +95,6 @@ impl Table {
             decoder: m.decoder,
             token_types,
             nodes: shape.nodes,
-            seen: shape.seen(),
             stride: shape.stride,
             layers: m.layers,
             heads: m.heads,
@@ -109,6 +106,11 @@ impl Table {
         };
         table.fill();
         table
+    }
+
+    /// Nodes of a trajectory that the network sees.
+    pub fn seen(&self) -> usize {
+        (self.nodes - 1).div_ceil(self.stride)
     }
 
     /// Hidden numbers of the flow decoder.
