@@ -146,6 +146,12 @@ pub struct Dimensions {
     pub tokens: usize,
 }
 
+/// How many of a sequence's nodes a network sees when it sees every `stride`th from the first on; the last node has
+/// no action and need not be seen.
+pub const fn seen(nodes: usize, stride: usize) -> usize {
+    nodes.saturating_sub(1).div_ceil(stride)
+}
+
 impl Header {
     /// The version of the format that a file with actions of so many numbers has: the first where that
     /// one has room for it.

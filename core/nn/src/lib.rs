@@ -36,7 +36,7 @@ pub use element::Element;
 pub use error::{ModelError, NetworkError};
 pub use header::{
     ACTION, Decoder, Dimensions, Header, Layout, MAGIC, Precision, Provenance, VERSION,
-    VERSION_OF_ANY_ACTION, limit,
+    VERSION_OF_ANY_ACTION, limit, seen,
 };
 pub use kernels::{Kernel, TILE};
 pub use layout::{Element as TensorElement, Tensor, TensorName, tensors};

@@ -156,9 +156,9 @@ impl<const NL: usize> InitialGuess<'_, NL> {
 
     /// Writes the initial guess of Stage 2 to the workspace, along the translation in it.
     ///
-    /// The offered guess must have a lower merit, at the initial penalty parameter, than the heuristic:
-    /// that costs an evaluation of the residuals, for the solver begins with the other, and rejects a diverged
-    /// rollout.
+    /// The offered guess must have no higher merit, at the initial penalty parameter, than the heuristic, which
+    /// rejects a diverged rollout. Cost: its residuals, with which the solver begins, and the heuristic's at as
+    /// many nodes as it takes to exceed them.
     #[inline(never)]
     pub(super) fn write<P: ForkJoin, const NX: usize, const NU: usize>(
         &self,
@@ -216,20 +216,22 @@ impl<const NL: usize> InitialGuess<'_, NL> {
             mode,
             executor,
         );
-        let mut merit = |trajectory: &mut _| {
-            problem.project(trajectory);
-            problem.residuals(trajectory, &mut w.residuals);
-            w.residuals.cost + options.reorientation.penalty_parameter * w.residuals.l1_violation()
-        };
-        let (heuristic, other) = (merit(&mut z.trajectory), merit(&mut z.trial));
-        if deadline.has_passed() {
-            heuristic::warm_start(mission, scenario, translation, target, &mut z.trajectory);
-            return GuessRecord::Deadline;
-        }
-        if !(other <= heuristic) {
+        let penalty_parameter = options.reorientation.penalty_parameter;
+        problem.project(&mut z.trial);
+        problem.residuals(&z.trial, &mut w.residuals);
+        let merit = w.residuals.cost + penalty_parameter * w.residuals.l1_violation();
+        problem.project(&mut z.trajectory);
+        let (heuristic, scratch) = (&z.trajectory, &mut w.trial_residuals);
+        let is_better = problem.has_at_least_merit(merit, penalty_parameter, heuristic, scratch);
+        let is_late = deadline.has_passed();
+        if is_late || !is_better {
             // Written again: a projection repeated would change its last bits.
             heuristic::warm_start(mission, scenario, translation, target, &mut z.trajectory);
-            return if other.is_finite() { GuessRecord::Worse } else { GuessRecord::NotFinite };
+            return match merit.is_finite() {
+                _ if is_late => GuessRecord::Deadline,
+                true => GuessRecord::Worse,
+                false => GuessRecord::NotFinite,
+            };
         }
         mem::swap(&mut z.trajectory, &mut z.trial);
         z.is_evaluated = true;

@@ -15,7 +15,7 @@ pub struct Scratch<const N: usize, const NX: usize, const NU: usize, const NG: u
     pub step: Solution<N, NX, NU, NG>,
     pub(super) correction: Solution<N, NX, NU, NG>,
     pub(crate) residuals: Residuals<N, NX, NG>,
-    pub(super) trial_residuals: Residuals<N, NX, NG>,
+    pub(crate) trial_residuals: Residuals<N, NX, NG>,
     pub(super) searched: Residuals<N, NX, NG>,
     /// The subproblem's `c` and path offsets before corrections.
     pub(super) c: [SVector<f64, NX>; N],

@@ -36,18 +36,20 @@ impl<const N: usize, const NX: usize, const NG: usize> Residuals<N, NX, NG> {
 
     /// L1 norm of defects and path violations beyond the ignored ones. NaN where any of them is.
     pub fn l1_violation(&self) -> f64 {
+        (0..N).fold(0.0, |sum, k| self.l1_violation_to(k, sum))
+    }
+
+    /// Adds the violations at node `k` to `sum`, those of the nodes before it.
+    pub(crate) fn l1_violation_to(&self, k: usize, mut sum: f64) -> f64 {
         // `f64::max` would drop a NaN.
         let beyond = |value: f64, ignored: f64| {
             if value <= ignored { 0.0 } else { value - ignored }
         };
-        let mut sum = 0.0;
-        for k in 0..N {
-            for i in 0..NX {
-                sum += beyond(self.defect[k][i].abs(), self.ignored_defect[i]);
-            }
-            for i in 0..NG {
-                sum += beyond(self.path[k][i], self.ignored_path[i]);
-            }
+        for i in 0..NX {
+            sum += beyond(self.defect[k][i].abs(), self.ignored_defect[i]);
+        }
+        for i in 0..NG {
+            sum += beyond(self.path[k][i], self.ignored_path[i]);
         }
         sum
     }

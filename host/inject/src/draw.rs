@@ -5,7 +5,7 @@ use super::fields::{GUIDANCE_FIELDS, PROGRAM_FIELDS, SOLUTION_FIELDS, START_FIEL
 use super::site::Site;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use remora_core::advanced::nn::{BitFlip, Dimensions, Model, ModelError, Part, tensors};
+use remora_core::advanced::nn::{self, BitFlip, Dimensions, Model, ModelError, Part, tensors};
 use remora_core::advanced::qp::kept::Part as Kept;
 use remora_core::advanced::stages::NODES;
 use std::ops::Range;
@@ -52,7 +52,7 @@ impl Layout {
 
     /// Tokens of a roll-out.
     fn tokens(&self) -> usize {
-        (NODES - 1).div_ceil(self.size.stride)
+        nn::seen(NODES, self.size.stride)
     }
 
     /// The node that a token is of.

@@ -30,8 +30,8 @@ use super::header::limit;
 
 /// Most vectors of a batch.
 pub(super) const BATCH: usize = limit::TOKEN_TYPES;
-/// Most rows of a matrix in one call.
-pub const TILE: usize = 32;
+/// Most rows of a matrix in one call: the built-in networks' width, so that little is left of what a call costs.
+pub const TILE: usize = 96;
 
 /// Inner products of each vector with each row.
 pub(super) type Sums = [[i32; TILE]; BATCH];

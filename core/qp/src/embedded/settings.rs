@@ -12,10 +12,11 @@ pub struct InteriorPointSettings {
     pub max_iterations: u32,
     /// Largest KKT residual of a solved QP: gradient of the Lagrangian, violation of dynamics and path
     /// constraints. In the QP's own (scaled) units, times the largest state or control where that is
-    /// from one to ten. Default 5e-10; positive.
+    /// from one to ten. Default 5e-10; positive. A QP may ask for less by its own
+    /// [`complementarity`](crate::Qp::complementarity), of which a hundredth is then enough.
     pub tolerance: f64,
     /// Largest complementarity `s z` of a solved QP, in the same units. A weakly active variable is
-    /// off by its square root, hence the small default, 1e-13; positive.
+    /// off by its square root, hence the small default, 1e-13; positive. A QP may ask for less.
     pub complementarity: f64,
     /// Largest of both for a QP solved to reduced accuracy. Default 1e-6; at least the
     /// other two.

@@ -17,6 +17,7 @@ use crate::dynamics::{Control, Multibody, State, Stepping};
 use crate::executor::ForkJoin;
 use crate::math::quaternion;
 use crate::model::{Grid, Margins, Mission, Recovery, TargetState};
+use crate::scp::Residuals;
 use nalgebra::{Matrix3, SVector, Vector3};
 use rollout::RateOffset;
 pub use trajectory::ReorientationTrajectory;
@@ -263,6 +264,17 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         SVector::from_fn(|i, _| if i < 3 { bus[i] } else { joint[i - 3] })
     }
 
+    /// Writes the cost of a trajectory and what its merit ignores; no defects or path constraints yet.
+    fn begin_residuals(&self, z: &ReorientationTrajectory<N, NL>, out: &mut Residuals<N, NX, NG>) {
+        out.cost = match self.mode {
+            Mode::Optimal => self.cost_scale * self.cost(&z.controls),
+            Mode::Feasible => 0.0,
+        };
+        out.ignored_defect = self.tolerance_x.component_div(&self.scale_x) * IGNORED;
+        out.ignored_path = self.path_tolerances(0) * IGNORED;
+        out.clear();
+    }
+
     /// Defects and path constraints of the nodes from `first` on.
     fn residuals_from(
         &self,
@@ -285,6 +297,30 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
                 *defect = self.defect(k, &next, &z.states[k + 1]);
             }
         }
+    }
+
+    /// Whether the merit of `z`, cost plus `penalty_parameter` times its violations, is at least `merit`. The
+    /// nodes are looked at one after the other, and none once it is: defects everywhere show in the first few.
+    pub(crate) fn has_at_least_merit(
+        &self,
+        merit: f64,
+        penalty_parameter: f64,
+        z: &ReorientationTrajectory<N, NL>,
+        scratch: &mut Residuals<N, NX, NG>,
+    ) -> bool {
+        self.begin_residuals(z, scratch);
+        let mut violation = 0.0;
+        for k in 0..self.nodes() {
+            let Residuals { defect, path, .. } = &mut *scratch;
+            if let (Some(defect), Some(path)) = (defect.get_mut(k..=k), path.get_mut(k..=k)) {
+                self.residuals_from(k, z, defect, path);
+            }
+            violation = scratch.l1_violation_to(k, violation);
+            if scratch.cost + penalty_parameter * violation >= merit {
+                return true;
+            }
+        }
+        false
     }
 
     /// Whether the merit ignores this error of a terminal pose.

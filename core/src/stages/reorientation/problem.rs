@@ -1,7 +1,7 @@
 //! Stage 2 as the SCP solver sees it.
 
 use super::rollout::RateOffset;
-use super::{IGNORED, Mode, Reorientation, ReorientationTrajectory};
+use super::{Mode, Reorientation, ReorientationTrajectory};
 use crate::dynamics::{Control, Integrator};
 use crate::executor::{ForkJoin, Sequential};
 use crate::math::quaternion;
@@ -140,13 +140,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     }
 
     fn residuals(&self, z: &Self::Trajectory, out: &mut Residuals<N, NX, NG>) {
-        out.cost = match self.mode {
-            Mode::Optimal => self.cost_scale * self.cost(&z.controls),
-            Mode::Feasible => 0.0,
-        };
-        out.ignored_defect = self.tolerance_x.component_div(&self.scale_x) * IGNORED;
-        out.ignored_path = self.path_tolerances(0) * IGNORED;
-        out.clear();
+        self.begin_residuals(z, out);
         let middle = self.nodes() / 2;
         let (early_defects, late_defects) = out.defect.split_at_mut(middle);
         let (early_paths, late_paths) = out.path.split_at_mut(middle);

@@ -83,7 +83,7 @@ pub(super) fn config(
             path: data,
             count: None,
             extra: Vec::new(),
-            disturbance: Disturbance { bus_rate_rad_s: 2e-4, joint_rate_rad_s: 5e-4 },
+            disturbance: Disturbance { bus_rate_rad_s: 4e-4, joint_rate_rad_s: 1e-3 },
         },
         model,
         training: Training {

@@ -7,6 +7,7 @@
 use super::config::{Config, Decoder, Layout};
 use super::random::Random;
 use super::shape::Shape;
+use remora_core::advanced::nn;
 
 /// How a tensor starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,7 +111,7 @@ impl Table {
 
     /// Nodes of a trajectory that the network sees.
     pub fn seen(&self) -> usize {
-        (self.nodes - 1).div_ceil(self.stride)
+        nn::seen(self.nodes, self.stride)
     }
 
     /// Hidden numbers of the flow decoder.

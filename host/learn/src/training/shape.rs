@@ -1,13 +1,15 @@
 //! Sizes of what a network learns.
 
 use super::config::Model;
+use remora_core::advanced::nn;
 
 /// What examples look like.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// Nodes of a trajectory; an action leads from each to the next.
     pub nodes: usize,
-    /// Features of a node by group: previous action, which says how many numbers one has, time, target, centre of mass, state.
+    /// Features of a node by group: previous action, which says how many numbers one has, time, target,
+    /// centre of mass, state.
     pub groups: Vec<usize>,
     /// Numbers of a next state.
     pub states: usize,
@@ -39,6 +41,6 @@ impl Shape {
 
     /// Nodes of a trajectory that a network sees: all but the last, or the first of each chunk.
     pub fn seen(&self) -> usize {
-        self.steps().div_ceil(self.stride)
+        nn::seen(self.nodes, self.stride)
     }
 }
