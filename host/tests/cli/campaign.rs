@@ -261,7 +261,7 @@ fn first_of(bench: &Bench) -> Value {
 #[test]
 fn a_model_is_not_judged_by_what_an_ancestor_has_learnt() {
     let bench = Bench::new();
-    let models = [("euler", "euler", 1000), ("rk4:4", "rk4", 1000), ("rk4", "rk4", 2000)];
+    let models = [("euler", "euler", 1000), ("rk4:4", "rk4", 1000), ("rk4", "rk4", 4000)];
     for (integrator, model, seed) in models {
         bench.refuses(
             &format!("campaign --draw 1 --seed {seed} --integrator {integrator} --out runs"),

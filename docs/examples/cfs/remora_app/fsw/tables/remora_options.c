@@ -5,13 +5,13 @@
 #include <math.h>
 
 REMORA_APP_OptionsTable_t OptionsTable = {
-    .Crc = 0x5b7a,
+    .Crc = 0x0248,
     .Mode = REMORA_OPTIMAL,
     .Integrator = REMORA_RK4,
     .Substeps = 8,
     .Deadline = 0.0,
     .ModelFile = "/cf/remora.model",
-    .ModelCrc = 0x0d9b,
+    .ModelCrc = 0xdf72,
     .Guidance = {
         .size = sizeof(RemoraGuidance),
         .reserved = 0,
