@@ -45,11 +45,12 @@ impl<const N: usize, const NX: usize, const NG: usize> Residuals<N, NX, NG> {
         let beyond = |value: f64, ignored: f64| {
             if value <= ignored { 0.0 } else { value - ignored }
         };
+        let (Some(defect), Some(path)) = (self.defect.get(k), self.path.get(k)) else { return sum };
         for i in 0..NX {
-            sum += beyond(self.defect[k][i].abs(), self.ignored_defect[i]);
+            sum += beyond(defect[i].abs(), self.ignored_defect[i]);
         }
         for i in 0..NG {
-            sum += beyond(self.path[k][i], self.ignored_path[i]);
+            sum += beyond(path[i], self.ignored_path[i]);
         }
         sum
     }
