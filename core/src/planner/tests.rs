@@ -4,8 +4,12 @@ extern crate std;
 
 use super::*;
 use crate::dynamics::{Control, Integrator, State};
+use crate::executor::Sequential;
 use crate::model::TargetState;
-use crate::stages::{LINKS, Mode, ReorientationTrajectory, TranslationTrajectory};
+use crate::scp::Problem;
+use crate::stages::{
+    Formulation, LINKS, Mode, Reorientation, ReorientationTrajectory, TranslationTrajectory, size,
+};
 use nalgebra::{SVector, Vector3, Vector4};
 use remora_qp::time::Clock;
 use std::boxed::Box;
@@ -68,6 +72,49 @@ fn a_plan_does_not_depend_on_what_memory_held_before() {
             let again = planned(&mut workspace, &mut solver);
             assert_eq!(again.record, first.record, "{value}");
             assert!(again == first, "{value}");
+        }
+    }
+}
+
+/// The heuristic's merit, and what its sum, broken off once it is enough, says of merits up to it and beyond.
+#[test]
+fn a_merit_that_is_not_summed_to_its_end_is_judged_as_the_whole() {
+    let (mut workspace, mut solver) = (Box::new(Workspace::new()), Box::new(EmbeddedSolver::new()));
+    let mission = Mission::default();
+    let scenario = Scenario { target_attitude: Vector4::w(), ..Scenario::default() };
+    for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
+        for mode in [Mode::Optimal, Mode::Feasible] {
+            let settings = PlanSettings::new(mode, integrator);
+            let options = Options::from_parts(settings, InitialGuess::Heuristic, Platform::BARE);
+            plan(&mission, &scenario, &options, &mut *solver, &mut workspace);
+            let formulation = Formulation::new(&mission, &scenario, integrator);
+            guess::write_heuristic(&formulation, &mut workspace);
+            let ArmWorkspace { target, scratch: w, translation, reorientation: z } =
+                &mut *workspace;
+            let translation = &translation.trajectory;
+            let problem = Reorientation::<_, NODES, LINKS, _, { size::controls(LINKS) }>::new(
+                &formulation,
+                translation,
+                target,
+                mode,
+                &Sequential,
+            );
+            let z = &mut z.trajectory;
+            problem.project(z);
+            problem.residuals(z, &mut w.residuals);
+            for penalty_parameter in [0.0, 10.0, 30.0] {
+                let whole = w.residuals.cost + penalty_parameter * w.residuals.l1_violation();
+                assert!(penalty_parameter == 0.0 || whole > 0.0);
+                let scratch = &mut w.trial_residuals;
+                let mut is_reached =
+                    |merit| problem.has_at_least_merit(merit, penalty_parameter, z, scratch);
+                for merit in [-1.0, 0.0, 0.1 * whole, 0.9 * whole, whole] {
+                    assert!(is_reached(merit), "{merit} of {whole}");
+                }
+                for merit in [whole.next_up(), 2.0 * whole + 1.0, f64::INFINITY, f64::NAN] {
+                    assert!(!is_reached(merit), "{merit} of {whole}");
+                }
+            }
         }
     }
 }
