@@ -35,6 +35,7 @@ mod row;
 mod scenario_set;
 mod table;
 mod table_read;
+mod thrift;
 
 pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, ModelRecord, evidence_path, plan_stem, recovered,
