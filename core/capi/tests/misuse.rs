@@ -5,6 +5,7 @@ mod caller;
 
 use caller::{Caller, sized};
 use remora_capi::*;
+use remora_core::prelude::FlightMode;
 use std::ffi::{CStr, c_void};
 
 /// That a call answers this and changes nothing.
@@ -195,7 +196,54 @@ fn every_status_has_words_of_its_own() {
     assert_eq!(remora_abi(), REMORA_ABI);
 }
 
-/// What takes a plan, and with it an interpreter hours (`ci/memory.sh miri` leaves it out).
+/// A plan on a few nodes is read, and refused where it is asked for wrongly: what an interpreter can follow.
+// Verifies REM-DOR-003.
+#[test]
+fn a_plan_on_a_few_nodes_is_read() {
+    let mut caller = Caller::planned_on(8, REMORA_EULER);
+    let (mut record, mut found): (RemoraRecord, RemoraVerification) =
+        (sized(|s, size| s.size = size), sized(|s, size| s.size = size));
+    let workspace = caller.workspace.pointer();
+    // SAFETY: a workspace of this and places for the structures; those that are none are looked at first.
+    unsafe {
+        assert_eq!(remora_record(workspace, &mut record), RemoraStatus::Ok);
+        assert_eq!(remora_verify(workspace, &mut found), RemoraStatus::Ok);
+        let node = &raw mut caller.node;
+        assert_eq!(remora_node(workspace, 0, std::ptr::null_mut()), RemoraStatus::Null);
+        let misaligned = remora_node(workspace, 0, node.wrapping_byte_add(1));
+        assert_eq!(misaligned, RemoraStatus::Misaligned);
+    }
+    assert_eq!((found.is_verified, record.output), (1, caller.report.checksum));
+    for index in 0..8 {
+        assert_eq!(caller.copies_node(index), RemoraStatus::Ok);
+    }
+    assert_eq!(caller.node.time, 1200.0);
+    assert_eq!(caller.copies_node(8), RemoraStatus::NoSuchNode);
+    assert_eq!(caller.hands_over(0.0), RemoraStatus::NoFlight);
+    assert_eq!(caller.flies(), RemoraStatus::Ok);
+    assert_eq!(caller.hands_over(0.0), RemoraStatus::EulerPlan);
+    assert_eq!(caller.guides(None), RemoraStatus::NoFlightPlan);
+}
+
+/// Likewise a flight.
+#[test]
+fn a_plan_on_a_few_nodes_is_flown() {
+    let mut caller = Caller::planned_on(15, REMORA_RK4);
+    caller.takes_off();
+    let limits: RemoraLimits = sized(|s, size| s.size = size);
+    assert_eq!(caller.guides(None), RemoraStatus::Ok);
+    assert_eq!(caller.command.mode, FlightMode::Track as u32);
+    assert_eq!(caller.guides(Some(&limits)), RemoraStatus::Ok);
+    caller.estimate.rate[0] = f64::NAN;
+    assert_eq!(caller.replans(10.0), RemoraStatus::NotFinite);
+    assert_eq!(caller.guides(None), RemoraStatus::Ok);
+    assert_eq!(caller.command.mode, FlightMode::Degraded as u32);
+    // SAFETY: a flight of this.
+    let status = unsafe { remora_ask(caller.flight.pointer(), REMORA_ABORT) };
+    assert_eq!(status, RemoraStatus::Ok);
+}
+
+/// What takes a plan on all nodes, and with it an interpreter hours (`ci/memory.sh miri` leaves it out).
 mod with_a_plan {
     use super::*;
 

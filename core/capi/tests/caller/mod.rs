@@ -90,16 +90,32 @@ impl Caller {
         caller
     }
 
+    /// One with a plan on a few nodes, of what an interpreter makes in minutes: limits hold at its nodes only, and
+    /// bodies may come near each other.
+    pub fn planned_on(nodes: u32, integrator: u32) -> Self {
+        let mut caller = Self::new();
+        (caller.mission.clearance, caller.mission.between_nodes) = (2, 2);
+        (caller.scenario.nodes, caller.options.integrator) = (nodes, integrator);
+        assert_eq!(caller.opens(REMORA_ABI), RemoraStatus::Ok);
+        assert_eq!(caller.plans(), RemoraStatus::Ok);
+        assert_eq!((caller.report.is_verified, caller.report.nodes), (1, nodes));
+        caller
+    }
+
     /// One who flies it.
     pub fn flying() -> Self {
         let mut caller = Self::planned();
-        assert_eq!(caller.flies(), RemoraStatus::Ok);
-        assert_eq!(caller.hands_over(0.0), RemoraStatus::Ok);
-        // SAFETY: as below.
-        let status =
-            unsafe { remora_expected(caller.flight.pointer(), 300.0, &mut caller.estimate) };
-        assert_eq!(status, RemoraStatus::Ok);
+        caller.takes_off();
         caller
+    }
+
+    /// Flies the plan from its first node on, and knows where it is 300 s later.
+    pub fn takes_off(&mut self) {
+        assert_eq!(self.flies(), RemoraStatus::Ok);
+        assert_eq!(self.hands_over(0.0), RemoraStatus::Ok);
+        // SAFETY: as below.
+        let status = unsafe { remora_expected(self.flight.pointer(), 300.0, &mut self.estimate) };
+        assert_eq!(status, RemoraStatus::Ok);
     }
 
     pub fn opens(&mut self, abi: u32) -> RemoraStatus {
