@@ -7,18 +7,19 @@
     ci/upsets.py --seed 1 --case 17               # one case again
 
 The image (of `remora firmware`, in target/firmware) plans two scenarios with Euler, scrubbing as `remora plan --scrub`
-does. In one of the iterations of its QP solver, some instructions after the next call of one of its functions, QEMU's
-gdb stub changes a bit; then it goes on. A case is a function of image, start, seed and number. Exit status: 0 where no
-case was wrong, 1 where some were, 2 for bad input.
+does, and accepts a plan whose record is of its input and has the residuals that a second run of the verifier finds. In
+one of the iterations of its QP solver, some instructions after the next call of one of its functions, QEMU's gdb stub
+changes a bit; then it goes on. A case is a function of image, start, seed and number. Exit status: 0 where no case was
+wrong, 1 where some were, 2 for bad input.
 
 Classes, of the plan that was struck:
   same       every line of both plans is that of the run without a fault
-  tolerated  solved and verified: another plan, and the image's own verifier, run again, finds the same residuals
-  failed     not solved or refused, and said so
+  tolerated  accepted by the image: another plan, and the image's own verifier, run again, finds the same residuals
+  failed     not solved, refused, or not accepted, and said so
   trapped    the processor's fault handler ended the program, or the Cortex-M7's watchdog: a flight computer restarts
   hung       it did not end: not within ten times the emulator's processor time without a fault, nor within 80 s
-  wrong      solved or verified, and the residuals are others when they are computed again; or the plan after it
-             is another than without a fault
+  wrong      accepted, and solved or verified, and the residuals are others when they are computed again; or the plan
+             after it is another than without a fault
 """
 
 import argparse
@@ -201,15 +202,18 @@ def classify(status, text, sound):
         return "wrong"
     if plans[first] == sound[first]:
         return "same"
-    said = re.search(r"^plan .* status=(\d+) verified=(\d)", "\n".join(plans[first]), re.MULTILINE)
+    text = "\n".join(plans[first])
+    said = re.search(r"^plan .* status=(\d+) verified=(\d)", text, re.MULTILINE)
+    if not said or not re.search(r"^verified .* accepted=1$", text, re.MULTILINE):
+        return "failed"
     if not is_consistent(plans[first]):
-        return "wrong" if said and (said[1] == SOLVED or said[2] == "1") else "failed"
-    return "tolerated" if said and said[1] == SOLVED and said[2] == "1" else "failed"
+        return "wrong" if said[1] == SOLVED or said[2] == "1" else "failed"
+    return "tolerated" if said[1] == SOLVED and said[2] == "1" else "failed"
 
 
 def has_planned(image):
-    """Whether the first plan has ended."""
-    return "plan scenario=" in Path(image.log).read_text(errors="replace")
+    """Whether the first plan has ended, and been accepted or not."""
+    return "verified scenario=" in Path(image.log).read_text(errors="replace")
 
 
 def look(image, folder, longest):

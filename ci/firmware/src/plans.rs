@@ -12,7 +12,7 @@ use remora_core::advanced::planner::{
     StageReport, StageSolveRecord, Workspace,
 };
 use remora_core::advanced::qp::Checksum;
-use remora_core::advanced::stages::{self, LINKS, Mode};
+use remora_core::advanced::stages::{self, LINKS, Mode, Residuals};
 use remora_core::advanced::time::Deadline;
 
 /// What plans are made with.
@@ -35,16 +35,17 @@ impl<'a, B: Board> Plans<'a, B> {
     }
 
     /// Plans a scenario and prints result, residuals, the instructions of each phase and the stack;
-    /// then verifies the plan once more, for the verifier's own. None where there is no such scenario.
+    /// then verifies the plan once more, for the verifier's own, and accepts it where that finds what planning
+    /// claims. None where there is no such scenario.
     ///
     /// Either makes mission and scenario anew, and planning its settings too: what damages them ends with it.
     pub fn run(&mut self, index: usize, start: &InitialGuess<'_>) -> Option<()> {
-        self.plan(index, start)?;
-        self.verify(index)
+        let claim = self.plan(index, start)?;
+        self.verify(index, &claim)
     }
 
     #[inline(never)]
-    fn plan(&mut self, index: usize, start: &InitialGuess<'_>) -> Option<()> {
+    fn plan(&mut self, index: usize, start: &InitialGuess<'_>) -> Option<Claim> {
         let (id, scenario) = scenarios::all().nth(index)?;
         let board = self.board;
         let mission = scenarios::mission();
@@ -69,11 +70,11 @@ impl<'a, B: Board> Plans<'a, B> {
         print_result(board, id, &mission, &report);
         print_longest_slice(board, id, longest);
         print_phases(board, id, &report.times);
-        Some(())
+        Some(Claim::new(&mission, report.record.input, &report.residuals))
     }
 
     #[inline(never)]
-    fn verify(&self, index: usize) -> Option<()> {
+    fn verify(&self, index: usize, claim: &Claim) -> Option<()> {
         let (id, scenario) = scenarios::all().nth(index)?;
         let board = self.board;
         let mission = scenarios::mission();
@@ -83,10 +84,28 @@ impl<'a, B: Board> Plans<'a, B> {
         let again =
             stages::verify(&mission, &scenario, integrator, path, motion, &deadline).residuals;
         print_stack(board, "verify");
-        let mut sum = Checksum::new();
-        sum.numbers(&again.against(&mission.tolerances).map(|(_, value, _)| value));
-        Line::new(board, "verified").text("scenario", id).bits("residuals", sum.value()).end();
+        let found = Claim::new(&mission, planner::input_checksum(&mission, &scenario), &again);
+        Line::new(board, "verified")
+            .text("scenario", id)
+            .bits("residuals", found.residuals)
+            .number("accepted", u64::from(*claim == found))
+            .end();
         Some(())
+    }
+}
+
+/// What a plan is said to be, by checksums: for which input, and with which residuals.
+#[derive(PartialEq)]
+struct Claim {
+    input: u64,
+    residuals: u64,
+}
+
+impl Claim {
+    fn new(mission: &Mission<LINKS>, input: u64, residuals: &Residuals) -> Self {
+        let mut sum = Checksum::new();
+        sum.numbers(&residuals.against(&mission.tolerances).map(|(_, value, _)| value));
+        Self { input, residuals: sum.value() }
     }
 }
 

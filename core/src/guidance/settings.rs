@@ -90,10 +90,12 @@ impl AbortErrors {
     ) -> Option<Vector3<f64>> {
         let [from, until] = self.near_times;
         let has_settled = since_first >= self.settles;
-        let [position, attitude, joint] = match has_settled {
-            false => self.settling,
-            true if left > from => self.settled,
-            true => self.near,
+        let [position, attitude, joint] = if !has_settled {
+            self.settling
+        } else if left > from {
+            self.settled
+        } else {
+            self.near
         };
         let across = if has_settled { ACROSS * self.port } else { position };
         let size = |v: &Vector3<f64>| libm::sqrt(v.dot(v));

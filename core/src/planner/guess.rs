@@ -227,10 +227,12 @@ impl<const NL: usize> InitialGuess<'_, NL> {
         if is_late || !is_better {
             // Written again: a projection repeated would change its last bits.
             heuristic::warm_start(mission, scenario, translation, target, &mut z.trajectory);
-            return match merit.is_finite() {
-                _ if is_late => GuessRecord::Deadline,
-                true => GuessRecord::Worse,
-                false => GuessRecord::NotFinite,
+            return if is_late {
+                GuessRecord::Deadline
+            } else if merit.is_finite() {
+                GuessRecord::Worse
+            } else {
+                GuessRecord::NotFinite
             };
         }
         mem::swap(&mut z.trajectory, &mut z.trial);
