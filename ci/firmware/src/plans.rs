@@ -102,6 +102,7 @@ struct Claim {
 }
 
 impl Claim {
+    #[inline(never)]
     fn new(mission: &Mission<LINKS>, input: u64, residuals: &Residuals) -> Self {
         let mut sum = Checksum::new();
         sum.numbers(&residuals.against(&mission.tolerances).map(|(_, value, _)| value));
