@@ -173,20 +173,21 @@ def lines(text):
     return found
 
 
-def checksum(residuals):
+def checksum(numbers):
     """64-bit FNV-1a of numbers by their bits, as the image has it."""
     value = 0xCBF2_9CE4_8422_2325
-    for bits in residuals:
+    for bits in numbers:
         for byte in int(bits, 16).to_bytes(8, "little"):
             value = (value ^ byte) * 0x100_0000_01B3 % 2**64
     return f"{value:016x}"
 
 
 def is_consistent(plan):
-    """Whether the residuals of a plan are those that the verifier finds again."""
+    """Whether a plan is of the input that was meant, with the residuals that the verifier finds again."""
     text = "\n".join(plan)
-    claimed = re.findall(r"^residual .*?=([0-9a-f]{16})\(", text, re.MULTILINE)
-    again = re.search(r"^verified .*residuals=([0-9a-f]{16})", text, re.MULTILINE)
+    claimed = re.findall(r"^plan .* input=([0-9a-f]{16})", text, re.MULTILINE)
+    claimed += re.findall(r"^residual .*?=([0-9a-f]{16})\(", text, re.MULTILINE)
+    again = re.search(r"^verified .* claim=([0-9a-f]{16})", text, re.MULTILINE)
     return bool(again) and checksum(claimed) == again[1]
 
 
@@ -204,7 +205,7 @@ def classify(status, text, sound):
         return "same"
     text = "\n".join(plans[first])
     said = re.search(r"^plan .* status=(\d+) verified=(\d)", text, re.MULTILINE)
-    if not said or not re.search(r"^verified .* accepted=1$", text, re.MULTILINE):
+    if not said or not re.search(r"^verified .* accepted=yes$", text, re.MULTILINE):
         return "failed"
     if not is_consistent(plans[first]):
         return "wrong" if said[1] == SOLVED or said[2] == "1" else "failed"

@@ -262,7 +262,7 @@ phase scenario=pub-000 name=verify instructions=7
 phase scenario=pub-000 name=rest instructions=8
 phase scenario=pub-000 name=total instructions=36
 stack entry=plan used=27700 size=262144
-verified scenario=pub-000 residuals=af9ecf86c2b85ff5 accepted=1
+verified scenario=pub-000 claim=af9ecf86c2b85ff5 accepted=yes
 guidance scenario=pub-000 place=start steps=8 checksum=96004bece59a4cc9
 most scenario=pub-000 name=first_step calls=7 instructions=142680
 most scenario=pub-000 name=step calls=53 instructions=51240
