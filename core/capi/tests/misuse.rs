@@ -225,7 +225,7 @@ fn a_plan_on_a_few_nodes_is_read() {
     assert_eq!(caller.guides(None), RemoraStatus::NoFlightPlan);
 }
 
-/// Likewise a flight.
+/// Likewise a flight, which an interpreter did not bring to its end in minutes (`ci/memory.sh miri` leaves it out).
 #[test]
 fn a_plan_on_a_few_nodes_is_flown() {
     let mut caller = Caller::planned_on(15, REMORA_RK4);
