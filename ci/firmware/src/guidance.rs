@@ -103,7 +103,7 @@ impl<B: Board> Flight<'_, B> {
             cost.instructions = cost.instructions.max(instructions);
             add(&mut sum, &command);
         }
-        let line = Line::new(self.board, "guidance").text("scenario", self.id).text("place", place);
+        let line = Line::about(self.board, "guidance", self.id).text("place", place);
         line.number("steps", steps.into()).bits("checksum", sum.value()).end();
     }
 
@@ -145,7 +145,7 @@ impl<B: Board> Flight<'_, B> {
     fn print_costs(&mut self) {
         let Most { first, next } = self.most;
         for (name, Cost { steps, instructions }) in [("first_step", first), ("step", next)] {
-            let line = Line::new(self.board, "most").text("scenario", self.id);
+            let line = Line::about(self.board, "most", self.id);
             line.text("name", name)
                 .number("calls", steps)
                 .number("instructions", instructions)

@@ -178,13 +178,13 @@ impl<B: Board> Measure<'_, B> {
         let before = self.board.instructions();
         kernel();
         let instructions = self.board.instructions().wrapping_sub(before);
-        let line = Line::new(self.board, "count").text("scenario", self.id).text("name", name);
+        let line = Line::about(self.board, "count", self.id).text("name", name);
         line.number("calls", calls as u64).number("instructions", instructions).end();
     }
 
     /// Prints the checksum of what it computed.
     fn check(&self, name: &str, sum: Checksum) {
-        let line = Line::new(self.board, "kernel").text("scenario", self.id).text("name", name);
+        let line = Line::about(self.board, "kernel", self.id).text("name", name);
         line.bits("checksum", sum.value()).end();
     }
 }

@@ -14,6 +14,12 @@ impl<'a, B: Board> Line<'a, B> {
         line
     }
 
+    /// Starts a line of this kind about a scenario.
+    #[inline(never)]
+    pub fn about(board: &'a B, kind: &str, scenario: &str) -> Self {
+        Self::new(board, kind).text("scenario", scenario)
+    }
+
     fn raw(&self, text: &str) {
         text.bytes().for_each(|byte| self.0.write(byte));
     }

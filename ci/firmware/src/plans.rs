@@ -85,7 +85,7 @@ impl<'a, B: Board> Plans<'a, B> {
             stages::verify(&mission, &scenario, integrator, path, motion, &deadline).residuals;
         print_stack(board, "verify");
         let found = claim(&mission, planner::input_checksum(&mission, &scenario), &again);
-        let line = Line::new(board, "verified").text("scenario", id).bits("claim", found);
+        let line = Line::about(board, "verified", id).bits("claim", found);
         line.text("accepted", if claimed == found { "yes" } else { "no" }).end();
         Some(())
     }
@@ -103,8 +103,7 @@ fn claim(mission: &Mission<LINKS>, input: u64, residuals: &Residuals) -> u64 {
 
 fn print_result<B: Board>(board: &B, id: &str, mission: &Mission<LINKS>, report: &Report) {
     let stage = |name: &str, stage: &StageReport, evidence: &StageSolveRecord| {
-        Line::new(board, "stage")
-            .text("scenario", id)
+        Line::about(board, "stage", id)
             .text("name", name)
             .number("status", stage.outcome.status.code().into())
             .number("iterations", evidence.iterations.into())
@@ -116,8 +115,7 @@ fn print_result<B: Board>(board: &B, id: &str, mission: &Mission<LINKS>, report:
     let evidence = &report.record;
     stage("translation", &report.translation, &evidence.translation);
     stage("reorientation", &report.reorientation, &evidence.reorientation);
-    Line::new(board, "plan")
-        .text("scenario", id)
+    Line::about(board, "plan", id)
         .number("status", report.status.code().into())
         .number("verified", u64::from(evidence.is_verified))
         .number("start", evidence.start.code().into())
@@ -126,13 +124,13 @@ fn print_result<B: Board>(board: &B, id: &str, mission: &Mission<LINKS>, report:
         .bits("output", evidence.output)
         .end();
     for (name, value, _) in report.residuals.against(&mission.tolerances) {
-        Line::new(board, "residual").text("scenario", id).float(name, value).end();
+        Line::about(board, "residual", id).float(name, value).end();
     }
 }
 
 /// The most instructions between two of the pauses in which a step of guidance could be made.
 fn print_longest_slice<B: Board>(board: &B, id: &str, instructions: u32) {
-    let line = Line::new(board, "most").text("scenario", id).text("name", "slice");
+    let line = Line::about(board, "most", id).text("name", "slice");
     line.number("calls", 1).number("instructions", instructions.into()).end();
 }
 
@@ -154,7 +152,7 @@ fn print_phases<B: Board>(board: &B, id: &str, times: &PhaseTimes) {
         ("rest", total_s - named),
         ("total", *total_s),
     ] {
-        let line = Line::new(board, "phase").text("scenario", id).text("name", name);
+        let line = Line::about(board, "phase", id).text("name", name);
         line.number("instructions", instructions_of(seconds)).end();
     }
 }

@@ -9,6 +9,8 @@
 #[cfg_attr(target_arch = "sparc", path = "board/leon3.rs")]
 mod board;
 
+#[cfg(any(target_arch = "arm", target_arch = "sparc"))]
+mod countdown;
 #[cfg(feature = "replay")]
 mod input;
 

@@ -1,8 +1,8 @@
 //! Cortex-M7 with double-precision floating point: QEMU's `mps2-an500`.
 
-use super::{ExitCode, read_register, write_register};
+use super::countdown::Countdown;
+use super::{ExitCode, write_register};
 use core::arch::{asm, global_asm};
-use core::cell::Cell;
 use remora_firmware::{Board, Stack};
 
 // Vectors, then: floating-point unit on, flush-to-zero off, .bss zeroed, .data copied, stack
@@ -73,8 +73,7 @@ const WATCHDOG_TICKS: u32 = 50 * 25_000_000;
 
 /// The board.
 pub struct ThisBoard {
-    /// Ticks up to the last reading, and the timer then.
-    ticks: Cell<(u64, u32)>,
+    timer: Countdown,
 }
 
 impl ThisBoard {
@@ -88,12 +87,10 @@ impl ThisBoard {
             write_register(TIMER_VALUE, u32::MAX);
             write_register(TIMER_CONTROL, 1_u32);
         }
-        Self { ticks: Cell::new((0, u32::MAX)) }
+        // SAFETY: the value of the timer that was started above.
+        Self { timer: unsafe { Countdown::new(TIMER_VALUE) } }
     }
 }
-
-// SAFETY: the board has one core, and no interrupt reads the clock.
-unsafe impl Sync for ThisBoard {}
 
 impl Board for ThisBoard {
     const NAME: &'static str = "mps2-an500";
@@ -107,12 +104,7 @@ impl Board for ThisBoard {
 
     /// Must be read more often than the timer wraps: every 171 s of the emulator's time.
     fn instructions(&self) -> u64 {
-        // SAFETY: this board's timer.
-        let now: u32 = unsafe { read_register(TIMER_VALUE) };
-        let (ticks, before) = self.ticks.get();
-        let ticks = ticks.wrapping_add(u64::from(before.wrapping_sub(now)));
-        self.ticks.set((ticks, now));
-        ticks.wrapping_mul(Self::RESOLUTION)
+        self.timer.ticks().wrapping_mul(Self::RESOLUTION)
     }
 
     fn known_loop(&self, turns: u32) -> u64 {

@@ -1,8 +1,8 @@
 //! LEON3, a SPARC V8 for space with a register window's traps to serve: QEMU's `leon3_generic`.
 
-use super::{ExitCode, read_register, write_register};
+use super::countdown::Countdown;
+use super::{ExitCode, write_register};
 use core::arch::global_asm;
-use core::cell::Cell;
 use remora_firmware::{Board, Stack};
 
 // What the compiler calls for atomic words, which not every SPARC has: here the one core reads and writes a
@@ -181,8 +181,7 @@ const TIMER_CONTROL: usize = 0x8000_0318;
 
 /// The board.
 pub struct ThisBoard {
-    /// Ticks up to the last reading, and the timer then.
-    ticks: Cell<(u64, u32)>,
+    timer: Countdown,
 }
 
 impl ThisBoard {
@@ -196,12 +195,10 @@ impl ThisBoard {
             // Load, restart at zero, enable.
             write_register(TIMER_CONTROL, 7_u32);
         }
-        Self { ticks: Cell::new((0, u32::MAX)) }
+        // SAFETY: the value of the timer that was started above.
+        Self { timer: unsafe { Countdown::new(TIMER_VALUE) } }
     }
 }
-
-// SAFETY: the board has one core, and no interrupt reads the clock.
-unsafe impl Sync for ThisBoard {}
 
 impl Board for ThisBoard {
     const NAME: &'static str = "leon3_generic";
@@ -215,12 +212,7 @@ impl Board for ThisBoard {
 
     /// Must be read more often than the timer wraps: every 107 s of the emulator's time.
     fn instructions(&self) -> u64 {
-        // SAFETY: this board's timer.
-        let now: u32 = unsafe { read_register(TIMER_VALUE) };
-        let (ticks, before) = self.ticks.get();
-        let ticks = ticks.wrapping_add(u64::from(before.wrapping_sub(now)));
-        self.ticks.set((ticks, now));
-        ticks.wrapping_mul(Self::RESOLUTION)
+        self.timer.ticks().wrapping_mul(Self::RESOLUTION)
     }
 
     fn known_loop(&self, turns: u32) -> u64 {
