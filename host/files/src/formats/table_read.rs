@@ -459,6 +459,18 @@ mod tests {
         assert!(error.ends_with("a dictionary has more values than bytes"), "{error}");
     }
 
+    /// A page that goes by a dictionary where there is none: the library panics.
+    // Verifies REM-IO-006.
+    #[test]
+    fn a_panic_of_the_library_is_a_refusal() {
+        let mut bytes = parquet_table(&[row(0.5, 1)], Vec::new()).unwrap();
+        // The dictionary's header says that it is an index, which readers pass over.
+        assert_eq!(bytes[4..6], [0x15, 0x04]);
+        bytes[5] = 0x02;
+        let error = Numbers::parse(bytes).unwrap_err().reason;
+        assert!(error.ends_with("it is damaged"), "{error}");
+    }
+
     /// Wherever a byte is another: numbers, as many in each column, or a refusal.
     // Verifies REM-IO-006.
     #[test]
