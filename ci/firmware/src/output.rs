@@ -14,7 +14,7 @@ impl<'a, B: Board> Line<'a, B> {
         line
     }
 
-    /// Starts a line of this kind about a scenario.
+    /// Starts a line of this kind about a scenario; one copy of it, so that images are smaller.
     #[inline(never)]
     pub fn about(board: &'a B, kind: &str, scenario: &str) -> Self {
         Self::new(board, kind).text("scenario", scenario)
