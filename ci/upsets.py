@@ -5,6 +5,7 @@
     ci/upsets.py --target aarch64-unknown-none --cases 1000 --out runs/upsets.csv
     ci/upsets.py --start model                    # from the learned start: fewer iterations
     ci/upsets.py --seed 1 --case 17               # one case again
+    ci/upsets.py --ends                           # does an image end where its stack is lost, or in a loop?
 
 The image (of `remora firmware`, in target/firmware) plans two scenarios with Euler, scrubbing as `remora plan --scrub`
 does, and accepts a plan whose record is of its input and has the residuals that a second run of the verifier finds. In
@@ -12,11 +13,14 @@ one of the iterations of its QP solver, some instructions after the next call of
 changes a bit; then it goes on. A case is a function of image, start, seed and number. Exit status: 0 where no case was
 wrong, 1 where some were, 2 for bad input.
 
+With --ends it runs two cases that it makes itself, in time that goes faster: the stack pointer is sent out of memory,
+and a function becomes a loop without an end. Exit status 1 where one of them does not end in the fault handler.
+
 Classes, of the plan that was struck:
   same       every line of both plans is that of the run without a fault
   tolerated  accepted by the image: another plan, and the image's own verifier, run again, finds the same residuals
   failed     not solved, refused, or not accepted, and said so
-  trapped    the processor's fault handler ended the program, or the Cortex-M7's watchdog: a flight computer restarts
+  trapped    the processor's fault handler ended the program, or the watchdog: a flight computer restarts
   hung       it did not end: not within ten times the emulator's processor time without a fault, nor within 80 s
   wrong      accepted, and solved or verified, and the residuals are others when they are computed again; or the plan
              after it is another than without a fault
@@ -48,6 +52,10 @@ REQUESTS = {"heuristic": 0x52_04_0003, "model": 0x52_06_0003}
 # The least time for a case to end [s]: the watchdog's, and some.
 LEAST_LONGEST = 80
 SOLVED = "0"
+# What the fault handler ends with.
+FAULT = 102
+# By --ends: an instruction takes 2^7 ns of the emulator's time, so that the watchdog's is some seconds of ours.
+FAST = ["-icount", "shift=7"]
 
 TARGETS = {
     "thumbv7em-none-eabihf": {
@@ -57,6 +65,7 @@ TARGETS = {
         "pointer": 13,
         "counter": 15,
         "bytes": 4,
+        "loop": "fee7",
     },
     "aarch64-unknown-none": {
         "qemu": ["qemu-system-aarch64", "-M", "virt", "-cpu", "cortex-a53", "-nic", "none",
@@ -66,6 +75,29 @@ TARGETS = {
         "pointer": 31,
         "counter": 32,
         "bytes": 8,
+        "loop": "00000014",
+    },
+    "riscv64gc-unknown-none-elf": {
+        "qemu": ["qemu-system-riscv64", "-M", "virt", "-bios", "none"],
+        # x1 to x31; f0 to f31.
+        "registers": [*range(1, 32), *range(33, 65)],
+        "pointer": 2,
+        "counter": 32,
+        "bytes": 8,
+        "loop": "6f000000",
+    },
+    "sparc-unknown-none-elf": {
+        "qemu": ["qemu-system-sparc", "-M", "leon3_generic"],
+        # g1 to g7 and the window's; f0 to f31. This stub reads and writes all or none.
+        "registers": range(1, 64),
+        "all": True,
+        "pointer": 14,
+        "counter": 68,
+        "bytes": 4,
+        "order": "big",
+        "loop": "1080000001000000",
+        # The emulator ends with 0, whatever the image ended for.
+        "fault": 0,
     },
 }
 
@@ -118,7 +150,10 @@ class Image:
     """An image, its functions, and how it runs without a fault."""
 
     def __init__(self, file, target, start):
-        self.file, self.target, self.request = file, TARGETS[target], REQUESTS[start]
+        self.file, self.target = file, TARGETS[target]
+        self.order = self.target.get("order", "little")
+        # The emulator writes the low byte first.
+        self.request = int.from_bytes(REQUESTS[start].to_bytes(4, self.order), "little")
         listed = subprocess.run(["nm", "-S", file], capture_output=True, text=True, check=True).stdout
         symbols = [line.split() for line in listed.splitlines()]
         self.address = {s[-1]: int(s[0], 16) for s in symbols if len(s) > 2}
@@ -127,7 +162,7 @@ class Image:
         self.iteration = next(at for at, name in self.functions if ITERATION in name)
         self.kind = 2 if target.startswith("thumb") else 4
 
-    def start(self, folder, longest):
+    def start(self, folder, longest, *options):
         """Starts it, held at its first instruction, for so many seconds of processor time."""
         at, log = os.path.join(folder, "gdb"), os.path.join(folder, "log")
         for old in (at, log):
@@ -135,7 +170,7 @@ class Image:
         command = self.target["qemu"] + [
             "-display", "none", "-monitor", "none", "-serial", f"file:{log}", "-kernel", str(self.file),
             "-device", f"loader,addr={self.address['REMORA_REQUEST']:#x},data={self.request:#x},data-len=4",
-            "-S", "-chardev", f"socket,path={at},server=on,wait=off,id=gdb", "-gdb", "chardev:gdb",
+            "-S", "-chardev", f"socket,path={at},server=on,wait=off,id=gdb", "-gdb", "chardev:gdb", *options,
         ]
         self.emulator = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (longest,) * 2))
@@ -155,11 +190,21 @@ class Image:
 
     def register(self, stub, number):
         """The bytes of a register."""
-        return bytes.fromhex(stub.ask(f"p{number:x}"))
+        if not self.target.get("all"):
+            return bytes.fromhex(stub.ask(f"p{number:x}"))
+        size = self.target["bytes"]
+        return bytes.fromhex(stub.ask("g"))[size * number:][:size]
+
+    def set_register(self, stub, number, data):
+        """Changes the bytes of a register."""
+        if not self.target.get("all"):
+            return stub.ask(f"P{number:x}={data.hex()}")
+        registers, at = stub.ask("g"), 2 * self.target["bytes"] * number
+        return stub.ask(f"G{registers[:at]}{data.hex()}{registers[at + 2 * len(data):]}")
 
     def pointer(self, stub, which):
         """The stack pointer or the program counter."""
-        return int.from_bytes(self.register(stub, self.target[which]), "little")
+        return int.from_bytes(self.register(stub, self.target[which]), self.order)
 
 
 def lines(text):
@@ -196,7 +241,7 @@ def classify(status, text, sound):
     plans = lines(text)
     if status in (-signal.SIGXCPU, -signal.SIGKILL):
         return "hung"
-    if list(plans) != list(sound) or status != 0:
+    if list(plans) != list(sound) or status != 0 or not text.endswith("\nend\n"):
         return "trapped"
     first, *others = sound
     if any(plans[name] != sound[name] for name in others):
@@ -280,7 +325,7 @@ def strike(image, folder, longest, seen, seed, case):
         place, bit = "none", 0  # The function is not called any more, or not in the plan that is struck.
     elif place == "register":
         bit, flipped = flip(image.register(stub, number), share)
-        stub.ask(f"P{number:x}={flipped.hex()}")
+        image.set_register(stub, number, flipped)
     else:
         at = image.pointer(stub, "pointer") + number * size
         # Beyond the stack's end there is none: nothing is struck.
@@ -292,6 +337,26 @@ def strike(image, folder, longest, seen, seed, case):
     return [case, place, number, bit, iteration, dict(image.functions)[address], steps], status, text
 
 
+def ends(image, folder):
+    """Whether it ends in the fault handler where its stack is lost, and where it loops."""
+    size = image.target["bytes"]
+    for what in ["its stack pointer is nowhere", "a function does not end"]:
+        stub = image.start(folder, LEAST_LONGEST, *FAST)
+        if not go_to(image, stub, image.iteration):
+            yield what, False
+            continue
+        if "pointer" in what:
+            # The top quarter of all addresses is no memory of these boards.
+            nowhere = (3 << 8 * size - 2).to_bytes(size, image.order)
+            image.set_register(stub, image.target["pointer"], nowhere)
+        else:
+            loop = image.target["loop"]
+            stub.ask(f"M{image.iteration:x},{len(loop) // 2:x}:{loop}")
+        stub.ask("D")
+        status, text = image.end()
+        yield what, status == image.target.get("fault", FAULT) and not text.endswith("\nend\n")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--target", choices=TARGETS, default="thumbv7em-none-eabihf")
@@ -300,15 +365,22 @@ def main():
     parser.add_argument("--cases", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--case", type=int, help="this case alone")
+    parser.add_argument("--ends", action="store_true", help="whether it ends without its stack, and in a loop")
     parser.add_argument("--out", type=Path, help="a row a case (CSV); cases that it holds are not run again")
     given = parser.parse_args()
     root = Path(__file__).resolve().parent.parent
-    file = given.image or root / "target/firmware" / f"{given.target}.elf"
+    built = Path(os.environ.get("CARGO_TARGET_DIR", root / "target")) / "firmware"
+    file = given.image or built / f"{given.target}.elf"
     if not file.is_file():
         print(f"error: {file}: no such file; `remora firmware` builds it", file=sys.stderr)
         return 2
     image = Image(file, given.target, given.start)
     folder = tempfile.mkdtemp()
+    if given.ends:
+        found = dict(ends(image, folder))
+        for what, is_ended in found.items():
+            print(f"{given.target}: {what}: {'ends' if is_ended else 'DOES NOT END'}")
+        return 0 if all(found.values()) else 1
     stub = image.start(folder, 600)
     stub.ask("D")
     status, text = image.end()

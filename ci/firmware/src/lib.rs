@@ -22,6 +22,7 @@ mod replay;
 mod request;
 mod run;
 mod scenarios;
+mod start;
 
 pub use board::{Board, Stack};
 #[cfg(feature = "replay")]

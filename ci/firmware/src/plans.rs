@@ -1,76 +1,65 @@
 //! Whole plans.
 
-use crate::Request;
 use crate::board::{Board, InstructionClock, instructions_of};
 use crate::output::{Line, print_stack};
-use crate::scenarios;
+use crate::start::with_start;
+use crate::{Memory, Request, scenarios};
 use core::hint::black_box;
 use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::planner::{
-    self, EmbeddedSolver, InitialGuess, Options, PhaseTimes, PlanSettings, Platform, Report,
-    StageReport, StageSolveRecord, Workspace,
+    self, Options, PhaseTimes, PlanSettings, Platform, Report, StageReport, StageSolveRecord,
 };
 use remora_core::advanced::qp::Checksum;
 use remora_core::advanced::stages::{self, LINKS, Mode, Residuals};
 use remora_core::advanced::time::Deadline;
 
-/// What plans are made with.
+/// What plans are made with: the best, with the tuned settings.
 pub struct Plans<'a, B> {
-    board: &'a B,
-    request: Request,
-    solver: &'a mut EmbeddedSolver,
-    workspace: &'a mut Workspace,
+    /// The board.
+    pub board: &'a B,
+    /// How they are to be made.
+    pub request: Request,
+    /// The learned start's model.
+    pub file: &'a [u8],
+    /// What planning works in.
+    pub memory: &'a mut Memory,
 }
 
-impl<'a, B: Board> Plans<'a, B> {
-    /// Of the best plan, with the tuned settings.
-    pub fn new(
-        board: &'a B,
-        request: Request,
-        solver: &'a mut EmbeddedSolver,
-        workspace: &'a mut Workspace,
-    ) -> Self {
-        Self { board, request, solver, workspace }
-    }
-
+impl<B: Board> Plans<'_, B> {
     /// Plans a scenario and prints result, residuals, the instructions of each phase and the stack;
     /// then verifies the plan once more, for the verifier's own, and accepts it where that finds what planning
     /// claims. None where there is no such scenario.
     ///
-    /// Either makes mission and scenario anew, and planning its settings too: what damages them ends with it.
-    pub fn run(&mut self, index: usize, start: &InitialGuess<'_>) -> Option<()> {
-        let claimed = self.plan(index, start)?;
+    /// Either makes mission and scenario anew, and planning its settings and the opened model too: what damages
+    /// them ends with it.
+    pub fn run(&mut self, index: usize) -> Option<()> {
+        let claimed = self.plan(index)?;
         self.verify(index, claimed)
     }
 
     #[inline(never)]
-    fn plan(&mut self, index: usize, start: &InitialGuess<'_>) -> Option<u64> {
+    fn plan(&mut self, index: usize) -> Option<u64> {
+        let Request { integrator, start, is_scrubbed, .. } = self.request;
+        let Memory { workspace, solver, network, .. } = &mut *self.memory;
         let (id, scenario) = scenarios::all().nth(index)?;
         let board = self.board;
         let mission = scenarios::mission();
-        let settings = PlanSettings::new(Mode::Optimal, self.request.integrator);
-        board.start_watchdog();
-        board.paint_stack();
-        let clock = InstructionClock::new(board);
-        let report = planner::plan(
-            &mission,
-            &scenario,
-            &Options::from_parts(
-                settings,
-                *start,
-                Platform { clock: &clock, executor: &Sequential },
-            )
-            .scrubbing(self.request.is_scrubbed),
-            self.solver,
-            self.workspace,
-        );
-        let longest = clock.longest_slice();
-        print_stack(board, "plan");
-        print_result(board, id, &mission, &report);
-        print_longest_slice(board, id, longest);
-        print_phases(board, id, &report.times);
-        Some(claim(&mission, report.record.input, &report.residuals))
+        let settings = PlanSettings::new(Mode::Optimal, integrator);
+        Some(with_start(board, start, self.file, network, |start| {
+            board.start_watchdog();
+            board.paint_stack();
+            let clock = InstructionClock::new(board);
+            let platform = Platform { clock: &clock, executor: &Sequential };
+            let options = Options::from_parts(settings, *start, platform).scrubbing(is_scrubbed);
+            let report = planner::plan(&mission, &scenario, &options, solver, workspace);
+            let longest = clock.longest_slice();
+            print_stack(board, "plan");
+            print_result(board, id, &mission, &report);
+            print_longest_slice(board, id, longest);
+            print_phases(board, id, &report.times);
+            claim(&mission, report.record.input, &report.residuals)
+        }))
     }
 
     #[inline(never)]
@@ -78,7 +67,8 @@ impl<'a, B: Board> Plans<'a, B> {
         let (id, scenario) = scenarios::all().nth(index)?;
         let board = self.board;
         let mission = scenarios::mission();
-        let (path, motion) = (self.workspace.translation(), self.workspace.reorientation());
+        let Memory { workspace, .. } = &*self.memory;
+        let (path, motion) = (workspace.translation(), workspace.reorientation());
         board.paint_stack();
         let (integrator, deadline) = (black_box(self.request.integrator), Deadline::never());
         let again =

@@ -4,16 +4,15 @@
 use crate::StartKind;
 use crate::board::Board;
 use crate::output::Line;
-use crate::run::{Memory, Models, open};
+use crate::run::{Memory, Models};
+use crate::start::with_start;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::model::{
     Approach, Corridor, Link, Margins, Mission, Orbit, Roll, Scenario, Servicer, Start, Switch,
     Target, Tolerances, Typical, Weights,
 };
-use remora_core::advanced::nn::Network;
-use remora_core::advanced::planner::{self, InitialGuess, Options, PlanSettings, Platform};
+use remora_core::advanced::planner::{self, Options, PlanSettings, Platform};
 use remora_core::advanced::stages::{LINKS, Mode};
-use remora_core::advanced::warmstart::NetworkPolicy;
 use remora_core::nalgebra::{Matrix3, Vector3};
 
 /// Doubles that an input has room for.
@@ -32,16 +31,10 @@ pub fn replay<B: Board>(board: &B, numbers: &[u64], models: &Models<'_>, memory:
         _ => models.euler,
     };
     let Memory { workspace, solver, network, .. } = memory;
-    let model = open(board, start, file);
-    let network = model.as_ref().and_then(|model| Network::new(model, network).ok());
-    let policy = network.and_then(|network| NetworkPolicy::new(network).ok());
-    let guess = match (&policy, start) {
-        (_, StartKind::Heuristic) => InitialGuess::Heuristic,
-        (Some(policy), _) => InitialGuess::Learned { policy, seed: 0 },
-        (None, _) => InitialGuess::Refused,
-    };
-    let options = Options::from_parts(settings, guess, Platform::BARE);
-    let report = planner::plan(&mission, &scenario, &options, solver, workspace);
+    let report = with_start(board, start, file, network, |start| {
+        let options = Options::from_parts(settings, *start, Platform::BARE);
+        planner::plan(&mission, &scenario, &options, solver, workspace)
+    });
     Line::new(board, "replay").bits("output", report.record.output).end();
     Line::new(board, "end").end();
 }

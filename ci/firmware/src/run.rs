@@ -1,15 +1,13 @@
 //! The whole run of an image.
 
 use crate::board::Board;
-use crate::output::{Line, print_stack};
+use crate::output::Line;
 use crate::plans::Plans;
-use crate::{Request, StartKind, guidance, scenarios};
+use crate::{Request, guidance, scenarios};
 use core::hint::black_box;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::guidance::{FlightPlan, Guidance};
-use remora_core::advanced::nn::{Model, Network};
-use remora_core::advanced::planner::{EmbeddedSolver, InitialGuess, Workspace};
-use remora_core::advanced::warmstart::NetworkPolicy;
+use remora_core::advanced::planner::{EmbeddedSolver, Workspace};
 
 /// What the network of a learned start works in, of the size that the default models need.
 pub use remora_core::advanced::planner::memory::NetworkMemory;
@@ -101,36 +99,12 @@ fn plan_all<B: Board>(
     file: &[u8],
     memory: &mut Memory,
 ) -> Option<usize> {
-    let Memory { workspace, solver, network, .. } = memory;
-    let model = open(board, request.start, file);
-    let network = model.as_ref().and_then(|model| Network::new(model, network).ok());
-    let policy = network.and_then(|network| NetworkPolicy::new(network).ok());
-    let start = match (&policy, request.start) {
-        (_, StartKind::Heuristic) => InitialGuess::Heuristic,
-        (Some(policy), _) => InitialGuess::Learned { policy, seed: 0 },
-        (None, _) => InitialGuess::Refused,
-    };
-    let mut plans = Plans::new(board, request, solver, workspace);
+    let mut plans = Plans { board, request, file, memory };
     let mut last = None;
     for index in (0..u16::BITS as usize).filter(|index| request.wants(*index)) {
-        last = plans.run(index, &start).map(|()| index).or(last);
+        last = plans.run(index).map(|()| index).or(last);
     }
     last
-}
-
-/// Opens the model, where one is asked for; prints what that took.
-pub(crate) fn open<'a, B: Board>(board: &B, start: StartKind, file: &'a [u8]) -> Option<Model<'a>> {
-    if start == StartKind::Heuristic {
-        return None;
-    }
-    board.paint_stack();
-    let before = board.instructions();
-    let model = Model::open(file).ok();
-    let instructions = board.instructions().wrapping_sub(before);
-    let line = Line::new(board, "count").text("name", "open_model");
-    line.number("calls", 1).number("instructions", instructions).end();
-    print_stack(board, "open_model");
-    model
 }
 
 /// Prints what the counter says about a loop of known length.

@@ -33,6 +33,9 @@ pub enum ExitCode {
     Fault = 102,
 }
 
+/// What the watchdog waits for after a plan has begun [s]: the hardest of the audit's corpus takes 6.5 on the Cortex-M7.
+const WATCHDOG_SECONDS: u32 = 50;
+
 /// What the start-up code paints the stack with; it knows the number too.
 const PAINT: u32 = 0x5afe_57ac;
 
@@ -83,7 +86,8 @@ extern "C" fn remora_main(request: u32) -> ! {
     board::exit(ExitCode::Done)
 }
 
-/// Where the start-up code sends every exception.
+/// Where the start-up code sends every exception, with a stack of its own: the pointer to the other may be
+/// what is damaged.
 #[unsafe(no_mangle)]
 extern "C" fn remora_fault() -> ! {
     board::exit(ExitCode::Fault)

@@ -32,6 +32,8 @@ pub struct Log {
     pub stack_bytes: BTreeMap<String, u64>,
     /// Room for the stack [bytes].
     pub stack_size_bytes: u64,
+    /// Instructions of opening the model, the most of them, where one was opened.
+    pub open_model_instructions: Option<u64>,
     /// What was called and counted on its own.
     pub parts: Vec<Part>,
     /// Steps of guidance.
@@ -67,9 +69,6 @@ const FRAME_BYTES: u64 = 512;
 /// The entry point of a step of guidance.
 const GUIDANCE: &str = "guidance";
 
-/// Name of the count of opening a model.
-const OPEN_MODEL: &str = "open_model";
-
 impl Log {
     /// Reads a log that was written to its end.
     ///
@@ -98,11 +97,6 @@ impl Log {
             Some((last, _)) => Err(FieldError::new("", format!("ended early, after: {last}"))),
             None => Err(FieldError::new("", "ended early: it is empty")),
         }
-    }
-
-    /// Instructions of opening the model, where one was opened.
-    pub fn open_model_instructions(&self) -> Option<u64> {
-        self.parts.iter().find(|part| part.name == OPEN_MODEL).map(|part| part.instructions)
     }
 }
 
@@ -164,8 +158,13 @@ impl Reader {
 
     /// The most instructions of one of several.
     fn take_most(&mut self, words: &Words<'_>) -> Result<(), FieldError> {
-        let (steps, instructions) = (words.number("calls")?, words.number("instructions")?);
+        let steps = words.number("calls")?;
+        let instructions: u64 = words.number("instructions")?;
         match words.text("name")? {
+            "open_model" => {
+                let most = self.log.open_model_instructions.get_or_insert_default();
+                *most = instructions.max(*most);
+            }
             "slice" => self.longest_slice = Some(instructions),
             "step" => self.flown().next = Steps { steps, instructions },
             "first_step" => self.flown().first = Steps { steps, instructions },
@@ -245,7 +244,7 @@ mod tests {
 image board=mps2-an500
 size workspace=436896 solver=544088 network=64560 guidance=720 flight_plan=16904
 calibration expected=2000000 counted=2000040 resolution=40
-count name=open_model calls=1 instructions=77
+most name=open_model calls=1 instructions=77
 stack entry=plan used=27688 size=262144
 stage scenario=pub-000 name=translation status=0 iterations=4 corrections=0 qp_iterations=28 cost=3f(8e-4)
 stage scenario=pub-000 name=reorientation status=0 iterations=9 corrections=1 qp_iterations=91 cost=3f(2e-1)
@@ -277,7 +276,7 @@ end
         assert_eq!((log.board.as_str(), log.solver_bytes), ("mps2-an500", 544_088));
         assert!(log.counter.unwrap().is_right());
         assert_eq!((log.stack_bytes["plan"], log.stack_size_bytes), (27_700, 262_144));
-        assert_eq!(log.open_model_instructions(), Some(77));
+        assert_eq!(log.open_model_instructions, Some(77));
         let [plan] = &log.plans[..] else { panic!("{log:?}") };
         assert!(plan.is_solved() && plan.start == 1 && plan.reorientation.corrections == 1);
         assert_eq!(plan.qp_iterations(), 28 + 91);

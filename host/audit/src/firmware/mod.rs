@@ -336,7 +336,7 @@ fn run_record(
         same_bits_as_host,
         repeatable,
         counter,
-        open_model_instructions: log.open_model_instructions(),
+        open_model_instructions: log.open_model_instructions,
         stack_bytes: log.stack_bytes.clone(),
         guidance: log.guidance,
         plans: log.plans.clone(),

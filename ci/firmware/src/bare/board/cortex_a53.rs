@@ -1,6 +1,6 @@
 //! Cortex-A53: QEMU's `virt` with `-cpu cortex-a53`, at EL1, without address translation.
 
-use super::{ExitCode, write_register};
+use super::{ExitCode, WATCHDOG_SECONDS, write_register};
 use core::arch::{asm, global_asm};
 use remora_firmware::{Board, Stack};
 
@@ -42,11 +42,15 @@ global_asm!(
     "mov x29, xzr",
     "mov x30, xzr",
     "bl remora_main",
+    "fault:",
+    "ldr x0, =__stack_top",
+    "mov sp, x0",
+    "bl remora_fault",
     ".ltorg",
     ".balign 2048",
     "vectors:",
     ".rept 16",
-    "b remora_fault",
+    "b fault",
     ".balign 128",
     ".endr",
     ".text",
@@ -55,12 +59,28 @@ global_asm!(
 /// Data register of the board's PL011.
 const UART_DATA: usize = 0x0900_0000;
 
+/// GICv2: the distributor's control and the interrupts that are private to a processor.
+const DISTRIBUTOR_CONTROL: usize = 0x0800_0000;
+const DISTRIBUTOR_ENABLE: usize = 0x0800_0100;
+/// The processor's side of it: control, and the priority from which on interrupts are let through.
+const INTERFACE_CONTROL: usize = 0x0801_0000;
+const INTERFACE_PRIORITY: usize = 0x0801_0004;
+/// The interrupt of the physical timer.
+const TIMER_INTERRUPT: u32 = 30;
+
 /// The board.
 pub struct ThisBoard;
 
 impl ThisBoard {
-    /// The start-up code has turned on what is used of it.
+    /// The start-up code has turned on what is used of it, but for the watchdog's interrupt.
     pub fn new() -> Self {
+        // SAFETY: registers of this board's interrupt controller, which know no memory.
+        unsafe {
+            write_register(DISTRIBUTOR_ENABLE, 1_u32 << TIMER_INTERRUPT);
+            write_register(DISTRIBUTOR_CONTROL, 1_u32);
+            write_register(INTERFACE_PRIORITY, 0xff_u32);
+            write_register(INTERFACE_CONTROL, 1_u32);
+        }
         Self
     }
 }
@@ -92,6 +112,23 @@ impl Board for ThisBoard {
 
     fn paint_stack(&self) {
         super::paint_stack();
+    }
+
+    fn start_watchdog(&self) {
+        // SAFETY: sets the physical timer, which nothing else uses, and lets its interrupt through.
+        unsafe {
+            asm!(
+                "mrs {now}, cntpct_el0",
+                "mrs {rate}, cntfrq_el0",
+                "madd {now}, {rate}, {seconds}, {now}",
+                "msr cntp_cval_el0, {now}",
+                "mov {rate}, #1",
+                "msr cntp_ctl_el0, {rate}",
+                "msr daifclr, #2",
+                now = out(reg) _, rate = out(reg) _, seconds = in(reg) u64::from(WATCHDOG_SECONDS),
+                options(nomem, nostack),
+            );
+        }
     }
 
     fn stack(&self) -> Option<Stack> {

@@ -1,7 +1,7 @@
 //! Cortex-M7 with double-precision floating point: QEMU's `mps2-an500`.
 
 use super::countdown::Countdown;
-use super::{ExitCode, write_register};
+use super::{ExitCode, WATCHDOG_SECONDS, write_register};
 use core::arch::{asm, global_asm};
 use remora_firmware::{Board, Stack};
 
@@ -13,7 +13,7 @@ global_asm!(
     ".word __stack_top",
     ".word reset",
     ".rept 14",
-    ".word remora_fault",
+    ".word fault",
     ".endr",
     ".section .text.reset, \"ax\"",
     ".global reset",
@@ -51,6 +51,12 @@ global_asm!(
     "6: ldr r0, =REMORA_REQUEST",
     "ldr r0, [r0]",
     "bl remora_main",
+    ".type fault, %function",
+    ".thumb_func",
+    "fault:",
+    "ldr r0, =__stack_top",
+    "mov sp, r0",
+    "bl remora_fault",
     ".ltorg",
     ".text",
 );
@@ -68,8 +74,7 @@ const TIMER_RELOAD: usize = 0x4000_0008;
 /// CMSDK watchdog: counts down at 25 MHz, then raises the one interrupt that is never off.
 const WATCHDOG_RELOAD: usize = 0x4000_8000;
 const WATCHDOG_CONTROL: usize = 0x4000_8008;
-/// Fifty seconds of the emulator's time: the hardest plan of the audit's corpus takes ten.
-const WATCHDOG_TICKS: u32 = 50 * 25_000_000;
+const WATCHDOG_TICKS: u32 = WATCHDOG_SECONDS * 25_000_000;
 
 /// The board.
 pub struct ThisBoard {

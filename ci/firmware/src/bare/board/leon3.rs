@@ -1,7 +1,7 @@
 //! LEON3, a SPARC V8 for space with a register window's traps to serve: QEMU's `leon3_generic`.
 
 use super::countdown::Countdown;
-use super::{ExitCode, write_register};
+use super::{ExitCode, WATCHDOG_SECONDS, write_register};
 use core::arch::global_asm;
 use remora_firmware::{Board, Stack};
 
@@ -86,7 +86,7 @@ global_asm!(
     "mov %g0, %fp",
     "st %g0, [%sp + 64]",
     "ld [%sp + 64], %fsr",
-    "set 0x1fe0, %g1",
+    "set 0x10e0, %g1", // PSR: traps and interrupts on
     "wr %g1, %psr",
     "nop",
     "nop",
@@ -179,6 +179,13 @@ const TIMER_VALUE: usize = 0x8000_0310;
 const TIMER_RELOAD: usize = 0x8000_0314;
 const TIMER_CONTROL: usize = 0x8000_0318;
 
+/// Its second is the watchdog: interrupt 7, which the controller lets through where its mask says so.
+const WATCHDOG_RELOAD: usize = 0x8000_0324;
+const WATCHDOG_CONTROL: usize = 0x8000_0328;
+const WATCHDOG_TICKS: u32 = WATCHDOG_SECONDS * 40_000_000;
+const WATCHDOG_INTERRUPT: u32 = 7;
+const INTERRUPT_MASK: usize = 0x8000_0240;
+
 /// The board.
 pub struct ThisBoard {
     timer: Countdown,
@@ -222,6 +229,16 @@ impl Board for ThisBoard {
 
     fn paint_stack(&self) {
         super::paint_stack();
+    }
+
+    fn start_watchdog(&self) {
+        // SAFETY: registers of this board's timer and interrupt controller, which know no memory.
+        unsafe {
+            write_register(INTERRUPT_MASK, 1_u32 << WATCHDOG_INTERRUPT);
+            write_register(WATCHDOG_RELOAD, WATCHDOG_TICKS);
+            // Interrupt, load, enable.
+            write_register(WATCHDOG_CONTROL, 13_u32);
+        }
     }
 
     fn stack(&self) -> Option<Stack> {

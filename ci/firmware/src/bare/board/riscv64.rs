@@ -1,6 +1,6 @@
 //! 64-bit RISC-V: QEMU's `virt`, in machine mode.
 
-use super::{ExitCode, write_register};
+use super::{ExitCode, WATCHDOG_SECONDS, read_register, write_register};
 use core::arch::{asm, global_asm};
 use remora_firmware::{Board, Stack};
 
@@ -32,12 +32,17 @@ global_asm!(
     "call remora_main",
     ".balign 4",
     "trap:",
+    "la sp, __stack_top",
     "call remora_fault",
     ".text",
 );
 
 /// Transmit register of the board's 16550.
 const UART_DATA: usize = 0x1000_0000;
+/// The CLINT's time, at 10 MHz, and the one at which it interrupts.
+const TIMER_NOW: usize = 0x0200_bff8;
+const TIMER_COMPARE: usize = 0x0200_4000;
+const WATCHDOG_TICKS: u64 = WATCHDOG_SECONDS as u64 * 10_000_000;
 /// The test device that ends the emulation.
 const TEST_DEVICE: usize = 0x0010_0000;
 
@@ -77,6 +82,15 @@ impl Board for ThisBoard {
 
     fn paint_stack(&self) {
         super::paint_stack();
+    }
+
+    fn start_watchdog(&self) {
+        // SAFETY: registers of this board's timer, which know no memory; its interrupt goes where exceptions go.
+        unsafe {
+            let now: u64 = read_register(TIMER_NOW);
+            write_register(TIMER_COMPARE, now.wrapping_add(WATCHDOG_TICKS));
+            asm!("csrw mie, {}", "csrsi mstatus, 8", in(reg) 1 << 7, options(nomem, nostack));
+        }
     }
 
     fn stack(&self) -> Option<Stack> {
