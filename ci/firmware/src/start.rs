@@ -17,15 +17,14 @@ pub fn with_start<B: Board, T>(
     memory: &mut NetworkMemory,
     plan: impl FnOnce(&InitialGuess<'_>) -> T,
 ) -> T {
-    if kind == StartKind::Heuristic {
-        return plan(&InitialGuess::Heuristic);
-    }
-    let model = open(board, file);
+    let model = if kind == StartKind::Model { open(board, file) } else { None };
     let network = model.as_ref().and_then(|model| Network::new(model, memory).ok());
-    match network.and_then(|network| NetworkPolicy::new(network).ok()) {
-        Some(policy) => plan(&InitialGuess::Learned { policy: &policy, seed: 0 }),
-        None => plan(&InitialGuess::Refused),
-    }
+    let policy = network.and_then(|network| NetworkPolicy::new(network).ok());
+    plan(&match (&policy, kind) {
+        (_, StartKind::Heuristic) => InitialGuess::Heuristic,
+        (Some(policy), _) => InitialGuess::Learned { policy, seed: 0 },
+        (None, _) => InitialGuess::Refused,
+    })
 }
 
 /// Opens the model; prints what that took.
