@@ -249,7 +249,7 @@ pub fn page(requirements: &[Requirement], texts: &Texts) -> Page {
     let mut page = Page::new("requirements", "Requirements");
     let missed = requirements.iter().filter(|row| texts.outcome(row) == Outcome::Missed).count();
     page.text(format!(
-        "{} requirements, each with what verifies it; {missed} are missed. Made from `{FILE}`; a \
+        "{} requirements, each with what verifies it; {missed} of them missed. Made from `{FILE}`; a \
          test of the host holds both ends together. *Met*: the rows of the audit that are named say \
          so. *Tested*: by tests that fail where it does not hold.",
         requirements.len()
