@@ -1,6 +1,8 @@
 //! What fuzzers have found, and what they begin with, given to every reader again (`docs/hostile.md`): an answer
 //! in time, and no panic. `ci/fuzz.sh` finds more.
 
+mod changed;
+
 use remora_fuzz::{TARGETS, seeds};
 use std::collections::BTreeSet;
 use std::fs;
