@@ -236,12 +236,17 @@ def is_consistent(plan):
     return bool(again) and checksum(claimed) == again[1]
 
 
+def is_whole(text):
+    """Whether an image has printed its last line."""
+    return text.endswith("\nend\n")
+
+
 def classify(status, text, sound):
     """The class of a run."""
     plans = lines(text)
     if status in (-signal.SIGXCPU, -signal.SIGKILL):
         return "hung"
-    if list(plans) != list(sound) or status != 0 or not text.endswith("\nend\n"):
+    if list(plans) != list(sound) or status != 0 or not is_whole(text):
         return "trapped"
     first, *others = sound
     if any(plans[name] != sound[name] for name in others):
@@ -337,24 +342,27 @@ def strike(image, folder, longest, seen, seed, case):
     return [case, place, number, bit, iteration, dict(image.functions)[address], steps], status, text
 
 
-def ends(image, folder):
-    """Whether it ends in the fault handler where its stack is lost, and where it loops."""
+def lose_stack(image, stub):
+    """Sends the stack pointer to the top quarter of all addresses, which is no memory of these boards."""
     size = image.target["bytes"]
-    for what in ["its stack pointer is nowhere", "a function does not end"]:
-        stub = image.start(folder, LEAST_LONGEST, *FAST)
-        if not go_to(image, stub, image.iteration):
-            yield what, False
-            continue
-        if "pointer" in what:
-            # The top quarter of all addresses is no memory of these boards.
-            nowhere = (3 << 8 * size - 2).to_bytes(size, image.order)
-            image.set_register(stub, image.target["pointer"], nowhere)
-        else:
-            loop = image.target["loop"]
-            stub.ask(f"M{image.iteration:x},{len(loop) // 2:x}:{loop}")
-        stub.ask("D")
-        status, text = image.end()
-        yield what, status == image.target.get("fault", FAULT) and not text.endswith("\nend\n")
+    image.set_register(stub, image.target["pointer"], (3 << 8 * size - 2).to_bytes(size, image.order))
+
+
+def never_return(image, stub):
+    """Turns the function that is called next into a loop without an end."""
+    loop = image.target["loop"]
+    stub.ask(f"M{image.iteration:x},{len(loop) // 2:x}:{loop}")
+
+
+def ends(image, folder, spoil):
+    """Whether it ends in the fault handler when it is spoilt at the first iteration."""
+    stub = image.start(folder, LEAST_LONGEST, *FAST)
+    if not go_to(image, stub, image.iteration):
+        return False
+    spoil(image, stub)
+    stub.ask("D")
+    status, text = image.end()
+    return status == image.target.get("fault", FAULT) and not is_whole(text)
 
 
 def main():
@@ -377,7 +385,8 @@ def main():
     image = Image(file, given.target, given.start)
     folder = tempfile.mkdtemp()
     if given.ends:
-        found = dict(ends(image, folder))
+        spoils = {"its stack pointer is nowhere": lose_stack, "a function does not end": never_return}
+        found = {what: ends(image, folder, spoil) for what, spoil in spoils.items()}
         for what, is_ended in found.items():
             print(f"{given.target}: {what}: {'ends' if is_ended else 'DOES NOT END'}")
         return 0 if all(found.values()) else 1

@@ -33,7 +33,7 @@ pub enum ExitCode {
     Fault = 102,
 }
 
-/// What the watchdog waits for after a plan has begun [s]: the hardest of the audit's corpus takes 6.5 on the Cortex-M7.
+/// What the watchdog waits for after a plan has begun [s]: the hardest of the audit's corpus takes 6.5 on a Cortex-M7.
 const WATCHDOG_SECONDS: u32 = 50;
 
 /// What the start-up code paints the stack with; it knows the number too.
