@@ -189,7 +189,8 @@ impl<const M: usize> Track<M> {
             count += 1.0;
             let time = count * step;
             let now = micros(time);
-            if now + SAME >= ends {
+            // A step beyond all times ends at the greatest.
+            if now.saturating_add(SAME) >= ends {
                 return Some(());
             }
             if now > begins + SAME {

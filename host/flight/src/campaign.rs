@@ -10,6 +10,7 @@
 //! DIR/pages/RUN.html           those of them that the page shows, in three dimensions
 //! ```
 
+use crate::errors_file;
 use crate::history::{self, Sample};
 use crate::keep::Keep;
 use crate::options::Options;
@@ -21,8 +22,8 @@ use crate::until::Until;
 use remora_host::error::{Error, FieldError};
 use remora_host::fingerprint::{self, fingerprint};
 use remora_host::formats::{
-    self, Limit, PlanFile, Verdict, check_writable, json, make_directory, parquet_table, read_text,
-    write_atomically,
+    self, Limit, MAX_JOINTS, PLANNED_JOINTS, PlanFile, Verdict, check_writable, json,
+    make_directory, parquet_table, read_text, write_atomically,
 };
 use remora_host::journal::{Heading, Journal};
 use remora_host::part::Part;
@@ -43,6 +44,9 @@ const PAGE: &str = "flights.html";
 /// Folder of the pages of single runs.
 pub const PAGES: &str = "pages";
 const FORMAT: &str = "remora-flights/1";
+
+/// Most runs of each plan.
+pub const MAX_RUNS: u64 = 1_000_000;
 
 /// Most runs that the page shows over time.
 const MOST_SHOWN: usize = 12;
@@ -93,7 +97,25 @@ impl Asked {
     /// # Errors
     /// The field that is wrong.
     pub fn parse(text: &str) -> Result<Self, FieldError> {
-        json::parse(text, FORMAT)
+        let asked: Self = json::parse(text, FORMAT)?;
+        asked.check().map(|()| asked)
+    }
+
+    /// Refuses what no command asks for, and would never end.
+    fn check(&self) -> Result<(), FieldError> {
+        if !(1..=MAX_RUNS).contains(&self.runs) {
+            return Err(FieldError::new("runs", format!("must be from 1 to {MAX_RUNS}")));
+        }
+        if !(1..=MAX_JOINTS).contains(&self.joints) {
+            return Err(FieldError::new("joints", PLANNED_JOINTS));
+        }
+        let within = |section: &'static str| {
+            move |error: FieldError| {
+                FieldError::new(format!("{section}.{}", error.field), error.reason)
+            }
+        };
+        self.options.check().map_err(within("options"))?;
+        errors_file::check(&self.errors, self.joints).map_err(within("errors"))
     }
 
     /// Draw of a run.
@@ -281,7 +303,7 @@ impl Flights {
         let named = |quantities: Vec<remora_truth::Quantity>| {
             quantities.into_iter().map(|q| Drawn { name: q.name, unit: q.unit }).collect()
         };
-        quantities.map(named).map_err(|error| wrong_world(&error))
+        quantities.map(named).map_err(|error| wrong_world(0, &error))
     }
 
     pub(crate) fn run(&self, pilot: &mut Pilot, plans: &[Planned], run: u64) -> Result<Row, Error> {
@@ -291,7 +313,7 @@ impl Flights {
             None => None,
             Some(sortie) => {
                 let flown = pilot.fly(sortie, &settings, &self.asked.dispersion(run), None);
-                Some(FlownRow::from(&flown.map_err(|error| wrong_world(&error))?))
+                Some(FlownRow::from(&flown.map_err(|error| wrong_world(run, &error))?))
             }
         };
         Ok(Row { run, scenario: plan.id.clone(), flown })
@@ -358,7 +380,7 @@ pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
     make_directory(folder)?;
     let (history, _) = keep_history(folder, &asked, &plan, &mut pilot, run)?;
     let flown = pilot.fly(sortie, &asked.options.settings(), &asked.dispersion(run), None);
-    let flown = flown.map_err(|error| wrong_world(&error))?;
+    let flown = flown.map_err(|error| wrong_world(run, &error))?;
     let row = Row { run, scenario: plan.id, flown: Some(FlownRow::from(&flown)) };
     Ok((row, history))
 }
@@ -375,7 +397,7 @@ fn keep_history(
     if let Some(sortie) = &plan.sortie {
         pilot
             .fly(sortie, &asked.options.settings(), &asked.dispersion(run), Some(&mut samples))
-            .map_err(|error| wrong_world(&error))?;
+            .map_err(|error| wrong_world(run, &error))?;
     }
     let folder = folder.join("history");
     make_directory(&folder)?;
@@ -419,6 +441,6 @@ pub(crate) fn failed(file: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Output { file: file.into(), reason: error.to_string() }
 }
 
-fn wrong_world(error: &WorldError) -> Error {
-    Error::Thread { reason: format!("the world cannot be flown in: {error}") }
+fn wrong_world(run: u64, error: &WorldError) -> Error {
+    Error::Thread { reason: format!("run {run}: the world cannot be flown in: {error}") }
 }

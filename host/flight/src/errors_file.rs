@@ -31,10 +31,14 @@ pub fn parse(text: &str, joints: usize) -> Result<Errors, FieldError> {
         let field = Some(error.path().to_string()).filter(|field| field != ".");
         FieldError::new(field.unwrap_or_default(), error.inner().message())
     })?;
-    let fault = |fault: remora_truth::ErrorsFault| {
+    check(&errors, joints).map(|()| errors)
+}
+
+/// Refuses numbers that make no sense for an arm of `joints` joints.
+pub(crate) fn check(errors: &Errors, joints: usize) -> Result<(), FieldError> {
+    errors.check(joints).map_err(|fault| {
         FieldError::new(fault.key, format!("is {}: {}", fault.value, fault.wanted))
-    };
-    errors.check(joints).map(|()| errors).map_err(fault)
+    })
 }
 
 /// A file's text.

@@ -4,8 +4,13 @@ use crate::flight::{Controller, JointControl, Settings};
 use crate::nominal::Surroundings;
 use remora_core::advanced::guidance::{GuidanceSettings, Triggers};
 use remora_core::advanced::model::Integrator;
+use remora_host::error::FieldError;
 use remora_truth::{Environment, Oblateness};
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
+
+/// Steps of guidance a second that may be asked for [Hz].
+pub const RATES_HZ: RangeInclusive<f64> = 0.2..=20.0;
 
 /// What of a flight may be chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,6 +54,24 @@ impl Default for Options {
 }
 
 impl Options {
+    /// Refuses what cannot be flown.
+    ///
+    /// # Errors
+    /// The field and what is wrong with it.
+    pub fn check(&self) -> Result<(), FieldError> {
+        let positive = self.replan_every_s > 0.0 && self.replan_every_s.is_finite();
+        let not_negative = self.camera_s >= 0.0 && self.camera_s.is_finite();
+        let checks = [
+            ("rate_hz", RATES_HZ.contains(&self.rate_hz), "must lie between 0.2 and 20"),
+            ("camera_s", not_negative, "must not be negative"),
+            ("replan_every_s", positive, "must be positive"),
+        ];
+        match checks.into_iter().find(|(_, fits, _)| !fits) {
+            Some((field, _, reason)) => Err(FieldError::new(field, reason)),
+            None => Ok(()),
+        }
+    }
+
     /// The settings that they stand for.
     pub fn settings(&self) -> Settings {
         let usual = Settings::default();

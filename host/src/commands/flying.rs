@@ -2,11 +2,11 @@
 
 use super::options::choice;
 use super::progress::Bar;
-use remora_flight::campaign::{Asked, Flights, Results};
+use remora_flight::campaign::{Asked, Flights, MAX_RUNS, Results};
 use remora_flight::errors_file;
 use remora_flight::flight::{Controller, Ending, JointControl};
 use remora_flight::keep::Keep;
-use remora_flight::options::Options;
+use remora_flight::options::{Options, RATES_HZ};
 use remora_flight::parts;
 use remora_flight::row::Row;
 use remora_flight::until::Until;
@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 pub(super) struct RunsArgs {
     /// Runs of each plan, each with a draw of errors of its own
     #[arg(long, value_name = "N", default_value_t = 1)]
-    #[arg(value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_RUNS))]
     pub(super) runs: u64,
 }
 
@@ -76,7 +76,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
 }
 
 fn rate(text: &str) -> Result<f64, String> {
-    let within = |x: f64| (0.2..=20.0).contains(&x).then_some(x);
+    let within = |x: f64| RATES_HZ.contains(&x).then_some(x);
     number(text).and_then(|x| within(x).ok_or_else(|| "must lie between 0.2 and 20".into()))
 }
 

@@ -104,6 +104,15 @@ fn another_dataset_is_not_resumed() {
     let text = bench.read("set/dataset.json");
     bench.write("set/dataset.json", &text.replace("\"nodes\": 60", "\"nodes\": 61"));
     bench.refuses(&format!("{begun} --out set"), "set/dataset.json: nodes: is 61; this program");
+    for count in ["0", "1000000000000000"] {
+        bench.write(
+            "set/dataset.json",
+            &text.replace("\"count\": 2", &format!("\"count\": {count}")),
+        );
+        let reason = "set/dataset.json: count: must be from 1 to 1000000";
+        bench.refuses(&format!("{begun} --out set"), reason);
+        bench.refuses("gather set", reason);
+    }
 }
 
 /// Shards whose manifest is gone are taken by the same dataset, and by no other.

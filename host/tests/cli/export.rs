@@ -87,6 +87,11 @@ fn steps_are_the_users_and_eulers_plans_have_nodes_alone() {
     for step in ["0", "-1", "1e-9", "nan"] {
         bench.refuses(&format!("{EXPORT} --format oem --step {step}"), "--step: expected a step");
     }
+    // A step longer than the plan leaves its nodes.
+    for step in ["1200", "1e15", "1e300", "inf"] {
+        bench.solves(&format!("{EXPORT} --format aem --step {step} --force"));
+        assert_eq!(rows(&bench, "out/s1-000.target.aem").len(), 60, "{step}");
+    }
     let bench = planned("euler");
     let run = bench.solves(&format!("{EXPORT} --format oem --json"));
     let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();

@@ -1,7 +1,7 @@
 //! `remora fly`, `remora rerun`, `remora errors`, `remora campaign --fly`
 
 use super::bench::Bench;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs;
 
 const FLY: &str =
@@ -135,6 +135,51 @@ fn bad_input_is_one_line_and_nothing_written() {
         "rerun runs/a --run 1",
         "runs/a/flights.json: runs: there is no run 1: runs are 0 to 0",
     );
+}
+
+/// What is flown again is what a command could have asked for, and no other: a rate of 10^15 steps a second would
+/// never end.
+// Verifies REM-FLY-002.
+#[test]
+fn forged_flights_are_refused() {
+    let bench = flying();
+    bench.run("fly a.plan.json --guidance-rate 0.2 --keep sample=0 --out runs/a");
+    let sound = bench.json("runs/a/flights.json");
+    for (place, value, reason) in [
+        ("/runs", json!(0), "runs: must be from 1 to 1000000"),
+        ("/runs", json!(1_000_000_000_000_000_u64), "runs: must be from 1 to 1000000"),
+        ("/joints", json!(8), "joints: arms of 1 to 7 joints are planned for"),
+        ("/options/rate_hz", json!(1e15), "options.rate_hz: must lie between 0.2 and 20"),
+        ("/options/rate_hz", json!(-1.0), "options.rate_hz: must lie between 0.2 and 20"),
+        ("/options/camera_s", json!(-1.0), "options.camera_s: must not be negative"),
+        ("/options/replan_every_s", json!(0.0), "options.replan_every_s: must be positive"),
+        ("/errors/mass/mass", json!(-0.1), "errors.mass.mass: is -0.1: must be finite"),
+    ] {
+        let mut forged = sound.clone();
+        *forged.pointer_mut(place).unwrap() = value;
+        bench.write("runs/a/flights.json", forged.to_string().as_bytes());
+        for command in ["rerun runs/a --run 0", "gather runs/a"] {
+            bench.refuses(command, &format!("runs/a/flights.json: {reason}"));
+        }
+    }
+}
+
+/// Errors without bound make a world that nothing can follow: the flight ends, and its run is named.
+// Verifies REM-FLY-002.
+#[test]
+fn a_world_that_moves_too_fast_is_left() {
+    let bench = flying();
+    let errors = bench.read("a.errors.toml");
+    let (from, to) = ("friction_n_m = ", "friction_n_m = 1e3 # ");
+    assert!(errors.contains(from));
+    bench.write("b.errors.toml", errors.replacen(from, to, 1).as_bytes());
+    let run = bench.run("fly a.plan.json --errors b.errors.toml --out runs/b");
+    assert_eq!(run.status, 2, "{}{}", run.out, run.err);
+    let told = run.err.lines().last().unwrap();
+    let told = told
+        .strip_prefix("error: worker thread: run 0: the world cannot be flown in: ")
+        .expect(told);
+    assert!(told.ends_with("it takes too many steps"), "{told}");
 }
 
 // Verifies REM-GUI-005.

@@ -1,6 +1,6 @@
 //! The target: its orbit and its tumbling, integrated with steps of their own.
 
-use crate::dop853::{Dop853, Equation, IntegrationError, Segment, Tolerance};
+use crate::dop853::{Dop853, Equation, IntegrationError, Segment, Tolerance, most_steps};
 use crate::gravity::Environment;
 use crate::rotation::{Quaternion, body_kinematics, matrix, normalized};
 use nalgebra::{Matrix3, Vector3};
@@ -121,6 +121,7 @@ impl Track {
 
     /// Integrates until `time` [s] is covered.
     pub(crate) fn cover(&mut self, time: f64) -> Result<(), IntegrationError> {
+        self.integrator.allow(most_steps(time, 0));
         while self.time <= time {
             let start = (self.time, self.state);
             let end = self.change.map_or(f64::INFINITY, |(_, at)| at).min(start.0 + LONGEST);

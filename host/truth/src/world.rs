@@ -2,7 +2,7 @@
 
 use crate::actuators::{Actuators, Command, JointCommand, Moment, limited};
 use crate::dispersion::Dispersion;
-use crate::dop853::{Dop853, Equation, IntegrationError, Tolerance};
+use crate::dop853::{Dop853, Equation, IntegrationError, Tolerance, most_steps};
 use crate::errors::ErrorsFault;
 use crate::gravity::{EARTH_MU, Environment};
 use crate::multibody::{Multibody, Rates};
@@ -51,6 +51,8 @@ pub struct World<const NL: usize> {
     pub(crate) actuators: Actuators<NL>,
     pub(crate) sensors: Sensors<NL>,
     integrator: Dop853<ServicerState<NL>>,
+    /// Instants so far at which something changed.
+    changes: u64,
     time: f64,
     pub(crate) state: ServicerState<NL>,
     contact_radius: f64,
@@ -81,6 +83,7 @@ impl<const NL: usize> World<NL> {
             actuators,
             sensors,
             integrator: Dop853::new(TOLERANCE, f64::INFINITY),
+            changes: 0,
             time: 0.0,
             contact_radius: setup.contact_radius,
             height: 0.0,
@@ -110,6 +113,8 @@ impl<const NL: usize> World<NL> {
             let held = self.hold(command, commanded);
             let end = self.next_instant(until);
             self.track.cover(end)?;
+            self.changes += 1;
+            self.integrator.allow(most_steps(end, self.changes));
             let before = (self.time, self.state);
             self.state = self.integrated(&held, before, end)?;
             self.time = end;

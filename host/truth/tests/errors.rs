@@ -5,7 +5,7 @@ mod common;
 use nalgebra::Vector3;
 use remora_truth::{
     Axes, Class, Command, Dispersion, Errors, Faults, JointCommand, JointStuck, Sample,
-    TargetRateChange, ThrusterLost, World,
+    TargetRateChange, ThrusterLost, World, WorldError,
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -276,4 +276,29 @@ fn times_of_faults_are_drawn_evenly() {
     // Kolmogorov's distance from the even distribution: 1.63 / sqrt(n) is passed once in a hundred.
     let far = times.iter().enumerate().map(|(i, t)| (t / 600.0 - i as f64 / 2000.0).abs());
     assert!(far.fold(0.0, f64::max) < 1.63 / 2000.0_f64.sqrt());
+}
+
+/// Ten times the typical errors are followed to the end; what moves as no spacecraft does is given up, soon.
+#[test]
+fn a_world_ends_whatever_its_errors() {
+    let ended = |errors: Errors| {
+        let dispersion = Dispersion { errors, seed: 5, run: 0 };
+        let mut world = World::new(&common::setup(common::servicer()), &dispersion)?;
+        let torques = JointCommand::Torque([1e-3, -5e-4, 1e-4]);
+        let command = Command { joints: torques, ..Command::default() };
+        for step in 1..=1000 {
+            world.advance(0.1 * f64::from(step), &command)?;
+        }
+        Ok::<_, WorldError>(world.steps())
+    };
+    for class in Class::ALL {
+        let (taken, refused) = ended(Errors::typical().scaled(class, 10.0)).unwrap();
+        assert!(taken + refused < 4000, "{class:?}: {taken}, {refused}");
+        for factor in [1e3, 1e6, 1e12, 1e300] {
+            // That it comes back is what is asked.
+            drop(ended(Errors::typical().scaled(class, factor)));
+        }
+    }
+    let stiff = ended(Errors::typical().scaled(Class::Torques, 1e6)).unwrap_err().to_string();
+    assert!(stiff.ends_with("it takes too many steps"), "{stiff}");
 }

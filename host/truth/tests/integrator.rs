@@ -1,6 +1,6 @@
 //! DOP853: its order, its accuracy on problems with known solutions, where its steps end.
 
-use remora_truth::dop853::{Dop853, Equation, Tolerance};
+use remora_truth::dop853::{Dop853, Equation, IntegrationError, Tolerance};
 
 /// Two bodies, mu = 1.
 struct Kepler;
@@ -135,4 +135,17 @@ fn what_cannot_be_integrated_is_an_error() {
     let mut integrator = Dop853::new(FINE, f64::INFINITY);
     assert!(integrator.integrate(&Explosion, 0.0, &[1.0], 2.0).is_err());
     assert!(integrator.integrate(&Explosion, 0.0, &[f64::NAN], 2.0).is_err());
+}
+
+#[test]
+fn no_more_steps_are_taken_than_are_allowed() {
+    let mut integrator = Dop853::new(FINE, 0.5);
+    integrator.allow(10);
+    let stopped = integrator.integrate(&Kepler, 0.0, &ellipse(0.0), 20.0).unwrap_err();
+    assert!(matches!(stopped, IntegrationError::TooManySteps { time } if time < 5.0), "{stopped}");
+    let (taken, refused) = integrator.steps();
+    assert_eq!(taken + refused, 10);
+    // It goes on where more are allowed.
+    integrator.allow(u64::MAX);
+    integrator.integrate(&Kepler, 0.0, &ellipse(0.0), 20.0).unwrap();
 }

@@ -4,6 +4,7 @@ use super::shard::{self, Place};
 use super::trajectory::state_size;
 use super::{Recipe, Trajectory};
 use remora_core::advanced::stages::{NODES, size};
+use remora_host::draw::MAX_COUNT;
 use remora_host::engine;
 use remora_host::error::{Error, FieldError};
 use remora_host::fingerprint::fingerprint;
@@ -214,6 +215,10 @@ impl Manifest {
                 let reason = format!("is {found}; this program was built for {expected}");
                 return Err(FieldError::new(field, reason));
             }
+        }
+        // More are not drawn, and their shards would be looked for one by one.
+        if !(1..=MAX_COUNT).contains(&self.count) {
+            return Err(FieldError::new("count", format!("must be from 1 to {MAX_COUNT}")));
         }
         // A shard is read in one piece.
         if !(1..=MOST_A_SHARD).contains(&self.shard) {

@@ -1,10 +1,12 @@
 //! Gathering parts: whether all are there and of one kind, and what they come to together.
 
 use super::write::{Checksum, nodes_file};
-use super::{CHECKSUM, COMMAND, Header, KEY};
+use super::{CHECKSUM, COMMAND, FORMAT, Header, KEY, NODES_FORMAT};
 use crate::campaign::{Run, Summary, Tally};
 use crate::error::Error;
-use crate::formats::{Row, TIMES, TableReader, columns, json, read_rows, write_atomically};
+use crate::formats::{
+    MOST_ROWS, Row, TIMES, TableReader, columns, json, read_rows, write_atomically,
+};
 use crate::method::Method;
 use crate::part::{self, Part};
 use serde::Serialize;
@@ -86,6 +88,9 @@ pub fn gather(directory: &Path) -> Result<Gathered<Summary>, Error> {
             tally.add(row);
             same.add_some(&columns(row, &method), |name| !TIMES.contains(&name));
         })?;
+        if header.nodes {
+            check_nodes(&nodes_file(file), &header)?;
+        }
     }
     let command = found.map(|(_, command)| command).unwrap_or_default();
     let run = Run { planned: 0, resumed: tally.rows(), wall_s: 0.0 };
@@ -113,9 +118,6 @@ pub(super) fn read_part(
         let reason = format!("has {} rows instead of {expected}", table.rows());
         return Err(Error::input(file, "", reason));
     }
-    if header.nodes && !nodes_file(file).is_file() {
-        return Err(Error::input(&nodes_file(file), "", "no such file: the part has nodes"));
-    }
     let method = method_of(header);
     let mut checksum = Checksum::default();
     let mut indices = range;
@@ -130,7 +132,38 @@ pub(super) fn read_part(
         each(&row);
         Ok(())
     })?;
-    match table.entries.get(CHECKSUM) == Some(&checksum.to_string()) {
+    check_sum(file, table.entries.get(CHECKSUM), &checksum)
+}
+
+/// Refuses a table of nodes that is not the part's own, or is damaged. Memory: a row group.
+fn check_nodes(file: &Path, header: &Header) -> Result<(), Error> {
+    let table = TableReader::open(file)?;
+    if table.entries.get(FORMAT).is_none_or(|format| format != NODES_FORMAT) {
+        return Err(Error::input(file, FORMAT, format!("is not {NODES_FORMAT}")));
+    }
+    let said: Header = part::said(file, &table, KEY)?;
+    if said != *header {
+        let reason = match said.part == header.part {
+            true => "is of another kind than the part".into(),
+            false => format!("is {}", said.part),
+        };
+        return Err(Error::input(file, "part", reason));
+    }
+    let mut checksum = Checksum::default();
+    for group in 0..table.groups() {
+        let damaged = |error| Error::input(file, "", format!("is damaged: {error}"));
+        let rows = table.group(group, MOST_ROWS).map_err(damaged)?;
+        rows.iter().for_each(|cells| checksum.add_cells(cells));
+    }
+    match table.entries.get(CHECKSUM) {
+        // Tables of nodes had none at first.
+        None => Ok(()),
+        kept => check_sum(file, kept, &checksum),
+    }
+}
+
+fn check_sum(file: &Path, kept: Option<&String>, checksum: &Checksum) -> Result<(), Error> {
+    match kept == Some(&checksum.to_string()) {
         true => Ok(()),
         false => Err(Error::input(file, CHECKSUM, "does not match the rows: the part is damaged")),
     }

@@ -46,6 +46,11 @@ pub fn make<W: Work>(
     let files: Vec<PathBuf> = [table.clone()].into_iter().chain(work.beside(&table)).collect();
     if table.exists() {
         is_the_same(&table, &header)?;
+        if let Some(gone) = files.iter().find(|file| !file.exists()) {
+            let name = table.file_name().unwrap_or_default().to_string_lossy();
+            let reason = format!("no such file: remove {name} to make both again");
+            return Err(Error::input(gone, "", reason));
+        }
         return Ok(Made { part, rows, planned: 0, files });
     }
     make_directory(out)?;

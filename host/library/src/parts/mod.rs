@@ -32,5 +32,9 @@ pub use write::Checksum;
 pub const COMMAND: &str = "remora.command";
 /// What a part keeps the checksum of all its rows under.
 pub const CHECKSUM: &str = "remora.checksum";
+/// What a table keeps its format under.
+const FORMAT: &str = "remora.format";
 /// Folder-free start of the names of tables of nodes.
 const NODES: &str = "nodes-";
+/// Format of tables of nodes.
+const NODES_FORMAT: &str = "remora-nodes/1";

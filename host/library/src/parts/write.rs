@@ -2,7 +2,7 @@
 
 use super::job::Kept;
 use super::work::Work;
-use super::{CHECKSUM, NODES};
+use super::{CHECKSUM, FORMAT, NODES, NODES_FORMAT};
 use crate::error::Error;
 use crate::fingerprint::Fnv;
 use crate::formats::{Cell, Column, Row, TableWriter, node_columns, node_row, write_as_it_comes};
@@ -22,7 +22,7 @@ pub(super) fn nodes_file(table: &Path) -> PathBuf {
     table.with_file_name(format!("{NODES}{name}"))
 }
 
-/// Writes the rows at `places`, and behind them their checksum.
+/// Writes the rows at `places`, of which there is one at least.
 pub(super) fn write_rows<W: Work>(
     work: &W,
     file: &Path,
@@ -30,30 +30,10 @@ pub(super) fn write_rows<W: Work>(
     journal: &Journal<W::Kept>,
     places: &[u64],
 ) -> Result<(), Error> {
-    let read = |place: &u64| journal.read(*place).map(|kept| work.columns(&kept)).map_err(other);
+    let read = |place: &u64| journal.read(*place).map(|kept| work.columns(&kept));
+    let like = places.first().map(read).transpose()?.unwrap_or_default();
     let groups = places.chunks(GROUP).map(|group| group.iter().map(read).collect());
-    write_table(file, groups, entries)
-}
-
-/// Writes a table of groups of rows whose checksum stands behind them; there is one group at least.
-fn write_table(
-    file: &Path,
-    mut groups: impl Iterator<Item = io::Result<Vec<Vec<Column>>>>,
-    entries: Vec<(&'static str, String)>,
-) -> Result<(), Error> {
-    write_as_it_comes(file, |handle| {
-        let first = groups.next().transpose()?.unwrap_or_default();
-        let like = first.first().map(Vec::as_slice).unwrap_or_default().to_vec();
-        let mut writer = TableWriter::begin(handle, &like, entries, true).map_err(other)?;
-        let mut checksum = Checksum::default();
-        for group in [Ok(first)].into_iter().chain(groups) {
-            let group = group?;
-            group.iter().for_each(|row| checksum.add(row));
-            writer.write(&group).map_err(other)?;
-        }
-        writer.end(vec![(CHECKSUM, checksum.to_string())]).map_err(other)?;
-        Ok(())
-    })
+    write_table(file, &like, groups, entries)
 }
 
 /// Writes what stands at the nodes of the plans at `places`.
@@ -66,24 +46,38 @@ pub(super) fn write_nodes(
 ) -> Result<(), Error> {
     let names = node_columns(joints);
     let like = node_row("", 0, &[], &names);
-    let format = ("remora.format", "remora-nodes/1".to_string());
-    let entries = [format].into_iter().chain(said).collect();
-    write_as_it_comes(file, |handle| {
-        let mut writer = TableWriter::begin(handle, &like, entries, true).map_err(other)?;
-        for group in places.chunks(GROUP_OF_NODES) {
-            let mut rows = Vec::new();
-            for place in group {
-                let Kept { row: Row { scenario, .. }, nodes, .. } =
-                    journal.read(*place).map_err(other)?;
-                for (node, numbers) in nodes.iter().enumerate() {
-                    let numbers: Vec<f64> =
-                        numbers.iter().map(|number| number.unwrap_or(f64::NAN)).collect();
-                    rows.push(node_row(&scenario, node, &numbers, &names));
-                }
+    let groups = places.chunks(GROUP_OF_NODES).map(|group| {
+        let mut rows = Vec::new();
+        for place in group {
+            let Kept { row: Row { scenario, .. }, nodes, .. } = journal.read(*place)?;
+            for (node, numbers) in nodes.iter().enumerate() {
+                let numbers: Vec<f64> =
+                    numbers.iter().map(|number| number.unwrap_or(f64::NAN)).collect();
+                rows.push(node_row(&scenario, node, &numbers, &names));
             }
-            writer.write(&rows).map_err(other)?;
         }
-        writer.end(Vec::new()).map_err(other)?;
+        Ok(rows)
+    });
+    let format = (FORMAT, NODES_FORMAT.to_string());
+    write_table(file, &like, groups, [format].into_iter().chain(said).collect())
+}
+
+/// Writes groups of rows with columns as in the row `like`, and behind them their checksum.
+fn write_table(
+    file: &Path,
+    like: &[Column],
+    groups: impl Iterator<Item = Result<Vec<Vec<Column>>, Error>>,
+    entries: Vec<(&'static str, String)>,
+) -> Result<(), Error> {
+    write_as_it_comes(file, |handle| {
+        let mut writer = TableWriter::begin(handle, like, entries, true).map_err(other)?;
+        let mut checksum = Checksum::default();
+        for group in groups {
+            let group = group.map_err(other)?;
+            group.iter().for_each(|row| checksum.add(row));
+            writer.write(&group).map_err(other)?;
+        }
+        writer.end(vec![(CHECKSUM, checksum.to_string())]).map_err(other)?;
         Ok(())
     })
 }

@@ -169,6 +169,48 @@ fn nodes_are_a_table_of_their_own() {
     assert_eq!(units["joint_torque_0_n_m"], "N m");
     fs::remove_file(bench.path(&format!("parts/{nodes}"))).unwrap();
     bench.refuses("gather parts", &format!("parts/{nodes}: no such file"));
+    // Nor is the part taken for whole: its rows alone say nothing of the nodes.
+    let again = format!("{CAMPAIGN} --nodes --part 1/2 --out parts");
+    let told = "no such file: remove part-00001-of-00002.parquet to make both again";
+    bench.refuses(&again, &format!("parts/{nodes}: {told}"));
+    fs::remove_file(bench.path("parts/part-00001-of-00002.parquet")).unwrap();
+    bench.solves(&again);
+    bench.solves("gather parts");
+}
+
+/// Tables of nodes are the parts' own, and as they were written.
+// Verifies REM-CMP-001.
+#[test]
+fn a_damaged_table_of_nodes_is_named() {
+    let bench = Bench::new();
+    make(&bench, &format!("{CAMPAIGN} --nodes"), 2, "parts");
+    let file = "parts/nodes-part-00002-of-00002.parquet";
+    let whole = fs::read(bench.path(file)).unwrap();
+    for (bytes, reason) in [
+        (vec![], "is no table: "),
+        (whole[..whole.len() - 9].to_vec(), "is no table: "),
+        (
+            fs::read(bench.path("parts/part-00002-of-00002.parquet")).unwrap(),
+            "remora.format: is not",
+        ),
+        (fs::read(bench.path("parts/nodes-part-00001-of-00002.parquet")).unwrap(), "part: is 1/2"),
+    ] {
+        bench.write(file, &bytes);
+        bench.refuses("gather parts", &format!("{file}: {reason}"));
+    }
+    // The same part with another mission's nodes.
+    bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
+    let heavy = format!("{CAMPAIGN} --mission heavy.mission.toml --nodes --part 2/2 --out heavy");
+    bench.solves(&heavy);
+    bench.write(file, &fs::read(bench.path(&file.replace("parts", "heavy"))).unwrap());
+    bench.refuses("gather parts", &format!("{file}: part: is of another kind than the part"));
+    bench.write(file, &whole);
+    bench.solves("gather parts");
+    // A force that somebody has made smaller; a table that says nothing of its rows is as old as that.
+    table::plant(&bench, file, "force_r_n", table::Sum::Stale);
+    bench.refuses("gather parts", &format!("{file}: remora.checksum: does not match the rows"));
+    table::plant(&bench, file, "force_r_n", table::Sum::Missing);
+    bench.solves("gather parts");
 }
 
 #[test]

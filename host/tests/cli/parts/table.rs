@@ -36,6 +36,7 @@ pub fn rows(bench: &Bench, out: &str) -> Vec<Vec<u8>> {
 pub enum Sum {
     Stale,
     Right,
+    Missing,
 }
 
 /// Changes a column of a part's first row.
@@ -60,8 +61,12 @@ pub fn plant(bench: &Bench, file: &str, column: &str, sum: Sum) {
         hash.add(&bytes);
     }
     let rows: Vec<Vec<Column>> = rows.iter().map(named).collect();
-    let entries = table.entries.iter().filter(|(key, _)| *key != "remora.units");
-    let entries = entries.map(|(key, value)| {
+    let is_kept = |key: &str| match key {
+        "remora.units" => false,
+        "remora.checksum" => sum != Sum::Missing,
+        _ => true,
+    };
+    let entries = table.entries.iter().filter(|(key, _)| is_kept(key)).map(|(key, value)| {
         let is_new = sum == Sum::Right && key == "remora.checksum";
         let value = if is_new { hash.to_string() } else { value.clone() };
         (&*key.clone().leak(), value)

@@ -82,6 +82,22 @@ pub enum IntegrationError {
         /// Where [s].
         time: f64,
     },
+    /// More steps than were allowed: something moves faster than can be followed.
+    #[error("the integration stops at {time} s: it takes too many steps")]
+    TooManySteps {
+        /// Where [s].
+        time: f64,
+    },
+}
+
+/// Steps that may be taken in flight by `time` [s], after so many changes of what acts. What needs more moves as no
+/// spacecraft does, and would be followed for ever.
+pub(crate) fn most_steps(time: f64, changes: u64) -> u64 {
+    const AT_FIRST: u64 = 1000;
+    const A_SECOND: f64 = 100.0;
+    const A_CHANGE: u64 = 10;
+    let over_time = AT_FIRST.saturating_add((A_SECOND * time) as u64);
+    over_time.saturating_add(changes.saturating_mul(A_CHANGE))
 }
 
 /// The integrator: its memory and the step it would take next.
@@ -94,13 +110,20 @@ pub struct Dop853<S> {
     slopes: [S; 16],
     taken: u64,
     refused: u64,
+    /// Steps taken and refused that are allowed, in all.
+    most: u64,
 }
 
 impl<S: State> Dop853<S> {
     /// An integrator whose steps are never longer than `longest` [s].
     pub fn new(tolerance: Tolerance, longest: f64) -> Self {
         let slopes = [S::ZERO; 16];
-        Self { tolerance, longest, step: longest, slopes, taken: 0, refused: 0 }
+        Self { tolerance, longest, step: longest, slopes, taken: 0, refused: 0, most: u64::MAX }
+    }
+
+    /// Allows so many steps, taken and refused, from the first on; any number where it is not called.
+    pub fn allow(&mut self, most: u64) {
+        self.most = most;
     }
 
     /// Steps taken and steps refused by the error estimate so far.
@@ -141,6 +164,9 @@ impl<S: State> Dop853<S> {
     ) -> Result<(f64, S), IntegrationError> {
         self.slopes[0] = equation.slope(time, state);
         loop {
+            if self.taken + self.refused >= self.most {
+                return Err(IntegrationError::TooManySteps { time });
+            }
             let left = end - time;
             let last = !(self.step < left);
             let step = if last { left } else { self.step };
