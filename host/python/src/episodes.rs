@@ -30,6 +30,9 @@ pub(crate) struct Episodes {
     actions: usize,
 }
 
+/// Most episodes at once: 0.3 GB.
+const MOST: usize = 1_000_000;
+
 /// Fewest episodes a thread steps: for less no other is woken.
 const LEAST: usize = 8;
 
@@ -131,6 +134,9 @@ impl Episodes {
     ) -> PyResult<Self> {
         if cases.is_empty() || count == 0 {
             return Err(argument("cases, count", "there must be at least one of each"));
+        }
+        if count > MOST {
+            return Err(argument("count", format!("must be {MOST} at most")));
         }
         if !(miss_weight >= 0.0 && miss_weight.is_finite()) {
             return Err(argument("miss_weight", "must be finite and not negative"));

@@ -7,6 +7,7 @@ use crate::raised::{argument, raised};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use remora_flight::campaign::MAX_RUNS;
 use remora_flight::errors_file;
 use remora_flight::flight::{Controller, JointControl};
 use remora_flight::history::{self, Sample};
@@ -244,6 +245,9 @@ pub(crate) fn fly<'py>(
         let flight = flown.and_then(|flown| flown).map_err(raised)?;
         return Ok(Bound::new(py, flight)?.into_any());
     };
+    if runs > MAX_RUNS {
+        return Err(argument("runs", format!("must be {MAX_RUNS} at most")));
+    }
     let pending: Vec<u64> = (run..run.saturating_add(runs)).collect();
     let jobs = asked::jobs(jobs)?;
     let mut flights = Vec::new();

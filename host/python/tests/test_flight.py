@@ -47,5 +47,7 @@ def test_a_flight_says_who_flew(plan: remora.Plan) -> None:
     assert remora.fly(plan, errors="typical", seed=3).replans == (0, 0)
     with pytest.raises(ValueError, match='controller: "pilot" is none of track, replan'):
         remora.fly(plan, controller="pilot")
+    with pytest.raises(ValueError, match="runs: must be 1000000 at most"):
+        remora.fly(plan, runs=10**18)
     with pytest.raises(ValueError, match="plan with rk4"):
         remora.fly(remora.plan(plan.scenario, integrator="euler", mode="feasible"))

@@ -18,6 +18,7 @@ mod learn;
 mod mission;
 mod missions;
 mod moving;
+mod numbers;
 mod parts;
 mod plan;
 mod profile;
