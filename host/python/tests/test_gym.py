@@ -138,4 +138,4 @@ def test_bad_actions_are_named(cases: list[remora.Scenario]) -> None:
     with pytest.raises(ValueError, match="encoding"):
         ApproachEnv(cases, encoding="mind")
     with pytest.raises(ValueError, match="count: must be 1000000 at most"):
-        ApproachVectorEnv(cases, num_envs=10**18)
+        ApproachVectorEnv(10**18, cases)
