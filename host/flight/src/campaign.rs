@@ -16,7 +16,7 @@ use crate::keep::Keep;
 use crate::options::Options;
 use crate::pilot::{Pilot, Sortie};
 use crate::report::{self, Notable};
-use crate::row::{Drawn, FlownRow, Row};
+use crate::row::{ABOUT, Drawn, FlownRow, Row};
 use crate::statistics::Summary;
 use crate::until::Until;
 use remora_host::error::{Error, FieldError};
@@ -327,6 +327,7 @@ impl Flights {
             ("remora.version", program.version),
             ("remora.commit", program.commit),
             ("remora.seed", self.asked.seed.to_string()),
+            formats::about(&ABOUT),
         ]
     }
 

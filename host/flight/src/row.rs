@@ -58,6 +58,32 @@ impl From<&Flown> for FlownRow {
     }
 }
 
+/// What the columns of a table of flights mean, for the table's own metadata.
+pub(crate) const ABOUT: [(&str, &str); 22] = [
+    ("run", "its number, from which with the seed its errors are drawn"),
+    ("scenario", "id"),
+    ("ending", "captured, missed, collided, aborted or no_plan"),
+    ("time_s", "when it ended"),
+    ("miss_m", "end effector from the port at the end"),
+    ("miss_target_*", "the same along the target's axes"),
+    ("angle_rad", "between the approach axis and the port's at the end"),
+    ("speed_m_s", "of the end effector relative to the port at the end"),
+    ("room_arm_m", "smallest distance of arm and target, negative where they overlapped"),
+    ("room_bus_m", "smallest distance of bus and target, likewise"),
+    ("room_own_m", "smallest distance of arm and own bus, likewise"),
+    ("room_keep_out_m", "smallest distance beyond the keep-out distance, negative within it"),
+    ("room_view", "least room of the port within the field of view, as a cosine; negative outside"),
+    ("room_joint_rad", "smallest angle left to a joint's stop, negative beyond it"),
+    ("joint_rate_over_limit", "largest joint rate, of its limit"),
+    ("command_over_limit", "largest command, of its limit"),
+    ("violations", "names of the limits that were passed, with +"),
+    ("replans", "plans made in flight"),
+    ("replans_verified", "those of them that were verified"),
+    ("tracking_*", "largest error from what guidance asks for, after the first minute"),
+    ("impulse_n_s", "of the commanded force"),
+    ("drawn.*", "error of the world that was drawn, read back from the truth"),
+];
+
 /// Name and unit of something that is drawn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Drawn {
@@ -134,6 +160,27 @@ impl Ending {
             Self::Missed => "missed",
             Self::Collided => "collided",
             Self::Aborted => "aborted",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_column_is_explained_once_and_nothing_else() {
+        let row = Row { run: 0, scenario: "a".into(), flown: None };
+        let columns = row.columns(&[Drawn { name: "mass.mass".into(), unit: "" }]);
+        let is_of = |name: &str, entry: &str| match entry.strip_suffix('*') {
+            Some(start) => name.starts_with(start),
+            None => name == entry,
+        };
+        for Column { name, .. } in &columns {
+            assert_eq!(ABOUT.iter().filter(|(entry, _)| is_of(name, entry)).count(), 1, "{name}");
+        }
+        for (entry, _) in ABOUT {
+            assert!(columns.iter().any(|column| is_of(&column.name, entry)), "{entry}");
         }
     }
 }

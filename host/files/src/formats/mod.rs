@@ -52,7 +52,7 @@ pub use mission_sections::{
 };
 pub use mission_servicer::{Link as MissionLink, Servicer as MissionServicer};
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout};
-pub use nodes::{node_columns, node_numbers, node_row};
+pub use nodes::{ABOUT_NODES, node_columns, node_numbers, node_row};
 pub use output::{
     check_writable, make_directory, remove_partials, remove_partials_of, write_as_it_comes,
     write_atomically, write_first,
@@ -73,6 +73,7 @@ pub use remora_core::advanced::{
     stages::{Clearances, Closest, Residuals},
 };
 pub use results::{COLUMNS, TIMES, TableOrigin, columns, csv, csv_metadata, parquet_bytes};
+pub use results_about::about;
 pub use results_read::{MOST_ROWS, read_rows};
 pub use row::{Flight, Row, StageRow};
 pub use scenario_set::{

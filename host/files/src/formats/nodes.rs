@@ -2,6 +2,24 @@
 
 use super::{Cell, Column, PlanFile};
 
+/// What the columns mean, for the table's own metadata.
+pub const ABOUT_NODES: [(&str, &str); 14] = [
+    ("scenario", "id; a drawn one's seed and index"),
+    ("node", "counted from 0"),
+    ("time_s", "since the plan begins"),
+    ("position_*", "centre of mass of the servicer with its arm from the target's, RTN axes"),
+    ("velocity_*", "its velocity relative to RTN, RTN axes"),
+    ("force_*", "held until the next node, RTN axes; zero at the last"),
+    ("bus_attitude_*", "quaternion, body to RTN"),
+    ("bus_rate_*", "rate of the bus relative to RTN, RTN axes"),
+    ("bus_torque_*", "held until the next node, bus axes; zero at the last"),
+    ("joint_angle_*", "of each joint, from the bus on"),
+    ("joint_rate_*", "of each joint"),
+    ("joint_torque_*", "held until the next node; zero at the last"),
+    ("target_attitude_*", "quaternion, body to RTN"),
+    ("target_rate_*", "rate of the target relative to RTN, RTN axes"),
+];
+
 /// What stands at a node: names and units of the columns behind scenario, node and time.
 pub fn node_columns(joints: usize) -> Vec<(String, &'static str)> {
     let mut columns = Vec::new();
@@ -65,4 +83,17 @@ pub fn node_row(
     ];
     row.extend(columns.iter().enumerate().map(|(i, (name, unit))| named(name, unit, at(i + 1))));
     row
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::results_about::each_once;
+
+    #[test]
+    fn every_column_is_explained_once_and_nothing_else() {
+        let row = node_row("a", 0, &[], &node_columns(7));
+        let names: Vec<&str> = row.iter().map(|column| column.name.as_str()).collect();
+        each_once(&names, &ABOUT_NODES);
+    }
 }

@@ -1,10 +1,16 @@
-//! What the columns of a campaign's table mean, for the table's own metadata.
+//! What the columns of tables mean, for the tables' own metadata.
 
 use super::results::TIMES;
 use serde_json::{Map, Value, json};
 
+/// Entry of a table's metadata: what its columns mean. A name that ends in `*` is of all that begin so.
+pub fn about(columns: &[(&str, &str)]) -> (&'static str, String) {
+    let pairs = columns.iter().map(|(name, about)| (name.to_string(), (*about).into()));
+    ("remora.about", json!(pairs.collect::<Map<String, Value>>()).to_string())
+}
+
 /// Columns whose name needs words, and the words.
-const ABOUT: [(&str, &str); 34] = [
+const ABOUT: [(&str, &str); 35] = [
     ("scenario", "id; a drawn one's seed and index"),
     ("status", "the worse of the stages'; infeasible where refused before planning"),
     ("stage1_iterations", "convex programs of the path of the centre of mass"),
@@ -42,17 +48,27 @@ const ABOUT: [(&str, &str); 34] = [
         "plan_checksum",
         "FNV-1a of the plan's trajectories; the same plan has the same on every machine",
     ),
+    ("residual_*", "largest violation of the constraint of this name"),
 ];
 
 /// Entries of a table's metadata: what its columns mean, and which of them are times of the machine.
 pub(super) fn entries() -> [(&'static str, String); 2] {
-    let residual = ("residual_*", "largest violation of the constraint of this name");
-    let about: Map<String, Value> = ABOUT
-        .into_iter()
-        .chain([residual])
-        .map(|(name, about)| (name.to_string(), about.into()))
-        .collect();
-    [("remora.about", json!(about).to_string()), ("remora.times", json!(TIMES).to_string())]
+    [about(&ABOUT), ("remora.times", json!(TIMES).to_string())]
+}
+
+/// Of each name one entry says what it means, and each entry is of a name.
+#[cfg(test)]
+pub(super) fn each_once(names: &[&str], about: &[(&str, &str)]) {
+    let is_of = |name: &str, entry: &str| match entry.strip_suffix('*') {
+        Some(start) => name.starts_with(start),
+        None => name == entry,
+    };
+    for name in names {
+        assert_eq!(about.iter().filter(|(entry, _)| is_of(name, entry)).count(), 1, "{name}");
+    }
+    for (entry, _) in about {
+        assert!(names.iter().any(|name| is_of(name, entry)), "{entry}");
+    }
 }
 
 #[cfg(test)]
@@ -63,11 +79,10 @@ mod tests {
     use crate::method::Method;
 
     #[test]
-    fn every_column_is_explained_and_nothing_else() {
+    fn every_column_is_explained_once_and_nothing_else() {
         let columns = columns(&rows()[0], &Method::default());
-        let names = columns.iter().map(|column| column.name.as_str());
-        let named: Vec<&str> = names.filter(|name| !name.starts_with("residual_")).collect();
-        assert_eq!(named, ABOUT.map(|(name, _)| name));
-        assert!(TIMES.iter().all(|time| named.contains(time)));
+        let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+        each_once(&names, &ABOUT);
+        assert!(TIMES.iter().all(|time| names.contains(time)));
     }
 }

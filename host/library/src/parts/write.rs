@@ -5,7 +5,9 @@ use super::work::Work;
 use super::{CHECKSUM, FORMAT, NODES, NODES_FORMAT};
 use crate::error::Error;
 use crate::fingerprint::Fnv;
-use crate::formats::{Cell, Column, Row, TableWriter, node_columns, node_row, write_as_it_comes};
+use crate::formats::{
+    ABOUT_NODES, Cell, Column, Row, TableWriter, about, node_columns, node_row, write_as_it_comes,
+};
 use crate::journal::Journal;
 use std::fmt::Display;
 use std::io;
@@ -58,8 +60,8 @@ pub(super) fn write_nodes(
         }
         Ok(rows)
     });
-    let format = (FORMAT, NODES_FORMAT.to_string());
-    write_table(file, &like, groups, [format].into_iter().chain(said).collect())
+    let entries = [(FORMAT, NODES_FORMAT.to_string()), about(&ABOUT_NODES)];
+    write_table(file, &like, groups, entries.into_iter().chain(said).collect())
 }
 
 /// Writes groups of rows with columns as in the row `like`, and behind them their checksum.

@@ -167,6 +167,8 @@ fn nodes_are_a_table_of_their_own() {
     assert_eq!(column("force_r_n")[59], 0.0);
     let units: Value = serde_json::from_str(&table.entries["remora.units"]).unwrap();
     assert_eq!(units["joint_torque_0_n_m"], "N m");
+    let about: Value = serde_json::from_str(&table.entries["remora.about"]).unwrap();
+    assert_eq!(about["bus_attitude_*"], "quaternion, body to RTN");
     fs::remove_file(bench.path(&format!("parts/{nodes}"))).unwrap();
     bench.refuses("gather parts", &format!("parts/{nodes}: no such file"));
     // Nor is the part taken for whole: its rows alone say nothing of the nodes.
