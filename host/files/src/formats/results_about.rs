@@ -83,6 +83,9 @@ mod tests {
         let columns = columns(&rows()[0], &Method::default());
         let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
         each_once(&names, &ABOUT);
+        // In the table's order.
+        let named = names.iter().copied().filter(|name| !name.starts_with("residual_"));
+        assert!(named.eq(ABOUT.iter().map(|(name, _)| *name).filter(|name| !name.ends_with('*'))));
         assert!(TIMES.iter().all(|time| names.contains(time)));
     }
 }
