@@ -17,7 +17,7 @@ use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{Column, TableReader, json, make_directory, write_first};
 use remora_host::part::{self, Part};
 use remora_host::parts::{
-    CHECKSUM, Checksum, Difference, Gathered, KEY, Made, Sample, Then, Work, again, differing, make,
+    Checksum, Difference, Gathered, KEY, Made, Sample, Then, Work, again, differing, make,
 };
 use remora_host::progress::Progress;
 use std::collections::BTreeMap;
@@ -164,10 +164,7 @@ fn read(
     if !rows.iter().map(|row| row.run).eq(part.range(asked.count())) {
         return Err(damaged("has not the runs of this part".into()));
     }
-    match table.entries.get(CHECKSUM) == Some(&checksum.to_string()) {
-        true => Ok(rows),
-        false => Err(Error::input(file, CHECKSUM, "does not match the rows: the part is damaged")),
-    }
+    checksum.check(file, table).map(|()| rows)
 }
 
 /// Flies `sample` of the runs again, spread evenly; those that come to something else.

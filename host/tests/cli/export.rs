@@ -5,7 +5,7 @@ use std::fs;
 
 const EXPORT: &str =
     "export a.plan.json --epoch 2026-11-23T00:00:00 --chief a.chief.toml --out out";
-const CHIEF: &str = "[elements]\nascending_node_deg = 10.0\nargument_of_perigee_deg = 20.0\n\
+pub const CHIEF: &str = "[elements]\nascending_node_deg = 10.0\nargument_of_perigee_deg = 20.0\n\
                      true_anomaly_deg = 30.0\n";
 
 /// A bench with a plan and a chief.

@@ -2,6 +2,7 @@
 //! fifteenth steps a second, a spin that nothing can follow. The program ends all the same.
 
 use super::bench::Bench;
+use super::export::CHIEF;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use proptest::test_runner::{Config, TestRunner};
@@ -90,9 +91,7 @@ fn working() -> Bench {
     bench.write("a.mission.toml", &fs::read(mission).unwrap());
     bench.solves("dataset --count 2 --seed 1 --integrator euler --out set");
     bench.solves("campaign --count 2 --seed 1 --integrator euler --out rows");
-    let chief = "[elements]\nascending_node_deg = 10.0\nargument_of_perigee_deg = 20.0\n\
-                 true_anomaly_deg = 30.0\n";
-    bench.write("a.chief.toml", chief);
+    bench.write("a.chief.toml", CHIEF);
     bench
 }
 

@@ -31,7 +31,7 @@ pub use write::Checksum;
 /// What a part keeps the arguments under that it was made with, as an array in JSON.
 pub const COMMAND: &str = "remora.command";
 /// What a part keeps the checksum of all its rows under.
-pub const CHECKSUM: &str = "remora.checksum";
+const CHECKSUM: &str = "remora.checksum";
 /// What a table keeps its format under.
 const FORMAT: &str = "remora.format";
 /// Folder-free start of the names of tables of nodes.

@@ -6,7 +6,8 @@ use super::{CHECKSUM, FORMAT, NODES, NODES_FORMAT};
 use crate::error::Error;
 use crate::fingerprint::Fnv;
 use crate::formats::{
-    ABOUT_NODES, Cell, Column, Row, TableWriter, about, node_columns, node_row, write_as_it_comes,
+    ABOUT_NODES, Cell, Column, Row, TableReader, TableWriter, about, node_columns, node_row,
+    write_as_it_comes,
 };
 use crate::journal::Journal;
 use std::fmt::Display;
@@ -112,6 +113,20 @@ impl Checksum {
         self.bytes.clear();
         cells.into_iter().for_each(|cell| cell.add_to(&mut self.bytes));
         self.hash.add(&self.bytes);
+    }
+
+    /// Refuses a table that says another of its rows.
+    ///
+    /// # Errors
+    /// The file.
+    pub fn check(&self, file: &Path, table: &TableReader) -> Result<(), Error> {
+        match table.entries.get(CHECKSUM) == Some(&self.to_string()) {
+            true => Ok(()),
+            false => {
+                let reason = "does not match the rows: the part is damaged";
+                Err(Error::input(file, CHECKSUM, reason))
+            }
+        }
     }
 }
 
