@@ -1,7 +1,7 @@
 //! Reading files: regular ones only, and no more of them than their kind may have.
 
 use crate::error::{Error, FieldError, io_reason};
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::Read;
 use std::path::Path;
 
@@ -39,9 +39,30 @@ pub fn open_regular(file: &Path) -> Result<File, Error> {
         return Err(failed(std::io::ErrorKind::IsADirectory.into()));
     }
     if !found.is_file() {
-        return Err(Error::input(file, "", "is not a regular file"));
+        return Err(is_other(file));
     }
-    File::open(file).map_err(failed)
+    open_without_waiting(file)
+}
+
+fn is_other(file: &Path) -> Error {
+    Error::input(file, "", "is not a regular file")
+}
+
+/// Opens what was a regular file when it was looked at. Where somebody has put a pipe in its place since, that is
+/// refused; what has to be waited for, such as the kernel's log, is an error when it is read.
+fn open_without_waiting(file: &Path) -> Result<File, Error> {
+    let failed = |cause: std::io::Error| Error::input(file, "", io_reason(&cause));
+    let mut options = OpenOptions::new();
+    options.read(true);
+    #[cfg(unix)]
+    {
+        use rustix::fs::OFlags;
+        use std::os::unix::fs::OpenOptionsExt;
+        options.custom_flags(OFlags::NONBLOCK.bits().cast_signed());
+    }
+    let handle = options.open(file).map_err(failed)?;
+    let found = handle.metadata().map_err(failed)?;
+    if found.is_file() { Ok(handle) } else { Err(is_other(file)) }
 }
 
 /// Reads a whole file. Memory: its size.
@@ -111,6 +132,20 @@ mod tests {
         assert!(reason.ends_with("is a directory"), "{reason}");
         let reason = read_text(&dir.path().join("b"), Limit::TEXT).unwrap_err().to_string();
         assert!(reason.ends_with("no such file or directory"), "{reason}");
+    }
+
+    // Verifies REM-IO-004.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_became_a_pipe_is_not_waited_for() {
+        use rustix::fs::{CWD, FileType, Mode, mknodat};
+        let dir = tempfile::tempdir().unwrap();
+        let pipe = dir.path().join("a");
+        mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+        for open in [open_regular, open_without_waiting] {
+            let reason = open(&pipe).unwrap_err().to_string();
+            assert!(reason.ends_with("a: is not a regular file"), "{reason}");
+        }
     }
 
     // Verifies REM-IO-004.

@@ -3,17 +3,18 @@
 use crate::error::{Error, io_reason};
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
+use std::hash::{BuildHasher, RandomState};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 const PARTIAL: &str = ".partial";
 
-/// The hidden file beside `file` that becomes it. The process number keeps two programs that
-/// write the same file apart.
+/// The hidden file beside `file` that becomes it. A random number keeps apart who writes the same file at once;
+/// process numbers would not, of which every container has a first one.
 fn partial(file: &Path) -> Option<PathBuf> {
     let mut name = OsString::from(".");
     name.push(file.file_name()?);
-    name.push(format!(".{}{PARTIAL}", std::process::id()));
+    name.push(format!(".{:016x}{PARTIAL}", RandomState::new().hash_one(())));
     Some(file.with_file_name(name))
 }
 
@@ -38,7 +39,7 @@ fn open(file: &Path) -> io::Result<(PathBuf, File)> {
             return Err(io::Error::other("is not a regular file"));
         }
     }
-    let handle = OpenOptions::new().write(true).create(true).truncate(true).open(&partial)?;
+    let handle = OpenOptions::new().write(true).create_new(true).open(&partial)?;
     Ok((partial, handle))
 }
 
@@ -197,6 +198,30 @@ mod tests {
         assert!(refused(&file.join("a.json")).ends_with("not a directory"));
         assert!(refused(Path::new("/")).ends_with("is not a file name"));
         assert!(refused(&dir.path().join("new/")).ends_with("is not a file name"));
+    }
+
+    /// Two threads as two containers are, whose process numbers are equal: a reader sees what one of them wrote.
+    // Verifies REM-IO-002.
+    #[test]
+    fn writers_with_one_process_number_write_whole_files() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |round: usize| dir.path().join(format!("{round}.json"));
+        let all = ["1".repeat(100_000), "2".repeat(200_000)];
+        for round in 0..50 {
+            let (file, is_first) = (at(round), round % 2 == 0);
+            let written: Vec<_> = std::thread::scope(|scope| {
+                let write = |text: &str| match is_first {
+                    true => write_first(&file, text.as_bytes()),
+                    false => write_atomically(&file, text.as_bytes()).map(|()| true),
+                };
+                let writers = all.each_ref().map(|text| scope.spawn(move || write(text)));
+                writers.map(|writer| writer.join().unwrap().unwrap()).into()
+            });
+            let first = written.iter().filter(|first| **first).count();
+            assert_eq!(first, if is_first { 1 } else { 2 });
+            assert!(all.contains(&fs::read_to_string(&file).unwrap()), "round {round}");
+        }
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 50);
     }
 
     #[test]
