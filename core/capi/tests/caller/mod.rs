@@ -4,6 +4,7 @@
 
 use remora_capi::*;
 use std::ffi::c_void;
+use std::mem::MaybeUninit;
 
 /// Memory as C has it: some bytes more than needed, the first aligned one first.
 pub struct Memory {
@@ -20,8 +21,9 @@ impl Memory {
         Self { bytes, offset, length }
     }
 
+    /// As a caller in C has it: one that was asked for earlier stays good.
     pub fn pointer(&mut self) -> *mut c_void {
-        self.bytes[self.offset..].as_mut_ptr().cast()
+        self.bytes.as_mut_ptr().wrapping_add(self.offset).cast()
     }
 
     pub fn contents(&self) -> &[u8] {
@@ -29,7 +31,21 @@ impl Memory {
     }
 }
 
+/// What lies in memory at another place: workspaces and flights are plain data.
+impl Clone for Memory {
+    fn clone(&self) -> Self {
+        let mut copy = Self::new(self.length);
+        // SAFETY: both are as long as that, and no byte is looked at: of padding nothing may be known.
+        unsafe {
+            let from = self.bytes.as_ptr().wrapping_add(self.offset).cast::<MaybeUninit<u8>>();
+            from.copy_to_nonoverlapping(copy.pointer().cast(), self.length);
+        }
+        copy
+    }
+}
+
 /// A workspace, a flight and what is handed to the functions.
+#[derive(Clone)]
 pub struct Caller {
     pub workspace: Memory,
     pub flight: Memory,
@@ -90,13 +106,22 @@ impl Caller {
         caller
     }
 
-    /// One with a plan on a few nodes, of what an interpreter makes in minutes: limits hold at its nodes only, and
-    /// bodies may come near each other.
-    pub fn planned_on(nodes: u32, integrator: u32) -> Self {
+    /// One with an open workspace who asks for little, so that an interpreter plans it in minutes: few nodes, the last
+    /// half of the way, a hundredth of the accuracy, limits at nodes only, and bodies may come near each other.
+    pub fn asking_little(nodes: u32, integrator: u32) -> Self {
         let mut caller = Self::new();
         (caller.mission.clearance, caller.mission.between_nodes) = (2, 2);
-        (caller.scenario.nodes, caller.options.integrator) = (nodes, integrator);
+        caller.mission.tolerances.iter_mut().for_each(|tolerance| *tolerance *= 100.0);
+        caller.scenario.position = [4.0, 0.0, 0.0];
+        (caller.scenario.nodes, caller.scenario.duration) = (nodes, 600.0);
+        (caller.options.integrator, caller.options.substeps) = (integrator, 4);
         assert_eq!(caller.opens(REMORA_ABI), RemoraStatus::Ok);
+        caller
+    }
+
+    /// One with a plan of that.
+    pub fn planned_little(nodes: u32, integrator: u32) -> Self {
+        let mut caller = Self::asking_little(nodes, integrator);
         assert_eq!(caller.plans(), RemoraStatus::Ok);
         assert_eq!((caller.report.is_verified, caller.report.nodes), (1, nodes));
         caller
