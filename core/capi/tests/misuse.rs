@@ -310,6 +310,7 @@ fn an_euler_plan_is_read_and_not_flown() {
 }
 
 /// What is planned again, too, of what is left of the way.
+// Verifies REM-DOR-003.
 #[test]
 fn a_plan_is_flown_and_made_again() {
     let mut caller = flying();
@@ -334,7 +335,11 @@ fn a_flight_of_another_mission_is_refused() {
     let mut caller = flying();
     caller.mission.bus_mass = 510.0;
     assert_eq!(caller.opens(REMORA_ABI), RemoraStatus::Ok);
+    // What an interpreter makes sooner: the mission is looked at first.
+    caller.options.integrator = REMORA_EULER;
     assert_eq!(caller.plans(), RemoraStatus::Ok);
+    assert_eq!(caller.report.is_verified, 1);
+    caller.options.integrator = REMORA_RK4;
     is_refused(caller, RemoraStatus::OtherMission, |c| {
         assert_eq!(c.hands_over(5.0), RemoraStatus::OtherMission);
         c.replans(10.0)
