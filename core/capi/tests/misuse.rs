@@ -21,23 +21,35 @@ fn is_refused(
     assert!(caller.everything() == before, "{with:?}: memory was written");
 }
 
-/// One with a plan, which is made once for all tests: an interpreter is busy with it for minutes.
+/// A caller that is made once for all tests: what an interpreter is busy with for minutes.
+struct Once(OnceLock<Caller>);
+// SAFETY: its pointers are null, and nobody writes to it.
+unsafe impl Sync for Once {}
+
+impl Once {
+    const fn new() -> Self {
+        Self(OnceLock::new())
+    }
+
+    fn get(&self, make: impl FnOnce() -> Caller) -> Caller {
+        self.0.get_or_init(make).clone()
+    }
+}
+
+/// One with a plan to fly, of Stage 1's path and the first guess of Stage 2: whoever reads it does not mind.
 fn planned() -> Caller {
-    struct Made(Caller);
-    // SAFETY: its pointers are null, and nobody writes to it.
-    unsafe impl Send for Made {}
-    // SAFETY: as above.
-    unsafe impl Sync for Made {}
-    static MADE: OnceLock<Made> = OnceLock::new();
-    let Made(caller) = MADE.get_or_init(|| Made(Caller::planned_little(9, REMORA_RK4)));
-    caller.clone()
+    static PLANNED: Once = Once::new();
+    PLANNED.get(|| Caller::planned_little(4, REMORA_RK4, 1e5))
 }
 
 /// One who flies it.
 fn flying() -> Caller {
-    let mut caller = planned();
-    caller.takes_off();
-    caller
+    static FLYING: Once = Once::new();
+    FLYING.get(|| {
+        let mut caller = planned();
+        caller.takes_off();
+        caller
+    })
 }
 
 // Verifies REM-DOR-003.
@@ -265,7 +277,7 @@ fn a_plan_that_was_stopped_is_not_flown() {
     unsafe extern "C" fn at_once(_: *mut c_void) -> u32 {
         1
     }
-    let mut caller = Caller::asking_little(9, REMORA_RK4);
+    let mut caller = Caller::asking_little(4, REMORA_RK4, 1.0);
     caller.options.should_stop = Some(at_once);
     assert_eq!(caller.plans(), RemoraStatus::Ok);
     assert_eq!((caller.report.is_verified, caller.report.verdict), (0, 2));
@@ -290,7 +302,7 @@ fn every_status_has_words_of_its_own() {
 // Verifies REM-DOR-003.
 #[test]
 fn an_euler_plan_is_read_and_not_flown() {
-    let mut caller = Caller::planned_little(8, REMORA_EULER);
+    let mut caller = Caller::planned_little(8, REMORA_EULER, 100.0);
     let (mut record, mut found): (RemoraRecord, RemoraVerification) =
         (sized(|s, size| s.size = size), sized(|s, size| s.size = size));
     let workspace = caller.workspace.pointer();
@@ -373,7 +385,7 @@ fn a_call_from_a_callback_finds_the_workspace_busy() {
         assert!(seen.1.iter().all(|status| *status == RemoraStatus::Busy));
         assert_eq!(caller.copies_node(0), RemoraStatus::Ok);
     };
-    plans(Caller::asking_little(8, REMORA_EULER), 100);
+    plans(Caller::asking_little(8, REMORA_EULER, 100.0), 100);
     // On all nodes, which takes an interpreter hours.
     if !cfg!(miri) {
         plans(Caller::open(), 500);

@@ -107,11 +107,11 @@ impl Caller {
     }
 
     /// One with an open workspace who asks for little, so that an interpreter plans it in minutes: few nodes, the last
-    /// half of the way, a hundredth of the accuracy, limits at nodes only, and bodies may come near each other.
-    pub fn asking_little(nodes: u32, integrator: u32) -> Self {
+    /// half of the way, tolerances so many times as large, limits at nodes only, and bodies may come near each other.
+    pub fn asking_little(nodes: u32, integrator: u32, rough: f64) -> Self {
         let mut caller = Self::new();
         (caller.mission.clearance, caller.mission.between_nodes) = (2, 2);
-        caller.mission.tolerances.iter_mut().for_each(|tolerance| *tolerance *= 100.0);
+        caller.mission.tolerances.iter_mut().for_each(|tolerance| *tolerance *= rough);
         caller.scenario.position = [4.0, 0.0, 0.0];
         (caller.scenario.nodes, caller.scenario.duration) = (nodes, 600.0);
         (caller.options.integrator, caller.options.substeps) = (integrator, 4);
@@ -120,8 +120,8 @@ impl Caller {
     }
 
     /// One with a plan of that.
-    pub fn planned_little(nodes: u32, integrator: u32) -> Self {
-        let mut caller = Self::asking_little(nodes, integrator);
+    pub fn planned_little(nodes: u32, integrator: u32, rough: f64) -> Self {
+        let mut caller = Self::asking_little(nodes, integrator, rough);
         assert_eq!(caller.plans(), RemoraStatus::Ok);
         assert_eq!((caller.report.is_verified, caller.report.nodes), (1, nodes));
         caller
