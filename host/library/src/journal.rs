@@ -4,10 +4,10 @@
 //! goes on; other work is refused, with the first field of the header that differs.
 
 use crate::error::{Error, FieldError, io_reason};
-use crate::formats::open_regular;
+use crate::formats::{open_regular, open_to_write};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, TryLockError};
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -71,12 +71,7 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
         each: Each<'_, R>,
     ) -> Result<Self, Error> {
         let failed = |cause: std::io::Error| Error::output(path, &cause);
-        if path.exists() {
-            open_regular(path)?;
-        }
-        let mut options = OpenOptions::new();
-        let options = options.read(true).write(true).create(true).truncate(false);
-        let mut file = options.open(path).map_err(failed)?;
+        let mut file = open_to_write(path)?;
         file.try_lock().map_err(|error| match error {
             TryLockError::WouldBlock => {
                 let reason = format!("another {} is running in this directory", H::WORK);

@@ -1,8 +1,8 @@
 //! Reading files: regular ones only, and no more of them than their kind may have.
 
 use crate::error::{Error, FieldError, io_reason};
-use std::fs::{self, File, OpenOptions};
-use std::io::Read;
+use std::fs::{self, File, Metadata, OpenOptions};
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 /// The most that a file of some kind may have [bytes]. Far above what is ever needed, and low enough that
@@ -33,36 +33,48 @@ impl Limit {
 /// The file with the reason.
 pub fn open_regular(file: &Path) -> Result<File, Error> {
     let failed = |cause: std::io::Error| Error::input(file, "", io_reason(&cause));
-    // Looked at before it is opened, since opening a pipe waits for its writer.
-    let found = fs::metadata(file).map_err(failed)?;
-    if found.is_dir() {
-        return Err(failed(std::io::ErrorKind::IsADirectory.into()));
-    }
-    if !found.is_file() {
-        return Err(is_other(file));
-    }
-    open_without_waiting(file)
+    look(file, &fs::metadata(file).map_err(failed)?)?;
+    open_without_waiting(file, OpenOptions::new().read(true), failed)
 }
 
-fn is_other(file: &Path) -> Error {
-    Error::input(file, "", "is not a regular file")
+/// Opens a file to read and to write, without cutting off what it holds; begins it where there is none.
+/// What is not a regular file is refused.
+///
+/// # Errors
+/// The file with the reason.
+pub fn open_to_write(file: &Path) -> Result<File, Error> {
+    if let Ok(found) = fs::metadata(file) {
+        look(file, &found)?;
+    }
+    let mut options = OpenOptions::new();
+    let options = options.read(true).write(true).create(true).truncate(false);
+    open_without_waiting(file, options, |cause| Error::output(file, &cause))
+}
+
+/// Looks at a file before it is opened, since opening a pipe or a device may do something already.
+fn look(file: &Path, found: &Metadata) -> Result<(), Error> {
+    if found.is_dir() {
+        return Err(Error::input(file, "", io_reason(&ErrorKind::IsADirectory.into())));
+    }
+    if found.is_file() { Ok(()) } else { Err(Error::input(file, "", "is not a regular file")) }
 }
 
 /// Opens what was a regular file when it was looked at. Where somebody has put a pipe in its place since, that is
 /// refused; what has to be waited for, such as the kernel's log, is an error when it is read.
-fn open_without_waiting(file: &Path) -> Result<File, Error> {
-    let failed = |cause: std::io::Error| Error::input(file, "", io_reason(&cause));
-    let mut options = OpenOptions::new();
-    options.read(true);
+fn open_without_waiting(
+    file: &Path,
+    options: &mut OpenOptions,
+    failed: impl Fn(std::io::Error) -> Error,
+) -> Result<File, Error> {
     #[cfg(unix)]
     {
         use rustix::fs::OFlags;
         use std::os::unix::fs::OpenOptionsExt;
         options.custom_flags(OFlags::NONBLOCK.bits().cast_signed());
     }
-    let handle = options.open(file).map_err(failed)?;
-    let found = handle.metadata().map_err(failed)?;
-    if found.is_file() { Ok(handle) } else { Err(is_other(file)) }
+    let handle = options.open(file).map_err(&failed)?;
+    look(file, &handle.metadata().map_err(&failed)?)?;
+    Ok(handle)
 }
 
 /// Reads a whole file. Memory: its size.
@@ -142,8 +154,17 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let pipe = dir.path().join("a");
         mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
-        for open in [open_regular, open_without_waiting] {
-            let reason = open(&pipe).unwrap_err().to_string();
+        let failed = |cause: std::io::Error| Error::output(&pipe, &cause);
+        let late =
+            |options: &mut OpenOptions| open_without_waiting(&pipe, options.read(true), failed);
+        let opened = [
+            open_regular(&pipe),
+            open_to_write(&pipe),
+            late(&mut OpenOptions::new()),
+            late(OpenOptions::new().write(true)),
+        ];
+        for opened in opened {
+            let reason = opened.unwrap_err().to_string();
             assert!(reason.ends_with("a: is not a regular file"), "{reason}");
         }
     }

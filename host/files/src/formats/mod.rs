@@ -41,7 +41,7 @@ pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, ModelRecord, evidence_path, plan_stem, recovered,
 };
 use input::as_text;
-pub use input::{Limit, open_regular, read_bytes, read_text};
+pub use input::{Limit, open_regular, open_to_write, read_bytes, read_text};
 pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
 pub use mission_capture::{Capture as MissionCapture, Roll as MissionRoll, capture_search};
 pub use mission_file::{FORMAT as MISSION_FORMAT, MissionFile, read_mission, read_mission_file};

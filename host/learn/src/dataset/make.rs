@@ -8,8 +8,8 @@ use remora_core::advanced::stages::LINKS;
 use remora_host::draw::draw_one;
 use remora_host::error::Error;
 use remora_host::formats::{
-    Limit, NamedScenario, Status, make_directory, read_bytes, remove_partials, remove_partials_of,
-    write_first,
+    Limit, NamedScenario, Status, make_directory, open_regular, open_to_write, read_bytes,
+    remove_partials, remove_partials_of, write_first,
 };
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method};
@@ -150,7 +150,8 @@ impl<const NL: usize> Recipe<NL> {
         if let Some(mission) = &self.mission_file {
             write_first(&self.out.join(MISSION), &read_bytes(mission, Limit::TEXT)?)?;
         }
-        let handle = File::open(&file).map_err(|cause| Error::output(&file, &cause))?;
+        // A network's file system locks for one alone only what was opened to write.
+        let handle = if self.part.is_some() { open_regular(&file) } else { open_to_write(&file) }?;
         let locked = match self.part {
             Some(_) => handle.try_lock_shared(),
             None => handle.try_lock(),
