@@ -10,7 +10,7 @@ use crate::planning::{Planned, Planner, Subproblem, WallClock};
 use crate::qp_file::{QpFile, QpPlace};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
 /// One plan whose subproblems are to be written: the input of `remora qp-export`.
@@ -69,6 +69,7 @@ impl ExportJob {
     /// a subproblem with numbers that are not, which no file could hold.
     pub fn run(&self) -> Result<Exported, Error> {
         self.prepare()?;
+        let _alone = self.lock()?;
         let (planned, [one, two]) = on_large_stack(|| {
             let [mut one, mut two] = [1, 2].map(|stage| Collector::new(self, stage));
             let mut watch = |solve: Subproblem<'_>| match solve.stage {
@@ -116,10 +117,23 @@ impl ExportJob {
         check_writable(&self.out.join("a.qp.json"))
     }
 
+    /// Locks the directory against other exports, which would sweep away what this one writes. A system that
+    /// cannot lock directories lets them run.
+    fn lock(&self) -> Result<Option<File>, Error> {
+        let Ok(directory) = File::open(&self.out) else { return Ok(None) };
+        match directory.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                let reason = "another export is running in this directory".into();
+                Err(Error::Output { file: self.out.clone(), reason })
+            }
+            _ => Ok(Some(directory)),
+        }
+    }
+
     /// Writes all files beside their places, then moves them there, so that a kill leaves the old
     /// set or the new one. (Between two of those moves it would leave a part of the new one.)
     fn write(&self, files: &[&QpFile]) -> Result<(), Error> {
-        let staging = self.out.join(format!("{STAGING}{}", std::process::id()));
+        let staging = self.out.join(format!("{STAGING}new"));
         let written = (|| {
             fs::create_dir_all(&staging).map_err(|cause| Error::output(&staging, &cause))?;
             files.iter().try_for_each(|file| file.write(&staging.join(file.name())))?;

@@ -123,6 +123,18 @@ fn an_earlier_export_is_replaced_and_nothing_else_is_touched() {
 }
 
 #[test]
+fn two_exports_at_once_do_not_share_a_directory() {
+    let bench = Bench::new();
+    fs::create_dir(bench.path("programs")).unwrap();
+    let other = fs::File::open(bench.path("programs")).unwrap();
+    other.lock().unwrap();
+    let message = "programs: another export is running in this directory";
+    bench.refuses(&format!("{EXPORT} --out programs"), message);
+    drop(other);
+    bench.solves(&format!("{EXPORT} --out programs"));
+}
+
+#[test]
 fn what_is_not_solved_is_written_all_the_same() {
     let bench = Bench::new();
     // Not so little that it is refused before anything is solved.
