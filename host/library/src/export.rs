@@ -118,7 +118,7 @@ impl ExportJob {
     }
 
     /// Locks the directory against other exports, which would sweep away what this one writes. A system that
-    /// cannot lock directories lets them run.
+    /// cannot lock a directory lets them run.
     fn lock(&self) -> Result<Option<File>, Error> {
         let Ok(directory) = File::open(&self.out) else { return Ok(None) };
         match directory.try_lock() {

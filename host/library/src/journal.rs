@@ -4,10 +4,10 @@
 //! goes on; other work is refused, with the first field of the header that differs.
 
 use crate::error::{Error, FieldError, io_reason};
-use crate::formats::{open_regular, open_to_write};
+use crate::formats::{lock, open_regular, open_to_write};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -72,13 +72,7 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
     ) -> Result<Self, Error> {
         let failed = |cause: std::io::Error| Error::output(path, &cause);
         let mut file = open_to_write(path)?;
-        file.try_lock().map_err(|error| match error {
-            TryLockError::WouldBlock => {
-                let reason = format!("another {} is running in this directory", H::WORK);
-                Error::input(path, "", reason)
-            }
-            TryLockError::Error(cause) => failed(cause),
-        })?;
+        lock(path, &file, &format!("another {} is running in this directory", H::WORK))?;
         let whole = read_lines(path, BufReader::new(&file), header, each)?;
         file.set_len(whole).map_err(failed)?;
         file.seek(SeekFrom::End(0)).map_err(failed)?;

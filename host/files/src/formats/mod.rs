@@ -9,6 +9,7 @@ mod input;
 mod joints;
 pub mod json;
 mod json_text;
+mod lock;
 mod mission_capture;
 mod mission_convert;
 mod mission_file;
@@ -43,6 +44,7 @@ pub use evidence_file::{
 use input::as_text;
 pub use input::{Limit, open_regular, open_to_write, read_bytes, read_text};
 pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
+pub use lock::{lock, lock_shared};
 pub use mission_capture::{Capture as MissionCapture, Roll as MissionRoll, capture_search};
 pub use mission_file::{FORMAT as MISSION_FORMAT, MissionFile, read_mission, read_mission_file};
 pub use mission_sections::{

@@ -8,8 +8,8 @@ use remora_core::advanced::stages::LINKS;
 use remora_host::draw::draw_one;
 use remora_host::error::Error;
 use remora_host::formats::{
-    Limit, NamedScenario, Status, make_directory, open_regular, open_to_write, read_bytes,
-    remove_partials, remove_partials_of, write_first,
+    Limit, NamedScenario, Status, lock, lock_shared, make_directory, open_regular, open_to_write,
+    read_bytes, remove_partials, remove_partials_of, write_first,
 };
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method};
@@ -18,7 +18,7 @@ use remora_host::planning::Planner;
 use remora_host::pool;
 use remora_host::progress::Progress;
 use std::collections::BTreeMap;
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
@@ -150,20 +150,18 @@ impl<const NL: usize> Recipe<NL> {
         if let Some(mission) = &self.mission_file {
             write_first(&self.out.join(MISSION), &read_bytes(mission, Limit::TEXT)?)?;
         }
-        // A network's file system locks for one alone only what was opened to write.
-        let handle = if self.part.is_some() { open_regular(&file) } else { open_to_write(&file) }?;
-        let locked = match self.part {
-            Some(_) => handle.try_lock_shared(),
-            None => handle.try_lock(),
+        let busy = "another program is making this dataset";
+        let handle = if self.part.is_some() {
+            let handle = open_regular(&file)?;
+            lock_shared(&file, &handle, busy)?;
+            handle
+        } else {
+            // A network's file system locks for one alone only what was opened to write.
+            let handle = open_to_write(&file)?;
+            lock(&file, &handle, busy)?;
+            handle
         };
-        match locked {
-            Ok(()) => Ok((handle, is_new)),
-            Err(TryLockError::WouldBlock) => {
-                let reason = "another program is making this dataset";
-                Err(Error::input(&file, "", reason))
-            }
-            Err(TryLockError::Error(cause)) => Err(Error::output(&file, &cause)),
-        }
+        Ok((handle, is_new))
     }
 
     /// Plans one scenario; `None` where it was not solved or the verifier refused the plan, which
