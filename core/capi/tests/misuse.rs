@@ -146,11 +146,14 @@ fn memory_that_was_not_opened_is_refused() {
 fn memory_of_another_kind_is_refused() {
     is_refused(planned(), RemoraStatus::NoFlight, |c| c.hands_over(0.0));
     is_refused(planned(), RemoraStatus::NoFlight, |c| c.guides(None));
-    // A flight is no workspace.
-    is_refused(flying(), RemoraStatus::NotOpen, |c| {
-        // SAFETY: the flight's memory is looked at for its mark only.
-        unsafe { remora_node(c.flight.pointer(), 0, &mut c.node) }
-    });
+    // A flight is no workspace, where there is memory enough for one.
+    let mut caller = Caller::new();
+    // SAFETY: a flight takes less than there is.
+    let status = unsafe {
+        remora_fly(caller.workspace.pointer(), REMORA_WORKSPACE_BYTES, REMORA_ABI, &caller.settings)
+    };
+    assert_eq!(status, RemoraStatus::Ok);
+    is_refused(caller, RemoraStatus::NotOpen, |c| c.copies_node(0));
 }
 
 #[test]

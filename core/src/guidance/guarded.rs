@@ -158,7 +158,12 @@ mod tests {
 
         /// A step at a time [s], a little beside the plan, with a target that turns otherwise than planned.
         fn step(&self, guidance: &mut Guidance, time: f64) -> Command {
-            let Self(mission, plan, limits) = self;
+            self.step_along(&self.1, guidance, time)
+        }
+
+        /// The same along another plan of the same motion.
+        fn step_along(&self, plan: &FlightPlan<3>, guidance: &mut Guidance, time: f64) -> Command {
+            let Self(mission, _, limits) = self;
             let reference = plan.at(mission, time);
             let mut estimate = Estimate::as_planned(mission, time, &reference);
             estimate.position.x += 2e-3;
@@ -177,13 +182,51 @@ mod tests {
         for i in 0..50 {
             flying.step(&mut flown, 300.0 + 0.5 * f64::from(i));
         }
-        let sound = flying.step(&mut flown.clone(), 325.0);
+        leaves_the_command(flown, &|guidance| flying.step(guidance, 325.0));
+    }
+
+    /// So it is where one plan has taken over from another, and where the target is left: what the command jumped
+    /// by is faded out, and the way out is taken, as without a fault.
+    #[test]
+    fn a_flipped_bit_leaves_the_next_plan_and_the_way_out() {
+        let flying = Flying::new();
+        let mut flown = Guidance::new(own().validated().unwrap());
+        flying.step(&mut flown, 300.0);
+        let later = flying.1.beginning_at(-0.5);
+        for i in 1..4 {
+            flying.step_along(&later, &mut flown, 300.0 + 0.5 * f64::from(i));
+        }
+        assert!(flown.number(GuidancePart::Jump, 0).is_some());
+        leaves_the_command(flown, &|guidance| flying.step_along(&later, guidance, 302.0));
+        let mut asked = flown;
+        asked.ask_for_plan();
+        leaves_the_command(asked, &|guidance| flying.step_along(&later, guidance, 302.0));
+        // What is struck before the caller asks for something is made good, too.
+        for ask in [Guidance::ask_for_plan, Guidance::abort] {
+            leaves_the_command(flown, &|guidance| {
+                ask(guidance);
+                flying.step_along(&later, guidance, 302.0)
+            });
+        }
+        flown.abort();
+        for i in 4..7 {
+            flying.step_along(&later, &mut flown, 300.0 + 0.5 * f64::from(i));
+        }
+        assert!(flown.number(GuidancePart::Leaving, 8).is_some());
+        leaves_the_command(flown, &|guidance| flying.step_along(&later, guidance, 303.5));
+    }
+
+    /// Flips bits of all that is guarded, one at a time, and compares the next step.
+    fn leaves_the_command(mut flown: Guidance, step: &dyn Fn(&mut Guidance) -> Command) {
+        let sound = step(&mut flown.clone());
         let guarded = [
             GuidancePart::Feedback,
             GuidancePart::Settings,
             GuidancePart::Cursor,
             GuidancePart::Integrals,
             GuidancePart::Offset,
+            GuidancePart::Leaving,
+            GuidancePart::Jump,
         ];
         for part in guarded {
             for element in 0.. {
@@ -194,7 +237,7 @@ mod tests {
                     let mut struck = flown;
                     let number = struck.number(part, element).unwrap();
                     *number = f64::from_bits(number.to_bits() ^ (1 << bit));
-                    let command = flying.step(&mut struck, 325.0);
+                    let command = step(&mut struck);
                     if part != GuidancePart::Cursor {
                         assert_eq!(command, sound, "{part:?} {element}, bit {bit}");
                         continue;

@@ -1,5 +1,6 @@
 //! Leaving the target: away from it, or past it, where force away from it does not come.
 
+use super::guarded::bits;
 use super::tracking::{Effort, SOON, Tracking};
 use super::{Estimate, Limits};
 use crate::dynamics::{Acceleration, Control, Multibody, State};
@@ -28,10 +29,10 @@ const AHEAD: f64 = 15.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Leaving<const NL: usize> {
     /// Unit vector along which force does not come, RTN; zero for none.
-    without: Vector3<f64>,
+    pub without: Vector3<f64>,
     /// Unit vector along which the servicer speeds up to go past the target, bus axes, zero once it need
     /// not; chosen by the first step.
-    past: Option<Vector3<f64>>,
+    pub past: Option<Vector3<f64>>,
     /// Where the joints stay [rad].
     pub joint_angle: SVector<f64, NL>,
 }
@@ -40,6 +41,13 @@ impl<const NL: usize> Leaving<NL> {
     /// Without force along a unit vector (RTN), zero for none.
     pub fn without(without: Vector3<f64>) -> Self {
         Self { without, past: None, joint_angle: SVector::zeros() }
+    }
+
+    /// Each bit is how often it is set, odd or even.
+    pub fn parity(&self) -> u64 {
+        let Self { without, past, joint_angle } = self;
+        let past = past.unwrap_or_default();
+        bits(&without.data.0[0]) ^ bits(&past.data.0[0]) ^ bits(&joint_angle.data.0[0])
     }
 
     /// What one step asks of the actuators.

@@ -80,10 +80,6 @@ pub struct Guidance<const NL: usize = LINKS> {
     since: f64,
     /// What was commanded last, for a change of plans without a jump.
     commanded: (Vector3<f64>, Control<NL>),
-    /// By how much the command of the new plan jumped, and when; it is faded out.
-    jump: Option<Jump<NL>>,
-    /// Whether another plan, or an abort, was asked for.
-    asked: Option<Request<NL>>,
 }
 
 /// What guidance learns in flight, and only there.
@@ -94,6 +90,10 @@ struct Memory<const NL: usize> {
     offset: Offset,
     /// When the turn to the estimated target began to be faded in; the first step's time.
     first: Option<f64>,
+    /// By how much the command of the new plan jumped, and when; it is faded out.
+    jump: Option<Jump<NL>>,
+    /// Whether another plan, or an abort, was asked for.
+    asked: Option<Request<NL>>,
 }
 
 impl<const NL: usize> Parity for Memory<NL> {
@@ -109,6 +109,8 @@ impl<const NL: usize> Parity for Memory<NL> {
             ^ bits(&value.data.0[0])
             ^ bits(&rate.data.0[0])
             ^ bits(&[self.first.unwrap_or(0.0)])
+            ^ self.jump.as_ref().map_or(0, Jump::parity)
+            ^ self.asked.as_ref().map_or(0, Request::parity)
     }
 }
 
@@ -117,6 +119,15 @@ impl<const NL: usize> Parity for Memory<NL> {
 enum Request<const NL: usize> {
     Replan,
     Abort(Leaving<NL>),
+}
+
+impl<const NL: usize> Request<NL> {
+    fn parity(&self) -> u64 {
+        match self {
+            Self::Replan => 1,
+            Self::Abort(leaving) => 2 ^ leaving.parity(),
+        }
+    }
 }
 
 /// What the wrist camera adds to what navigation knows of the position, followed as a smooth path: a step
@@ -157,6 +168,16 @@ struct Jump<const NL: usize> {
     at: Option<f64>,
 }
 
+impl<const NL: usize> Jump<NL> {
+    fn parity(&self) -> u64 {
+        let Self { force, control: Control { bus_torque, joint_torque }, at } = self;
+        bits(&force.data.0[0])
+            ^ bits(&bus_torque.data.0[0])
+            ^ bits(&joint_torque.data.0[0])
+            ^ bits(&[at.unwrap_or(0.0)])
+    }
+}
+
 impl<const NL: usize> Guidance<NL> {
     /// Size in bytes of its state.
     pub const BYTES: usize = size_of::<Self>();
@@ -164,7 +185,13 @@ impl<const NL: usize> Guidance<NL> {
     /// Nothing flown yet.
     pub fn new(settings: Valid<GuidanceSettings>) -> Self {
         // Number by number: as a constant it would lie in an image twice.
-        let memory = Memory { integrals: Errors::ZERO, offset: Offset::default(), first: None };
+        let memory = Memory {
+            integrals: Errors::ZERO,
+            offset: Offset::default(),
+            first: None,
+            jump: None,
+            asked: None,
+        };
         Self {
             settings: Guarded::new(settings.into_inner()),
             begins: None,
@@ -174,19 +201,21 @@ impl<const NL: usize> Guidance<NL> {
             last: None,
             since: 0.0,
             commanded: (Vector3::zeros(), Control::ZERO),
-            jump: None,
-            asked: None,
         }
     }
 
     /// Asks for another plan: the next steps say that it is wanted.
     pub fn ask_for_plan(&mut self) {
-        self.asked = self.asked.or(Some(Request::Replan));
+        self.memory.restore();
+        self.memory.asked = self.memory.asked.or(Some(Request::Replan));
+        self.memory.keep();
     }
 
     /// Leaves the target, from the next step on; the only way back is another `Guidance`.
     pub fn abort(&mut self) {
-        self.asked = Some(Request::Abort(Leaving::without(Vector3::zeros())));
+        self.memory.restore();
+        self.memory.asked = Some(Request::Abort(Leaving::without(Vector3::zeros())));
+        self.memory.keep();
     }
 
     /// One step along `plan`: what the actuators are to do from the estimate's time to the next step's.
@@ -313,7 +342,7 @@ impl<const NL: usize> Guidance<NL> {
     }
 
     fn is_leaving(&self) -> bool {
-        matches!(self.asked, Some(Request::Abort(_)))
+        matches!(self.memory.asked, Some(Request::Abort(_)))
     }
 
     /// Gives the approach up, from the next step on, where it is lost.
@@ -321,9 +350,9 @@ impl<const NL: usize> Guidance<NL> {
         let abort = &self.settings.abort;
         let (since_first, left) = (now - self.memory.first.unwrap_or(now), plan.left(now));
         if let Some(without) = abort.beyond(effort, since_first, left) {
-            self.asked = Some(Request::Abort(Leaving::without(without)));
+            self.memory.asked = Some(Request::Abort(Leaving::without(without)));
         } else if self.memory.offset.is_astray {
-            self.asked = Some(Request::Abort(Leaving::without(Vector3::zeros())));
+            self.memory.asked = Some(Request::Abort(Leaving::without(Vector3::zeros())));
         }
     }
 
@@ -336,7 +365,7 @@ impl<const NL: usize> Guidance<NL> {
         estimate: &Estimate<NL>,
         limits: &Limits<NL>,
     ) -> Command<NL> {
-        let mut leaving = match self.asked {
+        let mut leaving = match self.memory.asked {
             Some(Request::Abort(leaving)) => leaving,
             _ => Leaving::without(Vector3::zeros()),
         };
@@ -344,7 +373,7 @@ impl<const NL: usize> Guidance<NL> {
         let (settings, since) = (&self.settings, self.since);
         let tracking = Tracking { body, mean_motion, settings, limits, since };
         let effort = leaving.effort(&tracking, mission, estimate);
-        self.asked = Some(Request::Abort(leaving));
+        self.memory.asked = Some(Request::Abort(leaving));
         let mut state = estimate.state;
         state.joint_angle = leaving.joint_angle;
         state.joint_rate.fill(0.0);
@@ -382,10 +411,10 @@ impl<const NL: usize> Guidance<NL> {
             return;
         }
         self.cursor = Cursor::START;
-        self.asked = self.asked.filter(|asked| matches!(asked, Request::Abort(_)));
+        self.memory.asked = self.memory.asked.filter(|asked| matches!(asked, Request::Abort(_)));
         if self.begins.is_some() {
             let (force, control) = self.commanded;
-            self.jump = Some(Jump { force, control, at: None });
+            self.memory.jump = Some(Jump { force, control, at: None });
         }
         self.begins = Some(plan.begins);
     }
@@ -448,7 +477,7 @@ impl<const NL: usize> Guidance<NL> {
 
     /// Adds what is left of the jump from the plan before.
     fn fade_out_jump(&mut self, effort: &mut Effort<NL>, limits: &Limits<NL>, now: f64) {
-        let Some(mut jump) = self.jump else { return };
+        let Some(mut jump) = self.memory.jump else { return };
         let at = match jump.at {
             Some(at) => at,
             None => {
@@ -460,7 +489,7 @@ impl<const NL: usize> Guidance<NL> {
             }
         };
         let left = 1.0 - (now - at) / self.settings.fade[0];
-        self.jump = (left > 0.0).then_some(jump);
+        self.memory.jump = (left > 0.0).then_some(jump);
         let left = left.max(0.0);
         let Jump { force, control, .. } = jump;
         let control = Control {
@@ -476,7 +505,7 @@ impl<const NL: usize> Guidance<NL> {
         let triggers = &self.settings.triggers;
         if left < triggers.last {
             None
-        } else if self.asked == Some(Request::Replan) {
+        } else if self.memory.asked == Some(Request::Replan) {
             Some(Reason::Caller)
         } else if error.target > triggers.target {
             Some(Reason::Tumble)

@@ -1,6 +1,6 @@
 //! The numbers of guidance's state, one by one, as fault injection reaches them.
 
-use super::{AbortErrors, Closing, Guidance, GuidanceSettings, Triggers};
+use super::{AbortErrors, Closing, Guidance, GuidanceSettings, Leaving, Request, Triggers};
 use core::slice::from_mut;
 use remora_qp::kept::nth;
 
@@ -21,11 +21,15 @@ pub enum GuidancePart {
     Times,
     /// What was commanded last.
     Commanded,
+    /// How the target is left; nothing before it is.
+    Leaving,
+    /// By how much the command jumped to that of the plan in force, while that is faded out.
+    Jump,
 }
 
 impl GuidancePart {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Feedback,
         Self::Settings,
         Self::Cursor,
@@ -33,6 +37,8 @@ impl GuidancePart {
         Self::Offset,
         Self::Times,
         Self::Commanded,
+        Self::Leaving,
+        Self::Jump,
     ];
 }
 
@@ -69,7 +75,33 @@ impl<const NL: usize> Guidance<NL> {
                 ];
                 nth(numbers, element)
             }
+            GuidancePart::Leaving => match &mut self.memory.asked {
+                Some(Request::Abort(leaving)) => leaving.number(element),
+                _ => None,
+            },
+            GuidancePart::Jump => {
+                let super::Jump { force, control, at } = self.memory.jump.as_mut()?;
+                let numbers = [
+                    force.as_mut_slice(),
+                    control.bus_torque.as_mut_slice(),
+                    control.joint_torque.as_mut_slice(),
+                    at.as_mut().map_or(&mut [], from_mut),
+                ];
+                nth(numbers, element)
+            }
         }
+    }
+}
+
+impl<const NL: usize> Leaving<NL> {
+    fn number(&mut self, element: usize) -> Option<&mut f64> {
+        let Self { without, past, joint_angle } = self;
+        let numbers = [
+            without.as_mut_slice(),
+            joint_angle.as_mut_slice(),
+            past.as_mut().map_or(&mut [], |past| past.as_mut_slice()),
+        ];
+        nth(numbers, element)
     }
 }
 

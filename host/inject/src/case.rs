@@ -67,6 +67,8 @@ pub enum Fault {
     Loop(LoopFault),
     /// Of guidance's state, in flight.
     Guidance {
+        /// How it is flown.
+        course: Course,
         /// Before which of guidance's steps, from zero.
         step: u32,
         /// Which of [`GUIDANCE_FIELDS`].
@@ -76,6 +78,31 @@ pub enum Fault {
         /// Which bit of the number.
         bit: u32,
     },
+}
+
+/// How a plan is flown that guidance is struck in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Course {
+    /// To capture.
+    Approach,
+    /// A thruster axis is lost on the way, and the target is left.
+    Escape,
+    /// Planned again on the way: what the command jumps by is faded out.
+    Handover,
+}
+
+impl Course {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Approach, Self::Escape, Self::Handover];
+
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Approach => "approach",
+            Self::Escape => "escape",
+            Self::Handover => "handover",
+        }
+    }
 }
 
 /// One flipped bit of what a loop keeps.
@@ -195,10 +222,11 @@ impl Fault {
                 let name = fault.name();
                 Place { part: name.clone(), kind: name, moment, node, element, bit }
             }
-            Self::Guidance { step, field, element, bit } => {
-                let name = GUIDANCE_FIELDS[*field].0.to_string();
+            Self::Guidance { course, step, field, element, bit } => {
+                let kind = GUIDANCE_FIELDS[*field].0.to_string();
+                let part = format!("{}.{kind}", course.name());
                 let (moment, element, bit) = (*step, *element, *bit);
-                Place { part: name.clone(), kind: name, moment, node: 0, element, bit }
+                Place { part, kind, moment, node: 0, element, bit }
             }
         }
     }

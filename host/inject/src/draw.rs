@@ -1,10 +1,11 @@
 //! How cases are drawn: from a seed and their number alone.
 
-use super::case::{Case, Fault, LoopFault};
+use super::case::{Case, Course, Fault, LoopFault};
 use super::fields::{GUIDANCE_FIELDS, PROGRAM_FIELDS, SOLUTION_FIELDS, START_FIELDS};
 use super::site::Site;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use remora_core::advanced::guidance::GuidancePart;
 use remora_core::advanced::nn::{self, BitFlip, Dimensions, Model, ModelError, Part, tensors};
 use remora_core::advanced::qp::kept::Part as Kept;
 use remora_core::advanced::stages::NODES;
@@ -68,8 +69,8 @@ pub(super) struct Work {
     pub programs: u32,
     /// Iterations of either stage's loop.
     pub iterations: [u32; 2],
-    /// Steps of guidance while it is flown.
-    pub steps: u32,
+    /// Of each course, from which of guidance's steps up to which it can be struck while it is flown.
+    pub steps: [[u32; 2]; Course::ALL.len()],
 }
 
 /// A case of which the scenario is drawn already.
@@ -234,11 +235,22 @@ impl Draw {
         Fault::Loop(LoopFault { part, stage, moment, field, node, element, bit })
     }
 
-    fn guidance(&mut self, steps: u32) -> Fault {
-        let step = self.below(steps as usize) as u32;
+    /// What is there on one course only is struck on that, all else half the time on the approach.
+    fn guidance(&mut self, steps: [[u32; 2]; Course::ALL.len()]) -> Fault {
         let field = self.below(GUIDANCE_FIELDS.len());
+        let course = match GuidancePart::ALL[field] {
+            GuidancePart::Leaving => Course::Escape,
+            GuidancePart::Jump => Course::Handover,
+            _ => [Course::Approach, Course::Approach, Course::Escape, Course::Handover]
+                [self.below(4)],
+        };
+        // What a plan is not flown on is struck on the approach.
+        let there = |course: &Course| steps[*course as usize][1] > steps[*course as usize][0];
+        let course = Some(course).filter(there).unwrap_or(Course::Approach);
+        let [from, to] = steps[course as usize];
+        let step = from + self.below((to - from) as usize) as u32;
         let element = self.below(GUIDANCE_FIELDS[field].1);
-        Fault::Guidance { step, field, element, bit: self.below(64) as u32 }
+        Fault::Guidance { course, step, field, element, bit: self.below(64) as u32 }
     }
 }
 
@@ -262,7 +274,8 @@ mod tests {
     use remora_host::method::Integrator;
     use std::collections::HashSet;
 
-    const WORK: Work = Work { programs: 14, iterations: [5, 7], steps: 12000 };
+    const WORK: Work =
+        Work { programs: 14, iterations: [5, 7], steps: [[0, 2400], [900, 2100], [1210, 1250]] };
 
     fn layout() -> (Layout, usize) {
         let learned = Learned::built_in(Integrator::Euler);
@@ -312,8 +325,9 @@ mod tests {
                     assert!(fault.element < fields[fault.field].1 && fault.moment < 12);
                     assert!(fault.part == Kept::Path || (fault.moment >= 5) == (fault.stage == 1));
                 }
-                Fault::Guidance { step, field, element, .. } => {
-                    assert!(element < GUIDANCE_FIELDS[field].1 && step < 12000);
+                Fault::Guidance { course, step, field, element, .. } => {
+                    let [from, to] = WORK.steps[course as usize];
+                    assert!(element < GUIDANCE_FIELDS[field].1 && (from..to).contains(&step));
                 }
             }
         }
@@ -322,7 +336,7 @@ mod tests {
         // iterates, last and best, of both stages; of residuals, multipliers, scalars, path, guidance.
         let network = 6 + 3 + 4;
         let loops = 2 * (3 + 6) + 2 + 4 + 6;
-        assert_eq!(kinds.len(), 9 + 8 + network + 2 * 6 + 18 + 6 + loops + 3 + 7, "{kinds:?}");
+        assert_eq!(kinds.len(), 9 + 8 + network + 2 * 6 + 18 + 6 + loops + 3 + 9, "{kinds:?}");
     }
 
     /// One case for ever, so that no change of a library can pass unseen. A number more in what is struck moves it:

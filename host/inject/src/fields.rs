@@ -82,6 +82,8 @@ pub const GUIDANCE_FIELDS: [Field; GuidancePart::ALL.len()] = [
     ("offset", 9),
     ("times", 4),
     ("commanded", 6 + LINKS),
+    ("leaving", 6 + LINKS),
+    ("jump", 7 + LINKS),
 ];
 
 pub(super) fn of_program(qp: &mut Program, field: usize, node: usize) -> Option<&mut [f64]> {

@@ -1,20 +1,21 @@
 //! Guidance with a flipped bit in its state, flown in the truth.
 
+use super::case::Course;
 use super::fields::flip;
 use super::reference::Ended;
 use super::reference::Reference;
 use super::worker::Ran;
 use remora_core::advanced::guidance::{FlightPlan, Guidance, GuidancePart};
-use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::model::{Integrator, Mission, Scenario};
 use remora_core::advanced::planner::GuessRecord;
 use remora_core::advanced::qp::{Checksum, Valid};
 use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::LINKS;
 use remora_core::prelude::Validate;
-use remora_flight::flight::{Ending, Flight, Flown, Settings};
+use remora_flight::flight::{Controller, Ending, Flight, Flown, Settings};
 use remora_host::engine::Usual;
 use remora_host::memory::on_heap;
-use remora_truth::{Dispersion, Errors};
+use remora_truth::{Dispersion, Errors, ThrusterLost};
 
 /// Substeps of plans that are flown where the injection's own cannot be.
 pub(super) const SUBSTEPS: usize = 4;
@@ -25,15 +26,31 @@ const RATE_HZ: f64 = 2.0;
 /// Seed of the errors of the world, which are typical ones; a scenario has its own draw.
 const SEED: u64 = 1;
 
-/// A plan to be flown, and its flight without a fault.
+/// A plan to be flown, and its flights without a fault.
 pub(super) struct Sortie {
     mission: Valid<Mission<LINKS>>,
     scenario: Scenario,
     plan: FlightPlan,
+    /// By which it was made.
+    integrator: Integrator,
     run: u64,
-    /// Steps of guidance.
-    pub steps: u32,
-    flown: Ended,
+    flown: [Sound; Course::ALL.len()],
+}
+
+/// A flight without a fault.
+#[derive(Clone, Copy)]
+struct Sound {
+    ended: Ended,
+    /// The steps of guidance before which it can be struck: from, up to; none where it does not end without a
+    /// fault as it has to.
+    steps: [u32; 2],
+}
+
+impl Sortie {
+    /// Of each course, from which of guidance's steps up to which it can be struck.
+    pub fn steps(&self) -> [[u32; 2]; Course::ALL.len()] {
+        self.flown.map(|sound| sound.steps)
+    }
 }
 
 /// A flipped bit of guidance's state.
@@ -50,58 +67,111 @@ pub(super) struct Strike {
 pub(super) struct Flights(Option<Box<Usual>>);
 
 impl Flights {
-    /// A plan that is flown without a fault once.
+    /// A plan that is flown without a fault on each course.
     ///
     /// # Errors
-    /// A flight that does not end in a capture: nothing could be told from a fault in it.
+    /// An approach that does not end in a capture: nothing could be told from a fault in it.
     pub fn sortie(
         &mut self,
         mission: &Mission<LINKS>,
         scenario: &Scenario,
-        plan: FlightPlan,
+        (plan, integrator): (FlightPlan, Integrator),
         run: u64,
     ) -> Result<Sortie, String> {
         let mission = mission.validated().map_err(|error| error.to_string())?;
-        let flown = Ended::NOTHING;
-        let mut sortie = Sortie { mission, scenario: *scenario, plan, run, steps: 0, flown };
-        let (flown, steps) = self.fly(&sortie, None)?;
-        if flown.ending != Ending::Captured {
-            return Err(format!("is not captured without a fault: {:?}", flown.ending));
+        let flown = [Sound { ended: Ended::NOTHING, steps: [0; 2] }; Course::ALL.len()];
+        let mut sortie = Sortie { mission, scenario: *scenario, plan, integrator, run, flown };
+        for course in Course::ALL {
+            let (flown, steps) = self.fly(&sortie, course, None)?;
+            if flown.ending == course.aim() {
+                sortie.flown[course as usize] = Sound { ended: ended(&flown, course), steps };
+            } else if course == Course::Approach {
+                return Err(format!("is not captured without a fault: {:?}", flown.ending));
+            }
         }
-        (sortie.flown, sortie.steps) = (ended(&flown), steps);
         Ok(sortie)
     }
 
     /// Flies with a flipped bit.
-    pub fn run(&mut self, reference: &Reference, strike: Strike) -> Ran {
+    pub fn run(&mut self, reference: &Reference, course: Course, strike: Strike) -> Ran {
         let Some(sortie) = &reference.sortie else {
             let baseline = reference.learned;
             return Ran { ended: baseline, baseline, is_refused: false, ending: None };
         };
-        let (ended, ending) = match self.fly(sortie, Some(strike)) {
-            Ok((flown, _)) => (ended(&flown), flown.ending),
+        let baseline = sortie.flown[course as usize].ended;
+        let (ended, ending) = match self.fly(sortie, course, Some(strike)) {
+            Ok((flown, _)) => (ended(&flown, course), flown.ending),
             // A world that cannot be integrated is none that anything comes back from.
-            Err(_) => (Ended { is_wrong: true, ..sortie.flown }, Ending::Collided),
+            Err(_) => (Ended { is_wrong: true, ..baseline }, Ending::Collided),
         };
-        let is_refused = ending == Ending::Aborted;
-        Ran { ended, baseline: sortie.flown, is_refused, ending: Some(ending) }
+        Ran { ended, baseline, is_refused: false, ending: Some(ending) }
     }
 
-    fn fly(&mut self, sortie: &Sortie, strike: Option<Strike>) -> Result<(Flown, u32), String> {
+    /// The flight, and from which of guidance's steps up to which the course is what it is called, from the step
+    /// before on, which leads to it.
+    fn fly(
+        &mut self,
+        sortie: &Sortie,
+        course: Course,
+        strike: Option<Strike>,
+    ) -> Result<(Flown, [u32; 2]), String> {
         let Sortie { mission, scenario, plan, run, .. } = sortie;
         let engine = self.0.get_or_insert_with(|| on_heap(Usual::default));
-        let settings = &Settings { rate_hz: RATE_HZ, ..Settings::default() };
-        let dispersion = Dispersion { errors: Errors::typical(), seed: SEED, run: *run };
-        let mut steps = 0;
+        let settings = &course.settings(plan, sortie.integrator);
+        let dispersion = Dispersion { errors: course.errors(plan, *run), seed: SEED, run: *run };
+        let (mut from, mut to) = (None, 0);
         let mut hit = |step: u64, guidance: &mut Guidance| {
-            steps += 1;
+            if course.part().is_none_or(|part| guidance.number(part, 0).is_some()) {
+                from.get_or_insert((step as u32).saturating_sub(1));
+                to = step as u32 + 1;
+            }
             if let Some(strike) = strike.filter(|strike| u64::from(strike.step) == step) {
                 strike.hit(guidance);
             }
         };
         let flight = Flight { mission, scenario, plan, settings };
         let flown = flight.fly_struck(&dispersion, engine, &mut |_| (), &mut hit);
-        flown.map(|flown| (flown, steps)).map_err(|error| error.to_string())
+        flown.map(|flown| (flown, [from.unwrap_or(to), to])).map_err(|error| error.to_string())
+    }
+}
+
+impl Course {
+    /// How it ends without a fault.
+    fn aim(self) -> Ending {
+        match self {
+            Self::Escape => Ending::Aborted,
+            _ => Ending::Captured,
+        }
+    }
+
+    /// What guidance keeps from when on the course is what it is called.
+    fn part(self) -> Option<GuidancePart> {
+        match self {
+            Self::Approach => None,
+            Self::Escape => Some(GuidancePart::Leaving),
+            Self::Handover => Some(GuidancePart::Jump),
+        }
+    }
+
+    fn settings(self, plan: &FlightPlan, integrator: Integrator) -> Settings {
+        let mut settings = Settings { rate_hz: RATE_HZ, integrator, ..Settings::default() };
+        if self == Self::Handover {
+            settings.controller = Controller::Replan;
+            settings.guidance.triggers.age = plan.duration() / 2.0;
+        }
+        settings
+    }
+
+    /// Typical errors; on the way out of an escape an axis of the thrusters, one after the other, is lost at a time
+    /// that is drawn.
+    fn errors(self, plan: &FlightPlan, run: u64) -> Errors {
+        let mut errors = Errors::typical();
+        if self == Self::Escape {
+            let axis = (run % 3) as usize;
+            errors.faults.thruster_lost = Some(ThrusterLost { axis, time_s: 0.0 });
+            errors.faults.drawn_within_s = Some(plan.duration());
+        }
+        errors
     }
 }
 
@@ -114,19 +184,16 @@ impl Strike {
     }
 }
 
-/// A flight as a plan's end: captured is solved, and what collides is wrong. Its cost is its impulse, its checksum
-/// is of all that came of it.
-fn ended(flown: &Flown) -> Ended {
+/// A flight as a plan's end: what its course aims at is solved, and what collides is wrong. Its cost is its impulse,
+/// its checksum is of all that came of it.
+fn ended(flown: &Flown, course: Course) -> Ended {
     let mut sum = Checksum::new();
     let arrival = &flown.arrival;
     sum.numbers(&arrival.miss_target_m);
     sum.numbers([&flown.time_s, &arrival.miss_m, &arrival.angle_rad, &arrival.speed_m_s]);
     sum.numbers([&flown.impulse_n_s, &flown.nearest_m, &flown.room.arm_m, &flown.room.bus_m]);
     Ended {
-        status: match flown.ending {
-            Ending::Captured => Status::Solved,
-            _ => Status::Infeasible,
-        },
+        status: if flown.ending == course.aim() { Status::Solved } else { Status::Infeasible },
         is_verified: flown.ending != Ending::Collided,
         costs: [flown.impulse_n_s, 0.0],
         output: sum.value(),
@@ -153,15 +220,30 @@ impl Ended {
 mod tests {
     use super::super::fields::GUIDANCE_FIELDS;
     use super::*;
-    use remora_core::advanced::guidance::GuidanceSettings;
+    use remora_core::advanced::guidance::{Estimate, GuidanceSettings, Limits};
+    use remora_core::prelude::{Mode, Options, Planner};
 
-    /// The tables of names and sizes are those of guidance's state.
+    /// The tables of names and sizes are those of guidance's state, where another plan took over and the target is
+    /// left.
     #[test]
     fn every_field_has_as_many_numbers_as_the_table_says() {
+        let mission = Mission::default().validated().unwrap();
+        let scenario = Scenario::default().validated().unwrap();
+        let options = Options::builder().mode(Mode::Feasible).build().unwrap();
+        let mut planner = on_heap(Planner::new);
+        let plan = planner.plan(&mission, &scenario, &options).unwrap().flight_plan(0.0).unwrap();
         let settings = GuidanceSettings::DEFAULT.validated().unwrap();
         let mut guidance: Guidance = Guidance::new(settings);
+        let step = |guidance: &mut Guidance, begins: f64| {
+            let estimate = Estimate::as_planned(&mission, begins, &plan.at(&mission, begins));
+            let plan = plan.beginning_at(begins);
+            guidance.step(&mission, &plan, &estimate, &Limits::of(&mission.servicer));
+        };
+        step(&mut guidance, 0.0);
+        step(&mut guidance, 1.0);
+        guidance.abort();
+        step(&mut guidance, 1.0);
         for (part, (name, count)) in GuidancePart::ALL.iter().zip(GUIDANCE_FIELDS) {
-            // Of times only the last is there before the first step.
             assert!(guidance.number(*part, count - 1).is_some(), "{name}");
             assert!(guidance.number(*part, count).is_none(), "{name}");
         }

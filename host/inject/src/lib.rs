@@ -21,7 +21,7 @@ mod site;
 mod watch;
 mod worker;
 
-pub use case::{Case, Fault, LoopFault, Place};
+pub use case::{Case, Course, Fault, LoopFault, Place};
 pub use class::{Claim, Class, Judge, Plan, Seen};
 pub use fields::{
     Field, GUIDANCE_FIELDS, PATH_FIELDS, PROGRAM_FIELDS, RESIDUAL_FIELDS, SCALAR_FIELDS,

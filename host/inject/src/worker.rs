@@ -95,8 +95,9 @@ impl Worker {
         let (machine, index) = (&mut self.machine, case.scenario);
         let mut tried_twice = false;
         let (ended, baseline, met) = match case.fault {
-            Fault::Guidance { step, field, element, bit } => {
-                return self.flights.run(reference, flights::Strike { step, field, element, bit });
+            Fault::Guidance { course, step, field, element, bit } => {
+                let strike = flights::Strike { step, field, element, bit };
+                return self.flights.run(reference, course, strike);
             }
             Fault::File { checked, byte, bit, .. } => {
                 let ended = self.run_file(setup, index, reference, (checked, byte, bit));
@@ -197,7 +198,11 @@ impl Worker {
             given: flown.ended,
             accepted: flown.ended,
             refused: flown.ended,
-            work: Work { programs: flown.programs, iterations: flown.iterations, steps: 0 },
+            work: Work {
+                programs: flown.programs,
+                iterations: flown.iterations,
+                steps: Default::default(),
+            },
             sortie: None,
             rolled,
             clipped,
@@ -221,7 +226,9 @@ impl Worker {
             return Err(Error::argument("--scenarios", reason));
         }
         reference.sortie = sortie.transpose()?;
-        reference.work.steps = reference.sortie.as_ref().map_or(0, |sortie| sortie.steps);
+        if let Some(sortie) = &reference.sortie {
+            reference.work.steps = sortie.steps();
+        }
         Ok(reference)
     }
 }
@@ -303,7 +310,7 @@ impl Machine {
         let (path, motion) = (workspace.translation(), workspace.reorientation());
         let plan = FlightPlan::new(mission, &scenario, integrator, path, motion)
             .map_err(|error| unflyable(error.to_string()))?;
-        flights.sortie(mission, &scenario, plan, index as u64).map_err(unflyable)
+        flights.sortie(mission, &scenario, (plan, integrator), index as u64).map_err(unflyable)
     }
 
     /// The roll-out along the path in the workspace, as it comes and as the loop takes it.
@@ -413,7 +420,7 @@ mod tests {
         let setup = Setup { mission: &mission, scenarios, options, file, model, flies: false };
         let layout = Layout::new(model, file.len(), MEMORY).unwrap();
         let Machine { mut workspace, mut solver, mut network, .. } = Worker::new(&setup).machine;
-        let work = Work { programs: 10, iterations: [4, 4], steps: 1 };
+        let work = Work { programs: 10, iterations: [4, 4], steps: Default::default() };
         let mut bit_flip = |number| {
             let case = Drawn::new(3, number, 1).case(work, &layout);
             let Fault::Memory { bit_flip, .. } = case.fault else { return };

@@ -16,7 +16,7 @@ use remora_host::learned::Learned;
 use remora_host::memory::on_heap;
 use remora_host::method::Integrator;
 use remora_inject::{
-    Case, Claim, Class, Fault, GUIDANCE_FIELDS, Injection, Injector, Judge, LoopFault,
+    Case, Claim, Class, Course, Fault, GUIDANCE_FIELDS, Injection, Injector, Judge, LoopFault,
     PROGRAM_FIELDS, Plan, Record, SOLUTION_FIELDS, START_FIELDS, Site,
 };
 use std::num::NonZeroUsize;
@@ -214,7 +214,7 @@ fn what_a_loop_keeps_is_healed_by_its_next_step() {
 fn a_strike_in_guidance_is_flown() {
     let strike = |name: &str, step, element, bit| {
         let field = field(&GUIDANCE_FIELDS, name);
-        inject(Fault::Guidance { step, field, element, bit })
+        inject(Fault::Guidance { course: Course::Approach, step, field, element, bit })
     };
     let record = strike("commanded", 100, 0, 0);
     assert_eq!((record.class, record.site), (Class::NoEffect, Site::Guidance), "{record:?}");
