@@ -234,6 +234,28 @@ fn a_strike_in_guidance_is_flown() {
     assert_ne!(record.extra_cost, 0.0, "{record:?}");
 }
 
+/// Where the target is left, and where another plan takes over, guidance keeps more, and makes that good, too: what it
+/// goes by is a whole flight's.
+#[test]
+fn a_strike_on_the_way_out_and_at_a_handover_is_made_good() {
+    let of = |course, name: &str, step, element| {
+        let field = field(&GUIDANCE_FIELDS, name);
+        inject(Fault::Guidance { course, step, field, element, bit: 62 })
+    };
+    let end = |record: &Record| (record.class, record.ending.unwrap().name());
+    // Of the first scenario an axis is lost so late that its flight is longer than any approach.
+    let escape = |name, element| of(Course::Escape, name, 2500, element);
+    for (name, element) in [("leaving", 0), ("leaving", 4), ("leaving", 7), ("integrals", 3)] {
+        let record = escape(name, element);
+        assert_eq!(end(&record), (Class::NoEffect, "aborted"), "{record:?}");
+    }
+    assert_eq!(escape("leaving", 4).part, "escape.leaving");
+    for (name, element) in [("jump", 0), ("jump", 4), ("jump", 9), ("offset", 0)] {
+        let record = of(Course::Handover, name, 1220, element);
+        assert_eq!(end(&record), (Class::NoEffect, "captured"), "{record:?}");
+    }
+}
+
 /// Multipliers are bounded by the weights. One that is not must not become curvature: the program
 /// could not be solved with any radius, and the plan would be given up.
 #[test]
