@@ -1,0 +1,60 @@
+//! Locks that keep two programs from the same work.
+
+use crate::error::Error;
+use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// Takes a file, or a directory, for one program alone. It is free again when `handle` is closed, however the
+/// program ends.
+///
+/// # Errors
+/// Why it cannot be locked; `busy` where another program holds it.
+pub fn lock(file: &Path, handle: &File, busy: &str) -> Result<(), Error> {
+    taken(file, handle.try_lock(), busy)
+}
+
+/// The same for programs that may hold it together.
+///
+/// # Errors
+/// As [`lock`], where another program holds it alone.
+pub fn lock_shared(file: &Path, handle: &File, busy: &str) -> Result<(), Error> {
+    taken(file, handle.try_lock_shared(), busy)
+}
+
+fn taken(file: &Path, tried: Result<(), TryLockError>, busy: &str) -> Result<(), Error> {
+    tried.map_err(|error| match error {
+        TryLockError::WouldBlock => Error::input(file, "", busy),
+        TryLockError::Error(cause) if cause.kind() == ErrorKind::Unsupported => {
+            let reason = "cannot be locked, since its file system has no locks: choose a directory on another";
+            Error::input(file, "", reason)
+        }
+        TryLockError::Error(cause) => Error::output(file, &cause),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_another_holds_and_what_cannot_be_locked_are_told() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a");
+        let open = || File::options().write(true).create(true).truncate(false).open(&path).unwrap();
+        let (one, two) = (open(), open());
+        lock_shared(&path, &one, "busy").unwrap();
+        lock_shared(&path, &two, "busy").unwrap();
+        let reason = lock(&path, &one, "busy").unwrap_err().to_string();
+        assert!(reason.ends_with("a: busy"), "{reason}");
+        drop(two);
+        lock(&path, &one, "busy").unwrap();
+        assert!(lock_shared(&path, &open(), "busy").is_err());
+
+        let without = |kind: ErrorKind| taken(&path, Err(TryLockError::Error(kind.into())), "busy");
+        let reason = without(ErrorKind::Unsupported).unwrap_err().to_string();
+        assert!(reason.contains("a: cannot be locked, since its file system"), "{reason}");
+        let reason = without(ErrorKind::PermissionDenied).unwrap_err().to_string();
+        assert!(reason.ends_with("a: permission denied"), "{reason}");
+    }
+}
