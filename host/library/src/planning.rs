@@ -372,8 +372,7 @@ impl<const NL: usize> PlanJob<NL> {
         if planned.refusal.is_some() {
             return Ok(planned);
         }
-        planned.evidence.write(&evidence)?;
-        planned.file.write(&self.out)?;
+        planned.evidence.write_with(&planned.file, &self.out)?;
         Ok(planned)
     }
 

@@ -125,10 +125,11 @@ impl Plan {
     /// Writes the plan file, and its record beside it where there is one; in postcard where the name ends so.
     fn save(&self, path: PathBuf) -> PyResult<()> {
         formats::check_writable(&path).map_err(raised)?;
-        if let Some(evidence) = &self.evidence {
-            evidence.write(&evidence_path(&path)).map_err(raised)?;
-        }
-        self.file.write(&path).map_err(raised)
+        let written = match &self.evidence {
+            Some(evidence) => evidence.write_with(&self.file, &path),
+            None => self.file.write(&path),
+        };
+        written.map_err(raised)
     }
 
     /// What it was made for.

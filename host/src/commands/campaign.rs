@@ -109,7 +109,7 @@ impl Args {
     fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
         end_when_asked();
         if let Some(part) = self.part.part {
-            let job = self.job(mission, arguments())?;
+            let job = self.job(mission, arguments()?)?;
             let made =
                 parts::make(&job, part, self.jobs.jobs(), &self.out, &mut Bar::named("part"))?;
             return Output::new(report::part_report(&made), true).or_json(self.json.json, &made);
@@ -181,6 +181,11 @@ impl Args {
         let (method, model) =
             (self.method.method_until(&self.deadline), self.method.model_to_judge(met)?);
         Ok(Job { scenarios, mission, method, model, nodes: self.nodes, command })
+    }
+
+    /// How many scenarios it draws; none where they are of a file, which need not be here.
+    pub(super) fn drawn(&self) -> Result<Option<u64>, Error> {
+        self.set.drawn()
     }
 
     /// Plans a sample of the parts that this command made again.

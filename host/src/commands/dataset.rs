@@ -63,6 +63,11 @@ directory that programs on many machines may share; `remora gather DIR` names wh
 Exit status: 0 done, 2 bad input.";
 
 impl Args {
+    /// How many files it is made of.
+    pub(super) fn files(&self) -> u64 {
+        self.count.div_ceil(self.shard.get().into())
+    }
+
     pub(super) fn run(self) -> Result<Output, Error> {
         let mission = self.mission.any()?;
         with_joints!(mission.joints(), NL => {

@@ -72,6 +72,11 @@ runs, without histories, and programs on many machines may share it: `remora gat
 Exit status: 0 all captured (with --until: the share is shown), 1 some are not, 2 bad input.";
 
 impl Args {
+    /// How many runs it flies; none where it lists scenarios.
+    pub(super) fn runs(&self) -> Option<u64> {
+        (!self.scenario.list).then_some(self.runs.runs)
+    }
+
     pub(super) fn run(self) -> Result<Output, Error> {
         end_when_asked();
         if let Some(list) = self.scenario.listed()? {

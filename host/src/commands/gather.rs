@@ -62,7 +62,6 @@ struct Found<'a, T: Serialize> {
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        end_when_asked();
         if self.directory.join(MANIFEST).is_file() {
             self.dataset()
         } else if flights::is_flown_in(&self.directory) {
@@ -110,6 +109,8 @@ impl Args {
         rows: u64,
         recompute: impl FnOnce(u64, NonZeroUsize, &mut Bar) -> Result<Vec<Difference>, Error>,
     ) -> Result<Again, Error> {
+        // What reads ends at once: nothing of it is kept.
+        end_when_asked();
         let mut bar = Bar::named("recompute");
         let differences = match self.recompute {
             Some(sample) => recompute(sample, self.jobs.jobs(), &mut bar)?,

@@ -118,7 +118,7 @@ pub(super) struct ScenarioArgs {
     id: Option<String>,
     /// List the scenarios of the set and end
     #[arg(long, conflicts_with = "id")]
-    list: bool,
+    pub(super) list: bool,
 }
 
 impl ScenarioArgs {
@@ -250,13 +250,25 @@ impl SetArgs {
         self.count
     }
 
+    /// How many are to be drawn, by which seed.
+    fn draw(&self) -> Result<Option<(u64, u64)>, Error> {
+        match (self.count, self.seed) {
+            (Some(_), None) => Err(Error::argument("--count", "needs --seed S")),
+            (None, Some(_)) => Err(Error::argument("--seed", "needs --count N")),
+            (count, seed) => Ok(count.zip(seed)),
+        }
+    }
+
+    /// How many are to be drawn; an error where the seed is missing, or the count.
+    pub(super) fn drawn(&self) -> Result<Option<u64>, Error> {
+        self.draw().map(|draw| draw.map(|(count, _)| count))
+    }
+
     /// The scenarios of the file, of the draw, or of the built-in set.
     pub(super) fn chosen<const NL: usize>(&self, mission: &Mission<NL>) -> Result<Chosen, Error> {
-        let set = match (self.count, self.seed) {
-            (Some(count), Some(seed)) => drawn(count, seed, mission)?,
-            (Some(_), None) => return Err(Error::argument("--count", "needs --seed S")),
-            (None, Some(_)) => return Err(Error::argument("--seed", "needs --count N")),
-            (None, None) => set_or_built_in(self.scenarios.as_deref())?,
+        let set = match self.draw()? {
+            Some((count, seed)) => drawn(count, seed, mission)?,
+            None => set_or_built_in(self.scenarios.as_deref())?,
         };
         Ok(Chosen { scenarios: set.scenarios, seed: self.seed })
     }
@@ -295,14 +307,15 @@ pub(super) fn drawn<const NL: usize>(
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct JobsArgs {
     /// Worker threads [default: the machine's cores]
-    #[arg(long, value_name = "J")]
-    jobs: Option<NonZeroUsize>,
+    // Each has a planner's memory of its own.
+    #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
 }
 
 impl JobsArgs {
     pub(super) fn jobs(self) -> NonZeroUsize {
         let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        self.jobs.unwrap_or_else(cores)
+        self.jobs.and_then(|jobs| NonZeroUsize::new(jobs.into())).unwrap_or_else(cores)
     }
 }
 
@@ -352,7 +365,7 @@ pub(super) struct JsonArgs {
 /// What may be replaced.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct ForceArgs {
-    /// Replace files that are there, and write into a directory that holds others
+    /// Replace files that are there
     #[arg(long)]
     pub(super) force: bool,
 }

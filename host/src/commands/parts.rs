@@ -5,6 +5,7 @@ use super::Command;
 use clap::Parser;
 use remora_host::error::Error;
 use remora_host::part::Part;
+use std::ffi::OsString;
 use std::path::Path;
 
 /// One of many parts of the work.
@@ -16,32 +17,42 @@ pub(super) struct PartArgs {
 }
 
 /// The program's arguments without those that differ from part to part or from machine to machine.
-pub(super) fn arguments() -> Vec<String> {
-    without_own(std::env::args().skip(1))
+///
+/// # Errors
+/// One that is no text, which no part can keep.
+pub(super) fn arguments() -> Result<Vec<String>, Error> {
+    without_own(std::env::args_os().skip(1))
 }
 
 /// Options of one part or machine, with a value each.
 const OWN: [&str; 3] = ["--part", "--out", "--jobs"];
 
-fn without_own(arguments: impl Iterator<Item = String>) -> Vec<String> {
+fn without_own(arguments: impl Iterator<Item = OsString>) -> Result<Vec<String>, Error> {
     let mut kept = Vec::new();
-    let mut arguments =
-        arguments.filter(|argument| !["-q", "--quiet"].contains(&argument.as_str()));
+    let mut arguments = arguments.filter(|argument| argument != "-q" && argument != "--quiet");
     while let Some(argument) = arguments.next() {
-        let name = argument.split('=').next().unwrap_or_default();
+        let text = argument.to_string_lossy();
+        let name = text.split('=').next().unwrap_or_default();
         match OWN.contains(&name) {
-            true if name == argument => drop(arguments.next()),
+            true if name == text => drop(arguments.next()),
             true => {}
-            false => kept.push(argument),
+            false => kept.push(argument.into_string().map_err(|argument| {
+                let reason = format!(
+                    "{argument:?} is not valid UTF-8, and a part keeps its command as text"
+                );
+                Error::argument("--part", reason)
+            })?),
         }
     }
-    kept
+    Ok(kept)
 }
 
 /// The command that made parts in a directory, parsed again.
 pub(super) fn command(arguments: &[String], directory: &Path) -> Result<Command, Error> {
     // Any part: some options are for parts alone.
-    let own = ["--part".into(), "1/1".into(), "--out".into(), directory.as_os_str().to_os_string()];
+    let mut out = OsString::from("--out=");
+    out.push(directory);
+    let own = ["--part=1/1".into(), out];
     let words = arguments.iter().map(|word| word.clone().into());
     let words = std::iter::once("remora".into()).chain(words).chain(own);
     let parsed = Cli::try_parse_from(words).ok().and_then(|cli| cli.command);
@@ -78,10 +89,14 @@ mod tests {
     #[test]
     fn what_differs_from_part_to_part_is_left_out() {
         let words = |line: &str| line.split(' ').map(String::from).collect::<Vec<_>>();
+        let own_left_out =
+            |line: Vec<String>| without_own(line.into_iter().map(OsString::from)).unwrap();
         let line = "campaign --count 9 --part 1/3 --jobs=2 -q --seed 1 --out=a --out b --jobs 1";
-        assert_eq!(without_own(words(line).into_iter()), words("campaign --count 9 --seed 1"));
+        assert_eq!(own_left_out(words(line)), words("campaign --count 9 --seed 1"));
         let kept = words("campaign --count 9 --seed 1");
-        assert!(matches!(command(&kept, Path::new("a")), Ok(Command::Campaign(_))));
+        for directory in ["a", "-a", "--a"] {
+            assert!(matches!(command(&kept, Path::new(directory)), Ok(Command::Campaign(_))));
+        }
         let error = command(&words("campaign --seeds 1"), Path::new("a")).unwrap_err();
         assert!(error.to_string().contains("is no command of this program"), "{error}");
     }

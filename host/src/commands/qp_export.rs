@@ -20,7 +20,7 @@ pub(super) struct Args {
     mission: MissionArgs,
     #[command(flatten)]
     method: MethodArgs,
-    /// Directory of the results; made where it does not exist
+    /// Directory of the results; made where it does not exist, and with --force one that holds other files
     #[arg(long, value_name = "DIR", required_unless_present = "list")]
     out: Option<PathBuf>,
     #[command(flatten)]

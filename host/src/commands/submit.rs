@@ -26,7 +26,7 @@ pub(super) struct Args {
     /// The program on the machines that work
     #[arg(long, value_name = "FILE", default_value = "remora")]
     program: String,
-    /// campaign, dataset or fly, with its arguments but --part
+    /// campaign, dataset or fly, with its arguments but --part and --jobs
     #[arg(last = true, required = true, value_name = "COMMAND")]
     command: Vec<String>,
 }
@@ -59,14 +59,32 @@ impl Args {
 
     /// Refuses what no part can be made by.
     fn check(&self) -> Result<(), Error> {
-        let part = ["--part".to_string(), format!("1/{}", self.parts)];
+        let own = [format!("--part=1/{}", self.parts), "--jobs=1".into()];
         let words = std::iter::once("remora").chain(self.command.iter().map(String::as_str));
-        let parsed = Cli::try_parse_from(words.chain(part.iter().map(String::as_str)));
+        let parsed = Cli::try_parse_from(words.chain(own.iter().map(String::as_str)));
         let refused = |reason: String| Err(Error::argument("COMMAND", reason));
-        match parsed.map(|cli| cli.command) {
-            Ok(Some(Command::Campaign(_) | Command::Dataset(_) | Command::Fly(_))) => Ok(()),
-            Ok(_) => refused("is not campaign, dataset or fly".into()),
-            Err(error) => refused(super::usage_line(&error)),
+        if let Some(word) = self.command.iter().find(|word| self.parallel && word.contains('{')) {
+            return refused(format!(
+                "{word:?} holds a brace, by which GNU parallel puts in what it reads"
+            ));
+        }
+        let tasks = match parsed.map(|cli| cli.command) {
+            Ok(Some(Command::Campaign(campaign))) => campaign.drawn()?,
+            Ok(Some(Command::Dataset(dataset))) => Some(dataset.files()),
+            Ok(Some(Command::Fly(fly))) => match fly.runs() {
+                None => return refused("lists scenarios, of which there are no parts".into()),
+                runs => runs,
+            },
+            Ok(_) => return refused("is not campaign, dataset or fly".into()),
+            Err(error) if !error.use_stderr() => return refused("asks for help".into()),
+            Err(error) => return refused(super::usage_line(&error)),
+        };
+        match tasks.filter(|tasks| *tasks < self.parts) {
+            Some(most) => {
+                let reason = format!("is {}, and of this there can be {most} at most", self.parts);
+                Err(Error::argument("--parts", reason))
+            }
+            None => Ok(()),
         }
     }
 

@@ -156,12 +156,24 @@ impl EvidenceFile {
     /// # Errors
     /// The file with the reason why it cannot be written.
     pub fn write(&self, file: &Path) -> Result<(), Error> {
+        super::write_atomically(file, &self.bytes(file)?)
+    }
+
+    /// Writes a plan and this, its evidence, beside it: both or neither.
+    ///
+    /// # Errors
+    /// The file that cannot be written.
+    pub fn write_with(&self, plan: &super::PlanFile, file: &Path) -> Result<(), Error> {
+        let own = evidence_path(file);
+        super::write_together(&[(&own, self.bytes(&own)?), (file, plan.bytes(file)?)])
+    }
+
+    fn bytes(&self, file: &Path) -> Result<Vec<u8>, Error> {
         let failed = |reason: String| Error::Output { file: file.into(), reason };
-        let bytes = match is_named_packet(file) {
+        Ok(match is_named_packet(file) {
             true => self.to_packet().map_err(|error| failed(error.reason))?,
             false => json::to_text(self).map_err(|error| failed(error.to_string()))?.into_bytes(),
-        };
-        super::write_atomically(file, &bytes)
+        })
     }
 }
 

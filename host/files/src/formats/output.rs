@@ -106,6 +106,33 @@ pub fn write_first(file: &Path, bytes: &[u8]) -> Result<bool, Error> {
     Ok(is_first)
 }
 
+/// Writes several files that belong together: all of them lie beside their places before the first takes its own, so
+/// that what cannot be written leaves the old ones.
+///
+/// # Errors
+/// The file that cannot be written with the reason.
+pub fn write_together(files: &[(&Path, Vec<u8>)]) -> Result<(), Error> {
+    let mut staged = Vec::new();
+    let written = files.iter().try_for_each(|(file, bytes)| {
+        let mut stage = || {
+            let place = resolved(file)?;
+            let (partial, mut handle) = open(&place)?;
+            staged.push((partial, place, *file));
+            handle.write_all(bytes).and_then(|()| handle.sync_all())
+        };
+        stage().map_err(|cause| Error::output(file, &cause))
+    });
+    let placed = written.and_then(|()| {
+        staged.iter().try_for_each(|(partial, place, file)| {
+            fs::rename(partial, place).map_err(|cause| Error::output(file, &cause))
+        })
+    });
+    if placed.is_err() {
+        staged.iter().for_each(|(partial, ..)| drop(fs::remove_file(partial)));
+    }
+    placed
+}
+
 /// Removes a partial file, unless another program that found `file` written has swept it away.
 fn remove(partial: &Path) -> io::Result<()> {
     match fs::remove_file(partial) {
@@ -198,6 +225,27 @@ mod tests {
         assert!(refused(&file.join("a.json")).ends_with("not a directory"));
         assert!(refused(Path::new("/")).ends_with("is not a file name"));
         assert!(refused(&dir.path().join("new/")).ends_with("is not a file name"));
+    }
+
+    // Verifies REM-IO-002.
+    #[test]
+    fn files_that_belong_together_are_written_together_or_not() {
+        let dir = tempfile::tempdir().unwrap();
+        let (one, two) = (dir.path().join("a"), dir.path().join("b"));
+        let write = |text: &str| {
+            write_together(&[(&one, text.as_bytes().into()), (&two, text.as_bytes().into())])
+        };
+        write("1").unwrap();
+        let both = || [&one, &two].map(|file| fs::read(file).unwrap());
+        assert_eq!(both(), [b"1", b"1"]);
+        write("2").unwrap();
+        assert_eq!(both(), [b"2", b"2"]);
+        fs::remove_file(&two).unwrap();
+        fs::create_dir(&two).unwrap();
+        let reason = write("3").unwrap_err().to_string();
+        assert!(reason.ends_with("b: is a directory"), "{reason}");
+        assert_eq!(fs::read(&one).unwrap(), b"2");
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2);
     }
 
     /// Two threads as two containers are, whose process numbers are equal: a reader sees what one of them wrote.

@@ -54,12 +54,17 @@ impl PlanFile {
     /// # Errors
     /// The file with the reason why it cannot be written.
     pub fn write(&self, file: &Path) -> Result<(), Error> {
+        super::write_atomically(file, &self.bytes(file)?)
+    }
+
+    /// What a file of that name holds.
+    pub(super) fn bytes(&self, file: &Path) -> Result<Vec<u8>, Error> {
         let bytes = match is_named_packet(file) {
             true => self.to_packet(),
             false => self.text().map(String::into_bytes),
         };
         let failed = |error: FieldError| Error::Output { file: file.into(), reason: error.reason };
-        super::write_atomically(file, &bytes.map_err(failed)?)
+        bytes.map_err(failed)
     }
 
     fn text(&self) -> Result<String, FieldError> {

@@ -246,3 +246,25 @@ fn arguments() {
         "--count: 50001 scenarios are too many in one piece: --part I/N keeps none of them",
     );
 }
+
+/// A directory may be called anything; what a part keeps of its command is text.
+#[test]
+#[cfg(unix)]
+fn arguments_that_are_no_text_are_kept_or_refused() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let bench = Bench::new();
+    let run = |arguments: &str, last: &[u8]| {
+        let output = bench.command(arguments).arg(OsStr::from_bytes(last)).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let campaign = "campaign --count 2 --seed 1 --integrator euler --part 1/1";
+    let (status, err) = run(&format!("--quiet {campaign} --out"), b"part\xff");
+    assert_eq!((status, err.as_str()), (Some(0), ""));
+    let (status, err) = run(&format!("{campaign} --out a --mission"), b"none\xff");
+    assert_eq!((status, err.lines().count()), (Some(2), 1), "{err}");
+
+    // A directory whose name begins as an option does.
+    bench.solves(&format!("{CAMPAIGN} --part 1/1 --out=-dash"));
+    assert_eq!(bench.run("gather --recompute 2 -- -dash").status, 0);
+}

@@ -82,4 +82,25 @@ fn what_is_no_command_of_parts_is_refused() {
         &format!("--slurm --parts 3 {campaign} --part 1/3"),
         "COMMAND: the argument '--part <I/N>'",
     );
+    // What would fail in every task, or in some.
+    refuses(
+        &format!("--slurm --parts 3 {campaign} --jobs 2"),
+        "COMMAND: the argument '--jobs <J>' cannot be used multiple times",
+    );
+    refuses("--slurm --parts 3 -- campaign --help", "COMMAND: asks for help");
+    refuses("--slurm --parts 3 -- campaign --seed 1 --out a", "--seed: needs --count N");
+    refuses("--slurm --parts 3 -- fly --list --out a", "COMMAND: lists scenarios");
+    let few = "--parts: is 10, and of this there can be 5 at most";
+    for command in [
+        "campaign --count 5 --seed 1 --out a",
+        "dataset --count 9 --shard 2 --seed 1 --out a",
+        "fly --runs 5 --out a",
+    ] {
+        refuses(&format!("--kubernetes --parts 10 -- {command}"), few);
+    }
+    let braces = "--parallel --parts 3 -- campaign --count 5 --seed 1 --out runs/{}";
+    refuses(
+        braces,
+        "COMMAND: \"runs/{}\" holds a brace, by which GNU parallel puts in what it reads",
+    );
 }
