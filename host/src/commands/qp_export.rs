@@ -20,7 +20,7 @@ pub(super) struct Args {
     mission: MissionArgs,
     #[command(flatten)]
     method: MethodArgs,
-    /// Directory of the results; made where it does not exist, and with --force one that holds other files
+    /// Directory of the results; made where it does not exist
     #[arg(long, value_name = "DIR", required_unless_present = "list")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -35,7 +35,8 @@ Examples:
   remora qp-export --integrator euler --qp clarabel --out programs
 
 Writes DIR/stage1-001.qp.json and so on: stage, iteration and, after it, second-order correction.
-Subproblems that stand in DIR from before are replaced; with anything else in it DIR is refused.
+Subproblems that stand in DIR from before are replaced; with anything else in it DIR is refused,
+unless --force is given.
 
 Exit status: 0 plan optimal, 1 not flyable, 3 verified but not converged (the subproblems are written
 all the same), 2 bad input.";
