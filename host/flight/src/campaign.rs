@@ -241,9 +241,11 @@ impl Flights {
         let check = |row: &Row| row.check(self.asked.count());
         Journal::look(&journal, &header, &check)?;
         self.files().iter().try_for_each(|file| check_writable(file))?;
+        check_writable(&self.out.join(FLIGHTS))?;
+        let (mut journal, finished) = Journal::open(&journal, &header, &check)?;
+        // Other flights' file is not written over: their journal has refused these by now.
         let text = json::to_text(&self.asked).map_err(|error| failed(&self.out, &error))?;
         write_atomically(&self.out.join(FLIGHTS), text.as_bytes())?;
-        let (mut journal, finished) = Journal::open(&journal, &header, &check)?;
         let count = self.asked.count();
         let mut rows: Vec<Option<Row>> = (0..count).map(|_| None).collect();
         for row in finished {

@@ -137,6 +137,34 @@ fn bad_input_is_one_line_and_nothing_written() {
     );
 }
 
+/// Two series begun at once: the one that comes second leaves what the first says of itself.
+// Verifies REM-FLY-002.
+#[test]
+fn flights_beside_others_write_nothing_of_theirs() {
+    let bench = flying();
+    let fly = "fly a.plan.json --guidance-rate 0.2 --keep sample=0 --out runs/a";
+    fs::create_dir_all(bench.path("runs/a")).unwrap();
+    let journal = fs::File::create(bench.path("runs/a/flights.journal.jsonl")).unwrap();
+    journal.lock().unwrap();
+    let is_refused = || {
+        let run = bench.run(fly);
+        assert_eq!(run.status, 2, "{}{}", run.out, run.err);
+        assert!(run.err.contains("another series of flights is running"), "{}", run.err);
+    };
+    is_refused();
+    assert_eq!(bench.names("runs/a"), ["flights.journal.jsonl", "plans"]);
+    bench.write("runs/a/flights.json", "the first one's");
+    is_refused();
+    assert_eq!(bench.read("runs/a/flights.json"), "the first one's");
+    drop(journal);
+    // A kill between journal and flights.json: the same command writes it.
+    bench.run(fly);
+    let asked = bench.read("runs/a/flights.json");
+    fs::remove_file(bench.path("runs/a/flights.json")).unwrap();
+    bench.run(fly);
+    assert_eq!(bench.read("runs/a/flights.json"), asked);
+}
+
 /// What is flown again is what a command could have asked for, and no other: a rate of 10^15 steps a second would
 /// never end.
 // Verifies REM-FLY-002.

@@ -126,6 +126,8 @@ impl<'a, const NL: usize> Begun<'a, NL> {
         let (journal, finished) =
             Journal::open(&campaign.journal(), &Header::new(campaign), &campaign.check())?;
         campaign.clean();
+        // Another campaign's scenarios are not written over: its journal has refused this one by now.
+        ScenarioSet::new(campaign.scenarios.clone()).write(&campaign.out.join(SCENARIOS))?;
         let rows = campaign.matched(finished);
         let resumed = rows.iter().flatten().count();
         Ok(Self { campaign, journal, rows, resumed })
@@ -206,7 +208,7 @@ impl<const NL: usize> Campaign<NL> {
             check_writable(&self.plan_path("a"))?;
         }
         self.result_files().iter().try_for_each(|file| check_writable(file))?;
-        ScenarioSet::new(self.scenarios.clone()).write(&self.out.join(SCENARIOS))
+        check_writable(&self.out.join(SCENARIOS))
     }
 
     fn result_files(&self) -> Vec<PathBuf> {
