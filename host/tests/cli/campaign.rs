@@ -192,6 +192,29 @@ fn a_campaign_beside_another_writes_nothing() {
     assert_eq!(bench.read("runs/campaign.scenarios.json"), scenarios);
 }
 
+/// What a kill has left half-written is swept away by the campaign that goes on, once it has the journal; what
+/// others write in the same directory is not.
+// Verifies REM-IO-003.
+#[test]
+fn a_campaign_sweeps_up_what_it_writes_itself() {
+    let bench = Bench::new();
+    let campaign = "campaign --draw 1 --seed 1 --integrator euler --plans --out runs";
+    fs::create_dir_all(bench.path("runs/plans")).unwrap();
+    let own =
+        [".summary.json.1.partial", ".results.csv.1.partial", "plans/.s1-000.plan.json.1.partial"];
+    let others = [".part-00001-of-00002.parquet.1.partial", "plans/.s2-000.plan.json.1.partial"];
+    let all = || own.iter().chain(&others).map(|name| bench.path("runs").join(name));
+    all().for_each(|file| fs::write(file, "half").unwrap());
+    let journal = fs::File::create(bench.path("runs/journal.jsonl")).unwrap();
+    journal.lock().unwrap();
+    bench.refuses(campaign, "runs/journal.jsonl: another campaign is running in this directory");
+    assert!(all().all(|file| file.exists()));
+    drop(journal);
+    bench.solves(campaign);
+    let left: Vec<bool> = all().map(|file| file.exists()).collect();
+    assert_eq!(left, [false, false, false, true, true]);
+}
+
 #[test]
 fn a_row_without_its_plan_file_is_planned_again() {
     let bench = Bench::new();

@@ -137,6 +137,22 @@ fn shards_are_not_adopted_by_another_dataset() {
     assert!(run.out.contains("\n0 planned in"), "{}", run.out);
 }
 
+/// Two programs that make the same part: the second leaves what the first is writing, and sweeps up what a kill left.
+#[test]
+fn a_part_that_is_made_twice_at_once_is_not_swept_away() {
+    let bench = Bench::new();
+    let part = "dataset --count 2 --seed 3 --integrator euler --shard 1 --part 1/2 --out set";
+    fs::create_dir(bench.path("set")).unwrap();
+    let partial = bench.path("set/.shard-00000.bin.1.partial");
+    let writing = fs::File::create(&partial).unwrap();
+    writing.lock().unwrap();
+    bench.solves(part);
+    assert!(partial.exists());
+    drop(writing);
+    bench.solves(part);
+    assert_eq!(bench.names("set"), ["dataset.json", "shard-00000.bin"]);
+}
+
 /// Several programs that begin at once: one makes it, the others say so or find it made.
 #[test]
 fn one_of_several_makes_it() {

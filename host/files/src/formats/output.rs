@@ -1,8 +1,8 @@
 //! Writing files whole or not at all.
 
 use crate::error::{Error, io_reason};
-use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions};
+use std::collections::HashSet;
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher, RandomState};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -12,10 +12,15 @@ const PARTIAL: &str = ".partial";
 /// The hidden file beside `file` that becomes it. A random number keeps apart who writes the same file at once;
 /// process numbers would not, of which every container has a first one.
 fn partial(file: &Path) -> Option<PathBuf> {
-    let mut name = OsString::from(".");
-    name.push(file.file_name()?);
-    name.push(format!(".{:016x}{PARTIAL}", RandomState::new().hash_one(())));
-    Some(file.with_file_name(name))
+    let name = file.file_name()?.to_string_lossy();
+    let number = RandomState::new().hash_one(());
+    Some(file.with_file_name(format!(".{name}.{number:016x}{PARTIAL}")))
+}
+
+/// The name of the file that a partial one was to become.
+fn meant(partial: &str) -> Option<&str> {
+    let (name, _) = partial.strip_prefix('.')?.strip_suffix(PARTIAL)?.rsplit_once('.')?;
+    Some(name)
 }
 
 /// The file that a name stands for: a symbolic link stays, and what it leads to is written.
@@ -26,10 +31,12 @@ fn resolved(file: &Path) -> io::Result<PathBuf> {
     }
 }
 
-/// Opens what becomes `file`, which is no link.
+/// Opens what becomes `file`, which is no link. It is locked until it is closed, so that who tidies up leaves it.
 fn open(file: &Path) -> io::Result<(PathBuf, File)> {
-    let partial = partial(file).filter(|_| !ends_in_separator(file));
-    let partial = partial.ok_or_else(|| io::Error::other("is not a file name"))?;
+    let none = || io::Error::other("is not a file name");
+    if ends_in_separator(file) {
+        return Err(none());
+    }
     if let Ok(existing) = fs::metadata(file) {
         if existing.is_dir() {
             return Err(io::ErrorKind::IsADirectory.into());
@@ -39,8 +46,15 @@ fn open(file: &Path) -> io::Result<(PathBuf, File)> {
             return Err(io::Error::other("is not a regular file"));
         }
     }
-    let handle = OpenOptions::new().write(true).create_new(true).open(&partial)?;
-    Ok((partial, handle))
+    loop {
+        let partial = partial(file).ok_or_else(none)?;
+        let handle = OpenOptions::new().write(true).create_new(true).open(&partial)?;
+        // Who tidies up may have come between the two, and then has removed it.
+        if !matches!(handle.try_lock(), Err(TryLockError::WouldBlock)) && partial.exists() {
+            return Ok((partial, handle));
+        }
+        remove(&partial)?;
+    }
 }
 
 fn ends_in_separator(file: &Path) -> bool {
@@ -56,7 +70,7 @@ pub fn check_writable(file: &Path) -> Result<(), Error> {
     let check = || {
         let (partial, handle) = open(&resolved(file)?)?;
         drop(handle);
-        fs::remove_file(partial)
+        remove(&partial)
     };
     check().map_err(|cause| Error::output(file, &cause))
 }
@@ -78,7 +92,7 @@ pub fn write_as_it_comes(
     file: &Path,
     fill: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> Result<(), Error> {
-    write(file, fill, |partial, file| fs::rename(partial, file))
+    write(file, fill, |_, partial, file| fs::rename(partial, file))
 }
 
 /// As [`write_atomically`], where there is no such file yet: of several programs that write it at once
@@ -91,7 +105,9 @@ pub fn write_first(file: &Path, bytes: &[u8]) -> Result<bool, Error> {
     write(
         file,
         |handle| handle.write_all(bytes),
-        |partial, file| {
+        |handle, partial, file| {
+            // Who finds the file may lock it at once.
+            let _ = handle.unlock();
             match fs::hard_link(partial, file) {
                 Ok(()) => remove(partial),
                 Err(_) if file.exists() => {
@@ -118,14 +134,14 @@ fn remove(partial: &Path) -> io::Result<()> {
 fn write(
     file: &Path,
     fill: impl FnOnce(&mut File) -> io::Result<()>,
-    become_it: impl FnOnce(&Path, &Path) -> io::Result<()>,
+    become_it: impl FnOnce(&File, &Path, &Path) -> io::Result<()>,
 ) -> Result<(), Error> {
     let write = || {
         let file = resolved(file)?;
         let (partial, mut handle) = open(&file)?;
         let written = fill(&mut handle)
             .and_then(|()| handle.sync_all())
-            .and_then(|()| become_it(&partial, &file));
+            .and_then(|()| become_it(&handle, &partial, &file));
         if written.is_err() {
             let _ = fs::remove_file(&partial);
         }
@@ -146,27 +162,45 @@ pub fn make_directory(directory: &Path) -> Result<(), Error> {
     })
 }
 
-/// Removes what a killed program left half-written in `directory`. To be called only where no
-/// other program writes.
+/// Removes what a killed program left half-written in `directory`. What another program is writing stays.
 pub fn remove_partials(directory: &Path) {
-    remove_hidden(directory, ".");
+    remove_hidden(directory, |_| true);
 }
 
 /// The same of one file, where other programs may write other files beside it.
 pub fn remove_partials_of(file: &Path) {
     if let (Some(directory), Some(name)) = (file.parent(), file.file_name()) {
-        remove_hidden(directory, &format!(".{}.", name.to_string_lossy()));
+        remove_partials_among(directory, [name.to_string_lossy()]);
     }
 }
 
-fn remove_hidden(directory: &Path, start: &str) {
+/// The same of the files with these names in a directory.
+pub fn remove_partials_among<N: Into<String>>(
+    directory: &Path,
+    names: impl IntoIterator<Item = N>,
+) {
+    let names: HashSet<String> = names.into_iter().map(Into::into).collect();
+    remove_hidden(directory, |name| names.contains(name));
+}
+
+/// Removes the partial files that were to become files with such names.
+fn remove_hidden(directory: &Path, is_such: impl Fn(&str) -> bool) {
     let Ok(entries) = fs::read_dir(directory) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();
-        let name = name.to_string_lossy();
-        if name.starts_with(start) && name.ends_with(PARTIAL) {
-            let _ = fs::remove_file(entry.path());
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_file && meant(&name.to_string_lossy()).is_some_and(&is_such) {
+            remove_left(&entry.path());
         }
+    }
+}
+
+/// Removes a partial file that nobody holds. It is locked meanwhile, so that who has just begun it sees that it goes.
+fn remove_left(partial: &Path) {
+    if let Ok(handle) = OpenOptions::new().write(true).open(partial)
+        && handle.try_lock().is_ok()
+    {
+        let _ = fs::remove_file(partial);
     }
 }
 
@@ -275,6 +309,44 @@ mod tests {
         std::os::unix::fs::symlink("far/none/b.json", at("broken.json")).unwrap();
         let reason = check_writable(&at("broken.json")).unwrap_err().to_string();
         assert!(reason.ends_with("no such file or directory"), "{reason}");
+    }
+
+    /// A program that tidies up while another writes, also in the middle of a look at whether it could.
+    // Verifies REM-IO-002.
+    #[test]
+    fn what_is_being_written_is_not_swept_away() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("a.json");
+        let swept = || {
+            remove_partials(dir.path());
+            remove_partials_of(&file);
+            fs::read_dir(dir.path()).unwrap().count()
+        };
+        let written = write_as_it_comes(&file, |handle| {
+            assert_eq!(swept(), 1);
+            handle.write_all(b"one")
+        });
+        assert_eq!(written, Ok(()));
+        assert_eq!(fs::read(&file).unwrap(), b"one");
+        let (partial, handle) = open(&file).unwrap();
+        assert_eq!(swept(), 2);
+        drop(handle);
+        assert_eq!(swept(), 1);
+        // What another has removed meanwhile need not be removed.
+        assert!(remove(&partial).is_ok());
+    }
+
+    /// Files whose names begin with a file's are not that file.
+    #[test]
+    fn another_files_leftovers_stay() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        let names = [".a.json.77.partial", ".a.json.b.77.partial", ".b.json.77.partial"];
+        names.iter().for_each(|name| fs::write(at(name), b"{").unwrap());
+        remove_partials_of(&at("a.json"));
+        assert_eq!(names.map(|name| at(name).exists()), [false, true, true]);
+        remove_partials_among(dir.path(), ["a.json", "b.json"]);
+        assert_eq!(names.map(|name| at(name).exists()), [false, true, false]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use remora_host::draw::draw_one;
 use remora_host::error::Error;
 use remora_host::formats::{
     Limit, NamedScenario, Status, lock, lock_shared, make_directory, open_regular, open_to_write,
-    read_bytes, remove_partials, remove_partials_of, write_first,
+    read_bytes, remove_partials, remove_partials_among, write_first,
 };
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method};
@@ -94,9 +94,11 @@ impl<const NL: usize> Recipe<NL> {
         };
         let (_lock, is_new) = self.begin(&manifest)?;
         match self.part {
-            // Others may be writing theirs.
+            // Others may be beginning theirs.
             Some(_) => {
-                shards.iter().for_each(|(first, _)| remove_partials_of(&self.shard_path(*first)))
+                let files = shards.iter().map(|(first, _)| self.shard_path(*first));
+                let name = |file: PathBuf| Some(file.file_name()?.to_string_lossy().into_owned());
+                remove_partials_among(&self.out, files.filter_map(name));
             }
             None => remove_partials(&self.out),
         }
