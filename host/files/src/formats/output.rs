@@ -9,15 +9,25 @@ use std::path::{Path, PathBuf};
 
 const PARTIAL: &str = ".partial";
 
+/// Most of a file's name that its partial one bears [bytes].
+const LONGEST_NAME: usize = 200;
+
 /// The hidden file beside `file` that becomes it. A random number keeps apart who writes the same file at once;
 /// process numbers would not, of which every container has a first one.
 fn partial(file: &Path) -> Option<PathBuf> {
     let name = file.file_name()?.to_string_lossy();
     let number = RandomState::new().hash_one(());
-    Some(file.with_file_name(format!(".{name}.{number:016x}{PARTIAL}")))
+    Some(file.with_file_name(format!(".{}.{number:016x}{PARTIAL}", shortened(&name))))
 }
 
-/// The name of the file that a partial one was to become.
+/// The part of a file's name that its partial one bears, whose own is longer: a name has at most 255 bytes.
+fn shortened(name: &str) -> &str {
+    let ends = (0..=LONGEST_NAME.min(name.len())).rev();
+    let end = ends.into_iter().find(|end| name.is_char_boundary(*end)).unwrap_or(0);
+    &name[..end]
+}
+
+/// The name of the file that a partial one was to become, shortened.
 fn meant(partial: &str) -> Option<&str> {
     let (name, _) = partial.strip_prefix('.')?.strip_suffix(PARTIAL)?.rsplit_once('.')?;
     Some(name)
@@ -175,11 +185,9 @@ pub fn remove_partials_of(file: &Path) {
 }
 
 /// The same of the files with these names in a directory.
-pub fn remove_partials_among<N: Into<String>>(
-    directory: &Path,
-    names: impl IntoIterator<Item = N>,
-) {
-    let names: HashSet<String> = names.into_iter().map(Into::into).collect();
+pub fn remove_partials_among<N: AsRef<str>>(directory: &Path, names: impl IntoIterator<Item = N>) {
+    let names: HashSet<String> =
+        names.into_iter().map(|name| shortened(name.as_ref()).into()).collect();
     remove_hidden(directory, |name| names.contains(name));
 }
 
@@ -334,6 +342,29 @@ mod tests {
         assert_eq!(swept(), 1);
         // What another has removed meanwhile need not be removed.
         assert!(remove(&partial).is_ok());
+    }
+
+    /// Names of all lengths that a file system allows, in letters of one byte and of several, and in no letters.
+    #[test]
+    fn the_longest_names_can_be_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut names: Vec<std::ffi::OsString> =
+            [200, 230, 255].map(|length| "q".repeat(length).into()).into();
+        names.push("ü".repeat(127).into());
+        #[cfg(target_os = "linux")]
+        names.push(std::os::unix::ffi::OsStringExt::from_vec(vec![0xff; 255]));
+        for name in names {
+            let file = dir.path().join(name);
+            check_writable(&file).unwrap();
+            assert_eq!(write_first(&file, b"one"), Ok(true));
+            write_atomically(&file, b"two").unwrap();
+            let partial = open(&file).unwrap().0;
+            assert!(partial.exists());
+            remove_partials_of(&file);
+            assert!(!partial.exists());
+            fs::remove_file(&file).unwrap();
+        }
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
     }
 
     /// Files whose names begin with a file's are not that file.
