@@ -12,19 +12,17 @@ const PARTIAL: &str = ".partial";
 /// Most of a file's name that its partial one bears [bytes].
 const LONGEST_NAME: usize = 200;
 
-/// The hidden file beside `file` that becomes it. A random number keeps apart who writes the same file at once;
-/// process numbers would not, of which every container has a first one.
-fn partial(file: &Path) -> Option<PathBuf> {
-    let name = file.file_name()?.to_string_lossy();
+/// Name of the hidden file beside the file of a `name` that becomes it. A random number keeps apart who writes the
+/// same file at once; process numbers would not, of which every container has a first one.
+fn partial(name: &str) -> String {
     let number = RandomState::new().hash_one(());
-    Some(file.with_file_name(format!(".{}.{number:016x}{PARTIAL}", shortened(&name))))
+    format!(".{}.{number:016x}{PARTIAL}", shortened(name))
 }
 
 /// The part of a file's name that its partial one bears, whose own is longer: a name has at most 255 bytes.
 fn shortened(name: &str) -> &str {
-    let ends = (0..=LONGEST_NAME.min(name.len())).rev();
-    let end = ends.into_iter().find(|end| name.is_char_boundary(*end)).unwrap_or(0);
-    &name[..end]
+    let mut ends = (0..=LONGEST_NAME.min(name.len())).rev();
+    &name[..ends.find(|end| name.is_char_boundary(*end)).unwrap_or(0)]
 }
 
 /// The name of the file that a partial one was to become, shortened.
@@ -43,10 +41,8 @@ fn resolved(file: &Path) -> io::Result<PathBuf> {
 
 /// Opens what becomes `file`, which is no link. It is locked until it is closed, so that who tidies up leaves it.
 fn open(file: &Path) -> io::Result<(PathBuf, File)> {
-    let none = || io::Error::other("is not a file name");
-    if ends_in_separator(file) {
-        return Err(none());
-    }
+    let name = file.file_name().filter(|_| !ends_in_separator(file));
+    let name = name.ok_or_else(|| io::Error::other("is not a file name"))?.to_string_lossy();
     if let Ok(existing) = fs::metadata(file) {
         if existing.is_dir() {
             return Err(io::ErrorKind::IsADirectory.into());
@@ -57,10 +53,11 @@ fn open(file: &Path) -> io::Result<(PathBuf, File)> {
         }
     }
     loop {
-        let partial = partial(file).ok_or_else(none)?;
+        let partial = file.with_file_name(partial(&name));
         let handle = OpenOptions::new().write(true).create_new(true).open(&partial)?;
         // Who tidies up may have come between the two, and then has removed it.
-        if !matches!(handle.try_lock(), Err(TryLockError::WouldBlock)) && partial.exists() {
+        let is_held = matches!(handle.try_lock(), Err(TryLockError::WouldBlock));
+        if !is_held && partial.try_exists().unwrap_or(true) {
             return Ok((partial, handle));
         }
         remove(&partial)?;
