@@ -109,6 +109,20 @@ pub fn in_one_line(text: String) -> String {
     text.chars().map(shown).collect()
 }
 
+/// Most that an error's field and reason have [bytes]: what they quote from a file may be as long as the file.
+const LONGEST: usize = 1000;
+
+/// A text whose middle is left out where it is long.
+fn of_bearable_length(text: String) -> String {
+    if text.len() <= LONGEST {
+        return text;
+    }
+    let is_end = |at: &usize| text.is_char_boundary(*at);
+    let head = (0..=LONGEST / 2).rev().find(is_end).unwrap_or(0);
+    let tail = (text.len() - LONGEST / 2..=text.len()).find(is_end).unwrap_or(text.len());
+    format!("{} … {}", &text[..head], &text[tail..])
+}
+
 /// An error of the contents of a file that has not been given its name yet: field and reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FieldError {
@@ -121,7 +135,8 @@ pub struct FieldError {
 impl FieldError {
     /// An error of one field.
     pub fn new(field: impl Into<String>, reason: impl Into<String>) -> Self {
-        Self { field: in_one_line(field.into()), reason: in_one_line(reason.into()) }
+        let shown = |text: String| of_bearable_length(in_one_line(text));
+        Self { field: shown(field.into()), reason: shown(reason.into()) }
     }
 
     /// The same error, in `file`.
@@ -142,6 +157,14 @@ mod tests {
         assert_eq!(error.to_string(), "a.json: no such file or directory");
         let error = Error::input(Path::new("a.json"), "b\nc", "unknown field `\u{1b}[2J\r`");
         assert_eq!(error.to_string(), "a.json: b\\nc: unknown field `\\u{1b}[2J\\r`");
+        // The middle of what is long is left out, between two letters.
+        let reason = format!("unknown format \"a{}\"", "ü\n".repeat(500_000));
+        let error = Error::input(Path::new("a.json"), "b".repeat(1_000_000), reason).to_string();
+        assert!(error.len() < 2100 && error.starts_with("a.json: bbb"), "{error}");
+        assert!(error.contains("bbb … bbb") && error.ends_with("ü\\nü\\n\""), "{error}");
+        assert!(error.contains(": unknown format \"aü\\nü\\n"), "{error}");
+        let whole = "x".repeat(1000);
+        assert!(Error::input(Path::new("a"), "", whole.clone()).to_string().ends_with(&whole));
         let error = Error::argument("--id", "needs --scenarios FILE");
         assert_eq!(error.to_string(), "--id: needs --scenarios FILE");
     }

@@ -33,7 +33,7 @@ use remora_truth::{Dispersion, Errors, WorldError};
 use remora_web::Shown;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Name of what says all that a run depends on.
 pub const FLIGHTS: &str = "flights.json";
@@ -57,7 +57,7 @@ const MOST_SHOWN: usize = 12;
 pub struct Asked {
     /// Format of the file.
     pub format: String,
-    /// Plan files in their order, from the folder of the flights or absolute.
+    /// Plan files in their order, from the folder of the flights.
     pub plans: Vec<PathBuf>,
     /// Runs of each plan.
     pub runs: u64,
@@ -109,6 +109,12 @@ impl Asked {
         if !(1..=MAX_JOINTS).contains(&self.joints) {
             return Err(FieldError::new("joints", PLANNED_JOINTS));
         }
+        for (i, plan) in self.plans.iter().enumerate() {
+            if !is_within(plan) {
+                let reason = format!("{:?} is no file in the folder of the flights", plan);
+                return Err(FieldError::new(format!("plans[{i}]"), reason));
+            }
+        }
         let within = |section: &'static str| {
             move |error: FieldError| {
                 FieldError::new(format!("{section}.{}", error.field), error.reason)
@@ -126,6 +132,12 @@ impl Asked {
     pub(crate) fn count(&self) -> u64 {
         self.runs.saturating_mul(self.plans.len() as u64)
     }
+}
+
+/// Whether a path leads to what is below the folder that it starts from.
+fn is_within(path: &Path) -> bool {
+    let mut parts = path.components().peekable();
+    parts.peek().is_some() && parts.all(|part| matches!(part, Component::Normal(_)))
 }
 
 /// Flights to be flown.
@@ -235,24 +247,61 @@ impl Flights {
     pub fn fly(&self, progress: &mut dyn Progress) -> Result<Results, Error> {
         let plans = self.plans()?;
         let drawn = self.drawn(&plans)?;
+        let is_new = !self.out.join(FLIGHTS).exists();
+        let (mut journal, mut rows) = self.begin()?;
+        progress.begin(rows.len(), rows.iter().flatten().count());
+        let flown = self.fly_missing(&mut journal, &mut rows, &plans, progress);
+        if matches!(flown, Err(Error::Argument { .. })) && rows.iter().all(Option::is_none) {
+            self.leave(journal, is_new)?;
+        }
+        let flown = flown?;
+        progress.end();
+        let rows: Vec<Row> = rows.into_iter().take(flown).flatten().collect();
+        self.end(rows, drawn, &plans)
+    }
+
+    /// Opens the journal, then says in the folder what is flown; what has been flown, by its number. Other
+    /// flights' file is not written over: their journal has refused these by then.
+    fn begin(&self) -> Result<(Journal<Row>, Vec<Option<Row>>), Error> {
         make_directory(&self.out)?;
         let header = Header::new(&self.asked);
         let journal = self.out.join(JOURNAL);
         let check = |row: &Row| row.check(self.asked.count());
         Journal::look(&journal, &header, &check)?;
-        self.files().iter().try_for_each(|file| check_writable(file))?;
-        let text = json::to_text(&self.asked).map_err(|error| failed(&self.out, &error))?;
-        write_atomically(&self.out.join(FLIGHTS), text.as_bytes())?;
-        let (mut journal, finished) = Journal::open(&journal, &header, &check)?;
-        let count = self.asked.count();
-        let mut rows: Vec<Option<Row>> = (0..count).map(|_| None).collect();
+        let said = self.out.join(FLIGHTS);
+        self.files().iter().chain([&said]).try_for_each(|file| check_writable(file))?;
+        let text = json::to_text(&self.asked).map_err(|error| failed(&said, &error))?;
+        let (journal, finished) = Journal::open(&journal, &header, &check)?;
+        write_atomically(&said, text.as_bytes())?;
+        let mut rows: Vec<Option<Row>> = (0..self.asked.count()).map(|_| None).collect();
         for row in finished {
             let index = row.run as usize;
             if let Some(place) = rows.get_mut(index) {
                 *place = Some(row);
             }
         }
-        progress.begin(rows.len(), rows.iter().flatten().count());
+        Ok((journal, rows))
+    }
+
+    /// Takes back what was begun in a folder where nothing could be flown: other errors are other flights, and
+    /// may be flown there.
+    fn leave(&self, journal: Journal<Row>, is_new: bool) -> Result<(), Error> {
+        let said = self.out.join(FLIGHTS);
+        if is_new {
+            std::fs::remove_file(&said).map_err(|cause| Error::output(&said, &cause))?;
+        }
+        journal.clear()
+    }
+
+    /// Flies what is missing until it is enough; how many runs from the first on are then there.
+    fn fly_missing(
+        &self,
+        journal: &mut Journal<Row>,
+        rows: &mut [Option<Row>],
+        plans: &[Planned],
+        progress: &mut dyn Progress,
+    ) -> Result<usize, Error> {
+        let count = self.asked.count();
         let mut flown_until = 0;
         while flown_until < count {
             let end = match self.until {
@@ -261,7 +310,7 @@ impl Flights {
             };
             let pending: Vec<u64> =
                 (flown_until..end).filter(|run| rows[*run as usize].is_none()).collect();
-            let fly = |pilot: &mut Pilot, run: u64| self.run(pilot, &plans, run);
+            let fly = |pilot: &mut Pilot, run: u64| self.run(pilot, plans, run);
             let finish = |run: u64, row: Row| {
                 progress.done(is_captured(&row));
                 journal.append(&row)?;
@@ -275,9 +324,7 @@ impl Flights {
                 break;
             }
         }
-        progress.end();
-        let rows: Vec<Row> = rows.into_iter().take(flown_until as usize).flatten().collect();
-        self.end(rows, drawn, &plans)
+        Ok(flown_until as usize)
     }
 
     fn files(&self) -> [PathBuf; 2] {
@@ -379,9 +426,10 @@ pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
         return Err(Error::input(file, "verdict", "is not flyable: there was nothing to fly"));
     };
     make_directory(folder)?;
-    let (history, _) = keep_history(folder, &asked, &plan, &mut pilot, run)?;
+    let (history, _) = keep_history(folder, &asked, &plan, &mut pilot, run)
+        .map_err(|error| of_folder(folder, error))?;
     let flown = pilot.fly(sortie, &asked.options.settings(), &asked.dispersion(run), None);
-    let flown = flown.map_err(|error| wrong_world(run, &error))?;
+    let flown = flown.map_err(|error| of_folder(folder, wrong_world(run, &error)))?;
     let row = Row { run, scenario: plan.id, flown: Some(FlownRow::from(&flown)) };
     Ok((row, history))
 }
@@ -442,6 +490,16 @@ pub(crate) fn failed(file: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Output { file: file.into(), reason: error.to_string() }
 }
 
+/// A world that cannot be flown in is one of errors that nobody could mean.
 fn wrong_world(run: u64, error: &WorldError) -> Error {
-    Error::Thread { reason: format!("run {run}: the world cannot be flown in: {error}") }
+    let reason = format!("run {run}: the world cannot be flown in: {error}");
+    Error::argument("--errors (campaign: --fly)", reason)
+}
+
+/// The same where a folder says what the errors are, and no argument does.
+pub(crate) fn of_folder(folder: &Path, error: Error) -> Error {
+    match error {
+        Error::Argument { reason, .. } => Error::input(&folder.join(FLIGHTS), "errors", reason),
+        other => other,
+    }
 }

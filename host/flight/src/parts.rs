@@ -8,7 +8,9 @@
 //! DIR/flights.summary.json                statistics over all rows, by whoever gathers
 //! ```
 
-use crate::campaign::{Asked, FLIGHTS, Flights, Header, Planned, SUMMARY, failed, is_captured};
+use crate::campaign::{
+    Asked, FLIGHTS, Flights, Header, Planned, SUMMARY, failed, is_captured, of_folder,
+};
 use crate::pilot::Pilot;
 use crate::row::{Drawn, Row};
 use crate::statistics::Summary;
@@ -179,7 +181,7 @@ pub fn recompute(
     progress: &mut dyn Progress,
 ) -> Result<Vec<Difference>, Error> {
     let flights = Flights::again(folder, jobs)?;
-    let shared = Shared::new(&flights)?;
+    let shared = Shared::new(&flights).map_err(|error| of_folder(folder, error))?;
     let mut rows = BTreeMap::new();
     let mut picked = Sample::of(sample, shared.count());
     for (part, file) in &gathered.tables {
@@ -195,7 +197,9 @@ pub fn recompute(
             (row.run, Then { part: *part, scenario, value: shared.columns(&row) })
         }));
     }
-    let run = |pilot: &mut Pilot, run: u64| shared.run(pilot, run);
+    let run = |pilot: &mut Pilot, run: u64| {
+        shared.run(pilot, run).map_err(|error| of_folder(folder, error))
+    };
     let differs = |then: &Vec<Column>, row: &Row| differing(then, &shared.columns(row), |_| true);
     again(&rows, jobs, run, differs, progress)
 }

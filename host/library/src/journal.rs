@@ -120,6 +120,15 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
             .map_err(|error| Error::input(&self.path, format!("byte {place}"), error.to_string()))
     }
 
+    /// Empties the journal, header and all: nothing came of the work, and other work may begin. The file stays,
+    /// since another program may wait for its lock.
+    ///
+    /// # Errors
+    /// The journal with the reason why it cannot be written.
+    pub fn clear(self) -> Result<(), Error> {
+        self.file.set_len(0).map_err(|cause| Error::output(&self.path, &cause))
+    }
+
     /// Gives everything to the disk, so that not even a failure of the machine loses it.
     pub fn sync(&self) -> Result<(), Error> {
         self.file.sync_all().map_err(|cause| Error::output(&self.path, &cause))

@@ -169,6 +169,52 @@ fn a_killed_campaign_resumes() {
     assert_eq!(ids, ["s3-000", "s3-001", "s3-002", "s3-003", "s3-004", "s3-005"]);
 }
 
+/// Two campaigns begun at once: the one that comes second changes nothing, whatever the first has written so far.
+// Verifies REM-IO-003.
+#[test]
+fn a_campaign_beside_another_writes_nothing() {
+    let bench = Bench::new();
+    let of = |seed: u32| format!("campaign --draw 1 --seed {seed} --integrator euler --out runs");
+    fs::create_dir(bench.path("runs")).unwrap();
+    let journal = fs::File::create(bench.path("runs/journal.jsonl")).unwrap();
+    journal.lock().unwrap();
+    let busy = "runs/journal.jsonl: another campaign is running in this directory";
+    bench.refuses(&of(2), busy);
+    bench.write("runs/campaign.scenarios.json", "the first one's");
+    bench.refuses(&of(2), busy);
+    drop(journal);
+    bench.solves(&of(1));
+    // A kill between journal and scenarios: the same command writes them.
+    let scenarios = bench.read("runs/campaign.scenarios.json");
+    fs::remove_file(bench.path("runs/campaign.scenarios.json")).unwrap();
+    bench.refuses(&of(2), "runs/journal.jsonl: scenarios: this campaign was begun with other");
+    bench.solves(&of(1));
+    assert_eq!(bench.read("runs/campaign.scenarios.json"), scenarios);
+}
+
+/// What a kill has left half-written is swept away by the campaign that goes on, once it has the journal; what
+/// others write in the same directory is not.
+// Verifies REM-IO-003.
+#[test]
+fn a_campaign_sweeps_up_what_it_writes_itself() {
+    let bench = Bench::new();
+    let campaign = "campaign --draw 1 --seed 1 --integrator euler --plans --out runs";
+    fs::create_dir_all(bench.path("runs/plans")).unwrap();
+    let own =
+        [".summary.json.1.partial", ".results.csv.1.partial", "plans/.s1-000.plan.json.1.partial"];
+    let others = [".part-00001-of-00002.parquet.1.partial", "plans/.s2-000.plan.json.1.partial"];
+    let all = || own.iter().chain(&others).map(|name| bench.path("runs").join(name));
+    all().for_each(|file| fs::write(file, "half").unwrap());
+    let journal = fs::File::create(bench.path("runs/journal.jsonl")).unwrap();
+    journal.lock().unwrap();
+    bench.refuses(campaign, "runs/journal.jsonl: another campaign is running in this directory");
+    assert!(all().all(|file| file.exists()));
+    drop(journal);
+    bench.solves(campaign);
+    let left: Vec<bool> = all().map(|file| file.exists()).collect();
+    assert_eq!(left, [false, false, false, true, true]);
+}
+
 #[test]
 fn a_row_without_its_plan_file_is_planned_again() {
     let bench = Bench::new();

@@ -128,13 +128,50 @@ fn shards_are_not_adopted_by_another_dataset() {
         "dataset --count 2 --seed 3 --integrator euler --mission heavy.mission.toml",
     ] {
         fs::remove_file(bench.path("set/dataset.json")).unwrap();
-        let run = bench.run(&format!("{other} --out set"));
-        let message = "error: set/shard-00000.bin: is of another dataset";
-        assert!(run.status == 2 && run.err.starts_with(message), "{other}\n{}", run.err);
+        let message = "set/shard-00000.bin: is of another dataset";
+        bench.refuses(&format!("{other} --out set"), message);
+        // What was refused has left nothing that the right one would be refused for.
+        bench.solves(&format!("{begun} --out set"));
     }
     fs::remove_file(bench.path("set/dataset.json")).unwrap();
     let run = bench.solves(&format!("{begun} --out set"));
     assert!(run.out.contains("\n0 planned in"), "{}", run.out);
+}
+
+/// The mission beside the shards is that which they were made for, and no other is taken for it.
+#[test]
+fn another_mission_is_not_kept_beside_the_shards() {
+    let bench = Bench::new();
+    let own = "dataset --count 1 --seed 3 --integrator euler --mission own.mission.toml --out set";
+    bench.write("own.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
+    bench.write("set.mission.toml", "[servicer]\nbus_mass_kg = 502\n");
+    fs::create_dir(bench.path("set")).unwrap();
+    fs::rename(bench.path("set.mission.toml"), bench.path("set/mission.toml")).unwrap();
+    let another = "set/mission.toml: is another mission than this dataset's";
+    bench.refuses(own, another);
+    bench.refuses("dataset --count 1 --seed 3 --integrator euler --out set", another);
+    // The same one in other words is the same.
+    bench.write("set/mission.toml", "# mine\n[servicer]\nbus_mass_kg = 501.0\n");
+    bench.solves(own);
+    bench.write("set/mission.toml", "[servicer]\nbus_mass_kg = 502\n");
+    bench.refuses(own, another);
+    assert_eq!(bench.names("set"), ["dataset.json", "mission.toml", "shard-00000.bin"]);
+}
+
+/// Two programs that make the same part: the second leaves what the first is writing, and sweeps up what a kill left.
+#[test]
+fn a_part_that_is_made_twice_at_once_is_not_swept_away() {
+    let bench = Bench::new();
+    let part = "dataset --count 2 --seed 3 --integrator euler --shard 1 --part 1/2 --out set";
+    fs::create_dir(bench.path("set")).unwrap();
+    let partial = bench.path("set/.shard-00000.bin.1.partial");
+    let writing = fs::File::create(&partial).unwrap();
+    writing.lock().unwrap();
+    bench.solves(part);
+    assert!(partial.exists());
+    drop(writing);
+    bench.solves(part);
+    assert_eq!(bench.names("set"), ["dataset.json", "shard-00000.bin"]);
 }
 
 /// Several programs that begin at once: one makes it, the others say so or find it made.

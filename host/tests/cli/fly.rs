@@ -137,6 +137,34 @@ fn bad_input_is_one_line_and_nothing_written() {
     );
 }
 
+/// Two series begun at once: the one that comes second leaves what the first says of itself.
+// Verifies REM-FLY-002.
+#[test]
+fn flights_beside_others_write_nothing_of_theirs() {
+    let bench = flying();
+    let fly = "fly a.plan.json --guidance-rate 0.2 --keep sample=0 --out runs/a";
+    fs::create_dir_all(bench.path("runs/a")).unwrap();
+    let journal = fs::File::create(bench.path("runs/a/flights.journal.jsonl")).unwrap();
+    journal.lock().unwrap();
+    let is_refused = || {
+        let run = bench.run(fly);
+        assert_eq!(run.status, 2, "{}{}", run.out, run.err);
+        assert!(run.err.contains("another series of flights is running"), "{}", run.err);
+    };
+    is_refused();
+    assert_eq!(bench.names("runs/a"), ["flights.journal.jsonl", "plans"]);
+    bench.write("runs/a/flights.json", "the first one's");
+    is_refused();
+    assert_eq!(bench.read("runs/a/flights.json"), "the first one's");
+    drop(journal);
+    // A kill between journal and flights.json: the same command writes it.
+    bench.run(fly);
+    let asked = bench.read("runs/a/flights.json");
+    fs::remove_file(bench.path("runs/a/flights.json")).unwrap();
+    bench.run(fly);
+    assert_eq!(bench.read("runs/a/flights.json"), asked);
+}
+
 /// What is flown again is what a command could have asked for, and no other: a rate of 10^15 steps a second would
 /// never end.
 // Verifies REM-FLY-002.
@@ -153,6 +181,10 @@ fn forged_flights_are_refused() {
         ("/options/rate_hz", json!(-1.0), "options.rate_hz: must lie between 0.2 and 20"),
         ("/options/camera_s", json!(-1.0), "options.camera_s: must not be negative"),
         ("/options/replan_every_s", json!(0.0), "options.replan_every_s: must be positive"),
+        ("/plans/0", json!("/etc/passwd"), "plans[0]: \"/etc/passwd\" is no file in the folder"),
+        ("/plans/0", json!("../../a.plan.json"), "plans[0]: \"../../a.plan.json\" is no file"),
+        ("/plans/0", json!("plans/../../x"), "plans[0]: \"plans/../../x\" is no file in the"),
+        ("/plans/0", json!(""), "plans[0]: \"\" is no file in the folder of the flights"),
         ("/errors/mass/mass", json!(-0.1), "errors.mass.mass: is -0.1: must be finite"),
     ] {
         let mut forged = sound.clone();
@@ -177,9 +209,20 @@ fn a_world_that_moves_too_fast_is_left() {
     assert_eq!(run.status, 2, "{}{}", run.out, run.err);
     let told = run.err.lines().last().unwrap();
     let told = told
-        .strip_prefix("error: worker thread: run 0: the world cannot be flown in: ")
+        .strip_prefix("error: --errors (campaign: --fly): run 0: the world cannot be flown in: ")
         .expect(told);
     assert!(told.ends_with("it takes too many steps"), "{told}");
+    // Nothing was flown: the same folder takes the errors that are put right.
+    assert!(!bench.path("runs/b/flights.json").exists());
+    let run = bench.run("fly a.plan.json --errors a.errors.toml --guidance-rate 1 --out runs/b");
+    assert!(run.status < 2, "{}{}", run.out, run.err);
+    // Where a folder says it, the folder is named.
+    let mut forged = bench.json("runs/b/flights.json");
+    let friction = forged.pointer_mut("/errors/joints/friction_n_m").unwrap();
+    *friction = json!(1e3);
+    bench.write("runs/b/flights.json", forged.to_string().as_bytes());
+    let message = "runs/b/flights.json: errors: run 0: the world cannot be flown in: ";
+    bench.refuses("rerun runs/b --run 0", message);
 }
 
 // Verifies REM-GUI-005.

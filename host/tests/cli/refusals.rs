@@ -79,6 +79,13 @@ fn files_that_are_not_json_or_not_there() {
     std::fs::remove_file(bench.path("bad.scenarios.json")).unwrap();
     std::fs::create_dir(bench.path("bad.scenarios.json")).unwrap();
     bench.refuses(plan, "bad.scenarios.json: is a directory");
+    std::fs::remove_dir(bench.path("bad.scenarios.json")).unwrap();
+    // What is quoted of a file may be as long as the file.
+    bench.write("bad.scenarios.json", &format!("{{\"format\": \"{}\"}}", "a".repeat(1_000_000)));
+    let run = bench.run("plan --scenarios bad.scenarios.json");
+    assert_eq!((run.status, run.err.lines().count()), (2, 1));
+    let head = "error: bad.scenarios.json: format: unknown format \"aaa";
+    assert!(run.err.starts_with(head) && run.err.len() < 1200, "{}", run.err);
 }
 
 // Verifies REM-IO-001.

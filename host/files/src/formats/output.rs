@@ -1,21 +1,34 @@
 //! Writing files whole or not at all.
 
 use crate::error::{Error, io_reason};
-use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions};
+use std::collections::HashSet;
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher, RandomState};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 const PARTIAL: &str = ".partial";
 
-/// The hidden file beside `file` that becomes it. A random number keeps apart who writes the same file at once;
-/// process numbers would not, of which every container has a first one.
-fn partial(file: &Path) -> Option<PathBuf> {
-    let mut name = OsString::from(".");
-    name.push(file.file_name()?);
-    name.push(format!(".{:016x}{PARTIAL}", RandomState::new().hash_one(())));
-    Some(file.with_file_name(name))
+/// Most of a file's name that its partial one bears [bytes].
+const LONGEST_NAME: usize = 200;
+
+/// Name of the hidden file beside the file of a `name` that becomes it. A random number keeps apart who writes the
+/// same file at once; process numbers would not, of which every container has a first one.
+fn partial(name: &str) -> String {
+    let number = RandomState::new().hash_one(());
+    format!(".{}.{number:016x}{PARTIAL}", shortened(name))
+}
+
+/// The part of a file's name that its partial one bears, whose own is longer: a name has at most 255 bytes.
+fn shortened(name: &str) -> &str {
+    let mut ends = (0..=LONGEST_NAME.min(name.len())).rev();
+    &name[..ends.find(|end| name.is_char_boundary(*end)).unwrap_or(0)]
+}
+
+/// The name of the file that a partial one was to become, shortened.
+fn meant(partial: &str) -> Option<&str> {
+    let (name, _) = partial.strip_prefix('.')?.strip_suffix(PARTIAL)?.rsplit_once('.')?;
+    Some(name)
 }
 
 /// The file that a name stands for: a symbolic link stays, and what it leads to is written.
@@ -26,10 +39,10 @@ fn resolved(file: &Path) -> io::Result<PathBuf> {
     }
 }
 
-/// Opens what becomes `file`, which is no link.
+/// Opens what becomes `file`, which is no link. It is locked until it is closed, so that who tidies up leaves it.
 fn open(file: &Path) -> io::Result<(PathBuf, File)> {
-    let partial = partial(file).filter(|_| !ends_in_separator(file));
-    let partial = partial.ok_or_else(|| io::Error::other("is not a file name"))?;
+    let name = file.file_name().filter(|_| !ends_in_separator(file));
+    let name = name.ok_or_else(|| io::Error::other("is not a file name"))?.to_string_lossy();
     if let Ok(existing) = fs::metadata(file) {
         if existing.is_dir() {
             return Err(io::ErrorKind::IsADirectory.into());
@@ -39,8 +52,16 @@ fn open(file: &Path) -> io::Result<(PathBuf, File)> {
             return Err(io::Error::other("is not a regular file"));
         }
     }
-    let handle = OpenOptions::new().write(true).create_new(true).open(&partial)?;
-    Ok((partial, handle))
+    loop {
+        let partial = file.with_file_name(partial(&name));
+        let handle = OpenOptions::new().write(true).create_new(true).open(&partial)?;
+        // Who tidies up may have come between the two, and then has removed it.
+        let is_held = matches!(handle.try_lock(), Err(TryLockError::WouldBlock));
+        if !is_held && partial.try_exists().unwrap_or(true) {
+            return Ok((partial, handle));
+        }
+        remove(&partial)?;
+    }
 }
 
 fn ends_in_separator(file: &Path) -> bool {
@@ -56,7 +77,7 @@ pub fn check_writable(file: &Path) -> Result<(), Error> {
     let check = || {
         let (partial, handle) = open(&resolved(file)?)?;
         drop(handle);
-        fs::remove_file(partial)
+        remove(&partial)
     };
     check().map_err(|cause| Error::output(file, &cause))
 }
@@ -78,7 +99,7 @@ pub fn write_as_it_comes(
     file: &Path,
     fill: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> Result<(), Error> {
-    write(file, fill, |partial, file| fs::rename(partial, file))
+    write(file, fill, |_, partial, file| fs::rename(partial, file))
 }
 
 /// As [`write_atomically`], where there is no such file yet: of several programs that write it at once
@@ -91,7 +112,9 @@ pub fn write_first(file: &Path, bytes: &[u8]) -> Result<bool, Error> {
     write(
         file,
         |handle| handle.write_all(bytes),
-        |partial, file| {
+        |handle, partial, file| {
+            // Who finds the file may lock it at once.
+            let _ = handle.unlock();
             match fs::hard_link(partial, file) {
                 Ok(()) => remove(partial),
                 Err(_) if file.exists() => {
@@ -117,13 +140,15 @@ pub fn write_together(files: &[(&Path, Vec<u8>)]) -> Result<(), Error> {
         let mut stage = || {
             let place = resolved(file)?;
             let (partial, mut handle) = open(&place)?;
-            staged.push((partial, place, *file));
-            handle.write_all(bytes).and_then(|()| handle.sync_all())
+            let written = handle.write_all(bytes).and_then(|()| handle.sync_all());
+            // The handle holds it against those who tidy up.
+            staged.push((partial, handle, place, *file));
+            written
         };
         stage().map_err(|cause| Error::output(file, &cause))
     });
     let placed = written.and_then(|()| {
-        staged.iter().try_for_each(|(partial, place, file)| {
+        staged.iter().try_for_each(|(partial, _, place, file)| {
             fs::rename(partial, place).map_err(|cause| Error::output(file, &cause))
         })
     });
@@ -145,14 +170,14 @@ fn remove(partial: &Path) -> io::Result<()> {
 fn write(
     file: &Path,
     fill: impl FnOnce(&mut File) -> io::Result<()>,
-    become_it: impl FnOnce(&Path, &Path) -> io::Result<()>,
+    become_it: impl FnOnce(&File, &Path, &Path) -> io::Result<()>,
 ) -> Result<(), Error> {
     let write = || {
         let file = resolved(file)?;
         let (partial, mut handle) = open(&file)?;
         let written = fill(&mut handle)
             .and_then(|()| handle.sync_all())
-            .and_then(|()| become_it(&partial, &file));
+            .and_then(|()| become_it(&handle, &partial, &file));
         if written.is_err() {
             let _ = fs::remove_file(&partial);
         }
@@ -173,27 +198,43 @@ pub fn make_directory(directory: &Path) -> Result<(), Error> {
     })
 }
 
-/// Removes what a killed program left half-written in `directory`. To be called only where no
-/// other program writes.
+/// Removes what a killed program left half-written in `directory`. What another program is writing stays.
 pub fn remove_partials(directory: &Path) {
-    remove_hidden(directory, ".");
+    remove_hidden(directory, |_| true);
 }
 
 /// The same of one file, where other programs may write other files beside it.
 pub fn remove_partials_of(file: &Path) {
     if let (Some(directory), Some(name)) = (file.parent(), file.file_name()) {
-        remove_hidden(directory, &format!(".{}.", name.to_string_lossy()));
+        remove_partials_among(directory, [name.to_string_lossy()]);
     }
 }
 
-fn remove_hidden(directory: &Path, start: &str) {
+/// The same of the files with these names in a directory.
+pub fn remove_partials_among<N: AsRef<str>>(directory: &Path, names: impl IntoIterator<Item = N>) {
+    let names: HashSet<String> =
+        names.into_iter().map(|name| shortened(name.as_ref()).into()).collect();
+    remove_hidden(directory, |name| names.contains(name));
+}
+
+/// Removes the partial files that were to become files with such names.
+fn remove_hidden(directory: &Path, is_such: impl Fn(&str) -> bool) {
     let Ok(entries) = fs::read_dir(directory) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();
-        let name = name.to_string_lossy();
-        if name.starts_with(start) && name.ends_with(PARTIAL) {
-            let _ = fs::remove_file(entry.path());
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_file && meant(&name.to_string_lossy()).is_some_and(&is_such) {
+            remove_left(&entry.path());
         }
+    }
+}
+
+/// Removes a partial file that nobody holds. It is locked meanwhile, so that who has just begun it sees that it goes.
+fn remove_left(partial: &Path) {
+    if let Ok(handle) = OpenOptions::new().write(true).open(partial)
+        && handle.try_lock().is_ok()
+    {
+        let _ = fs::remove_file(partial);
     }
 }
 
@@ -323,6 +364,67 @@ mod tests {
         std::os::unix::fs::symlink("far/none/b.json", at("broken.json")).unwrap();
         let reason = check_writable(&at("broken.json")).unwrap_err().to_string();
         assert!(reason.ends_with("no such file or directory"), "{reason}");
+    }
+
+    /// A program that tidies up while another writes, also in the middle of a look at whether it could.
+    // Verifies REM-IO-002.
+    #[test]
+    fn what_is_being_written_is_not_swept_away() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("a.json");
+        let swept = || {
+            remove_partials(dir.path());
+            remove_partials_of(&file);
+            fs::read_dir(dir.path()).unwrap().count()
+        };
+        let written = write_as_it_comes(&file, |handle| {
+            assert_eq!(swept(), 1);
+            handle.write_all(b"one")
+        });
+        assert_eq!(written, Ok(()));
+        assert_eq!(fs::read(&file).unwrap(), b"one");
+        let (partial, handle) = open(&file).unwrap();
+        assert_eq!(swept(), 2);
+        drop(handle);
+        assert_eq!(swept(), 1);
+        // What another has removed meanwhile need not be removed.
+        assert!(remove(&partial).is_ok());
+    }
+
+    /// Names of all lengths that a file system allows, in letters of one byte and of several, and in no letters.
+    #[test]
+    fn the_longest_names_can_be_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut names: Vec<std::ffi::OsString> =
+            [200, 230, 255].map(|length| "q".repeat(length).into()).into();
+        names.push("ü".repeat(127).into());
+        #[cfg(target_os = "linux")]
+        names.push(std::os::unix::ffi::OsStringExt::from_vec(vec![0xff; 255]));
+        for name in names {
+            let file = dir.path().join(name);
+            check_writable(&file).unwrap();
+            assert_eq!(write_first(&file, b"one"), Ok(true));
+            write_atomically(&file, b"two").unwrap();
+            let partial = open(&file).unwrap().0;
+            assert!(partial.exists());
+            remove_partials_of(&file);
+            assert!(!partial.exists());
+            fs::remove_file(&file).unwrap();
+        }
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
+    }
+
+    /// Files whose names begin with a file's are not that file.
+    #[test]
+    fn another_files_leftovers_stay() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        let names = [".a.json.77.partial", ".a.json.b.77.partial", ".b.json.77.partial"];
+        names.iter().for_each(|name| fs::write(at(name), b"{").unwrap());
+        remove_partials_of(&at("a.json"));
+        assert_eq!(names.map(|name| at(name).exists()), [false, true, true]);
+        remove_partials_among(dir.path(), ["a.json", "b.json"]);
+        assert_eq!(names.map(|name| at(name).exists()), [false, true, false]);
     }
 
     #[test]

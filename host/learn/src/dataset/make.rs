@@ -7,9 +7,10 @@ use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use remora_host::draw::draw_one;
 use remora_host::error::Error;
+use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{
     Limit, NamedScenario, Status, lock, lock_shared, make_directory, open_regular, open_to_write,
-    read_bytes, remove_partials, remove_partials_of, write_first,
+    read_bytes, read_mission, remove_partials, remove_partials_among, write_first,
 };
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method};
@@ -92,11 +93,14 @@ impl<const NL: usize> Recipe<NL> {
             }
             None => &shards,
         };
-        let (_lock, is_new) = self.begin(&manifest)?;
+        self.look(&manifest)?;
+        let _lock = self.begin(&manifest)?;
         match self.part {
-            // Others may be writing theirs.
+            // Others may be beginning theirs.
             Some(_) => {
-                shards.iter().for_each(|(first, _)| remove_partials_of(&self.shard_path(*first)))
+                let files = shards.iter().map(|(first, _)| self.shard_path(*first));
+                let name = |file: PathBuf| Some(file.file_name()?.to_string_lossy().into_owned());
+                remove_partials_among(&self.out, files.filter_map(name));
             }
             None => remove_partials(&self.out),
         }
@@ -107,10 +111,6 @@ impl<const NL: usize> Recipe<NL> {
         for (first, tried) in shards.iter().copied() {
             let file = self.shard_path(first);
             match shard::verify::<NL>(&file, Place { dataset: &dataset, first, tried })? {
-                Some(found) if is_new && !found.is_named => {
-                    let reason = "does not say what it was made from, and its manifest is gone";
-                    return Err(Error::input(&file, "", reason));
-                }
                 Some(found) => {
                     made.tried += u64::from(tried);
                     made.kept += u64::from(found.kept);
@@ -139,29 +139,65 @@ impl<const NL: usize> Recipe<NL> {
         Method { integrator: self.integrator, sharp: self.sharp, ..Method::default() }
     }
 
-    /// Makes the directory and its manifest, or compares with what is there; returns the manifest
-    /// locked against other programs that would make the same dataset, parts of it against those that would
-    /// make it all, and whether it is new.
-    fn begin(&self, manifest: &Manifest) -> Result<(File, bool), Error> {
+    /// Refuses a directory of another dataset, without changing anything: another manifest; where it is gone
+    /// shards that are not this dataset's, or do not say so; another mission beside them.
+    fn look(&self, manifest: &Manifest) -> Result<(), Error> {
+        let file = self.out.join(MANIFEST);
+        if file.exists() {
+            manifest.agree(&Manifest::read(&file)?).map_err(|error| error.at(&file))?;
+            return self.look_at_mission(manifest);
+        }
+        let dataset = manifest.dataset();
+        for (first, tried) in manifest.shards() {
+            let file = self.shard_path(first);
+            let found = shard::verify::<NL>(&file, Place { dataset: &dataset, first, tried })?;
+            if found.is_some_and(|found| !found.is_named) {
+                let reason = "does not say what it was made from, and its manifest is gone";
+                return Err(Error::input(&file, "", reason));
+            }
+        }
+        self.look_at_mission(manifest)
+    }
+
+    /// Refuses a mission beside the shards that is another: who reads the dataset would take it for theirs.
+    fn look_at_mission(&self, manifest: &Manifest) -> Result<(), Error> {
+        let file = self.out.join(MISSION);
+        if !file.exists() {
+            return Ok(());
+        }
+        match fingerprint(&read_mission::<NL>(Some(&file))?) == manifest.mission {
+            true => Ok(()),
+            false => {
+                let reason = "is another mission than this dataset's; choose another --out";
+                Err(Error::input(&file, "", reason))
+            }
+        }
+    }
+
+    /// Makes the directory and its manifest, or compares with what is there, where another program was first;
+    /// returns the manifest locked against other programs that would make the same dataset, parts of it against
+    /// those that would make it all.
+    fn begin(&self, manifest: &Manifest) -> Result<File, Error> {
         let file = self.out.join(MANIFEST);
         make_directory(&self.out)?;
-        let is_new = manifest.begin(&file)?;
-        manifest.agree(&Manifest::read(&file)?).map_err(|error| error.at(&file))?;
-        if let Some(mission) = &self.mission_file {
-            write_first(&self.out.join(MISSION), &read_bytes(mission, Limit::TEXT)?)?;
+        if !manifest.begin(&file)? {
+            manifest.agree(&Manifest::read(&file)?).map_err(|error| error.at(&file))?;
+        }
+        if let Some(mission) = &self.mission_file
+            && !write_first(&self.out.join(MISSION), &read_bytes(mission, Limit::TEXT)?)?
+        {
+            self.look_at_mission(manifest)?;
         }
         let busy = "another program is making this dataset";
-        let handle = if self.part.is_some() {
+        if self.part.is_some() {
             let handle = open_regular(&file)?;
             lock_shared(&file, &handle, busy)?;
-            handle
-        } else {
-            // A network's file system locks for one alone only what was opened to write.
-            let handle = open_to_write(&file)?;
-            lock(&file, &handle, busy)?;
-            handle
-        };
-        Ok((handle, is_new))
+            return Ok(handle);
+        }
+        // A network's file system locks for one alone only what was opened to write.
+        let handle = open_to_write(&file)?;
+        lock(&file, &handle, busy)?;
+        Ok(handle)
     }
 
     /// Plans one scenario; `None` where it was not solved or the verifier refused the plan, which

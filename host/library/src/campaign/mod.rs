@@ -41,6 +41,11 @@ use std::time::Instant;
 
 /// Name of what describes the CSV table, beside it.
 const CSV_METADATA: &str = "results.csv-metadata.json";
+/// Name of a scenario's plan.
+fn plan_name(id: &str) -> String {
+    format!("{id}.plan.json")
+}
+
 /// Name of the scenario set in the campaign's directory.
 pub const SCENARIOS: &str = "campaign.scenarios.json";
 
@@ -126,6 +131,8 @@ impl<'a, const NL: usize> Begun<'a, NL> {
         let (journal, finished) =
             Journal::open(&campaign.journal(), &Header::new(campaign), &campaign.check())?;
         campaign.clean();
+        // Another campaign's scenarios are not written over: its journal has refused this one by now.
+        ScenarioSet::new(campaign.scenarios.clone()).write(&campaign.out.join(SCENARIOS))?;
         let rows = campaign.matched(finished);
         let resumed = rows.iter().flatten().count();
         Ok(Self { campaign, journal, rows, resumed })
@@ -185,7 +192,7 @@ impl<const NL: usize> Campaign<NL> {
 
     /// Where the plan of a scenario goes.
     pub fn plan_path(&self, id: &str) -> PathBuf {
-        self.plans_directory().join(format!("{id}.plan.json"))
+        self.plans_directory().join(plan_name(id))
     }
 
     fn plans_directory(&self) -> PathBuf {
@@ -206,7 +213,7 @@ impl<const NL: usize> Campaign<NL> {
             check_writable(&self.plan_path("a"))?;
         }
         self.result_files().iter().try_for_each(|file| check_writable(file))?;
-        ScenarioSet::new(self.scenarios.clone()).write(&self.out.join(SCENARIOS))
+        check_writable(&self.out.join(SCENARIOS))
     }
 
     fn result_files(&self) -> Vec<PathBuf> {
@@ -231,11 +238,14 @@ impl<const NL: usize> Campaign<NL> {
         }
     }
 
-    /// Removes half-written files of a run that was killed.
+    /// Removes half-written files of a run that was killed: of those that a campaign writes, since a part of
+    /// another may be writing beside it.
     fn clean(&self) {
-        formats::remove_partials(&self.out);
+        let tables = ["results.parquet", "summary.json", "results.csv", CSV_METADATA, SCENARIOS];
+        formats::remove_partials_among(&self.out, tables);
         if self.save_plans {
-            formats::remove_partials(&self.plans_directory());
+            let plans = self.scenarios.iter().map(|scenario| plan_name(&scenario.id));
+            formats::remove_partials_among(&self.plans_directory(), plans);
         }
     }
 
