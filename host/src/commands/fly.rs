@@ -8,8 +8,9 @@ use super::options::{
 use super::parts::{PartArgs, end_when_asked};
 use crate::report;
 use remora_core::advanced::model::Mission;
+use remora_flight::parts::is_flown_in;
 use remora_host::error::Error;
-use remora_host::formats::{PlanFile, make_directory};
+use remora_host::formats::{PlanFile, check_writable, make_directory};
 use remora_host::planning::PlanJob;
 use remora_host::threads::Threads;
 use remora_host::with_joints;
@@ -111,7 +112,9 @@ impl Args {
         };
         let errors = FlyingArgs::errors(self.errors.as_deref(), joints)?;
         let path = self.place(&plan.scenario)?;
-        plan.write(&self.out.join(&path))?;
+        if !self.is_there(&path, &plan)? {
+            plan.write(&self.out.join(&path))?;
+        }
         self.fly(path, &plan, joints, errors)
     }
 
@@ -132,8 +135,29 @@ impl Args {
             return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
         }
         make_directory(&self.out.join("plans"))?;
-        let planned = job.run()?;
+        check_writable(&job.out)?;
+        let planned = job.plan()?;
+        if !self.is_there(&path, &planned.file)? {
+            planned.evidence.write_with(&planned.file, &job.out)?;
+        }
         self.fly(path, &planned.file, NL, errors)
+    }
+
+    /// Whether flights of this plan have begun in the folder. Those of another would go on with it, and their table
+    /// would hold runs of both.
+    fn is_there(&self, path: &Path, plan: &PlanFile) -> Result<bool, Error> {
+        let file = self.out.join(path);
+        if !(is_flown_in(&self.out) && file.is_file()) {
+            return Ok(false);
+        }
+        match PlanFile::read(&file)?.flies_as(plan) {
+            true => Ok(true),
+            false => {
+                let reason =
+                    "is another plan, of the flights that have begun there: choose another --out";
+                Err(Error::Output { file, reason: reason.into() })
+            }
+        }
     }
 
     /// Where the plan of a scenario goes, from the folder.

@@ -165,6 +165,24 @@ fn flights_beside_others_write_nothing_of_theirs() {
     assert_eq!(bench.read("runs/a/flights.json"), asked);
 }
 
+/// Runs of another plan of the same scenario are not put among those that are there.
+#[test]
+fn another_plan_is_not_flown_where_flights_have_begun() {
+    let bench = flying();
+    let fly = "--guidance-rate 0.2 --keep sample=0 --quiet --out runs";
+    bench.run(&format!("fly a.plan.json {fly}"));
+    let [name] = &bench.names("runs/plans")[..] else { panic!("one plan") };
+    let flown = bench.read(&format!("runs/plans/{name}"));
+    bench.solves("plan --scenarios set.scenarios.json --mode feasible --out b.plan.json");
+    let message = "is another plan, of the flights that have begun there: choose another --out";
+    bench.refuses(&format!("fly b.plan.json {fly}"), message);
+    assert_eq!(bench.read(&format!("runs/plans/{name}")), flown);
+    // The same plan, made again, took another time.
+    bench.solves("plan --scenarios set.scenarios.json --out a.plan.json --force");
+    assert!(bench.run(&format!("fly a.plan.json {fly}")).status < 2);
+    assert_eq!(bench.read(&format!("runs/plans/{name}")), flown);
+}
+
 /// What is flown again is what a command could have asked for, and no other: a rate of 10^15 steps a second would
 /// never end.
 // Verifies REM-FLY-002.

@@ -49,6 +49,20 @@ impl PlanFile {
         }
     }
 
+    /// Whether another says the same to who flies it: all but times, and what made it.
+    pub fn flies_as(&self, other: &Self) -> bool {
+        let (a, b) = (&self.stage1, &other.stage1);
+        let paths = a.position == b.position && a.velocity == b.velocity && a.force == b.force;
+        let (a, b) = (&self.stage2, &other.stage2);
+        let states = a.attitude == b.attitude
+            && a.joint_angle == b.joint_angle
+            && a.rate == b.rate
+            && a.joint_rate == b.joint_rate;
+        let controls = a.bus_torque == b.bus_torque && a.joint_torque == b.joint_torque;
+        let asked = self.integrator == other.integrator && self.inputs == other.inputs;
+        asked && self.grid == other.grid && paths && states && controls
+    }
+
     /// Writes the file whole or not at all; as a packet where its name ends in `.postcard`.
     ///
     /// # Errors
