@@ -58,6 +58,62 @@ impl From<&Flown> for FlownRow {
     }
 }
 
+impl FlownRow {
+    /// Refuses what no flight comes to. Its numbers are all finite: a journal keeps no others.
+    fn check(&self) -> Result<(), FieldError> {
+        let wrong = |field: String, reason: String| Err(FieldError::new(field, reason));
+        if self.replans[1] > self.replans[0] {
+            return wrong("flown.replans".into(), "more are verified than were made".into());
+        }
+        for (name, value) in self.sizes() {
+            if !(0.0..f64::INFINITY).contains(&value) {
+                return wrong(format!("flown.{name}"), format!("is {value}, and no flight's is"));
+            }
+        }
+        for (name, value) in self.signed() {
+            if !value.is_finite() {
+                return wrong(format!("flown.{name}"), format!("is {value}, and no flight's is"));
+            }
+        }
+        match self.ending == Ending::Captured && self.room.collided() {
+            true => wrong("flown.ending".into(), "is captured, and bodies overlapped".into()),
+            false => Ok(()),
+        }
+    }
+
+    /// Numbers that are never negative.
+    fn sizes(&self) -> [(&'static str, f64); 9] {
+        let Self { arrival, room, .. } = self;
+        [
+            ("time_s", self.time_s),
+            ("arrival.miss_m", arrival.miss_m),
+            ("arrival.angle_rad", arrival.angle_rad),
+            ("arrival.speed_m_s", arrival.speed_m_s),
+            ("room.joint_rate", room.joint_rate),
+            ("room.command", room.command),
+            ("tracking[0]", self.tracking[0]),
+            ("tracking[1]", self.tracking[1]),
+            ("impulse_n_s", self.impulse_n_s),
+        ]
+    }
+
+    /// The others.
+    fn signed(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let Self { arrival, room, .. } = self;
+        let rooms = [
+            ("room.arm_m", room.arm_m),
+            ("room.bus_m", room.bus_m),
+            ("room.own_m", room.own_m),
+            ("room.keep_out_m", room.keep_out_m),
+            ("room.view", room.view),
+            ("room.joint_rad", room.joint_rad),
+        ];
+        let miss = arrival.miss_target_m.map(|x| ("arrival.miss_target_m", x));
+        let drawn = self.drawn.iter().map(|x| ("drawn", *x));
+        rooms.into_iter().chain(miss).chain(drawn)
+    }
+}
+
 /// What the columns of a table of flights mean, for the table's own metadata.
 pub(crate) const ABOUT: [(&str, &str); 22] = [
     ("run", "its number, from which with the seed its errors are drawn"),
@@ -102,12 +158,7 @@ impl Row {
         if self.run >= count {
             return Err(FieldError::new("run", format!("is {}, of {count} runs", self.run)));
         }
-        match &self.flown {
-            Some(flown) if flown.replans[1] > flown.replans[0] => {
-                Err(FieldError::new("flown.replans", "more are verified than were made"))
-            }
-            _ => Ok(()),
-        }
+        self.flown.as_ref().map_or(Ok(()), FlownRow::check)
     }
 
     /// The row with names and units of its columns; NaN where there was no plan to fly.
@@ -167,6 +218,62 @@ impl Ending {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn flown() -> FlownRow {
+        let room = Room { view: 0.5, joint_rate: 0.5, command: 0.5, ..Room::ALL };
+        FlownRow {
+            ending: Ending::Captured,
+            time_s: 1200.0,
+            arrival: Arrival {
+                miss_m: 0.01,
+                miss_target_m: [0.0, -0.01, 0.0],
+                angle_rad: 0.0,
+                speed_m_s: 0.0,
+            },
+            room: Room {
+                arm_m: 0.1,
+                bus_m: 0.1,
+                own_m: 0.1,
+                keep_out_m: -1.0,
+                joint_rad: -0.1,
+                ..room
+            },
+            violations: Vec::new(),
+            replans: [3, 2],
+            tracking: [0.1, 0.2],
+            impulse_n_s: 7.0,
+            drawn: vec![8.0, -0.5],
+        }
+    }
+
+    #[test]
+    fn what_no_flight_comes_to_is_refused() {
+        let refused = |change: &dyn Fn(&mut FlownRow)| {
+            let mut flown = flown();
+            change(&mut flown);
+            let row = Row { run: 0, scenario: "a".into(), flown: Some(flown) };
+            row.check(1).map_err(|error| error.field).err().unwrap_or_default()
+        };
+        assert_eq!(refused(&|_| ()), "");
+        let changes: [(&dyn Fn(&mut FlownRow), &str); 11] = [
+            (&|f| f.replans = [1, 2], "flown.replans"),
+            (&|f| f.time_s = f64::INFINITY, "flown.time_s"),
+            (&|f| f.time_s = -1.0, "flown.time_s"),
+            (&|f| f.arrival.miss_m = f64::NAN, "flown.arrival.miss_m"),
+            (&|f| f.arrival.miss_m = -1.0, "flown.arrival.miss_m"),
+            (&|f| f.arrival.miss_target_m[1] = f64::NAN, "flown.arrival.miss_target_m"),
+            (&|f| f.arrival.speed_m_s = -0.1, "flown.arrival.speed_m_s"),
+            (&|f| f.impulse_n_s = f64::NAN, "flown.impulse_n_s"),
+            (&|f| f.room.view = f64::INFINITY, "flown.room.view"),
+            (&|f| f.drawn[1] = f64::NAN, "flown.drawn"),
+            (&|f| f.room.arm_m = -0.1, "flown.ending"),
+        ];
+        for (change, field) in changes {
+            assert_eq!(refused(change), field);
+        }
+        let missed = |f: &mut FlownRow| (f.ending, f.room.arm_m) = (Ending::Collided, -0.1);
+        assert_eq!(refused(&missed), "");
+    }
 
     #[test]
     fn every_column_is_explained_once_and_nothing_else() {

@@ -16,6 +16,14 @@ impl Cells<'_> {
         }
     }
 
+    /// A whole number that the table has as a double.
+    fn count(&mut self) -> Option<u32> {
+        let number = self.number()?;
+        // Saturates; of what is no number, zero.
+        let count = number as u32;
+        (f64::from(count) == number).then_some(count)
+    }
+
     fn text(&mut self) -> Option<&str> {
         match self.0.next()? {
             Cell::Text(text) => Some(text),
@@ -33,7 +41,12 @@ impl Row {
         let scenario = cells.text()?.to_string();
         let ending = cells.text()?;
         if ending == "no_plan" {
-            return Some(Self { run, scenario, flown: None });
+            let is_nothing = |cell: &Cell| match cell {
+                Cell::Number(x) => x.is_nan(),
+                Cell::Text(text) => text.is_empty(),
+                _ => false,
+            };
+            return cells.0.all(is_nothing).then_some(Self { run, scenario, flown: None });
         }
         let ending = Ending::ALL.into_iter().find(|one| one.name() == ending)?;
         Some(Self { run, scenario, flown: Some(flown(ending, &mut cells)?) })
@@ -58,7 +71,7 @@ fn flown(ending: Ending, cells: &mut Cells<'_>) -> Option<FlownRow> {
     };
     let violations = cells.text()?.split('+').filter(|name| !name.is_empty());
     let violations = violations.map(String::from).collect();
-    let replans = [cells.number()? as u32, cells.number()? as u32];
+    let replans = [cells.count()?, cells.count()?];
     let tracking = [cells.number()?, cells.number()?];
     let impulse_n_s = cells.number()?;
     let mut drawn = Vec::new();
@@ -115,6 +128,27 @@ mod tests {
                 row.columns(&drawn).into_iter().map(|column| column.cell).collect();
             assert_eq!(Row::of_cells(&cells), Some(row));
             assert_eq!(Row::of_cells(&cells[..2]), None);
+        }
+    }
+
+    #[test]
+    fn cells_of_no_flight_are_no_row() {
+        let row = |flown| Row { run: 5, scenario: "a".into(), flown };
+        let cells = |row: Row| -> Vec<Cell> {
+            row.columns(&[]).into_iter().map(|column| column.cell).collect()
+        };
+        let mut none = cells(row(None));
+        let replans = none.iter().rposition(|cell| matches!(cell, Cell::Text(_))).unwrap() + 1;
+        none[replans] = Cell::Number(0.0);
+        assert_eq!(Row::of_cells(&none), None);
+        for count in [-1.0, 0.5, f64::NAN, 1e10] {
+            let mut cells = cells(row(None));
+            cells[2] = Cell::Text("missed".into());
+            assert_eq!(Row::of_cells(&cells), None);
+            cells[replans..].fill(Cell::Number(0.0));
+            assert!(Row::of_cells(&cells).is_some());
+            cells[replans] = Cell::Number(count);
+            assert_eq!(Row::of_cells(&cells), None, "{count}");
         }
     }
 }

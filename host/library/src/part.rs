@@ -134,6 +134,23 @@ pub fn tables(directory: &Path) -> Result<Vec<(Part, PathBuf)>, Error> {
     }
 }
 
+/// Refuses a directory that holds a file of other work besides its parts: who gathers takes a directory for one work's.
+///
+/// # Errors
+/// The file; `what` it is of.
+pub fn alone(directory: &Path, others: &[&str], what: &str) -> Result<(), Error> {
+    let there = others.iter().map(|name| directory.join(name)).find(|file| file.exists());
+    match there.filter(|_| tables(directory).is_ok()) {
+        Some(file) => {
+            let reason = format!(
+                "is of {what}, and there are parts of a campaign beside it: move either elsewhere"
+            );
+            Err(Error::input(&file, "", reason))
+        }
+        None => Ok(()),
+    }
+}
+
 fn of_name(name: &str) -> Option<Part> {
     let (number, of) = name.strip_prefix("part-")?.strip_suffix(".parquet")?.split_once("-of-")?;
     let part = format!("{number}/{of}").parse::<Part>().ok()?;

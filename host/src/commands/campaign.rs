@@ -10,9 +10,11 @@ use remora_core::advanced::model::Mission;
 use remora_host::campaign::{Campaign, Results, Summary};
 use remora_host::error::Error;
 use remora_host::formats::{Row, Verdict};
+use remora_host::learned::Learned;
 use remora_host::parts::{self, Difference, Gathered, Job, Scenarios};
 use remora_host::with_joints;
 use remora_truth::Errors;
+use std::io::{Write, stderr};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -112,6 +114,7 @@ impl Args {
             let job = self.job(mission, arguments()?)?;
             let made =
                 parts::make(&job, part, self.jobs.jobs(), &self.out, &mut Bar::named("part"))?;
+            warn_of(job.model.as_ref());
             return Output::new(report::part_report(&made), true).or_json(self.json.json, &made);
         }
         let chosen = self.in_one_piece(&mission)?;
@@ -137,6 +140,7 @@ impl Args {
             out: self.out.clone(),
         };
         let mut results = campaign.run(&mut Bar::named("campaign"))?;
+        warn_of(campaign.model.as_ref());
         if self.report {
             results.files.push(report::write_campaign_page(&self.out, &results)?);
         }
@@ -224,6 +228,14 @@ impl Args {
         let (flown, is_well) = self.flying.fly(ready, errors)?;
         let text = report::campaign_report(results) + "\n" + &report::flights_report(&flown);
         Output::new(text, is_well).or_json(self.json.json, &flown.summary)
+    }
+}
+
+/// Says, quiet or not, that no plan of the campaign started from its model.
+fn warn_of(model: Option<&Learned>) {
+    let refused = model.and_then(|model| Some((model.record().name, model.refused()?)));
+    if let Some((name, reason)) = refused {
+        let _ = writeln!(stderr(), "warning: heuristic start instead of {name}: {reason}");
     }
 }
 

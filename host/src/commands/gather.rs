@@ -8,6 +8,7 @@ use crate::report::{self, Again};
 use remora_flight::parts as flights;
 use remora_host::error::Error;
 use remora_host::learned::Learned;
+use remora_host::part;
 use remora_host::parts::{COMMAND, Difference, gather};
 use remora_learn::dataset::{self, MANIFEST};
 use serde::Serialize;
@@ -63,6 +64,7 @@ struct Found<'a, T: Serialize> {
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         if self.directory.join(MANIFEST).is_file() {
+            part::alone(&self.directory, &[MANIFEST], "a dataset")?;
             self.dataset()
         } else if flights::is_flown_in(&self.directory) {
             self.flights()

@@ -76,6 +76,21 @@ fn a_corrupt_model_gives_way_to_the_heuristic() {
     }
 }
 
+/// A campaign says it even where it is to be quiet, in one piece and in parts.
+#[test]
+fn a_campaign_whose_model_is_none_warns() {
+    let bench = Bench::new();
+    bench.write("empty.model", b"");
+    let campaign = "campaign --count 1 --seed 3 --integrator euler -q --warm-start model";
+    for out in ["--out whole", "--part 1/1 --out part"] {
+        let run = bench.solves(&format!("{campaign} --model empty.model {out}"));
+        let said = "warning: heuristic start instead of empty.model: ";
+        assert!(run.err.starts_with(said) && run.err.lines().count() == 1, "{}", run.err);
+        let run = bench.solves(&format!("{campaign} {}", out.replace("--out ", "--out good/")));
+        assert_eq!(run.err, "");
+    }
+}
+
 #[test]
 fn a_campaign_is_not_resumed_with_another_model() {
     let bench = Bench::new();

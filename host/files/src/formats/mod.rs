@@ -77,7 +77,7 @@ pub use remora_core::advanced::{
 pub use results::{COLUMNS, TIMES, TableOrigin, columns, csv, csv_metadata, parquet_bytes};
 pub use results_about::about;
 pub use results_read::{MOST_ROWS, read_rows};
-pub use row::{Flight, Row, StageRow};
+pub use row::{Flight, Row, StageRow, residual_limits};
 pub use scenario_set::{
     FIRST_FORMAT as FIRST_SCENARIO_FORMAT, FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet,
     ServicerStart, TargetStart,

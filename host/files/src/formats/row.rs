@@ -138,6 +138,26 @@ where
 
 /// The start of what was refused before planning.
 const UNPLANNED: &str = "none";
+/// What plans of campaigns start from.
+const STARTS: [&str; 3] = ["heuristic", "model", "fallback"];
+/// Digits of a plan's checksum.
+const CHECKSUM_DIGITS: usize = 16;
+/// More iterations than all tries of a stage have, whatever the settings.
+const MOST_ITERATIONS: u64 = 1000;
+/// The same of corrections.
+const MOST_CORRECTIONS: u64 = 10_000;
+/// More than a cost or another size of a plan can be.
+const MOST_SIZE: f64 = 1e100;
+
+/// Whether a number is a size that there can be.
+fn is_size(value: f64) -> bool {
+    (0.0..MOST_SIZE).contains(&value)
+}
+
+/// How large the residuals of a plan that can be flown may be, in the order of the plan file.
+pub fn residual_limits(tolerances: &Tolerances) -> [f64; Residuals::COUNT] {
+    Residuals::default().against(tolerances).map(|(_, _, tolerance)| tolerance)
+}
 
 impl Row {
     /// The row of a plan; the corrections are not in its file, nor what it fails by. Its checksum comes with
@@ -204,15 +224,96 @@ impl Row {
     /// # Errors
     /// The field and what is wrong with it.
     pub fn check(&self, tolerances: &Tolerances) -> Result<(), FieldError> {
+        self.check_within(&residual_limits(tolerances))
+    }
+
+    /// The same by the residuals' [`residual_limits`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn check_within(&self, limits: &[f64; Residuals::COUNT]) -> Result<(), FieldError> {
         if self.verdict != Verdict::of(self.is_verified(), self.status) {
             return Err(FieldError::new("verdict", "contradicts the status"));
         }
-        if !self.is_verified() {
-            return Ok(());
+        self.check_words()?;
+        self.check_counts()?;
+        for (field, value) in self.times() {
+            if !is_size(value) {
+                return Err(FieldError::new(field, format!("is {value}, and no time is")));
+            }
         }
-        let limits = Residuals::default().against(tolerances);
-        for ((name, _, tolerance), value) in limits.into_iter().zip(self.residuals) {
-            if !(0.0..=tolerance).contains(&value) {
+        match self.is_verified() {
+            true => self.check_verified(limits),
+            false => Ok(()),
+        }
+    }
+
+    /// Start, reason and checksum, as far as each other and the verdict tell.
+    fn check_words(&self) -> Result<(), FieldError> {
+        let wrong = |field: &str, reason: String| Err(FieldError::new(field, reason));
+        if !self.is_refused() && !STARTS.contains(&self.warm_start.as_str()) {
+            return wrong("warm_start", format!("{:?} is unknown", self.warm_start));
+        }
+        if self.is_refused() && (self.status != Status::Infeasible || self.is_verified()) {
+            return wrong("warm_start", "is none, and the scenario was not refused".into());
+        }
+        if self.is_verified() && !self.reason.is_empty() {
+            let reason = format!("is {:?}, and the plan is said to be flyable", self.reason);
+            return wrong("reason", reason);
+        }
+        if self.is_refused() && self.reason.is_empty() {
+            return wrong("reason", "is missing, and the scenario was refused".into());
+        }
+        let is_hex = |text: &str| {
+            text.len() == CHECKSUM_DIGITS
+                && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
+        };
+        match self.is_refused() {
+            true if !self.plan_checksum.is_empty() => {
+                wrong("plan_checksum", "is there, and the scenario was refused".into())
+            }
+            false if !is_hex(&self.plan_checksum) => {
+                let reason =
+                    format!("is {:?}, not {CHECKSUM_DIGITS} digits of hex", self.plan_checksum);
+                wrong("plan_checksum", reason)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Iterations and corrections, of which a refused scenario has none.
+    fn check_counts(&self) -> Result<(), FieldError> {
+        let most = |most: u64| if self.is_refused() { 0 } else { most };
+        for (field, count, most) in [
+            ("stage1.iterations", self.stage1.iterations, most(MOST_ITERATIONS)),
+            ("stage1.corrections", self.stage1.corrections, most(MOST_CORRECTIONS)),
+            ("stage2.iterations", self.stage2.iterations, most(MOST_ITERATIONS)),
+            ("stage2.corrections", self.stage2.corrections, most(MOST_CORRECTIONS)),
+        ] {
+            if count > most {
+                return Err(FieldError::new(field, format!("is {count}, of {most} at most")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Times of the machine; where the system does not tell that of the processor, zero.
+    fn times(&self) -> [(&'static str, f64); 5] {
+        let cpu = if self.cpu_time_s.is_nan() { 0.0 } else { self.cpu_time_s };
+        [
+            ("stage1.time_s", self.stage1.time_s),
+            ("stage2.time_s", self.stage2.time_s),
+            ("inference_s", self.inference_s),
+            ("time_s", self.time_s),
+            ("cpu_time_s", cpu),
+        ]
+    }
+
+    /// Residuals within their limits, and sizes that are some.
+    fn check_verified(&self, limits: &[f64; Residuals::COUNT]) -> Result<(), FieldError> {
+        let names = Residuals::default().against(&Default::default());
+        for (((name, _, _), tolerance), value) in names.iter().zip(limits).zip(self.residuals) {
+            if !(0.0..=*tolerance).contains(&value) {
                 let reason =
                     format!("is {value} of {tolerance}, and the plan is said to be flyable");
                 return Err(FieldError::new(format!("residuals.{name}"), reason));
@@ -220,19 +321,15 @@ impl Row {
         }
         for (field, value) in [
             ("stage1.cost", self.stage1.cost),
-            ("stage1.time_s", self.stage1.time_s),
             ("stage2.cost", self.stage2.cost),
-            ("stage2.time_s", self.stage2.time_s),
-            ("inference_s", self.inference_s),
             ("flight.target_rate_rad_s", self.flight.target_rate_rad_s),
             ("flight.start_distance_m", self.flight.start_distance_m),
             ("flight.peak_force_n", self.flight.peak_force_n),
             ("flight.peak_bus_torque_n_m", self.flight.peak_bus_torque_n_m),
             ("flight.peak_joint_torque_n_m", self.flight.peak_joint_torque_n_m),
             ("flight.delta_v_m_s", self.flight.delta_v_m_s),
-            ("time_s", self.time_s),
         ] {
-            if !(0.0..f64::INFINITY).contains(&value) {
+            if !is_size(value) {
                 let reason = format!("is {value}, and the plan is said to be flyable");
                 return Err(FieldError::new(field, reason));
             }

@@ -4,7 +4,7 @@ use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{Type, TypePtr};
 use serde_json::{Map, Value, json};
@@ -74,7 +74,8 @@ pub struct TableWriter<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> TableWriter<W> {
     /// A table of columns as in the row `like`, compressed (Snappy, where it is built in) or not, with units and `entries` in its
-    /// metadata: strings, 64-bit integers, doubles and booleans.
+    /// metadata: strings, 64-bit integers, doubles and booleans. It has no statistics: readers that pass over row
+    /// groups by them would believe a damaged one, which no checksum of the rows finds.
     ///
     /// # Errors
     /// Where the sink cannot be written.
@@ -96,6 +97,8 @@ impl<W: Write + Send> TableWriter<W> {
         let properties = WriterProperties::builder()
             .set_key_value_metadata(Some(metadata))
             .set_compression(compression)
+            .set_statistics_enabled(EnabledStatistics::None)
+            .set_offset_index_disabled(true)
             .build();
         SerializedFileWriter::new(sink, schema(like)?, Arc::new(properties)).map(Self)
     }

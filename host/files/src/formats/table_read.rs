@@ -386,7 +386,7 @@ fn values(column: ColumnReader, rows: usize) -> Result<Option<Vec<f64>>, Parquet
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{Cell, Column, parquet_table};
+    use crate::formats::{Cell, Column, TableWriter, parquet_table};
 
     fn row(x: f64, n: i64) -> Vec<Column> {
         let column = |name: &str, cell| Column { name: name.into(), unit: "", cell };
@@ -410,6 +410,26 @@ mod tests {
         assert_eq!(found.entries["remora.format"], "a/1");
         let error = found.column(&file, "word").unwrap_err().to_string();
         assert!(error.ends_with("word: is missing: there is no such column of numbers"), "{error}");
+    }
+
+    /// Nothing in a table says of its rows what they themselves say.
+    #[test]
+    fn a_table_has_no_statistics() {
+        let table: Vec<_> = (0..300).map(|i| row(0.5, i)).collect();
+        for is_compressed in [false, true] {
+            let mut writer =
+                TableWriter::begin(Vec::new(), &table[0], Vec::new(), is_compressed).unwrap();
+            writer.write(&table).unwrap();
+            let bytes = Bytes::from(writer.end(Vec::new()).unwrap());
+            let reader = SerializedFileReader::new(bytes).unwrap();
+            let columns = reader.metadata().row_groups().iter().flat_map(|group| group.columns());
+            for column in columns {
+                assert_eq!(column.statistics(), None);
+                assert_eq!(column.column_index_offset(), None);
+                assert_eq!(column.offset_index_offset(), None);
+                assert_eq!(column.bloom_filter_offset(), None);
+            }
+        }
     }
 
     #[test]

@@ -123,8 +123,8 @@ impl Heading for Header {
 mod tests {
     use super::*;
     use crate::error::Error;
-    use crate::formats::{Clearances, Flight, StageRow, Status, Verdict};
-    use remora_core::advanced::model::Tolerances;
+    use crate::formats::{Clearances, Flight, ScenarioSet, StageRow, Status, Verdict};
+    use remora_core::advanced::model::{Refusal, Tolerances};
     use std::num::NonZeroUsize;
     use std::path::{Path, PathBuf};
 
@@ -233,6 +233,20 @@ mod tests {
             (&|row| row.status = Status::IterationLimit, "verdict: "),
             (&|row| row.stage2.cost = f64::NAN, "stage2.cost: "),
             (&|row| row.flight.delta_v_m_s = f64::NAN, "flight.delta_v_m_s: "),
+            (&|row| row.status = Status::Infeasible, "verdict: "),
+            (&|row| row.stage2.cost = -1.0, "stage2.cost: "),
+            (&|row| row.stage2.cost = 1e308, "stage2.cost: "),
+            (&|row| row.reason = "keep_out".into(), "reason: "),
+            (&|row| row.warm_start = "warm".into(), "warm_start: "),
+            (&|row| row.warm_start = "none".into(), "warm_start: "),
+            (&|row| row.plan_checksum = "zz".into(), "plan_checksum: "),
+            (&|row| row.plan_checksum = String::new(), "plan_checksum: "),
+            (&|row| row.plan_checksum = "0123456789ABCDEF".into(), "plan_checksum: "),
+            (&|row| row.stage1.iterations = 1 << 40, "stage1.iterations: "),
+            (&|row| row.stage2.corrections = 1 << 40, "stage2.corrections: "),
+            (&|row| row.time_s = f64::NAN, "time_s: "),
+            (&|row| row.cpu_time_s = -1.0, "cpu_time_s: "),
+            (&|row| row.inference_s = -1.0, "inference_s: "),
         ] {
             let found = refused(change);
             assert!(found.contains(&format!("journal.jsonl: line 3: {reason}")), "{found}");
@@ -243,6 +257,22 @@ mod tests {
             row.residuals[3] = f64::INFINITY;
         };
         assert_eq!(refused(&failed), "");
+        // But for its times.
+        let late = |row: &mut Row| {
+            failed(row);
+            row.stage1.time_s = f64::NAN;
+        };
+        assert!(refused(&late).contains("line 3: stage1.time_s: "));
+        // Where the system does not tell a time, there is none.
+        assert_eq!(refused(&|row| row.cpu_time_s = f64::NAN), "");
+        let scenario = ScenarioSet::built_in().unwrap().scenarios[0].clone();
+        let gone = Row::refused(&scenario, &Refusal::KeepOut { distance: 1.0, limit: 2.0 });
+        assert_eq!(refused(&|row| *row = gone.clone()), "");
+        let planned = |row: &mut Row| {
+            *row = gone.clone();
+            row.stage1.iterations = 1;
+        };
+        assert!(refused(&planned).contains("line 3: stage1.iterations: "));
     }
 
     #[test]

@@ -1,16 +1,21 @@
 //! Gathering parts: whether all are there and of one kind, and what they come to together.
 
-use super::write::{Checksum, nodes_file};
-use super::{CHECKSUM, COMMAND, FORMAT, Header, KEY, NODES_FORMAT};
-use crate::campaign::{Run, Summary, Tally};
-use crate::error::Error;
+use super::nodes::{Nodes, Numbers};
+use super::write::Checksum;
+use super::{COMMAND, Header, KEY, TOLERANCES};
+use crate::campaign::{JOURNAL, Run, Summary, Tally};
+use crate::error::{Error, FieldError};
 use crate::formats::{
-    MOST_ROWS, Row, TIMES, TableReader, columns, json, read_rows, write_atomically,
+    Residuals, Row, TIMES, TableReader, columns, json, read_rows, write_atomically,
 };
 use crate::method::Method;
 use crate::part::{self, Part};
 use serde::Serialize;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+
+/// Files of a campaign in one piece, which writes `summary.json` too.
+const OF_ONE_PIECE: [&str; 2] = [JOURNAL, "results.parquet"];
 
 /// Parts that were gathered; `S` is what their rows come to together.
 #[derive(Clone, Debug, Serialize)]
@@ -58,14 +63,17 @@ impl<S: Serialize> Gathered<S> {
 /// Reads all parts of a directory; where none is missing, their summary goes to `summary.json`.
 ///
 /// # Errors
-/// A directory without parts; one that is damaged, has not its own scenarios, or is of another kind than the
-/// first.
+/// A directory without parts, or with a campaign in one piece; a part that is damaged, has not its own scenarios, or is
+/// of another kind than the first.
 pub fn gather(directory: &Path) -> Result<Gathered<Summary>, Error> {
     let tables = part::tables(directory)?;
+    part::alone(directory, &OF_ONE_PIECE, "a campaign in one piece")?;
     let mut found: Option<(Header, Vec<String>)> = None;
     let mut same = Checksum::default();
     let mut tally = Tally::default();
     let mut method = Method::default();
+    // Of listed scenarios: those that are drawn are known by their number.
+    let mut ids = HashSet::new();
     for (part, file) in &tables {
         let table = TableReader::open(file)?;
         let header: Header = part::said(file, &table, KEY)?;
@@ -84,13 +92,15 @@ pub fn gather(directory: &Path) -> Result<Gathered<Summary>, Error> {
                 }
             }
         }
-        read_part(file, &table, &header, |row| {
+        read_part(file, &table, &header, |row, _| {
+            if header.seed.is_none() && !ids.insert(row.scenario.clone()) {
+                let reason = format!("{:?} has a row already", row.scenario);
+                return Err(Error::input(file, "scenario", reason));
+            }
             tally.add(row);
             same.add_some(&columns(row, &method), |name| !TIMES.contains(&name));
+            Ok(())
         })?;
-        if header.nodes {
-            check_nodes(&nodes_file(file), &header)?;
-        }
     }
     let command = found.map(|(_, command)| command).unwrap_or_default();
     let run = Run { planned: 0, resumed: tally.rows(), wall_s: 0.0 };
@@ -105,12 +115,13 @@ fn method_of(header: &Header) -> Method {
     Method { mode, warm_start, qp, integrator, ..Method::default() }
 }
 
-/// Hands the rows of a part on, once each of its scenarios has one and they have the part's checksum.
+/// Hands the rows of a part on with what stands at their nodes, once each of its scenarios has one. Then they must
+/// have the part's checksum.
 pub(super) fn read_part(
     file: &Path,
     table: &TableReader,
     header: &Header,
-    mut each: impl FnMut(&Row),
+    mut each: impl FnMut(&Row, Numbers) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let range = header.part.range(header.count);
     let expected = range.end - range.start;
@@ -118,7 +129,8 @@ pub(super) fn read_part(
         let reason = format!("has {} rows instead of {expected}", table.rows());
         return Err(Error::input(file, "", reason));
     }
-    let method = method_of(header);
+    let (method, limits) = (method_of(header), limits(file, table)?);
+    let mut nodes = header.nodes.then(|| Nodes::open(file, header)).transpose()?;
     let mut checksum = Checksum::default();
     let mut indices = range;
     read_rows(file, table, &method, |row| {
@@ -129,35 +141,32 @@ pub(super) fn read_part(
             return Err(Error::input(file, "scenario", reason));
         }
         checksum.add(&columns(&row, &method));
-        each(&row);
-        Ok(())
+        let named = |error: FieldError| {
+            let reason = format!("{}, of {}", error.reason, row.scenario);
+            Error::input(file, error.field, reason)
+        };
+        row.check_within(&limits).map_err(named)?;
+        let at_nodes = nodes.as_mut().map(|nodes| nodes.of(&row)).transpose()?;
+        each(&row, at_nodes.unwrap_or_default())
     })?;
+    nodes.map_or(Ok(()), Nodes::end)?;
     checksum.check(file, table)
 }
 
-/// Refuses a table of nodes that is not the part's own, or is damaged. Memory: a row group.
-fn check_nodes(file: &Path, header: &Header) -> Result<(), Error> {
-    let table = TableReader::open(file)?;
-    if table.entries.get(FORMAT).is_none_or(|format| format != NODES_FORMAT) {
-        return Err(Error::input(file, FORMAT, format!("is not {NODES_FORMAT}")));
+/// How large residuals of the part's plans may be, as far as it says so.
+fn limits(file: &Path, table: &TableReader) -> Result<[f64; Residuals::COUNT], Error> {
+    match table.entries.get(TOLERANCES) {
+        Some(text) => serde_json::from_str(text)
+            .map_err(|error| Error::input(file, TOLERANCES, error.to_string())),
+        None => Ok([f64::MAX; Residuals::COUNT]),
     }
-    let said: Header = part::said(file, &table, KEY)?;
-    if said != *header {
-        let reason = match said.part == header.part {
-            true => "is of another kind than the part".into(),
-            false => format!("is {}", said.part),
-        };
-        return Err(Error::input(file, "part", reason));
-    }
-    let mut checksum = Checksum::default();
-    for group in 0..table.groups() {
-        let damaged = |error| Error::input(file, "", format!("is damaged: {error}"));
-        let rows = table.group(group, MOST_ROWS).map_err(damaged)?;
-        rows.iter().for_each(|cells| checksum.add_cells(cells));
-    }
-    // Tables of nodes had none at first.
-    match table.entries.contains_key(CHECKSUM) {
-        true => checksum.check(file, &table),
-        false => Ok(()),
+}
+
+/// What makes a table of nodes another's than a part's.
+pub(super) fn other_part(nodes: &Header, part: &Header) -> Option<String> {
+    match nodes == part {
+        true => None,
+        false if nodes.part == part.part => Some("is of another kind than the part".into()),
+        false => Some(format!("is {}", nodes.part)),
     }
 }

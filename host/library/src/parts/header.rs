@@ -38,19 +38,30 @@ impl Header {
         if self.format != other.format {
             return Some(("format", format!("is {:?}, not {:?}", self.format, other.format)));
         }
-        let differs = self.count != other.count || self.seed != other.seed;
-        if differs {
+        if self.count != other.count {
+            return Some(("count", format!("{} scenarios, not {}", self.count, other.count)));
+        }
+        if self.seed != other.seed {
             let of = |one: &Self| {
-                let seed = one.seed.map_or("a file".into(), |seed| format!("seed {seed}"));
-                format!("{} scenarios of {seed}", one.count)
+                one.seed.map_or("scenarios of a file".into(), |seed| format!("seed {seed}"))
             };
-            return Some(("count", format!("{}, not {}", of(self), of(other))));
+            return Some(("seed", format!("{}, not {}", of(self), of(other))));
         }
         if self.nodes != other.nodes {
             return Some(("nodes", "with and without --nodes".into()));
         }
         let found = self.campaign.difference(&other.campaign);
-        found.map(|(field, _)| (field, format!("another {field}")))
+        found.map(|(field, _)| (field, another(field)))
+    }
+}
+
+/// What is said of a field that differs.
+fn another(field: &str) -> String {
+    match field {
+        "settings" => "another --model, another --deadline or other planner settings".into(),
+        "program" => "another build of this program".into(),
+        "scenarios" => "other scenarios".into(),
+        _ => format!("another {field}"),
     }
 }
 
@@ -65,8 +76,8 @@ impl Heading for Header {
     fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
         let differs = self.differs_from(begun).map(|(field, _)| field);
         let field = differs.or((self.part != begun.part).then_some("part"))?;
-        let reason =
-            format!("this part was begun with another {field}; choose another --out to start anew");
+        let what = another(field);
+        let reason = format!("this part was begun with {what}; choose another --out to start anew");
         Some((field, reason))
     }
 }

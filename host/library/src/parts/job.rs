@@ -3,12 +3,12 @@
 use super::scenarios::Scenarios;
 use super::work::Work;
 use super::write::{nodes_file, write_nodes};
-use super::{COMMAND, Header, KEY};
+use super::{COMMAND, Header, KEY, TOLERANCES};
 use crate::campaign;
 use crate::error::{Error, FieldError};
 use crate::formats::{
-    Column, NamedScenario, Program, Row, Status, TableOrigin, checksum_of_mission, columns,
-    node_numbers,
+    Column, NamedScenario, PlanGrid, Program, Row, Status, TableOrigin, checksum_of_mission,
+    columns, node_columns, node_numbers, residual_limits,
 };
 use crate::journal::Journal;
 use crate::learned::Learned;
@@ -45,7 +45,7 @@ pub struct Kept {
     index: u64,
     /// The row.
     pub(super) row: Row,
-    /// What stands at each node, time first; none stands for what is no number.
+    /// What stands at each node, time first; none stands for what is no number, of a plan that cannot be flown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) nodes: Vec<Vec<Option<f64>>>,
 }
@@ -78,6 +78,8 @@ impl<const NL: usize> Work for Job<NL> {
         };
         let mut entries = origin.table_entries();
         entries.push((COMMAND, serde_json::json!(self.command).to_string()));
+        let limits = residual_limits(&self.mission.tolerances);
+        entries.push((TOLERANCES, serde_json::json!(limits).to_string()));
         entries
     }
 
@@ -107,7 +109,8 @@ impl<const NL: usize> Work for Job<NL> {
             let reason = format!("{:?} is no scenario of this part", row.scenario);
             return Err(FieldError::new("row.scenario", reason));
         }
-        row.check(&self.mission.tolerances)
+        row.check(&self.mission.tolerances)?;
+        self.check_nodes(kept)
     }
 
     fn columns(&self, kept: &Kept) -> Vec<Column> {
@@ -138,6 +141,33 @@ impl<const NL: usize> Job<NL> {
         columns(row, &self.method)
     }
 
+    /// Refuses nodes that are not those of the row's plan: one for each of its grid, with a number in each column.
+    fn check_nodes(&self, kept: &Kept) -> Result<(), FieldError> {
+        let Kept { index, row, nodes } = kept;
+        let wrong = |field: String, reason| Err(FieldError::new(field, reason));
+        let mut expected = 0;
+        if self.nodes && !row.is_refused() {
+            let scenario = self.scenarios.get(*index, &self.mission);
+            let scenario = scenario.map_err(|error| FieldError::new("index", error.to_string()))?;
+            expected = PlanGrid::of(&self.mission, &scenario.scenario()).nodes;
+        }
+        if nodes.len() != expected {
+            return wrong("nodes".into(), format!("are {} of {expected}", nodes.len()));
+        }
+        let width = 1 + node_columns(NL).len();
+        for (i, node) in nodes.iter().enumerate() {
+            if node.len() != width {
+                let reason = format!("has {} numbers of {width}", node.len());
+                return wrong(format!("nodes[{i}]"), reason);
+            }
+            let certain = if row.is_verified() { width } else { 1 };
+            if node.iter().take(certain).any(Option::is_none) {
+                return wrong(format!("nodes[{i}]"), "holds what is no number".into());
+            }
+        }
+        Ok(())
+    }
+
     fn planned(&self, planner: &mut Planner, index: u64, scenario: &NamedScenario) -> Kept {
         let planned = planner.plan(&self.mission, scenario, &self.method, self.model.as_ref());
         let number = |x: f64| x.is_finite().then_some(x);
@@ -147,5 +177,59 @@ impl<const NL: usize> Job<NL> {
         };
         let nodes = nodes.into_iter().map(|row| row.into_iter().map(number).collect()).collect();
         Kept { index, row: planned.row(), nodes }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::memory::on_large_stack;
+    use crate::method::Integrator;
+    use remora_core::advanced::model::Refusal;
+
+    /// A row of a journal with what stands at the nodes is one of the job or refused.
+    // Verifies REM-CMP-001.
+    #[test]
+    fn forged_nodes_are_refused() {
+        let mission = Mission::<LINKS>::default();
+        let job = Job {
+            scenarios: Scenarios::Drawn { seed: 3, count: 1 },
+            mission,
+            method: Method { integrator: Integrator::Euler, ..Method::default() },
+            model: None,
+            nodes: true,
+            command: Vec::new(),
+        };
+        let kept = on_large_stack(|| job.run(&mut Planner::new(), 0)).unwrap().unwrap();
+        let part: Part = "1/1".parse().unwrap();
+        let refused = |job: &Job, change: &dyn Fn(&mut Kept)| {
+            let mut kept = kept.clone();
+            change(&mut kept);
+            job.check(part, &kept).map_err(|error| error.field).err().unwrap_or_default()
+        };
+        assert_eq!((kept.nodes.len(), refused(&job, &|_| ())), (60, String::new()));
+        let changes: [(&dyn Fn(&mut Kept), &str); 6] = [
+            (&|kept| kept.nodes.clear(), "nodes"),
+            (&|kept| kept.nodes = vec![vec![Some(1.0)]], "nodes"),
+            (&|kept| kept.nodes.truncate(59), "nodes"),
+            (&|kept| kept.nodes[7] = vec![Some(1.0); 500], "nodes[7]"),
+            (&|kept| kept.nodes[59][4] = None, "nodes[59]"),
+            (&|kept| kept.nodes[0].truncate(9), "nodes[0]"),
+        ];
+        for (change, field) in changes {
+            assert_eq!(refused(&job, change), field);
+        }
+        let scenario = job.scenarios.get(0, &job.mission).unwrap();
+        let gone = Row::refused(&scenario, &Refusal::KeepOut { distance: 1.0, limit: 2.0 });
+        assert_eq!(refused(&job, &|kept| kept.row = gone.clone()), "nodes");
+        let without = Job { nodes: false, ..job.clone() };
+        assert_eq!(refused(&without, &|_| ()), "nodes");
+        assert_eq!(refused(&without, &|kept| kept.nodes.clear()), "");
+        // What stands at the nodes of a plan that cannot be flown may be no number.
+        let failed = |kept: &mut Kept| {
+            kept.row.verdict = crate::formats::Verdict::NotFlyable;
+            kept.nodes[59][4] = None;
+        };
+        assert_eq!(refused(&job, &failed), "");
     }
 }

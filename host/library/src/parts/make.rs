@@ -9,7 +9,9 @@ use crate::journal::{Heading, Journal};
 use crate::part::{self, Part};
 use crate::pool;
 use crate::progress::Progress;
+use std::io::ErrorKind;
 use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// A part that is complete.
@@ -39,56 +41,142 @@ pub fn make<W: Work>(
     progress: &mut dyn Progress,
 ) -> Result<Made, Error> {
     part.check(work.count(), W::COUNTED)?;
-    let header = work.header(part);
-    let table = part.table(out);
-    let range = part.range(work.count());
-    let rows = range.end - range.start;
-    let files: Vec<PathBuf> = [table.clone()].into_iter().chain(work.beside(&table)).collect();
-    if table.exists() {
-        is_the_same(&table, &header)?;
-        if let Some(gone) = files.iter().find(|file| !file.exists()) {
-            let name = table.file_name().unwrap_or_default().to_string_lossy();
+    let making = Making::new(work, part, out);
+    if let Some(made) = making.there()? {
+        making.sweep();
+        return Ok(made);
+    }
+    make_directory(out)?;
+    making.files.iter().try_for_each(|file| check_writable(file))?;
+    making.go_on(jobs, progress)
+}
+
+/// A part that is made.
+struct Making<'a, W: Work> {
+    work: &'a W,
+    part: Part,
+    header: W::Header,
+    range: Range<u64>,
+    table: PathBuf,
+    /// The table and those beside it.
+    files: Vec<PathBuf>,
+    log: PathBuf,
+}
+
+impl<'a, W: Work> Making<'a, W> {
+    fn new(work: &'a W, part: Part, out: &Path) -> Self {
+        let (header, range) = (work.header(part), part.range(work.count()));
+        let table = part.table(out);
+        let files = [table.clone()].into_iter().chain(work.beside(&table)).collect();
+        let log = out.join(format!("{}.journal.jsonl", part.stem()));
+        Self { work, part, header, range, table, files, log }
+    }
+
+    /// The part, if it is there already.
+    fn there(&self) -> Result<Option<Made>, Error> {
+        if !self.table.exists() {
+            return Ok(None);
+        }
+        is_the_same(&self.table, &self.header)?;
+        if let Some(gone) = self.files.iter().find(|file| !file.exists()) {
+            let name = self.table.file_name().unwrap_or_default().to_string_lossy();
             let reason = format!("no such file: remove {name} to make both again");
             return Err(Error::input(gone, "", reason));
         }
-        return Ok(Made { part, rows, planned: 0, files });
+        Ok(Some(self.made(0)))
     }
-    make_directory(out)?;
-    files.iter().try_for_each(|file| check_writable(file))?;
-    let log = out.join(format!("{}.journal.jsonl", part.stem()));
-    let mut places: Vec<Option<u64>> = vec![None; usize::try_from(rows).unwrap_or(usize::MAX)];
-    let at = |number: u64| usize::try_from(number - range.start).unwrap_or(usize::MAX);
-    let mut journal = Journal::open_each(&log, &header, &mut |place, kept: W::Kept| {
-        work.check(part, &kept)?;
-        places[at(W::number(&kept))] = Some(place);
-        Ok(())
-    })?;
-    files.iter().for_each(|file| remove_partials_of(file));
 
-    let pending: Vec<u64> = range.clone().filter(|number| places[at(*number)].is_none()).collect();
-    progress.begin(places.len(), places.len() - pending.len());
-    let run = |worker: &mut W::Worker, number: u64| work.run(worker, number);
-    let finish = |number: u64, kept: W::Kept| {
-        progress.done(W::is_well(&kept));
-        places[at(number)] = Some(journal.append_at(&kept)?);
-        Ok(())
-    };
-    let outcome = pool::plan_all_with(jobs, &pending, |_| W::Worker::default(), run, finish);
-    progress.end();
-    if outcome.is_err() {
-        journal.sync()?;
+    fn made(&self, planned: u64) -> Made {
+        let rows = self.range.end - self.range.start;
+        Made { part: self.part, rows, planned, files: self.files.clone() }
     }
-    outcome?;
 
-    let places: Vec<u64> = places.into_iter().flatten().collect();
-    let mut entries = work.entries();
-    let said = serde_json::to_string(&header);
-    entries.push((KEY, said.map_err(|error| Error::output(&table, &error.into()))?));
-    work.write_beside(&table, &entries, &journal, &places)?;
-    write_rows(work, &table, entries, &journal, &places)?;
-    // The table says it all from now on.
-    std::fs::remove_file(&log).map_err(|cause| Error::output(&log, &cause))?;
-    Ok(Made { part, rows, planned: pending.len() as u64, files })
+    /// Does what is not in the journal, whose lock keeps other programs from it, and writes the tables.
+    fn go_on(&self, jobs: NonZeroUsize, progress: &mut dyn Progress) -> Result<Made, Error> {
+        let (mut journal, mut places) = self.open()?;
+        // Another program may have ended the part before this one had the lock.
+        let there = self.there();
+        if !matches!(there, Ok(None)) {
+            let has_rows = places.iter().any(Option::is_some);
+            if there.is_ok() || !has_rows {
+                remove(&self.log)?;
+            }
+            return there.map(|made| made.unwrap_or_else(|| self.made(0)));
+        }
+        self.files.iter().for_each(|file| remove_partials_of(file));
+
+        let planned = self.finish(jobs, &mut journal, &mut places, progress)?;
+        let places: Vec<u64> = places.into_iter().flatten().collect();
+        let mut entries = self.work.entries();
+        let said = serde_json::to_string(&self.header);
+        entries.push((KEY, said.map_err(|error| Error::output(&self.table, &error.into()))?));
+        self.work.write_beside(&self.table, &entries, &journal, &places)?;
+        write_rows(self.work, &self.table, entries, &journal, &places)?;
+        // The table says it all from now on.
+        remove(&self.log)?;
+        Ok(self.made(planned))
+    }
+
+    /// The journal, and where in it each row of the part stands, if it is there.
+    fn open(&self) -> Result<(Journal<W::Kept>, Vec<Option<u64>>), Error> {
+        let rows = self.range.end - self.range.start;
+        let mut places = vec![None; usize::try_from(rows).unwrap_or(usize::MAX)];
+        let journal = Journal::open_each(&self.log, &self.header, &mut |place, kept: W::Kept| {
+            self.work.check(self.part, &kept)?;
+            places[self.at(W::number(&kept))] = Some(place);
+            Ok(())
+        })?;
+        Ok((journal, places))
+    }
+
+    fn at(&self, number: u64) -> usize {
+        usize::try_from(number - self.range.start).unwrap_or(usize::MAX)
+    }
+
+    /// Does the numbers that have no place yet; how many those are.
+    fn finish(
+        &self,
+        jobs: NonZeroUsize,
+        journal: &mut Journal<W::Kept>,
+        places: &mut [Option<u64>],
+        progress: &mut dyn Progress,
+    ) -> Result<u64, Error> {
+        let is_pending = |number: &u64| places[self.at(*number)].is_none();
+        let pending: Vec<u64> = self.range.clone().filter(is_pending).collect();
+        progress.begin(places.len(), places.len() - pending.len());
+        let run = |worker: &mut W::Worker, number: u64| self.work.run(worker, number);
+        let finish = |number: u64, kept: W::Kept| {
+            progress.done(W::is_well(&kept));
+            places[self.at(number)] = Some(journal.append_at(&kept)?);
+            Ok(())
+        };
+        let outcome = pool::plan_all_with(jobs, &pending, |_| W::Worker::default(), run, finish);
+        progress.end();
+        if outcome.is_err() {
+            journal.sync()?;
+        }
+        outcome.map(|()| pending.len() as u64)
+    }
+
+    /// Removes the journal of a part that is there: a program that was killed between the two has left it. One
+    /// that another program holds, or of other work, stays.
+    fn sweep(&self) {
+        let opened = || Journal::<W::Kept>::open_each(&self.log, &self.header, &mut |_, _| Ok(()));
+        if self.log.exists()
+            && let Ok(_locked) = opened()
+        {
+            // A directory that cannot be written keeps it; the part is there all the same.
+            let _ = remove(&self.log);
+        }
+    }
+}
+
+/// Removes a journal; one that is gone another program has removed.
+fn remove(log: &Path) -> Result<(), Error> {
+    match std::fs::remove_file(log) {
+        Err(cause) if cause.kind() != ErrorKind::NotFound => Err(Error::output(log, &cause)),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses a part that is there and is another's.
@@ -97,5 +185,133 @@ fn is_the_same<H: Heading>(table: &Path, header: &H) -> Result<(), Error> {
     match header.difference(&found) {
         Some((field, reason)) => Err(Error::input(table, field, reason)),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::FieldError;
+    use crate::formats::{Cell, Column};
+    use serde::{Deserialize, Serialize};
+
+    /// Numbers with a word, as work.
+    struct Words(&'static str);
+
+    #[derive(Serialize, Deserialize)]
+    struct Word(String);
+
+    impl Heading for Word {
+        const FORMAT: &'static str = "";
+        const WORK: &'static str = "test";
+
+        fn format(&self) -> &str {
+            ""
+        }
+
+        fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
+            (self.0 != begun.0).then(|| ("word", "another".into()))
+        }
+    }
+
+    impl Work for Words {
+        type Worker = ();
+        type Header = Word;
+        type Kept = u64;
+        const COUNTED: &'static str = "numbers";
+
+        fn count(&self) -> u64 {
+            3
+        }
+
+        fn header(&self, _: Part) -> Word {
+            Word(self.0.into())
+        }
+
+        fn entries(&self) -> Vec<(&'static str, String)> {
+            Vec::new()
+        }
+
+        fn run(&self, _: &mut (), number: u64) -> Result<u64, Error> {
+            Ok(number)
+        }
+
+        fn number(kept: &u64) -> u64 {
+            *kept
+        }
+
+        fn is_well(_: &u64) -> bool {
+            true
+        }
+
+        fn check(&self, _: Part, _: &u64) -> Result<(), FieldError> {
+            Ok(())
+        }
+
+        fn columns(&self, kept: &u64) -> Vec<Column> {
+            let cell = |text: &str| Cell::Text(text.into());
+            let column = |name: &str, cell| Column { name: name.into(), unit: "", cell };
+            vec![column("n", Cell::Integer(*kept as i64)), column("word", cell(self.0))]
+        }
+    }
+
+    const PART: &str = "1/1";
+
+    fn made(word: &'static str, out: &Path) -> Result<Made, Error> {
+        make(&Words(word), PART.parse().unwrap(), NonZeroUsize::MIN, out, &mut ())
+    }
+
+    /// What a program does that saw no part, and then had to wait for the journal.
+    fn late(word: &'static str, out: &Path) -> Result<Made, Error> {
+        let words = Words(word);
+        Making::new(&words, PART.parse().unwrap(), out).go_on(NonZeroUsize::MIN, &mut ())
+    }
+
+    fn names(out: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(out).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    // Verifies REM-CMP-001.
+    #[test]
+    fn a_part_that_another_program_ended_meanwhile_is_left_as_it_is() {
+        let dir = tempfile::tempdir().unwrap();
+        assert_eq!(made("a", dir.path()).unwrap().planned, 3);
+        let table = Part::all(1).next().unwrap().table(dir.path());
+        let whole = std::fs::read(&table).unwrap();
+        let reason = late("b", dir.path()).unwrap_err().to_string();
+        assert!(reason.ends_with("part-00001-of-00001.parquet: word: another"), "{reason}");
+        assert_eq!(late("a", dir.path()).unwrap().planned, 0);
+        assert_eq!(std::fs::read(&table).unwrap(), whole);
+        assert_eq!(names(dir.path()), ["part-00001-of-00001.parquet"]);
+    }
+
+    /// Who was killed after the table was there has left a journal.
+    #[test]
+    fn a_journal_beside_its_part_is_removed_and_no_others() {
+        let dir = tempfile::tempdir().unwrap();
+        made("a", dir.path()).unwrap();
+        let log = dir.path().join("part-00001-of-00001.journal.jsonl");
+        for line in ["", "\"a\"\n", "\"a\"\n0\n1\n2\n", "\"a\"\n0\n{"] {
+            std::fs::write(&log, line).unwrap();
+            assert_eq!(made("a", dir.path()).unwrap().planned, 0);
+            assert!(!log.exists(), "{line}");
+        }
+        std::fs::write(&log, "\"b\"\n0\n").unwrap();
+        made("a", dir.path()).unwrap();
+        assert!(log.exists());
+        // Nor one that another program holds.
+        std::fs::write(&log, "\"a\"\n").unwrap();
+        let held = std::fs::File::open(&log).unwrap();
+        held.try_lock().unwrap();
+        made("a", dir.path()).unwrap();
+        assert!(log.exists());
+    }
+
+    #[test]
+    fn a_journal_that_is_gone_at_the_end_is_no_error() {
+        let dir = tempfile::tempdir().unwrap();
+        remove(&dir.path().join("none")).unwrap();
+        assert!(remove(dir.path()).is_err());
     }
 }

@@ -15,6 +15,7 @@ mod gather;
 mod header;
 mod job;
 mod make;
+mod nodes;
 mod scenarios;
 mod work;
 mod write;
@@ -32,6 +33,8 @@ pub use write::Checksum;
 pub const COMMAND: &str = "remora.command";
 /// What a part keeps the checksum of all its rows under.
 const CHECKSUM: &str = "remora.checksum";
+/// What a part keeps the limits of its rows' residuals under, as an array in JSON; parts had none at first.
+const TOLERANCES: &str = "remora.tolerances";
 /// What a table keeps its format under.
 const FORMAT: &str = "remora.format";
 /// Folder-free start of the names of tables of nodes.

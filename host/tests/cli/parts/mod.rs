@@ -6,6 +6,7 @@ mod submit;
 mod table;
 
 use super::bench::Bench;
+use remora_host::formats::Cell;
 use serde_json::Value;
 use std::fs;
 
@@ -79,19 +80,24 @@ fn parts_of_another_kind_are_refused() {
     bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
     let second = "parts/part-00002-of-00002.parquet";
     for (other, field) in [
-        (CAMPAIGN.replace("--seed 3", "--seed 4"), "count"),
+        (CAMPAIGN.replace("--seed 3", "--seed 4"), "seed"),
         (CAMPAIGN.replace("--count 6", "--count 7"), "count"),
         (format!("{CAMPAIGN} --mode feasible"), "mode"),
         (format!("{CAMPAIGN} --warm-start heuristic"), "warm_start"),
         (format!("{CAMPAIGN} --mission heavy.mission.toml"), "mission"),
         (format!("{CAMPAIGN} --nodes"), "nodes"),
+        (format!("{CAMPAIGN} --deadline 1000"), "settings"),
     ] {
         bench.solves(&format!("{CAMPAIGN} --part 1/2 --out parts"));
         bench.solves(&format!("{other} --part 2/2 --out parts"));
         let message = format!("{second}: {field}: is of another kind than the first part: ");
         bench.refuses("gather parts", &message);
         // Nor is it taken for this one's.
-        let message = format!("{second}: {field}: this part was begun with another {field}");
+        let what = match field {
+            "settings" => "another --model, another --deadline or other planner settings",
+            field => &format!("another {field}"),
+        };
+        let message = format!("{second}: {field}: this part was begun with {what}; choose");
         bench.refuses(&format!("{CAMPAIGN} --part 2/2 --out parts"), &message);
         fs::remove_file(bench.path(second)).unwrap();
     }
@@ -137,6 +143,105 @@ fn a_wrong_row_is_found_by_planning_again() {
         let told = format!("planned again: 6, of which 1 differ\n  part 2/3: s3-002: {column}\n");
         assert!(run.out.contains(&told), "{}", run.out);
     }
+}
+
+/// A sum that is right does not make a row of what no plan has.
+// Verifies REM-CMP-001.
+#[test]
+fn a_forged_row_is_refused() {
+    let bench = Bench::new();
+    make(&bench, CAMPAIGN, 2, "parts");
+    let file = "parts/part-00002-of-00002.parquet";
+    let whole = fs::read(bench.path(file)).unwrap();
+    let word = |text: &str| Cell::Text(text.into());
+    for (column, cell, field) in [
+        ("residual_dynamics1", Cell::Number(1e9), "residuals.dynamics1"),
+        ("residual_dynamics1", Cell::Number(f64::NAN), "residuals.dynamics1"),
+        ("residual_dynamics1", Cell::Number(-1.0), "residuals.dynamics1"),
+        ("stage2_cost", Cell::Number(f64::NAN), "stage2.cost"),
+        ("stage2_cost", Cell::Number(-1.0), "stage2.cost"),
+        ("stage2_cost", Cell::Number(1e308), "stage2.cost"),
+        ("status", word("infeasible"), "verdict"),
+        ("reason", word("keep_out"), "reason"),
+        ("time_s", Cell::Number(-1.0), "time_s"),
+        ("stage1_time_s", Cell::Number(f64::INFINITY), "stage1.time_s"),
+        ("plan_checksum", word("zz"), "plan_checksum"),
+        ("warm_start", word("warm"), "warm_start"),
+        ("stage1_iterations", Cell::Integer(1 << 40), "stage1.iterations"),
+    ] {
+        bench.write(file, &whole);
+        table::put(&bench, file, column, cell);
+        bench.refuses("gather parts", &format!("{file}: {field}: is "));
+    }
+    // A scenario of a list that has two rows.
+    make(&bench, "campaign --scenarios set.scenarios.json --integrator euler", 2, "listed");
+    let file = "listed/part-00002-of-00002.parquet";
+    table::put(&bench, file, "scenario", word("s1-000"));
+    bench.refuses("gather listed", &format!("{file}: scenario: \"s1-000\" has a row already"));
+}
+
+/// Who gathers a directory does not write over other work's files.
+// Verifies REM-CMP-001.
+#[test]
+fn a_directory_of_two_kinds_is_refused() {
+    let bench = Bench::new();
+    let whole = "campaign --count 1 --seed 3 --integrator euler --out both";
+    bench.solves(whole);
+    bench.solves(&format!("{whole} --part 1/1"));
+    let beside = "and there are parts of a campaign beside it: move either elsewhere";
+    for name in ["journal.jsonl", "results.parquet"] {
+        let told = format!("both/{name}: is of a campaign in one piece, {beside}");
+        bench.refuses("gather both", &told);
+        fs::remove_file(bench.path(&format!("both/{name}"))).unwrap();
+    }
+    bench.write("both/dataset.json", "{}");
+    bench.refuses("gather both", &format!("both/dataset.json: is of a dataset, {beside}"));
+    fs::remove_file(bench.path("both/dataset.json")).unwrap();
+    bench.solves("gather both");
+}
+
+/// A journal that a kill has left beside its part goes when the part is asked for again.
+// Verifies REM-CMP-002.
+#[test]
+fn a_journal_beside_its_part_goes() {
+    let bench = Bench::new();
+    let line = format!("{CAMPAIGN} --part 1/6 --out parts");
+    bench.solves(&line);
+    let (table, log) =
+        ("parts/part-00001-of-00006.parquet", "parts/part-00001-of-00006.journal.jsonl");
+    let header = table::entry(&bench, table, "remora.part");
+    bench.write(log, &format!("{header}\n"));
+    bench.solves(&line);
+    assert_eq!(bench.names("parts"), ["part-00001-of-00006.parquet"]);
+}
+
+/// Nodes that a machine has kept wrongly are found as its rows are, and those of no plan refused.
+// Verifies REM-CMP-003.
+#[test]
+fn wrong_nodes_are_found() {
+    let bench = Bench::new();
+    make(&bench, &format!("{CAMPAIGN} --nodes"), 2, "parts");
+    let run = bench.solves("gather parts --recompute 6");
+    assert!(run.out.contains("planned again: 6, of which 0 differ"), "{}", run.out);
+    let file = "parts/nodes-part-00002-of-00002.parquet";
+    let whole = fs::read(bench.path(file)).unwrap();
+    for (column, cell, reason) in [
+        ("scenario", Cell::Text("s3-009".into()), "s3-003: has 0 nodes where its plan is next"),
+        ("node", Cell::Integer(3), "s3-003: has 0 nodes where its plan is next"),
+        ("force_r_n", Cell::Number(f64::NAN), "s3-003: holds no number at node 0 of it"),
+        ("time_s", Cell::Number(f64::INFINITY), "s3-003: holds no number at node 0 of it"),
+    ] {
+        bench.write(file, &whole);
+        table::put(&bench, file, column, cell);
+        bench.refuses("gather parts", &format!("{file}: {reason}"));
+    }
+    bench.write(file, &whole);
+    table::plant(&bench, file, "force_r_n", table::Sum::Right);
+    bench.solves("gather parts");
+    let run = bench.run("gather parts --recompute 6");
+    assert_eq!(run.status, 1, "{}", run.err);
+    let told = "planned again: 6, of which 1 differ\n  part 2/2: s3-003: node 0: force_r_n\n";
+    assert!(run.out.contains(told), "{}", run.out);
 }
 
 #[test]

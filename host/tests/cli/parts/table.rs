@@ -12,6 +12,11 @@ fn cells(bench: &Bench, file: &str) -> (TableReader, Vec<Vec<Cell>>) {
     (table, rows)
 }
 
+/// What a table says of itself under a key.
+pub fn entry(bench: &Bench, file: &str, key: &str) -> String {
+    cells(bench, file).0.entries[key].clone()
+}
+
 /// Rows of all parts but for times, bit by bit, sorted.
 pub fn rows(bench: &Bench, out: &str) -> Vec<Vec<u8>> {
     let names = bench.names(out).into_iter();
@@ -41,13 +46,22 @@ pub enum Sum {
 
 /// Changes a column of a part's first row.
 pub fn plant(bench: &Bench, file: &str, column: &str, sum: Sum) {
-    let (table, mut rows) = cells(bench, file);
-    let at = table.names.iter().position(|name| name == column).unwrap();
-    rows[0][at] = match &rows[0][at] {
+    change(bench, file, column, sum, |cell| match cell {
         Cell::Number(x) => Cell::Number(0.5 * x),
         Cell::Text(_) => Cell::Text("0123456789abcdef".into()),
         other => other.clone(),
-    };
+    });
+}
+
+/// Puts a cell into a part's first row, and the checksum that it then has.
+pub fn put(bench: &Bench, file: &str, column: &str, cell: Cell) {
+    change(bench, file, column, Sum::Right, |_| cell);
+}
+
+fn change(bench: &Bench, file: &str, column: &str, sum: Sum, to: impl FnOnce(&Cell) -> Cell) {
+    let (table, mut rows) = cells(bench, file);
+    let at = table.names.iter().position(|name| name == column).unwrap();
+    rows[0][at] = to(&rows[0][at]);
     let mut hash = Fnv::default();
     let named = |row: &Vec<Cell>| -> Vec<Column> {
         let pairs = row.iter().zip(&table.names);
