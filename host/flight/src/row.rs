@@ -255,7 +255,8 @@ mod tests {
             row.check(1).map_err(|error| error.field).err().unwrap_or_default()
         };
         assert_eq!(refused(&|_| ()), "");
-        let changes: [(&dyn Fn(&mut FlownRow), &str); 11] = [
+        type Change<'a> = &'a dyn Fn(&mut FlownRow);
+        let changes: [(Change<'_>, &str); 11] = [
             (&|f| f.replans = [1, 2], "flown.replans"),
             (&|f| f.time_s = f64::INFINITY, "flown.time_s"),
             (&|f| f.time_s = -1.0, "flown.time_s"),

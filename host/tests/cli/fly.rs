@@ -174,8 +174,10 @@ fn another_plan_is_not_flown_where_flights_have_begun() {
     let [name] = &bench.names("runs/plans")[..] else { panic!("one plan") };
     let flown = bench.read(&format!("runs/plans/{name}"));
     bench.solves("plan --scenarios set.scenarios.json --mode feasible --out b.plan.json");
-    let message = "is another plan, of the flights that have begun there: choose another --out";
-    bench.refuses(&format!("fly b.plan.json {fly}"), message);
+    let message = format!(
+        "runs/plans/{name}: is another plan, of the flights that have begun there: choose another --out"
+    );
+    bench.refuses(&format!("fly b.plan.json {fly}"), &message);
     assert_eq!(bench.read(&format!("runs/plans/{name}")), flown);
     // The same plan, made again, took another time.
     bench.solves("plan --scenarios set.scenarios.json --out a.plan.json --force");

@@ -72,7 +72,6 @@ pub fn gather(directory: &Path) -> Result<Gathered<Summary>, Error> {
     let mut same = Checksum::default();
     let mut tally = Tally::default();
     let mut method = Method::default();
-    // Of listed scenarios: those that are drawn are known by their number.
     let mut ids = HashSet::new();
     for (part, file) in &tables {
         let table = TableReader::open(file)?;
@@ -93,9 +92,9 @@ pub fn gather(directory: &Path) -> Result<Gathered<Summary>, Error> {
             }
         }
         read_part(file, &table, &header, |row, _| {
-            if header.seed.is_none() && !ids.insert(row.scenario.clone()) {
-                let reason = format!("{:?} has a row already", row.scenario);
-                return Err(Error::input(file, "scenario", reason));
+            // Those that are drawn are known by their number.
+            if header.seed.is_none() {
+                first_of(&mut ids, row).map_err(|error| error.at(file))?;
             }
             tally.add(row);
             same.add_some(&columns(row, &method), |name| !TIMES.contains(&name));
@@ -106,6 +105,14 @@ pub fn gather(directory: &Path) -> Result<Gathered<Summary>, Error> {
     let run = Run { planned: 0, resumed: tally.rows(), wall_s: 0.0 };
     let summary = tally.summary(&method, run);
     Gathered::new(tables, &same, summary, command, &directory.join("summary.json"))
+}
+
+/// Refuses a scenario's second row.
+fn first_of(ids: &mut HashSet<String>, row: &Row) -> Result<(), FieldError> {
+    match ids.insert(row.scenario.clone()) {
+        true => Ok(()),
+        false => Err(FieldError::new("scenario", format!("{:?} has a row already", row.scenario))),
+    }
 }
 
 /// How the plans of a part were made, as far as its rows say.

@@ -208,7 +208,8 @@ mod tests {
             job.check(part, &kept).map_err(|error| error.field).err().unwrap_or_default()
         };
         assert_eq!((kept.nodes.len(), refused(&job, &|_| ())), (60, String::new()));
-        let changes: [(&dyn Fn(&mut Kept), &str); 6] = [
+        type Change<'a> = &'a dyn Fn(&mut Kept);
+        let changes: [(Change<'_>, &str); 6] = [
             (&|kept| kept.nodes.clear(), "nodes"),
             (&|kept| kept.nodes = vec![vec![Some(1.0)]], "nodes"),
             (&|kept| kept.nodes.truncate(59), "nodes"),

@@ -51,6 +51,9 @@ pub fn make<W: Work>(
     making.go_on(jobs, progress)
 }
 
+/// Where in the journal each row of a part stands, if it is there.
+type Places = Vec<Option<u64>>;
+
 /// A part that is made.
 struct Making<'a, W: Work> {
     work: &'a W,
@@ -117,8 +120,8 @@ impl<'a, W: Work> Making<'a, W> {
         Ok(self.made(planned))
     }
 
-    /// The journal, and where in it each row of the part stands, if it is there.
-    fn open(&self) -> Result<(Journal<W::Kept>, Vec<Option<u64>>), Error> {
+    /// The journal, and what is in it.
+    fn open(&self) -> Result<(Journal<W::Kept>, Places), Error> {
         let rows = self.range.end - self.range.start;
         let mut places = vec![None; usize::try_from(rows).unwrap_or(usize::MAX)];
         let journal = Journal::open_each(&self.log, &self.header, &mut |place, kept: W::Kept| {

@@ -171,7 +171,7 @@ fn a_forged_row_is_refused() {
     ] {
         bench.write(file, &whole);
         table::put(&bench, file, column, cell);
-        bench.refuses("gather parts", &format!("{file}: {field}: is "));
+        bench.refuses("gather parts", &format!("{file}: {field}: "));
     }
     // A scenario of a list that has two rows.
     make(&bench, "campaign --scenarios set.scenarios.json --integrator euler", 2, "listed");
