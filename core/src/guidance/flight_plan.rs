@@ -1,6 +1,6 @@
 //! The plan that is flown, and what it asks for at any instant.
 
-use super::guarded::bits;
+use super::guarded::{Parity, bits};
 use crate::dynamics::{Acceleration, Control, Integrator, Multibody, State};
 use crate::model::{Grid, HcwTransition, Mission, Scenario, TargetState, hcw_acceleration};
 use crate::planner::Nominal;
@@ -213,6 +213,23 @@ pub(super) struct Cursor<const NL: usize> {
     target: TargetState,
 }
 
+/// Without the acceleration, which is computed anew whenever it moves on.
+impl<const NL: usize> Parity for Cursor<NL> {
+    // Once in an image.
+    #[inline(never)]
+    fn parity(&self) -> u64 {
+        let State { attitude, joint_angle, rate, joint_rate } = &self.state;
+        self.node as u64
+            ^ bits(&[self.time])
+            ^ bits(&attitude.data.0[0])
+            ^ bits(&joint_angle.data.0[0])
+            ^ bits(&rate.data.0[0])
+            ^ bits(&joint_rate.data.0[0])
+            ^ bits(&self.target.attitude.data.0[0])
+            ^ bits(&self.target.rate.data.0[0])
+    }
+}
+
 impl<const NL: usize> Cursor<NL> {
     /// Not on the plan yet.
     pub const START: Self = Self {
@@ -232,22 +249,6 @@ impl<const NL: usize> Cursor<NL> {
     pub fn at(&mut self, plan: &FlightPlan<NL>, mission: &Mission<NL>, time: f64) -> Reference<NL> {
         self.follow(plan, mission, time, plan.substeps);
         self.reference(plan, mission)
-    }
-
-    /// Each bit is how often it is set in the place, odd or even; without the acceleration, which is computed
-    /// anew whenever it moves on.
-    // Once in an image.
-    #[inline(never)]
-    pub fn parity(&self) -> u64 {
-        let State { attitude, joint_angle, rate, joint_rate } = &self.state;
-        self.node as u64
-            ^ bits(&[self.time])
-            ^ bits(&attitude.data.0[0])
-            ^ bits(&joint_angle.data.0[0])
-            ^ bits(&rate.data.0[0])
-            ^ bits(&joint_rate.data.0[0])
-            ^ bits(&self.target.attitude.data.0[0])
-            ^ bits(&self.target.rate.data.0[0])
     }
 
     /// Number `element` of the place, for fault injection: time, state, its acceleration, target.

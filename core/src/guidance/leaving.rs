@@ -1,6 +1,6 @@
 //! Leaving the target: away from it, or past it, where force away from it does not come.
 
-use super::guarded::bits;
+use super::guarded::{Parity, bits};
 use super::tracking::{Effort, SOON, Tracking};
 use super::{Estimate, Limits};
 use crate::dynamics::{Acceleration, Control, Multibody, State};
@@ -37,17 +37,18 @@ pub(super) struct Leaving<const NL: usize> {
     pub joint_angle: SVector<f64, NL>,
 }
 
+impl<const NL: usize> Parity for Leaving<NL> {
+    fn parity(&self) -> u64 {
+        let Self { without, past, joint_angle } = self;
+        let past = past.unwrap_or_default();
+        bits(&without.data.0[0]) ^ bits(&past.data.0[0]) ^ bits(&joint_angle.data.0[0])
+    }
+}
+
 impl<const NL: usize> Leaving<NL> {
     /// Without force along a unit vector (RTN), zero for none.
     pub fn without(without: Vector3<f64>) -> Self {
         Self { without, past: None, joint_angle: SVector::zeros() }
-    }
-
-    /// Each bit is how often it is set, odd or even.
-    pub fn parity(&self) -> u64 {
-        let Self { without, past, joint_angle } = self;
-        let past = past.unwrap_or_default();
-        bits(&without.data.0[0]) ^ bits(&past.data.0[0]) ^ bits(&joint_angle.data.0[0])
     }
 
     /// What one step asks of the actuators.

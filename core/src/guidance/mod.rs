@@ -101,13 +101,14 @@ impl<const NL: usize> Parity for Memory<NL> {
     #[inline(never)]
     fn parity(&self) -> u64 {
         let Errors { position, attitude, joint } = &self.integrals;
-        let Offset { seen, value, rate, .. } = &self.offset;
+        let Offset { seen, value, rate, is_astray } = &self.offset;
         bits(&position.data.0[0])
             ^ bits(&attitude.data.0[0])
             ^ bits(&joint.data.0[0])
             ^ bits(&seen.data.0[0])
             ^ bits(&value.data.0[0])
             ^ bits(&rate.data.0[0])
+            ^ u64::from(*is_astray)
             ^ bits(&[self.first.unwrap_or(0.0)])
             ^ self.jump.as_ref().map_or(0, Jump::parity)
             ^ self.asked.as_ref().map_or(0, Request::parity)
@@ -121,7 +122,7 @@ enum Request<const NL: usize> {
     Abort(Leaving<NL>),
 }
 
-impl<const NL: usize> Request<NL> {
+impl<const NL: usize> Parity for Request<NL> {
     fn parity(&self) -> u64 {
         match self {
             Self::Replan => 1,
@@ -168,7 +169,7 @@ struct Jump<const NL: usize> {
     at: Option<f64>,
 }
 
-impl<const NL: usize> Jump<NL> {
+impl<const NL: usize> Parity for Jump<NL> {
     fn parity(&self) -> u64 {
         let Self { force, control: Control { bus_torque, joint_torque }, at } = self;
         bits(&force.data.0[0])
