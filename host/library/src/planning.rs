@@ -365,15 +365,30 @@ impl<const NL: usize> PlanJob<NL> {
     /// # Errors
     /// Where a file cannot be written; that is found out before planning.
     pub fn run(&self) -> Result<Planned, Error> {
-        let evidence = formats::evidence_path(&self.out);
-        formats::check_writable(&self.out)?;
-        formats::check_writable(&evidence)?;
+        self.check_writable()?;
         let planned = self.plan()?;
-        if planned.refusal.is_some() {
-            return Ok(planned);
-        }
-        planned.evidence.write_with(&planned.file, &self.out)?;
+        self.write(&planned)?;
         Ok(planned)
+    }
+
+    /// Finds out before planning whether plan and evidence could be written.
+    ///
+    /// # Errors
+    /// The file that cannot be, with the reason.
+    pub fn check_writable(&self) -> Result<(), Error> {
+        formats::check_writable(&self.out)?;
+        formats::check_writable(&formats::evidence_path(&self.out))
+    }
+
+    /// Writes what [`Self::plan`] made, as [`Self::run`] does.
+    ///
+    /// # Errors
+    /// The file that cannot be written, with the reason; then neither is.
+    pub fn write(&self, planned: &Planned) -> Result<(), Error> {
+        match planned.refusal {
+            Some(_) => Ok(()),
+            None => planned.evidence.write_with(&planned.file, &self.out),
+        }
     }
 
     /// Makes the plan and writes nothing.

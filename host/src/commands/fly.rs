@@ -10,7 +10,7 @@ use crate::report;
 use remora_core::advanced::model::Mission;
 use remora_flight::parts::is_flown_in;
 use remora_host::error::Error;
-use remora_host::formats::{PlanFile, check_writable, make_directory};
+use remora_host::formats::{PlanFile, make_directory};
 use remora_host::planning::PlanJob;
 use remora_host::threads::Threads;
 use remora_host::with_joints;
@@ -135,10 +135,10 @@ impl Args {
             return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
         }
         make_directory(&self.out.join("plans"))?;
-        check_writable(&job.out)?;
+        job.check_writable()?;
         let planned = job.plan()?;
         if !self.is_there(&path, &planned.file)? {
-            planned.evidence.write_with(&planned.file, &job.out)?;
+            job.write(&planned)?;
         }
         self.fly(path, &planned.file, NL, errors)
     }

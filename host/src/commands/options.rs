@@ -303,19 +303,24 @@ pub(super) fn drawn<const NL: usize>(
     })
 }
 
+/// A number of threads; each has a stack and memory of its own.
+pub(super) fn jobs() -> impl TypedValueParser<Value = NonZeroUsize> {
+    let jobs = clap::value_parser!(u16).range(1..=1024);
+    jobs.map(|jobs| NonZeroUsize::new(jobs.into()).unwrap_or(NonZeroUsize::MIN))
+}
+
 /// How many threads work.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct JobsArgs {
     /// Worker threads [default: the machine's cores]
-    // Each has a planner's memory of its own.
-    #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    jobs: Option<u16>,
+    #[arg(long, value_name = "J", value_parser = jobs())]
+    jobs: Option<NonZeroUsize>,
 }
 
 impl JobsArgs {
     pub(super) fn jobs(self) -> NonZeroUsize {
         let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        self.jobs.and_then(|jobs| NonZeroUsize::new(jobs.into())).unwrap_or_else(cores)
+        self.jobs.unwrap_or_else(cores)
     }
 }
 

@@ -198,7 +198,8 @@ impl Args {
 
 /// How this program was called, to be called again.
 fn called() -> String {
-    std::env::args().next().unwrap_or_else(|| "remora".into())
+    let program = std::env::args_os().next();
+    program.map_or_else(|| "remora".into(), |program| program.to_string_lossy().into_owned())
 }
 
 /// Whether a file is an earlier plan of the same scenario, which a new one may replace.

@@ -1,7 +1,7 @@
 //! `remora reproduce`
 
 use super::Output;
-use super::options::{COUNT, IntegratorArgs, JsonArgs, MissionArgs, SEED, choice, drawn};
+use super::options::{COUNT, IntegratorArgs, JsonArgs, MissionArgs, SEED, choice, drawn, jobs};
 use super::progress::Bar;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
@@ -34,7 +34,7 @@ pub(super) struct Args {
     #[command(flatten)]
     mission: MissionArgs,
     /// Worker threads
-    #[arg(long, value_name = "J", default_value_t = NonZeroUsize::MIN)]
+    #[arg(long, value_name = "J", value_parser = jobs(), default_value_t = NonZeroUsize::MIN)]
     jobs: NonZeroUsize,
     /// Directory of the results; made where it does not exist
     #[arg(long, value_name = "DIR")]

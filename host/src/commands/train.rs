@@ -1,7 +1,7 @@
 //! `remora train`
 
 use super::Output;
-use super::options::{JsonArgs, MissionArgs};
+use super::options::{JsonArgs, MissionArgs, jobs};
 use super::progress::{is_shown_live, tell};
 use indicatif::{ProgressBar, ProgressStyle};
 use remora_core::advanced::model::Mission;
@@ -38,7 +38,7 @@ pub(super) struct Args {
     #[arg(long)]
     resume: bool,
     /// Worker threads
-    #[arg(long, alias = "threads", value_name = "J", default_value = "1")]
+    #[arg(long, alias = "threads", value_name = "J", value_parser = jobs(), default_value = "1")]
     jobs: NonZeroUsize,
     /// Where to compute; cuda in programs built with the feature of that name
     #[arg(long, value_name = "DEVICE", default_value = "cpu")]

@@ -56,8 +56,8 @@ pub use mission_servicer::{Link as MissionLink, Servicer as MissionServicer};
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout};
 pub use nodes::{ABOUT_NODES, node_columns, node_numbers, node_row};
 pub use output::{
-    check_writable, make_directory, remove_partials, remove_partials_among, remove_partials_of,
-    write_as_it_comes, write_atomically, write_first, write_together,
+    check_writable, make_directory, remove_file, remove_partials, remove_partials_among,
+    remove_partials_of, write_as_it_comes, write_atomically, write_first, write_together,
 };
 pub use packet::is_named_packet;
 pub use plan_convert::StageEnd;

@@ -60,7 +60,7 @@ fn open(file: &Path) -> io::Result<(PathBuf, File)> {
         if !is_held && partial.try_exists().unwrap_or(true) {
             return Ok((partial, handle));
         }
-        remove(&partial)?;
+        remove_file(&partial)?;
     }
 }
 
@@ -77,7 +77,7 @@ pub fn check_writable(file: &Path) -> Result<(), Error> {
     let check = || {
         let (partial, handle) = open(&resolved(file)?)?;
         drop(handle);
-        remove(&partial)
+        remove_file(&partial)
     };
     check().map_err(|cause| Error::output(file, &cause))
 }
@@ -116,10 +116,10 @@ pub fn write_first(file: &Path, bytes: &[u8]) -> Result<bool, Error> {
             // Who finds the file may lock it at once.
             let _ = handle.unlock();
             match fs::hard_link(partial, file) {
-                Ok(()) => remove(partial),
+                Ok(()) => remove_file(partial),
                 Err(_) if file.exists() => {
                     is_first = false;
-                    remove(partial)
+                    remove_file(partial)
                 }
                 // A file system without links.
                 Err(_) => fs::rename(partial, file),
@@ -158,9 +158,12 @@ pub fn write_together(files: &[(&Path, Vec<u8>)]) -> Result<(), Error> {
     placed
 }
 
-/// Removes a partial file, unless another program that found `file` written has swept it away.
-fn remove(partial: &Path) -> io::Result<()> {
-    match fs::remove_file(partial) {
+/// Removes a file. One that is gone another program has removed, or swept away.
+///
+/// # Errors
+/// Why it stays.
+pub fn remove_file(file: &Path) -> io::Result<()> {
+    match fs::remove_file(file) {
         Err(cause) if cause.kind() != io::ErrorKind::NotFound => Err(cause),
         _ => Ok(()),
     }
@@ -387,8 +390,9 @@ mod tests {
         assert_eq!(swept(), 2);
         drop(handle);
         assert_eq!(swept(), 1);
-        // What another has removed meanwhile need not be removed.
-        assert!(remove(&partial).is_ok());
+        // What another has removed meanwhile need not be removed; what cannot be is told.
+        assert!(remove_file(&partial).is_ok());
+        assert!(remove_file(dir.path()).is_err());
     }
 
     /// Names of all lengths that a file system allows, in letters of one byte and of several, and in no letters.

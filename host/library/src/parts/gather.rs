@@ -168,12 +168,3 @@ fn limits(file: &Path, table: &TableReader) -> Result<[f64; Residuals::COUNT], E
         None => Ok([f64::MAX; Residuals::COUNT]),
     }
 }
-
-/// What makes a table of nodes another's than a part's.
-pub(super) fn other_part(nodes: &Header, part: &Header) -> Option<String> {
-    match nodes == part {
-        true => None,
-        false if nodes.part == part.part => Some("is of another kind than the part".into()),
-        false => Some(format!("is {}", nodes.part)),
-    }
-}

@@ -33,6 +33,15 @@ impl Header {
         Self { format: FORMAT.into(), part, ..of }
     }
 
+    /// What makes a table of nodes that says this of itself another's than a part's.
+    pub(super) fn is_beside_another(&self, part: &Self) -> Option<String> {
+        match self == part {
+            true => None,
+            false if self.part == part.part => Some("is of another kind than the part".into()),
+            false => Some(format!("is {}", self.part)),
+        }
+    }
+
     /// The first difference from another part of the same campaign.
     pub fn differs_from(&self, other: &Self) -> Option<(&'static str, String)> {
         if self.format != other.format {

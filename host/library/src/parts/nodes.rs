@@ -1,6 +1,5 @@
 //! A part's table of nodes, read beside its rows.
 
-use super::gather::other_part;
 use super::write::{Checksum, nodes_file};
 use super::{CHECKSUM, FORMAT, Header, KEY, NODES_FORMAT};
 use crate::error::Error;
@@ -35,7 +34,7 @@ impl Nodes {
             return Err(Error::input(&file, FORMAT, format!("is not {NODES_FORMAT}")));
         }
         let said: Header = part::said(&file, &table, KEY)?;
-        if let Some(reason) = other_part(&said, header) {
+        if let Some(reason) = said.is_beside_another(header) {
             return Err(Error::input(&file, "part", reason));
         }
         let is_of = |joints: usize| {
