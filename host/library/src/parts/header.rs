@@ -33,8 +33,8 @@ impl Header {
         Self { format: FORMAT.into(), part, ..of }
     }
 
-    /// What makes a table of nodes that says this of itself another's than a part's.
-    pub(super) fn is_beside_another(&self, part: &Self) -> Option<String> {
+    /// What makes a table of nodes that says this of itself another than a part's, if it is.
+    pub(super) fn mismatch(&self, part: &Self) -> Option<String> {
         match self == part {
             true => None,
             false if self.part == part.part => Some("is of another kind than the part".into()),

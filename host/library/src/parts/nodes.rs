@@ -34,7 +34,7 @@ impl Nodes {
             return Err(Error::input(&file, FORMAT, format!("is not {NODES_FORMAT}")));
         }
         let said: Header = part::said(&file, &table, KEY)?;
-        if let Some(reason) = said.is_beside_another(header) {
+        if let Some(reason) = said.mismatch(header) {
             return Err(Error::input(&file, "part", reason));
         }
         let is_of = |joints: usize| {
