@@ -7,7 +7,7 @@
 
 use crate::dynamics::TRACKING_ITERATIONS;
 use crate::guidance::{MAX_DRIFT_STEPS, MAX_ESCAPE_STEPS, MAX_REFERENCE_STEPS};
-use crate::model::MAX_TUMBLE_SUBSTEPS;
+use crate::model::{MAX_ECCENTRICITY_STEPS, MAX_TUMBLE_SUBSTEPS};
 use crate::planner::{MAX_FORCE_TRIALS, MAX_TIGHTENINGS};
 use crate::scp::{MAX_CORRECTIONS, MAX_ITERATIONS, MAX_SEARCHES, Settings};
 use crate::stages::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
@@ -45,7 +45,7 @@ const SOLVER: InteriorPointSettings = InteriorPointSettings::DEFAULT;
 const LONGEST_ROW: usize = 4 * limit::WIDTH;
 
 /// The table, from the outermost loop inwards.
-pub const LOOPS: [LoopBound; 24] = [
+pub const LOOPS: [LoopBound; 25] = [
     LoopBound {
         name: "trials of less force",
         file: "src/planner/run.rs",
@@ -261,6 +261,15 @@ pub const LOOPS: [LoopBound; 24] = [
         most: Some(MAX_DRIFT_STEPS as u64),
         from: "guidance::MAX_DRIFT_STEPS",
         ends: "one orbit",
+    },
+    LoopBound {
+        name: "steps about an ellipse",
+        file: "src/model/feasibility/eccentricity.rs",
+        turn: "one RK4 step of free motion about an eccentric orbit, before planning",
+        default: Some(MAX_ECCENTRICITY_STEPS as u64),
+        most: Some(MAX_ECCENTRICITY_STEPS as u64),
+        from: "model::MAX_ECCENTRICITY_STEPS",
+        ends: "the end of the horizon",
     },
 ];
 

@@ -10,7 +10,7 @@
 //! make `R` definite that way.
 
 use super::{Qp, QpStage};
-use crate::dense::{cholesky_in_place, matrix, project_positive, zeros};
+use crate::dense::{cholesky_in_place, divisor, matrix, project_positive, zeros};
 use crate::simd::multiversion;
 use nalgebra::{SMatrix, SVector};
 
@@ -54,7 +54,7 @@ multiversion! {
         cholesky_in_place(&mut factor).ok()?;
         factor = r;
         cholesky_in_place(&mut factor).ok()?;
-        let inverse = factor.diagonal().map(|pivot| 1.0 / pivot);
+        let inverse = factor.diagonal().map(|pivot| 1.0 / divisor(pivot));
 
         let (mut pa, mut at) = (zeros::<NX, NX>(), zeros::<NX, NX>());
         matrix::multiply(&mut pa.data.0, &p.data.0, &stage.a.data.0);

@@ -11,7 +11,7 @@ use super::{FlightPlan, Reference};
 use crate::math::quaternion;
 use crate::model::{Mission, TargetState};
 use nalgebra::Vector3;
-use remora_qp::dense::clamp;
+use remora_qp::dense::{clamp, divisor};
 
 /// Distances from the port's plane that are added to the plan, when, and how far ahead the plan is flown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,6 +111,7 @@ pub(super) fn smooth(since: f64, time: f64) -> [f64; 3] {
     if !(time > 0.0) {
         return [1.0, 0.0, 0.0];
     }
+    let time = divisor(time);
     let s = clamp(since / time, 0.0, 1.0);
     let is_under_way = s > 0.0 && s < 1.0;
     let acceleration = if is_under_way { (6.0 - 12.0 * s) / (time * time) } else { 0.0 };
@@ -119,6 +120,7 @@ pub(super) fn smooth(since: f64, time: f64) -> [f64; 3] {
 
 /// A smoother step, whose second derivative begins and ends at zero: `s^3 (10 - 15 s + 6 s^2)`.
 fn smoother(since: f64, time: f64) -> [f64; 3] {
+    let time = divisor(time);
     let s = clamp(since / time, 0.0, 1.0);
     let rest = 1.0 - s;
     let acceleration = 60.0 * s * rest * (rest - s) / (time * time);

@@ -5,7 +5,10 @@ use crate::dynamics::{Control, Multibody, State};
 use crate::model::{Mission, Servicer, TargetState};
 use crate::stages::LINKS;
 use nalgebra::{SVector, Vector3};
-use remora_qp::dense::clamp;
+use remora_qp::dense::{clamp, divisor, is_usable};
+
+/// Square of a quaternion's length up to which it is no attitude.
+const LEAST_SQUARE: f64 = 1e-12;
 
 /// What navigation knows at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +28,8 @@ pub struct Estimate<const NL: usize = LINKS> {
 }
 
 impl<const NL: usize> Estimate<NL> {
-    /// Of a servicer and a target that are exactly where a plan expects them at `time` [s].
+    /// Estimate of a servicer and a target that are exactly where a plan has them at `time` [s]. Near capture
+    /// guidance has the servicer elsewhere: [`Guidance::expected`](super::Guidance::expected).
     pub fn as_planned(mission: &Mission<NL>, time: f64, planned: &Reference<NL>) -> Self {
         let (center, drift) = Multibody::new(mission).center_of_mass(&planned.state);
         Self {
@@ -38,14 +42,17 @@ impl<const NL: usize> Estimate<NL> {
         }
     }
 
-    /// Whether every number is finite.
+    /// Whether every number is finite, and small enough to compute with, and no attitude is nearly zero.
     pub fn is_finite(&self) -> bool {
+        let State { attitude, joint_angle, rate, joint_rate } = &self.state;
+        let TargetState { attitude: target, rate: target_rate } = &self.target;
         let wrist = self.wrist.unwrap_or_default();
-        let sum = self.position + self.velocity + self.target.rate + wrist;
-        let target = self.target.attitude.iter().chain(sum.iter());
-        self.time.is_finite()
-            && self.state.is_finite()
-            && target.fold(0.0, |a, x| a + x).is_finite()
+        let quaternions = attitude.iter().chain(target);
+        let joints = joint_angle.iter().chain(joint_rate);
+        let vectors = [&self.position, &self.velocity, rate, target_rate, &wrist];
+        let numbers = quaternions.chain(joints).chain(vectors.into_iter().flatten());
+        numbers.fold(is_usable(self.time), |sound, x| sound & is_usable(*x))
+            && [attitude, target].iter().all(|q| q.dot(q) > LEAST_SQUARE)
     }
 }
 
@@ -124,7 +131,7 @@ fn share_within(share: f64, planned: f64, more: f64, most: f64) -> f64 {
     if size * share <= room {
         share
     } else if size > 0.0 && size < f64::INFINITY {
-        clamp(room / size, 0.0, share)
+        clamp(room / divisor(size), 0.0, share)
     } else {
         0.0
     }
@@ -157,11 +164,11 @@ pub enum FlightMode {
 pub enum Reason {
     /// The plan is as old as it may be.
     Time = 1,
-    /// The servicer is too far from what the plan asks for.
+    /// The servicer is too far from the plan.
     Error = 2,
     /// The target is, or turns, too far from what the plan was made for.
     Tumble = 3,
-    /// The caller asked.
+    /// The caller asked for it.
     Caller = 4,
 }
 

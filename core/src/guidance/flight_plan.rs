@@ -7,6 +7,7 @@ use crate::planner::Nominal;
 use crate::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
 use core::fmt;
 use nalgebra::{SVector, Vector3};
+use remora_qp::dense::count;
 use remora_qp::kept::nth;
 
 /// Fewest steps of the target's motion an interval, as in planning.
@@ -325,12 +326,12 @@ impl<const NL: usize> Cursor<NL> {
             return;
         }
         // Conversions to integers saturate, and make nothing of NaN.
-        let substeps = libm::ceil(gap / interval * plan.substeps as f64) as usize;
+        let substeps = count(libm::ceil(gap / interval * plan.substeps as f64));
         let substeps = substeps.clamp(1, most.max(1));
         let body = Multibody::new(mission);
         let (control, force) = plan.held(self.node);
         body.rk4(substeps, gap, &mut self.state, &control, &force);
-        let steps = libm::ceil(gap / interval * TARGET_STEPS) as usize;
+        let steps = count(libm::ceil(gap / interval * TARGET_STEPS));
         let steps = steps.clamp(1, MAX_REFERENCE_STEPS);
         let n = mission.mean_motion();
         self.target = mission.target.after(plan.has_gradient, n, &self.target, gap, steps);
@@ -360,8 +361,10 @@ impl<const NL: usize> FlightPlan<NL> {
 impl<const NL: usize> Reference<NL> {
     /// Whether every number is finite.
     pub(super) fn is_finite(&self) -> bool {
-        let bus = self.position + self.velocity + self.acceleration + self.state_acceleration.bus;
-        let arm: SVector<f64, NL> = self.state_acceleration.joint;
-        self.state.is_finite() && bus.iter().chain(arm.iter()).all(|x| x.is_finite())
+        let bus =
+            [&self.position, &self.velocity, &self.acceleration, &self.state_acceleration.bus];
+        let arm: &SVector<f64, NL> = &self.state_acceleration.joint;
+        let mut numbers = bus.into_iter().flatten().chain(arm);
+        self.state.is_finite() && numbers.all(|x| x.is_finite())
     }
 }

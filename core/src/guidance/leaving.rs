@@ -7,7 +7,7 @@ use crate::dynamics::{Acceleration, Control, Multibody, State};
 use crate::math::quaternion;
 use crate::model::{Mission, signed_distance_to_box};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
-use remora_qp::dense::clamp;
+use remora_qp::dense::{clamp, divisor};
 
 /// Share of the torques' limits that holds against the moment of an escape's force.
 const HOLDING: f64 = 0.5;
@@ -121,7 +121,10 @@ impl<const NL: usize> Tracking<'_, NL> {
         let torque = moment.joint_torque - rigid.held * moment.bus_torque;
         let limits = torque.iter().zip(&self.limits.joint_torque);
         full * limits
-            .fold(1.0, |share: f64, (torque, most)| share.min(HOLDING * most / torque.abs()))
+            .filter(|(torque, _)| **torque != 0.0)
+            .fold(1.0, |share: f64, (torque, most)| {
+                share.min(HOLDING * most / divisor(torque.abs()))
+            })
     }
 
     /// Torques that stop the bus and hold the joints where they are under a force. Where wheels are too
@@ -258,9 +261,13 @@ fn resting<const NL: usize>(
 
 /// The largest force along `direction` within limits by axis; none along zero.
 fn largest_along(direction: &Vector3<f64>, limits: &Vector3<f64>) -> Vector3<f64> {
-    let longest = direction
-        .iter()
-        .zip(limits)
-        .fold(0.0, |most: f64, (along, limit)| most.max(along.abs() / limit));
-    if longest > 0.0 && longest < f64::INFINITY { direction / longest } else { Vector3::zeros() }
+    let longest = direction.iter().zip(limits).filter(|(along, _)| **along != 0.0).fold(
+        0.0,
+        |most: f64, (along, limit)| {
+            let has_force = *limit != 0.0;
+            most.max(if has_force { along.abs() / divisor(*limit) } else { f64::INFINITY })
+        },
+    );
+    let has_force = longest > 0.0 && longest < f64::INFINITY;
+    if has_force { direction / divisor(longest) } else { Vector3::zeros() }
 }

@@ -8,6 +8,7 @@
 
 mod closing;
 mod estimate;
+mod expected;
 mod flight_plan;
 mod guarded;
 mod leaving;
@@ -38,7 +39,7 @@ use guarded::{Guarded, Parity, bits};
 use leaving::Leaving;
 use nalgebra::Vector3;
 use remora_qp::Valid;
-use remora_qp::dense::clamp;
+use remora_qp::dense::{clamp, divisor};
 use tracking::{Effort, Errors, Tracking};
 use turn::Turn;
 
@@ -56,9 +57,8 @@ const LONGEST_STEP: f64 = 5.0;
 /// let options = Options::builder().mode(remora_core::prelude::Mode::Feasible).build()?;
 /// let plan = planner.plan(&mission, &scenario, &options)?.flight_plan(0.0)?;
 /// let mut guidance = Guidance::new(GuidanceSettings::DEFAULT.validated()?);
-/// // The servicer is where the plan begins, and so is the target.
-/// let reference = plan.at(&mission, 0.0);
-/// let estimate = Estimate::as_planned(&mission, 0.0, &reference);
+/// // The servicer is where guidance expects it, and so is the target.
+/// let estimate = guidance.expected(&mission, &plan, 0.0);
 /// let limits = Limits::of(&mission.servicer);
 /// let command = guidance.step(&mission, &plan, &estimate, &limits);
 /// assert_eq!(command.mode, FlightMode::Track);
@@ -151,7 +151,8 @@ impl Offset {
         let w = bandwidth * since;
         let pull = (self.seen - self.value) * (bandwidth * w);
         let rate = (self.rate + pull) / (1.0 + 2.0 * w + w * w);
-        let acceleration = if since > 0.0 { (rate - self.rate) / since } else { Vector3::zeros() };
+        let acceleration =
+            if since > 0.0 { (rate - self.rate) / divisor(since) } else { Vector3::zeros() };
         self.rate = rate;
         self.value += rate * since;
         wanted.position -= self.value;

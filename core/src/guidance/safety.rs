@@ -7,6 +7,7 @@ use crate::math::quaternion;
 use crate::model::{HcwTransition, Mission, TargetState, signed_distance_to_box};
 use crate::stages::clearances_at;
 use nalgebra::{Vector3, Vector6};
+use remora_qp::dense::count;
 
 /// Time between the steps of an escape and of a drift [s].
 const ESCAPE_STEP: f64 = 2.0;
@@ -166,7 +167,7 @@ impl<const NL: usize> Flight<'_, NL> {
         let along = HcwTransition::new(n, DRIFT_STEP).state;
         let orbit = 2.0 * core::f64::consts::PI / n;
         // Saturates, and makes nothing of NaN.
-        let steps = (libm::ceil(orbit / DRIFT_STEP) as usize).min(MAX_DRIFT_STEPS);
+        let steps = count(libm::ceil(orbit / DRIFT_STEP)).min(MAX_DRIFT_STEPS);
         let mut x = Vector6::from_fn(|i, _| if i < 3 { position[i] } else { velocity[i - 3] });
         let mut distance = f64::INFINITY;
         // Bound: steps of a drift.

@@ -3,6 +3,7 @@
 use super::Closing;
 use super::tracking::Effort;
 use nalgebra::Vector3;
+use remora_qp::dense::{divisor, is_usable};
 use remora_qp::{InvalidSetting, Validate};
 
 /// Bandwidths of the feedback, and when another plan is wanted. The defaults are for the servicer of
@@ -32,6 +33,9 @@ pub struct GuidanceSettings {
     /// When the approach is given up.
     pub abort: AbortErrors,
 }
+
+/// Least number that counts as positive: the inverse of one that is usable.
+const LEAST: f64 = 1e-30;
 
 /// How far across the port's normal the end effector may be going to be off near the end, over
 /// [`AbortErrors::port`].
@@ -101,9 +105,9 @@ impl AbortErrors {
         let size = |v: &Vector3<f64>| libm::sqrt(v.dot(v));
         let (soon, beside) = (size(&effort.soon), size(&effort.beside));
         if left > until && soon > position {
-            Some(effort.soon / soon)
+            Some(effort.soon / divisor(soon))
         } else if beside > across {
-            Some(effort.beside / beside)
+            Some(effort.beside / divisor(beside))
         } else if effort.error.attitude > attitude || effort.error.joint > joint {
             Some(Vector3::zeros())
         } else {
@@ -165,8 +169,10 @@ impl Validate for GuidanceSettings {
     type Error = InvalidSetting;
 
     fn validate(&self) -> Result<(), InvalidSetting> {
-        let finite = |x: f64| x > 0.0 && x < f64::INFINITY;
-        let sound = |x: f64| (0.0..f64::INFINITY).contains(&x);
+        let sound = |x: f64| is_usable(x) && x >= 0.0;
+        let finite = |x: f64| is_usable(x) && x >= LEAST;
+        // Infinity: never.
+        let bound = |x: f64| x > 0.0 && (x == f64::INFINITY || is_usable(x));
         let triggers = &self.triggers;
         let Closing { out, back, .. } = self.closing;
         let falling = |[begins, ends]: [f64; 2]| 0.0 <= ends && ends < begins && finite(begins);
@@ -187,16 +193,16 @@ impl Validate for GuidanceSettings {
                 "closing.back",
                 "falling, and after closing.out",
             ),
-            (triggers.age > 0.0, "triggers.age", "positive"),
-            (triggers.position > 0.0, "triggers.position", "positive"),
-            (triggers.attitude > 0.0, "triggers.attitude", "positive"),
-            (triggers.target > 0.0, "triggers.target", "positive"),
+            (bound(triggers.age), "triggers.age", "positive"),
+            (bound(triggers.position), "triggers.position", "positive"),
+            (bound(triggers.attitude), "triggers.attitude", "positive"),
+            (bound(triggers.target), "triggers.target", "positive"),
             (sound(triggers.last), "triggers.last", "not negative"),
-            (self.abort.settling.into_iter().all(|x| x > 0.0), "abort.settling", "positive"),
-            (self.abort.settled.into_iter().all(|x| x > 0.0), "abort.settled", "positive"),
-            (self.abort.near.into_iter().all(|x| x > 0.0), "abort.near", "positive"),
+            (self.abort.settling.into_iter().all(bound), "abort.settling", "positive"),
+            (self.abort.settled.into_iter().all(bound), "abort.settled", "positive"),
+            (self.abort.near.into_iter().all(bound), "abort.near", "positive"),
             (self.abort.near_times.into_iter().all(sound), "abort.near_times", "not negative"),
-            (self.abort.port > 0.0, "abort.port", "positive"),
+            (bound(self.abort.port), "abort.port", "positive"),
             (sound(self.abort.settles), "abort.settles", "not negative"),
         ];
         match checks.into_iter().find(|(ok, _, _)| !ok) {

@@ -9,7 +9,9 @@ mod lanes;
 pub mod quaternion;
 mod scalar;
 mod spatial;
+mod unit;
 
 pub use lanes::Lanes;
 pub use scalar::Scalar;
 pub use spatial::{Mat3, Vec3};
+pub use unit::{NEARLY_UNIT, nearly_unit};

@@ -1,7 +1,7 @@
 //! The time grid of a plan, and when what is in force on it.
 
 use super::{Approach, Mission, Scenario};
-use remora_qp::dense::clamp;
+use remora_qp::dense::{clamp, count, divisor};
 
 /// Share of an interval by which a node may miss an instant and still be at it: rounding.
 const ROUNDING: f64 = 1e-9;
@@ -70,7 +70,7 @@ impl Grid {
     /// Whole intervals that hold `time` [s].
     fn intervals_in(&self, time: f64) -> usize {
         // Saturates: more than there are is all of them.
-        libm::ceil(time / self.interval() - ROUNDING) as usize
+        count(libm::ceil(time / self.interval() - ROUNDING))
     }
 
     /// Intervals before the end from which the arm has its capture configuration, as the mission asks.
@@ -124,8 +124,11 @@ impl Grid {
     pub fn margin_share(&self, time: f64) -> f64 {
         let ramp = self.duration * self.preset_lead() as f64 / (self.nodes - 1) as f64;
         let near = ((1.0 - self.far_until()) * self.duration).max(ramp);
-        let (begun, left) =
-            (clamp(time / ramp, 0.0, 1.0), clamp((self.duration - time) / near, 0.0, 1.0));
+        let share = |passed: f64, whole: f64| match whole > 0.0 {
+            true => clamp(passed / divisor(whole), 0.0, 1.0),
+            false => 1.0,
+        };
+        let (begun, left) = (share(time, ramp), share(self.duration - time, near));
         begun.min(left * left)
     }
 }
@@ -159,9 +162,10 @@ impl<const NL: usize> Mission<NL> {
             let speed = rate.min(libm::sqrt(acceleration * travel.abs()));
             let now = scenario.start.joint_rate[i] * travel.signum();
             let missing = speed - clamp(now, -speed, speed);
-            let lost = 0.5 * (speed + missing * missing / speed) / acceleration;
-            // A joint that is there has no time to lose, and no number.
-            slowest = f64::max(slowest, travel.abs() / speed + lost);
+            // Zero for a joint at its angle already: it needs no time.
+            let divisor = divisor(speed);
+            let lost = 0.5 * (speed + missing * missing / divisor) / acceleration;
+            slowest = f64::max(slowest, travel.abs() / divisor + lost);
         }
         slowest
     }

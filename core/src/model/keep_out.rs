@@ -1,6 +1,7 @@
 //! Keep-out geometry: signed distance to a box.
 
 use nalgebra::Vector3;
+use remora_qp::dense::divisor;
 
 /// A signed distance and where it grows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,10 +23,11 @@ pub fn signed_distance_to_box(half_extents: &Vector3<f64>, point: &Vector3<f64>)
     let outside = beyond.map(|d| d.max(0.0));
     let value = libm::sqrt(outside.dot(&outside));
     if value > 0.0 {
+        let length = divisor(value);
         let gradient = Vector3::new(
-            sign(0) * outside.x / value,
-            sign(1) * outside.y / value,
-            sign(2) * outside.z / value,
+            sign(0) * outside.x / length,
+            sign(1) * outside.y / length,
+            sign(2) * outside.z / length,
         );
         return SignedDistance { value, gradient };
     }

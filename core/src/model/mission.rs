@@ -3,10 +3,14 @@
 #[cfg(doc)]
 use super::Grid;
 use super::{MIN_NODES, Orbit, Servicer, Switch, Target, Typical};
+use crate::math::nearly_unit;
 use core::fmt;
 use nalgebra::{Matrix3, Vector3};
-use remora_qp::Validate;
-use remora_qp::dense::cholesky_in_place;
+use remora_qp::dense::{cholesky_in_place, is_usable};
+use remora_qp::{Valid, Validate};
+
+/// Largest distance from one of the norm of a direction that is not normalised.
+const UNIT: f64 = 1e-9;
 
 /// The approach itself: how long, how far off, how well seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -302,6 +306,9 @@ impl core::error::Error for InvalidField {}
 /// Share of an inertia's trace by which rounding may make a flat body's second mass moment negative.
 const FLAT: f64 = 1e-12;
 
+/// Least number that counts as positive: the inverse of one that is usable.
+const LEAST: f64 = 1e-30;
+
 /// Collects checks so that each is one line.
 struct Check;
 
@@ -311,21 +318,23 @@ impl Check {
     }
 
     fn positive(value: f64, field: &'static str) -> Result<(), InvalidField> {
-        Self::that(value > 0.0 && value < f64::INFINITY, field, "must be positive and finite")
+        let is_some = is_usable(value) && value >= LEAST;
+        Self::that(is_some, field, "must be positive and finite, from 1e-30 to 1e30")
     }
 
     fn non_negative(value: f64, field: &'static str) -> Result<(), InvalidField> {
-        Self::that((0.0..f64::INFINITY).contains(&value), field, "must be finite and not negative")
+        let is_some = is_usable(value) && value >= 0.0;
+        Self::that(is_some, field, "must be finite and not negative, up to 1e30")
     }
 
     fn finite(values: &[f64], field: &'static str) -> Result<(), InvalidField> {
-        Self::that(values.iter().all(|v| v.is_finite()), field, "must be finite")
+        Self::that(values.iter().all(|v| is_usable(*v)), field, "must be finite, up to 1e30")
     }
 
     fn unit(v: &Vector3<f64>, field: &'static str) -> Result<(), InvalidField> {
-        // NaN fails the comparison too.
+        Self::finite(v.as_slice(), field)?;
         let off = (libm::sqrt(v.dot(v)) - 1.0).abs();
-        Self::that(off <= 1e-9, field, "must be a unit vector")
+        Self::that(off <= UNIT, field, "must be a unit vector")
     }
 
     fn inertia(v: &Vector3<f64>, field: &'static str) -> Result<(), InvalidField> {
@@ -354,6 +363,17 @@ impl Check {
 impl<const NL: usize> Validate for Mission<NL> {
     type Error = InvalidField;
 
+    /// Directions whose norm differs from one by at most 1e-3 are normalised.
+    fn validated(mut self) -> Result<Valid<Self>, InvalidField> {
+        let Self { target, servicer, roll, .. } = &mut self;
+        let axes = servicer.links.iter_mut().map(|link| &mut link.axis);
+        let rolls = roll.iter_mut().flat_map(|roll| [&mut roll.end_effector, &mut roll.port]);
+        for v in axes.chain(rolls).chain([&mut target.port_normal, &mut servicer.boresight]) {
+            *v = nearly_unit(v, UNIT);
+        }
+        self.validate().map(|()| Valid::of_constant(self))
+    }
+
     fn validate(&self) -> Result<(), InvalidField> {
         Mission::validate(self)
     }
@@ -380,6 +400,7 @@ impl<const NL: usize> Mission<NL> {
             "must lie in [0, 1)",
         )?;
         Check::finite(&[o.inclination], "orbit.inclination")?;
+        Check::non_negative(o.body.radius, "orbit.body_radius")?;
         self.validate_target()?;
         self.validate_servicer()?;
         self.validate_approach()?;
@@ -589,9 +610,9 @@ mod tests {
         skew[(0, 1)] += 1e-3;
         assert_eq!(refused(skew), "must be symmetric");
         skew[(0, 1)] = f64::NAN;
-        assert_eq!(refused(skew), "must be finite");
+        assert_eq!(refused(skew), "must be finite, up to 1e30");
         skew[(0, 0)] = f64::NAN;
-        assert_eq!(refused(skew), "must be positive and finite");
+        assert_eq!(refused(skew), "must be positive and finite, from 1e-30 to 1e30");
         assert_eq!(judged(skew).unwrap_err().0, "servicer.bus_inertia");
     }
 }

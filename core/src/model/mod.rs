@@ -21,14 +21,14 @@ mod target;
 mod typical;
 
 pub use capture::{CAPTURE_ALIGNMENT, CaptureFailure, CaptureSearch, CaptureViolation};
-pub use feasibility::{MAX_NODE_TURN, MIN_NODES, Needs};
+pub use feasibility::{MAX_ECCENTRICITY_STEPS, MAX_NODE_TURN, MIN_NODES, Needs};
 pub use formulation::{Integrator, InvalidIntegrator, Switch};
 pub use grid::Grid;
 pub use keep_out::{SignedDistance, signed_distance_to_box};
 pub use mission::{
     Approach, Corridor, InvalidField, Margins, Mission, Roll, ScenarioRanges, Tolerances, Weights,
 };
-pub use orbit::{HcwTransition, Orbit, hcw_acceleration};
+pub use orbit::{Body, HcwTransition, Orbit, hcw_acceleration};
 pub use recovery::{RECOVERY_NAMES, Recovery};
 pub use refusal::Refusal;
 pub use scenario::{Scenario, Start, initial_bus_attitude};

@@ -1,12 +1,41 @@
 //! The target's orbit and relative motion about it (Hill-Clohessy-Wiltshire).
 
+use core::fmt;
 use nalgebra::{SMatrix, Vector3};
 
-/// The target's orbit. The planner sees only its mean motion; eccentricity and inclination matter
-/// to a truth model.
+/// The body that an orbit is about, beside its gravity. No plan depends on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Name in ASCII, filled up with zeros; zeros alone where it is not known.
+    pub name: [u8; 16],
+    /// Radius of its surface [m]; zero where it is not known.
+    pub radius: f64,
+}
+
+impl Body {
+    /// The Earth, with its equatorial radius (WGS84).
+    pub const EARTH: Self = Self { name: *b"EARTH\0\0\0\0\0\0\0\0\0\0\0", radius: 6_378_137.0 };
+    /// An unknown body.
+    pub const UNKNOWN: Self = Self { name: [0; 16], radius: 0.0 };
+
+    /// The Earth, if this is its gravitational parameter [m^3/s^2]; else an unknown body.
+    pub fn with(gravitational_parameter: f64) -> Self {
+        match (gravitational_parameter / EARTH_MU - 1.0).abs() < EARTH_MU_SPREAD {
+            true => Self::EARTH,
+            false => Self::UNKNOWN,
+        }
+    }
+}
+
+/// The Earth's gravitational parameter [m^3/s^2] (EGM2008).
+const EARTH_MU: f64 = 3.986_004_418e14;
+/// Share by which values of it in use differ at most, 3.986e14 included.
+const EARTH_MU_SPREAD: f64 = 1e-5;
+
+/// The target's orbit. The planner sees only its mean motion; the rest matters to a truth model.
+#[derive(Clone, Copy, PartialEq)]
 pub struct Orbit {
-    /// Earth's gravitational parameter [m^3/s^2].
+    /// The body's gravitational parameter [m^3/s^2].
     pub gravitational_parameter: f64,
     /// Semi-major axis [m].
     pub semi_major_axis: f64,
@@ -14,6 +43,8 @@ pub struct Orbit {
     pub eccentricity: f64,
     /// Inclination [rad].
     pub inclination: f64,
+    /// The body that it is about.
+    pub body: Body,
 }
 
 impl Orbit {
@@ -24,13 +55,30 @@ impl Orbit {
     }
 }
 
+impl fmt::Debug for Orbit {
+    /// Shows the body unless it is the Earth: fingerprints of missions are made of this text.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut shown = f.debug_struct("Orbit");
+        shown
+            .field("gravitational_parameter", &self.gravitational_parameter)
+            .field("semi_major_axis", &self.semi_major_axis)
+            .field("eccentricity", &self.eccentricity)
+            .field("inclination", &self.inclination);
+        if self.body != Body::EARTH {
+            shown.field("body", &self.body);
+        }
+        shown.finish()
+    }
+}
+
 impl Default for Orbit {
     fn default() -> Self {
         Self {
-            gravitational_parameter: 3.986_004_418e14,
+            gravitational_parameter: EARTH_MU,
             semi_major_axis: 6.8e6,
             eccentricity: 1e-3,
             inclination: 97.0 * core::f64::consts::PI / 180.0,
+            body: Body::EARTH,
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::{Mission, Scenario, initial_bus_attitude, signed_distance_to_box};
 use crate::math::quaternion;
 use nalgebra::{SVector, Vector3, Vector4};
+use remora_qp::dense::divisor;
 
 /// The limits that a given start violates. They hold from
 /// [`Grid::recovery_node`](super::Grid::recovery_node) on; a plan may leave them so long.
@@ -78,7 +79,7 @@ impl<const NL: usize> Mission<NL> {
         let rotation = quaternion::rotation_matrix(&scenario.target_attitude);
         let sight: Vector3<f64> = rotation * self.target.port_position - scenario.position;
         let bus = quaternion::rotation_matrix(&self.bus_attitude_at_start(scenario));
-        sight.dot(&(bus * self.servicer.boresight)) / libm::sqrt(sight.dot(&sight))
+        sight.dot(&(bus * self.servicer.boresight)) / divisor(libm::sqrt(sight.dot(&sight)))
     }
 
     /// The limits that a given start violates, by more than the verifier's tolerance; none of the

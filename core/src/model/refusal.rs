@@ -9,7 +9,7 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// A number of the scenario is not finite.
+    /// A number of the scenario is not finite, or too large to compute with.
     NotFinite {
         /// The scenario's field.
         field: &'static str,
@@ -43,6 +43,17 @@ pub enum Refusal {
         /// The most that is accepted [s].
         limit: f64,
     },
+    /// The orbit is too far from a circle for the planner's model.
+    Eccentricity {
+        /// The orbit's eccentricity.
+        eccentricity: f64,
+        /// Error of the model's free motion from the start to the end, at the worst true anomaly [m].
+        error: f64,
+        /// Largest error that is accepted: distance of the start from the zone that must not be entered [m].
+        limit: f64,
+        /// Time from the start to the end [s].
+        duration: f64,
+    },
     /// The arm is to be in its capture configuration before the approach begins.
     PresetLead {
         /// Intervals before the end.
@@ -72,21 +83,21 @@ pub enum Refusal {
         /// The time within which it has to be back [s].
         time: f64,
     },
-    /// At capture the port is out of the camera's sight.
+    /// The port is outside the field of view at capture.
     CaptureView {
         /// Between boresight and port [rad].
         angle: f64,
         /// Half angle of the field of view [rad].
         limit: f64,
     },
-    /// At capture the bus is within the target.
+    /// The bus is inside the target at capture.
     Clearance {
         /// Distance of the bus's centre from the target's box, at most [m].
         distance: f64,
         /// Radius of the sphere about it that the bus fills [m].
         limit: f64,
     },
-    /// At capture the arm is within its own bus.
+    /// The arm is inside its own bus at capture.
     OwnBus {
         /// The link, from 1.
         link: usize,
@@ -170,6 +181,7 @@ impl Refusal {
             Self::Nodes { .. } => 17,
             Self::OwnBus { .. } => 18,
             Self::Damaged { .. } => 19,
+            Self::Eccentricity { .. } => 20,
         }
     }
 
@@ -195,6 +207,7 @@ impl Refusal {
             Self::Nodes { .. } => "nodes",
             Self::OwnBus { .. } => "own_bus",
             Self::Damaged { .. } => "damaged",
+            Self::Eccentricity { .. } => "eccentricity",
         }
     }
 
@@ -209,6 +222,7 @@ impl Refusal {
                 | Self::Nodes { .. }
                 | Self::NodeInterval { .. }
                 | Self::PresetLead { .. }
+                | Self::Eccentricity { .. }
         )
     }
 }
@@ -234,7 +248,9 @@ impl Refusal {
     /// Writes what is wrong with the input; nothing for other refusals.
     fn write_input(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::NotFinite { field } => write!(f, "the scenario's {field} is not finite"),
+            Self::NotFinite { field } => {
+                write!(f, "the scenario's {field} is not finite, or beyond 1e30")
+            }
             Self::Attitude { norm } => {
                 write!(f, "not a unit quaternion, of target or bus: its norm is {norm}")
             }
@@ -251,6 +267,10 @@ impl Refusal {
             Self::NodeInterval { interval, limit } => write!(
                 f,
                 "from node to node it is {interval:.1} s, at most {limit:.1} s (a tenth of an orbit) can be followed"
+            ),
+            Self::Eccentricity { eccentricity, error, limit, duration } => write!(
+                f,
+                "orbit.eccentricity is {eccentricity}: plans take the orbit for a circle (HCW), which after {duration:.0} s is wrong by up to {error:.2} m, at most {limit:.2} m are accepted"
             ),
             Self::PresetLead { lead, limit } => write!(
                 f,

@@ -2,6 +2,7 @@
 
 use crate::math::quaternion;
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
+use remora_qp::dense::divisor;
 
 /// One approach: the target's tumble, where the servicer starts, and how long it has (section 8).
 ///
@@ -94,7 +95,7 @@ impl<const NL: usize> Start<NL> {
 /// (`position`, RTN) to the target's centre, +x the projection of the along-track axis normal to
 /// it (of the orbit normal where those nearly coincide).
 pub fn initial_bus_attitude(position: &Vector3<f64>) -> Vector4<f64> {
-    let z = -position / libm::sqrt(position.dot(position));
+    let z = -position / divisor(libm::sqrt(position.dot(position)));
     let reference = if z.y.abs() > 0.99 { Vector3::z() } else { Vector3::y() };
     let across = reference - z * z.dot(&reference);
     let x = across / libm::sqrt(across.dot(&across));

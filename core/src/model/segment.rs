@@ -2,6 +2,7 @@
 
 use super::{SignedDistance, signed_distance_to_box};
 use nalgebra::Vector3;
+use remora_qp::dense::divisor;
 
 /// Distance below which a segment counts as meeting the box [m].
 const TOUCHING: f64 = 1e-12;
@@ -68,7 +69,8 @@ fn nearest_share(half: &Vector3<f64>, start: &Vector3<f64>, along: &Vector3<f64>
     // the two nearest around its root it is linear.
     for i in 0..3 {
         for face in [-half[i], half[i]] {
-            let share = (face - start[i]) / along[i];
+            // For a segment parallel to the plane the share is huge, or zero.
+            let share = (face - start[i]) / divisor(along[i]);
             if share > low && share < high {
                 let at = slope(half, start, along, share);
                 if at < 0.0 {
@@ -114,7 +116,7 @@ fn deepest(half: &Vector3<f64>, start: &Vector3<f64>, along: &Vector3<f64>) -> S
     consider(1.0);
     for j in 0..6 {
         for k in 0..j {
-            consider((faces[j].at - faces[k].at) / (faces[k].slope - faces[j].slope));
+            consider((faces[j].at - faces[k].at) / divisor(faces[k].slope - faces[j].slope));
         }
     }
     let (value, share) = best;
@@ -133,7 +135,7 @@ fn deepest(half: &Vector3<f64>, start: &Vector3<f64>, along: &Vector3<f64>) -> S
     }
     let gradient = match (falling, rising) {
         (Some(a), Some(b)) if share > 0.0 && share < 1.0 && b.slope > a.slope => {
-            let part = (b.slope / (b.slope - a.slope)).clamp(0.0, 1.0);
+            let part = (b.slope / divisor(b.slope - a.slope)).clamp(0.0, 1.0);
             a.normal * part + b.normal * (1.0 - part)
         }
         (Some(a), _) if share >= 1.0 => a.normal,

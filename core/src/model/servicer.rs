@@ -3,7 +3,7 @@
 use super::segment_to_box;
 use crate::math::quaternion;
 use nalgebra::{Matrix3, SVector, Vector3};
-use remora_qp::dense::clamp;
+use remora_qp::dense::{clamp, divisor};
 
 /// One link of the arm. Its frame sits at its own joint, which turns it relative to the body
 /// before it; at zero angle all frames are parallel to the bus body frame.
@@ -292,7 +292,7 @@ impl<const NL: usize> Servicer<NL> {
         let (com, tip) = self.center_of_mass_and_end_effector(&self.capture_joint_angle);
         let arm = tip - com;
         let reach = libm::sqrt(arm.dot(&arm));
-        CaptureGeometry { reach, direction: arm / reach }
+        CaptureGeometry { reach, direction: arm / divisor(reach) }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::{Integrator, Switch};
 use crate::math::quaternion;
 use nalgebra::{Matrix3, Vector3, Vector4};
+use remora_qp::dense::count;
 
 /// The dead satellite, in its own body frame at its centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,7 +163,7 @@ impl Target {
         let whole = turn * nodes as f64;
         let error = whole * (20.0 + whole) / (ERROR_DIVISOR * ATTITUDE_ERROR);
         // A conversion to an integer saturates, and makes nothing of NaN.
-        let needed = libm::ceil(turn * libm::sqrt(libm::sqrt(error))) as usize;
+        let needed = count(libm::ceil(turn * libm::sqrt(libm::sqrt(error))));
         needed.clamp(LEAST_SUBSTEPS, MAX_TUMBLE_SUBSTEPS)
     }
 

@@ -26,6 +26,7 @@ pub use record::{
     output_checksum, scenario_checksum,
 };
 pub use report::{PhaseTimes, Report, StageReport, Verdict};
+pub use scrub::settings_checksum;
 pub use session::Session;
 pub use workspace::{ArmSolver, ArmWorkspace, EmbeddedSolver, Workspace};
 
@@ -33,13 +34,13 @@ use crate::executor::ForkJoin;
 use crate::model::{Mission, Refusal, Scenario};
 use crate::scp::Status;
 use crate::stages::{
-    Clearances, Formulation, NODES, ReorientationTrajectory, Residuals, TranslationTrajectory,
-    Verification, size,
+    ArmClearances, Clearances, Formulation, NODES, ReorientationTrajectory, Residuals,
+    TranslationTrajectory, Verification, size,
 };
 use remora_qp::QpSolver;
 use remora_qp::time::Deadline;
 use run::Run;
-use scrub::{Constants, Scrubbed, settings_checksum};
+use scrub::{Constants, Scrubbed};
 
 /// QP solver of both stages. The planner resets it at the start of each.
 pub trait Solver<const NX: usize = { size::NX }, const NU: usize = { size::NU }>:
@@ -117,6 +118,7 @@ fn refused<const NL: usize, const NX: usize, const NU: usize>(
         reorientation: StageReport::default(),
         residuals: Residuals::UNFINISHED,
         clearances: Clearances::NONE,
+        arm: ArmClearances::NONE,
         times: PhaseTimes::default(),
         record: SolveRecord { status, output, ..record },
     }

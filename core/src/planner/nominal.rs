@@ -5,7 +5,7 @@ use crate::math::quaternion;
 use crate::model::{Grid, MIN_NODES};
 use crate::stages::{LINKS, NODES, ReorientationTrajectory};
 use nalgebra::{SVector, Vector3};
-use remora_qp::dense::clamp;
+use remora_qp::dense::{clamp, count, divisor};
 
 /// Share of an interval that is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -69,7 +69,7 @@ impl<const NL: usize> Nominal<NL> {
     pub fn left(&self, elapsed: f64) -> (f64, usize) {
         let time = f64::max(self.duration - elapsed, 0.0);
         // Saturates, and makes nothing of NaN.
-        let intervals = libm::ceil(time / self.interval() - ROUNDING) as usize;
+        let intervals = count(libm::ceil(time / self.interval() - ROUNDING));
         (time, intervals.saturating_add(1).clamp(MIN_NODES, NODES))
     }
 
@@ -77,7 +77,7 @@ impl<const NL: usize> Nominal<NL> {
     pub(crate) fn place(&self, time: f64) -> (usize, f64) {
         let at = clamp(time / self.interval(), 0.0, self.last() as f64);
         // Of a number that is none, zero.
-        let k = (at as usize).min(self.last() - 1);
+        let k = count(at).min(self.last() - 1);
         (k, at - k as f64)
     }
 
@@ -121,7 +121,7 @@ impl<const NL: usize> Nominal<NL> {
             sum.joint_torque += control.joint_torque * share;
             total += share;
         }
-        let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
+        let scale = if total > 0.0 { 1.0 / divisor(total) } else { 0.0 };
         Control { bus_torque: sum.bus_torque * scale, joint_torque: sum.joint_torque * scale }
     }
 

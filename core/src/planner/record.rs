@@ -303,7 +303,9 @@ fn add_settings(sum: &mut Checksum, settings: &Settings) {
 }
 
 fn add_orbit(sum: &mut Checksum, orbit: &Orbit) {
-    let Orbit { gravitational_parameter, semi_major_axis, eccentricity, inclination } = orbit;
+    // No plan depends on the body's name and radius.
+    let Orbit { gravitational_parameter, semi_major_axis, eccentricity, inclination, body: _ } =
+        orbit;
     sum.numbers([gravitational_parameter, semi_major_axis, eccentricity, inclination]);
 }
 

@@ -3,7 +3,7 @@
 use super::SolveRecord;
 use crate::model::Refusal;
 use crate::scp::{Log, Outcome, Status};
-use crate::stages::{Clearances, Residuals};
+use crate::stages::{ArmClearances, Clearances, Residuals};
 use core::fmt;
 
 /// Report of one stage.
@@ -151,6 +151,8 @@ pub struct Report {
     pub residuals: Residuals,
     /// Least distances between bodies, by the verifier.
     pub clearances: Clearances,
+    /// Clearances of the arm's parts.
+    pub arm: ArmClearances,
     /// Times by phase.
     pub times: PhaseTimes,
     /// The solve record.

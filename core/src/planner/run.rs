@@ -9,10 +9,10 @@ use super::{
     output_checksum, refused, status_of,
 };
 use crate::executor::ForkJoin;
-use crate::scp::{self, Outcome, Settings, Status};
+use crate::scp::{self, Log, Outcome, Settings, Status};
 use crate::stages::{
-    Clearances, Formulation, Mode, NODES, Reorientation, Residuals, Translation, Verification,
-    recovery, verify, verify_first,
+    ArmClearances, Clearances, Formulation, Mode, NODES, Reorientation, Residuals, Translation,
+    Verification, recovery, verify, verify_first,
 };
 use core::hint::black_box;
 use remora_qp::time::Deadline;
@@ -27,6 +27,19 @@ const TRIAL_SHARE: f64 = 0.6;
 /// Iterations of Stage 2 that are kept back where limits hold between nodes, too: a plan that has not
 /// converged and passes one there is led back within them.
 const SPARE: usize = 8;
+
+/// Share of Stage 1's cost by which its last step may change it when all iterations are used up. Along a bend
+/// around the target the last thousandths come at a linear rate.
+const CREEP: f64 = 1e-4;
+
+/// Whether a feasible path has converged but for [`CREEP`].
+fn creeps(outcome: &Outcome, log: &Log) -> bool {
+    let is_left = outcome.status == Status::IterationLimit && !outcome.is_earlier;
+    let [.., before, last] = log.as_slice() else { return false };
+    let change = (last.cost - before.cost).abs();
+    let is_small = before.accepted && last.accepted && change <= CREEP * last.cost;
+    is_left && outcome.violation <= 1.0 && is_small
+}
 
 /// State of a plan.
 pub(super) struct Run<'a, 'w, S, P, const NL: usize, const NX: usize, const NU: usize> {
@@ -86,13 +99,21 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         self.reserve_verifier_time();
         let (mut reorientation, guess_record) = self.reorient_from(guess);
         let residuals = Residuals::UNFINISHED;
-        let mut found = Verification { residuals, clearances: Clearances::NONE };
+        let (clearances, arm) = (Clearances::NONE, ArmClearances::NONE);
+        let mut found = Verification { residuals, clearances, arm };
         self.verify(&mut found, &mut times);
+        let mut is_last_resort = false;
         // Bound: tightenings.
         for _ in 0..MAX_TIGHTENINGS {
             let before = self.formulation;
-            let Some(change) = self.change(&found, [&translation, &reorientation]) else { break };
-            if change != Change::ReorientationMargins {
+            let stages = [&translation, &reorientation];
+            let change = match self.change(&found, stages) {
+                None if !is_last_resort => self.last_resort(&found, stages),
+                change => change,
+            };
+            let Some(change) = change else { break };
+            is_last_resort |= matches!(change, Change::Iterations | Change::WithoutCost);
+            if matches!(change, Change::BothStages | Change::Gentler) {
                 let was = translation.report.outcome.iterations;
                 let left = translation.left(&self.options.translation).saturating_sub(was);
                 if left == 0 {
@@ -106,20 +127,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
                     break;
                 }
             }
-            let left = reorientation.left(&self.options.reorientation);
-            let unfinished = reorientation.report.outcome.status == Status::IterationLimit;
-            let settings = match change {
-                Change::Gentler => {
-                    guess::write_heuristic(&self.formulation, self.workspace);
-                    self.options.reorientation
-                }
-                _ if unfinished => Settings::stopping_when_feasible(&self.options.learned),
-                _ => self.options.learned,
-            };
-            reorientation = self.reorient(&settings, left).after(&reorientation);
-            if unfinished {
-                reorientation.is_unfinished();
-            }
+            reorientation = self.reorient_after(change, reorientation);
             self.verify(&mut found, &mut times);
         }
         times.translation_s = translation.report.time_s;
@@ -128,6 +136,42 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         self.solver.look_at_model();
         let record = SolveRecord { start: guess_record, ..record };
         self.report([&translation, &reorientation], &found, times, record)
+    }
+
+    /// Plans Stage 2 again after a change.
+    // Not inlined, as `translate_held`.
+    #[inline(never)]
+    fn reorient_after(&mut self, change: Change, before: StageResult) -> StageResult {
+        let options = self.options;
+        let left = before.left(&options.reorientation);
+        let unfinished = before.report.outcome.status == Status::IterationLimit;
+        match change {
+            Change::Iterations => {
+                let iterations = left.saturating_sub(SPARE / 4).max(1);
+                self.reorient(&options.learned, iterations).after(&before)
+            }
+            Change::WithoutCost => {
+                guess::write_heuristic(&self.formulation, self.workspace);
+                let settings = Settings::stopping_when_feasible(&options.reorientation);
+                let first = self.reorient_in(Mode::Feasible, &settings, left).after(&before);
+                let left = first.left(&options.reorientation).saturating_sub(SPARE);
+                if first.report.outcome.status != Status::Solved || left == 0 {
+                    return first;
+                }
+                self.reorient(&options.learned, left).after(&first)
+            }
+            Change::Gentler => {
+                guess::write_heuristic(&self.formulation, self.workspace);
+                self.reorient(&options.reorientation, left).after(&before)
+            }
+            _ if unfinished => {
+                let settings = Settings::stopping_when_feasible(&options.learned);
+                let mut next = self.reorient(&settings, left).after(&before);
+                next.is_unfinished();
+                next
+            }
+            _ => self.reorient(&options.learned, left).after(&before),
+        }
     }
 
     /// The report of a plan with these results of its stages, or of a refused one where anything was found
@@ -146,7 +190,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             let record = SolveRecord { recovery, ..SolveRecord::new(input, settings) };
             return refused(refusal, record, self.workspace);
         }
-        let Verification { residuals, clearances } = *found;
+        let Verification { residuals, clearances, arm } = *found;
         let is_verified = residuals.are_within(&self.formulation.mission.tolerances);
         let stages = translation.report.outcome.status.max(reorientation.report.outcome.status);
         let status = status_of(stages, found, is_verified, &self.deadline);
@@ -165,8 +209,17 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             ..record
         };
         let (translation, reorientation) = (translation.report, reorientation.report);
-        let refusal = None;
-        Report { status, refusal, translation, reorientation, residuals, clearances, times, record }
+        Report {
+            status,
+            refusal: None,
+            translation,
+            reorientation,
+            residuals,
+            clearances,
+            arm,
+            times,
+            record,
+        }
     }
 
     /// Propagates the target's attitude to the nodes.
@@ -262,6 +315,32 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         }
     }
 
+    /// Change if no other formulation helps but iterations are left. It goes on from a plan that has not
+    /// converged, or drops the cost if Stage 2 found no plan with it.
+    fn last_resort(
+        &self,
+        found: &Verification,
+        [translation, reorientation]: [&StageResult; 2],
+    ) -> Option<Change> {
+        let Formulation { mission, margins, extra_clearance, .. } = self.formulation;
+        let is_verified = found.residuals.are_within(&mission.tolerances);
+        // A plan that was led back within limits between nodes must not leave them again.
+        let is_first = margins == mission.margins && extra_clearance == 0.0;
+        let left = reorientation.left(&self.options.reorientation);
+        if translation.report.outcome.status != Status::Solved
+            || left == 0
+            || self.options.mode == Mode::Feasible
+            || self.formulation.deadline.has_passed()
+        {
+            return None;
+        }
+        match reorientation.report.outcome.status {
+            Status::IterationLimit if is_verified && is_first => Some(Change::Iterations),
+            Status::Infeasible if !is_verified => Some(Change::WithoutCost),
+            _ => None,
+        }
+    }
+
     /// Plans Stage 1, and again with less force where the wheels cannot hold its moment: with as little
     /// force as the scenario allows.
     // Not inlined: its tries' results are on no other stage's stack.
@@ -328,6 +407,9 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
                 ..Default::default()
             }
         };
+        if creeps(&outcome, &z.log) {
+            outcome.status = Status::Solved;
+        }
         outcome.iterations += tries;
         z.trajectory.clear_from(self.formulation.grid().nodes);
         let cost = problem.cost(&z.trajectory.force);
@@ -399,12 +481,20 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
     }
 
     /// Plans Stage 2 from the trajectory in the workspace, in at most `iterations`.
+    fn reorient(&mut self, settings: &Valid<Settings>, iterations: usize) -> StageResult {
+        self.reorient_in(self.options.mode, settings, iterations)
+    }
+
     // Not inlined, as `StageResult::after`.
     #[inline(never)]
-    fn reorient(&mut self, settings: &Valid<Settings>, iterations: usize) -> StageResult {
+    fn reorient_in(
+        &mut self,
+        mode: Mode,
+        settings: &Valid<Settings>,
+        iterations: usize,
+    ) -> StageResult {
         let max_iterations = iterations.min(settings.max_iterations);
         let settings = Settings::with_max_iterations(settings, max_iterations);
-        let mode: Mode = self.options.mode;
         let (solver, executor, workspace) = (&mut self.solver, self.executor, &mut *self.workspace);
         let report = reorient(&self.formulation, mode, &settings, solver, executor, workspace);
         let log = &self.workspace.reorientation.log;
@@ -423,6 +513,10 @@ enum Change {
     BothStages,
     /// Less force in Stage 1, which Stage 2 could not follow.
     Gentler,
+    /// No other change than the iterations that are left.
+    Iterations,
+    /// Stage 2 without its cost, then with it from there.
+    WithoutCost,
 }
 
 /// Next step after a try of Stage 2.

@@ -9,12 +9,7 @@ use remora_qp::time::Deadline;
 use remora_qp::{Checksum, Qp, QpOutcome, QpSolver, QpStatus, Solution};
 
 /// Checksum of options, horizon and solver with their settings.
-pub(super) fn settings_checksum<
-    S: Solver<NX, NU>,
-    const NL: usize,
-    const NX: usize,
-    const NU: usize,
->(
+pub fn settings_checksum<S: Solver<NX, NU>, const NL: usize, const NX: usize, const NU: usize>(
     options: &PlanSettings,
     guess: &InitialGuess<'_, NL>,
     solver: &S,
@@ -95,10 +90,11 @@ impl<'s, S, const NL: usize> Scrubbed<'s, '_, S, NL> {
 
 /// Checksum of what the verifier found.
 fn sum(found: &Verification) -> u64 {
-    let Verification { residuals, clearances } = found;
+    let Verification { residuals, clearances, arm } = found;
     let mut sum = Checksum::new();
     sum.numbers(&residuals.against(&Tolerances::default()).map(|(_, value, _)| value));
-    for (_, closest) in clearances.named() {
+    let arm = [arm.links, arm.end_effector];
+    for closest in clearances.named().into_iter().map(|(_, closest)| closest).chain(arm) {
         sum.numbers([&closest.distance, &closest.time_s]);
         sum.integer(closest.body.into());
     }
@@ -175,7 +171,7 @@ mod tests {
     use super::*;
     use crate::dynamics::Integrator;
     use crate::planner::{EmbeddedSolver, Options, Platform, Report, Workspace, plan};
-    use crate::stages::{Clearances, LINKS, Mode, Residuals};
+    use crate::stages::{ArmClearances, Clearances, LINKS, Mode, Residuals};
     use crate::warmstart::{Action, Encoding, Policy};
     use core::cell::Cell;
     use nalgebra::Vector3;
@@ -314,7 +310,8 @@ mod tests {
     #[test]
     fn the_verifier_must_find_the_same_bits_twice() {
         let mut solver = Box::new(EmbeddedSolver::new());
-        let one = Verification { residuals: Residuals::default(), clearances: Clearances::NONE };
+        let (residuals, clearances) = (Residuals::default(), Clearances::NONE);
+        let one = Verification { residuals, clearances, arm: ArmClearances::NONE };
         let compared = |second: Verification, solver: &mut EmbeddedSolver| {
             let mut scrubbed: Scrubbed<'_, '_, _, LINKS> = Scrubbed::off(solver);
             scrubbed.compare(&one, &second, &Deadline::never());

@@ -165,7 +165,8 @@ fn what_the_verifier_rejects_is_never_called_solved() {
     let deadlines = [Deadline::never(), Deadline::after(&Late, 0.0)];
     let judge = |residuals: Residuals, stages, deadline| {
         let is_verified = residuals.are_within(&tolerances);
-        let found = Verification { residuals, clearances: Clearances::NONE };
+        let (clearances, arm) = (Clearances::NONE, ArmClearances::NONE);
+        let found = Verification { residuals, clearances, arm };
         (is_verified, status_of(stages, &found, is_verified, deadline))
     };
     for stages in ends {

@@ -3,7 +3,7 @@
 
 use crate::model::Integrator;
 use crate::stages::{Formulation, NODES, Residuals, TranslationTrajectory};
-use remora_qp::dense::clamp;
+use remora_qp::dense::{clamp, divisor};
 
 /// Widening of a margin, over the violation.
 const FACTOR: f64 = 1.5;
@@ -96,7 +96,7 @@ pub(super) fn force_limit_of_wheels<const NL: usize>(
     if !(moment.fold(0.0, f64::max) > weakest) {
         return None;
     }
-    let (largest, force) = (largest_force(translation), weakest / lever);
+    let (largest, force) = (largest_force(translation), weakest / divisor(lever));
     let force = force.max(SPARE * least);
     (force < largest).then_some([force, largest])
 }

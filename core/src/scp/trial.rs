@@ -3,7 +3,7 @@
 use super::solve::ScpSolver;
 use super::{IterationRecord, Problem};
 use core::mem;
-use remora_qp::dense::clamp;
+use remora_qp::dense::{clamp, divisor};
 use remora_qp::{Qp, QpSolver, Solution};
 
 impl<P, S, const N: usize, const NX: usize, const NU: usize, const NG: usize>
@@ -106,8 +106,11 @@ where
             }
             // Vertex of the parabola with this slope through the last trial.
             let bend = slope * length - fitted;
-            let vertex =
-                if bend > 0.0 { slope * length * length / (2.0 * bend) } else { f64::INFINITY };
+            let vertex = if bend > 0.0 {
+                slope * length * length / divisor(2.0 * bend)
+            } else {
+                f64::INFINITY
+            };
             length = clamp(vertex, 0.1 * length, 2.0 * length);
             fitted = self.try_length(length);
             if self.deadline.has_passed() {
@@ -171,6 +174,6 @@ fn rho(record: &IterationRecord, merit: f64) -> f64 {
     if record.predicted_reduction.abs() <= noise && record.actual_reduction.abs() <= noise {
         return 1.0;
     }
-    let rho = record.actual_reduction / record.predicted_reduction;
+    let rho = record.actual_reduction / divisor(record.predicted_reduction);
     if record.predicted_reduction > 0.0 && rho.is_finite() { rho } else { -1.0 }
 }

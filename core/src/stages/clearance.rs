@@ -14,6 +14,7 @@ use crate::dynamics::{ArmPose, Multibody, State};
 use crate::math::quaternion;
 use crate::model::{Corridor, Mission, SignedDistance, segment_to_box, signed_distance_to_box};
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
+use remora_qp::dense::divisor;
 
 /// Groups of pairs of bodies.
 pub(super) const GROUPS: usize = 2;
@@ -99,7 +100,7 @@ impl<const NL: usize> Bodies<NL> {
             has_length: core::array::from_fn(|i| servicer.links[i].has_length()),
             mounted,
             last,
-            last_share: if last_length > cut { 1.0 - cut / last_length } else { 0.0 },
+            last_share: if last_length > cut { 1.0 - cut / divisor(last_length) } else { 0.0 },
             port: target.port_position,
             normal: target.port_normal,
             corridor: mission.corridor,
@@ -185,7 +186,7 @@ impl<const NL: usize> Bodies<NL> {
         let height = self.normal.dot(&from_port);
         let across = from_port - self.normal * height;
         let radius = libm::sqrt(across.dot(&across));
-        let outward = if radius > 0.0 { across / radius } else { Vector3::zeros() };
+        let outward = if radius > 0.0 { across / divisor(radius) } else { Vector3::zeros() };
         let apex = self.corridor.mouth_radius * cos / sin;
         let side = (height + apex) * sin - radius * cos;
         if side < height {

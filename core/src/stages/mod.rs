@@ -5,6 +5,7 @@ use crate::model::{Grid, Integrator, Margins, Mission, Scenario};
 use remora_qp::time::Deadline;
 
 mod clearance;
+mod detour;
 pub mod heuristic;
 mod recovery;
 mod reorientation;
@@ -17,7 +18,8 @@ pub use reorientation::{Mode, Reorientation, ReorientationTrajectory};
 pub use translation::{Translation, TranslationTrajectory};
 pub(crate) use verifier::verify_first;
 pub use verifier::{
-    Clearances, Closest, Residuals, Verification, clearances_at, verify, verify_translation,
+    ArmClearances, Clearances, Closest, Residuals, Verification, clearances_at, verify,
+    verify_translation,
 };
 pub(crate) use verifier::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
 

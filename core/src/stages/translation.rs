@@ -10,6 +10,7 @@ use remora_qp::time::Deadline;
 use remora_qp::{Qp, QpOutcome, QpSolver, QpStage, QpStatus, Solution};
 
 use super::Formulation;
+use super::detour::Detour;
 use super::size::NG;
 use super::worse;
 
@@ -49,6 +50,9 @@ impl<const N: usize> TranslationTrajectory<N> {
 
 /// Scaled cost of one interval's typical force: the whole is typically one.
 const TYPICAL_COST: f64 = 0.064;
+
+/// Penalty parameter of the initial guess: of a detour's distances.
+const DETOUR_PENALTY: f64 = 1e4;
 
 /// Points of the interval before a node where keep-out holds too, as fractions back from the node.
 const WITHIN: [f64; NG - 1] = [0.25, 0.5, 0.75];
@@ -98,6 +102,8 @@ pub struct Translation<'a, const N: usize> {
     end: (Vector3<f64>, Vector3<f64>),
     /// Whether keep-out is in force; it is not for the initial guess.
     constrained: bool,
+    /// Detour of the initial guess around the target, if the straight one leads through it.
+    detour: Option<Detour>,
 }
 
 impl<'a, const N: usize> Translation<'a, N> {
@@ -148,13 +154,36 @@ impl<'a, const N: usize> Translation<'a, N> {
             start: (scenario.position, scenario.velocity),
             end: (position, end.rate.cross(&position)),
             constrained: true,
+            detour: None,
         }
     }
 
-    /// Writes the initial guess, the optimum without keep-out: one convex QP. Twice the same where the QP
-    /// is not solved or its solution does not lead to the end: no sound one does that, and memory may be
-    /// damaged. Returns the QPs' outcome, and their number.
+    /// Writes the initial guess, the optimum without keep-out; where it leads through the target, the
+    /// optimum that passes a side of it. One convex QP each. Returns the QPs' outcome, and their number.
     pub fn start<S: QpSolver<N, NX, NU, NG>, const NX: usize, const NU: usize>(
+        &mut self,
+        solver: &mut S,
+        deadline: &Deadline,
+        w: &mut Scratch<N, NX, NU, NG>,
+        z: &mut Iterates<TranslationTrajectory<N>>,
+    ) -> (QpOutcome, usize) {
+        let (straight, tries) = self.start_straight(solver, deadline, w, z);
+        if straight.status.is_usable() {
+            let positions = z.trajectory.position.get(..self.nodes()).unwrap_or_default();
+            self.detour = Detour::of(&self.half_extents, positions, self.target);
+        }
+        if self.detour.is_none() {
+            return (straight, tries);
+        }
+        solver.reset();
+        let mut around = self.warm_start(solver, deadline, w, z);
+        around.iterations += straight.iterations;
+        (around, tries + 1)
+    }
+
+    /// Writes the optimum without keep-out. It solves the QP again if it fails or does not lead to the end: a
+    /// sound QP never does that, so memory may be damaged.
+    fn start_straight<S: QpSolver<N, NX, NU, NG>, const NX: usize, const NU: usize>(
         &mut self,
         solver: &mut S,
         deadline: &Deadline,
@@ -196,7 +225,8 @@ impl<'a, const N: usize> Translation<'a, N> {
         self.constrained = false;
         self.linearise(drift, None, qp);
         self.bound(drift, f64::INFINITY, qp);
-        (qp.path_penalty, qp.complementarity) = (1.0, 0.0);
+        let path_penalty = if self.detour.is_some() { DETOUR_PENALTY } else { 1.0 };
+        (qp.path_penalty, qp.complementarity) = (path_penalty, 0.0);
         let outcome = solver.solve(qp, step, deadline);
         self.constrained = true;
         if outcome.status.is_usable() {
@@ -267,8 +297,13 @@ impl<'a, const N: usize> Translation<'a, N> {
         else {
             return (-1.0, Vector3::zeros());
         };
-        if exempt || !self.constrained {
+        if exempt {
             return (-1.0, Vector3::zeros());
+        }
+        if !self.constrained {
+            let detour = self.detour.filter(|_| i == 0 && k > 0);
+            let constraint = detour.and_then(|way| way.constraint(k, *radius, position, target));
+            return constraint.unwrap_or((-1.0, Vector3::zeros()));
         }
         let (mut time, mut position, mut radius) = (k as f64 * self.dt, *position, *radius);
         let mut attitude = target.attitude;

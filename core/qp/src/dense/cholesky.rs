@@ -1,5 +1,6 @@
 //! Cholesky factorisation of small dense matrices, in place.
 
+use super::divisor;
 use nalgebra::SMatrix;
 
 /// A pivot was not positive (or not a number).
@@ -43,7 +44,7 @@ pub fn cholesky_solve_in_place<const D: usize, const C: usize>(
     factor: &SMatrix<f64, D, D>,
     b: &mut SMatrix<f64, D, C>,
 ) {
-    let inverse = factor.diagonal().map(|pivot| 1.0 / pivot);
+    let inverse = factor.diagonal().map(|pivot| 1.0 / divisor(pivot));
     for c in 0..C {
         for j in 0..D {
             let x = b[(j, c)] * inverse[j];

@@ -32,3 +32,63 @@ pub fn clamp(value: f64, least: f64, most: f64) -> f64 {
         value
     }
 }
+
+/// Magnitude below which a divisor counts as zero. Quotients of numbers in use stay finite.
+const LEAST_DIVISOR: f64 = 1e-100;
+
+/// `value` as a divisor: a small positive number instead of zero; other values keep their bits, NaN too.
+///
+/// A caller may let the processor trap divisions by zero. Compilers ignore that: they move a division in front of
+/// the test that guards it, or divide in all lanes of a vector and select afterwards. So each division that a
+/// test guards has a divisor that is never zero, whatever the test finds.
+///
+/// The sum hides the choice: of `1 / if small { LEAST } else { value }` the compiler makes a division by `value`
+/// and a choice of its result.
+#[inline(always)]
+pub fn divisor(value: f64) -> f64 {
+    value + if value.abs() < LEAST_DIVISOR { LEAST_DIVISOR } else { 0.0 }
+}
+
+/// Magnitude beyond which a number is unusable: its powers would not be finite.
+const LARGEST: f64 = 1e30;
+
+/// Whether a number is finite, and small enough that its powers are. Looks at its bits: a comparison with NaN may
+/// be an invalid operation.
+#[inline]
+pub fn is_usable(value: f64) -> bool {
+    value.to_bits() & !(1 << 63) <= LARGEST.to_bits()
+}
+
+/// A number without its fraction, from zero to the largest of 32 bits; zero of NaN. Unlike a conversion with
+/// `as`, which saturates too, it is never an invalid operation.
+#[inline]
+pub fn count(value: f64) -> usize {
+    let value = if value > 0.0 { value } else { 0.0 };
+    let most = f64::from(u32::MAX);
+    (if value < most { value } else { most }) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_divisor_is_never_zero_and_else_as_it_was() {
+        assert!(divisor(0.0) > 0.0 && divisor(-0.0) > 0.0 && divisor(1e-200) > 0.0);
+        assert_eq!([-1e-99, 2.5, f64::INFINITY].map(divisor), [-1e-99, 2.5, f64::INFINITY]);
+        assert!(divisor(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn what_is_no_number_or_too_large_a_one_is_not_usable() {
+        assert!([0.0, -0.0, 1e-320, -3.5, 1e30].into_iter().all(is_usable));
+        assert!(![f64::NAN, -f64::NAN, f64::NEG_INFINITY, -1e31].into_iter().any(is_usable));
+    }
+
+    #[test]
+    fn counts_saturate() {
+        let numbers = [f64::NAN, -1e300, -0.0, 0.9, 7.5, 1e300, f64::INFINITY];
+        let most = u32::MAX as usize;
+        assert_eq!(numbers.map(count), [0, 0, 0, 0, 7, most, most]);
+    }
+}

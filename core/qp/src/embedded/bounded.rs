@@ -6,6 +6,8 @@
 //! constraint's violation is the bound `0 <= nu <= w`. The slacks are the multipliers of those
 //! bounds, so that one type serves for all four kinds of variable.
 
+use crate::dense::divisor;
+
 /// `D` bounded variables. Each bound has a complementarity pair `(s, z)`: the distance to the bound
 /// and its multiplier. A missing bound has `1/s = z = 0`, which removes the pair from every formula
 /// without a branch.
@@ -209,14 +211,27 @@ impl<const D: usize> Bounded<D> {
     /// Takes a step of `length` along `step`, multipliers included.
     #[inline(always)]
     pub fn advance(&mut self, step: &[f64; D], target: Target<D>, length: f64) {
-        for i in 0..D {
-            let (centering, affine) = (target.centering, target.affine[i]);
-            let down = self.lower.multiplier_step(i, centering, affine, step[i]);
-            let up = self.upper.multiplier_step(i, centering, -affine, -step[i]);
-            self.value[i] += length * step[i];
-            self.lower.advance(i, length * step[i], length * down);
-            self.upper.advance(i, -length * step[i], length * up);
+        // Whole vectors, a pair, one: a short loop would be made of vectors with unused lanes, whose divisions trap.
+        let (four, two) = (D & !3, D & !1);
+        let Target { centering, affine, .. } = target;
+        for i in 0..four {
+            self.advance_one(i, step[i], centering, affine[i], length);
         }
+        for i in four..two {
+            self.advance_one(i, step[i], centering, affine[i], length);
+        }
+        for i in two..D {
+            self.advance_one(i, step[i], centering, affine[i], length);
+        }
+    }
+
+    #[inline(always)]
+    fn advance_one(&mut self, i: usize, step: f64, centering: Centering, affine: f64, length: f64) {
+        let down = self.lower.multiplier_step(i, centering, affine, step);
+        let up = self.upper.multiplier_step(i, centering, -affine, -step);
+        self.value[i] += length * step;
+        self.lower.advance(i, length * step, length * down);
+        self.upper.advance(i, -length * step, length * up);
     }
 }
 
@@ -230,8 +245,8 @@ impl<const D: usize> Side<D> {
     fn place(&mut self, i: usize, distance: f64, multiplier: f64, mu: f64) {
         let exists = distance < f64::INFINITY;
         self.distance[i] = if exists { distance } else { 1.0 };
-        self.inverse[i] = if exists { 1.0 / distance } else { 0.0 };
-        self.multiplier[i] = if exists { multiplier.max(mu / distance) } else { 0.0 };
+        self.inverse[i] = if exists { 1.0 / divisor(distance) } else { 0.0 };
+        self.multiplier[i] = if exists { multiplier.max(mu / divisor(distance)) } else { 0.0 };
     }
 
     /// Adds the steps `distance` and `multiplier` to pair `i`.
@@ -240,7 +255,7 @@ impl<const D: usize> Side<D> {
         let exists = self.inverse[i] != 0.0;
         let moved = self.distance[i] + distance;
         self.distance[i] = if exists { moved } else { 1.0 };
-        self.inverse[i] = if exists { 1.0 / moved } else { 0.0 };
+        self.inverse[i] = if exists { 1.0 / divisor(moved) } else { 0.0 };
         self.multiplier[i] += multiplier;
     }
 }

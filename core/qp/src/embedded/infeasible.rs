@@ -28,8 +28,9 @@ pub(super) fn is_proved<const N: usize, const NX: usize, const NU: usize, const 
     let (mut least, mut scale) = (0.0, 0.0);
     let mut add = |coefficient: f64, lower: f64, upper: f64| {
         if !(coefficient.abs() <= ROUNDING && lower.max(-upper) == f64::NEG_INFINITY) {
-            let bound = if coefficient > 0.0 { lower } else { upper };
-            let term = if coefficient == 0.0 { 0.0 } else { coefficient * bound };
+            let upper = if coefficient < 0.0 { upper } else { 0.0 };
+            // Zero times an infinite bound would be an invalid operation.
+            let term = coefficient * if coefficient > 0.0 { lower } else { upper };
             least += term;
             scale += term.abs();
         }

@@ -6,7 +6,7 @@ use super::optimality::{Optimality, differentiate};
 use super::riccati::Dynamics;
 use super::variables::{StageVariables, StageVector};
 use super::{EmbeddedQp, infeasible, riccati};
-use crate::dense::clamp;
+use crate::dense::{clamp, divisor};
 use crate::simd::multiversion;
 use crate::time::Deadline;
 use crate::{Qp, QpOutcome, QpStatus};
@@ -156,7 +156,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
         let length = self.longest_step(StepDirection::Affine).min(1.0);
         let sum = complementarity_after(&self.variables[..self.nodes()], &self.affine, length);
         // Mehrotra's rule sigma = (mu_aff / mu)^3, bounded below where only rounding would be gained.
-        let ratio = clamp(sum / self.pairs / mu, 0.0, 1.0);
+        let ratio = clamp(sum / self.pairs / divisor(mu), 0.0, 1.0);
         let least = 0.1 * self.complementarity(qp);
         let sigma_mu = (ratio * ratio * ratio * mu).max(least);
         let mut centering = Centering { sigma_mu, corrector: 1.0 };

@@ -1,6 +1,8 @@
 //! Dense kernels of the solver alone, beside those of [`crate::dense::matrix`]: column-major, with the
 //! same order of operations with and without vector registers.
 
+use crate::dense::divisor;
+
 /// `y += M^T x` where no transpose is stored. Cost: `2 R C` flops.
 #[inline(always)]
 pub(super) fn add_transposed_product<const R: usize, const C: usize>(
@@ -38,8 +40,10 @@ pub(super) fn factor<const R: usize>(m: &mut [[f64; R]; R]) -> Result<(), NotPos
     for j in 0..R {
         let mut column = m[j];
         let pivot = column[j];
-        sound &= pivot > 0.0 && pivot < f64::INFINITY;
-        let inverse = 1.0 / pivot;
+        let is_sound = pivot > 0.0 && pivot < f64::INFINITY;
+        sound &= is_sound;
+        // The results are unused after another pivot, but the operations are valid.
+        let inverse = 1.0 / if is_sound { divisor(pivot) } else { 1.0 };
         for k in j + 1..R {
             let factor = column[k] * inverse;
             for (l, c) in m[k].iter_mut().zip(&column) {

@@ -36,7 +36,7 @@ impl Optimality {
 
     /// Whether all of it is finite.
     pub fn is_finite(&self) -> bool {
-        ((self.residual + self.complementarity) * 0.0 + self.scale).is_finite()
+        [self.residual, self.complementarity, self.scale].iter().all(|x| x.is_finite())
     }
 }
 
@@ -62,9 +62,9 @@ multiversion! {
         }
         let sum = sum.sum();
         Optimality {
-            residual: worst.largest() + poison.sum(),
+            residual: if poison.sum().is_finite() { worst.largest() } else { f64::NAN },
             mu: sum / pairs,
-            complementarity: most.largest() + sum * 0.0,
+            complementarity: if sum.is_finite() { most.largest() } else { f64::NAN },
             scale: clamp(size.largest(), 1.0, MAX_SCALE),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::bounded::{Bounded, Centering, Target, larger};
 use crate::Qp;
-use crate::dense::clamp;
+use crate::dense::{clamp, divisor};
 use core::array::from_fn;
 
 /// One number for every variable of a stage: a direction, a gradient or a residual.
@@ -45,10 +45,11 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVector<NX, NU, NG> 
         self.combine(other, |worst, value| larger(worst, value.abs()));
     }
 
-    /// Adds zero for each finite entry of `other`, NaN for each that is not.
+    /// Adds something for each finite entry of `other`, and infinity or NaN for each other one. Sums of positive
+    /// numbers are valid operations, infinity included.
     #[inline(always)]
     pub fn spoil_by(&mut self, other: &Self) {
-        self.combine(other, |sum, value| sum + value * 0.0);
+        self.combine(other, |sum, value| sum + value.abs() * f64::EPSILON);
     }
 
     /// Replaces every entry by what `of` makes of it and of `other`'s entry.
@@ -285,7 +286,7 @@ impl<const NX: usize, const NU: usize, const NG: usize> StageVariables<NX, NU, N
     #[inline(always)]
     pub fn path_scaling(&self) -> [f64; NG] {
         let dual = self.path.scaling();
-        from_fn(|i| if dual[i] > 0.0 { 1.0 / dual[i] } else { 0.0 })
+        from_fn(|i| if dual[i] > 0.0 { 1.0 / divisor(dual[i]) } else { 0.0 })
     }
 
     /// [`Bounded::barrier_gradient`] of all variables.

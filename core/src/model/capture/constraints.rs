@@ -4,6 +4,7 @@ use super::pose::Pose;
 use super::{CaptureSearch, CaptureViolation};
 use crate::model::{Link, Servicer, segment_to_box};
 use nalgebra::{SMatrix, SVector, Vector3};
+use remora_qp::dense::divisor;
 
 /// How far within its limits the search goes, so that rounding leaves it there [rad or m].
 const WITHIN: f64 = 1e-9;
@@ -99,7 +100,7 @@ impl<'a, const NL: usize> Constraints<'a, NL> {
         let beyond = angle(boresight, &direction.value) - self.search.max_off_boresight;
         to.take(Limit::View, beyond, |j| {
             // On the boresight, or opposite to it, the angle has no gradient.
-            if sine > 0.0 { -boresight.dot(&direction.by_joint[j]) / sine } else { 0.0 }
+            if sine > 0.0 { -boresight.dot(&direction.by_joint[j]) / divisor(sine) } else { 0.0 }
         });
     }
 

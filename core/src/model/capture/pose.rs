@@ -3,6 +3,7 @@
 use crate::math::quaternion;
 use crate::model::Servicer;
 use nalgebra::{SVector, Vector3};
+use remora_qp::dense::divisor;
 
 /// A vector and what each joint does to it [1/rad].
 #[derive(Clone, Copy)]
@@ -76,7 +77,7 @@ fn direction<const NL: usize>(
     arm: Vector3<f64>,
     by_joint: impl Fn(usize) -> Vector3<f64>,
 ) -> Moving<NL> {
-    let reach = libm::sqrt(arm.dot(&arm));
+    let reach = divisor(libm::sqrt(arm.dot(&arm)));
     let value = arm / reach;
     let across = |moved: Vector3<f64>| (moved - value * value.dot(&moved)) / reach;
     Moving { value, by_joint: core::array::from_fn(|i| across(by_joint(i))) }

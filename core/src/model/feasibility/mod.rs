@@ -4,18 +4,22 @@
 //! Tolerances of the verifier are granted, and limits count in full.
 
 mod bounds;
+mod eccentricity;
+
+pub use eccentricity::MAX_ECCENTRICITY_STEPS;
 
 use super::{
     Grid, Integrator, Mission, Refusal, Scenario, Start, TargetState, signed_distance_to_box,
 };
-use crate::math::quaternion;
+use crate::math::{nearly_unit, quaternion};
 use nalgebra::{SVector, Vector3};
-use remora_qp::Validate;
+use remora_qp::dense::{clamp, divisor, is_usable};
+use remora_qp::{Valid, Validate};
 
 /// Farthest that the target may turn from node to node, relative to inertial space [rad].
 pub const MAX_NODE_TURN: f64 = core::f64::consts::PI / 6.0;
 
-/// How far a quaternion's norm may be from one.
+/// Largest distance from one of the norm of a quaternion that is not normalised.
 const QUATERNION: f64 = 1e-6;
 /// Nearest start to the target's centre [m].
 const NEAREST: f64 = 1e-3;
@@ -65,6 +69,7 @@ impl<const NL: usize> Mission<NL> {
         let grid = self.grid(scenario);
         check_nodes(grid.nodes, N)?;
         self.check_interval(&grid)?;
+        self.check_eccentricity(&grid, scenario)?;
         self.check_arm(&grid, scenario, integrator)?;
         self.check_capture(integrator)?;
         self.check_start(&grid, scenario)?;
@@ -185,7 +190,11 @@ impl<const NL: usize> Mission<NL> {
         if travel <= rate * time + SLACK {
             return Ok(());
         }
-        let duration = libm::ceil(grid.duration * travel / (rate * time));
+        let way = rate * time;
+        let duration = match way > 0.0 {
+            true => libm::ceil(grid.duration * travel / divisor(way)),
+            false => f64::INFINITY,
+        };
         Err(Refusal::JointRate { joint, travel, rate, time, duration })
     }
 
@@ -196,7 +205,7 @@ impl<const NL: usize> Mission<NL> {
         let direction = s.capture_geometry().direction;
         let seen = direction.dot(&s.boresight);
         if !(seen >= libm::cos(limit) - self.tolerances.pointing - 2.0 * SLACK) {
-            return Err(Refusal::CaptureView { angle: libm::acos(seen), limit });
+            return Err(Refusal::CaptureView { angle: libm::acos(clamp(seen, -1.0, 1.0)), limit });
         }
         if !self.approach.clearance.is_on(integrator) {
             return Ok(());
@@ -247,7 +256,7 @@ impl<const NL: usize> Mission<NL> {
         let seen = self.pointing_at_start(scenario);
         let limit = self.approach.field_of_view_half_angle;
         if !(seen >= libm::cos(limit) - self.tolerances.pointing) {
-            return Err(Refusal::FieldOfView { angle: libm::acos(seen), limit });
+            return Err(Refusal::FieldOfView { angle: libm::acos(clamp(seen, -1.0, 1.0)), limit });
         }
         Ok(())
     }
@@ -305,16 +314,27 @@ fn turn_within(grid: &Grid, turn: f64) -> Result<(), Refusal> {
     if turn <= limit {
         return Ok(());
     }
-    Err(Refusal::Tumble { turn, limit, duration: libm::floor(grid.duration * limit / turn) })
+    Err(Refusal::Tumble {
+        turn,
+        limit,
+        duration: libm::floor(grid.duration * limit / divisor(turn)),
+    })
 }
 
 impl<const NL: usize> Validate for Scenario<NL> {
     type Error = Refusal;
 
+    /// Attitudes whose norm differs from one by at most 1e-3 are normalised.
+    fn validated(mut self) -> Result<Valid<Self>, Refusal> {
+        self.target_attitude = nearly_unit(&self.target_attitude, QUATERNION);
+        self.start.bus_attitude = self.start.bus_attitude.map(|q| nearly_unit(&q, QUATERNION));
+        self.validate().map(|()| Valid::of_constant(self))
+    }
+
     /// Refuses what is no input at all: numbers that are not finite, an attitude that is not of
     /// unit length, a start from which no direction leads to the target, no time.
     fn validate(&self) -> Result<(), Refusal> {
-        let finite = |values: &[f64], field| match values.iter().all(|v| v.is_finite()) {
+        let finite = |values: &[f64], field| match values.iter().all(|v| is_usable(*v)) {
             true => Ok(()),
             false => Err(Refusal::NotFinite { field }),
         };

@@ -32,10 +32,32 @@ fn what_can_be_planned_passes() {
 }
 
 #[test]
+fn an_orbit_that_is_no_circle_is_refused_with_the_error_that_it_makes() {
+    let refusal = refused(|mission, _| {
+        (mission.orbit.semi_major_axis, mission.orbit.eccentricity) = (2.4e7, 0.6);
+    });
+    assert_eq!((refusal.name(), refusal.code()), ("eccentricity", 20));
+    assert!(refusal.is_invalid_input());
+    let Refusal::Eccentricity { error, limit, .. } = refusal else { panic!("{refusal}") };
+    // 1.117 of the distance, and the way from 5.2 m to the keep-out zone.
+    assert!((5.8..5.85).contains(&error) && (3.3..3.4).contains(&limit), "{refusal}");
+    let said = refusal.to_string();
+    assert!(said.starts_with("eccentricity: orbit.eccentricity is 0.6: "), "{said}");
+    for e in [0.0, 1e-3, 0.01, 0.03] {
+        let mut mission = Mission::default();
+        mission.orbit.eccentricity = e;
+        mission.check::<60>(&scenario(), RK4).unwrap();
+    }
+}
+
+#[test]
 fn input_that_is_none_is_refused_as_such() {
     let nan = refused(|_, s| s.velocity.y = f64::NAN);
     assert_eq!((nan.name(), nan.code()), ("not_finite", 1));
-    assert_eq!(nan.to_string(), "not_finite: the scenario's velocity is not finite");
+    assert_eq!(
+        nan.to_string(),
+        "not_finite: the scenario's velocity is not finite, or beyond 1e30"
+    );
     let long = refused(|_, s| s.target_attitude *= 1.0 + 2e-6);
     assert_eq!(long.name(), "attitude");
     assert_eq!(refused(|_, s| s.target_attitude = Vector4::zeros()).name(), "attitude");
@@ -148,4 +170,31 @@ fn the_least_force_is_that_of_bang_bang() {
     let way = start.position.z - 0.2 - mission.servicer.capture_geometry().reach;
     let expected = 4.0 * 530.0 * way / (1200.0 * 1200.0);
     assert!((needs.force / expected - 1.0).abs() < 0.01, "{} {expected}", needs.force);
+}
+
+#[test]
+fn an_attitude_with_four_decimals_is_normalised_and_an_exact_one_keeps_its_bits() {
+    let rounded = Vector4::new(0.1826, 0.3651, 0.5477, 0.7303);
+    let start = Start { bus_attitude: Some(rounded), ..Default::default() };
+    let given = Scenario { target_attitude: rounded, start, ..scenario() };
+    let taken = given.validated().unwrap();
+    for attitude in [taken.target_attitude, taken.start.bus_attitude.unwrap()] {
+        assert!((quaternion::norm(&attitude) - 1.0).abs() < 1e-15);
+        assert!((attitude - rounded).amax() < 1e-4);
+    }
+    let exact = Scenario { target_attitude: quaternion::IDENTITY * (1.0 + 0.9e-6), ..scenario() };
+    assert_eq!(*exact.validated().unwrap(), exact);
+    let long = Scenario { target_attitude: rounded * 1.002, ..scenario() };
+    assert_eq!(long.validated().unwrap_err().name(), "attitude");
+}
+
+#[test]
+fn directions_with_four_decimals_are_normalised() {
+    let mut mission = Mission::<3>::default();
+    mission.servicer.links[1].axis *= 0.9995;
+    mission.target.port_normal *= 1.0005;
+    let taken = mission.validated().unwrap();
+    assert_eq!(*taken, Mission::default());
+    mission.servicer.boresight *= 1.002;
+    assert_eq!(mission.validated().unwrap_err().field, "servicer.boresight");
 }

@@ -3,11 +3,12 @@
 use super::Instant;
 use super::distance::{Placed, box_to_box, point_to_box, segment_to_box};
 use super::posture::Posture;
-use super::residuals::{Clearances, Closest};
+use super::residuals::{ArmClearances, Clearances, Closest, Residuals, Verification};
 use crate::math::quaternion;
 use crate::model::{Link, Mission};
 use crate::stages::worse;
 use nalgebra::Vector3;
+use remora_qp::dense::divisor;
 
 /// The bodies, and how near they were so far.
 ///
@@ -17,9 +18,20 @@ use nalgebra::Vector3;
 pub(super) struct Bodies<'a, const NL: usize> {
     pub mission: &'a Mission<NL>,
     pub found: Clearances,
+    pub arm: ArmClearances,
 }
 
-impl<const NL: usize> Bodies<'_, NL> {
+impl<'a, const NL: usize> Bodies<'a, NL> {
+    /// Initial value, before any pair was checked.
+    pub fn new(mission: &'a Mission<NL>) -> Self {
+        Self { mission, found: Clearances::NONE, arm: ArmClearances::NONE }
+    }
+
+    /// Result, with the residuals.
+    pub fn with(&self, residuals: Residuals) -> Verification {
+        Verification { residuals, clearances: self.found, arm: self.arm }
+    }
+
     /// Looks at one instant. Cost: one point a pair that is further apart than the nearest so far
     /// (and the bus and the target at that, which then are one pair), up to 40 points for each of
     /// the others; two boxes are 30 pairs.
@@ -49,9 +61,10 @@ impl<const NL: usize> Bodies<'_, NL> {
             let is_last = body as usize == gripping;
             let gripper = if is_last { self.mission.corridor.end_effector_length } else { 0.0 };
             let short = shortened(joint, &end, gripper);
-            let cutoff = self.found.arm.distance + link.radius;
+            let cutoff = self.arm.links.distance + link.radius;
             let (a, b) = (placed(joint), placed(&short));
             let distance = segment_to_box(&target.half_extents, &a, &b, cutoff) - link.radius;
+            self.arm.links = self.arm.links.or(closest(distance, body));
             self.found.arm = self.found.arm.or(closest(distance, body));
             // The first link that reaches anywhere is mounted on the bus.
             if !is_mounted {
@@ -63,6 +76,7 @@ impl<const NL: usize> Bodies<'_, NL> {
             is_mounted = false;
         }
         let distance = self.end_effector(&placed(&posture.tip), radius);
+        self.arm.end_effector = self.arm.end_effector.or(closest(distance, last));
         self.found.arm = self.found.arm.or(closest(distance, last));
     }
 
@@ -94,5 +108,9 @@ fn has_length(link: &Link) -> bool {
 fn shortened(joint: &Vector3<f64>, end: &Vector3<f64>, gripper: f64) -> Vector3<f64> {
     let link = end - joint;
     let length = libm::sqrt(link.dot(&link));
-    if gripper < length || length.is_nan() { end - link * (gripper / length) } else { *joint }
+    if gripper < length || length.is_nan() {
+        end - link * (gripper / divisor(length))
+    } else {
+        *joint
+    }
 }

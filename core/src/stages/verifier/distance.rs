@@ -5,6 +5,7 @@
 //! when that is nothing: what it returns is certified by the tangents.
 
 use nalgebra::{Matrix3, Vector3};
+use remora_qp::dense::divisor;
 
 /// By how much a distance may be larger than the least [m].
 const RESOLUTION: f64 = 1e-10;
@@ -33,7 +34,7 @@ pub(super) fn point_to_box(
     });
     let distance = libm::sqrt(beyond.dot(&beyond));
     if distance > 0.0 || distance.is_nan() {
-        return (distance, beyond.dot(along) / distance);
+        return (distance, beyond.dot(along) / divisor(distance));
     }
     let (mut depth, mut slope) = (f64::INFINITY, 0.0);
     for i in 0..3 {

@@ -30,7 +30,7 @@ mod translation;
 
 pub(crate) use distance::MAX_HALVINGS;
 pub(crate) use reorientation::{MAX_DOUBLINGS, MAX_PART_SUBSTEPS};
-pub use residuals::{Clearances, Closest, Residuals, Verification};
+pub use residuals::{ArmClearances, Clearances, Closest, Residuals, Verification};
 pub(crate) use target::MAX_TARGET_STEPS;
 
 use super::worse;
@@ -118,20 +118,20 @@ fn verify_some<const N: usize, const NL: usize>(
     let plan =
         Checked { mission, integrator, path: &path, trajectory: reorientation, between, beyond };
     let mut target = Tumbling::new(mission, scenario, integrator);
-    let mut bodies = Bodies { mission, found: Clearances::NONE };
+    let mut bodies = Bodies::new(mission);
     let mut out = Residuals::default();
     path.begin(scenario, &mut out);
     plan.begin(scenario, &mut out);
     for (leg, held) in path.legs().zip(plan.legs()).take(intervals) {
         if deadline.has_passed() {
-            return Verification { residuals: Residuals::UNFINISHED, clearances: bodies.found };
+            return bodies.with(Residuals::UNFINISHED);
         }
         let turning = target.along(leg.k, path.dt());
         let positions = path.interval(&leg, &turning, &mut out);
         plan.interval(&leg, &held, &turning, &positions, &mut bodies, &mut out);
     }
     if deadline.has_passed() {
-        return Verification { residuals: Residuals::UNFINISHED, clearances: bodies.found };
+        return bodies.with(Residuals::UNFINISHED);
     }
     let last = target.state();
     path.end(&last, &mut out);
@@ -139,7 +139,7 @@ fn verify_some<const N: usize, const NL: usize>(
     if mission.approach.clearance.is_on(integrator) {
         out.clearance = bodies.found.overlap();
     }
-    Verification { residuals: out, clearances: bodies.found }
+    bodies.with(out)
 }
 
 /// Residuals of Stage 1 alone; those of Stage 2 are left zero (`control` is that of the force).
@@ -188,7 +188,7 @@ pub fn clearances_at<const NL: usize>(
     position: &Vector3<f64>,
     state: &State<NL>,
 ) -> Clearances {
-    let mut bodies = Bodies { mission, found: Clearances::NONE };
+    let mut bodies = Bodies::new(mission);
     bodies.look(&Instant { time_s, target, position, state });
     bodies.found
 }

@@ -67,7 +67,7 @@ pub struct Closest {
 }
 
 impl Closest {
-    /// Nothing looked at yet.
+    /// Initial value, before any pair was checked.
     pub const NONE: Self = Self { distance: f64::INFINITY, time_s: 0.0, body: 0 };
 
     /// The nearer of this and another, this one where they are as near. What is not a number is
@@ -94,7 +94,7 @@ pub struct Clearances {
 }
 
 impl Clearances {
-    /// Nothing looked at yet.
+    /// Initial value, before any pair was checked.
     pub const NONE: Self = Self { arm: Closest::NONE, bus: Closest::NONE, own: Closest::NONE };
 
     /// Names and values, in the order of the plan file.
@@ -115,6 +115,20 @@ impl Clearances {
     }
 }
 
+/// The two parts of [`Clearances::arm`]. The end effector is at its port at capture, and nearest by intent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArmClearances {
+    /// Distance of links and target, without the end effector's length of the last link.
+    pub links: Closest,
+    /// Distance of end effector and target; within the corridor, of its edge.
+    pub end_effector: Closest,
+}
+
+impl ArmClearances {
+    /// Initial value, before any pair was checked.
+    pub const NONE: Self = Self { links: Closest::NONE, end_effector: Closest::NONE };
+}
+
 /// What the verifier found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verification {
@@ -122,6 +136,8 @@ pub struct Verification {
     pub residuals: Residuals,
     /// How near bodies come to each other.
     pub clearances: Clearances,
+    /// Smallest distance of each part of the arm from the target.
+    pub arm: ArmClearances,
 }
 
 impl Residuals {

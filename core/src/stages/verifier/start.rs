@@ -7,6 +7,7 @@ use crate::dynamics::State;
 use crate::math::quaternion;
 use crate::model::{Grid, Mission, Scenario, TargetState};
 use nalgebra::{Matrix3, Vector3, Vector4};
+use remora_qp::dense::divisor;
 
 /// The state that Stage 2 begins with.
 pub(super) fn initial_state<const NL: usize>(
@@ -52,7 +53,7 @@ impl<const NL: usize> Beyond<NL> {
         // A chord of the quaternion's circle, back on it: less than the rate's own turn.
         let speed = libm::sqrt(x.rate.dot(&x.rate));
         let turn = 2.0 * libm::atan(0.5 * dt * speed);
-        let axis = if speed > 0.0 { x.rate / speed } else { Vector3::z() };
+        let axis = if speed > 0.0 { x.rate / divisor(speed) } else { Vector3::z() };
         let turned = quaternion::rotation_matrix(&quaternion::exp(&(axis * turn)))
             * quaternion::rotation_matrix(&x.attitude);
         let seen = seen(mission, &target.attitude, position, &turned);
@@ -93,5 +94,5 @@ fn seen<const NL: usize>(
     bus: &Matrix3<f64>,
 ) -> f64 {
     let sight = quaternion::rotation_matrix(target) * mission.target.port_position - position;
-    sight.dot(&(bus * mission.servicer.boresight)) / libm::sqrt(sight.dot(&sight))
+    sight.dot(&(bus * mission.servicer.boresight)) / divisor(libm::sqrt(sight.dot(&sight)))
 }

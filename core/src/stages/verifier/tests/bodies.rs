@@ -89,7 +89,7 @@ fn the_end_effector_comes_to_the_port_by_the_corridor_only() {
     let mut mission = Mission::default();
     mission.corridor.half_angle = core::f64::consts::FRAC_PI_4;
     mission.corridor.mouth_radius = 0.05;
-    let bodies = Bodies { mission: &mission, found: Clearances::NONE };
+    let bodies = Bodies::new(&mission);
     let at = |x: f64, z: f64| bodies.end_effector(&Vector3::new(x, 0.0, z), 0.05);
     let (tolerance, root) = (1e-3, 0.5_f64.sqrt());
     // At the port; below it; on its way, where the height counts near and the free distance far.
