@@ -8,8 +8,8 @@ use crate::run::{Memory, Models};
 use crate::start::with_start;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::model::{
-    Approach, Corridor, Link, Margins, Mission, Orbit, Roll, Scenario, Servicer, Start, Switch,
-    Target, Tolerances, Typical, Weights,
+    Approach, Body, Corridor, Link, Margins, Mission, Orbit, Roll, Scenario, Servicer, Start,
+    Switch, Target, Tolerances, Typical, Weights,
 };
 use remora_core::advanced::planner::{self, Options, PlanSettings, Platform};
 use remora_core::advanced::stages::{LINKS, Mode};
@@ -75,7 +75,9 @@ impl Input<'_> {
     fn mission(&mut self) -> Mission<LINKS> {
         let gravity_gradient = self.switch();
         let [gravitational_parameter, semi_major_axis, eccentricity, inclination] = self.all();
-        let orbit = Orbit { gravitational_parameter, semi_major_axis, eccentricity, inclination };
+        let body = Body::with(gravitational_parameter);
+        let orbit =
+            Orbit { gravitational_parameter, semi_major_axis, eccentricity, inclination, body };
         let target = Target {
             half_extents: self.vector(),
             inertia: self.vector(),

@@ -89,11 +89,11 @@ impl Caller {
             remora_defaults(REMORA_ABI, &mut mission, &mut scenario, &mut options, &mut settings)
         };
         assert_eq!(status, RemoraStatus::Ok);
-        scenario.position = [8.0, 0.0, 0.0];
+        scenario.com_position_rtn_m = [8.0, 0.0, 0.0];
         let limits = RemoraLimits {
-            force: [1.0; 3],
-            bus_torque: [1.0; 3],
-            joint_torque: [1.0; REMORA_JOINTS],
+            max_bus_force_rtn_n: [1.0; 3],
+            max_bus_torque_body_n_m: [1.0; 3],
+            max_joint_torque_n_m: [1.0; REMORA_JOINTS],
             ..sized()
         };
         Self {
@@ -187,8 +187,9 @@ impl Caller {
         let status =
             unsafe { remora_guide(self.flight.pointer(), &self.estimate, limits, &mut command) };
         if status == RemoraStatus::Ok {
-            let commanded = command.force.iter().chain(&command.bus_torque);
-            assert!(commanded.chain(&command.joint_torque).all(|x| x.is_finite()), "{command:?}");
+            let commanded = command.bus_force_rtn_n.iter().chain(&command.bus_torque_body_n_m);
+            let commanded = commanded.chain(&command.joint_torque_n_m);
+            assert!(commanded.into_iter().all(|x| x.is_finite()), "{command:?}");
         }
     }
 

@@ -1,11 +1,12 @@
 //! The numbers that both sides must agree on, and the status of a call.
 #![allow(unsafe_code, reason = "symbols without Rust's decoration")]
 
+use crate::codes::RemoraStatusCode;
 use core::ffi::c_char;
 use remora_core::advanced::stages::{LINKS, NODES};
 
 /// Number of this interface. It grows with every change of a structure, a function or a meaning.
-pub const REMORA_ABI: u32 = 1;
+pub const REMORA_ABI: u32 = 2;
 /// Bytes of a workspace: planner, solver, network, the mission and the last plan.
 pub const REMORA_WORKSPACE_BYTES: usize = 1_058_816;
 /// Bytes of a flight: guidance with the mission and the plan that it flies.
@@ -16,15 +17,6 @@ pub const REMORA_ALIGNMENT: usize = 64;
 pub const REMORA_JOINTS: usize = 3;
 /// Most nodes of a plan.
 pub const REMORA_NODES: usize = 60;
-
-/// RemoraOptions.mode: the optimum.
-pub const REMORA_OPTIMAL: u32 = 0;
-/// RemoraOptions.mode: the first plan that satisfies every constraint.
-pub const REMORA_FEASIBLE: u32 = 1;
-/// RemoraOptions.integrator: RK4, whose plans can be flown.
-pub const REMORA_RK4: u32 = 0;
-/// RemoraOptions.integrator: explicit Euler, the paper's, whose plans cannot.
-pub const REMORA_EULER: u32 = 1;
 
 /// Checksum of the plan that remora_self_test makes with Euler.
 pub const REMORA_SELF_TEST_EULER: u64 = 0x12a8_ed2d_0673_1f42;
@@ -71,7 +63,7 @@ pub enum RemoraStatus {
     InvalidOption = 15,
     /// A number of guidance's settings or of the limits is out of its range.
     InvalidSetting = 16,
-    /// A time is not finite, or negative where it must not be.
+    /// A time is not finite, beyond 1e12 s, or negative where it must not be.
     InvalidTime = 17,
     /// No plan can end well; RemoraReport.refusal says why. The workspace holds no plan now.
     Refused = 18,
@@ -91,6 +83,10 @@ pub enum RemoraStatus {
     NothingLeft = 25,
     /// The self-test's plan has other bits than it must have.
     WrongChecksum = 26,
+    /// The step of guidance is not 0.05 to 5 s after the one before.
+    StepTime = 27,
+    /// An attitude of the estimate is not of unit length, a number is beyond 1e21, or a flag is neither 0 nor 1.
+    InvalidEstimate = 28,
 }
 
 /// The number of the archive's interface; to be compared with REMORA_ABI.
@@ -101,7 +97,7 @@ pub extern "C" fn remora_abi() -> u32 {
 
 /// Says in English what a status means. Never NULL, and never to be freed.
 #[unsafe(no_mangle)]
-pub extern "C" fn remora_strerror(status: u32) -> *const c_char {
+pub extern "C" fn remora_strerror(status: RemoraStatusCode) -> *const c_char {
     let text = match status {
         0 => c"done",
         1 => c"a pointer is NULL",
@@ -130,6 +126,10 @@ pub extern "C" fn remora_strerror(status: u32) -> *const c_char {
         24 => c"the flight's plan is of another mission",
         25 => c"nothing is left to plan",
         26 => c"the self-test's plan has other bits",
+        27 => c"the step of guidance is not 0.05 to 5 s after the one before",
+        28 => {
+            c"an attitude of the estimate is no rotation, a number is too large, or a flag is none"
+        }
         _ => c"no status of this interface",
     };
     text.as_ptr()

@@ -3,66 +3,89 @@
 
 use crate::RemoraStatus;
 use crate::abi::REMORA_JOINTS;
+use crate::codes::{RemoraFlightModeCode, RemoraReason, RemoraReasonCode};
 use crate::mission::flag;
 use crate::pointers::Sized32;
 use remora_core::advanced::dynamics::State;
 use remora_core::advanced::guidance::{AbortErrors, Closing};
 use remora_core::advanced::model::TargetState;
+use remora_core::advanced::qp::dense::is_usable;
 use remora_core::advanced::qp::{Valid, Validate};
 use remora_core::prelude::{Command, Estimate, GuidanceSettings, Limits, Triggers};
 
 /// Settings of guidance; remora_defaults fills in those that the flights of docs/flights.md were made with.
-/// What each means is told in docs/guidance.md. INFINITY is never.
+/// docs/guidance.md explains each setting. Numbers are finite. Bandwidths and fade times are above zero. Replan
+/// and abort errors are above zero too, and INFINITY turns one off. Others are at least zero.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RemoraGuidance {
     /// Size of this structure in bytes.
     pub size: u32,
-    /// Nothing; zero.
+    /// Not read.
     pub reserved: u32,
-    /// Bandwidths: centre of mass, attitude, joints [rad/s].
-    pub bandwidth: [f64; 3],
+    /// Bandwidth of the centre of mass [rad/s].
+    pub com_bandwidth_rad_s: f64,
+    /// Bandwidth of the bus attitude [rad/s].
+    pub bus_bandwidth_rad_s: f64,
+    /// Bandwidth of the joints [rad/s].
+    pub joint_bandwidth_rad_s: f64,
     /// Largest product of a bandwidth and the time between steps [rad].
-    pub most_per_step: f64,
+    pub most_per_step_rad: f64,
     /// Integral feedback, over the bandwidth's third power.
     pub integral: f64,
-    /// Largest error that an integral stands for [m], [rad].
-    pub integral_limit: [f64; 2],
-    /// Times over which a new plan's command and the turn to the estimated target are faded in [s].
-    pub fade: [f64; 2],
+    /// Largest error of the centre of mass that an integral stands for [m].
+    pub integral_limit_com_m: f64,
+    /// Largest error of an angle that an integral stands for [rad].
+    pub integral_limit_angle_rad: f64,
+    /// Time over which a new plan's command is faded in [s].
+    pub fade_plan_s: f64,
+    /// Time over which the turn to the estimated target is faded in [s].
+    pub fade_turn_s: f64,
     /// Bandwidth of the offset that the wrist camera measures [rad/s].
-    pub camera: f64,
+    pub camera_bandwidth_rad_s: f64,
     /// The last way: distances that are added, each taken back by itself [m].
-    pub closing_distances: [f64; 2],
-    /// When they begin to come in and are there, before capture [s].
-    pub closing_out: [f64; 2],
-    /// When each begins to go and is gone, before capture [s].
-    pub closing_back: [[f64; 2]; 2],
+    pub closing_distances_m: [f64; 2],
+    /// Begin and end of the time in which the distances are added, before capture [s]; falling.
+    pub closing_out_s: [f64; 2],
+    /// Begin and end of the time in which each distance is taken back, before capture [s]; falling.
+    pub closing_back_s: [[f64; 2]; 2],
     /// When the plan's own motion ends, before capture [s].
-    pub closing_settle: f64,
+    pub closing_settle_s: f64,
     /// When another plan is wanted: age of the plan in force [s].
-    pub replan_age: f64,
+    pub replan_age_s: f64,
     /// Error of the centre of mass [m].
-    pub replan_position: f64,
+    pub replan_com_m: f64,
     /// Error of the bus attitude [rad].
-    pub replan_attitude: f64,
+    pub replan_bus_rad: f64,
     /// Error of the target's attitude from what the plan expects [rad].
-    pub replan_target: f64,
+    pub replan_target_rad: f64,
     /// Time before capture from which none is wanted any more [s].
-    pub replan_last: f64,
-    /// When the approach is given up at first: position [m], attitude, joint [rad].
-    pub abort_settling: [f64; 3],
-    /// Likewise afterwards.
-    pub abort_settled: [f64; 3],
-    /// Time from the first step to then [s].
-    pub abort_settles: f64,
-    /// Likewise near the target.
-    pub abort_near: [f64; 3],
-    /// Time before capture from which these hold, and until which that of the position does [s].
-    pub abort_near_times: [f64; 2],
+    pub replan_last_s: f64,
+    /// Abort error of the centre of mass at first [m].
+    pub abort_settling_com_m: f64,
+    /// Abort error of the bus attitude at first [rad].
+    pub abort_settling_bus_rad: f64,
+    /// Abort error of a joint at first [rad].
+    pub abort_settling_joint_rad: f64,
+    /// Abort error of the centre of mass after `abort_settles_s` [m].
+    pub abort_settled_com_m: f64,
+    /// Abort error of the bus attitude after `abort_settles_s` [rad].
+    pub abort_settled_bus_rad: f64,
+    /// Abort error of a joint after `abort_settles_s` [rad].
+    pub abort_settled_joint_rad: f64,
+    /// Time after the first step at which `abort_settled_...` begin to hold [s].
+    pub abort_settles_s: f64,
+    /// Abort error of the centre of mass near the target [m].
+    pub abort_near_com_m: f64,
+    /// Abort error of the bus attitude near the target [rad].
+    pub abort_near_bus_rad: f64,
+    /// Abort error of a joint near the target [rad].
+    pub abort_near_joint_rad: f64,
+    /// Times before capture: `abort_near_...` hold from the first, that of the centre of mass to the second [s].
+    pub abort_near_times_s: [f64; 2],
     /// Most that the end effector may be seen beside the port in the end; twice that is how far across the
     /// port's normal it may be going to be off before [m].
-    pub abort_port: f64,
+    pub abort_port_m: f64,
 }
 
 // SAFETY: begins with its size, and holds numbers only.
@@ -75,100 +98,130 @@ impl RemoraGuidance {
             *settings;
         let GuidanceSettings { integral_limit, fade, camera, closing, triggers, abort, .. } =
             *settings;
+        let [integral_limit_com_m, integral_limit_angle_rad] = integral_limit;
+        let [fade_plan_s, fade_turn_s] = fade;
+        let [abort_settling_com_m, abort_settling_bus_rad, abort_settling_joint_rad] =
+            abort.settling;
+        let [abort_settled_com_m, abort_settled_bus_rad, abort_settled_joint_rad] = abort.settled;
+        let [abort_near_com_m, abort_near_bus_rad, abort_near_joint_rad] = abort.near;
         Self {
             size: size_of::<Self>() as u32,
             reserved: 0,
-            bandwidth: [translation, attitude, joint],
-            most_per_step,
+            com_bandwidth_rad_s: translation,
+            bus_bandwidth_rad_s: attitude,
+            joint_bandwidth_rad_s: joint,
+            most_per_step_rad: most_per_step,
             integral,
-            integral_limit,
-            fade,
-            camera,
-            closing_distances: closing.distances,
-            closing_out: closing.out,
-            closing_back: closing.back,
-            closing_settle: closing.settle,
-            replan_age: triggers.age,
-            replan_position: triggers.position,
-            replan_attitude: triggers.attitude,
-            replan_target: triggers.target,
-            replan_last: triggers.last,
-            abort_settling: abort.settling,
-            abort_settled: abort.settled,
-            abort_settles: abort.settles,
-            abort_near: abort.near,
-            abort_near_times: abort.near_times,
-            abort_port: abort.port,
+            integral_limit_com_m,
+            integral_limit_angle_rad,
+            fade_plan_s,
+            fade_turn_s,
+            camera_bandwidth_rad_s: camera,
+            closing_distances_m: closing.distances,
+            closing_out_s: closing.out,
+            closing_back_s: closing.back,
+            closing_settle_s: closing.settle,
+            replan_age_s: triggers.age,
+            replan_com_m: triggers.position,
+            replan_bus_rad: triggers.attitude,
+            replan_target_rad: triggers.target,
+            replan_last_s: triggers.last,
+            abort_settling_com_m,
+            abort_settling_bus_rad,
+            abort_settling_joint_rad,
+            abort_settled_com_m,
+            abort_settled_bus_rad,
+            abort_settled_joint_rad,
+            abort_settles_s: abort.settles,
+            abort_near_com_m,
+            abort_near_bus_rad,
+            abort_near_joint_rad,
+            abort_near_times_s: abort.near_times,
+            abort_port_m: abort.port,
         }
     }
 
     /// The settings that C tells of, where every number is in its range.
     pub(crate) fn validated(&self) -> Result<Valid<GuidanceSettings>, RemoraStatus> {
-        let [translation, attitude, joint] = self.bandwidth;
         let settings = GuidanceSettings {
-            translation,
-            attitude,
-            joint,
-            most_per_step: self.most_per_step,
+            translation: self.com_bandwidth_rad_s,
+            attitude: self.bus_bandwidth_rad_s,
+            joint: self.joint_bandwidth_rad_s,
+            most_per_step: self.most_per_step_rad,
             integral: self.integral,
-            integral_limit: self.integral_limit,
-            fade: self.fade,
-            camera: self.camera,
+            integral_limit: [self.integral_limit_com_m, self.integral_limit_angle_rad],
+            fade: [self.fade_plan_s, self.fade_turn_s],
+            camera: self.camera_bandwidth_rad_s,
             closing: Closing {
-                distances: self.closing_distances,
-                out: self.closing_out,
-                back: self.closing_back,
-                settle: self.closing_settle,
+                distances: self.closing_distances_m,
+                out: self.closing_out_s,
+                back: self.closing_back_s,
+                settle: self.closing_settle_s,
             },
             triggers: Triggers {
-                age: self.replan_age,
-                position: self.replan_position,
-                attitude: self.replan_attitude,
-                target: self.replan_target,
-                last: self.replan_last,
+                age: self.replan_age_s,
+                position: self.replan_com_m,
+                attitude: self.replan_bus_rad,
+                target: self.replan_target_rad,
+                last: self.replan_last_s,
             },
-            abort: AbortErrors {
-                settling: self.abort_settling,
-                settled: self.abort_settled,
-                settles: self.abort_settles,
-                near: self.abort_near,
-                near_times: self.abort_near_times,
-                port: self.abort_port,
-            },
+            abort: self.abort_errors(),
         };
         settings.validated().map_err(|_| RemoraStatus::InvalidSetting)
     }
+
+    fn abort_errors(&self) -> AbortErrors {
+        AbortErrors {
+            settling: [
+                self.abort_settling_com_m,
+                self.abort_settling_bus_rad,
+                self.abort_settling_joint_rad,
+            ],
+            settled: [
+                self.abort_settled_com_m,
+                self.abort_settled_bus_rad,
+                self.abort_settled_joint_rad,
+            ],
+            settles: self.abort_settles_s,
+            near: [self.abort_near_com_m, self.abort_near_bus_rad, self.abort_near_joint_rad],
+            near_times: self.abort_near_times_s,
+            port: self.abort_port_m,
+        }
+    }
 }
 
-/// What navigation knows at one instant. Numbers that are none are no misuse: guidance then answers what is
-/// planned and says so.
+/// Largest distance from 1 of the norm of an estimated attitude.
+const UNIT: f64 = 1e-3;
+
+/// State that navigation estimates at one instant. NaN and infinity are no misuse: guidance then answers the
+/// planned command with REMORA_FLIGHT_MODE_DEGRADED. Attitudes are (x, y, z, w), of norm 1 within 1e-3.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RemoraEstimate {
     /// Size of this structure in bytes.
     pub size: u32,
-    /// Whether `wrist` is given.
-    pub has_wrist: u32,
+    /// Whether `ee_from_port_rtn_m` is given; otherwise it is not read.
+    pub has_ee_from_port: u32,
     /// Time on the clock that plans are dated by [s].
-    pub time: f64,
-    /// Centre of mass of the bus relative to the target's, RTN [m].
-    pub position: [f64; 3],
+    pub time_s: f64,
+    /// Centre of mass of the bus alone from the target's, RTN [m]; the scenario's is that of bus and arm.
+    pub bus_position_rtn_m: [f64; 3],
     /// Its velocity relative to RTN, in RTN [m/s].
-    pub velocity: [f64; 3],
-    /// Attitude of the bus, (x, y, z, w), body to RTN.
-    pub attitude: [f64; 4],
+    pub bus_velocity_rtn_m_s: [f64; 3],
+    /// Attitude of the bus.
+    pub bus_attitude_body_to_rtn: [f64; 4],
     /// Its angular velocity relative to RTN, in RTN [rad/s].
-    pub rate: [f64; 3],
+    pub bus_rate_rtn_rad_s: [f64; 3],
     /// Joint angles [rad].
-    pub joint_angle: [f64; REMORA_JOINTS],
+    pub joint_angle_rad: [f64; REMORA_JOINTS],
     /// Joint rates [rad/s].
-    pub joint_rate: [f64; REMORA_JOINTS],
+    pub joint_rate_rad_s: [f64; REMORA_JOINTS],
     /// Attitude of the target.
-    pub target_attitude: [f64; 4],
-    /// Its angular velocity relative to RTN, in RTN [rad/s].
-    pub target_rate: [f64; 3],
+    pub target_attitude_body_to_rtn: [f64; 4],
+    /// Angular velocity of the target relative to RTN, in RTN [rad/s]; the scenario's is in target axes.
+    pub target_rate_rtn_rad_s: [f64; 3],
     /// End effector from the port, RTN axes [m], where a camera at the wrist sees it.
-    pub wrist: [f64; 3],
+    pub ee_from_port_rtn_m: [f64; 3],
 }
 
 // SAFETY: begins with its size, and holds numbers only.
@@ -180,56 +233,66 @@ impl RemoraEstimate {
         let Estimate { time, position, velocity, state, target, wrist } = *estimate;
         Self {
             size: size_of::<Self>() as u32,
-            has_wrist: u32::from(wrist.is_some()),
-            time,
-            position: position.into(),
-            velocity: velocity.into(),
-            attitude: state.attitude.into(),
-            rate: state.rate.into(),
-            joint_angle: state.joint_angle.into(),
-            joint_rate: state.joint_rate.into(),
-            target_attitude: target.attitude.into(),
-            target_rate: target.rate.into(),
-            wrist: wrist.unwrap_or_default().into(),
+            has_ee_from_port: u32::from(wrist.is_some()),
+            time_s: time,
+            bus_position_rtn_m: position.into(),
+            bus_velocity_rtn_m_s: velocity.into(),
+            bus_attitude_body_to_rtn: state.attitude.into(),
+            bus_rate_rtn_rad_s: state.rate.into(),
+            joint_angle_rad: state.joint_angle.into(),
+            joint_rate_rad_s: state.joint_rate.into(),
+            target_attitude_body_to_rtn: target.attitude.into(),
+            target_rate_rtn_rad_s: target.rate.into(),
+            ee_from_port_rtn_m: wrist.unwrap_or_default().into(),
         }
     }
 
     /// The estimate that C tells of.
     pub(crate) fn estimate(&self) -> Result<Estimate, RemoraStatus> {
-        let has_wrist = flag(self.has_wrist, RemoraStatus::InvalidOption)?;
+        let invalid = RemoraStatus::InvalidEstimate;
+        let has_wrist = flag(self.has_ee_from_port, invalid)?;
+        let is_rotation = |q: &[f64; 4]| {
+            let squared = q.iter().map(|x| x * x).sum::<f64>();
+            !((squared - 1.0).abs() > 2.0 * UNIT)
+        };
+        let attitudes = [self.bus_attitude_body_to_rtn, self.target_attitude_body_to_rtn];
+        let are_numbers = attitudes.as_flattened().iter().all(|x| is_usable(*x));
+        if are_numbers && !attitudes.iter().all(is_rotation) {
+            return Err(invalid);
+        }
         Ok(Estimate {
-            time: self.time,
-            position: self.position.into(),
-            velocity: self.velocity.into(),
+            time: self.time_s,
+            position: self.bus_position_rtn_m.into(),
+            velocity: self.bus_velocity_rtn_m_s.into(),
             state: State {
-                attitude: self.attitude.into(),
-                joint_angle: self.joint_angle.into(),
-                rate: self.rate.into(),
-                joint_rate: self.joint_rate.into(),
+                attitude: self.bus_attitude_body_to_rtn.into(),
+                joint_angle: self.joint_angle_rad.into(),
+                rate: self.bus_rate_rtn_rad_s.into(),
+                joint_rate: self.joint_rate_rad_s.into(),
             },
             target: TargetState {
-                attitude: self.target_attitude.into(),
-                rate: self.target_rate.into(),
+                attitude: self.target_attitude_body_to_rtn.into(),
+                rate: self.target_rate_rtn_rad_s.into(),
             },
-            wrist: has_wrist.then(|| self.wrist.into()),
+            wrist: has_wrist.then(|| self.ee_from_port_rtn_m.into()),
         })
     }
 }
 
-/// What the actuators can do now.
+/// Limits of the actuators now; finite and at least zero.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RemoraLimits {
     /// Size of this structure in bytes.
     pub size: u32,
-    /// Nothing; zero.
+    /// Not read.
     pub reserved: u32,
     /// Largest force along each axis, RTN [N].
-    pub force: [f64; 3],
+    pub max_bus_force_rtn_n: [f64; 3],
     /// Largest bus torque about each axis, bus axes [N m].
-    pub bus_torque: [f64; 3],
+    pub max_bus_torque_body_n_m: [f64; 3],
     /// Largest joint torques [N m].
-    pub joint_torque: [f64; REMORA_JOINTS],
+    pub max_joint_torque_n_m: [f64; REMORA_JOINTS],
 }
 
 // SAFETY: begins with its size, and holds numbers only.
@@ -238,14 +301,16 @@ unsafe impl Sized32 for RemoraLimits {}
 impl RemoraLimits {
     /// The limits that C tells of, where they are some.
     pub(crate) fn limits(&self) -> Result<Limits, RemoraStatus> {
-        let all = self.force.iter().chain(&self.bus_torque).chain(&self.joint_torque);
-        if !all.into_iter().all(|limit| (0.0..f64::INFINITY).contains(limit)) {
+        let Self { max_bus_force_rtn_n: force, max_bus_torque_body_n_m: bus_torque, .. } = *self;
+        let joint_torque = self.max_joint_torque_n_m;
+        let all = force.iter().chain(&bus_torque).chain(&joint_torque);
+        if !all.into_iter().all(|limit| is_usable(*limit) && *limit >= 0.0) {
             return Err(RemoraStatus::InvalidSetting);
         }
         Ok(Limits {
-            force: self.force.into(),
-            bus_torque: self.bus_torque.into(),
-            joint_torque: self.joint_torque.into(),
+            force: force.into(),
+            bus_torque: bus_torque.into(),
+            joint_torque: joint_torque.into(),
         })
     }
 }
@@ -256,26 +321,34 @@ impl RemoraLimits {
 pub struct RemoraCommand {
     /// Size of this structure in bytes; to be set before the call.
     pub size: u32,
-    /// 0 tracks, 1 tracks and wants another plan, 2 the estimate is no number, 3 leaves the target, 4 done.
-    pub mode: u32,
-    /// Why another plan is wanted: 0 it is not, 1 time, 2 error, 3 tumble, 4 the caller asked.
-    pub wanted: u32,
+    /// State of guidance.
+    pub mode: RemoraFlightModeCode,
+    /// Reason why another plan is wanted.
+    pub wanted: RemoraReasonCode,
     /// Nothing; zero.
     pub reserved: u32,
     /// Force on the bus at its centre of mass, RTN [N].
-    pub force: [f64; 3],
+    pub bus_force_rtn_n: [f64; 3],
     /// Torque on the bus, bus axes [N m].
-    pub bus_torque: [f64; 3],
+    pub bus_torque_body_n_m: [f64; 3],
     /// Joint torques; the feed-forward of joints that follow the references below [N m].
-    pub joint_torque: [f64; REMORA_JOINTS],
+    pub joint_torque_n_m: [f64; REMORA_JOINTS],
     /// Angles for joints with servos of their own [rad].
-    pub joint_angle: [f64; REMORA_JOINTS],
+    pub joint_angle_rad: [f64; REMORA_JOINTS],
     /// Their rates [rad/s].
-    pub joint_rate: [f64; REMORA_JOINTS],
-    /// Errors from what is asked for: centre of mass [m], attitude, the joint farthest off, target [rad].
-    pub error: [f64; 4],
-    /// Shares of the feedback that the limits leave: of the force, of the torques.
-    pub share: [f64; 2],
+    pub joint_rate_rad_s: [f64; REMORA_JOINTS],
+    /// Error of the centre of mass of bus and arm from what is asked for [m].
+    pub com_error_m: f64,
+    /// Error of the bus attitude [rad].
+    pub bus_error_rad: f64,
+    /// Error of the joint farthest off [rad].
+    pub joint_error_rad: f64,
+    /// Error of the target's attitude from what the plan expects [rad].
+    pub target_error_rad: f64,
+    /// Share of the force's feedback that the limits leave.
+    pub force_share: f64,
+    /// Share of the torques' feedback that the limits leave.
+    pub torque_share: f64,
 }
 
 // SAFETY: begins with its size, and holds numbers only.
@@ -286,18 +359,23 @@ impl RemoraCommand {
     pub(crate) fn of(command: &Command) -> Self {
         let Command { mode, wanted, force, control, joint_angle, joint_rate, error, share } =
             *command;
+        let [force_share, torque_share] = share;
         Self {
             size: size_of::<Self>() as u32,
             mode: mode as u32,
-            wanted: wanted.map_or(0, |reason| reason as u32),
+            wanted: wanted.map_or(RemoraReason::None as u32, |reason| reason as u32),
             reserved: 0,
-            force: force.into(),
-            bus_torque: control.bus_torque.into(),
-            joint_torque: control.joint_torque.into(),
-            joint_angle: joint_angle.into(),
-            joint_rate: joint_rate.into(),
-            error: [error.position, error.attitude, error.joint, error.target],
-            share,
+            bus_force_rtn_n: force.into(),
+            bus_torque_body_n_m: control.bus_torque.into(),
+            joint_torque_n_m: control.joint_torque.into(),
+            joint_angle_rad: joint_angle.into(),
+            joint_rate_rad_s: joint_rate.into(),
+            com_error_m: error.position,
+            bus_error_rad: error.attitude,
+            joint_error_rad: error.joint,
+            target_error_rad: error.target,
+            force_share,
+            torque_share,
         }
     }
 }

@@ -8,6 +8,7 @@
 //!
 //! Data goes down this list, imports go up it:
 //!
+//! - `codes`: numbers of structures and functions by name;
 //! - `abi`: the numbers that both sides must agree on, and the status of a call;
 //! - `environment`: rounding and small numbers as the processor handles them now;
 //! - `pointers`: structures of the caller, read and written after a look at each;
@@ -19,6 +20,7 @@
 #![no_std]
 
 mod abi;
+mod codes;
 mod environment;
 mod flight;
 mod flying;
@@ -30,15 +32,13 @@ mod report;
 mod scenario;
 
 pub use abi::{
-    REMORA_ABI, REMORA_ALIGNMENT, REMORA_EULER, REMORA_FEASIBLE, REMORA_FLIGHT_BYTES,
-    REMORA_JOINTS, REMORA_NODES, REMORA_OPTIMAL, REMORA_RK4, REMORA_SELF_TEST_EULER,
-    REMORA_SELF_TEST_RK4, REMORA_WORKSPACE_BYTES, RemoraStatus, remora_abi, remora_strerror,
+    REMORA_ABI, REMORA_ALIGNMENT, REMORA_FLIGHT_BYTES, REMORA_JOINTS, REMORA_NODES,
+    REMORA_SELF_TEST_EULER, REMORA_SELF_TEST_RK4, REMORA_WORKSPACE_BYTES, RemoraStatus, remora_abi,
+    remora_strerror,
 };
+pub use codes::*;
 pub use flight::{RemoraCommand, RemoraEstimate, RemoraGuidance, RemoraLimits};
-pub use flying::{
-    REMORA_ABORT, REMORA_REPLAN, remora_ask, remora_expected, remora_flight_plan, remora_fly,
-    remora_guide,
-};
+pub use flying::{remora_ask, remora_expected, remora_flight_plan, remora_fly, remora_guide};
 pub use mission::{RemoraLink, RemoraMission};
 pub use planning::{
     remora_defaults, remora_node, remora_open, remora_plan, remora_record, remora_replan,

@@ -39,6 +39,8 @@ pub(crate) struct Flight {
     pub mission: Valid<Mission>,
     pub plan: FlightPlan,
     pub has_plan: bool,
+    /// Time of the last step's estimate [s]; none before the first.
+    pub last_s: Option<f64>,
 }
 
 /// What memory of the caller's may hold.
@@ -110,7 +112,8 @@ pub(crate) unsafe fn make_workspace(memory: *mut c_void, mission: Valid<Mission>
 /// `memory` is aligned, `REMORA_FLIGHT_BYTES` long and nobody else's.
 pub(crate) unsafe fn make_flight(memory: *mut c_void, guidance: Guidance, mission: Valid<Mission>) {
     let place = memory.cast::<Place<Flight>>();
-    let flight = Flight { guidance, mission, plan: FlightPlan::BLANK, has_plan: false };
+    let plan = FlightPlan::BLANK;
+    let flight = Flight { guidance, mission, plan, has_plan: false, last_s: None };
     // SAFETY: the caller's word.
     unsafe {
         place.write_bytes(0, 1);

@@ -10,9 +10,11 @@ use crate::pointers::{Out, look_at_abi, look_at_memory, read, status};
 use crate::report::{RemoraNode, RemoraRecord, RemoraReport, RemoraVerification};
 use crate::scenario::CallersClock;
 use crate::{
-    RemoraEstimate, RemoraGuidance, RemoraMission, RemoraOptions, RemoraScenario, RemoraStatus,
+    RemoraEstimate, RemoraGuidance, RemoraIntegratorCode, RemoraMission, RemoraOptions,
+    RemoraScenario, RemoraStatus,
 };
 use core::ffi::c_void;
+use remora_core::advanced::qp::dense::is_usable;
 use remora_core::advanced::qp::{Valid, Validate};
 use remora_core::prelude::{
     Control, Estimate, InitialGuess, Mission, Model, Network, NetworkMemory, NetworkPolicy,
@@ -113,15 +115,16 @@ pub unsafe extern "C" fn remora_plan(
         let mut workspace = InUse::<Workspace>::enter(workspace)?;
         let begun = clock.reading();
         let (report, result) = plan_from(&mut workspace, &scenario, builder, file, options.seed);
-        out.write(RemoraReport { seconds: clock.reading() - begun, ..report });
+        let planning_time_s = clock.reading() - begun;
+        out.write(RemoraReport { planning_time_s, ..report });
         result
     };
     status(plan())
 }
 
-/// Plans again what is left of a flight's plan, to take over `lead` seconds after the estimate, with that plan
+/// Plans the rest of a flight's plan again, to take over `lead_s` seconds after the estimate, with that plan
 /// as the guess; a model is not asked. The flight is read before planning begins and stays as it is: it takes
-/// the new plan by remora_flight_plan(workspace, report.begins, flight). A flight that another thread guides
+/// the new plan by remora_flight_plan(workspace, report.begins_s, flight). A flight that another thread guides
 /// meanwhile is given as a copy.
 ///
 /// # Safety
@@ -131,7 +134,7 @@ pub unsafe extern "C" fn remora_replan(
     workspace: *mut c_void,
     flight: *const c_void,
     estimate: *const RemoraEstimate,
-    lead: f64,
+    lead_s: f64,
     options: *const RemoraOptions,
     report: *mut RemoraReport,
 ) -> RemoraStatus {
@@ -144,20 +147,20 @@ pub unsafe extern "C" fn remora_replan(
         if !estimate.is_finite() {
             return Err(RemoraStatus::NotFinite);
         }
-        if !(0.0..f64::INFINITY).contains(&lead) {
+        if !(is_usable(lead_s) && lead_s >= 0.0) {
             return Err(RemoraStatus::InvalidTime);
         }
         let clock = CallersClock::new(&options);
         let builder = builder(&options, &clock)?;
         let mut workspace = InUse::<Workspace>::enter(workspace)?;
         let Workspace { mission, planner, nominal, last, .. } = &mut *workspace;
-        let left = what_is_left(look(flight)?, mission, &estimate, lead, nominal)?;
+        let left = what_is_left(look(flight)?, mission, &estimate, lead_s, nominal)?;
         let begun = clock.reading();
         let guess = InitialGuess::Nominal { plan: nominal, elapsed: left.elapsed };
         let builder = builder.initial_guess(guess);
         let (report, result) = make(mission, planner, last, &left.scenario, builder);
-        let seconds = clock.reading() - begun;
-        out.write(RemoraReport { seconds, begins: left.begins, ..report });
+        let planning_time_s = clock.reading() - begun;
+        out.write(RemoraReport { planning_time_s, begins_s: left.begins, ..report });
         result
     };
     status(replan())
@@ -266,7 +269,7 @@ fn make(
             let report = *plan.report();
             *last = Some(Last { scenario: *scenario, integrator, report });
             let told = RemoraReport::of(&report);
-            (RemoraReport { nodes: grid.nodes as u32, duration: grid.duration, ..told }, Ok(()))
+            (RemoraReport { nodes: grid.nodes as u32, duration_s: grid.duration, ..told }, Ok(()))
         }
         Err(refusal) => (RemoraReport::refused(&refusal), Err(RemoraStatus::Refused)),
     }
@@ -312,16 +315,16 @@ fn node_of(workspace: &Workspace, index: u32) -> Result<RemoraNode, RemoraStatus
     Ok(RemoraNode {
         size: size_of::<RemoraNode>() as u32,
         index,
-        time: grid.time(k),
-        position: (*position).into(),
-        velocity: (*velocity).into(),
-        attitude: state.attitude.into(),
-        rate: state.rate.into(),
-        joint_angle: state.joint_angle.into(),
-        joint_rate: state.joint_rate.into(),
-        force: force.into(),
-        bus_torque: control.bus_torque.into(),
-        joint_torque: control.joint_torque.into(),
+        time_s: grid.time(k),
+        com_position_rtn_m: (*position).into(),
+        com_velocity_rtn_m_s: (*velocity).into(),
+        bus_attitude_body_to_rtn: state.attitude.into(),
+        bus_rate_rtn_rad_s: state.rate.into(),
+        joint_angle_rad: state.joint_angle.into(),
+        joint_rate_rad_s: state.joint_rate.into(),
+        bus_force_rtn_n: force.into(),
+        bus_torque_body_n_m: control.bus_torque.into(),
+        joint_torque_n_m: control.joint_torque.into(),
     })
 }
 
@@ -377,7 +380,7 @@ pub unsafe extern "C" fn remora_record(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn remora_self_test(
     workspace: *mut c_void,
-    integrator: u32,
+    integrator: RemoraIntegratorCode,
     checksum: *mut u64,
 ) -> RemoraStatus {
     let options = RemoraOptions { integrator, ..RemoraOptions::DEFAULT };

@@ -4,6 +4,7 @@
 use crate::RemoraStatus;
 use crate::abi::REMORA_ALIGNMENT;
 use core::ffi::c_void;
+use remora_core::advanced::qp::dense::is_usable;
 
 /// A structure that begins with its size.
 ///
@@ -43,6 +44,11 @@ pub(crate) unsafe fn read<T: Sized32>(pointer: *const T) -> Result<T, RemoraStat
         look_at_size(pointer)?;
         Ok(pointer.read())
     }
+}
+
+/// Checks that a time [s] is small enough to differ from one a millisecond later.
+pub(crate) fn look_at_time(time_s: f64) -> Result<(), RemoraStatus> {
+    if is_usable(time_s) && time_s.abs() <= 1e12 { Ok(()) } else { Err(RemoraStatus::InvalidTime) }
 }
 
 /// The caller's place for a result: looked at before work begins, written once it has ended.

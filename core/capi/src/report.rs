@@ -2,6 +2,10 @@
 #![allow(unsafe_code, reason = "says what a structure begins with")]
 
 use crate::abi::REMORA_JOINTS;
+use crate::codes::{
+    RemoraFallbackCode, RemoraRefusalCode, RemoraSolveStatus, RemoraSolveStatusCode,
+    RemoraStartCode, RemoraVerdict, RemoraVerdictCode,
+};
 use crate::pointers::Sized32;
 use core::ffi::c_char;
 use remora_core::advanced::planner::{Report, StageSolveRecord, VERSION};
@@ -16,15 +20,14 @@ pub struct RemoraReport {
     pub size: u32,
     /// Whether the verifier found every constraint satisfied: the plan can be flown.
     pub is_verified: u32,
-    /// 0 optimal, 1 verified but not converged, 2 not flyable.
-    pub verdict: u32,
-    /// 0 solved, 1 iteration limit, 2 infeasible, 3 deadline, 4 numerical failure.
-    pub status: u32,
-    /// Initial guess of Stage 2: 0 heuristic, 1 model, 8 the plan in force; other numbers: the heuristic, as
-    /// the other guess was 2 refused, 3 not finite, 4 worse, 5 without success, 6 too late, 9 unfit.
-    pub start: u32,
-    /// Why the scenario was refused; 0: it was not.
-    pub refusal: u32,
+    /// Verdict on the plan.
+    pub verdict: RemoraVerdictCode,
+    /// End of planning.
+    pub status: RemoraSolveStatusCode,
+    /// Initial guess of Stage 2.
+    pub start: RemoraStartCode,
+    /// Constraint for which the scenario was refused.
+    pub refusal: RemoraRefusalCode,
     /// Name of the constraint it was refused for; empty if it was not.
     pub refusal_name: [c_char; 16],
     /// Nodes of the plan.
@@ -36,15 +39,15 @@ pub struct RemoraReport {
     /// Nothing; zero.
     pub reserved: u32,
     /// Time from the first node to the last [s].
-    pub duration: f64,
+    pub duration_s: f64,
     /// When a plan of remora_replan begins, on the clock of the estimates [s]; 0 for others.
-    pub begins: f64,
+    pub begins_s: f64,
     /// Cost of the path of the centre of mass.
     pub cost_1: f64,
     /// Cost of attitude and arm.
     pub cost_2: f64,
     /// Time that planning took by the caller's clock [s]; 0 without one.
-    pub seconds: f64,
+    pub planning_time_s: f64,
     /// Checksum of the plan's exact bits: the same for the same input behind every door of Remora.
     pub checksum: u64,
 }
@@ -57,8 +60,8 @@ impl RemoraReport {
     pub(crate) const NOTHING: Self = Self {
         size: size_of::<Self>() as u32,
         is_verified: 0,
-        verdict: 2,
-        status: 2,
+        verdict: RemoraVerdict::NotFlyable as u32,
+        status: RemoraSolveStatus::Infeasible as u32,
         start: 0,
         refusal: 0,
         refusal_name: [0; 16],
@@ -66,11 +69,11 @@ impl RemoraReport {
         iterations_1: 0,
         iterations_2: 0,
         reserved: 0,
-        duration: 0.0,
-        begins: 0.0,
+        duration_s: 0.0,
+        begins_s: 0.0,
         cost_1: 0.0,
         cost_2: 0.0,
-        seconds: 0.0,
+        planning_time_s: 0.0,
         checksum: 0,
     };
 
@@ -114,25 +117,25 @@ pub struct RemoraNode {
     /// The node, from 0.
     pub index: u32,
     /// Time since the first node [s].
-    pub time: f64,
-    /// Centre of mass of bus and arm, RTN [m].
-    pub position: [f64; 3],
+    pub time_s: f64,
+    /// Centre of mass of bus and arm from the target's, RTN [m].
+    pub com_position_rtn_m: [f64; 3],
     /// Its velocity relative to RTN, in RTN [m/s].
-    pub velocity: [f64; 3],
-    /// Attitude of the bus, (x, y, z, w), body to RTN.
-    pub attitude: [f64; 4],
+    pub com_velocity_rtn_m_s: [f64; 3],
+    /// Attitude of the bus.
+    pub bus_attitude_body_to_rtn: [f64; 4],
     /// Its angular velocity relative to RTN, in RTN [rad/s].
-    pub rate: [f64; 3],
+    pub bus_rate_rtn_rad_s: [f64; 3],
     /// Joint angles [rad].
-    pub joint_angle: [f64; REMORA_JOINTS],
+    pub joint_angle_rad: [f64; REMORA_JOINTS],
     /// Joint rates [rad/s].
-    pub joint_rate: [f64; REMORA_JOINTS],
-    /// Force, RTN [N].
-    pub force: [f64; 3],
+    pub joint_rate_rad_s: [f64; REMORA_JOINTS],
+    /// Force on the bus at its centre of mass, RTN [N].
+    pub bus_force_rtn_n: [f64; 3],
     /// Torque on the bus, bus axes [N m].
-    pub bus_torque: [f64; 3],
+    pub bus_torque_body_n_m: [f64; 3],
     /// Joint torques [N m].
-    pub joint_torque: [f64; REMORA_JOINTS],
+    pub joint_torque_n_m: [f64; REMORA_JOINTS],
 }
 
 // SAFETY: begins with its size, and holds numbers only.
@@ -143,9 +146,9 @@ unsafe impl Sized32 for RemoraNode {}
 #[repr(C)]
 pub struct RemoraClosest {
     /// Distance of their surfaces [m]; negative where they overlap, infinite where nobody has looked.
-    pub distance: f64,
-    /// When [s].
-    pub time: f64,
+    pub distance_m: f64,
+    /// Time since the first node [s].
+    pub time_s: f64,
     /// 0 the bus, then the links, from 1.
     pub body: u32,
     /// Nothing; zero.
@@ -155,7 +158,7 @@ pub struct RemoraClosest {
 impl RemoraClosest {
     fn of(closest: &Closest) -> Self {
         let Closest { distance, time_s, body } = *closest;
-        Self { distance, time: time_s, body, reserved: 0 }
+        Self { distance_m: distance, time_s, body, reserved: 0 }
     }
 }
 
@@ -174,7 +177,7 @@ pub struct RemoraVerification {
     /// Controls beyond their limits, over these.
     pub control: f64,
     /// Joints beyond their stops [rad].
-    pub joint: f64,
+    pub joint_rad: f64,
     /// Joint rates beyond their limits, over these.
     pub joint_rate: f64,
     /// Port out of view, in cosine.
@@ -184,13 +187,13 @@ pub struct RemoraVerification {
     /// Rate of the bus relative to the target at capture, over 1e-2 rad/s.
     pub terminal_rate: f64,
     /// Within the keep-out distance [m].
-    pub keep_out: f64,
+    pub keep_out_m: f64,
     /// End effector off the port [m].
-    pub ee_position: f64,
+    pub ee_position_m: f64,
     /// End effector off the direction of approach [rad].
-    pub ee_angle: f64,
+    pub ee_angle_rad: f64,
     /// Overlap of bodies [m].
-    pub clearance: f64,
+    pub clearance_m: f64,
     /// Arm and target.
     pub arm: RemoraClosest,
     /// Bus and target.
@@ -212,15 +215,15 @@ impl RemoraVerification {
             dynamics1: r.dynamics1,
             dynamics2: r.dynamics2,
             control: r.control,
-            joint: r.joint,
+            joint_rad: r.joint,
             joint_rate: r.joint_rate,
             pointing: r.pointing,
             preset: r.preset,
             terminal_rate: r.terminal_rate,
-            keep_out: r.keep_out,
-            ee_position: r.ee_position,
-            ee_angle: r.ee_angle,
-            clearance: r.clearance,
+            keep_out_m: r.keep_out,
+            ee_position_m: r.ee_position,
+            ee_angle_rad: r.ee_angle,
+            clearance_m: r.clearance,
             arm: RemoraClosest::of(&c.arm),
             bus: RemoraClosest::of(&c.bus),
             own: RemoraClosest::of(&c.own),
@@ -232,8 +235,8 @@ impl RemoraVerification {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RemoraStage {
-    /// As RemoraReport.status.
-    pub status: u32,
+    /// End of the stage.
+    pub status: RemoraSolveStatusCode,
     /// Iterations.
     pub iterations: u32,
     /// Second-order corrections.
@@ -242,8 +245,8 @@ pub struct RemoraStage {
     pub qp_iterations: u32,
     /// Subproblems not solved to full accuracy.
     pub qp_unsolved: u32,
-    /// What was left in place of the last iterate: 0 nothing, 1 an earlier one, 2 the initial guess.
-    pub fallback: u32,
+    /// Iterate that was left in place of the last one.
+    pub fallback: RemoraFallbackCode,
 }
 
 impl RemoraStage {
@@ -261,13 +264,13 @@ impl RemoraStage {
 pub struct RemoraRecord {
     /// Size of this structure in bytes; to be set before the call.
     pub size: u32,
-    /// As RemoraReport.status.
-    pub status: u32,
+    /// End of planning.
+    pub status: RemoraSolveStatusCode,
     /// Whether the verifier found every residual within its tolerance.
     pub is_verified: u32,
-    /// As RemoraReport.start.
-    pub start: u32,
-    /// Limits that the start violates and the plan leads back into, a bit each.
+    /// Initial guess of Stage 2.
+    pub start: RemoraStartCode,
+    /// Limits that the start violates and the plan leads back into: a sum of RemoraRecovery.
     pub recovery: u32,
     /// Nothing; zero.
     pub reserved: u32,

@@ -2,11 +2,13 @@
 #![allow(unsafe_code, reason = "calls the caller's clock")]
 
 use crate::RemoraStatus;
-use crate::abi::{REMORA_EULER, REMORA_FEASIBLE, REMORA_JOINTS, REMORA_OPTIMAL, REMORA_RK4};
+use crate::abi::REMORA_JOINTS;
+use crate::codes::{RemoraIntegrator, RemoraIntegratorCode, RemoraMode, RemoraModeCode};
 use crate::mission::flag;
 use crate::pointers::Sized32;
 use core::ffi::c_void;
 use core::sync::atomic::{AtomicBool, AtomicPtr, Ordering};
+use remora_core::advanced::qp::dense::is_usable;
 use remora_core::advanced::qp::{Valid, Validate};
 use remora_core::nalgebra::{SVector, Vector4};
 use remora_core::prelude::{Clock, Integrator, Mode, Refusal, Scenario, Start};
@@ -20,28 +22,28 @@ pub struct RemoraScenario {
     pub size: u32,
     /// Nodes of the plan; 0: the mission's.
     pub nodes: u32,
-    /// Attitude of the target at t = 0.
-    pub target_attitude: [f64; 4],
+    /// Attitude of the target at t = 0; of norm 1.
+    pub target_attitude_body_to_rtn: [f64; 4],
     /// Its angular velocity relative to RTN, in target axes [rad/s].
-    pub target_rate: [f64; 3],
-    /// Centre of mass of bus and arm at t = 0, RTN [m].
-    pub position: [f64; 3],
+    pub target_rate_body_rad_s: [f64; 3],
+    /// Centre of mass of bus and arm from the target's at t = 0, RTN [m].
+    pub com_position_rtn_m: [f64; 3],
     /// Its velocity relative to RTN, in RTN [m/s].
-    pub velocity: [f64; 3],
+    pub com_velocity_rtn_m_s: [f64; 3],
     /// Time from t = 0 to capture [s]; 0: the mission's.
-    pub duration: f64,
-    /// Whether `bus_attitude` is given; otherwise the bus looks at the target.
+    pub duration_s: f64,
+    /// Whether `bus_attitude_body_to_rtn` is given; otherwise it is not read, and the bus looks at the target.
     pub has_bus_attitude: u32,
-    /// Whether `joint_angle` is given; otherwise the arm has the mission's initial angles.
+    /// Whether `joint_angle_rad` is given; otherwise it is not read, and the arm has the mission's initial angles.
     pub has_joint_angle: u32,
-    /// Attitude of the bus at t = 0.
-    pub bus_attitude: [f64; 4],
+    /// Attitude of the bus at t = 0; of norm 1.
+    pub bus_attitude_body_to_rtn: [f64; 4],
     /// Its angular velocity relative to RTN, in RTN [rad/s].
-    pub bus_rate: [f64; 3],
+    pub bus_rate_rtn_rad_s: [f64; 3],
     /// Joint angles at t = 0 [rad].
-    pub joint_angle: [f64; REMORA_JOINTS],
+    pub joint_angle_rad: [f64; REMORA_JOINTS],
     /// Joint rates at t = 0 [rad/s].
-    pub joint_rate: [f64; REMORA_JOINTS],
+    pub joint_rate_rad_s: [f64; REMORA_JOINTS],
 }
 
 // SAFETY: begins with its size, and holds numbers only.
@@ -55,39 +57,40 @@ impl RemoraScenario {
         Self {
             size: size_of::<Self>() as u32,
             nodes: nodes.unwrap_or(0) as u32,
-            target_attitude: target_attitude.into(),
-            target_rate: target_rate.into(),
-            position: position.into(),
-            velocity: velocity.into(),
-            duration: duration.unwrap_or(0.0),
+            target_attitude_body_to_rtn: target_attitude.into(),
+            target_rate_body_rad_s: target_rate.into(),
+            com_position_rtn_m: position.into(),
+            com_velocity_rtn_m_s: velocity.into(),
+            duration_s: duration.unwrap_or(0.0),
             has_bus_attitude: u32::from(start.bus_attitude.is_some()),
             has_joint_angle: u32::from(start.joint_angle.is_some()),
-            bus_attitude: start.bus_attitude.map_or([0.0; 4], Vector4::into),
-            bus_rate: start.bus_rate.into(),
-            joint_angle: start.joint_angle.map_or([0.0; REMORA_JOINTS], SVector::into),
-            joint_rate: start.joint_rate.into(),
+            bus_attitude_body_to_rtn: start.bus_attitude.map_or([0.0; 4], Vector4::into),
+            bus_rate_rtn_rad_s: start.bus_rate.into(),
+            joint_angle_rad: start.joint_angle.map_or([0.0; REMORA_JOINTS], SVector::into),
+            joint_rate_rad_s: start.joint_rate.into(),
         }
     }
 
     /// The scenario that C tells of, where it is one.
     pub(crate) fn validated(&self) -> Result<Valid<Scenario>, RemoraStatus> {
         let invalid = RemoraStatus::InvalidScenario;
-        if !self.duration.is_finite() {
+        if !is_usable(self.duration_s) {
             return Err(RemoraStatus::NotFinite);
         }
+        let has_attitude = flag(self.has_bus_attitude, invalid)?;
         let start = Start {
-            bus_attitude: flag(self.has_bus_attitude, invalid)?.then(|| self.bus_attitude.into()),
-            bus_rate: self.bus_rate.into(),
-            joint_angle: flag(self.has_joint_angle, invalid)?.then(|| self.joint_angle.into()),
-            joint_rate: self.joint_rate.into(),
+            bus_attitude: has_attitude.then(|| self.bus_attitude_body_to_rtn.into()),
+            bus_rate: self.bus_rate_rtn_rad_s.into(),
+            joint_angle: flag(self.has_joint_angle, invalid)?.then(|| self.joint_angle_rad.into()),
+            joint_rate: self.joint_rate_rad_s.into(),
         };
         let scenario = Scenario {
-            target_attitude: self.target_attitude.into(),
-            target_rate: self.target_rate.into(),
-            position: self.position.into(),
-            velocity: self.velocity.into(),
+            target_attitude: self.target_attitude_body_to_rtn.into(),
+            target_rate: self.target_rate_body_rad_s.into(),
+            position: self.com_position_rtn_m.into(),
+            velocity: self.com_velocity_rtn_m_s.into(),
             start,
-            duration: (self.duration != 0.0).then_some(self.duration),
+            duration: (self.duration_s != 0.0).then_some(self.duration_s),
             nodes: (self.nodes != 0).then_some(self.nodes as usize),
         };
         scenario.validated().map_err(|refusal| match refusal {
@@ -104,14 +107,14 @@ impl RemoraScenario {
 pub struct RemoraOptions {
     /// Size of this structure in bytes.
     pub size: u32,
-    /// REMORA_OPTIMAL or REMORA_FEASIBLE.
-    pub mode: u32,
-    /// REMORA_RK4 or REMORA_EULER.
-    pub integrator: u32,
-    /// Substeps of RK4 in an interval, from 4 to 1000; of no meaning with Euler.
+    /// Goal at which planning ends.
+    pub mode: RemoraModeCode,
+    /// Integrator of the plan.
+    pub integrator: RemoraIntegratorCode,
+    /// Substeps of RK4 in an interval, from 4 to 1000; with Euler not read.
     pub substeps: u32,
-    /// Time for the whole plan with its verification [s]; INFINITY for none. Needs a clock.
-    pub deadline: f64,
+    /// Time for the whole plan with its verification [s], above 0; INFINITY for none. Needs a clock.
+    pub deadline_s: f64,
     /// A learned model's file for the initial guess, at any alignment, or NULL: then, or where the file is
     /// damaged or for other plans, the heuristic serves. Read during the call only.
     pub model: *const u8,
@@ -136,10 +139,10 @@ impl RemoraOptions {
     /// The defaults.
     pub(crate) const DEFAULT: Self = Self {
         size: size_of::<Self>() as u32,
-        mode: REMORA_OPTIMAL,
-        integrator: REMORA_RK4,
+        mode: RemoraMode::Optimal as u32,
+        integrator: RemoraIntegrator::Rk4 as u32,
         substeps: Integrator::DEFAULT_SUBSTEPS as u32,
-        deadline: f64::INFINITY,
+        deadline_s: f64::INFINITY,
         model: core::ptr::null(),
         model_bytes: 0,
         seed: 0,
@@ -151,8 +154,8 @@ impl RemoraOptions {
     /// Optimality or feasibility.
     pub(crate) fn mode(&self) -> Result<Mode, RemoraStatus> {
         match self.mode {
-            REMORA_OPTIMAL => Ok(Mode::Optimal),
-            REMORA_FEASIBLE => Ok(Mode::Feasible),
+            0 => Ok(Mode::Optimal),
+            1 => Ok(Mode::Feasible),
             _ => Err(RemoraStatus::InvalidOption),
         }
     }
@@ -160,25 +163,30 @@ impl RemoraOptions {
     /// The discretisation.
     pub(crate) fn integrator(&self) -> Result<Integrator, RemoraStatus> {
         match self.integrator {
-            REMORA_RK4 => Ok(Integrator::Rk4 { substeps: self.substeps as usize }),
-            REMORA_EULER => Ok(Integrator::Euler),
+            0 => Ok(Integrator::Rk4 { substeps: self.substeps as usize }),
+            1 => Ok(Integrator::Euler),
             _ => Err(RemoraStatus::InvalidOption),
         }
     }
 
     /// The deadline: without one, but with something that may stop planning, one that comes only then.
     pub(crate) fn deadline(&self) -> Result<f64, RemoraStatus> {
-        match self.deadline {
+        match self.deadline_s {
             // NaN is no deadline either.
             time if !(time > 0.0) => Err(RemoraStatus::InvalidOption),
-            f64::INFINITY if self.should_stop.is_some() => Ok(f64::MAX),
+            f64::INFINITY if self.should_stop.is_some() => Ok(LATEST_S),
             time if time < f64::INFINITY && self.clock.is_none() => {
                 Err(RemoraStatus::InvalidOption)
             }
-            time => Ok(time),
+            f64::INFINITY => Ok(f64::INFINITY),
+            time => Ok(if time < LATEST_S { time } else { LATEST_S }),
         }
     }
 }
+
+/// The latest deadline, and the end of time after it. Differences of infinities would be invalid operations.
+const LATEST_S: f64 = 1e30;
+const END_S: f64 = 1e31;
 
 /// The caller's clock, which stands at the end of time once planning is to stop.
 pub(crate) struct CallersClock {
@@ -213,7 +221,7 @@ impl CallersClock {
 
 impl Clock for CallersClock {
     fn seconds(&self) -> f64 {
-        if self.stopped.load(Ordering::Relaxed) { f64::INFINITY } else { self.reading() }
+        if self.stopped.load(Ordering::Relaxed) { END_S } else { self.reading() }
     }
 
     fn pause(&self) {

@@ -3,8 +3,11 @@
 //! Needs what `ci/install-c.sh` needs, and a C and a C++ compiler with their sanitizers.
 
 mod common;
+#[cfg(all(target_os = "linux", target_arch = "x86_64", target_env = "gnu"))]
+mod trapping;
 
 use common::{SANITIZED, STRICT, golden, link, output, prefix, public_scenarios, root};
+use remora_capi::*;
 use remora_core::prelude::*;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -79,6 +82,31 @@ fn every_public_scenario_has_the_golden_bits_from_c() {
     assert_eq!(found.lines().collect::<Vec<_>>(), golden);
 }
 
+/// Runs the example and the golden plans with traps enabled: all public scenarios, and a flight.
+#[test]
+#[cfg(all(target_os = "linux", target_arch = "x86_64", target_env = "gnu"))]
+fn the_example_and_the_public_scenarios_run_where_the_host_traps() {
+    let build = |source: &str, name: &str| {
+        let mut command = Command::new("cc");
+        command.arg("-std=c99").args(STRICT).arg(root().join(source));
+        link(&mut command, prefix(), prefix().join(name))
+    };
+    let program = build("docs/examples/c/plan.c", "plan-traps");
+    for integrator in [Integrator::RK4, Integrator::Euler] {
+        let mut command = Command::new(&program);
+        command.args((integrator == Integrator::Euler).then_some("euler"));
+        let text = trapping::run(&mut command);
+        assert!(text.ends_with(&format!("checksum {}\n", checksum(integrator))), "{text}");
+    }
+    let scenarios = prefix().join("scenarios.txt");
+    std::fs::write(&scenarios, lines()).unwrap();
+    let models = ["euler", "rk4"].map(|name| root().join(format!("fixtures/models/{name}.model")));
+    let mut command = Command::new(build("core/capi/tests/golden.c", "golden-traps"));
+    command.args(models).stdin(std::fs::File::open(scenarios).unwrap());
+    let text = trapping::run(&mut command);
+    assert_eq!(text.lines().collect::<Vec<_>>(), golden().concat());
+}
+
 /// A task of 48 KiB, three times the default of the core Flight System, plans and plans again.
 #[test]
 fn planning_from_c_fits_a_small_stack() {
@@ -129,6 +157,51 @@ fn the_header_is_c99_and_cpp17_by_itself() {
         std::fs::write(&source, "#include <remora.h>\n#include <remora.h>\n").unwrap();
         let mut command = Command::new(compiler);
         command.args(["-x", language, standard, "-fsyntax-only"]).args(STRICT);
+        output(command.arg("-I").arg(prefix().join("include")).arg(source));
+    }
+}
+
+/// Compilers for bare metal make enumerations as short as they can. Structures must not change by that.
+#[test]
+fn codes_and_structures_have_the_sizes_of_the_archive_with_short_enums_too() {
+    let codes = [
+        "Status",
+        "Mode",
+        "Integrator",
+        "Switch",
+        "Verdict",
+        "SolveStatus",
+        "Start",
+        "Fallback",
+        "Refusal",
+        "FlightMode",
+        "Reason",
+        "Request",
+    ];
+    let structures = [
+        ("Mission", size_of::<RemoraMission>()),
+        ("Scenario", size_of::<RemoraScenario>()),
+        ("Options", size_of::<RemoraOptions>()),
+        ("Guidance", size_of::<RemoraGuidance>()),
+        ("Estimate", size_of::<RemoraEstimate>()),
+        ("Limits", size_of::<RemoraLimits>()),
+        ("Command", size_of::<RemoraCommand>()),
+        ("Report", size_of::<RemoraReport>()),
+        ("Node", size_of::<RemoraNode>()),
+        ("Verification", size_of::<RemoraVerification>()),
+        ("Record", size_of::<RemoraRecord>()),
+    ];
+    let mut text = String::from("#include <remora.h>\n");
+    for (name, size) in codes.map(|name| (name, 4)).into_iter().chain(structures) {
+        let check =
+            format!("typedef char size_of_{name}[sizeof(Remora{name}) == {size} ? 1 : -1];");
+        writeln!(text, "{check}").unwrap();
+    }
+    for (compiler, language) in [("cc", "c"), ("c++", "c++")] {
+        let source = prefix().join(format!("sizes.{language}"));
+        std::fs::write(&source, &text).unwrap();
+        let mut command = Command::new(compiler);
+        command.args(["-x", language, "-fshort-enums", "-fsyntax-only"]).args(STRICT);
         output(command.arg("-I").arg(prefix().join("include")).arg(source));
     }
 }

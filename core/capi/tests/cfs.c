@@ -2,6 +2,7 @@
  * again, tables and models that are damaged. Prints the checksums of two plans of the first public scenario, from
  * the model and from the heuristic.
  * Usage: cfs FOLDER, which holds cf/remora.model; cfs FOLDER bad-table */
+#define _POSIX_C_SOURCE 200809L
 #include "cfe_stub/stub.h"
 #include "remora_app.h"
 #include "scenarios.h"
@@ -11,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 extern REMORA_APP_MissionTable_t MissionTable;
 extern REMORA_APP_OptionsTable_t OptionsTable;
@@ -121,10 +123,10 @@ static void check_tables(void) {
 static RemoraScenario first_scenario(void) {
     RemoraScenario scenario;
     remora_defaults(REMORA_ABI, NULL, &scenario, NULL, NULL);
-    memcpy(scenario.target_attitude, SCENARIOS[0].attitude, sizeof scenario.target_attitude);
-    memcpy(scenario.target_rate, SCENARIOS[0].rate, sizeof scenario.target_rate);
-    memcpy(scenario.position, SCENARIOS[0].position, sizeof scenario.position);
-    memcpy(scenario.velocity, SCENARIOS[0].velocity, sizeof scenario.velocity);
+    memcpy(scenario.target_attitude_body_to_rtn, SCENARIOS[0].attitude, sizeof scenario.target_attitude_body_to_rtn);
+    memcpy(scenario.target_rate_body_rad_s, SCENARIOS[0].rate, sizeof scenario.target_rate_body_rad_s);
+    memcpy(scenario.com_position_rtn_m, SCENARIOS[0].position, sizeof scenario.com_position_rtn_m);
+    memcpy(scenario.com_velocity_rtn_m_s, SCENARIOS[0].velocity, sizeof scenario.com_velocity_rtn_m_s);
     return scenario;
 }
 
@@ -171,17 +173,17 @@ static void check_plans(const RemoraScenario *scenario) {
     plan(scenario); /* it plans already */
     CHECK(StubEvents(REMORA_APP_BUSY_ERR_EID) == 1);
     hk = planned();
-    CHECK(hk->Plans == 1 && hk->PlanStatus == REMORA_STATUS_OK && hk->Verdict == 0);
+    CHECK(hk->Plans == 1 && hk->PlanStatus == REMORA_STATUS_OK && hk->Verdict == REMORA_VERDICT_OPTIMAL);
     CHECK(hk->LastSeconds > 0.0 && hk->LastSeconds == hk->MeanSeconds && hk->LastSeconds == hk->LongestSeconds);
     check_file(hk->Checksum);
     printf("plan %016" PRIx64 "\n", hk->Checksum);
     /* A start within the keep-out distance; and one that is no number. */
-    inside.position[0] = inside.position[1] = inside.position[2] = 0.5;
+    inside.com_position_rtn_m[0] = inside.com_position_rtn_m[1] = inside.com_position_rtn_m[2] = 0.5;
     plan(&inside);
     CHECK(planned()->PlanStatus == REMORA_STATUS_REFUSED && StubEvents(REMORA_APP_PLAN_ERR_EID) == 1);
     command_at(REMORA_APP_FLY_CC, 0.0);
     CHECK(StubEvents(REMORA_APP_FLY_ERR_EID) == 2);
-    inside.position[0] = NAN;
+    inside.com_position_rtn_m[0] = NAN;
     plan(&inside);
     CHECK(planned()->PlanStatus == REMORA_STATUS_NOT_FINITE);
     /* A model that is not the table's: the heuristic serves. */
@@ -197,7 +199,9 @@ static void check_plans(const RemoraScenario *scenario) {
 
 static void check_flight(const RemoraScenario *scenario) {
     const REMORA_APP_CommandMsg_t *out;
+    const struct timespec pause = {0, 20000000};
     uint32 steps, during = 0;
+    double now = 0.0;
     int i;
     make_expectation(scenario, 100.0);
     plan(scenario);
@@ -213,38 +217,43 @@ static void check_flight(const RemoraScenario *scenario) {
     }
     CHECK(StubEvents(REMORA_APP_FLY_INF_EID) == 1 && housekeeping()->Steps == 10);
     out = StubLast(REMORA_APP_COMMAND_MID);
-    CHECK(out != NULL && out->Command.size == sizeof out->Command && out->Command.mode == 0);
+    CHECK(out != NULL && out->Command.size == sizeof out->Command && out->Command.mode == REMORA_FLIGHT_MODE_TRACK);
     CHECK(housekeeping()->TrackingError[0] < 1.0e-2);
     wake_up();
     CHECK(housekeeping()->Missed == 1 && housekeeping()->Steps == 10);
     CHECK(StubEvents(REMORA_APP_MISSED_ERR_EID) == 1);
 
-    /* Planning again: guidance goes on meanwhile. */
+    /* Planning again: guidance goes on meanwhile, at 20 Hz of its own clock. */
     command_at(REMORA_APP_REPLAN_CC, 20.0);
     for (steps = 0; housekeeping()->State == REMORA_APP_PLANNING; steps++) {
-        step_at(101.0 + 0.001 * steps);
+        now = 101.0 + 0.05 * steps;
+        step_at(now);
         during++;
+        nanosleep(&pause, NULL);
     }
     CHECK(during > 0 && planned()->State == REMORA_APP_WAITING && housekeeping()->Steps == 10 + during);
+    for (now += 1.0; now < 118.0; now += 4.0) {
+        step_at(now);
+    }
     step_at(119.0);
-    CHECK(StubEvents(REMORA_APP_FLY_INF_EID) == 1);
+    CHECK(StubEvents(REMORA_APP_FLY_INF_EID) == 1 && housekeeping()->GuideStatus == REMORA_STATUS_OK);
     step_at(122.0);
     CHECK(StubEvents(REMORA_APP_FLY_INF_EID) == 2 && housekeeping()->State == REMORA_APP_IDLE);
-    CHECK(housekeeping()->Mode == 0 && housekeeping()->GuideStatus == REMORA_STATUS_OK);
+    CHECK(housekeeping()->Mode == REMORA_FLIGHT_MODE_TRACK && housekeeping()->GuideStatus == REMORA_STATUS_OK);
 
     estimate_at(122.1);
-    message.Estimate.Estimate.position[0] = NAN;
+    message.Estimate.Estimate.bus_position_rtn_m[0] = NAN;
     send(REMORA_APP_ESTIMATE_MID, 0, sizeof message.Estimate);
     wake_up();
-    CHECK(housekeeping()->Mode == 2);
+    CHECK(housekeeping()->Mode == REMORA_FLIGHT_MODE_DEGRADED);
     command(REMORA_APP_ABORT_CC);
     step_at(122.2);
-    CHECK(housekeeping()->Mode == 3 && StubEvents(REMORA_APP_LEAVING_INF_EID) == 1);
+    CHECK(housekeeping()->Mode == REMORA_FLIGHT_MODE_ABORT && StubEvents(REMORA_APP_LEAVING_INF_EID) == 1);
 }
 
 static void check_new_tables(const RemoraScenario *scenario) {
     uint64 checksum = housekeeping()->Checksum;
-    MissionTable.Mission.bus_mass = 510.0;
+    MissionTable.Mission.bus_mass_kg = 510.0;
     StubLoadTable(&StubFile_MissionTable);
     (void)housekeeping();
     CHECK(StubEvents(REMORA_APP_TABLE_ERR_EID) == 1);
@@ -261,7 +270,7 @@ int main(int count, char **arguments) {
     CHECK(count >= 2);
     StubFolder = arguments[1];
     if (count == 3) {
-        MissionTable.Mission.duration += 1.0;
+        MissionTable.Mission.duration_s += 1.0;
         StubStart(REMORA_APP_Main);
         CHECK(StubStop() == CFE_ES_RunStatus_APP_ERROR && StubEvents(REMORA_APP_TABLE_ERR_EID) == 1);
         return 0;

@@ -1,6 +1,8 @@
 //! The app for the core Flight System, compiled against a stub of it and run.
 
 mod common;
+#[cfg(all(target_os = "linux", target_arch = "x86_64", target_env = "gnu"))]
+mod trapping;
 
 use common::{SANITIZED, STRICT, golden, link, output, prefix, root};
 use std::path::PathBuf;
@@ -28,13 +30,18 @@ fn program(name: &str, flags: &[&str], extra_stack: usize) -> PathBuf {
     link(&mut command, prefix(), prefix().join(name))
 }
 
-/// What it prints of plans, with the model's file in the folder of the flight software.
+/// Prints of plans, with the model's file in the folder of the flight software.
 fn plans(program: &PathBuf) -> Vec<String> {
+    plans_by(program, output)
+}
+
+/// Prints of plans, with the program run by `run`.
+fn plans_by(program: &PathBuf, run: impl Fn(&mut Command) -> String) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("cf")).unwrap();
     let model = root().join("fixtures/models/rk4.model");
     std::fs::copy(model, folder.path().join("cf/remora.model")).unwrap();
-    let text = output(Command::new(program).arg(folder.path()));
+    let text = run(Command::new(program).arg(folder.path()));
     text.lines().filter_map(|line| line.strip_prefix("plan ")).map(String::from).collect()
 }
 
@@ -58,6 +65,15 @@ fn the_app_has_no_data_race() {
 fn the_app_plans_on_the_stack_that_it_asks_for() {
     let program = program("cfs", &[], 0);
     assert_eq!(plans(&program).len(), 2);
+}
+
+/// cFE's own start-up code for a processor may enable traps.
+#[test]
+#[cfg(all(target_os = "linux", target_arch = "x86_64", target_env = "gnu"))]
+fn the_app_runs_where_the_host_traps() {
+    let golden = &golden()[0];
+    let program = program("cfs-traps", &[], 0);
+    assert_eq!(plans_by(&program, trapping::run), [&*golden[5], &*golden[4]]);
 }
 
 #[test]

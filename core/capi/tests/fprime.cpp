@@ -123,10 +123,14 @@ void make_expectation(double begins) {
     RemoraReport report;
     report.size = sizeof report;
     (void)remora_defaults(REMORA_ABI, nullptr, &scenario, &options, nullptr);
-    (void)std::memcpy(scenario.target_attitude, SCENARIOS[0].attitude, sizeof scenario.target_attitude);
-    (void)std::memcpy(scenario.target_rate, SCENARIOS[0].rate, sizeof scenario.target_rate);
-    (void)std::memcpy(scenario.position, SCENARIOS[0].position, sizeof scenario.position);
-    (void)std::memcpy(scenario.velocity, SCENARIOS[0].velocity, sizeof scenario.velocity);
+    for (int i = 0; i < 3; i++) {
+        scenario.target_rate_body_rad_s[i] = SCENARIOS[0].rate[i];
+        scenario.com_position_rtn_m[i] = SCENARIOS[0].position[i];
+        scenario.com_velocity_rtn_m_s[i] = SCENARIOS[0].velocity[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        scenario.target_attitude_body_to_rtn[i] = SCENARIOS[0].attitude[i];
+    }
     CHECK(remora_open(own_workspace, sizeof own_workspace, REMORA_ABI, &mission) == REMORA_STATUS_OK);
     CHECK(remora_plan(own_workspace, &scenario, &options, &report) == REMORA_STATUS_OK);
     CHECK(remora_fly(own_flight, sizeof own_flight, REMORA_ABI, nullptr) == REMORA_STATUS_OK);
@@ -137,11 +141,13 @@ void step_at(double time, double off = 0.0) {
     RemoraEstimate e;
     e.size = sizeof e;
     CHECK(remora_expected(own_flight, time, &e) == REMORA_STATUS_OK);
-    e.position[0] += off;
-    Remora::Estimate estimate(time, Remora::Vector3(e.position), Remora::Vector3(e.velocity),
-                              Remora::Quaternion(e.attitude), Remora::Vector3(e.rate), Remora::Vector3(e.joint_angle),
-                              Remora::Vector3(e.joint_rate), Remora::Quaternion(e.target_attitude),
-                              Remora::Vector3(e.target_rate), false, Remora::Vector3(0.0));
+    e.bus_position_rtn_m[0] += off;
+    Remora::Estimate estimate(
+        time, Remora::Vector3(e.bus_position_rtn_m), Remora::Vector3(e.bus_velocity_rtn_m_s),
+        Remora::Quaternion(e.bus_attitude_body_to_rtn), Remora::Vector3(e.bus_rate_rtn_rad_s),
+        Remora::Vector3(e.joint_angle_rad), Remora::Vector3(e.joint_rate_rad_s),
+        Remora::Quaternion(e.target_attitude_body_to_rtn), Remora::Vector3(e.target_rate_rtn_rad_s), false,
+        Remora::Vector3(0.0));
     planner.get_estimateIn_InputPort(0)->invoke(estimate);
     wake_up();
 }
@@ -160,7 +166,7 @@ void check_plans() {
     std::printf("plan %016" PRIx64 "\n", ground.told<U64>(CHECKSUM));
     CHECK(ground.told<F64>(MEAN) <= ground.told<F64>(LONGEST));
     Remora::Scenario inside = first_scenario();
-    inside.set_position(Remora::Vector3(0.5));
+    inside.set_comPosition(Remora::Vector3(0.5));
     CHECK(command_with(PLAN, inside) == Fw::CmdResponse::EXECUTION_ERROR && ground.events[REFUSED] == 1);
     CHECK(ground.told<U32>(PLAN_STATUS) == REMORA_STATUS_REFUSED);
     CHECK(command_with(FLY, 0.0) == Fw::CmdResponse::EXECUTION_ERROR);
@@ -182,15 +188,17 @@ void check_flight() {
     wake_up();
     CHECK(ground.told<U32>(MISSED) == 1 && ground.commands.size() == 10);
     CHECK(command_with(REPLAN, 20.0) == Fw::CmdResponse::OK);
-    step_at(119.0);
-    CHECK(ground.events[FLYING] == 1);
-    step_at(122.0);
+    for (double now = 104.0; now < 120.0; now += 4.0) {
+        step_at(now);
+    }
+    CHECK(ground.events[FLYING] == 1 && ground.told<U32>(GUIDE_STATUS) == REMORA_STATUS_OK);
+    step_at(121.0);
     CHECK(ground.events[FLYING] == 2 && ground.commands.back().get_mode() == Remora::FlightMode::TRACK);
     CHECK(ground.told<U32>(GUIDE_STATUS) == REMORA_STATUS_OK);
-    step_at(122.1, NAN);
+    step_at(121.1, NAN);
     CHECK(ground.commands.back().get_mode() == Remora::FlightMode::DEGRADED);
     CHECK(command(ABORT, Fw::CmdArgBuffer(), false) == Fw::CmdResponse::OK);
-    step_at(122.2);
+    step_at(121.2);
     CHECK(ground.commands.back().get_mode() == Remora::FlightMode::ABORT && ground.events[LEAVING] == 1);
     CHECK(ground.told<Remora::FlightMode>(MODE) == Remora::FlightMode::ABORT);
 }

@@ -48,7 +48,7 @@ int main(int count, char **arguments) {
     RemoraMission mission;
     RemoraScenario s;
     RemoraOptions options;
-    uint32_t learned;
+    uint32_t mode, integrator, learned;
     int is_sound = 1;
     if (count != 3 || !read_model(arguments[1], 1) || !read_model(arguments[2], 0) ||
         remora_defaults(REMORA_ABI, &mission, &s, &options, NULL) != REMORA_STATUS_OK ||
@@ -56,13 +56,16 @@ int main(int count, char **arguments) {
         return 2;
     }
     while (scanf("%" SCNu32 "%" SCNu32 "%" SCNu32 "%" SCNu32 "%lf%lf%lf%lf%lf%lf%lf%lf%lf%lf%lf%lf%lf",
-                 &options.mode, &options.integrator, &options.substeps, &learned,
-                 &s.target_attitude[0], &s.target_attitude[1], &s.target_attitude[2],
-                 &s.target_attitude[3], &s.target_rate[0], &s.target_rate[1], &s.target_rate[2],
-                 &s.position[0], &s.position[1], &s.position[2], &s.velocity[0], &s.velocity[1],
-                 &s.velocity[2]) == 17) {
-        options.model = learned ? models[options.integrator] : NULL;
-        options.model_bytes = learned ? lengths[options.integrator] : 0;
+                 &mode, &integrator, &options.substeps, &learned,
+                 &s.target_attitude_body_to_rtn[0], &s.target_attitude_body_to_rtn[1],
+                 &s.target_attitude_body_to_rtn[2], &s.target_attitude_body_to_rtn[3],
+                 &s.target_rate_body_rad_s[0], &s.target_rate_body_rad_s[1], &s.target_rate_body_rad_s[2],
+                 &s.com_position_rtn_m[0], &s.com_position_rtn_m[1], &s.com_position_rtn_m[2],
+                 &s.com_velocity_rtn_m_s[0], &s.com_velocity_rtn_m_s[1], &s.com_velocity_rtn_m_s[2]) == 17) {
+        options.mode = (RemoraMode)mode;
+        options.integrator = (RemoraIntegrator)integrator;
+        options.model = learned ? models[integrator] : NULL;
+        options.model_bytes = learned ? lengths[integrator] : 0;
         is_sound = plan(workspace, &s, &options) && is_sound;
     }
     return is_sound ? 0 : 1;

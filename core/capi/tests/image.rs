@@ -119,7 +119,7 @@ fn the_image_in_c_plans_guides_and_plans_again_with_the_bits_of_the_host() {
         threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     });
     for text in &texts {
-        assert_eq!(text.lines().filter(|line| line.starts_with("guide ")).count(), 16, "{text}");
+        assert_eq!(text.lines().filter(|line| line.starts_with("guide ")).count(), 20, "{text}");
         assert_eq!(text.lines().filter(|line| line.starts_with("replan ")).count(), 1, "{text}");
         assert!(text.lines().all(|line| line.len() < 60 && !line.contains(':')), "{text}");
     }

@@ -5,7 +5,6 @@ mod caller;
 
 use caller::{Caller, sized};
 use remora_capi::*;
-use remora_core::prelude::FlightMode;
 use std::ffi::{CStr, c_void};
 use std::sync::OnceLock;
 
@@ -39,7 +38,7 @@ impl Once {
 /// One with a plan to fly, of Stage 1's path and the first guess of Stage 2: whoever reads it does not mind.
 fn planned() -> Caller {
     static PLANNED: Once = Once::new();
-    PLANNED.get(|| Caller::planned_little(4, REMORA_RK4, 1e5))
+    PLANNED.get(|| Caller::planned_little(4, RemoraIntegrator::Rk4, 1e5))
 }
 
 /// One who flies it.
@@ -77,7 +76,7 @@ fn a_null_pointer_is_refused() {
             remora_plan(workspace, &c.scenario, &c.options, std::ptr::null_mut())
         });
         is_refused(Caller::open(), null, |c| {
-            remora_self_test(c.workspace.pointer(), REMORA_RK4, std::ptr::null_mut())
+            remora_self_test(c.workspace.pointer(), 0, std::ptr::null_mut())
         });
         is_refused(planned(), null, |c| {
             remora_node(c.workspace.pointer(), 0, std::ptr::null_mut())
@@ -200,9 +199,9 @@ fn a_structure_of_another_size_is_refused() {
 fn what_is_not_finite_is_refused() {
     let nan = RemoraStatus::NotFinite;
     for change in [
-        (|s| s.position[1] = f64::NAN) as fn(&mut RemoraScenario),
-        |s| s.target_attitude[3] = f64::INFINITY,
-        |s| s.duration = f64::NAN,
+        (|s| s.com_position_rtn_m[1] = f64::NAN) as fn(&mut RemoraScenario),
+        |s| s.target_attitude_body_to_rtn[3] = f64::INFINITY,
+        |s| s.duration_s = f64::NAN,
     ] {
         is_refused(Caller::open(), nan, |c| {
             change(&mut c.scenario);
@@ -210,7 +209,7 @@ fn what_is_not_finite_is_refused() {
         });
     }
     is_refused(flying(), nan, |c| {
-        c.estimate.rate[2] = f64::NAN;
+        c.estimate.bus_rate_rtn_rad_s[2] = f64::NAN;
         c.replans(10.0)
     });
 }
@@ -218,20 +217,20 @@ fn what_is_not_finite_is_refused() {
 #[test]
 fn numbers_out_of_range_are_refused() {
     is_refused(Caller::new(), RemoraStatus::InvalidMission, |c| {
-        c.mission.bus_mass = f64::NAN;
+        c.mission.bus_mass_kg = f64::NAN;
         c.opens(REMORA_ABI)
     });
     is_refused(Caller::open(), RemoraStatus::InvalidScenario, |c| {
-        c.scenario.target_attitude = [0.0; 4];
+        c.scenario.target_attitude_body_to_rtn = [0.0; 4];
         c.plans()
     });
     for change in [
         (|o| o.mode = 2) as fn(&mut RemoraOptions),
         |o| o.integrator = 7,
         |o| o.substeps = 3,
-        |o| o.deadline = f64::NAN,
+        |o| o.deadline_s = f64::NAN,
         // There is no clock.
-        |o| o.deadline = 1.0,
+        |o| o.deadline_s = 1.0,
     ] {
         is_refused(Caller::open(), RemoraStatus::InvalidOption, |c| {
             change(&mut c.options);
@@ -239,12 +238,12 @@ fn numbers_out_of_range_are_refused() {
         });
     }
     is_refused(Caller::new(), RemoraStatus::InvalidSetting, |c| {
-        c.settings.bandwidth[0] = -1.0;
+        c.settings.com_bandwidth_rad_s = -1.0;
         c.flies()
     });
     is_refused(flying(), RemoraStatus::InvalidSetting, |c| {
         let mut limits: RemoraLimits = sized(|s, size| s.size = size);
-        limits.force[0] = f64::NAN;
+        limits.max_bus_force_rtn_n[0] = f64::NAN;
         c.guides(Some(&limits))
     });
     is_refused(flying(), RemoraStatus::InvalidOption, |c| {
@@ -260,6 +259,29 @@ fn times_out_of_range_are_refused() {
     is_refused(flying(), RemoraStatus::InvalidTime, |c| c.hands_over(0.0));
     is_refused(flying(), RemoraStatus::InvalidTime, |c| c.replans(-1.0));
     is_refused(flying(), RemoraStatus::NothingLeft, |c| c.replans(1000.0));
+}
+
+/// Steps at 0.1 Hz and 100 Hz are refused; at a rate in between guidance goes on after each.
+#[test]
+fn guidance_at_a_rate_out_of_range_is_refused() {
+    let mut caller = flying();
+    let mut step = |time_s: f64| {
+        caller.estimate.time_s = time_s;
+        caller.guides(None)
+    };
+    let (fine, refused) = (RemoraStatus::Ok, RemoraStatus::StepTime);
+    assert_eq!(step(300.0), fine);
+    for time_s in [310.0, 320.0, 330.0] {
+        assert_eq!(step(time_s), refused, "{time_s}");
+    }
+    assert_eq!((step(335.0), step(335.05)), (fine, fine));
+    for time_s in [335.05, 335.06, 335.07] {
+        assert_eq!(step(time_s), refused, "{time_s}");
+    }
+    assert_eq!(step(335.1), fine);
+    // A clock that is set back is refused once.
+    assert_eq!((step(300.0), step(301.0)), (refused, fine));
+    assert_eq!(step(1e13), RemoraStatus::InvalidTime);
 }
 
 #[test]
@@ -280,7 +302,7 @@ fn a_plan_that_was_stopped_is_not_flown() {
     unsafe extern "C" fn at_once(_: *mut c_void) -> u32 {
         1
     }
-    let mut caller = Caller::asking_little(9, REMORA_RK4, 1.0);
+    let mut caller = Caller::asking_little(9, RemoraIntegrator::Rk4, 1.0);
     // Only the stop is why there is none; an interpreter is spared the plan.
     if !cfg!(miri) {
         assert_eq!(caller.plans(), RemoraStatus::Ok);
@@ -288,7 +310,8 @@ fn a_plan_that_was_stopped_is_not_flown() {
     }
     caller.options.should_stop = Some(at_once);
     assert_eq!(caller.plans(), RemoraStatus::Ok);
-    assert_eq!((caller.report.is_verified, caller.report.verdict), (0, 2));
+    let not_flyable = RemoraVerdict::NotFlyable as u32;
+    assert_eq!((caller.report.is_verified, caller.report.verdict), (0, not_flyable));
     assert_eq!(caller.flies(), RemoraStatus::Ok);
     is_refused(caller, RemoraStatus::NotFlyable, |c| c.hands_over(0.0));
 }
@@ -299,7 +322,7 @@ fn every_status_has_words_of_its_own() {
         // SAFETY: a text that ends.
         unsafe { CStr::from_ptr(remora_strerror(status)) }.to_str().unwrap().to_string()
     };
-    let last = RemoraStatus::WrongChecksum as u32;
+    let last = RemoraStatus::InvalidEstimate as u32;
     let all: std::collections::BTreeSet<String> = (0..=last + 1).map(words).collect();
     assert_eq!(all.len() as u32, last + 2);
     assert_eq!(words(last + 1), words(u32::MAX));
@@ -310,7 +333,7 @@ fn every_status_has_words_of_its_own() {
 // Verifies REM-DOR-003.
 #[test]
 fn an_euler_plan_is_read_and_not_flown() {
-    let mut caller = Caller::planned_little(8, REMORA_EULER, 100.0);
+    let mut caller = Caller::planned_little(8, RemoraIntegrator::Euler, 100.0);
     let (mut record, mut found): (RemoraRecord, RemoraVerification) =
         (sized(|s, size| s.size = size), sized(|s, size| s.size = size));
     let workspace = caller.workspace.pointer();
@@ -323,7 +346,7 @@ fn an_euler_plan_is_read_and_not_flown() {
     for index in 0..8 {
         assert_eq!(caller.copies_node(index), RemoraStatus::Ok);
     }
-    assert_eq!(caller.node.time, 600.0);
+    assert_eq!(caller.node.time_s, 600.0);
     assert_eq!(caller.copies_node(8), RemoraStatus::NoSuchNode);
     assert_eq!(caller.flies(), RemoraStatus::Ok);
     is_refused(caller, RemoraStatus::EulerPlan, |c| c.hands_over(0.0));
@@ -336,30 +359,35 @@ fn a_plan_is_flown_and_made_again() {
     let mut caller = flying();
     let limits: RemoraLimits = sized(|s, size| s.size = size);
     assert_eq!(caller.guides(None), RemoraStatus::Ok);
-    assert_eq!(caller.command.mode, FlightMode::Track as u32);
+    assert_eq!(caller.command.mode, RemoraFlightMode::Track as u32);
+    caller.expects(301.0);
     assert_eq!(caller.guides(Some(&limits)), RemoraStatus::Ok);
+    caller.expects(300.0);
     assert_eq!(caller.replans(10.0), RemoraStatus::Ok);
     assert_eq!(caller.report.is_verified, 1);
     assert_eq!(caller.hands_over(310.0), RemoraStatus::Ok);
+    caller.estimate.time_s = 302.0;
     assert_eq!(caller.guides(None), RemoraStatus::Ok);
-    caller.estimate.rate[0] = f64::NAN;
+    caller.estimate.time_s = 303.0;
+    caller.estimate.bus_rate_rtn_rad_s[0] = f64::NAN;
     assert_eq!(caller.guides(None), RemoraStatus::Ok);
-    assert_eq!(caller.command.mode, FlightMode::Degraded as u32);
+    assert_eq!(caller.command.mode, RemoraFlightMode::Degraded as u32);
+    let abort = RemoraRequest::Abort as u32;
     // SAFETY: a flight of this.
-    let status = unsafe { remora_ask(caller.flight.pointer(), REMORA_ABORT) };
+    let status = unsafe { remora_ask(caller.flight.pointer(), abort) };
     assert_eq!(status, RemoraStatus::Ok);
 }
 
 #[test]
 fn a_flight_of_another_mission_is_refused() {
     let mut caller = flying();
-    caller.mission.bus_mass = 510.0;
+    caller.mission.bus_mass_kg = 510.0;
     assert_eq!(caller.opens(REMORA_ABI), RemoraStatus::Ok);
     // What an interpreter makes sooner: the mission is looked at first.
-    caller.options.integrator = REMORA_EULER;
+    caller.options.integrator = RemoraIntegrator::Euler as u32;
     assert_eq!(caller.plans(), RemoraStatus::Ok);
     assert_eq!(caller.report.is_verified, 1);
-    caller.options.integrator = REMORA_RK4;
+    caller.options.integrator = RemoraIntegrator::Rk4 as u32;
     is_refused(caller, RemoraStatus::OtherMission, |c| {
         assert_eq!(c.hands_over(5.0), RemoraStatus::OtherMission);
         c.replans(10.0)
@@ -393,7 +421,7 @@ fn a_call_from_a_callback_finds_the_workspace_busy() {
         assert!(seen.1.iter().all(|status| *status == RemoraStatus::Busy));
         assert_eq!(caller.copies_node(0), RemoraStatus::Ok);
     };
-    plans(Caller::asking_little(8, REMORA_EULER, 100.0), 100);
+    plans(Caller::asking_little(8, RemoraIntegrator::Euler, 100.0), 100);
     // On all nodes, which takes an interpreter hours.
     if !cfg!(miri) {
         plans(Caller::open(), 500);

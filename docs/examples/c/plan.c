@@ -29,12 +29,12 @@ int main(int count, char **arguments) {
         failed("open", remora_open(workspace, REMORA_WORKSPACE_BYTES, REMORA_ABI, &mission))) {
         return 2;
     }
-    scenario.target_rate[0] = 2.0e-4;
-    scenario.target_rate[2] = 1.0e-3;
-    scenario.position[0] = 8.0;
-    scenario.position[2] = 0.0;
+    scenario.target_rate_body_rad_s[0] = 2.0e-4;
+    scenario.target_rate_body_rad_s[2] = 1.0e-3;
+    scenario.com_position_rtn_m[0] = 8.0;
+    scenario.com_position_rtn_m[2] = 0.0;
     if (count > 1 && strcmp(arguments[1], "euler") == 0) {
-        options.integrator = REMORA_EULER;
+        options.integrator = REMORA_INTEGRATOR_EULER;
     }
     report.size = sizeof report;
     if (failed("plan", remora_plan(workspace, &scenario, &options, &report))) {
@@ -46,29 +46,29 @@ int main(int count, char **arguments) {
         if (failed("node", remora_node(workspace, k, &node))) {
             return 1;
         }
-        printf("%4.0f s  x %8.4f m  joint 1 %8.5f rad  bus torque %10.3e N m\n", node.time,
-               node.position[0], node.joint_angle[0], node.bus_torque[0]);
+        printf("%4.0f s  x %8.4f m  joint 1 %8.5f rad  bus torque %10.3e N m\n", node.time_s,
+               node.com_position_rtn_m[0], node.joint_angle_rad[0], node.bus_torque_body_n_m[0]);
     }
     /* A plan made with Euler's step says nothing between its nodes: nobody flies it. */
-    if (options.integrator == REMORA_RK4 &&
+    if (options.integrator == REMORA_INTEGRATOR_RK4 &&
         (failed("fly", remora_fly(flight, REMORA_FLIGHT_BYTES, REMORA_ABI, NULL)) ||
          failed("flight plan", remora_flight_plan(workspace, 0.0, flight)))) {
         return 1;
     }
-    for (step = 0; options.integrator == REMORA_RK4 && step < 5; step++) {
-        RemoraEstimate estimate; /* navigation's; here a servicer that is 1 cm off the plan */
+    for (step = 0; options.integrator == REMORA_INTEGRATOR_RK4 && step < 5; step++) {
+        RemoraEstimate estimate; /* navigation's; here a servicer that is 1 cm off what guidance expects */
         RemoraCommand command;
         estimate.size = sizeof estimate;
         command.size = sizeof command;
         if (failed("estimate", remora_expected(flight, 300.0 + step, &estimate))) {
             return 1;
         }
-        estimate.position[1] += 0.01;
+        estimate.bus_position_rtn_m[1] += 0.01;
         if (failed("guide", remora_guide(flight, &estimate, NULL, &command))) {
             return 1;
         }
-        printf("mode %" PRIu32 "  force %10.6f %10.6f %10.6f N\n", command.mode, command.force[0],
-               command.force[1], command.force[2]);
+        printf("mode %" PRIu32 "  force %10.6f %10.6f %10.6f N\n", (uint32_t)command.mode,
+               command.bus_force_rtn_n[0], command.bus_force_rtn_n[1], command.bus_force_rtn_n[2]);
     }
     printf("verified %" PRIu32 "  checksum %016" PRIx64 "\n", report.is_verified, report.checksum);
     return report.is_verified ? 0 : 3;

@@ -42,15 +42,18 @@ int main(int count, char **arguments) {
     RemoraScenario scenario;
     RemoraOptions options;
     RemoraReport report;
+    uint32_t mode, integrator;
     RemoraStatus status = remora_defaults(REMORA_ABI, NULL, NULL, &options, NULL);
     if (status != REMORA_STATUS_OK) {
         return fail(status);
     }
     if (!fill(&mission, sizeof mission) || !fill(&scenario, sizeof scenario) ||
-        scanf("%" SCNu32 "%" SCNu32 "%" SCNu32, &options.mode, &options.integrator, &options.substeps) != 3) {
+        scanf("%" SCNu32 "%" SCNu32 "%" SCNu32, &mode, &integrator, &options.substeps) != 3) {
         fprintf(stderr, "the input is cut short\n");
         return 2;
     }
+    options.mode = (RemoraMode)mode;
+    options.integrator = (RemoraIntegrator)integrator;
     if (count > 1) {
         FILE *file = fopen(arguments[1], "rb");
         if (file == NULL) {

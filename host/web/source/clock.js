@@ -24,8 +24,8 @@ export class Clock {
   show(plan, duration) {
     this.duration = duration;
     this.slider.max = duration;
-    const near = plan.duration - plan.mission.keep_out_near_time;
-    const set = Math.floor((plan.duration - plan.mission.preset_time) / plan.step + 1e-9) * plan.step;
+    const near = plan.duration - plan.mission.keep_out_near_time_s;
+    const set = Math.floor((plan.duration - plan.mission.preset_time_s) / plan.step + 1e-9) * plan.step;
     const marks = [
       [near, "near keep-out"],
       [set, "arm set"],

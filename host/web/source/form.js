@@ -28,7 +28,7 @@ export class Form {
   show(plan, refusal) {
     this.scenario = plan.file.inputs.scenario;
     this.ranges = plan.file.inputs.mission.scenarios;
-    this.normal = plan.mission.port_normal;
+    this.normal = plan.mission.port_normal_target;
     if (refusal) {
       this.element.replaceChildren(make("p", { class: "note" }, refusal));
       return;

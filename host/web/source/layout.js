@@ -2,6 +2,8 @@
 // built. A wrong size would be refused by the planner, a wrong place would change checksums.
 
 const SIZES = { uint32_t: 4, size_t: 4, char: 1, double: 8, uint64_t: 8 };
+// Codes, by the names of their enumerations, are numbers of 32 bits.
+const CODE = /typedef uint32_t (\w+);/g;
 const POINTER = 4;
 
 /** Structures by name, each with its size and, by member, where it lies and what it is. */
@@ -10,9 +12,10 @@ export function layoutsOf(header) {
   const constants = Object.fromEntries(
     [...text.matchAll(/#define (REMORA_\w+) (\d+)(?:ull)?$/gm)].map(([, name, number]) => [name, number]),
   );
+  const codes = Object.fromEntries([...text.matchAll(CODE)].map(([, name]) => [name, { size: 4, alignment: 4 }]));
   const structures = {};
   for (const [, name, body] of text.matchAll(/typedef struct (\w+) \{([^}]*)\}/g)) {
-    structures[name] = structure(body, constants, structures);
+    structures[name] = structure(body, constants, { ...codes, ...structures });
   }
   return { constants, structures };
 }

@@ -23,9 +23,10 @@ export class Memory {
     const { size, members } = this.structures[name];
     const given = members.size ? { ...values, size } : values;
     for (const [member, value] of Object.entries(given)) {
-      if (members[member]) {
-        this.#set(at, members[member], value);
+      if (!members[member]) {
+        throw new Error(`${name} has no member ${member}`);
       }
+      this.#set(at, members[member], value);
     }
   }
 

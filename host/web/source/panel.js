@@ -9,20 +9,20 @@ const VERDICTS = {
   not_flyable: ["not flyable", "bad"],
 };
 
-/** Residuals in the order of files: name, place of the tolerance in the mission, unit. */
+/** Residuals in the order of files: name, tolerance in the mission, unit. */
 const RESIDUALS = [
-  ["dynamics1", 0, "1 m, 1e-2 m/s"],
-  ["keep_out", 7, "m"],
-  ["dynamics2", 0, "1, 1 rad, 1e-2 rad/s"],
-  ["control", 1, "of the limit"],
-  ["joint", 2, "rad"],
-  ["joint_rate", 3, "of the limit"],
-  ["pointing", 4, "cosine"],
-  ["preset", 5, "1 rad, 1e-2 rad/s"],
-  ["terminal_rate", 6, "1e-2 rad/s"],
-  ["ee_position", 8, "m"],
-  ["ee_angle", 9, "rad"],
-  ["clearance", 10, "m"],
+  ["dynamics1", "tolerance_dynamics", "1 m, 1e-2 m/s"],
+  ["keep_out", "tolerance_keep_out_m", "m"],
+  ["dynamics2", "tolerance_dynamics", "1, 1 rad, 1e-2 rad/s"],
+  ["control", "tolerance_control", "of the limit"],
+  ["joint", "tolerance_joint_rad", "rad"],
+  ["joint_rate", "tolerance_joint_rate", "of the limit"],
+  ["pointing", "tolerance_pointing", "cosine"],
+  ["preset", "tolerance_preset", "1 rad, 1e-2 rad/s"],
+  ["terminal_rate", "tolerance_terminal_rate", "1e-2 rad/s"],
+  ["ee_position", "tolerance_ee_position_m", "m"],
+  ["ee_angle", "tolerance_ee_angle_rad", "rad"],
+  ["clearance", "tolerance_clearance_m", "m"],
 ];
 /** Decades below a tolerance that a meter shows. */
 const DECADES = 12;
@@ -79,8 +79,8 @@ export function showResiduals(plan) {
     make("th", { class: "n" }, "tolerance"),
     make("th"),
   );
-  const rows = RESIDUALS.map(([name, place, unit]) => {
-    const [value, tolerance] = [residuals[name] ?? Infinity, plan.mission.tolerances[place]];
+  const rows = RESIDUALS.map(([name, limit, unit]) => {
+    const [value, tolerance] = [residuals[name] ?? Infinity, plan.mission[limit]];
     const isMet = value <= tolerance;
     const share = value > 0 ? Math.min(Math.max(1 + Math.log10(value / tolerance) / DECADES, 0), 1) : 0;
     const meter = make(

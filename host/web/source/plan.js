@@ -18,7 +18,7 @@ export class Plan {
     this.mission = missionOf(file.inputs.mission);
     this.scenario = scenarioOf(file.inputs.scenario);
     this.nodes = file.stage1.position_rtn_m.length;
-    this.duration = this.scenario.duration || this.mission.duration;
+    this.duration = this.scenario.duration_s || this.mission.duration_s;
     this.step = this.duration / (this.nodes - 1);
     this.joints = this.mission.links.length;
     const hasGradient = file.inputs.in_force.gravity_gradient;
@@ -86,8 +86,8 @@ export class Plan {
 
   /** The keep-out distance in force at a time [s], in metres. */
   keepOut(time) {
-    const isFar = time <= this.duration - this.mission.keep_out_near_time;
-    return isFar ? this.mission.keep_out_far : this.mission.keep_out_near;
+    const isFar = time <= this.duration - this.mission.keep_out_near_time_s;
+    return isFar ? this.mission.keep_out_far_m : this.mission.keep_out_near_m;
   }
 
   /** What is read off beside the picture at a time [s]. */
@@ -97,7 +97,7 @@ export class Plan {
 
   /** Change of velocity over the whole plan [m/s]. */
   get deltaV() {
-    const { mass } = posture(this.mission, this.mission.capture_joint_angle);
+    const { mass } = posture(this.mission, this.mission.capture_joint_angle_rad);
     return this.file.stage1.force_rtn_n.reduce((sum, force) => sum + (norm(force) / mass) * this.step, 0);
   }
 }

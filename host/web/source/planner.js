@@ -6,20 +6,21 @@ import { Memory } from "./memory.js";
 
 const VERDICTS = ["optimal", "verified_not_converged", "not_flyable"];
 const STATUSES = ["solved", "iteration_limit", "infeasible", "deadline", "numerical_failure"];
-const RESIDUALS = [
-  "dynamics1",
-  "keep_out",
-  "dynamics2",
-  "control",
-  "joint",
-  "joint_rate",
-  "pointing",
-  "preset",
-  "terminal_rate",
-  "ee_position",
-  "ee_angle",
-  "clearance",
-];
+// Residuals by the names of a plan's file, and of remora.h where those have units.
+const RESIDUALS = {
+  dynamics1: "dynamics1",
+  keep_out: "keep_out_m",
+  dynamics2: "dynamics2",
+  control: "control",
+  joint: "joint_rad",
+  joint_rate: "joint_rate",
+  pointing: "pointing",
+  preset: "preset",
+  terminal_rate: "terminal_rate",
+  ee_position: "ee_position_m",
+  ee_angle: "ee_angle_rad",
+  clearance: "clearance_m",
+};
 const REFUSED = "18";
 
 /** Room for structures and the model's file behind the workspace. */
@@ -90,13 +91,13 @@ export class Planner {
       this.#expect(library.remora_node(workspace, k, nodeAt));
       return memory.read("RemoraNode", nodeAt);
     });
-    const closest = ({ distance, time, body }) => ({ distance_m: distance, time_s: time, body });
+    const closest = ({ distance_m, time_s, body }) => ({ distance_m, time_s, body });
     return {
       verdict: VERDICTS[report.verdict],
       status: STATUSES[report.status],
       start: report.start === 1 ? "model" : "heuristic",
-      duration: report.duration,
-      residuals: Object.fromEntries(RESIDUALS.map((name) => [name, found[name]])),
+      duration: report.duration_s,
+      residuals: Object.fromEntries(Object.entries(RESIDUALS).map(([name, member]) => [name, found[member]])),
       clearances: { arm: closest(found.arm), bus: closest(found.bus), own: closest(found.own) },
       checksum: hexadecimal(report.checksum),
       input: hexadecimal(record.input),
@@ -161,20 +162,20 @@ function stagesOf(nodes, report, record) {
       status: STATUSES[record.translation.status],
       iterations: report.iterations_1,
       cost: report.cost_1,
-      position_rtn_m: states("position"),
-      velocity_rtn_m_s: states("velocity"),
-      force_rtn_n: controls("force"),
+      position_rtn_m: states("com_position_rtn_m"),
+      velocity_rtn_m_s: states("com_velocity_rtn_m_s"),
+      force_rtn_n: controls("bus_force_rtn_n"),
     },
     stage2: {
       status: STATUSES[record.reorientation.status],
       iterations: report.iterations_2,
       cost: report.cost_2,
-      attitude_body_to_rtn: states("attitude"),
-      joint_angle_rad: states("joint_angle"),
-      rate_rtn_rad_s: states("rate"),
-      joint_rate_rad_s: states("joint_rate"),
-      bus_torque_body_n_m: controls("bus_torque"),
-      joint_torque_n_m: controls("joint_torque"),
+      attitude_body_to_rtn: states("bus_attitude_body_to_rtn"),
+      joint_angle_rad: states("joint_angle_rad"),
+      rate_rtn_rad_s: states("bus_rate_rtn_rad_s"),
+      joint_rate_rad_s: states("joint_rate_rad_s"),
+      bus_torque_body_n_m: controls("bus_torque_body_n_m"),
+      joint_torque_n_m: controls("joint_torque_n_m"),
     },
   };
 }

@@ -7,17 +7,17 @@ export function scenarioOf(file) {
   const zeros = (count) => Array(count).fill(0);
   return {
     nodes: file.nodes ?? 0,
-    target_attitude: normalised(file.target_attitude_body_to_rtn),
-    target_rate: file.target_rate_body_rad_s,
-    position: file.servicer_position_rtn_m,
-    velocity: file.servicer_velocity_rtn_m_s,
-    duration: file.duration_s ?? 0,
+    target_attitude_body_to_rtn: normalised(file.target_attitude_body_to_rtn),
+    target_rate_body_rad_s: file.target_rate_body_rad_s,
+    com_position_rtn_m: file.servicer_position_rtn_m,
+    com_velocity_rtn_m_s: file.servicer_velocity_rtn_m_s,
+    duration_s: file.duration_s ?? 0,
     has_bus_attitude: file.bus_attitude_body_to_rtn ? 1 : 0,
     has_joint_angle: given ? 1 : 0,
-    bus_attitude: file.bus_attitude_body_to_rtn ? normalised(file.bus_attitude_body_to_rtn) : zeros(4),
-    bus_rate: file.bus_rate_rtn_rad_s ?? zeros(3),
-    joint_angle: given ?? zeros(joints),
-    joint_rate: file.joint_rate_rad_s ?? zeros(joints),
+    bus_attitude_body_to_rtn: file.bus_attitude_body_to_rtn ? normalised(file.bus_attitude_body_to_rtn) : zeros(4),
+    bus_rate_rtn_rad_s: file.bus_rate_rtn_rad_s ?? zeros(3),
+    joint_angle_rad: given ?? zeros(joints),
+    joint_rate_rad_s: file.joint_rate_rad_s ?? zeros(joints),
   };
 }
 

@@ -47,7 +47,7 @@ export function seriesOf(plan, flight) {
     file: { stage1, stage2 },
   } = plan;
   const joints = mission.links.map((_, i) => String(i + 1));
-  const stops = mission.min_joint_angle.map((lower, i) => [lower, mission.max_joint_angle[i]].map(degrees));
+  const stops = mission.min_joint_angle_rad.map((lower, i) => [lower, mission.max_joint_angle_rad[i]].map(degrees));
   const strip = (title, unit, limits, planned, [column, scale]) => ({
     title,
     unit,
@@ -63,18 +63,18 @@ export function seriesOf(plan, flight) {
       ),
   });
   return [
-    strip("Force", "N, RTN", both(mission.max_force), held(plan, stage1.force_rtn_n, RTN), ["force_n", 1]),
+    strip("Force", "N, RTN", both(mission.max_bus_force_rtn_n), held(plan, stage1.force_rtn_n, RTN), ["force_n", 1]),
     strip(
       "Bus torque",
       "mN m",
-      both(mission.max_bus_torque, 1e3),
+      both(mission.max_bus_torque_body_n_m, 1e3),
       held(plan, stage2.bus_torque_body_n_m, AXES, 1e3),
       ["bus_torque_n_m", 1e3],
     ),
     strip(
       "Joint torques",
       "mN m",
-      both(mission.max_joint_torque, 1e3),
+      both(mission.max_joint_torque_n_m, 1e3),
       held(plan, stage2.joint_torque_n_m, joints, 1e3),
       ["joint_torque", 1e3],
     ),
@@ -85,7 +85,7 @@ export function seriesOf(plan, flight) {
     strip(
       "Joint rates",
       "mrad/s",
-      both(mission.max_joint_rate, 1e3),
+      both(mission.max_joint_rate_rad_s, 1e3),
       states(plan, stage2.joint_rate_rad_s, joints, 1e3),
       ["joint_rate", 1e3],
     ),
@@ -108,7 +108,7 @@ function sight(plan, flight) {
   return {
     title: "Off the boresight",
     unit: "deg",
-    limits: [[0, degrees(mission.field_of_view_half_angle)]],
+    limits: [[0, degrees(mission.field_of_view_half_angle_rad)]],
     planned: line(plan, times),
     flown: flight && line(flight, flight.times),
   };

@@ -8,13 +8,13 @@ const TURN = 5e-3;
 
 /** The target's attitude at each of `nodes` times, `step` seconds apart, from the first on. */
 export function tumble(mission, meanMotion, hasGradient, scenario, step, nodes) {
-  let state = { q: unit(scenario.target_attitude), w: null };
+  let state = { q: unit(scenario.target_attitude_body_to_rtn), w: null };
   const frame = (q) => turnedBack(q, [0, 0, meanMotion]);
   // The rate relative to inertial space, in body axes.
-  state.w = add(scenario.target_rate, frame(state.q));
+  state.w = add(scenario.target_rate_body_rad_s, frame(state.q));
   const speed = Math.hypot(...state.w) + 2 * meanMotion;
   const steps = Math.ceil((speed * step) / TURN);
-  const slope = slopes(mission.target_inertia, meanMotion, hasGradient);
+  const slope = slopes(mission.target_inertia_body_kg_m2, meanMotion, hasGradient);
   const attitudes = [];
   for (let node = 0; node < nodes; node++) {
     attitudes.push(state.q);

@@ -86,8 +86,8 @@ impl Caller {
         // SAFETY: places for the structures.
         let status = unsafe { remora_defaults(REMORA_ABI, mission, scenario, options, settings) };
         assert_eq!(status, RemoraStatus::Ok);
-        caller.scenario.position = [8.0, 0.0, 0.0];
-        caller.options.mode = REMORA_FEASIBLE;
+        caller.scenario.com_position_rtn_m = [8.0, 0.0, 0.0];
+        caller.options.mode = RemoraMode::Feasible as u32;
         caller
     }
 
@@ -108,19 +108,35 @@ impl Caller {
 
     /// One with an open workspace who asks for little, so that an interpreter plans it in minutes: few nodes, the last
     /// half of the way, tolerances so many times as large, limits at nodes only, and bodies may come near each other.
-    pub fn asking_little(nodes: u32, integrator: u32, rough: f64) -> Self {
+    pub fn asking_little(nodes: u32, integrator: RemoraIntegrator, rough: f64) -> Self {
         let mut caller = Self::new();
-        (caller.mission.clearance, caller.mission.between_nodes) = (2, 2);
-        caller.mission.tolerances.iter_mut().for_each(|tolerance| *tolerance *= rough);
-        caller.scenario.position = [4.0, 0.0, 0.0];
-        (caller.scenario.nodes, caller.scenario.duration) = (nodes, 600.0);
-        (caller.options.integrator, caller.options.substeps) = (integrator, 4);
+        let mission = &mut caller.mission;
+        (mission.clearance, mission.between_nodes) =
+            (RemoraSwitch::Off as u32, RemoraSwitch::Off as u32);
+        for tolerance in [
+            &mut mission.tolerance_dynamics,
+            &mut mission.tolerance_control,
+            &mut mission.tolerance_joint_rad,
+            &mut mission.tolerance_joint_rate,
+            &mut mission.tolerance_pointing,
+            &mut mission.tolerance_preset,
+            &mut mission.tolerance_terminal_rate,
+            &mut mission.tolerance_keep_out_m,
+            &mut mission.tolerance_ee_position_m,
+            &mut mission.tolerance_ee_angle_rad,
+            &mut mission.tolerance_clearance_m,
+        ] {
+            *tolerance *= rough;
+        }
+        caller.scenario.com_position_rtn_m = [4.0, 0.0, 0.0];
+        (caller.scenario.nodes, caller.scenario.duration_s) = (nodes, 600.0);
+        (caller.options.integrator, caller.options.substeps) = (integrator as u32, 4);
         assert_eq!(caller.opens(REMORA_ABI), RemoraStatus::Ok);
         caller
     }
 
     /// One with a plan of that.
-    pub fn planned_little(nodes: u32, integrator: u32, rough: f64) -> Self {
+    pub fn planned_little(nodes: u32, integrator: RemoraIntegrator, rough: f64) -> Self {
         let mut caller = Self::asking_little(nodes, integrator, rough);
         assert_eq!(caller.plans(), RemoraStatus::Ok);
         assert_eq!((caller.report.is_verified, caller.report.nodes), (1, nodes));
@@ -138,8 +154,13 @@ impl Caller {
     pub fn takes_off(&mut self) {
         assert_eq!(self.flies(), RemoraStatus::Ok);
         assert_eq!(self.hands_over(0.0), RemoraStatus::Ok);
+        self.expects(300.0);
+    }
+
+    /// Knows what guidance expects at a time.
+    pub fn expects(&mut self, time_s: f64) {
         // SAFETY: as below.
-        let status = unsafe { remora_expected(self.flight.pointer(), 300.0, &mut self.estimate) };
+        let status = unsafe { remora_expected(self.flight.pointer(), time_s, &mut self.estimate) };
         assert_eq!(status, RemoraStatus::Ok);
     }
 
@@ -157,11 +178,11 @@ impl Caller {
         }
     }
 
-    pub fn replans(&mut self, lead: f64) -> RemoraStatus {
+    pub fn replans(&mut self, lead_s: f64) -> RemoraStatus {
         let (workspace, flight) = (self.workspace.pointer(), self.flight.pointer());
         let Self { estimate, options, report, .. } = self;
         // SAFETY: as above.
-        unsafe { remora_replan(workspace, flight, estimate, lead, options, report) }
+        unsafe { remora_replan(workspace, flight, estimate, lead_s, options, report) }
     }
 
     pub fn flies(&mut self) -> RemoraStatus {
@@ -171,9 +192,9 @@ impl Caller {
         }
     }
 
-    pub fn hands_over(&mut self, begins: f64) -> RemoraStatus {
+    pub fn hands_over(&mut self, begins_s: f64) -> RemoraStatus {
         // SAFETY: as above.
-        unsafe { remora_flight_plan(self.workspace.pointer(), begins, self.flight.pointer()) }
+        unsafe { remora_flight_plan(self.workspace.pointer(), begins_s, self.flight.pointer()) }
     }
 
     pub fn guides(&mut self, limits: Option<&RemoraLimits>) -> RemoraStatus {

@@ -50,8 +50,8 @@ static int failed(const char *what, RemoraStatus status) {
 /* Whether compiler, processor and memory are what they were tested to be. */
 static int self_test_fails(void *workspace) {
     uint64_t euler, rk4;
-    if (failed("self-test euler", remora_self_test(workspace, REMORA_EULER, &euler)) ||
-        failed("self-test rk4", remora_self_test(workspace, REMORA_RK4, &rk4))) {
+    if (failed("self-test euler", remora_self_test(workspace, REMORA_INTEGRATOR_EULER, &euler)) ||
+        failed("self-test rk4", remora_self_test(workspace, REMORA_INTEGRATOR_RK4, &rk4))) {
         return 1;
     }
     write_line("self-test", " euler", euler);
@@ -78,19 +78,19 @@ static int scenario_fails(void *workspace, int i) {
     const char *id = SCENARIOS[i].id;
     int k;
     for (k = 0; k < 3; k++) {
-        scenario.target_rate[k] = SCENARIOS[i].rate[k];
-        scenario.position[k] = SCENARIOS[i].position[k];
-        scenario.velocity[k] = SCENARIOS[i].velocity[k];
+        scenario.target_rate_body_rad_s[k] = SCENARIOS[i].rate[k];
+        scenario.com_position_rtn_m[k] = SCENARIOS[i].position[k];
+        scenario.com_velocity_rtn_m_s[k] = SCENARIOS[i].velocity[k];
     }
     for (k = 0; k < 4; k++) {
-        scenario.target_attitude[k] = SCENARIOS[i].attitude[k];
+        scenario.target_attitude_body_to_rtn[k] = SCENARIOS[i].attitude[k];
     }
-    options.integrator = REMORA_EULER;
+    options.integrator = REMORA_INTEGRATOR_EULER;
     if (plan_fails(workspace, id, " euler heuristic", NULL, NULL) ||
         plan_fails(workspace, id, " euler model", model_euler, model_euler_end)) {
         return 1;
     }
-    options.integrator = REMORA_RK4;
+    options.integrator = REMORA_INTEGRATOR_RK4;
     return plan_fails(workspace, id, " rk4 heuristic", NULL, NULL) ||
            plan_fails(workspace, id, " rk4 model", model_rk4, model_rk4_end);
 }
@@ -105,16 +105,16 @@ static uint64_t checksum(const RemoraCommand *command) {
     return sum;
 }
 
-/* Eight steps of guidance, a tenth of a second apart; the servicer is 1 cm off its plan. */
-static int steps_fail(void *flight, double begins, RemoraEstimate *estimate) {
+/* Some steps of guidance at a fixed interval [s]; the servicer is 1 cm off what guidance expects. */
+static int steps_fail(void *flight, double begins, int steps, double period, RemoraEstimate *estimate) {
     RemoraCommand command;
     int step;
     command.size = sizeof command;
-    for (step = 0; step < 8; step++) {
-        if (failed("estimate", remora_expected(flight, begins + 0.1 * step, estimate))) {
+    for (step = 0; step < steps; step++) {
+        if (failed("estimate", remora_expected(flight, begins + period * step, estimate))) {
             return 1;
         }
-        estimate->position[1] += 0.01;
+        estimate->bus_position_rtn_m[1] += 0.01;
         if (failed("guide", remora_guide(flight, estimate, NULL, &command))) {
             return 1;
         }
@@ -131,13 +131,15 @@ static int flight_fails(void *workspace, void *flight) {
     report.size = sizeof report;
     if (failed("fly", remora_fly(flight, REMORA_FLIGHT_BYTES, REMORA_ABI, NULL)) ||
         failed("flight plan", remora_flight_plan(workspace, 0.0, flight)) ||
-        steps_fail(flight, 300.0, &estimate) ||
+        steps_fail(flight, 300.0, 8, 0.1, &estimate) ||
         failed("replan", remora_replan(workspace, flight, &estimate, 20.0, &options, &report))) {
         return 1;
     }
     write_line("replan", "", report.checksum);
-    return failed("flight plan", remora_flight_plan(workspace, report.begins, flight)) ||
-           steps_fail(flight, report.begins, &estimate);
+    /* Along the plan in force until the new one begins. */
+    return steps_fail(flight, 301.0, 4, 5.0, &estimate) ||
+           failed("flight plan", remora_flight_plan(workspace, report.begins_s, flight)) ||
+           steps_fail(flight, report.begins_s, 8, 0.1, &estimate);
 }
 
 int image(void) {

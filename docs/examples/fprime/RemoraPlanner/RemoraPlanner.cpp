@@ -49,11 +49,11 @@ void RemoraPlanner::plan(FwOpcodeType opCode, U32 cmdSeq, const Scenario& scenar
     }
     RemoraScenario input;
     (void)remora_defaults(REMORA_ABI, nullptr, &input, nullptr, nullptr);
-    toC(scenario.get_targetAttitude(), input.target_attitude);
-    toC(scenario.get_targetRate(), input.target_rate);
-    toC(scenario.get_position(), input.position);
-    toC(scenario.get_velocity(), input.velocity);
-    input.duration = scenario.get_duration();
+    toC(scenario.get_targetAttitude(), input.target_attitude_body_to_rtn);
+    toC(scenario.get_targetRateBody(), input.target_rate_body_rad_s);
+    toC(scenario.get_comPosition(), input.com_position_rtn_m);
+    toC(scenario.get_comVelocity(), input.com_velocity_rtn_m_s);
+    input.duration_s = scenario.get_duration();
     const RemoraOptions options = this->options();
     m_report.size = sizeof m_report;
     const RemoraStatus status = remora_plan(m_workspace, &input, &options, &m_report);
@@ -91,7 +91,7 @@ void RemoraPlanner::REPLAN_cmdHandler(FwOpcodeType opCode, U32 cmdSeq, F64 lead)
     const Fw::CmdResponse response = this->planned(status);
     if (response == Fw::CmdResponse::OK && m_report.is_verified != 0) {
         this->lock();
-        m_begins = m_report.begins;
+        m_begins = m_report.begins_s;
         m_isWaiting = true;
         this->unLock();
     }
@@ -104,7 +104,7 @@ void RemoraPlanner::SELF_TEST_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) {
     }
     U64 checksum = 0;
     m_report = RemoraReport();  // The workspace holds no plan afterwards.
-    const RemoraStatus status = remora_self_test(m_workspace, REMORA_RK4, &checksum);
+    const RemoraStatus status = remora_self_test(m_workspace, REMORA_INTEGRATOR_RK4, &checksum);
     this->tlmWrite_PlanStatus(status);
     if (status != REMORA_STATUS_OK) {
         this->warn("self-test", status);
@@ -129,12 +129,13 @@ RemoraOptions RemoraPlanner::options() {
     Fw::ParamValid valid;
     RemoraOptions options;
     (void)remora_defaults(REMORA_ABI, nullptr, nullptr, &options, nullptr);
-    options.mode = (this->paramGet_GOAL(valid) == Goal::FEASIBLE) ? REMORA_FEASIBLE : REMORA_OPTIMAL;
-    options.integrator = (this->paramGet_INTEGRATOR(valid) == Integrator::EULER) ? REMORA_EULER : REMORA_RK4;
+    options.mode = (this->paramGet_GOAL(valid) == Goal::FEASIBLE) ? REMORA_MODE_FEASIBLE : REMORA_MODE_OPTIMAL;
+    const bool isEuler = this->paramGet_INTEGRATOR(valid) == Integrator::EULER;
+    options.integrator = isEuler ? REMORA_INTEGRATOR_EULER : REMORA_INTEGRATOR_RK4;
     options.substeps = this->paramGet_SUBSTEPS(valid);
     const F64 deadline = this->paramGet_DEADLINE(valid);
     if (deadline > 0.0) {
-        options.deadline = deadline;
+        options.deadline_s = deadline;
     }
     if (this->paramGet_LEARNED(valid)) {
         options.model = m_model;
@@ -157,19 +158,20 @@ Fw::CmdResponse RemoraPlanner::planned(RemoraStatus status) {
         return Fw::CmdResponse::EXECUTION_ERROR;
     }
     m_plans++;
-    m_sumSeconds += m_report.seconds;
-    m_longestSeconds = (m_report.seconds > m_longestSeconds) ? m_report.seconds : m_longestSeconds;
+    m_sumSeconds += m_report.planning_time_s;
+    m_longestSeconds = (m_report.planning_time_s > m_longestSeconds) ? m_report.planning_time_s : m_longestSeconds;
     this->tlmWrite_Plans(m_plans);
-    this->tlmWrite_LastSeconds(m_report.seconds);
+    this->tlmWrite_LastSeconds(m_report.planning_time_s);
     this->tlmWrite_MeanSeconds(m_sumSeconds / m_plans);
     this->tlmWrite_LongestSeconds(m_longestSeconds);
     this->tlmWrite_Verdict(m_report.verdict);
     this->tlmWrite_Checksum(m_report.checksum);
-    // 0 the heuristic's guess, 1 the model's, 8 the plan in force; other numbers say why it was none of these.
-    if (m_report.start != 0 && m_report.start != 1 && m_report.start != 8) {
+    // Other codes say why the heuristic took the place of a model or of the plan in force.
+    if (m_report.start != REMORA_START_HEURISTIC && m_report.start != REMORA_START_MODEL &&
+        m_report.start != REMORA_START_NOMINAL) {
         this->log_WARNING_LO_ModelNotUsed(m_report.start);
     }
-    this->log_ACTIVITY_HI_Planned(m_report.checksum, m_report.verdict, m_report.seconds);
+    this->log_ACTIVITY_HI_Planned(m_report.checksum, m_report.verdict, m_report.planning_time_s);
     return Fw::CmdResponse::OK;
 }
 
@@ -184,7 +186,7 @@ double RemoraPlanner::clock(void* context) {
 
 void RemoraPlanner::ABORT_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) {
     m_isWaiting = false;
-    const RemoraStatus status = remora_ask(m_flight, REMORA_ABORT);
+    const RemoraStatus status = remora_ask(m_flight, REMORA_REQUEST_ABORT);
     const bool isAsked = !this->guidanceFailed("abort", status);
     this->cmdResponse_out(opCode, cmdSeq, isAsked ? Fw::CmdResponse::OK : Fw::CmdResponse::EXECUTION_ERROR);
 }
@@ -192,17 +194,17 @@ void RemoraPlanner::ABORT_cmdHandler(FwOpcodeType opCode, U32 cmdSeq) {
 void RemoraPlanner::estimateIn_handler(FwIndexType portNum, Estimate& estimate) {
     (void)portNum;
     m_estimate.size = sizeof m_estimate;
-    m_estimate.has_wrist = estimate.get_hasWrist() ? 1 : 0;
-    m_estimate.time = estimate.get_time();
-    toC(estimate.get_position(), m_estimate.position);
-    toC(estimate.get_velocity(), m_estimate.velocity);
-    toC(estimate.get_attitude(), m_estimate.attitude);
-    toC(estimate.get_rate(), m_estimate.rate);
-    toC(estimate.get_jointAngle(), m_estimate.joint_angle);
-    toC(estimate.get_jointRate(), m_estimate.joint_rate);
-    toC(estimate.get_targetAttitude(), m_estimate.target_attitude);
-    toC(estimate.get_targetRate(), m_estimate.target_rate);
-    toC(estimate.get_wrist(), m_estimate.wrist);
+    m_estimate.has_ee_from_port = estimate.get_hasEeFromPort() ? 1 : 0;
+    m_estimate.time_s = estimate.get_time();
+    toC(estimate.get_busPosition(), m_estimate.bus_position_rtn_m);
+    toC(estimate.get_busVelocity(), m_estimate.bus_velocity_rtn_m_s);
+    toC(estimate.get_busAttitude(), m_estimate.bus_attitude_body_to_rtn);
+    toC(estimate.get_busRate(), m_estimate.bus_rate_rtn_rad_s);
+    toC(estimate.get_jointAngle(), m_estimate.joint_angle_rad);
+    toC(estimate.get_jointRate(), m_estimate.joint_rate_rad_s);
+    toC(estimate.get_targetAttitude(), m_estimate.target_attitude_body_to_rtn);
+    toC(estimate.get_targetRateRtn(), m_estimate.target_rate_rtn_rad_s);
+    toC(estimate.get_eeFromPort(), m_estimate.ee_from_port_rtn_m);
     m_isFresh = true;
 }
 
@@ -217,7 +219,7 @@ void RemoraPlanner::schedIn_handler(FwIndexType portNum, U32 context) {
         return;
     }
     m_isFresh = false;
-    if (m_isWaiting && m_estimate.time >= m_begins) {
+    if (m_isWaiting && m_estimate.time_s >= m_begins) {
         this->takeOver();
     }
     if (!m_isFlying) {
@@ -242,18 +244,19 @@ void RemoraPlanner::takeOver() {
 
 void RemoraPlanner::send(const RemoraCommand& command) {
     const FlightMode mode(static_cast<FlightMode::T>(command.mode));
-    Command out(mode, Vector3(command.force), Vector3(command.bus_torque), Vector3(command.joint_torque),
-                Vector3(command.joint_angle), Vector3(command.joint_rate));
+    Command out(mode, Vector3(command.bus_force_rtn_n), Vector3(command.bus_torque_body_n_m),
+                Vector3(command.joint_torque_n_m), Vector3(command.joint_angle_rad),
+                Vector3(command.joint_rate_rad_s));
     this->commandOut_out(0, out);
-    if (command.wanted != 0 && m_wanted == 0) {
+    if (command.wanted != REMORA_REASON_NONE && m_wanted == REMORA_REASON_NONE) {
         this->log_WARNING_LO_ReplanWanted(command.wanted);
     }
-    if (command.mode == FlightMode::ABORT && m_mode != FlightMode::ABORT) {
+    if (command.mode == REMORA_FLIGHT_MODE_ABORT && m_mode != FlightMode::ABORT) {
         this->log_WARNING_HI_Leaving();
     }
     m_wanted = command.wanted;
     m_mode = command.mode;
-    const F64 error[3] = {command.error[0], command.error[1], command.error[2]};
+    const F64 error[3] = {command.com_error_m, command.bus_error_rad, command.joint_error_rad};
     this->tlmWrite_Mode(mode);
     this->tlmWrite_TrackingError(Vector3(error));
 }

@@ -30,25 +30,25 @@ module Remora {
   @ One approach: the target's tumble, and where the servicer starts; RTN
   struct Scenario {
     targetAttitude: Quaternion
-    targetRate: Vector3 @< Target axes [rad/s]
-    position: Vector3 @< Centre of mass of bus and arm [m]
-    velocity: Vector3 @< [m/s]
+    targetRateBody: Vector3 @< Target axes [rad/s]
+    comPosition: Vector3 @< Centre of mass of bus and arm [m]
+    comVelocity: Vector3 @< [m/s]
     duration: F64 @< From the first node to capture [s]; 0: the mission's
   }
 
   @ What navigation knows at one instant; RTN, but for the joints
   struct Estimate {
     $time: F64 @< On the clock that plans are dated by [s]
-    position: Vector3 @< Centre of mass of the bus from the target's [m]
-    velocity: Vector3 @< [m/s]
-    attitude: Quaternion @< Of the bus
-    rate: Vector3 @< Of the bus [rad/s]
+    busPosition: Vector3 @< Centre of mass of the bus alone from the target's [m]
+    busVelocity: Vector3 @< [m/s]
+    busAttitude: Quaternion
+    busRate: Vector3 @< [rad/s]
     jointAngle: Vector3 @< [rad]
     jointRate: Vector3 @< [rad/s]
     targetAttitude: Quaternion
-    targetRate: Vector3 @< [rad/s]
-    hasWrist: bool @< Whether a camera at the wrist sees the port
-    wrist: Vector3 @< End effector from the port [m]
+    targetRateRtn: Vector3 @< RTN, not target axes [rad/s]
+    hasEeFromPort: bool @< Whether a camera at the wrist sees the port
+    eeFromPort: Vector3 @< End effector from the port [m]
   }
 
   @ What the actuators are to do until the next step

@@ -63,7 +63,7 @@ function along(geometry, material, way, length) {
 export function makeTarget(mission, colours) {
   const { solid, edge } = materials(colours, false);
   const group = new Group();
-  group.add(box(mission.target_half_extents, solid("target"), edge));
+  group.add(box(mission.target_half_extents_body_m, solid("target"), edge));
   const port = new Group();
   const orange = solid("port");
   port.add(new Mesh(new TorusGeometry(0.075, 0.016, 12, 40), orange));
@@ -71,8 +71,8 @@ export function makeTarget(mission, colours) {
   normal.rotateX(Math.PI / 2);
   normal.position.z = 0.2;
   port.add(normal);
-  port.position.set(...mission.port_position);
-  port.quaternion.setFromUnitVectors(FORWARD, new Vector3(...mission.port_normal));
+  port.position.set(...mission.port_position_target_m);
+  port.quaternion.setFromUnitVectors(FORWARD, new Vector3(...mission.port_normal_target));
   group.add(port);
   return group;
 }
@@ -83,7 +83,7 @@ export class Servicer {
     this.mission = mission;
     this.group = new Group();
     const looks = materials(colours, isGhost);
-    this.group.add(box(mission.bus_half_extents, looks.solid("bus"), looks.edge));
+    this.group.add(box(mission.bus_half_extents_body_m, looks.solid("bus"), looks.edge));
     const arm = { body: looks.solid("arm"), joint: looks.solid("joint"), tip: looks.solid("tip") };
     this.links = mission.links.map((link, i) => makeLink(mission, link, i, arm));
     this.group.add(...this.links);
@@ -99,16 +99,16 @@ export class Servicer {
 /** A link as its capsule, the last one with the end effector at its end. */
 function makeLink(mission, link, i, { body, joint, tip }) {
   const group = new Group();
-  const [whole, radius] = [norm(link.tip), Math.max(link.radius, 0.01)];
+  const [whole, radius] = [norm(link.tip_from_joint_link_m), Math.max(link.radius_m, 0.01)];
   const isLast = i === mission.links.length - 1;
-  const length = isLast ? Math.max(whole - mission.corridor[2], 0) : whole;
+  const length = isLast ? Math.max(whole - mission.ee_length_m, 0) : whole;
   if (length > 0) {
-    group.add(along(new CapsuleGeometry(radius, length, 6, 20), body, link.tip, length));
+    group.add(along(new CapsuleGeometry(radius, length, 6, 20), body, link.tip_from_joint_link_m, length));
   }
   const housing = new CylinderGeometry(1.35 * radius, 1.35 * radius, 3 * radius, 28);
-  group.add(along(housing, joint, link.axis, 0));
+  group.add(along(housing, joint, link.axis_link, 0));
   if (isLast) {
-    group.add(endEffector(link.tip, whole, Math.min(whole, mission.corridor[2]), radius, tip));
+    group.add(endEffector(link.tip_from_joint_link_m, whole, Math.min(whole, mission.ee_length_m), radius, tip));
   }
   return group;
 }
@@ -129,7 +129,7 @@ function endEffector(way, whole, length, radius, material) {
 export function outline(mission, material, state) {
   const { points, center } = posture(mission, state.jointAngle);
   const group = new Group();
-  const geometry = new BoxGeometry(...mission.bus_half_extents.map((x) => 2 * x));
+  const geometry = new BoxGeometry(...mission.bus_half_extents_body_m.map((x) => 2 * x));
   group.add(new LineSegments(new EdgesGeometry(geometry), material));
   const pairs = points
     .slice(1)
@@ -151,7 +151,7 @@ export function makeDraft(mission, scenario, colours) {
   point.position.set(...position);
   const way = new LineSegments(undefined, material);
   way.geometry.setFromPoints([new Vector3(...position), new Vector3()]);
-  const half = mission.target_half_extents.map((x) => 2.04 * x);
+  const half = mission.target_half_extents_body_m.map((x) => 2.04 * x);
   const target = new LineSegments(new EdgesGeometry(new BoxGeometry(...half)), material);
   target.quaternion.set(...attitude);
   group.add(point, way, target);

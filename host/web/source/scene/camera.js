@@ -25,8 +25,8 @@ export class Viewpoint {
   show(plan) {
     const path = plan.file.stage1.position_rtn_m;
     this.start = path[0];
-    const bus = norm(plan.mission.bus_half_extents);
-    const box = norm(plan.mission.target_half_extents) + 0.6 * plan.mission.keep_out_far;
+    const bus = norm(plan.mission.bus_half_extents_body_m);
+    const box = norm(plan.mission.target_half_extents_body_m) + 0.6 * plan.mission.keep_out_far_m;
     this.spheres = [...path.map((point) => [point, bus]), [[0, 0, 0], box]];
     const way = unit(this.start);
     this.up = Math.abs(way[2]) > 0.8 ? [1, 0, 0] : [0, 0, 1];
@@ -113,7 +113,7 @@ export class Viewpoint {
 
   /** From beside the port towards the servicer. */
   #port(mission, state, targetAttitude) {
-    const normal = turned(targetAttitude, mission.port_normal);
+    const normal = turned(targetAttitude, mission.port_normal_target);
     const across = this.#across(normal);
     const from = port(mission, targetAttitude).map((x, i) => x + 0.12 * normal[i] + 0.62 * across[i]);
     this.#look(from, state.position, across);
@@ -121,8 +121,8 @@ export class Viewpoint {
 
   /** Along the boresight, from behind the centre of mass. */
   #camera(mission, { position, attitude }) {
-    const boresight = turned(attitude, mission.boresight);
-    const across = turned(attitude, Math.abs(mission.boresight[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0]);
+    const boresight = turned(attitude, mission.boresight_bus);
+    const across = turned(attitude, Math.abs(mission.boresight_bus[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0]);
     const from = position.map((x, i) => x + 0.62 * boresight[i] + 0.34 * across[i]);
     this.#look(
       from,

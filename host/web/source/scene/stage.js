@@ -127,7 +127,7 @@ export class Stage {
 
   #volumes(state, attitude) {
     const { shells, cone, ghost, stops, paths, rings } = this.parts;
-    const isFar = this.plan.keepOut(this.time) === this.plan.mission.keep_out_far;
+    const isFar = this.plan.keepOut(this.time) === this.plan.mission.keep_out_far_m;
     const isShown = (name) => !this.hidden.has(name);
     for (const shell of [shells.far, shells.near]) {
       place(shell, [0, 0, 0], attitude);
@@ -142,7 +142,7 @@ export class Stage {
     }
     paths.forEach((path) => (path.group.visible = isShown("path")));
     place(cone, state.position, state.attitude);
-    cone.lookAt(...state.position.map((x, i) => x + turned(state.attitude, this.plan.mission.boresight)[i]));
+    cone.lookAt(...state.position.map((x, i) => x + turned(state.attitude, this.plan.mission.boresight_bus)[i]));
     const length = norm(state.position);
     cone.scale.setScalar(Math.max(length, 0.5));
   }

@@ -56,16 +56,16 @@ export function makeShells(mission, colours) {
     }),
   );
   const shell = (distance) => {
-    const mesh = new Mesh(roundedBox(mission.target_half_extents, distance), material);
+    const mesh = new Mesh(roundedBox(mission.target_half_extents_body_m, distance), material);
     mesh.renderOrder = 3;
     return mesh;
   };
-  return { far: shell(mission.keep_out_far), near: shell(mission.keep_out_near) };
+  return { far: shell(mission.keep_out_far_m), near: shell(mission.keep_out_near_m) };
 }
 
 /** The camera's cone of view, one metre long. */
 export function makeCone(mission, colours) {
-  const radius = Math.tan(Math.min(mission.field_of_view_half_angle, 1.4));
+  const radius = Math.tan(Math.min(mission.field_of_view_half_angle_rad, 1.4));
   const geometry = new ConeGeometry(radius, 1, 64, 1, true);
   // From the tip at the origin along +z.
   geometry.translate(0, -0.5, 0).rotateX(-Math.PI / 2);

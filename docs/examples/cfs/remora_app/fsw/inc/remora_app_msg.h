@@ -58,9 +58,9 @@ typedef struct {
     double TrackingError[3]; /* centre of mass [m], attitude, the joint farthest off [rad] */
     uint32 Plans;
     uint32 PlanStatus;  /* RemoraStatus of the last plan */
-    uint32 Verdict;     /* RemoraReport.verdict of the last plan */
+    uint32 Verdict;     /* RemoraVerdict of the last plan */
     uint32 GuideStatus; /* RemoraStatus of the last step of guidance, hand-over or abort */
-    uint32 Mode;        /* RemoraCommand.mode of the last step */
+    uint32 Mode;        /* RemoraFlightMode of the last step */
     uint32 Steps;       /* of guidance */
     uint32 Missed;      /* wake-ups without a new estimate */
     uint8 State;

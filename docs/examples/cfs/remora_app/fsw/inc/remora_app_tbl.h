@@ -17,8 +17,8 @@ typedef struct {
 /* How to plan, from which model, and how to fly. */
 typedef struct {
     uint32 Crc;
-    uint32 Mode;       /* REMORA_OPTIMAL or REMORA_FEASIBLE */
-    uint32 Integrator; /* REMORA_RK4 or REMORA_EULER */
+    uint32 Mode;       /* RemoraMode */
+    uint32 Integrator; /* RemoraIntegrator */
     uint32 Substeps;   /* of RK4 in an interval */
     double Deadline;   /* of a plan [s]; 0 for none */
     char ModelFile[64]; /* empty: the heuristic makes the initial guess */

@@ -49,7 +49,7 @@ static void REMORA_APP_TakeOver(void)
 {
     RemoraStatus Status;
 
-    if (REMORA_APP_GetState() != REMORA_APP_WAITING || REMORA_APP_Data.Estimate.time < REMORA_APP_Data.Begins)
+    if (REMORA_APP_GetState() != REMORA_APP_WAITING || REMORA_APP_Data.Estimate.time_s < REMORA_APP_Data.Begins)
     {
         return;
     }
@@ -69,18 +69,20 @@ static void REMORA_APP_SendCommand(const RemoraCommand *Command)
 
     CFE_SB_TimeStampMsg(CFE_MSG_PTR(REMORA_APP_Data.Command.TelemetryHeader));
     CFE_SB_TransmitMsg(CFE_MSG_PTR(REMORA_APP_Data.Command.TelemetryHeader), true);
-    if (Command->wanted != 0 && REMORA_APP_Data.Wanted == 0)
+    if (Command->wanted != REMORA_REASON_NONE && REMORA_APP_Data.Wanted == REMORA_REASON_NONE)
     {
         CFE_EVS_SendEvent(REMORA_APP_REPLAN_WANTED_INF_EID, CFE_EVS_EventType_INFORMATION,
                           "REMORA_APP: another plan is wanted, reason %lu", (unsigned long)Command->wanted);
     }
-    if (Command->mode == 3 && Hk->Mode != 3)
+    if (Command->mode == REMORA_FLIGHT_MODE_ABORT && Hk->Mode != REMORA_FLIGHT_MODE_ABORT)
     {
         CFE_EVS_SendEvent(REMORA_APP_LEAVING_INF_EID, CFE_EVS_EventType_CRITICAL, "REMORA_APP: leaves the target");
     }
     REMORA_APP_Data.Wanted = Command->wanted;
     Hk->Mode               = Command->mode;
-    memcpy(Hk->TrackingError, Command->error, sizeof(Hk->TrackingError));
+    Hk->TrackingError[0]   = Command->com_error_m;
+    Hk->TrackingError[1]   = Command->bus_error_rad;
+    Hk->TrackingError[2]   = Command->joint_error_rad;
     Hk->Steps++;
 }
 
@@ -117,5 +119,5 @@ void REMORA_APP_Abort(void)
     {
         REMORA_APP_SetState(REMORA_APP_IDLE);
     }
-    (void)REMORA_APP_GuidanceFailed(REMORA_APP_GUIDE_ERR_EID, remora_ask(REMORA_APP_Flight(), REMORA_ABORT));
+    (void)REMORA_APP_GuidanceFailed(REMORA_APP_GUIDE_ERR_EID, remora_ask(REMORA_APP_Flight(), REMORA_REQUEST_ABORT));
 }

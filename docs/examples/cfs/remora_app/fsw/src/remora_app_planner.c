@@ -40,13 +40,13 @@ static double REMORA_APP_Clock(void *Context)
 static void REMORA_APP_GetOptions(const REMORA_APP_OptionsTable_t *Table, RemoraOptions *Options)
 {
     remora_defaults(REMORA_ABI, NULL, NULL, Options, NULL);
-    Options->mode       = Table->Mode;
-    Options->integrator = Table->Integrator;
+    Options->mode       = (RemoraMode)Table->Mode;
+    Options->integrator = (RemoraIntegrator)Table->Integrator;
     Options->substeps   = Table->Substeps;
     Options->clock      = REMORA_APP_Clock;
     if (Table->Deadline > 0.0)
     {
-        Options->deadline = Table->Deadline;
+        Options->deadline_s = Table->Deadline;
     }
     REMORA_APP_UseModel(Table, Options);
 }
@@ -59,7 +59,7 @@ static void REMORA_APP_Work(REMORA_APP_Job_t *Job)
     Job->Report.size = sizeof(Job->Report);
     if (Job->Code == REMORA_APP_SELF_TEST_CC)
     {
-        Job->Status = remora_self_test(Workspace, REMORA_RK4, &Job->Checksum);
+        Job->Status = remora_self_test(Workspace, REMORA_INTEGRATOR_RK4, &Job->Checksum);
         return;
     }
     REMORA_APP_GetOptions(&Job->Options, &Options);
@@ -121,13 +121,13 @@ static void REMORA_APP_Count(const RemoraReport *Report)
 {
     REMORA_APP_HkTlm_Payload_t *Hk = &REMORA_APP_Data.Hk.Payload;
 
-    REMORA_APP_Data.SumSeconds += Report->seconds;
+    REMORA_APP_Data.SumSeconds += Report->planning_time_s;
     Hk->Plans++;
-    Hk->LastSeconds = Report->seconds;
+    Hk->LastSeconds = Report->planning_time_s;
     Hk->MeanSeconds = REMORA_APP_Data.SumSeconds / Hk->Plans;
-    if (Report->seconds > Hk->LongestSeconds)
+    if (Report->planning_time_s > Hk->LongestSeconds)
     {
-        Hk->LongestSeconds = Report->seconds;
+        Hk->LongestSeconds = Report->planning_time_s;
     }
     Hk->Verdict  = Report->verdict;
     Hk->Checksum = Report->checksum;
@@ -151,10 +151,10 @@ static uint8 REMORA_APP_CollectPlan(const REMORA_APP_Job_t *Job)
                       "REMORA_APP: plan %08lx%08lx, verdict %lu, start %lu, %lu ms",
                       (unsigned long)(Report->checksum >> 32), (unsigned long)(Report->checksum & 0xffffffff),
                       (unsigned long)Report->verdict, (unsigned long)Report->start,
-                      (unsigned long)(1000.0 * Report->seconds));
+                      (unsigned long)(1000.0 * Report->planning_time_s));
     if (Job->Code == REMORA_APP_REPLAN_CC && REMORA_APP_Data.IsFlyable)
     {
-        REMORA_APP_Data.Begins = Report->begins;
+        REMORA_APP_Data.Begins = Report->begins_s;
         return REMORA_APP_WAITING;
     }
     return REMORA_APP_IDLE;
