@@ -338,7 +338,13 @@ impl Flights {
     }
 
     pub(crate) fn plans(&self) -> Result<Vec<Planned>, Error> {
-        self.asked.plans.iter().map(|file| planned(&self.out, file, self.asked.joints)).collect()
+        let Asked { plans, joints, options, .. } = &self.asked;
+        let planned = |file: &PathBuf| {
+            let plan = planned(&self.out, file, *joints)?;
+            let fits = plan.sortie.as_ref().map_or(Ok(()), |sortie| sortie.check(options));
+            fits.map_err(|error| Error::argument("--j2", error.reason)).map(|()| plan)
+        };
+        plans.iter().map(planned).collect()
     }
 
     /// What is drawn, by the first plan that can be flown.

@@ -1,7 +1,7 @@
 //! Errors of the world: `*.errors.toml`.
 
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::{Limit, read_text};
+use remora_host::formats::{Kind, Limit, as_text, toml_text};
 use remora_truth::Errors;
 use std::path::Path;
 
@@ -12,12 +12,29 @@ const HEAD: &str = "\
 
 ";
 
+/// Errors by name or file: nothing given, `none`, `typical`, or a file.
+///
+/// # Errors
+/// Errors of [`read`].
+pub fn chosen(given: Option<&Path>, joints: usize) -> Result<Errors, Error> {
+    let Some(given) = given else { return Ok(Errors::none()) };
+    match given.to_str() {
+        Some("none") => Ok(Errors::none()),
+        Some("typical") => Ok(Errors::typical()),
+        _ if !given.exists() => {
+            let reason = "no such file or directory; the built-in names are none and typical";
+            Err(Error::input(given, "", reason))
+        }
+        _ => read(given, joints),
+    }
+}
+
 /// Reads a file. Every key must be there and none beside them.
 ///
 /// # Errors
 /// The file with the key that is wrong and why.
 pub fn read(file: &Path, joints: usize) -> Result<Errors, Error> {
-    parse(&read_text(file, Limit::TEXT)?, joints).map_err(|error| error.at(file))
+    Kind::Errors.read(file, Limit::TEXT, |bytes| parse(as_text(bytes)?, joints))
 }
 
 /// Parses a file's text.
@@ -25,12 +42,7 @@ pub fn read(file: &Path, joints: usize) -> Result<Errors, Error> {
 /// # Errors
 /// The key that is wrong and why.
 pub fn parse(text: &str, joints: usize) -> Result<Errors, FieldError> {
-    let from =
-        toml::Deserializer::parse(text).map_err(|error| FieldError::new("", error.message()))?;
-    let errors: Errors = serde_path_to_error::deserialize(from).map_err(|error| {
-        let field = Some(error.path().to_string()).filter(|field| field != ".");
-        FieldError::new(field.unwrap_or_default(), error.inner().message())
-    })?;
+    let errors: Errors = toml_text::parse(text, None)?;
     check(&errors, joints).map(|()| errors)
 }
 

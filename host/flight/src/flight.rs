@@ -16,7 +16,7 @@ use remora_truth::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Who flies.
+/// Controller of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Controller {
@@ -26,7 +26,7 @@ pub enum Controller {
     Replan,
 }
 
-/// How joints are driven.
+/// Drive of the joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum JointControl {
@@ -86,9 +86,9 @@ pub enum Way {
 pub struct Settings {
     /// Steps of guidance a second [Hz].
     pub rate_hz: f64,
-    /// Who flies.
+    /// Controller of a flight.
     pub controller: Controller,
-    /// How joints are driven.
+    /// Drive of the joints.
     pub joints: JointControl,
     /// Time before capture from which the wrist camera is used [s]; zero: never.
     pub camera_s: f64,
@@ -133,7 +133,7 @@ impl Default for Settings {
     }
 }
 
-/// How a flight ended.
+/// End of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
@@ -255,7 +255,8 @@ impl<const NL: usize> Flight<'_, NL> {
         let mut loop_ = Loop::new(self, world, &known);
         loop {
             loop_.leave();
-            if loop_.is_over() {
+            // The engine's clock was stopped: nothing uses the flight.
+            if loop_.is_over() || engine.is_stopped() {
                 return Ok(loop_.ended());
             }
             strike(loop_.turns, &mut loop_.guidance);

@@ -6,6 +6,7 @@ use remora_core::advanced::math::quaternion;
 use remora_host::error::Error;
 use remora_host::formats::{Cell, Column, Numbers, parquet_table, write_atomically};
 use remora_web::{Flown, Instant};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The `format` of histories.
@@ -18,7 +19,7 @@ const RTN: [&str; 3] = ["r", "t", "n"];
 const XYZ: [&str; 3] = ["x", "y", "z"];
 
 /// One instant of a flight.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// When [s].
     pub time_s: f64,

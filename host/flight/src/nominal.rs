@@ -3,10 +3,9 @@
 use nalgebra::{Matrix3, Vector3, Vector4};
 use remora_core::advanced::dynamics::{EndEffectorPose, Multibody, State};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Mission, Scenario};
+use remora_core::advanced::model::{Mission, Scenario, Switch};
 use remora_truth::{
-    Body, EARTH_MU, Environment, Joint, Limits, Orbit, Rtn, Servo, Setup, Start, Target, Vehicle,
-    rotation,
+    Body, Environment, Joint, Limits, Orbit, Rtn, Servo, Setup, Start, Target, Vehicle, rotation,
 };
 
 /// Farthest from the port that the tip's passage of the port's plane ends a flight [m].
@@ -15,7 +14,7 @@ const CONTACT_RADIUS: f64 = 0.1;
 /// What of the world is chosen, besides mission and scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
-    /// Gravity and what follows from it.
+    /// Gravity and what follows from it; its strength is the mission's.
     pub environment: Environment,
     /// Argument of latitude at the start, from the ascending node [rad].
     pub argument_of_latitude: f64,
@@ -27,7 +26,8 @@ impl Default for Surroundings {
     }
 }
 
-/// The nominal world of a scenario: servicer and target as the mission has them, on the mission's orbit.
+/// The nominal world of a scenario: servicer and target as the mission has them, on the mission's orbit
+/// about its body. Where the orbit is an ellipse, the perigee is at the ascending node.
 pub fn setup<const NL: usize>(
     mission: &Mission<NL>,
     scenario: &Scenario<NL>,
@@ -35,12 +35,14 @@ pub fn setup<const NL: usize>(
 ) -> Setup<NL> {
     let orbit = Orbit {
         semi_major_axis: mission.orbit.semi_major_axis,
-        eccentricity: 0.0,
+        eccentricity: mission.orbit.eccentricity,
         inclination: mission.orbit.inclination,
         argument_of_latitude: surroundings.argument_of_latitude,
         argument_of_perigee: 0.0,
     };
-    let (r, v) = orbit.state(EARTH_MU);
+    let mut environment = surroundings.environment.about(mission.orbit.gravitational_parameter);
+    environment.target_gravity_gradient &= mission.target.gravity_gradient != Switch::Off;
+    let (r, v) = orbit.state(environment.mu);
     let frame = Rtn::of(&r, &v);
     let (axes, spin) = (&frame.axes, Vector3::new(0.0, 0.0, frame.rate));
     let first = State::at_start(mission, scenario);
@@ -68,7 +70,7 @@ pub fn setup<const NL: usize>(
             disturbance: Vector3::zeros(),
         },
         orbit,
-        environment: surroundings.environment,
+        environment,
         start,
         contact_radius: CONTACT_RADIUS,
     }

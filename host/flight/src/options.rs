@@ -3,7 +3,7 @@
 use crate::flight::{Controller, JointControl, Settings};
 use crate::nominal::Surroundings;
 use remora_core::advanced::guidance::{GuidanceSettings, Triggers};
-use remora_core::advanced::model::Integrator;
+use remora_core::advanced::model::{Body, Integrator, Orbit};
 use remora_host::error::FieldError;
 use remora_truth::{Environment, Oblateness};
 use serde::{Deserialize, Serialize};
@@ -70,6 +70,18 @@ impl Options {
             Some((field, _, reason)) => Err(FieldError::new(field, reason)),
             None => Ok(()),
         }
+    }
+
+    /// Refuses effects that the body of a mission's orbit does not have.
+    ///
+    /// # Errors
+    /// The field and why.
+    pub fn check_orbit(&self, orbit: &Orbit) -> Result<(), FieldError> {
+        if self.j2 && orbit.body.name != Body::EARTH.name {
+            let reason = "is the Earth's, and the mission's orbit is not about it";
+            return Err(FieldError::new("j2", reason));
+        }
+        Ok(())
     }
 
     /// The settings that they stand for.

@@ -3,17 +3,20 @@
 use crate::flight::{Flight, Flown, Moment, Settings};
 use crate::history::Sample;
 use crate::nominal;
+use crate::options::Options;
 use remora_core::advanced::guidance::{FlightPlan, Limits, Safety};
 use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::stages::LINKS;
+use remora_core::advanced::time::Clock;
 use remora_core::prelude::{Valid, Validate};
 use remora_host::engine::{Roomy, Usual};
-use remora_host::error::Error;
+use remora_host::error::{Error, FieldError};
 use remora_host::formats::{MAX_JOINTS, PlanFile};
 use remora_host::guess;
 use remora_host::memory::on_heap;
 use remora_truth::{Dispersion, Quantity, World, WorldError};
 use std::path::Path;
+use std::sync::Arc;
 
 /// A plan that can be flown.
 pub struct Sortie(Sized);
@@ -113,6 +116,18 @@ impl Sortie {
         Ok(Self(sized))
     }
 
+    /// Refuses effects that the mission's body does not have.
+    ///
+    /// # Errors
+    /// The field of the options, and why.
+    pub fn check(&self, options: &Options) -> Result<(), FieldError> {
+        let orbit = match &self.0 {
+            Sized::Usual(parts) => &parts.mission.orbit,
+            Sized::Roomy(parts, _) => &parts.mission.orbit,
+        };
+        options.check_orbit(orbit)
+    }
+
     /// The mission's limits.
     pub fn bounds(&self) -> Bounds {
         match &self.0 {
@@ -154,9 +169,15 @@ impl Sortie {
 pub struct Pilot {
     usual: Option<Box<Usual>>,
     roomy: Option<Box<Roomy>>,
+    clock: Option<Arc<dyn Clock + Send>>,
 }
 
 impl Pilot {
+    /// A pilot whose flights end, unfinished, once the clock was stopped.
+    pub fn stopped_by(clock: Arc<dyn Clock + Send>) -> Self {
+        Self { clock: Some(clock), ..Self::default() }
+    }
+
     /// Flies a plan with a draw of errors; `history` gets a sample a second.
     ///
     /// # Errors
@@ -171,10 +192,12 @@ impl Pilot {
         match &sortie.0 {
             Sized::Usual(parts) => {
                 let engine = self.usual.get_or_insert_with(|| on_heap(Usual::default));
+                engine.clock = self.clock.clone();
                 usual(parts, settings, dispersion, engine, history)
             }
             Sized::Roomy(parts, joints) => {
                 let engine = self.roomy.get_or_insert_with(|| on_heap(Roomy::default));
+                engine.clock = self.clock.clone();
                 let mut flown = roomy(parts, settings, dispersion, engine, history, *joints)?;
                 flown.drawn.retain(|drawn| is_of_arm(&drawn.name, *joints));
                 Ok(flown)

@@ -5,7 +5,7 @@ use crate::flight::Ending;
 use crate::history::Sample;
 use crate::pilot::Bounds;
 use crate::row::{FlownRow, Row};
-use crate::statistics::Summary;
+use crate::statistics::{Influence, Summary};
 use remora_core::advanced::guidance::FlightMode;
 use remora_host::error::Error;
 use remora_host::report::page::html;
@@ -40,10 +40,17 @@ pub fn page(asked: &Asked, results: &Results, notable: &[Notable]) -> Result<Str
     }
     page.heading("How they ended").table(endings(&results.summary));
     page.heading("How they are spread").table(spread_table(&results.summary));
-    page.heading("What to improve first").text(
-        "Rank correlation (Spearman) of the miss with how far each drawn number is from its median.",
-    );
-    page.table(influences(&results.summary));
+    page.heading("What to improve first");
+    match influences(&results.summary) {
+        None => page.text(format!("Here {}.", nothing_stands_out(&results.summary))),
+        Some(table) => page
+            .text(
+                "Rank correlation (Spearman) of the miss with how far each drawn number is from its \
+                 median, with its 95 % interval. Listed is what differs from chance at 95 % after \
+                 correction for the number of errors (Holm).",
+            )
+            .table(table),
+    };
     let mut runs = Page::new("runs", "Notable runs");
     for Notable { run, samples, bounds } in notable {
         let row = results.rows.iter().find(|row| row.run == *run);
@@ -231,11 +238,22 @@ pub fn spread_table(summary: &Summary) -> Table {
     table
 }
 
-/// The errors that the miss goes with most.
-pub fn influences(summary: &Summary) -> Table {
-    let mut table = Table::new([("error", Align::Left), ("correlation", Align::Right)]);
-    for influence in &summary.influences {
-        table.row([influence.name.clone(), format!("{:.2}", influence.correlation)]);
+/// Errors that correlate with the miss more than by chance; none if there are none.
+pub fn influences(summary: &Summary) -> Option<Table> {
+    let right = Align::Right;
+    let columns = [("error", Align::Left), ("correlation", right), ("from", right), ("to", right)];
+    let mut table = Table::new(columns);
+    for Influence { name, correlation, low, high } in &summary.influences {
+        let [correlation, low, high] = [correlation, low, high].map(|x| format!("{x:.2}"));
+        table.row([name.clone(), correlation, low, high]);
     }
-    table
+    (!summary.influences.is_empty()).then_some(table)
+}
+
+/// Text if no error stands out.
+pub fn nothing_stands_out(summary: &Summary) -> String {
+    let runs = summary.runs - summary.without_plan;
+    format!(
+        "nothing stands out in {runs} runs: no drawn error correlates with the miss more than by chance"
+    )
 }

@@ -1,7 +1,6 @@
 //! One draw of all errors: how the true world differs from the nominal one.
 
 use crate::errors::{Errors, Faults};
-use crate::gravity::EARTH_MU;
 use crate::orbit::eccentricity;
 use crate::random::{Source, Stream};
 use crate::rotation::{about, matrix, normalized, product};
@@ -106,10 +105,10 @@ impl Dispersion {
             return;
         }
         let [x, y] = self.stream(Source::Eccentricity).normals::<2>(deviation);
-        let orbit = &mut setup.orbit;
+        let (orbit, mu) = (&mut setup.orbit, setup.environment.mu);
         let node = about(&Vector3::x(), orbit.inclination);
-        let (r, v) = orbit.state(EARTH_MU);
-        let e = node.transpose() * eccentricity(&r, &v, EARTH_MU) + Vector3::new(x, y, 0.0);
+        let (r, v) = orbit.state(mu);
+        let e = node.transpose() * eccentricity(&r, &v, mu) + Vector3::new(x, y, 0.0);
         orbit.eccentricity = libm::sqrt(e.x * e.x + e.y * e.y);
         orbit.argument_of_perigee = libm::atan2(e.y, e.x);
     }

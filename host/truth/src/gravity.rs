@@ -1,4 +1,4 @@
-//! Gravity: two bodies, the Earth's oblateness, differences over metres, gravity gradient.
+//! Gravity: two bodies, the body's oblateness, differences over metres, gravity gradient.
 
 use crate::rotation::length;
 use nalgebra::{Matrix3, Vector3};
@@ -9,8 +9,10 @@ pub const EARTH_MU: f64 = 3.986_004_418e14;
 /// What acts on both spacecraft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Environment {
-    /// Gravitational parameter [m^3/s^2]; zero: no gravity at all.
+    /// Gravitational parameter of the body that the orbit is about [m^3/s^2].
     pub mu: f64,
+    /// Whether the body attracts. Otherwise both spacecraft begin on the orbit and fly straight.
+    pub has_gravity: bool,
     /// Oblateness; none: a sphere.
     pub oblateness: Option<Oblateness>,
     /// Whether the gravity gradient turns the target. It always turns the servicer's bodies.
@@ -38,6 +40,7 @@ impl Environment {
     /// The Earth as a sphere, with gravity gradient on the target.
     pub const EARTH: Self = Self {
         mu: EARTH_MU,
+        has_gravity: true,
         oblateness: None,
         target_gravity_gradient: true,
         wheel_momentum: false,
@@ -45,11 +48,17 @@ impl Environment {
 
     /// No gravity.
     pub const FREE: Self =
-        Self { mu: 0.0, oblateness: None, target_gravity_gradient: false, wheel_momentum: false };
+        Self { has_gravity: false, target_gravity_gradient: false, ..Self::EARTH };
 
-    /// Acceleration [m/s^2] at a place [m] from the Earth's centre, inertial axes.
+    /// The gravity about a body with this gravitational parameter [m^3/s^2].
+    #[must_use]
+    pub fn about(self, mu: f64) -> Self {
+        Self { mu, ..self }
+    }
+
+    /// Acceleration [m/s^2] at a place [m] from the body's centre, inertial axes.
     pub fn acceleration(&self, r: &Vector3<f64>) -> Vector3<f64> {
-        if self.mu == 0.0 {
+        if !self.has_gravity {
             return Vector3::zeros();
         }
         let distance = length(r);
@@ -59,7 +68,7 @@ impl Environment {
 
     /// Potential energy of a unit mass [J/kg].
     pub fn potential(&self, r: &Vector3<f64>) -> f64 {
-        if self.mu == 0.0 {
+        if !self.has_gravity {
             return 0.0;
         }
         let distance = length(r);
@@ -80,10 +89,10 @@ impl Environment {
         Vector3::new(r.x * (1.0 - z2), r.y * (1.0 - z2), r.z * (3.0 - z2)) * factor
     }
 
-    /// The field about a place [m] from the Earth's centre.
+    /// The field about a place [m] from the body's centre.
     #[inline]
     pub fn around(&self, center: &Vector3<f64>) -> Field {
-        if self.mu == 0.0 {
+        if !self.has_gravity {
             return Field { environment: *self, center: *center, per_r2: 0.0, mu_per_r3: 0.0 };
         }
         let r2 = center.dot(center);

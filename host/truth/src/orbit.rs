@@ -36,9 +36,6 @@ impl Orbit {
 
 /// The eccentricity vector: towards perigee, as long as the eccentricity.
 pub fn eccentricity(position: &Vector3<f64>, velocity: &Vector3<f64>, mu: f64) -> Vector3<f64> {
-    if mu == 0.0 {
-        return Vector3::zeros();
-    }
     velocity.cross(&position.cross(velocity)) / mu - unit(position)
 }
 

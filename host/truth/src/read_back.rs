@@ -97,7 +97,11 @@ impl<const NL: usize> World<NL> {
         }
         list.vector("tumble.inertia", "kg m^2", self.track.inertia());
         list.vector("orbit.target_disturbance", "N m", self.track.disturbance());
-        let e = eccentricity(&motion.position, &motion.velocity, self.environment.mu);
+        // A straight line has none.
+        let e = match self.environment.has_gravity {
+            true => eccentricity(&motion.position, &motion.velocity, self.environment.mu),
+            false => Vector3::zeros(),
+        };
         list.vector("orbit.eccentricity", "", &e);
     }
 

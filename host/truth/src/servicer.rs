@@ -180,7 +180,7 @@ impl<const NL: usize> Motion<'_, NL> {
         matrix: &MassMatrix<NL>,
     ) -> (Wrench, [Wrench; NL]) {
         let zero = Wrench { force: Vector3::zeros(), moment: Vector3::zeros() };
-        if self.environment.mu == 0.0 {
+        if !self.environment.has_gravity {
             return (zero, [zero; NL]);
         }
         let (field, position) = (self.environment.around(center), state.position());

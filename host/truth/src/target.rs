@@ -25,7 +25,7 @@ pub struct Target {
 /// Motion of the target at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TargetState {
-    /// From the Earth's centre, inertial axes [m].
+    /// Position from the body's centre, inertial axes [m].
     pub position: Vector3<f64>,
     /// Inertial [m/s].
     pub velocity: Vector3<f64>,
@@ -159,7 +159,7 @@ impl Track {
         TargetState::unpacked(&self.segment(time).at(time))
     }
 
-    /// Position from the Earth's centre [m].
+    /// Position from the body's centre [m].
     #[inline]
     pub(crate) fn position(&self, time: f64) -> Vector3<f64> {
         Vector3::from(self.segment(time).part::<3>(0, time))

@@ -4,7 +4,7 @@ use crate::actuators::{Actuators, Command, JointCommand, Moment, limited};
 use crate::dispersion::Dispersion;
 use crate::dop853::{Dop853, Equation, IntegrationError, Tolerance, most_steps};
 use crate::errors::ErrorsFault;
-use crate::gravity::{EARTH_MU, Environment};
+use crate::gravity::Environment;
 use crate::multibody::{Multibody, Rates};
 use crate::orbit::Rtn;
 use crate::rotation::{inverse, matrix};
@@ -14,7 +14,6 @@ use crate::setup::Setup;
 use crate::target::{Target, TargetMotion, TargetState, Track};
 use crate::ticker::SAME;
 use crate::view::View;
-use nalgebra::Vector3;
 
 /// Errors of a step of the servicer, in metres, radians and so on.
 const TOLERANCE: Tolerance = Tolerance { absolute: 1e-13, relative: 1e-12 };
@@ -270,10 +269,9 @@ fn start<const NL: usize>(body: &Multibody<NL>, setup: &Setup<NL>) -> ServicerSt
     )
 }
 
-/// The target's motion from the start. Without gravity it flies on straight.
+/// The target's motion from the start.
 fn track<const NL: usize>(setup: &Setup<NL>, dispersion: &Dispersion) -> Track {
-    let mu = if setup.environment.mu == 0.0 { EARTH_MU } else { setup.environment.mu };
-    let (position, velocity): (Vector3<f64>, _) = setup.orbit.state(mu);
+    let (position, velocity) = setup.orbit.state(setup.environment.mu);
     let target = &setup.target;
     let (attitude, rate) = (target.attitude, target.rate);
     let state = TargetState { position, velocity, attitude, rate };

@@ -128,7 +128,8 @@ fn newton_euler<const NL: usize>(setup: &Setup<NL>, command: &Command<NL>, torqu
         let place = target + center;
         let gravity =
             setup.environment.acceleration(&place) - setup.environment.acceleration(&target);
-        let gradient = 3.0 * setup.environment.mu / place.norm().powi(5);
+        let mu = if setup.environment.has_gravity { setup.environment.mu } else { 0.0 };
+        let gradient = 3.0 * mu / place.norm().powi(5);
         let push = (second(&over(&|b| b.centers[i]), h) - gravity) * body.mass;
         let twist = first(&over(&|b| b.spins[i]), h) - place.cross(&(inertia * place)) * gradient;
         force += push;

@@ -13,9 +13,7 @@ use remora_flight::nominal::{self, Surroundings};
 use remora_flight::open_loop::{self, Held, OpenLoop};
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, Program};
-use remora_truth::{
-    Body, Dispersion, EARTH_MU, Environment, Errors, Oblateness, Setup, Start, Vehicle,
-};
+use remora_truth::{Body, Dispersion, Environment, Errors, Oblateness, Setup, Start, Vehicle};
 use serde::Serialize;
 use std::path::Path;
 
@@ -220,7 +218,7 @@ impl FlightRecord {
         let environment = &setup.environment;
         let oblateness = environment.oblateness;
         // Without gravity the target flies straight on, as fast as it would on its orbit.
-        let (position, velocity) = setup.orbit.state(EARTH_MU);
+        let (position, velocity) = setup.orbit.state(environment.mu);
         let interval = |(held, force): (&Held<NL>, &Vector3<f64>)| IntervalRecord {
             begins_s: held.begins,
             ends_s: held.ends,
@@ -231,7 +229,7 @@ impl FlightRecord {
         Self {
             case,
             vehicle: VehicleRecord::of(&setup.vehicle),
-            mu_m3_s2: environment.mu,
+            mu_m3_s2: if environment.has_gravity { environment.mu } else { 0.0 },
             j2: oblateness.map_or(0.0, |o| o.j2),
             equatorial_radius_m: oblateness.map_or(0.0, |o| o.radius),
             target_position_m: row(&position),
