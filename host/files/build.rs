@@ -12,6 +12,12 @@ fn main() {
     let asked = || var("PROFILE").is_ok_and(|profile| profile == "release").then(head).flatten();
     let commit = told.or_else(asked).unwrap_or_else(|| "unknown".into());
     println!("cargo:rustc-env=REMORA_COMMIT={commit}");
+    let built = match commit.as_str() {
+        "unknown" => "not a release build of a checkout".into(),
+        commit => format!("commit {commit}"),
+    };
+    let version = var("CARGO_PKG_VERSION").unwrap_or_default();
+    println!("cargo:rustc-env=REMORA_VERSION={version} ({built})");
 }
 
 /// The checkout's commit, with a mark where tracked files differ from it.

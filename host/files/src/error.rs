@@ -19,6 +19,16 @@ pub enum Error {
         /// What is wrong.
         reason: String,
     },
+    /// The file is of another kind than the reader takes.
+    #[error("{}: this is {found}; {expected} is expected", file.display())]
+    WrongKind {
+        /// The file.
+        file: PathBuf,
+        /// Kind of the file, with an article.
+        found: &'static str,
+        /// Kind that the reader takes, with an article.
+        expected: &'static str,
+    },
     /// A file that cannot be written.
     #[error("{}: {reason}", file.display())]
     Output {

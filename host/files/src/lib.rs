@@ -3,6 +3,7 @@
 //! Data goes down this list, imports go up it:
 //!
 //! - [`error`]: one line an error: file, field, reason;
+//! - [`notes`]: notes on inputs that were changed on reading;
 //! - [`statistics`]: estimates with their confidence intervals;
 //! - [`choice`]: choices by their names;
 //! - [`report`]: tables, pages and plots: how numbers are shown;
@@ -17,5 +18,6 @@ pub mod error;
 pub mod formats;
 pub mod method;
 pub mod models;
+pub mod notes;
 pub mod report;
 pub mod statistics;

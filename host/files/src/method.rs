@@ -111,8 +111,11 @@ pub struct Deadline(f64);
 impl Eq for Deadline {}
 
 impl Deadline {
+    /// A deadline that only a stopped clock reaches. Records of plans count it as none.
+    pub const FAR: Self = Self(1e290);
+
     /// The time [s].
-    pub fn seconds(self) -> f64 {
+    pub const fn seconds(self) -> f64 {
         self.0
     }
 }

@@ -111,7 +111,10 @@ pub fn read_text(file: &Path, limit: Limit) -> Result<String, Error> {
 }
 
 /// The text that bytes are.
-pub(super) fn as_text(bytes: &[u8]) -> Result<&str, FieldError> {
+///
+/// # Errors
+/// They are not valid.
+pub fn as_text(bytes: &[u8]) -> Result<&str, FieldError> {
     std::str::from_utf8(bytes).map_err(|_| FieldError::new("", "is not valid UTF-8"))
 }
 

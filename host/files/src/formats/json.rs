@@ -1,8 +1,10 @@
 //! Reading JSON with errors that name the field, and writing it a row a line.
 
+use super::as_text;
 use super::json_text::deserialize_after;
 pub use super::json_text::{check_format, format_of};
 pub(super) use super::json_text::{check_header, deserialize};
+use super::strict::Strict;
 use crate::error::FieldError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -15,36 +17,33 @@ use std::io::{self, Write};
 ///
 /// # Errors
 /// The first field that cannot be understood.
-pub fn parse<T: DeserializeOwned + Serialize>(text: &str, format: &str) -> Result<T, FieldError> {
+pub fn parse<T: DeserializeOwned>(text: &str, format: &str) -> Result<T, FieldError> {
     check_header(text, format)?;
-    let document: T = deserialize(text)?;
-    let found = deserialize(text)?;
-    let failed = |error: serde_json::Error| FieldError::new("", error.to_string());
-    refuse_arrays(&found, &serde_json::to_value(&document).map_err(failed)?, "")?;
-    Ok(document)
+    deserialize(text)
 }
 
-/// Refuses arrays in the place of objects, which serde reads as their fields in order.
-fn refuse_arrays(found: &Value, understood: &Value, at: &str) -> Result<(), FieldError> {
-    match (found, understood) {
-        (Value::Array(_), Value::Object(_)) => {
-            Err(FieldError::new(at, "expected an object, not an array"))
-        }
-        (Value::Array(found), Value::Array(understood)) => found
-            .iter()
-            .zip(understood)
-            .enumerate()
-            .filter(|(_, (found, _))| found.is_array() || found.is_object())
-            .try_for_each(|(i, (f, u))| refuse_arrays(f, u, &format!("{at}[{i}]"))),
-        (Value::Object(found), Value::Object(understood)) => found
-            .iter()
-            .filter_map(|(key, value)| Some((key, value, understood.get(key)?)))
-            .try_for_each(|(key, f, u)| {
-                let dot = if at.is_empty() { "" } else { "." };
-                refuse_arrays(f, u, &format!("{at}{dot}{key}"))
-            }),
-        _ => Ok(()),
+/// Parses a text that is one value, such as a line of a journal.
+///
+/// # Errors
+/// The first field that cannot be understood.
+pub fn parse_value<T: DeserializeOwned>(text: &[u8]) -> Result<T, FieldError> {
+    let mut reader = serde_json::Deserializer::from_slice(text);
+    match T::deserialize(Strict(&mut reader)).and_then(|value| reader.end().map(|()| value)) {
+        Ok(value) => Ok(value),
+        // Parses again for the path of the error. Tracking it takes time, and most lines are sound.
+        Err(_) => deserialize(as_text(text)?),
     }
+}
+
+/// Converts a value of a document to its type.
+///
+/// # Errors
+/// The first field that cannot be understood.
+pub fn typed<T: DeserializeOwned>(value: &Value) -> Result<T, FieldError> {
+    serde_path_to_error::deserialize(Strict(value)).map_err(|error| {
+        let path = Some(error.path().to_string()).filter(|path| path != ".");
+        FieldError::new(path.unwrap_or_default(), error.inner().to_string())
+    })
 }
 
 /// Parses one element of a long array, which is a part of `text`, so that the rest need not be held as
@@ -52,7 +51,7 @@ fn refuse_arrays(found: &Value, understood: &Value, at: &str) -> Result<(), Fiel
 ///
 /// # Errors
 /// The first field that cannot be understood, with its place in the whole text.
-pub(super) fn parse_element<T: DeserializeOwned + Serialize>(
+pub(super) fn parse_element<T: DeserializeOwned>(
     text: &str,
     element: &RawValue,
     field: &str,
@@ -64,14 +63,7 @@ pub(super) fn parse_element<T: DeserializeOwned + Serialize>(
         let dot = if error.field.is_empty() || error.field.starts_with('[') { "" } else { "." };
         FieldError::new(format!("{field}{dot}{}", error.field), error.reason)
     };
-    let parse = || {
-        let parsed: T = deserialize_after(before, part)?;
-        let failed = |error: serde_json::Error| FieldError::new("", error.to_string());
-        let found = serde_json::from_str(part).map_err(failed)?;
-        refuse_arrays(&found, &serde_json::to_value(&parsed).map_err(failed)?, "")?;
-        Ok(parsed)
-    };
-    parse().map_err(within)
+    deserialize_after(before, part).map_err(within)
 }
 
 /// Serialises `value` with objects spread over lines and arrays of numbers on one line each.

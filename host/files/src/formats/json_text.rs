@@ -1,5 +1,6 @@
 //! JSON text into values, with the place of what is wrong, and what a document says of itself: its `format`.
 
+use super::strict::Strict;
 use crate::error::FieldError;
 use serde::Deserializer as _;
 use serde::de::{Error as _, IgnoredAny, MapAccess, Visitor};
@@ -82,7 +83,7 @@ pub(super) fn deserialize_after<'a, T: serde::Deserialize<'a>>(
     text: &'a str,
 ) -> Result<T, FieldError> {
     let mut reader = serde_json::Deserializer::from_str(text);
-    let value = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
+    let value = serde_path_to_error::deserialize(Strict(&mut reader)).map_err(|error| {
         let path = error.path().to_string();
         // A syntax error leaves an unfinished path, which the line number replaces.
         let named = path != "." && !path.contains('?');

@@ -2,6 +2,7 @@
 
 use super::mission_servicer::Servicer;
 use super::quantities::rotation;
+use super::unit;
 use crate::error::FieldError;
 use nalgebra::{SVector, Vector3};
 use remora_core::advanced::model::{self, CaptureFailure, CaptureSearch, Mission};
@@ -11,8 +12,6 @@ use serde::{Deserialize, Serialize};
 const OFF_BORESIGHT: f64 = 0.1;
 /// The end effector's axis where a file does not say.
 const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
-/// How far the norm of an axis may be from one.
-const UNIT: f64 = 1e-9;
 
 /// What says where the arm is at capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -58,8 +57,10 @@ impl Servicer {
     /// # Errors
     /// The arm's base is rotated by no unit quaternion.
     pub(super) fn roll(&self, roll: &Roll) -> Result<model::Roll, FieldError> {
-        let end_effector = self.in_bus_axes(Vector3::from(roll.end_effector))?;
-        Ok(model::Roll { end_effector, port: Vector3::from(roll.port) })
+        let end_effector = unit::direction(&roll.end_effector, || "roll.end_effector".into())?;
+        let end_effector = self.in_bus_axes(end_effector.into())?;
+        let port = unit::direction(&roll.port, || "roll.port".into())?;
+        Ok(model::Roll { end_effector, port: port.into() })
     }
 
     /// A vector of the axes that the links are given in, in bus axes.
@@ -92,12 +93,9 @@ impl Servicer {
                 "is found with capture = \"pose\": leave it out",
             );
         }
-        let axis = Vector3::from(self.end_effector_axis.unwrap_or(AXIS));
-        let is_unit = (axis.norm() - 1.0).abs() <= UNIT;
-        if !is_unit {
-            return refuse("end_effector_axis", "must be a unit vector");
-        }
-        self.in_bus_axes(axis).map(Some)
+        let axis = self.end_effector_axis.unwrap_or(AXIS);
+        let axis = unit::direction(&axis, || "servicer.end_effector_axis".into())?;
+        self.in_bus_axes(axis.into()).map(Some)
     }
 }
 

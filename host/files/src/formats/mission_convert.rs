@@ -60,14 +60,25 @@ impl Default for MissionFile {
 }
 
 impl From<&model::Orbit> for Orbit {
+    /// The body is left out if its gravity implies it.
     fn from(o: &model::Orbit) -> Self {
+        let is_told = o.body == model::Body::with(o.gravitational_parameter);
+        let given = Some(o.body).filter(|_| !is_told);
         Self {
             gravitational_parameter_m3_s2: o.gravitational_parameter,
+            body: given.and_then(|body| name_of(&body)),
+            body_radius_m: given.map(|body| body.radius).filter(|radius| *radius > 0.0),
             semi_major_axis_m: o.semi_major_axis,
             eccentricity: o.eccentricity,
             inclination_deg: degrees(o.inclination),
         }
     }
+}
+
+/// Name of a body, where it has one.
+pub fn name_of(body: &model::Body) -> Option<String> {
+    let name = String::from_utf8_lossy(&body.name);
+    Some(name.trim_end_matches('\0').to_string()).filter(|name| !name.is_empty())
 }
 
 impl From<&model::Target> for Target {

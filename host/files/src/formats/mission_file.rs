@@ -9,10 +9,10 @@ use super::mission_sections::{
     Approach, Corridor, Horizon, Margins, Orbit, Scenarios, Target, Tolerances, Typical, Weights,
 };
 use super::mission_servicer::Servicer;
-use super::{Limit, PLANNED_JOINTS, json, read_text};
+use super::{Kind, Limit, PLANNED_JOINTS, as_text, toml_text};
 use crate::error::{Error, FieldError};
 use crate::with_joints;
-use remora_core::advanced::model::{InvalidField, MIN_NODES, Mission};
+use remora_core::advanced::model::{InvalidField, MIN_NODES, Mission, Orbit as TargetOrbit};
 use remora_core::advanced::stages::{LINKS, NODES};
 use serde::{Deserialize, Serialize};
 use std::any::Any;
@@ -65,7 +65,7 @@ pub struct MissionFile {
 /// As [`MissionFile::parse`], with the file.
 pub fn read_mission_file(file: Option<&Path>) -> Result<MissionFile, Error> {
     let Some(file) = file else { return Ok(MissionFile::default()) };
-    MissionFile::parse(&read_text(file, Limit::TEXT)?).map_err(|error| error.at(file))
+    Kind::Mission.read(file, Limit::TEXT, |bytes| MissionFile::parse(as_text(bytes)?))
 }
 
 /// The mission of a file, or the built-in one without a file, with an arm of `NL` joints.
@@ -83,25 +83,7 @@ impl MissionFile {
     /// # Errors
     /// A syntax error with its line, an unknown format or key, a value of the wrong type.
     pub fn parse(text: &str) -> Result<Self, FieldError> {
-        let line = |error: &toml::de::Error| {
-            let start = error.span().map_or(0, |span| span.start.min(text.len()));
-            1 + text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count()
-        };
-        let reason = |error: &toml::de::Error| {
-            format!("{} at line {}", error.message().replace('\n', " "), line(error))
-        };
-        let table: toml::Table =
-            toml::from_str(text).map_err(|error| FieldError::new("", reason(&error)))?;
-        if let Some(format) = table.get("format").and_then(toml::Value::as_str) {
-            json::check_format(Some(format), FORMAT)?;
-        }
-        let reader =
-            toml::Deserializer::parse(text).map_err(|error| FieldError::new("", reason(&error)))?;
-        serde_path_to_error::deserialize(reader).map_err(|error| {
-            let path = error.path().to_string();
-            let path = if path == "." { String::new() } else { path };
-            FieldError::new(path, reason(error.inner()))
-        })
+        toml_text::parse(text, Some(FORMAT))
     }
 
     /// The number of the arm's joints, which may be none that can be planned for.
@@ -153,6 +135,7 @@ impl MissionFile {
         let axis = self.servicer.capture_axis()?;
         let mut mission = self.convert()?;
         validate(&mission)?;
+        Orbit::check_perigee(&mission.orbit)?;
         // Joint angles at capture and radii follow from a servicer that has been found sound.
         if let Some(axis) = axis {
             mission.servicer.capture_joint_angle = mission_capture::found(&mission, axis)?;
@@ -170,10 +153,18 @@ impl MissionFile {
         Ok(mission)
     }
 
+    /// The target's orbit.
+    ///
+    /// # Errors
+    /// The key that is wrong.
+    pub fn target_orbit(&self) -> Result<TargetOrbit, FieldError> {
+        self.orbit.convert()
+    }
+
     fn convert<const NL: usize>(&self) -> Result<Mission<NL>, FieldError> {
         Ok(Mission {
-            orbit: self.orbit.convert(),
-            target: self.target.convert(),
+            orbit: self.orbit.convert()?,
+            target: self.target.convert()?,
             servicer: self.servicer.convert()?,
             approach: self.approach.convert(&self.horizon),
             weights: self.weights.convert(),

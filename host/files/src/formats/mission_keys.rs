@@ -3,7 +3,7 @@
 use remora_core::advanced::model::Mission;
 
 /// The core's fields whose key in the file is another.
-const KEYS: [(&str, &str); 54] = [
+const KEYS: [(&str, &str); 55] = [
     ("servicer.bus_half_extents", "servicer.bus_half_extents_m"),
     ("servicer.links.radius", "servicer.links.radius_m"),
     ("tolerances.clearance", "tolerances.clearance_m"),
@@ -29,6 +29,7 @@ const KEYS: [(&str, &str); 54] = [
     ("typical.joint_torque", "typical.joint_torque_n_m"),
     ("orbit.gravitational_parameter", "orbit.gravitational_parameter_m3_s2"),
     ("orbit.semi_major_axis", "orbit.semi_major_axis_m"),
+    ("orbit.body_radius", "orbit.body_radius_m"),
     ("orbit.inclination", "orbit.inclination_deg"),
     ("target.half_extents", "target.half_extents_m"),
     ("target.inertia", "target.inertia_kg_m2"),

@@ -1,9 +1,10 @@
 //! The sections of mission files but for the servicer, and what they mean.
 
 use super::radius::Radius;
+use super::unit;
 use crate::error::FieldError;
 use nalgebra::Vector3;
-use remora_core::advanced::model::{self, Switch};
+use remora_core::advanced::model::{self, Body, Switch};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -89,8 +90,14 @@ pub struct Horizon {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Orbit {
-    /// Earth's gravitational parameter [m^3/s^2].
+    /// The body's gravitational parameter [m^3/s^2].
     pub gravitational_parameter_m3_s2: f64,
+    /// Name of the body; left out, the Earth where the gravitational parameter is the Earth's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// Radius of its surface [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body_radius_m: Option<f64>,
     /// Semi-major axis [m].
     pub semi_major_axis_m: f64,
     /// Eccentricity.
@@ -209,13 +216,54 @@ impl Typical {
 }
 
 impl Orbit {
-    pub(super) fn convert(&self) -> model::Orbit {
-        model::Orbit {
+    pub(super) fn convert(&self) -> Result<model::Orbit, FieldError> {
+        Ok(model::Orbit {
             gravitational_parameter: self.gravitational_parameter_m3_s2,
             semi_major_axis: self.semi_major_axis_m,
             eccentricity: self.eccentricity,
             inclination: radians(self.inclination_deg),
+            body: self.body()?,
+        })
+    }
+
+    /// The body, whose name, gravity and radius must fit each other.
+    fn body(&self) -> Result<Body, FieldError> {
+        let known = Body::with(self.gravitational_parameter_m3_s2);
+        let Some(name) = &self.body else {
+            return Ok(Body { radius: self.body_radius_m.unwrap_or(known.radius), ..known });
+        };
+        let mut body = Body::UNKNOWN;
+        let plain = |c: char| c.is_ascii_graphic() || c == ' ';
+        if name.trim().is_empty() || name.len() > body.name.len() || !name.chars().all(plain) {
+            let reason = format!("expected 1 to {} printable characters", body.name.len());
+            return Err(FieldError::new("orbit.body", reason));
         }
+        body.name[..name.len()].copy_from_slice(name.to_ascii_uppercase().as_bytes());
+        if (body.name == Body::EARTH.name) != (known == Body::EARTH) {
+            let whose = if known == Body::EARTH { "is" } else { "is not" };
+            let reason = format!("{whose} the Earth's, and orbit.body is {name}");
+            return Err(FieldError::new("orbit.gravitational_parameter_m3_s2", reason));
+        }
+        let radius = self.body_radius_m.or_else(|| (known == Body::EARTH).then_some(known.radius));
+        let Some(radius) = radius else {
+            let reason = format!("is missing: the radius of {name}, which orbits must stay above");
+            return Err(FieldError::new("orbit.body_radius_m", reason));
+        };
+        Ok(Body { radius, ..body })
+    }
+
+    /// Refuses an orbit whose perigee is below the body's surface.
+    pub(super) fn check_perigee(orbit: &model::Orbit) -> Result<(), FieldError> {
+        let (a, e, radius) = (orbit.semi_major_axis, orbit.eccentricity, orbit.body.radius);
+        let perigee = a * (1.0 - e);
+        if perigee >= radius {
+            return Ok(());
+        }
+        let key = if a < radius { "orbit.semi_major_axis_m" } else { "orbit.eccentricity" };
+        let reason = format!(
+            "the perigee is {perigee:.0} m from the body's centre, its radius is {radius:.0} m"
+        );
+        Err(FieldError::new(key, reason))
     }
 }
 
@@ -332,15 +380,16 @@ impl Scenarios {
 }
 
 impl Target {
-    pub(super) fn convert(&self) -> model::Target {
-        model::Target {
+    pub(super) fn convert(&self) -> Result<model::Target, FieldError> {
+        let port_normal = unit::direction(&self.port_normal, || "target.port_normal".into())?;
+        Ok(model::Target {
             half_extents: Vector3::from(self.half_extents_m),
             inertia: Vector3::from(self.inertia_kg_m2),
             mass: self.mass_kg,
             port_position: Vector3::from(self.port_position_m),
-            port_normal: Vector3::from(self.port_normal),
+            port_normal: port_normal.into(),
             gravity_gradient: self.gravity_gradient,
-        }
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::mission_capture::Capture;
 use super::quantities::{Inertia, Limits, Stops, rotation};
+use super::unit;
 use crate::error::FieldError;
 use nalgebra::{Matrix3, SVector, Vector3};
 use remora_core::advanced::model;
@@ -94,7 +95,7 @@ impl Servicer {
             bus_mass: self.bus_mass_kg,
             bus_inertia: self.bus_inertia_kg_m2.tensor("servicer.bus_inertia_kg_m2")?,
             bus_half_extents: Vector3::from(self.bus_half_extents_m),
-            boresight: Vector3::from(self.boresight),
+            boresight: unit::direction(&self.boresight, || "servicer.boresight".into())?.into(),
             arm_base: Vector3::from(self.arm_base_m),
             links,
             min_joint_angle,
@@ -131,7 +132,7 @@ impl Link {
             center_of_mass: Vector3::from(self.center_of_mass_m),
             mass: self.mass_kg,
             inertia: self.inertia_kg_m2.tensor(&format!("{key}.inertia_kg_m2"))?,
-            axis: Vector3::from(self.axis),
+            axis: unit::direction(&self.axis, || format!("{key}.axis"))?.into(),
             armature: self.armature_kg_m2,
             radius: self.radius_m,
         })

@@ -9,6 +9,7 @@ mod input;
 mod joints;
 pub mod json;
 mod json_text;
+mod kind;
 mod lock;
 mod mission_capture;
 mod mission_convert;
@@ -19,6 +20,7 @@ mod mission_servicer;
 #[cfg(test)]
 mod mission_tests;
 mod model_file;
+mod nearest;
 mod nodes;
 mod output;
 mod packet;
@@ -34,18 +36,22 @@ mod results_about;
 mod results_read;
 mod row;
 mod scenario_set;
+mod strict;
 mod table;
 mod table_read;
 mod thrift;
+pub mod toml_text;
+mod unit;
 
 pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, ModelRecord, evidence_path, plan_stem, recovered,
 };
-use input::as_text;
-pub use input::{Limit, open_regular, open_to_write, read_bytes, read_text};
+pub use input::{Limit, as_text, open_regular, open_to_write, read_bytes, read_text};
 pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
+pub use kind::Kind;
 pub use lock::{lock, lock_shared};
 pub use mission_capture::{Capture as MissionCapture, Roll as MissionRoll, capture_search};
+pub use mission_convert::name_of as body_name;
 pub use mission_file::{FORMAT as MISSION_FORMAT, MissionFile, read_mission, read_mission_file};
 pub use mission_sections::{
     Approach as MissionApproach, Horizon as MissionHorizon, Orbit as MissionOrbit,
@@ -54,6 +60,7 @@ pub use mission_sections::{
 };
 pub use mission_servicer::{Link as MissionLink, Servicer as MissionServicer};
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout};
+pub use nearest::Nearest;
 pub use nodes::{ABOUT_NODES, node_columns, node_numbers, node_row};
 pub use output::{
     check_writable, make_directory, remove_file, remove_partials, remove_partials_among,
@@ -63,7 +70,7 @@ pub use packet::is_named_packet;
 pub use plan_convert::StageEnd;
 pub use plan_file::{FORMAT as PLAN_FORMAT, PlanFile, PlanStage1, PlanStage2, PlanTarget};
 pub use plan_inputs::{
-    InForce, MadeFor, PlanGrid, PlanInputs, PlanScenario, Program, checksum_of_mission,
+    InForce, MadeFor, PlanGrid, PlanInputs, PlanScenario, Program, VERSION, checksum_of_mission,
     checksum_of_scenario, frames,
 };
 pub use quantities::{Inertia, Limits, Stops};
@@ -72,7 +79,7 @@ pub use radius::Radius;
 pub use remora_core::advanced::{
     planner::{Fallback, GuessRecord, StageSolveRecord, Verdict},
     scp::Status,
-    stages::{Clearances, Closest, Residuals},
+    stages::{ArmClearances, Clearances, Closest, Residuals},
 };
 pub use results::{COLUMNS, TIMES, TableOrigin, columns, csv, csv_metadata, parquet_bytes};
 pub use results_about::about;
@@ -84,21 +91,9 @@ pub use scenario_set::{
 };
 pub use table::{Cell, Column, TableWriter, parquet as parquet_table};
 pub use table_read::{Numbers, TableReader};
-
-/// How far a quaternion's norm may be from one in a file.
-pub const QUATERNION_TOLERANCE: f64 = 1e-6;
+pub use unit::QUATERNION_TOLERANCE;
 
 use crate::error::FieldError;
-
-/// Refuses a quaternion that is not of unit length.
-fn check_quaternion(q: &[f64; 4], field: impl FnOnce() -> String) -> Result<(), FieldError> {
-    let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-    // NaN fails the comparison too.
-    if (norm - 1.0).abs() <= QUATERNION_TOLERANCE {
-        return Ok(());
-    }
-    Err(FieldError::new(field(), format!("not a unit quaternion: its norm is {norm}")))
-}
 
 /// Refuses an id that could not be part of a file name everywhere.
 pub fn check_id(id: &str, field: impl FnOnce() -> String) -> Result<(), FieldError> {

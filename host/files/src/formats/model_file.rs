@@ -1,7 +1,7 @@
 //! Models: `*.model`. The core owns the format (`remora_core::advanced::nn`, described in `docs/model.md`) and
 //! reads it where it lies; here files are put together and taken apart, tensor by tensor.
 
-use super::{Limit, read_bytes, write_atomically};
+use super::{Kind, Limit, write_atomically};
 use crate::error::{Error, FieldError};
 use remora_core::advanced::nn::{
     Crc32, Header, Model, Precision, Tensor, TensorElement, tensors, write_header,
@@ -167,7 +167,7 @@ impl ModelFile {
     /// # Errors
     /// File and reason.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        Self::parse(&read_bytes(file, Limit::BINARY)?).map_err(|e| e.at(file))
+        Kind::Model.read(file, Limit::BINARY, Self::parse)
     }
 
     /// What the file says about itself.

@@ -18,8 +18,8 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-const PLAN_MAGIC: &[u8; 8] = b"REMORA\0P";
-const EVIDENCE_MAGIC: &[u8; 8] = b"REMORA\0E";
+pub(super) const PLAN_MAGIC: &[u8; 8] = b"REMORA\0P";
+pub(super) const EVIDENCE_MAGIC: &[u8; 8] = b"REMORA\0E";
 /// Version of both packets.
 const VERSION: u16 = 1;
 

@@ -100,6 +100,9 @@ pub struct Program {
     pub commit: String,
 }
 
+/// Version of this program and the commit that it was built of, for people.
+pub const VERSION: &str = env!("REMORA_VERSION");
+
 impl Program {
     /// This one.
     pub fn this() -> Self {

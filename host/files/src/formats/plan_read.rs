@@ -2,10 +2,7 @@
 
 use super::packet::{is_named_packet, is_packet};
 use super::plan_file::{FORMAT, PlanFile};
-use super::{
-    Limit, PLANNED_JOINTS, Residuals, as_text, check_id, check_quaternion, json, plan_first,
-    read_bytes,
-};
+use super::{Kind, Limit, PLANNED_JOINTS, Residuals, as_text, check_id, json, plan_first, unit};
 use crate::error::{Error, FieldError};
 use remora_core::advanced::stages::{LINKS, NODES};
 use std::path::Path;
@@ -17,7 +14,7 @@ impl PlanFile {
     /// The first field found wrong: unknown format or field, numbers that are not, numbers of
     /// rows that do not fit the horizon, quaternions not of unit length.
     pub fn parse(text: &str) -> Result<Self, FieldError> {
-        let plan = match json::format_of(text).as_deref() {
+        let mut plan = match json::format_of(text).as_deref() {
             Some(plan_first::FIRST_FORMAT) => plan_first::parse(text)?,
             _ => {
                 let plan: Self = json::parse(text, FORMAT)?;
@@ -25,6 +22,7 @@ impl PlanFile {
                 plan
             }
         };
+        plan.normalise()?;
         plan.validate()?;
         Ok(plan)
     }
@@ -34,7 +32,7 @@ impl PlanFile {
     /// # Errors
     /// As [`PlanFile::parse`], with the file.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        Self::from_bytes(&read_bytes(file, Limit::DOCUMENT)?).map_err(|error| error.at(file))
+        Kind::Plan.read(file, Limit::DOCUMENT, Self::from_bytes)
     }
 
     /// Parses and validates what a file holds, JSON or [a packet](PlanFile::to_packet).
@@ -100,6 +98,18 @@ impl PlanFile {
         })
     }
 
+    /// Quaternions that are nearly of unit length are normalised; any other is refused.
+    fn normalise(&mut self) -> Result<(), FieldError> {
+        let attitude = if self.inputs.is_some() { "attitude_body_to_rtn" } else { "attitude" };
+        let (two, target) = (&mut self.stage2.attitude, &mut self.target.attitude);
+        for (part, rows) in [("stage2", two), ("target", target)] {
+            for (k, q) in rows.iter_mut().enumerate() {
+                *q = unit::quaternion(q, || format!("{part}.{attitude}[{k}]"))?;
+            }
+        }
+        Ok(())
+    }
+
     fn validate(&self) -> Result<(), FieldError> {
         check_id(&self.scenario, || "scenario".into())?;
         self.check_rows()?;
@@ -150,14 +160,7 @@ impl PlanFile {
     }
 
     fn check_numbers(&self) -> Result<(), FieldError> {
-        let (one, two, target) = (&self.stage1, &self.stage2, &self.target);
-        let attitude = if self.inputs.is_some() { "attitude_body_to_rtn" } else { "attitude" };
-        for (k, q) in two.attitude.iter().enumerate() {
-            check_quaternion(q, || format!("stage2.{attitude}[{k}]"))?;
-        }
-        for (k, q) in target.attitude.iter().enumerate() {
-            check_quaternion(q, || format!("target.{attitude}[{k}]"))?;
-        }
+        let (one, two) = (&self.stage1, &self.stage2);
         for (field, value) in [
             ("stage1.cost", one.cost),
             ("stage1.time_s", one.time_s),
@@ -315,7 +318,7 @@ pub(super) mod tests {
         assert_eq!(field(|p| p.stage1.force.truncate(58)), "stage1.force_rtn_n");
         assert_eq!(field(|p| p.stage2.joint_rate.clear()), "stage2.joint_rate_rad_s");
         assert_eq!(field(|p| p.stage1.position[7][1] = f64::NAN), "stage1.position_rtn_m[7][1]");
-        assert_eq!(field(|p| p.stage2.attitude[5][0] = 0.01), "stage2.attitude_body_to_rtn[5]");
+        assert_eq!(field(|p| p.stage2.attitude[5][0] = 2.0), "stage2.attitude_body_to_rtn[5]");
         assert_eq!(field(|p| p.target.attitude[59] = [0.0; 4]), "target.attitude_body_to_rtn[59]");
         assert_eq!(field(|p| p.stage2.time_s = -1.0), "stage2.time_s");
         assert_eq!(field(|p| p.residuals.preset = -1.0), "residuals.preset");

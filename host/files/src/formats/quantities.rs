@@ -1,13 +1,11 @@
 //! Numbers of a mission file that have a short form and a long one.
 
+use super::unit;
 use crate::error::FieldError;
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
 use serde::{Deserialize, Serialize};
 use std::fmt;
-
-/// How far the norm of a quaternion may be from one.
-const QUATERNION: f64 = 1e-6;
 
 /// An inertia tensor [kg m^2]: three principal moments, along the axes that it is resolved in, or
 /// `[xx, yy, zz, xy, xz, yz]`, elements of the tensor (products of inertia with the tensor's sign).
@@ -26,8 +24,9 @@ impl Inertia {
             [xx, yy, zz, xy, xz, yz] => Ok(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)),
             _ => {
                 let count = self.0.len();
-                let reason =
-                    format!("3 principal moments or [xx, yy, zz, xy, xz, yz], not {count} numbers");
+                let reason = format!(
+                    "3 principal moments or 6 elements, [xx, yy, zz, xy, xz, yz], not {count} numbers"
+                );
                 Err(FieldError::new(key, reason))
             }
         }
@@ -103,7 +102,7 @@ impl<const D: usize> From<&SVector<f64, D>> for Limits {
 
 /// The stops of a joint [rad].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "a number, for plus and minus, or [lower, upper]")]
+#[serde(untagged, expecting = "a number, for plus and minus, or 2, [lower, upper]")]
 pub enum Stops {
     /// At plus and minus this.
     Symmetric(f64),
@@ -160,10 +159,6 @@ impl Stops {
 /// # Errors
 /// It is not of unit length.
 pub(super) fn rotation(q: [f64; 4], key: &str) -> Result<Matrix3<f64>, FieldError> {
-    let q = Vector4::from(q);
-    let norm = q.norm();
-    if (norm - 1.0).abs() <= QUATERNION {
-        return Ok(quaternion::rotation_matrix(&(q / norm)));
-    }
-    Err(FieldError::new(key, format!("must be a unit quaternion [x, y, z, w]: its norm is {norm}")))
+    let q = Vector4::from(unit::quaternion(&q, || key.into())?);
+    Ok(quaternion::rotation_matrix(&(q / q.norm())))
 }

@@ -21,7 +21,7 @@ pub struct TableOrigin {
 }
 
 /// Number of columns.
-pub const COLUMNS: usize = 34 + Residuals::COUNT;
+pub const COLUMNS: usize = 38 + Residuals::COUNT;
 
 /// The columns that say how long the machine took: two runs of the same plans differ in these alone.
 pub const TIMES: [&str; 5] =
@@ -66,12 +66,16 @@ pub fn columns(row: &Row, method: &Method) -> Vec<Column> {
     push("peak_bus_torque_n_m", "N m", Cell::Number(flight.peak_bus_torque_n_m));
     push("peak_joint_torque_n_m", "N m", Cell::Number(flight.peak_joint_torque_n_m));
     push("delta_v_m_s", "m/s", Cell::Number(flight.delta_v_m_s));
-    push("clearance_smallest_m", "m", Cell::Number(row.smallest_clearance()));
+    push("clearance_smallest_m", "m", Cell::Number(row.nearest.at.distance));
     push("time_s", "s", Cell::Number(row.time_s));
     push("cpu_time_s", "s", Cell::Number(row.cpu_time_s));
     push("stage1_corrections", "", count(row.stage1.corrections));
     push("stage2_corrections", "", count(row.stage2.corrections));
     push("plan_checksum", "", text(&row.plan_checksum));
+    push("clearance_smallest_pair", "", text(&row.nearest.pair));
+    push("clearance_smallest_time_s", "s", Cell::Number(row.nearest.at.time_s));
+    push("clearance_end_effector_m", "m", Cell::Number(row.end_effector.distance));
+    push("clearance_end_effector_time_s", "s", Cell::Number(row.end_effector.time_s));
     columns
 }
 
@@ -154,7 +158,7 @@ pub fn parquet_bytes(rows: &[Row], origin: &TableOrigin) -> Result<Vec<u8>, Parq
 pub(super) mod tests {
     use super::*;
     use crate::formats::{
-        Clearances, Closest, Flight, NamedScenario, ScenarioSet, StageRow, Status, Verdict,
+        Clearances, Closest, Flight, NamedScenario, Nearest, ScenarioSet, StageRow, Status, Verdict,
     };
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
@@ -185,6 +189,11 @@ pub(super) mod tests {
                 arm: Closest { distance: 0.25, time_s: 1180.5, body: 2 },
                 ..Clearances::NONE
             },
+            nearest: Nearest {
+                at: Closest { distance: 0.75, time_s: 1150.0, body: 2 },
+                pair: "link_2:target".into(),
+            },
+            end_effector: Closest { distance: 0.25, time_s: 1180.5, body: 3 },
             flight: Flight { delta_v_m_s: 0.125, start_distance_m: 5.0, ..Flight::default() },
             time_s: 0.5,
             cpu_time_s: 0.25,
@@ -212,13 +221,14 @@ pub(super) mod tests {
             clearance_own_m,clearance_own_time_s,mode,warm_start,qp,integrator,\
             verified,target_rate_rad_s,start_distance_m,peak_force_n,peak_bus_torque_n_m,\
             peak_joint_torque_n_m,delta_v_m_s,clearance_smallest_m,time_s,cpu_time_s,\
-            stage1_corrections,stage2_corrections,plan_checksum";
+            stage1_corrections,stage2_corrections,plan_checksum,clearance_smallest_pair,\
+            clearance_smallest_time_s,clearance_end_effector_m,clearance_end_effector_time_s";
         assert_eq!(text.lines().next().unwrap(), header);
         assert_eq!(header.split(',').count(), COLUMNS);
         let first = text.lines().nth(1).unwrap();
         assert!(first.starts_with("a,solved,4,0.3333333333333333,2e-7,9,0.1,0.25,0.0,0.0,1e-9,"));
-        let end =
-            ",optimal,fallback,embedded,rk4,true,0.0,5.0,0.0,0.0,0.0,0.125,0.25,0.5,0.25,1,3,00ff";
+        let end = ",optimal,fallback,embedded,rk4,true,0.0,5.0,0.0,0.0,0.0,0.125,0.75,0.5,0.25,1,3,00ff,\
+             link_2:target,1150.0,0.25,1180.5";
         assert!(first.ends_with(end), "{first}");
         assert!(first.contains(",optimal,,0.25,1180.5,inf,0.0,inf,0.0,optimal,"), "{first}");
         let refused = text.lines().nth(3).unwrap();
@@ -226,7 +236,7 @@ pub(super) mod tests {
         assert!(refused.contains(",NaN,not_flyable,keep_out,inf,"), "{refused}");
         assert!(
             refused.contains(",rk4,false,")
-                && refused.ends_with(",NaN,NaN,NaN,NaN,inf,0.0,0.0,0,0,")
+                && refused.ends_with(",NaN,NaN,NaN,NaN,inf,0.0,0.0,0,0,,,0.0,inf,0.0")
         );
     }
 

@@ -10,7 +10,7 @@ pub fn about(columns: &[(&str, &str)]) -> (&'static str, String) {
 }
 
 /// Columns whose name needs words, and the words.
-const ABOUT: [(&str, &str); 35] = [
+const ABOUT: [(&str, &str); 39] = [
     ("scenario", "id; a drawn one's seed and index"),
     ("status", "the worse of the stages'; infeasible where refused before planning"),
     ("stage1_iterations", "convex programs of the path of the centre of mass"),
@@ -22,7 +22,7 @@ const ABOUT: [(&str, &str); 35] = [
     ("inference_s", "wall time of the learned start"),
     ("verdict", "optimal, verified_not_converged or not_flyable"),
     ("reason", "residual farthest beyond its tolerance, or constraint for which it was refused"),
-    ("clearance_arm_m", "smallest distance of arm and target"),
+    ("clearance_arm_m", "smallest distance of arm, end effector included, and target"),
     ("clearance_arm_time_s", "when, in the plan's time"),
     ("clearance_bus_m", "smallest distance of bus and target"),
     ("clearance_bus_time_s", "when, in the plan's time"),
@@ -39,7 +39,7 @@ const ABOUT: [(&str, &str); 35] = [
     ("peak_bus_torque_n_m", "largest component of the bus torque"),
     ("peak_joint_torque_n_m", "largest joint torque"),
     ("delta_v_m_s", "force over mass, summed over the plan"),
-    ("clearance_smallest_m", "the smallest of the three distances"),
+    ("clearance_smallest_m", "smallest distance of two bodies, the end effector left out"),
     ("time_s", "wall time of the whole plan"),
     ("cpu_time_s", "processor time of the thread that planned"),
     ("stage1_corrections", "second-order corrections of stage 1"),
@@ -47,6 +47,19 @@ const ABOUT: [(&str, &str); 35] = [
     (
         "plan_checksum",
         "FNV-1a of the plan's trajectories; the same plan has the same on every machine",
+    ),
+    (
+        "clearance_smallest_pair",
+        "these two: bus or link and target, or link and own bus; links from 1",
+    ),
+    ("clearance_smallest_time_s", "when, in the plan's time"),
+    (
+        "clearance_end_effector_m",
+        "smallest distance of end effector and target, or edge of its corridor",
+    ),
+    (
+        "clearance_end_effector_time_s",
+        "when, in the plan's time: at the port, at capture, as a rule",
     ),
     ("residual_*", "largest violation of the constraint of this name"),
 ];

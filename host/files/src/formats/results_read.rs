@@ -1,7 +1,7 @@
 //! Rows of a campaign read again from their table.
 
 use super::table_read::TableReader;
-use super::{Cell, Clearances, Closest, Flight, Row, StageRow, Status, Verdict, columns};
+use super::{Cell, Clearances, Closest, Flight, Nearest, Row, StageRow, Status, Verdict, columns};
 use crate::error::{Error, FieldError};
 use crate::method::Method;
 use std::path::Path;
@@ -123,10 +123,14 @@ fn row(cells: &[Cell]) -> Result<Row, FieldError> {
     // Solver, integrator and whether it is verified.
     cells.0.by_ref().take(3).for_each(drop);
     let flight = cells.flight()?;
-    cells.number()?; // the smallest clearance
+    let mut nearest = Nearest::NONE;
+    nearest.at.distance = cells.number()?;
     let (time_s, cpu_time_s) = (cells.number()?, cells.number()?);
     (stage1.corrections, stage2.corrections) = (cells.count()?, cells.count()?);
     let plan_checksum = cells.text()?;
+    nearest.pair = cells.text()?;
+    nearest.at.time_s = cells.number()?;
+    let end_effector = cells.closest(Closest::NONE)?;
     Ok(Row {
         scenario,
         status,
@@ -138,6 +142,8 @@ fn row(cells: &[Cell]) -> Result<Row, FieldError> {
         inference_s,
         residuals,
         clearances,
+        nearest,
+        end_effector,
         flight,
         time_s,
         cpu_time_s,

@@ -1,6 +1,9 @@
 //! What a campaign keeps of one plan: a row of its journal and its tables.
 
-use super::{Clearances, NamedScenario, PlanFile, Residuals, Status, Verdict};
+use super::{
+    ArmClearances, Clearances, Closest, NamedScenario, Nearest, PlanFile, Residuals, Status,
+    Verdict,
+};
 use crate::error::FieldError;
 use remora_core::advanced::model::{Mission, Refusal, Tolerances};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -32,6 +35,10 @@ pub struct Row {
     pub residuals: [f64; Residuals::COUNT],
     /// How near bodies come to each other.
     pub clearances: Clearances,
+    /// The pair of bodies that comes nearest, without the end effector.
+    pub nearest: Nearest,
+    /// Smallest distance of the end effector from the target, or from the edge of the corridor to its port.
+    pub end_effector: Closest,
     /// How hard the scenario is and what the plan asks of the servicer.
     pub flight: Flight,
     /// Time of the whole plan [s].
@@ -160,14 +167,16 @@ pub fn residual_limits(tolerances: &Tolerances) -> [f64; Residuals::COUNT] {
 }
 
 impl Row {
-    /// The row of a plan; the corrections are not in its file, nor what it fails by. Its checksum comes with
-    /// its evidence.
+    /// The row of a plan. Its file lacks the corrections, the violated constraint and the clearance of each part
+    /// of the arm. Its checksum comes with its evidence.
     pub fn new(
         plan: &PlanFile,
         corrections: [u64; 2],
         reason: Option<&str>,
         flight: Flight,
+        arm: &ArmClearances,
     ) -> Self {
+        let clearances = plan.clearances.unwrap_or(Clearances::NONE);
         let (one, two) = (&plan.stage1, &plan.stage2);
         let residuals = plan.residuals.against(&Default::default());
         Self {
@@ -190,7 +199,9 @@ impl Row {
             },
             inference_s: two.inference_s,
             residuals: residuals.map(|(_, value, _)| value),
-            clearances: plan.clearances.unwrap_or(Clearances::NONE),
+            clearances,
+            nearest: Nearest::of(&clearances, &arm.links),
+            end_effector: arm.end_effector,
             flight,
             time_s: plan.time_s.unwrap_or(f64::NAN),
             cpu_time_s: plan.cpu_time_s.unwrap_or(f64::NAN),
@@ -212,6 +223,8 @@ impl Row {
             inference_s: 0.0,
             residuals: [f64::NAN; Residuals::COUNT],
             clearances: Clearances::NONE,
+            nearest: Nearest::NONE,
+            end_effector: Closest::NONE,
             flight: Flight::refused(scenario),
             time_s: 0.0,
             cpu_time_s: 0.0,
@@ -237,6 +250,7 @@ impl Row {
         }
         self.check_words()?;
         self.check_counts()?;
+        self.nearest.check(&self.clearances)?;
         for (field, value) in self.times() {
             if !is_size(value) {
                 return Err(FieldError::new(field, format!("is {value}, and no time is")));
@@ -340,12 +354,6 @@ impl Row {
     /// Whether the verifier found every constraint kept: such a plan can be flown.
     pub fn is_verified(&self) -> bool {
         self.verdict != Verdict::NotFlyable
-    }
-
-    /// The smallest distance between bodies [m]; infinite where nobody has looked.
-    pub fn smallest_clearance(&self) -> f64 {
-        let distances = self.clearances.named().map(|(_, closest)| closest.distance);
-        distances.into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// Whether it was refused before planning: then Stage 2 started from nothing.

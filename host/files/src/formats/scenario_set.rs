@@ -1,7 +1,7 @@
 //! Scenario sets: `*.scenarios.json`.
 
 use super::joints::each;
-use super::{Limit, check_id, check_quaternion, json, read_text, write_atomically};
+use super::{Kind, Limit, as_text, check_id, json, unit, write_atomically};
 use crate::error::{Error, FieldError};
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
@@ -189,7 +189,7 @@ impl NamedScenario {
     /// # Errors
     /// The field and what is wrong with it.
     pub fn validate(&self) -> Result<(), FieldError> {
-        check_quaternion(&self.target.attitude, || "target.attitude".into())?;
+        unit::quaternion(&self.target.attitude, || "target.attitude".into())?;
         within(&self.target.rate, MAX_RATE, "target.rate", "rad/s")?;
         within(&self.servicer.position, MAX_POSITION, "servicer.position", "m")?;
         within(&self.servicer.velocity, MAX_VELOCITY, "servicer.velocity", "m/s")?;
@@ -203,7 +203,7 @@ impl NamedScenario {
     fn validate_start(&self) -> Result<(), FieldError> {
         let s = &self.servicer;
         if let Some(attitude) = &s.bus_attitude_body_to_rtn {
-            check_quaternion(attitude, || "servicer.bus_attitude_body_to_rtn".into())?;
+            unit::quaternion(attitude, || "servicer.bus_attitude_body_to_rtn".into())?;
         }
         // What is not given is at rest, and within.
         let bus_rate = s.bus_rate_rtn_rad_s.unwrap_or_default();
@@ -262,7 +262,7 @@ impl ScenarioSet {
     /// # Errors
     /// As [`ScenarioSet::parse`], with the file.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        Self::parse(&read_text(file, Limit::SET)?).map_err(|error| error.at(file))
+        Kind::Scenarios.read(file, Limit::SET, |bytes| Self::parse(as_text(bytes)?))
     }
 
     /// The set that is compiled into the program: `fixtures/scenarios/public.scenarios.json`.

@@ -1,7 +1,7 @@
 //! Tables of Parquet files read again: their numbers by column, or all of it a row group at a time.
 
 use super::thrift::{check_footer, page_header};
-use super::{Cell, open_regular};
+use super::{Cell, Kind, open_regular};
 use crate::error::{Error, FieldError};
 use bytes::Bytes;
 use parquet::column::page::{Page, PageMetadata, PageReader};
@@ -38,7 +38,7 @@ impl Numbers {
     /// The file with the reason why it cannot be read.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let open = open_regular(file)?;
-        numbers(open).map_err(|error| refused(error).at(file))
+        numbers(open).map_err(|error| Kind::Table.unless_other(file, refused(error).at(file)))
     }
 
     /// Reads what a file holds.
@@ -75,7 +75,8 @@ impl TableReader {
     /// The file with the reason why it cannot be read.
     pub fn open(file: &Path) -> Result<Self, Error> {
         let open = open_regular(file)?;
-        let reader = guarded(|| Checked::open(open)).map_err(|error| refused(error).at(file))?;
+        let reader = guarded(|| Checked::open(open))
+            .map_err(|error| Kind::Table.unless_other(file, refused(error).at(file)))?;
         let metadata = reader.metadata().file_metadata();
         let entries = entries(&reader);
         let columns = metadata.schema_descr().columns();
