@@ -6,6 +6,9 @@ use nalgebra::{Matrix3, Vector3};
 /// Share of the largest moment by which the triangle inequality may fail: rounding.
 const TRIANGLE_TOLERANCE: f64 = 1e-9;
 
+/// Significant digits to which programs round their output.
+const DIGITS: i32 = 6;
+
 /// Sweeps of Jacobi's method: a symmetric 3x3 matrix is diagonal to rounding after five.
 const SWEEPS: usize = 12;
 
@@ -56,15 +59,47 @@ impl Body {
 
     /// Principal moments of inertia, the least first [kg m^2].
     pub fn principal_moments(&self) -> [f64; 3] {
-        let mut matrix = self.inertia;
-        for _ in 0..SWEEPS {
-            for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-                matrix = rotated(&matrix, p, q);
-            }
-        }
-        let mut moments = [matrix[(0, 0)], matrix[(1, 1)], matrix[(2, 2)]];
+        let mut moments = <[f64; 3]>::from(self.principal_axes().0);
         moments.sort_by(f64::total_cmp);
         moments
+    }
+
+    /// Principal moments of inertia [kg m^2], and their axes as columns.
+    pub(crate) fn principal_axes(&self) -> (Vector3<f64>, Matrix3<f64>) {
+        let (mut matrix, mut axes) = (self.inertia, Matrix3::identity());
+        for _ in 0..SWEEPS {
+            for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+                if let Some(turn) = turn(&matrix, p, q) {
+                    matrix = turn.transpose() * matrix * turn;
+                    axes *= turn;
+                }
+            }
+        }
+        (matrix.diagonal(), axes)
+    }
+
+    /// The nearest possible body, and the change of inertia [kg m^2], if only rounding makes this one impossible.
+    /// Rounding is to six digits, or to `decimals` behind the point.
+    pub(crate) fn without_rounding(&self, decimals: i32) -> Option<(Self, f64)> {
+        if self.is_possible() {
+            return None;
+        }
+        let (moments, axes) = self.principal_axes();
+        // Integrals of squared distances along the principal axes are never negative.
+        let squares = moments.map(|moment| 0.5 * moments.sum() - moment);
+        let by = -2.0 * squares.min();
+        let behind = 0.5 * 10.0_f64.powi(-decimals.clamp(DIGITS, 300));
+        let leading = |x: f64| if x == 0.0 { 0.0 } else { 10.0_f64.powf(x.abs().log10().floor()) };
+        let rounding =
+            self.inertia.map(|x| behind.max(0.5 * leading(x) * 10.0_f64.powi(1 - DIGITS)));
+        let largest_row = rounding.row_sum().max();
+        if !(by <= rounding.trace() + 2.0 * largest_row) {
+            return None;
+        }
+        let squares = squares.map(|square| square.max(0.0));
+        let moments = squares.map(|square| squares.sum() - square);
+        let inertia = axes * Matrix3::from_diagonal(&moments) * axes.transpose();
+        Some((Self { inertia: (inertia + inertia.transpose()) * 0.5, ..*self }, by))
     }
 
     /// Radii of gyration about the principal axes, the least first [m]; zero for a body without mass.
@@ -87,11 +122,11 @@ impl Body {
     }
 }
 
-/// One rotation of Jacobi's method: makes the entry `(p, q)` of a symmetric matrix zero.
-fn rotated(matrix: &Matrix3<f64>, p: usize, q: usize) -> Matrix3<f64> {
+/// The rotation of Jacobi's method that makes the entry `(p, q)` of a symmetric matrix zero; none where it is.
+fn turn(matrix: &Matrix3<f64>, p: usize, q: usize) -> Option<Matrix3<f64>> {
     let off = matrix[(p, q)];
     if off == 0.0 {
-        return *matrix;
+        return None;
     }
     let ratio = (matrix[(q, q)] - matrix[(p, p)]) / (2.0 * off);
     let tangent = ratio.signum() / (ratio.abs() + ratio.hypot(1.0));
@@ -99,7 +134,7 @@ fn rotated(matrix: &Matrix3<f64>, p: usize, q: usize) -> Matrix3<f64> {
     let mut turn = Matrix3::identity();
     (turn[(p, p)], turn[(q, q)]) = (cosine, cosine);
     (turn[(p, q)], turn[(q, p)]) = (cosine * tangent, -cosine * tangent);
-    turn.transpose() * matrix * turn
+    Some(turn)
 }
 
 #[cfg(test)]

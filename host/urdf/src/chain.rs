@@ -6,7 +6,7 @@ use crate::fault::{Fault, Place};
 use crate::hull::{Bounds, Hull};
 use crate::limits::{limits, near_pi};
 use crate::links::Links;
-use crate::note::{Findings, Note};
+use crate::note::{Findings, MAX_REACH, Note};
 use crate::options::Options;
 use crate::pose::Pose;
 use crate::selection::Selection;
@@ -14,6 +14,9 @@ use crate::tree::Tree;
 use crate::written::Written;
 use nalgebra::{Matrix3, Vector3};
 use urdf_rs::JointType;
+
+/// Ratio of the joint-to-joint capsule to the one that the shapes need, above which a note is given.
+const WIDE: f64 = 1.5;
 
 /// All that an arm is made of.
 pub struct Chain<'a> {
@@ -40,7 +43,7 @@ impl Chain<'_> {
     /// The arm, if nothing was found wrong, and the links that were looked at.
     pub fn assemble(&self, name: &str, found: &mut Findings) -> (Option<Arm>, Vec<LinkRow>) {
         // A body that was not understood makes others look wrong.
-        let links = Links::new(self.tree, self.written, &found.faults);
+        let links = Links::new(self.tree, self.written, self.options, &found.faults);
         let poses = self.poses(&mut found.notes);
         let (carriers, rows) = self.carriers(&poses, &links, found);
         if links.are_understood() {
@@ -57,6 +60,10 @@ impl Chain<'_> {
         let Some(last) = joints.last().filter(|_| found.faults.is_empty()) else {
             return (None, rows);
         };
+        let reach: f64 = joints.iter().map(|joint| joint.tip.norm()).sum();
+        if reach > MAX_REACH {
+            found.notes.push(Note::LongArm { reach });
+        }
         let end_effector = Pose { position: last.tip, rotation: end.rotation };
         let arm_base = carriers[1].joint;
         let (name, notes) = (name.to_owned(), Vec::new());
@@ -114,7 +121,12 @@ impl Chain<'_> {
             }
             let into = &mut carriers[of_link[link]];
             let hulls = links.hulls(link);
-            let row = links.row(link, self.tree.name(into.link), &hulls, found);
+            let is_moved = into.link == link && of_link[link] > 0;
+            if is_moved && self.options.point_masses.contains(&self.tree.name(link)) {
+                found.faults.push(Fault::MovingPoint { link: self.tree.name(link) });
+            }
+            let part_of = self.tree.name(into.link);
+            let row = links.row(link, (part_of, is_moved), &hulls, found);
             into.body = into.body.merged(&row.body.seen_from(&poses[link]));
             into.hulls.extend(hulls.iter().map(|hull| hull.seen_from(&poses[link])));
             into.has_meshes |= self.written.meshes.contains_key(&row.name);
@@ -131,8 +143,10 @@ impl Chain<'_> {
     fn bodies(&self, carriers: &[Carrier], faults: &mut Vec<Fault>) {
         for (i, carrier) in carriers.iter().enumerate() {
             let link = self.tree.name(carrier.link);
+            // A given bus carries a root that is a point.
+            let is_point = i == 0 && self.options.point_masses.contains(&link);
             if carrier.body.mass > 0.0 {
-                if carrier.body.is_possible() && !carrier.body.has_extent() {
+                if !is_point && carrier.body.is_possible() && !carrier.body.has_extent() {
                     faults
                         .push(Fault::NoExtent { link, moments: carrier.body.principal_moments() });
                 }
@@ -165,6 +179,10 @@ impl Chain<'_> {
         let own = |hull: &Hull| hull.capsule_radius(&carrier.joint, next);
         let known = carrier.hulls.iter().map(own).fold(0.0, f64::max);
         if !carrier.hulls.is_empty() && !carrier.has_meshes {
+            let (link, own) = (link.to_owned(), Hull::free_capsule_radius(&carrier.hulls));
+            if known > WIDE * own {
+                notes.push(Note::WideCapsule { link, radius: known, own });
+            }
             return known;
         }
         let center = own(&Hull::point(carrier.body.center_of_mass));
@@ -191,7 +209,7 @@ impl Chain<'_> {
         if let Some((damping, friction)) = self.written.dynamics.get(&name).copied() {
             found.notes.push(Note::Dynamics { joint: name.clone(), damping, friction });
         }
-        let limits = limits(joint, self.written.limits.get(&name), self.options, found)?;
+        let limits = limits(joint, self.written, self.options, found)?;
         let link = self.tree.name(carrier.link);
         let radius = self.radius(carrier, &link, &next, &mut found.notes);
         let body =

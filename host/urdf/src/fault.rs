@@ -34,6 +34,12 @@ fn list(names: &[String]) -> String {
     format!("{}{rest}", shown.join(", "))
 }
 
+/// Flag that takes a link as a point; a link that a joint moves cannot be one.
+fn or_point(link: &str, is_moved: bool) -> String {
+    let flag = || format!("; or take it as a point with `--point-mass {link}`");
+    if is_moved { String::new() } else { flag() }
+}
+
 /// One reason why a file gives no arm.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[allow(missing_docs, reason = "the messages tell what the fields are")]
@@ -102,6 +108,13 @@ pub enum Fault {
     #[error("`--hold {joint}={value}`: a {kind} joint can only be held at 0")]
     HeldAt { joint: String, kind: &'static str, value: f64 },
     #[error(
+        "joint `{joint}`: held at {value} {unit}, beyond its range {lower} to {upper} {unit}; give `--hold \
+         {joint}=VALUE` within it, or another range with `--limit {joint}=lower,upper,rate,torque`"
+    )]
+    HeldBeyond { joint: String, value: f64, lower: f64, upper: f64, unit: &'static str },
+    #[error("`--point-mass {link}`: moves by a joint of its own, so that its inertia is needed")]
+    MovingPoint { link: String },
+    #[error(
         "several links end the tree: {}; name the end effector with `--end-effector LINK`",
         list(leaves)
     )]
@@ -135,13 +148,14 @@ pub enum Fault {
 
     #[error("link `{link}`: mass is {mass} kg: must not be negative")]
     NegativeMass { link: String, mass: f64 },
-    #[error("link `{link}`: has an inertia but no mass")]
-    InertiaWithoutMass { link: String },
+    #[error("link `{link}`: has an inertia but no mass{}", or_point(link, *is_moved))]
+    InertiaWithoutMass { link: String, is_moved: bool },
     #[error(
         "link `{link}`: no body has this inertia: principal moments {:.6e}, {:.6e}, {:.6e} kg m^2, of which each must \
-         be positive and at most the sum of the others; mend the file", moments[0], moments[1], moments[2]
+         be positive and at most the sum of the others; mend the file{}", moments[0], moments[1], moments[2],
+        or_point(link, *is_moved)
     )]
-    Inertia { link: String, moments: [f64; 3] },
+    Inertia { link: String, moments: [f64; 3], is_moved: bool },
     #[error(
         "joint `{joint}`: moves no mass: link `{link}` and what is fixed to it have none; hold it with `--hold {joint}=ANGLE` or give the link its mass"
     )]

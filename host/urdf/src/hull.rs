@@ -1,5 +1,6 @@
 //! Collision shapes: convex hulls of points, all of them with a ball about.
 
+use crate::body::Body;
 use crate::pose::Pose;
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
@@ -51,6 +52,27 @@ impl Hull {
             (point - from - line * along.clamp(0.0, 1.0)).norm()
         };
         self.points.iter().map(distance).fold(0.0, f64::max) + self.margin
+    }
+
+    /// A point in the middle of the shapes, and the direction in which their points spread most.
+    pub fn middle_line(hulls: &[Self]) -> (Vector3<f64>, Vector3<f64>) {
+        let points = || hulls.iter().flat_map(|hull| &hull.points);
+        let middle = points().sum::<Vector3<f64>>() / points().count().max(1) as f64;
+        let square = |point: &Vector3<f64>| (point - middle) * (point - middle).transpose();
+        let inertia = points().map(square).sum();
+        let spread = Body { mass: 1.0, center_of_mass: middle, inertia };
+        let (squares, axes) = spread.principal_axes();
+        (middle, axes.column(squares.imax()).into_owned())
+    }
+
+    /// Radius of a capsule about the middle line that holds the shapes [m].
+    pub fn free_capsule_radius(hulls: &[Self]) -> f64 {
+        let (middle, along) = Self::middle_line(hulls);
+        let points = hulls.iter().flat_map(|hull| &hull.points);
+        // A capsule that is long enough ends beyond all of them.
+        let length = points.map(|point| (point - middle).norm()).fold(0.0, f64::max);
+        let (from, to) = (middle - along * length, middle + along * length);
+        hulls.iter().map(|hull| hull.capsule_radius(&from, &to)).fold(0.0, f64::max)
     }
 
     /// The box along the axes that holds the shape.
@@ -122,5 +144,14 @@ mod tests {
         assert!((0.3..0.3004).contains(&cylinder), "{cylinder}");
         let capsule = radius(Geometry::Capsule { radius: 0.1, length: 1.0 }, at(0.2, 0.5));
         assert!((capsule - 0.3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_tube_fits_a_capsule_of_its_own_radius_wherever_it_is() {
+        let pose = Pose::from_xyz_rpy([0.3, -0.2, 0.7], [0.4, 1.0, -0.6]);
+        let tube = Geometry::Cylinder { radius: 0.055, length: 0.6 };
+        let radius = Hull::free_capsule_radius(&[Hull::new(&tube, &pose).unwrap()]);
+        assert!((0.055..0.0552).contains(&radius), "{radius}");
+        assert_eq!(Hull::free_capsule_radius(&[]), 0.0);
     }
 }

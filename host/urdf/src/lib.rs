@@ -11,6 +11,7 @@ mod limits;
 mod links;
 mod note;
 mod options;
+mod plain;
 mod pose;
 mod selection;
 mod text;
@@ -63,7 +64,7 @@ struct Reading {
 fn read(text: &[u8], options: &Options) -> (Reading, Findings) {
     let mut found = Findings::default();
     let reading = match text::checked(text) {
-        Ok(text) => read_text(text, options, &mut found),
+        Ok(text) => read_text(&text, options, &mut found),
         Err(fault) => {
             found.faults.push(fault);
             None
@@ -75,6 +76,8 @@ fn read(text: &[u8], options: &Options) -> (Reading, Findings) {
 fn read_text(text: &str, options: &Options, found: &mut Findings) -> Option<Reading> {
     let document = text::document(text).map_err(|fault| found.faults.push(fault)).ok()?;
     let written = written::look(&document, &mut found.faults);
+    let turned = written.turned.iter().cloned();
+    found.notes.extend(turned.map(|(place, value)| Note::Turned { place, value }));
     let robot = match urdf_rs::read_from_string(&text::reduced(&document)) {
         Ok(robot) => robot,
         // What was found before says it better.
@@ -86,7 +89,7 @@ fn read_text(text: &str, options: &Options, found: &mut Findings) -> Option<Read
     };
     let tree = Tree::new(&robot, &mut found.faults)?;
     let Some(selection) = selection::select(&tree, &written, options, found) else {
-        let links = Links::new(&tree, &written, &found.faults).all(found);
+        let links = Links::new(&tree, &written, options, &found.faults).all(found);
         return Some(Reading { links, arm: None });
     };
     let chain = Chain { tree: &tree, selection: &selection, written: &written, options };

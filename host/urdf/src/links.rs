@@ -4,27 +4,33 @@ use crate::arm::LinkRow;
 use crate::body::Body;
 use crate::fault::{Fault, Place};
 use crate::hull::{Bounds, Hull};
-use crate::note::{Findings, Note};
+use crate::note::{Findings, MAX_REACH, Note};
+use crate::options::Options;
 use crate::pose::Pose;
 use crate::tree::Tree;
 use crate::written::Written;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeSet;
-use urdf_rs::Inertial;
 
 /// The links of a file.
 pub struct Links<'a> {
     tree: &'a Tree<'a>,
     written: &'a Written,
+    options: &'a Options,
     /// Of which something was not understood: their numbers are not what the file means.
     broken: BTreeSet<Place>,
 }
 
 impl<'a> Links<'a> {
     /// `faults`: what was found so far.
-    pub fn new(tree: &'a Tree<'a>, written: &'a Written, faults: &[Fault]) -> Self {
+    pub fn new(
+        tree: &'a Tree<'a>,
+        written: &'a Written,
+        options: &'a Options,
+        faults: &[Fault],
+    ) -> Self {
         let broken = faults.iter().filter_map(place).cloned().collect();
-        Self { tree, written, broken }
+        Self { tree, written, options, broken }
     }
 
     /// Whether all numbers are what the file means.
@@ -34,7 +40,7 @@ impl<'a> Links<'a> {
 
     /// Looks at all links, for a file of which it is not known what is part of what.
     pub fn all(&self, found: &mut Findings) -> Vec<LinkRow> {
-        let row = |link| self.row(link, "-".to_owned(), &self.hulls(link), found);
+        let row = |link| self.row(link, ("-".to_owned(), true), &self.hulls(link), found);
         (0..self.tree.links.len()).map(row).collect()
     }
 
@@ -48,17 +54,17 @@ impl<'a> Links<'a> {
         shapes.filter_map(hull).collect()
     }
 
-    /// Looks at a link by itself.
+    /// Checks a link by itself: part of a body, with or without a joint that moves it.
     pub fn row(
         &self,
         link: usize,
-        part_of: String,
+        (part_of, is_moved): (String, bool),
         hulls: &[Hull],
         found: &mut Findings,
     ) -> LinkRow {
         let Findings { faults, notes } = found;
         let name = self.tree.name(link);
-        let body = body(&self.tree.links[link].inertial);
+        let body = self.body(link, notes);
         let bounds = Bounds::of(hulls);
         let joints = self.tree.joints_of(link).iter();
         let reach = joints.map(|j| Vector3::from(*self.tree.joints[*j].origin.xyz).norm());
@@ -70,7 +76,10 @@ impl<'a> Links<'a> {
         let meshes = self.written.meshes.get(&name).copied();
         notes.extend(meshes.map(|count| Note::Meshes { link: name.clone(), count }));
         if !self.broken.contains(&Place::Link(name.clone())) {
-            faults.extend(fault(&name, &body));
+            faults.extend(fault(&name, &body, is_moved));
+        }
+        if extent > MAX_REACH {
+            notes.push(Note::LongLink { link: name.clone(), extent });
         }
         let has_shapes = bounds.is_some();
         let gyration = body.radii_of_gyration()[2];
@@ -79,6 +88,24 @@ impl<'a> Links<'a> {
             notes.push(Note::Gyration { link: name.clone(), gyration, extent });
         }
         LinkRow { name, part_of, body, extent, has_shapes }
+    }
+
+    /// The body of a link, in its own axes: as in the file, with rounding corrected, or a point.
+    fn body(&self, link: usize, notes: &mut Vec<Note>) -> Body {
+        let (inertial, link) = (&self.tree.links[link].inertial, self.tree.name(link));
+        let i = &inertial.inertia;
+        let inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+        let (mass, center_of_mass) = (inertial.mass.value, Vector3::zeros());
+        let mut own = Body { mass, center_of_mass, inertia };
+        let decimals = self.written.decimals.get(&link).copied().unwrap_or(0);
+        if self.options.point_masses.contains(&link) {
+            own.inertia = Matrix3::zeros();
+            notes.push(Note::PointMass { link, mass });
+        } else if let Some((body, by)) = own.without_rounding(decimals) {
+            own = body;
+            notes.push(Note::InertiaRounded { link, by });
+        }
+        own.seen_from(&Pose::from_xyz_rpy(*inertial.origin.xyz, *inertial.origin.rpy))
     }
 }
 
@@ -93,23 +120,15 @@ fn place(fault: &Fault) -> Option<&Place> {
 }
 
 /// What is wrong with the mass or inertia of a link, if something is.
-fn fault(name: &str, body: &Body) -> Option<Fault> {
+fn fault(name: &str, body: &Body, is_moved: bool) -> Option<Fault> {
     let (link, mass) = (name.to_owned(), body.mass);
     if mass < 0.0 {
         Some(Fault::NegativeMass { link, mass })
     } else if mass == 0.0 && body.inertia != Matrix3::zeros() {
-        Some(Fault::InertiaWithoutMass { link })
+        Some(Fault::InertiaWithoutMass { link, is_moved })
     } else if !body.is_possible() {
-        Some(Fault::Inertia { link, moments: body.principal_moments() })
+        Some(Fault::Inertia { link, moments: body.principal_moments(), is_moved })
     } else {
         None
     }
-}
-
-/// The body of a link, in its own axes.
-fn body(inertial: &Inertial) -> Body {
-    let i = &inertial.inertia;
-    let inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
-    let own = Body { mass: inertial.mass.value, center_of_mass: Vector3::zeros(), inertia };
-    own.seen_from(&Pose::from_xyz_rpy(*inertial.origin.xyz, *inertial.origin.rpy))
 }

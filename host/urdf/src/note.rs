@@ -3,6 +3,9 @@
 use crate::fault::{Fault, Place};
 use thiserror::Error;
 
+/// Arms and links that are longer were probably written in millimetres [m].
+pub(crate) const MAX_REACH: f64 = 30.0;
+
 /// Something that the user should know of a file that was read.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[allow(missing_docs, reason = "the messages tell what the fields are")]
@@ -35,6 +38,26 @@ pub enum Note {
     OneEnd { joint: String },
     #[error("joint `{joint}`: limits by --limit, not by the file")]
     LimitGiven { joint: String },
+    #[error(
+        "joint `{joint}`: limits {lower} to {upper} by its <safety_controller>, which is narrower than its <limit>"
+    )]
+    SoftLimits { joint: String, lower: f64, upper: f64 },
+    #[error("joint `{joint}`: its <safety_controller> leaves no range: left out")]
+    SoftLimitsEmpty { joint: String },
+    #[error(
+        "joint `{joint}`: the range {lower} to {upper} rad is more than two turns: is it in degrees?"
+    )]
+    WideRange { joint: String, lower: f64, upper: f64 },
+    #[error("{place}: `origin/rpy` {value} rad is more than two turns: is it in degrees?")]
+    Turned { place: Place, value: f64 },
+    #[error("joint `{joint}`: held at {value} rad, more than two turns: is it in degrees?")]
+    HeldTurned { joint: String, value: f64 },
+    #[error("the arm reaches {reach:.0} m, more than {MAX_REACH} m: are lengths in millimetres?")]
+    LongArm { reach: f64 },
+    #[error(
+        "link `{link}` extends {extent:.0} m, more than {MAX_REACH} m: are lengths in millimetres?"
+    )]
+    LongLink { link: String, extent: f64 },
     #[error("joint `{joint}`: the angle 0 is not within its range, {lower} to {upper} rad")]
     ZeroOutside { joint: String, lower: f64, upper: f64 },
     #[error("joint `{joint}`: no <axis> is written: x, as URDF has it")]
@@ -45,6 +68,13 @@ pub enum Note {
     Dynamics { joint: String, damping: f64, friction: f64 },
     #[error("{place}: `{field}` {value} is taken as it stands, not as {nearest} pi")]
     NearPi { place: Place, field: String, value: f64, nearest: f64 },
+    #[error(
+        "link `{link}`: its inertia misses the triangle inequality by {by:.1e} kg m^2, as rounding to six digits \
+         does: the nearest inertia that a body can have is taken"
+    )]
+    InertiaRounded { link: String, by: f64 },
+    #[error("link `{link}`, {mass} kg, is taken as a point, without its inertia")]
+    PointMass { link: String, mass: f64 },
     #[error("link `{link}`: collision meshes that are not read: {count}")]
     Meshes { link: String, count: usize },
     #[error(
@@ -53,10 +83,29 @@ pub enum Note {
     )]
     RadiusAssumed { link: String, radius: f64 },
     #[error(
+        "link `{link}`: beside the line between its joints its shapes fit a capsule of radius {own:.3} m, but the \
+         capsule from joint to joint has {radius:.3} m"
+    )]
+    WideCapsule { link: String, radius: f64, own: f64 },
+    #[error(
         "link `{link}`: the largest radius of gyration is {gyration:.4} m, the link's extent {extent:.4} m: is the \
          inertia given about the link's frame instead of the centre of mass?"
     )]
     Gyration { link: String, gyration: f64, extent: f64 },
+}
+
+impl Note {
+    /// Whether the note is on a probable mistake in the file.
+    pub fn is_doubt(&self) -> bool {
+        matches!(
+            self,
+            Self::WideRange { .. }
+                | Self::Turned { .. }
+                | Self::HeldTurned { .. }
+                | Self::LongArm { .. }
+                | Self::LongLink { .. }
+        )
+    }
 }
 
 /// What reading a file has found.

@@ -1,7 +1,7 @@
 //! What the caller adds to a file, and how a command line writes it.
 
 use crate::pose::Pose;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use thiserror::Error;
 
 /// Largest joint angle of a limit or a held joint [rad].
@@ -34,6 +34,8 @@ pub struct Options {
     pub limits: BTreeMap<String, Limits>,
     /// Joints that do not move, by name, with their angle [rad], or position [m] if prismatic.
     pub held: BTreeMap<String, f64>,
+    /// Links taken as point masses, without their inertia. A joint of the arm must not move them.
+    pub point_masses: BTreeSet<String>,
     /// Pose of the root link's frame in the bus frame.
     pub mount: Pose,
     /// Radius of a link of which no collision shape is known [m].
@@ -47,6 +49,7 @@ impl Default for Options {
             end_effector: None,
             limits: BTreeMap::new(),
             held: BTreeMap::new(),
+            point_masses: BTreeSet::new(),
             mount: Pose::identity(),
             default_radius: DEFAULT_RADIUS,
         }

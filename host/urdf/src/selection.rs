@@ -1,6 +1,7 @@
 //! Which of the file's joints move, and which links belong to the arm.
 
 use crate::fault::Fault;
+use crate::limits::{TWO_TURNS, held_beyond};
 use crate::note::{Findings, Note};
 use crate::options::Options;
 use crate::tree::Tree;
@@ -47,7 +48,7 @@ pub fn select(
     options: &Options,
     found: &mut Findings,
 ) -> Option<Selection> {
-    named_joints(tree, options, &mut found.faults);
+    names_of_flags(tree, options, &mut found.faults);
     let held = held(tree, written, options, found);
     let asked = tree.root(options.root.as_deref(), &mut found.faults)?;
     let root = without_floating(tree, written, &held, asked, &mut found.notes);
@@ -82,8 +83,11 @@ pub fn select(
     Some(Selection { root, end_effector, free, held, links })
 }
 
-/// Joints that flags name are there and can move.
-fn named_joints(tree: &Tree, options: &Options, faults: &mut Vec<Fault>) {
+/// Checks that joints and links named by flags exist, and that the joints can move.
+fn names_of_flags(tree: &Tree, options: &Options, faults: &mut Vec<Fault>) {
+    for link in &options.point_masses {
+        tree.find("--point-mass", link, faults);
+    }
     let limits = options.limits.keys().map(|name| ("--limit", name));
     for (flag, name) in limits.chain(options.held.keys().map(|name| ("--hold", name))) {
         match tree.joints.iter().find(|joint| joint.name == *name) {
@@ -122,6 +126,12 @@ fn held(
         if let Some(value) = held.get(&i).copied().filter(|value| !is_line && *value != 0.0) {
             let kind = kind(&joint.joint_type);
             found.faults.push(Fault::HeldAt { joint: name.clone(), kind, value });
+        }
+        if let Some(value) = held.get(&i).copied().filter(|_| is_line) {
+            found.faults.extend(held_beyond(joint, value, written, options));
+            if is_revolute(&joint.joint_type) && value.abs() > TWO_TURNS {
+                found.notes.push(Note::HeldTurned { joint: name.clone(), value });
+            }
         }
     }
     held

@@ -1,6 +1,7 @@
 //! From bytes to an XML document that is safe to walk over, and the part of it that URDF defines.
 
 use crate::fault::Fault;
+use crate::plain::plain;
 use roxmltree::{Document, Node, ParsingOptions};
 
 /// Largest text [bytes].
@@ -45,70 +46,28 @@ const ATTRIBUTES: [&str; 17] = [
     "length",
 ];
 
-/// The text, if it is one that parsers can be given.
-pub fn checked(bytes: &[u8]) -> Result<&str, Fault> {
+/// The tags of a text, if parsers can read it.
+pub fn checked(bytes: &[u8]) -> Result<String, Fault> {
     if bytes.len() > MAX_BYTES {
         return Err(Fault::TooLarge { bytes: bytes.len() });
     }
-    let text = std::str::from_utf8(bytes).map_err(|e| Fault::NotUtf8 { at: e.valid_up_to() })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    scan(text)?;
-    Ok(text)
-}
-
-/// Looks at depth and attributes without recursion and in linear time, before any parser does.
-fn scan(text: &str) -> Result<(), Fault> {
-    let mut depth = 0_usize;
-    let mut rest = text;
-    while let Some(start) = rest.find('<') {
-        rest = &rest[start..];
-        let skipped = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"), ("<!", ">")];
-        if let Some((_, end)) = skipped.iter().find(|(opening, _)| rest.starts_with(opening)) {
-            rest = after(rest, end);
-            continue;
-        }
-        let (length, attributes) = tag(rest);
-        if attributes > MAX_ATTRIBUTES {
-            return Err(Fault::TooMany);
-        }
-        let whole = &rest[..length];
-        if whole.starts_with("</") {
-            depth = depth.saturating_sub(1);
-        } else if !whole.ends_with("/>") {
-            depth += 1;
-        }
-        if depth > MAX_DEPTH {
-            return Err(Fault::TooDeep);
-        }
-        rest = &rest[length..];
+    let error = match std::str::from_utf8(bytes) {
+        Ok(text) => return plain(text.strip_prefix('\u{feff}').unwrap_or(text)),
+        Err(error) => error,
+    };
+    // Comments may be in any encoding.
+    let tags = plain(&String::from_utf8_lossy(bytes))?;
+    match tags.trim().is_empty() || tags.contains(char::REPLACEMENT_CHARACTER) {
+        true => Err(Fault::NotUtf8 { at: error.valid_up_to() }),
+        false => Ok(tags),
     }
-    Ok(())
-}
-
-/// What follows `end`.
-fn after<'a>(text: &'a str, end: &str) -> &'a str {
-    text.find(end).map_or("", |at| &text[at + end.len()..])
-}
-
-/// Length of the tag at the head of `text`, and how many values in quotes it has.
-fn tag(text: &str) -> (usize, usize) {
-    let (mut quote, mut values) = (None, 0);
-    for (at, byte) in text.bytes().enumerate() {
-        match (quote, byte) {
-            (None, b'>') => return (at + 1, values),
-            (None, b'"' | b'\'') => (quote, values) = (Some(byte), values + 1),
-            (Some(open), _) if open == byte => quote = None,
-            _ => {}
-        }
-    }
-    (text.len(), values)
 }
 
 /// The document of a URDF.
 pub fn document(text: &str) -> Result<Document<'_>, Fault> {
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| match error {
-        _ if text.contains("<xacro:") => Fault::Xacro,
+        _ if text.contains("<xacro.") => Fault::Xacro,
         roxmltree::Error::NodesLimitReached => Fault::TooMany,
         error => Fault::NotXml { reason: error.to_string() },
     })?;
@@ -123,9 +82,15 @@ pub fn document(text: &str) -> Result<Document<'_>, Fault> {
 
 /// Whether an element is one of xacro's, or an attribute one of its expressions.
 fn is_xacro(root: Node) -> bool {
-    let is_element = |node: &Node| {
-        node.tag_name().namespace().is_some_and(|namespace| namespace.contains("xacro"))
+    let prefix = |node: Node| -> Vec<String> {
+        let declared = node.attributes().filter(|attribute| attribute.value().contains("xacro"));
+        let prefix = |name: &str| name.strip_prefix("xmlns.").map(|prefix| format!("{prefix}."));
+        declared.filter_map(|attribute| prefix(attribute.name())).collect()
     };
+    let mut prefixes = prefix(root);
+    prefixes.push("xacro.".to_owned());
+    let is_element =
+        |node: &Node| prefixes.iter().any(|prefix| node.tag_name().name().starts_with(prefix));
     let is_expression = |node: &Node| {
         node.attributes().any(|attribute| {
             let value = attribute.value();
@@ -166,9 +131,12 @@ fn write(node: Node, text: &mut String) {
         *text += &format!(" {field}=\"{}\"", sound(field, ""));
     }
     *text += ">";
-    for child in node.children().filter(|child| inner.contains(&child.tag_name().name())) {
-        write(child, text);
-    }
+    let has_axis = !matches!(node.attribute("type"), Some("fixed" | "floating"));
+    let is_read = |child: &Node| {
+        let name = child.tag_name().name();
+        inner.contains(&name) && (has_axis || name != "axis")
+    };
+    node.children().filter(is_read).for_each(|child| write(child, text));
     *text += &format!("</{name}>");
 }
 

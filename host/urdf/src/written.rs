@@ -2,6 +2,7 @@
 //! fault. This looks at every element and number that is read, and collects what is wrong.
 
 use crate::fault::{Fault, Place};
+use crate::limits::TWO_TURNS;
 use crate::text::number;
 use roxmltree::{Document, Node};
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,6 +22,13 @@ pub struct LimitText {
     pub effort: Option<String>,
 }
 
+/// The soft limits of a `<safety_controller>`, if given [rad, or m].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SoftLimits {
+    pub lower: Option<f64>,
+    pub upper: Option<f64>,
+}
+
 /// A `<mimic>`: this joint's angle is `multiplier` times the leader's, plus `offset`.
 #[derive(Debug)]
 pub struct Mimic {
@@ -34,12 +42,18 @@ pub struct Mimic {
 pub struct Written {
     /// Links with an `<inertial>`.
     pub inertial: BTreeSet<String>,
+    /// Most digits behind the point of a link's moments and products of inertia.
+    pub decimals: BTreeMap<String, i32>,
+    /// Angles of an origin that are more than two turns [rad].
+    pub turned: Vec<(Place, f64)>,
     /// Collision meshes by link.
     pub meshes: BTreeMap<String, usize>,
     /// Joints with an `<axis>`.
     pub axis: BTreeSet<String>,
     /// Joints with a `<limit>`.
     pub limits: BTreeMap<String, LimitText>,
+    /// Joints with soft limits.
+    pub soft_limits: BTreeMap<String, SoftLimits>,
     /// Joints with a `<mimic>`.
     pub mimics: BTreeMap<String, Mimic>,
     /// Joints with damping or friction.
@@ -79,17 +93,20 @@ impl<'a, 'input> Look<'a, 'input> {
     fn link(&self, name: &str, written: &mut Written, faults: &mut Vec<Fault>) {
         if let Some(inertial) = self.child("inertial", faults) {
             written.inertial.insert(name.to_owned());
-            inertial.origin(faults);
+            inertial.origin(written, faults);
             if let Some(mass) = inertial.needed("mass", faults) {
                 mass.number("value", faults);
             }
             if let Some(inertia) = inertial.needed("inertia", faults) {
                 MOMENTS.iter().for_each(|moment| inertia.number(moment, faults));
+                let texts = MOMENTS.iter().filter_map(|moment| inertia.node.attribute(*moment));
+                let decimals = texts.map(decimals).max().unwrap_or(0);
+                written.decimals.insert(name.to_owned(), decimals);
             }
         }
         for node in self.children("collision") {
             let collision = Look { node, place: self.place.clone() };
-            collision.origin(faults);
+            collision.origin(written, faults);
             let Some(geometry) = collision.needed("geometry", faults) else { continue };
             match geometry.node.children().find(Node::is_element) {
                 Some(node) if node.tag_name().name() == "mesh" => {
@@ -108,19 +125,28 @@ impl<'a, 'input> Look<'a, 'input> {
             Some(kind) => faults
                 .push(Fault::JointType { place: self.place.clone(), written: kind.to_owned() }),
         }
-        self.origin(faults);
+        self.origin(written, faults);
         for end in ["parent", "child"] {
             let link = self.needed(end, faults);
             faults.extend(
                 link.filter(|l| l.node.attribute("link").is_none()).map(|l| l.missing("link")),
             );
         }
-        if let Some(axis) = self.child("axis", faults) {
+        // A fixed joint has no other data in use, and programs write anything there.
+        if self.node.attribute("type") != Some("fixed") {
+            self.motion(name, written, faults);
+        }
+    }
+
+    /// The elements of a joint that can move.
+    fn motion(&self, name: &str, written: &mut Written, faults: &mut Vec<Fault>) {
+        let kind = self.node.attribute("type");
+        let axis = if kind == Some("floating") { None } else { self.child("axis", faults) };
+        if let Some(axis) = axis {
             written.axis.insert(name.to_owned());
             let xyz = axis.numbers("xyz", 3, true, faults);
-            // Programs write a zero axis for joints that do not move.
             let needs_axis = ["revolute", "continuous", "prismatic"];
-            let is_needed = self.node.attribute("type").is_some_and(|t| needs_axis.contains(&t));
+            let is_needed = kind.is_some_and(|t| needs_axis.contains(&t));
             if is_needed && xyz.is_some_and(|xyz| xyz.iter().all(|x| *x == 0.0)) {
                 faults.push(Fault::ZeroAxis { place: self.place.clone() });
             }
@@ -130,6 +156,11 @@ impl<'a, 'input> Look<'a, 'input> {
             let [lower, upper] = ["lower", "upper"].map(text);
             let [velocity, effort] = ["velocity", "effort"].map(text);
             written.limits.insert(name.to_owned(), LimitText { lower, upper, velocity, effort });
+        }
+        if let Some(safety) = self.child("safety_controller", faults) {
+            let lower = safety.optional("soft_lower_limit", faults);
+            let upper = safety.optional("soft_upper_limit", faults);
+            written.soft_limits.insert(name.to_owned(), SoftLimits { lower, upper });
         }
         if let Some(mimic) = self.child("mimic", faults) {
             let multiplier = mimic.optional("multiplier", faults).unwrap_or(1.0);
@@ -146,10 +177,12 @@ impl<'a, 'input> Look<'a, 'input> {
         }
     }
 
-    fn origin(&self, faults: &mut Vec<Fault>) {
+    fn origin(&self, written: &mut Written, faults: &mut Vec<Fault>) {
         if let Some(origin) = self.child("origin", faults) {
             origin.numbers("xyz", 3, false, faults);
-            origin.numbers("rpy", 3, false, faults);
+            let angles = origin.numbers("rpy", 3, false, faults).unwrap_or_default();
+            let turned = angles.into_iter().filter(|angle| angle.abs() > TWO_TURNS);
+            written.turned.extend(turned.map(|angle| (self.place.clone(), angle)));
             origin.numbers("quat_xyzw", 4, false, faults);
         }
     }
@@ -242,4 +275,11 @@ impl<'a, 'input> Look<'a, 'input> {
         }
         values
     }
+}
+
+/// Digits behind the point of a number as it is written, its exponent counted in.
+fn decimals(text: &str) -> i32 {
+    let (mantissa, exponent) = text.trim().split_once(['e', 'E']).unwrap_or((text.trim(), "0"));
+    let behind = mantissa.split_once('.').map_or(0, |(_, digits)| digits.len());
+    i32::try_from(behind).unwrap_or(i32::MAX).saturating_sub(exponent.parse().unwrap_or(0))
 }

@@ -36,6 +36,21 @@ fn size_attributes_and_elements_are_limited() {
     assert_eq!(faults(format!("<robot>{elements}</robot>").as_bytes()), [Fault::TooMany]);
     let entities = "<!DOCTYPE a [<!ENTITY b 'bbbbbbbb'>]><robot name='&b;'/>";
     assert!(matches!(&faults(entities.as_bytes())[..], [Fault::NotXml { .. }]));
+    let bomb: String =
+        (1..30).map(|i| format!("<!entity e{i} '&e{};&e{};'>", i - 1, i - 1)).collect();
+    for subset in [bomb, "<!-- ' --><!ENTITY % p SYSTEM 'file:///etc/passwd'>%p;".to_owned()] {
+        let text = format!("<!DOCTYPE robot [{subset}]><robot name='&e29;'/>");
+        assert!(faults(text.as_bytes())[0].to_string().contains("declares entities"));
+    }
+}
+
+/// The search for the end of each could run to the end of the text.
+#[test]
+fn references_without_an_end_are_read_in_no_time() {
+    for part in ["&#", "&", "<!", "<!-", "&#x", "='"] {
+        let text = format!("<robot name='{}", part.repeat(MAX_BYTES / 8));
+        assert!(!faults(text.as_bytes()).is_empty());
+    }
 }
 
 /// As many links as there can be, in a row and side by side.
@@ -112,7 +127,8 @@ proptest! {
     fn almost_xml_does_no_harm(parts in prop::collection::vec(
         prop::sample::select(vec!["<robot name='a'>", "</robot>", "<link name='b'>", "<link name='c'/>", "</link>", "<joint",
             " name='d'", " type='fixed'", ">", "/>", "</joint>", "<parent link='b'/>", "<child link='c'/>", "<!--", "-->",
-            "<![CDATA[", "]]>", "<?x", "?>", "'", "\"", "&amp;", "&#0;", "\u{fffd}", "<inertial>", "<mass value='1'/>"]),
+            "<![CDATA[", "]]>", "<?x", "?>", "<!DOCTYPE r [", "<!ENTITY e 'x'>", "]>", " p:q='<&e;'",
+            "<p:q>", "</p:q>", "'", "\"", "&amp;", "&#0;", "\u{fffd}", "<inertial>", "<mass value='1'/>"]),
         0..30)) {
         read_and_explain(parts.concat().as_bytes());
     }

@@ -31,6 +31,7 @@ fn options(flags: &str) -> Options {
             "--base-link" => options.root = Some(flag[1].to_owned()),
             "--limit" => options.add_limit(flag[1]).unwrap(),
             "--hold" => options.add_hold(flag[1]).unwrap(),
+            "--point-mass" => assert!(options.point_masses.insert(flag[1].to_owned())),
             "--mount" => options.set_mount(flag[1]).unwrap(),
             other => panic!("{other}"),
         }

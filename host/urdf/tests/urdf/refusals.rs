@@ -164,6 +164,85 @@ fn names_of_flags_are_looked_up() {
 }
 
 #[test]
+fn a_joint_held_beyond_its_range_is_refused_unless_a_limit_allows_it() {
+    let hold = |flags: &str| read(&text("hold4.urdf"), &format!("--end-effector tip {flags}"));
+    let refused = |flags: &str| hold(flags).unwrap_err().to_string();
+    for value in ["0.4", "-0.001", "0.041"] {
+        let parts =
+            ["joint `finger`: held at ", value, "beyond its range 0 to 0.04 m", "--limit finger="];
+        assert_says(&refused(&format!("--hold finger={value}")), &parts);
+    }
+    for value in ["0", "0.04", "0.02"] {
+        assert_eq!(hold(&format!("--hold finger={value}")).unwrap().joints.len(), 3);
+    }
+    let wider = hold("--hold finger=0.4 --limit finger=0,0.5,0.1,10").unwrap();
+    assert!((wider.joints[2].body.mass - 4.2).abs() < 1e-12);
+    let narrower = refused("--hold finger=0.03 --limit finger=0,0.02,0.1,10");
+    assert_says(&narrower, &["beyond its range 0 to 0.02 m"]);
+    let turned = refused("--hold finger=0 --hold wrist=2.6");
+    assert_says(&turned, &["joint `wrist`: held at 2.6 rad, beyond its range -2.5 to 2.5 rad"]);
+}
+
+#[test]
+fn a_joint_that_follows_a_held_one_beyond_its_own_range_is_refused() {
+    let mimic = |multiplier: &str, flags: &str| {
+        let finger = "<joint name='second' type='prismatic'><parent link='hand'/><child link='f2'/>\
+                      <axis xyz='1 0 0'/><limit lower='-0.04' upper='0.012' velocity='1' effort='1'/>";
+        let follows =
+            format!("<mimic joint='finger' multiplier='{multiplier}'/></joint><link name='f2'/>");
+        let both = text("hold4.urdf").replace("</robot>", &format!("{finger}{follows}</robot>"));
+        read(&both, &format!("--end-effector tip --hold finger=0.04 {flags}"))
+    };
+    assert!(mimic("-1", "").is_ok());
+    // Rounding exceeds the range, which is not a fault.
+    assert!(mimic("0.3", "").is_ok());
+    let message = mimic("-2", "").unwrap_err().to_string();
+    assert_says(
+        &message,
+        &["joint `second`: held at -0.08 m", "beyond its range -0.04 to 0.012 m"],
+    );
+    assert!(mimic("-2", "--limit second=-0.1,0.1,1,1").is_ok());
+    assert!(mimic("-2", "--hold second=-0.04").is_ok());
+}
+
+#[test]
+fn an_impossible_inertia_outside_the_arm_can_be_taken_as_a_points() {
+    let camera =
+        "<inertia ixx=\"0.001\" ixy=\"0\" ixz=\"0\" iyy=\"0.001\" iyz=\"0\" izz=\"0.001\"/>";
+    let before = text("spatial.urdf");
+    let at = before.find("<link name=\"camera\"").unwrap();
+    let inertia = before[at..].find("<inertia ").unwrap() + at;
+    let end = before[inertia..].find("/>").unwrap() + inertia + 2;
+    let wrong = format!(
+        "{}{}{}",
+        &before[..inertia],
+        camera.replace("0.001\"/>", "0.1\"/>"),
+        &before[end..]
+    );
+    let refused =
+        |flags: &str| read(&wrong, &format!("--end-effector tip {flags}")).unwrap_err().to_string();
+    let flag = "--point-mass camera";
+    assert_says(&refused(""), &["link `camera`: no body has this inertia", flag]);
+    let arm = read(&wrong, &format!("--end-effector tip {flag}")).unwrap();
+    assert!(
+        arm.notes
+            .iter()
+            .any(|n| n.to_string().contains("link `camera`, 1.2 kg, is taken as a point"))
+    );
+    let right = read(&before, "--end-effector tip").unwrap();
+    for (found, expected) in arm.joints.iter().zip(&right.joints) {
+        assert_eq!(found.body.mass, expected.body.mass);
+        assert!((found.body.center_of_mass - expected.body.center_of_mass).norm() < 1e-15);
+        assert!((found.body.inertia - expected.body.inertia).norm() < 0.05);
+    }
+    // A link that a joint moves needs its inertia.
+    assert_says(&refused("--point-mass l2"), &["`--point-mass l2`: moves by a joint of its own"]);
+    assert_says(&refused("--point-mass l9"), &["`--point-mass l9`: the file has no such link"]);
+    let mended = changed("izz=\"0.06\"", "izz=\"3\"", "");
+    assert!(!mended.contains("--point-mass"), "{mended}");
+}
+
+#[test]
 fn numbers_are_numbers() {
     for bad in ["NaN", "inf", "1e300", "1,5", "", "1 2"] {
         let message = changed("mass value=\"12\"", &format!("mass value=\"{bad}\""), "");

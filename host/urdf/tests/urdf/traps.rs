@@ -148,3 +148,154 @@ fn a_mesh_beside_a_shape_does_not_shrink_the_link() {
     assert_eq!(arm.joints[1].radius, remora_urdf::DEFAULT_RADIUS);
     assert!(says(&arm.notes, "link `tool`: collision meshes that are not read: 1"));
 }
+
+/// Faults in unused parts, which `urdfdom` and Pinocchio read too.
+#[test]
+fn what_a_strict_parser_refuses_in_parts_that_are_not_used_is_read() {
+    let planar = text("planar.urdf");
+    let expected = read(&planar, "").unwrap();
+    let flange = "<child link=\"tool\"/>";
+    assert!(planar.contains(flange));
+    let dtd = |subset: &str| format!("<!DOCTYPE robot{subset}>\n<robot name");
+    for (from, to) in [
+        ("<link name=\"tool\"/>", "<link name='tool'><gz:x gz:y='1'/></link>"),
+        ("<link name=\"tool\"/>", "<link name='tool' drake:y='1'/><drake:link name='tool'/>"),
+        ("<link name=\"tool\"/>", "<link name='tool'><a b='x<y&z'c=''/></link>"),
+        ("<link name=\"tool\"/>", "<link name='tool'>&nbsp; a & b</link>"),
+        ("</robot>", "<!-- a -- b ---></robot>"),
+        ("</robot>", "<!-- ----- <joint name='> --></robot>"),
+        ("</robot>", "<!----></robot>"),
+        ("<robot name", &dtd("")),
+        ("<robot name", &dtd(" SYSTEM \"urdf>.dtd\"")),
+        (
+            "<robot name",
+            &dtd(" [<!ELEMENT robot (link|joint)*><!ATTLIST a b CDATA '>'><!-- <!ENTITY -->]"),
+        ),
+        ("<robot name", "<robot xmlns='http://www.ros.org' name"),
+        (flange, "<child link='tool'/><axis xyz='0 0'/>"),
+        (flange, "<child link='tool'/><axis xyz='nothing'/><axis/>"),
+        (
+            flange,
+            "<child link='tool'/><axis/><limit lower='x'/><mimic multiplier='y'/><dynamics damping='z'/>",
+        ),
+    ] {
+        let changed = planar.replacen(from, to, 1);
+        assert_ne!(changed, planar, "{from}");
+        let found = read(&changed, "").unwrap_or_else(|error| panic!("{to}: {error}"));
+        assert_eq!(found, expected, "{to}");
+    }
+    let declared = planar.find("<?xml").map_or(planar.clone(), |_| format!("\n{planar}"));
+    assert_eq!(read(&declared, "").unwrap(), expected);
+    // A comment in another encoding.
+    let mut bytes = planar.replacen("<robot", "<!-- M\u{fc}nchen --><robot", 1).into_bytes();
+    let at = bytes.iter().position(|byte| *byte == 0xc3).unwrap();
+    bytes.splice(at..at + 2, [0xfc]);
+    assert_eq!(remora_urdf::import("a", &bytes, &options("")).unwrap(), expected);
+    // An axis that is used is still needed.
+    let used = planar.replacen("axis xyz=\"0 1 0\"", "axis xyz=\"0 1\"", 1);
+    assert!(read(&used, "").unwrap_err().to_string().contains("`axis/xyz` is \"0 1\""));
+}
+
+#[test]
+fn soft_limits_are_kept_where_they_are_narrower() {
+    let limited = |safety: &str| {
+        let limit = "velocity=\"0.05\" effort=\"10\"/>";
+        let safety = format!("{limit}<safety_controller k_velocity='1' {safety}/>");
+        let arm = read(&text("planar.urdf").replacen(limit, &safety, 1), "").unwrap();
+        let limits = arm.joints[0].limits;
+        ((limits.lower, limits.upper), arm.notes)
+    };
+    let (range, notes) = limited("soft_lower_limit='-1.25' soft_upper_limit='1.75'");
+    assert_eq!(range, (-1.25, 1.5));
+    assert!(says(&notes, "joint `shoulder`: limits -1.25 to 1.5 by its <safety_controller>"));
+    assert_eq!(limited("soft_upper_limit='0.5'").0, (-1.5, 0.5));
+    for wider in ["", "soft_lower_limit='-2' soft_upper_limit='2'"] {
+        let (range, notes) = limited(wider);
+        assert!(range == (-1.5, 1.5) && !says(&notes, "safety_controller"));
+    }
+    let (range, notes) = limited("soft_lower_limit='0' soft_upper_limit='0'");
+    assert!(range == (-1.5, 1.5) && says(&notes, "its <safety_controller> leaves no range"));
+    let flag = "--end-effector tip --limit j3=-3,3,0.1,9";
+    assert!(!says(&read(&text("spatial.urdf"), flag).unwrap().notes, "safety_controller"));
+}
+
+#[test]
+fn degrees_and_millimetres_are_noted() {
+    let planar = text("planar.urdf");
+    let doubts = |text: &str, flags: &str| -> Vec<String> {
+        let notes = read(text, flags).unwrap_or_else(|error| panic!("{error}")).notes;
+        notes.iter().filter(|note| note.is_doubt()).map(ToString::to_string).collect()
+    };
+    assert!(doubts(&planar, "").is_empty());
+    assert!(doubts(&text("spatial.urdf"), "--end-effector tip").is_empty());
+    let turns =
+        planar.replacen("lower=\"-1.5\" upper=\"1.5\"", "lower='-6.28319' upper='6.28319'", 1);
+    assert!(doubts(&turns, "").is_empty());
+    let degrees = planar.replacen("lower=\"-1.5\" upper=\"1.5\"", "lower='-90' upper='90'", 1);
+    let found = doubts(&degrees, "");
+    assert!(
+        found[0].contains("joint `shoulder`: the range -90 to 90 rad is more than two turns"),
+        "{found:?}"
+    );
+    assert!(doubts(&degrees, "--limit shoulder=-1.5,1.5,0.05,10").is_empty());
+    assert_eq!(doubts(&planar, "--limit shoulder=-90,90,0.05,10").len(), 1);
+    let turned = planar.replacen("xyz=\"0 0 1\"", "rpy='0 90 0' xyz='0 0 1'", 1);
+    assert!(
+        doubts(&turned, "")[0]
+            .contains("joint `elbow`: `origin/rpy` 90 rad is more than two turns")
+    );
+    let long = planar.replacen("xyz=\"0 0 1\"", "xyz='0 0 1000'", 1);
+    let found = doubts(&long, "");
+    assert!(found.iter().any(|note| note.contains("the arm reaches 1001 m")), "{found:?}");
+}
+
+#[test]
+fn an_inertia_that_six_digits_make_impossible_is_mended_and_said() {
+    let planar = text("planar.urdf");
+    let rod = "ixx=\"1.03\" ixy=\"0\" ixz=\"0\" iyy=\"1.03\" iyz=\"0\" izz=\"0.06\"";
+    assert!(planar.contains(rod));
+    let with = |moments: [&str; 6]| {
+        let [ixx, ixy, ixz, iyy, iyz, izz] = moments;
+        let inertia =
+            format!("ixx='{ixx}' ixy='{ixy}' ixz='{ixz}' iyy='{iyy}' iyz='{iyz}' izz='{izz}'");
+        read(&planar.replacen(rod, &inertia, 1), "")
+    };
+    // A plate: exactly, then rounded to six significant digits, and to six decimals.
+    for (moments, slack) in [
+        (["0.166667", "0", "0", "0.0833333", "0", "0.250001"], 1e-6),
+        (["1.23457", "0", "0", "0.765432", "0", "2.00001"], 1e-5),
+        (["0.000002", "0", "0", "0.000001", "0", "0.000004"], 1e-6),
+        (["0.5000000000000001", "0.0", "0.0", "0.5", "0.0", "1.000004"], 5e-6),
+        (["0.749999", "0.250000", "0", "0.749999", "0", "1.50000"], 4e-6),
+    ] {
+        let arm = with(moments).unwrap_or_else(|error| panic!("{error}"));
+        assert!(says(&arm.notes, "link `upper`: its inertia misses the triangle inequality"));
+        let found = arm.joints[0].body;
+        let [a, b, c] = found.principal_moments();
+        assert!(a + b >= c * (1.0 - 1e-9) && a >= 0.0, "{a} {b} {c}");
+        let written = moments.map(|text| text.parse::<f64>().unwrap());
+        let [ixx, ixy, _, iyy, _, izz] = written;
+        for (at, written) in [((0, 0), ixx), ((0, 1), ixy), ((1, 1), iyy), ((2, 2), izz)] {
+            assert!((found.inertia[at] - written).abs() <= slack, "{at:?} {found:?}");
+        }
+    }
+    // A larger error than rounding makes.
+    for moments in [
+        ["0.1", "0", "0", "0.1", "0", "0.3"],
+        ["1.23457", "0", "0", "0.765432", "0", "2.0002"],
+        ["2e-6", "0", "0", "1.0e-6", "0", "4.00000e-6"],
+    ] {
+        let message = with(moments).unwrap_err().to_string();
+        assert!(message.contains("link `upper`: no body has this inertia"), "{message}");
+    }
+    assert!(!says(&read(&planar, "").unwrap().notes, "triangle"));
+}
+
+/// A tube beside the line between its joints gets a wide capsule, and a note with the radius of the tube.
+#[test]
+fn a_tube_beside_the_line_between_its_joints_is_noted() {
+    let arm = read(&text("offset.urdf"), "").unwrap();
+    let told = "link `upper_arm`: beside the line between its joints its shapes fit a capsule of radius 0.055 m";
+    assert!(says(&arm.notes, told), "{:?}", arm.notes);
+    assert!((0.17..0.2).contains(&arm.joints[1].radius), "{}", arm.joints[1].radius);
+}
