@@ -21,22 +21,25 @@ fi
 cargo build --quiet --release --locked -p remora
 remora=$target/release/remora
 
-# exported NAME CHIEF PLAN-FLAGS...: a plan, its files, and a look at them.
+# exported NAME CHIEF EPOCH PLAN-FLAGS...: makes a plan and its files, and checks them.
 exported() {
-    local name=$1 chief=$2 folder=$work/$1
-    shift 2
+    local name=$1 chief=$2 epoch=$3 folder=$work/$1
+    shift 3
     rm -rf "$folder"
     mkdir -p "$folder"
     "$remora" --quiet plan "$@" --out "$folder/plan.json"
     "$remora" export "$folder/plan.json" --format oem --format aem --format mcap \
-        --epoch 2026-12-31T23:50:00.25 --chief "$chief" --out "$folder"
+        --epoch "$epoch" --chief "$chief" --out "$folder"
     echo "--- $name"
     "$venv/bin/python" ci/export_read_back.py "$folder" --plan "$folder/plan.json" \
-        --epoch 2026-12-31T23:50:00.25 --chief "$chief"
+        --epoch "$epoch" --chief "$chief"
 }
 
-# A circle, and an ellipse given as a state; three joints and seven; with rows between nodes and without.
-exported three fixtures/chiefs/dawn.chief.toml --id pub-000
-exported seven fixtures/chiefs/state.chief.toml --mission fixtures/arms/seven.mission.toml --id pub-003 \
+# A circle, and an ellipse given as a state; three joints and seven; with rows between nodes and without; over the
+# end of a year without a leap second and with one.
+year=2026-12-31T23:50:00.25
+exported three fixtures/chiefs/dawn.chief.toml $year --id pub-000
+exported leap fixtures/chiefs/dawn.chief.toml 2016-12-31T23:50:00 --id pub-000
+exported seven fixtures/chiefs/state.chief.toml $year --mission fixtures/arms/seven.mission.toml --id pub-003 \
     --warm-start heuristic
-exported euler fixtures/chiefs/dawn.chief.toml --id pub-000 --integrator euler
+exported euler fixtures/chiefs/dawn.chief.toml $year --id pub-000 --integrator euler

@@ -14,7 +14,7 @@ as it must be.
 
 import argparse
 from bisect import bisect_right
-from datetime import datetime, timedelta, timezone
+from datetime import datetime, timezone
 import json
 from pathlib import Path
 import sys
@@ -91,7 +91,7 @@ class Chief:
     """The target's orbit, from the file and the mission."""
 
     def __init__(self, file, orbit):
-        self.mu = orbit["gravitational_parameter_m3_s2"]
+        self.mu, self.center = orbit["gravitational_parameter_m3_s2"], orbit.get("body", "EARTH")
         text = tomllib.loads(file.read_text())
         self.frame = text.get("frame", "EME2000")
         self.names = {who: text.get(who, {}) for who in ("target", "servicer")}
@@ -221,7 +221,7 @@ def check_oem(folder, plan, chief, epoch, who):
     message = OrbitEphemerisMessage.open(file)
     (segment,) = message.segments
     meta = segment.metadata
-    assert meta["REF_FRAME"] == chief.frame and meta["CENTER_NAME"] == "EARTH" and meta["TIME_SYSTEM"] == "UTC"
+    assert meta["REF_FRAME"] == chief.frame and meta["CENTER_NAME"] == chief.center and meta["TIME_SYSTEM"] == "UTC"
     assert meta["OBJECT_NAME"] == chief.names[who].get("name", who.upper()), meta["OBJECT_NAME"]
     assert meta["OBJECT_ID"] == chief.names[who].get("designator", "UNKNOWN"), meta["OBJECT_ID"]
     begin, times = Time(epoch, scale="utc"), []
@@ -250,10 +250,10 @@ def check_aem(folder, plan, chief, epoch, who):
     meta = segment.metadata
     assert (meta.ref_frame_a, meta.ref_frame_b) == (chief.frame, "SC_BODY_1")
     assert meta.attitude_dir.value == "A2B" and meta.quaternion_type.value == "LAST"
-    times, last = [], None
+    begin, times, last = Time(epoch, scale="utc"), [], None
     for state in segment.data.attitude_state:
         epoch_of, q = state.quaternion_state.epoch, state.quaternion_state.quaternion
-        times.append((datetime.fromisoformat(epoch_of) - epoch) / timedelta(seconds=1))
+        times.append((Time(epoch_of, scale="utc") - begin).to_value("sec"))
         q = np.array([q.q1, q.q2, q.q3, q.qc])
         hold(f"AEM {who}: norm less one", abs(np.linalg.norm(q) - 1), 1e-12)
         # CCSDS's matrix turns inertial components into the body's.

@@ -16,6 +16,8 @@ pub struct Heading<'a> {
     pub of: Spacecraft,
     /// Its names, and the axes that it is in.
     pub chief: &'a Chief,
+    /// Name of the body that the orbit is about.
+    pub center: &'a str,
     /// When the first row is.
     pub epoch: Epoch,
     /// When the file was made.
@@ -44,7 +46,7 @@ impl Heading<'_> {
         let of = |word: &Option<String>, otherwise: &str| word.clone().unwrap_or(otherwise.into());
         line(text, "OBJECT_NAME", &of(&self.named().name, &self.of.name().to_uppercase()));
         line(text, "OBJECT_ID", &of(&self.named().designator, "UNKNOWN"));
-        line(text, "CENTER_NAME", "EARTH");
+        line(text, "CENTER_NAME", self.center);
     }
 
     /// The times that rows span.

@@ -4,12 +4,13 @@
 //! given here: the state at the plan's first node, by elements or as vectors. From there on the chief flies
 //! about a sphere.
 
+use crate::motion::Motion;
 use nalgebra::{Matrix3, Vector3};
 use remora_core::advanced::model;
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::{Limit, json, read_text};
+use remora_host::formats::{Kind, Limit, as_text, toml_text};
 use remora_truth::rotation::about;
-use remora_truth::{Orbit, Rtn};
+use remora_truth::{Orbit, Rtn, eccentricity};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -62,7 +63,7 @@ pub struct Elements {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
-    /// From the Earth's centre [m].
+    /// Position from the body's centre [m].
     pub position_m: [f64; 3],
     /// In inertial axes [m/s].
     pub velocity_m_s: [f64; 3],
@@ -87,6 +88,8 @@ pub struct Chief {
     pub target: Named,
     /// What the servicer is called.
     pub servicer: Named,
+    /// Key that gives the orbit's shape.
+    shape: &'static str,
     /// Gravitational parameter [m^3/s^2].
     mu: f64,
     position: Vector3<f64>,
@@ -96,7 +99,7 @@ pub struct Chief {
 /// The chief at one time, inertial axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// From the Earth's centre [m].
+    /// Position from the body's centre [m].
     pub position: Vector3<f64>,
     /// Its rate of change [m/s].
     pub velocity: Vector3<f64>,
@@ -110,7 +113,7 @@ impl Chief {
     /// # Errors
     /// The file with the key that is wrong and why.
     pub fn read(file: &Path, orbit: &model::Orbit) -> Result<Self, Error> {
-        Self::parse(&read_text(file, Limit::TEXT)?, orbit).map_err(|error| error.at(file))
+        Kind::Chief.read(file, Limit::TEXT, |bytes| Self::parse(as_text(bytes)?, orbit))
     }
 
     /// Parses a file's text, likewise.
@@ -118,13 +121,7 @@ impl Chief {
     /// # Errors
     /// The key that is wrong and why.
     pub fn parse(text: &str, orbit: &model::Orbit) -> Result<Self, FieldError> {
-        let from = toml::Deserializer::parse(text)
-            .map_err(|error| FieldError::new("", error.message()))?;
-        let file: ChiefFile = serde_path_to_error::deserialize(from).map_err(|error| {
-            let field = Some(error.path().to_string()).filter(|field| field != ".");
-            FieldError::new(field.unwrap_or_default(), error.inner().message())
-        })?;
-        Self::new(file, orbit)
+        Self::new(toml_text::parse(text, Some(FORMAT))?, orbit)
     }
 
     /// The chief that a file tells of.
@@ -132,7 +129,6 @@ impl Chief {
     /// # Errors
     /// The first key that is wrong.
     pub fn new(file: ChiefFile, orbit: &model::Orbit) -> Result<Self, FieldError> {
-        json::check_format(file.format.as_deref().or(Some(FORMAT)), FORMAT)?;
         let mu = orbit.gravitational_parameter;
         let (key, (position, velocity)) = match (&file.elements, &file.state) {
             (Some(elements), None) => ("elements.semi_major_axis_m", elements.state(orbit)?),
@@ -147,6 +143,8 @@ impl Chief {
             }
         };
         check_same_orbit(key, mu, (&position, &velocity), orbit.semi_major_axis)?;
+        let shape = if file.state.is_some() { "state" } else { "elements.eccentricity" };
+        check_perigee(shape, mu, (&position, &velocity), orbit.body.radius)?;
         let frame = file.frame.unwrap_or_else(|| "EME2000".into());
         check_word("frame", &frame)?;
         for (key, named) in [("target", &file.target), ("servicer", &file.servicer)] {
@@ -154,7 +152,33 @@ impl Chief {
                 word.iter().try_for_each(|word| check_word(&format!("{key}.{part}"), word))?;
             }
         }
-        Ok(Self { frame, target: file.target, servicer: file.servicer, mu, position, velocity })
+        let (target, servicer) = (file.target, file.servicer);
+        Ok(Self { frame, target, servicer, shape, mu, position, velocity })
+    }
+
+    /// Refuses an orbit on which RTN axes do not turn at the mean motion, as plan files assume.
+    ///
+    /// # Errors
+    /// The key of the orbit's shape, with the error that it makes.
+    pub fn check(&self, motion: &Motion) -> Result<(), FieldError> {
+        let Self { mu, position, velocity, .. } = self;
+        let e = eccentricity(position, velocity, *mu);
+        let flown = model::Orbit {
+            semi_major_axis: semi_major_axis(*mu, position, velocity),
+            eccentricity: libm::sqrt(e.dot(&e)),
+            ..motion.orbit
+        };
+        let (duration, limit) = (motion.duration(), motion.hcw_error_limit_m);
+        let error = motion.start_distance_m * flown.hcw_error(duration);
+        if error <= limit {
+            return Ok(());
+        }
+        let reason = format!(
+            "with an eccentricity of {:.4} the plan, made for RTN axes that turn at a constant rate, is wrong \
+             by up to {error:.2} m after {duration:.0} s; at most {limit:.2} m are accepted",
+            flown.eccentricity
+        );
+        Err(FieldError::new(self.shape, reason))
     }
 
     /// Where it is so long after the first node [s].
@@ -203,9 +227,9 @@ impl Elements {
     /// Position and velocity.
     fn state(&self, orbit: &model::Orbit) -> Result<(Vector3<f64>, Vector3<f64>), FieldError> {
         let inclination = self.inclination_deg.map_or(orbit.inclination, f64::to_radians);
-        let eccentricity = self.eccentricity.unwrap_or(orbit.eccentricity);
+        let e = self.eccentricity.unwrap_or(orbit.eccentricity);
         let angles = [self.ascending_node_deg, self.argument_of_perigee_deg, self.true_anomaly_deg];
-        if !(0.0..1.0).contains(&eccentricity) {
+        if !(0.0..1.0).contains(&e) {
             return Err(FieldError::new("elements.eccentricity", "expected a number in [0, 1)"));
         }
         if !angles.iter().chain([&inclination]).all(|angle| angle.is_finite()) {
@@ -214,7 +238,7 @@ impl Elements {
         let [node, perigee, anomaly] = angles.map(f64::to_radians);
         let flat = Orbit {
             semi_major_axis: self.semi_major_axis_m.unwrap_or(orbit.semi_major_axis),
-            eccentricity,
+            eccentricity: e,
             inclination,
             argument_of_latitude: perigee + anomaly,
             argument_of_perigee: perigee,
@@ -247,6 +271,24 @@ fn check_same_orbit(
     Err(FieldError::new(key, reason))
 }
 
+/// Refuses an orbit that leads below the body's surface.
+fn check_perigee(
+    key: &str,
+    mu: f64,
+    (position, velocity): (&Vector3<f64>, &Vector3<f64>),
+    radius: f64,
+) -> Result<(), FieldError> {
+    let e = eccentricity(position, velocity, mu);
+    let perigee = semi_major_axis(mu, position, velocity) * (1.0 - libm::sqrt(e.dot(&e)));
+    if perigee >= radius {
+        return Ok(());
+    }
+    let reason = format!(
+        "the perigee is {perigee:.0} m from the body's centre, whose radius is {radius:.0} m"
+    );
+    Err(FieldError::new(key, reason))
+}
+
 /// Refuses what would not be one word of a line: these files have a line an entry.
 fn check_word(key: &str, word: &str) -> Result<(), FieldError> {
     let is_plain = |c: char| c.is_ascii_graphic() || c == ' ';
@@ -261,8 +303,11 @@ mod tests {
     use super::*;
 
     fn chief(text: &str) -> Result<Chief, FieldError> {
-        let file: ChiefFile = toml::from_str(text).unwrap();
-        Chief::new(file, &model::Orbit::default())
+        with_orbit(text, &model::Orbit::default())
+    }
+
+    fn with_orbit(text: &str, orbit: &model::Orbit) -> Result<Chief, FieldError> {
+        Chief::parse(text, orbit)
     }
 
     const ELEMENTS: &str = "[elements]\nascending_node_deg = 40.0\nargument_of_perigee_deg = 70.0\n\
@@ -272,11 +317,13 @@ mod tests {
     #[test]
     fn the_orbit_keeps_what_an_orbit_keeps() {
         for e in [0.0, 1e-3, 0.3] {
-            let chief = chief(&format!("{ELEMENTS}eccentricity = {e}\n")).unwrap();
+            // The body has no surface: some of these orbits would be below the Earth's.
+            let orbit = model::Orbit { body: model::Body::UNKNOWN, ..model::Orbit::default() };
+            let chief = with_orbit(&format!("{ELEMENTS}eccentricity = {e}\n"), &orbit).unwrap();
             let kept = |time: f64| {
                 let Place { position, velocity, .. } = chief.at(time);
                 let energy = velocity.dot(&velocity) / 2.0 - chief.mu / position.norm();
-                let perigee = remora_truth::eccentricity(&position, &velocity, chief.mu);
+                let perigee = eccentricity(&position, &velocity, chief.mu);
                 (energy, position.cross(&velocity), perigee)
             };
             let (energy, momentum, perigee) = kept(0.0);
@@ -313,7 +360,9 @@ mod tests {
             "[state]\nposition_m = [{:?}, {:?}, {:?}]\nvelocity_m_s = [{:?}, {:?}, {:?}]\n",
             p.x, p.y, p.z, v.x, v.y, v.z
         );
-        assert_eq!(chief(&text).unwrap(), one);
+        let two = chief(&text).unwrap();
+        assert_eq!(two.shape, "state");
+        assert_eq!(Chief { shape: one.shape, ..two }, one);
     }
 
     #[test]

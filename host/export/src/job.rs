@@ -9,7 +9,9 @@ use crate::recording;
 use remora_core::advanced::dynamics::Integrator;
 use remora_host::choice::Choice;
 use remora_host::error::Error;
-use remora_host::formats::{PlanFile, Program, check_writable, make_directory, write_atomically};
+use remora_host::formats::{
+    PlanFile, Program, body_name, check_writable, make_directory, write_atomically,
+};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -117,7 +119,7 @@ impl Export {
     pub fn run(&self, keep: impl Fn(&Path) -> Result<(), Error>) -> Result<ExportedAll, Error> {
         let plan = PlanFile::read(&self.plan)?;
         let motion = Motion::of(&self.plan, &plan, self.step)?;
-        let chief = self.chief.as_ref().map(|file| Chief::read(file, &motion.orbit)).transpose()?;
+        let chief = self.chief.as_ref().map(|file| chief(file, &motion)).transpose()?;
         let fill = |(format, of, file)| {
             self.contents(&plan, &motion, chief.as_ref(), (format, of))
                 .map(|bytes| (format, file, bytes))
@@ -148,8 +150,7 @@ impl Export {
         (format, of): (Format, Option<Spacecraft>),
     ) -> Result<Vec<u8>, Error> {
         let Some(of) = of else {
-            let epoch = self.epoch.unwrap_or_default();
-            let recorded = recording::recorded(motion, &plan.residuals, epoch);
+            let recorded = recording::recorded(motion, &plan.residuals, self.epoch);
             return recorded.map_err(|error| Error::Output {
                 file: self.out.clone(),
                 reason: error.to_string(),
@@ -164,8 +165,20 @@ impl Export {
             let reason = "is needed for inertial axes: a plan does not say when it begins";
             return Err(Error::argument("--epoch", reason));
         };
+        let Some(center) = body_name(&motion.orbit.body) else {
+            let reason = "is missing: the gravity is not the Earth's, and the file must name the body; \
+                          give orbit.body and orbit.body_radius_m in the mission and plan again";
+            return Err(Error::input(&self.plan, "inputs.mission.orbit.body", reason));
+        };
         let comments = comments(plan, of);
-        let heading = Heading { of, chief, epoch, created: Epoch::now(), comments: &comments };
+        let heading = Heading {
+            of,
+            chief,
+            center: &center,
+            epoch,
+            created: Epoch::now(),
+            comments: &comments,
+        };
         let rows = inertial::rows(motion, chief, of);
         Ok(match format {
             Format::Aem => ccsds::aem(&heading, &rows),
@@ -173,6 +186,12 @@ impl Export {
         }
         .into_bytes())
     }
+}
+
+/// The chief of a file, which the plan must fit.
+fn chief(file: &Path, motion: &Motion) -> Result<Chief, Error> {
+    let chief = Chief::read(file, &motion.orbit)?;
+    chief.check(motion).map_err(|error| error.at(file)).map(|()| chief)
 }
 
 /// Where the numbers of a file come from.

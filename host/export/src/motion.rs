@@ -29,6 +29,10 @@ pub struct Motion {
     pub bodies: Bodies,
     /// The target's orbit, as the plan's mission has it.
     pub orbit: Orbit,
+    /// Distance of the start from the target [m].
+    pub start_distance_m: f64,
+    /// Largest error of the plan's model of relative motion that is accepted [m].
+    pub hcw_error_limit_m: f64,
 }
 
 /// All of it at one instant. Vectors are in RTN, attitudes body to RTN, rates relative to RTN.
@@ -174,7 +178,15 @@ impl<const M: usize> Track<M> {
                 })?;
             }
         }
-        Some(Motion { moments, bodies: self.bodies(), orbit: self.mission.orbit })
+        let start = &self.path.position[0];
+        let start_distance_m = libm::sqrt(start.dot(start));
+        Some(Motion {
+            moments,
+            bodies: self.bodies(),
+            orbit: self.mission.orbit,
+            start_distance_m,
+            hcw_error_limit_m: self.mission.hcw_error_limit(start_distance_m),
+        })
     }
 
     /// The multiples of a step within an interval; none where the step is none.

@@ -35,11 +35,15 @@ const APPROACH: [&str; 7] = [
     "tip_m",
 ];
 
-/// A motion as the bytes of a file, with the residuals of its plan. The first node is at `epoch`.
+/// A motion as the bytes of a file, with the residuals of its plan. The first node is at `epoch`, else in 1970.
 ///
 /// # Errors
 /// What the writer says; into memory, none that a sound motion could have.
-pub fn recorded(motion: &Motion, residuals: &Residuals, epoch: Epoch) -> McapResult<Vec<u8>> {
+pub fn recorded(
+    motion: &Motion,
+    residuals: &Residuals,
+    epoch: Option<Epoch>,
+) -> McapResult<Vec<u8>> {
     let misses = residuals.against(&Tolerances::default());
     let (names, values) = (misses.map(|(name, ..)| name), misses.map(|(_, value, _)| value));
     let mut tape = Tape::new(epoch)?;
@@ -78,19 +82,24 @@ fn approach_values(moment: &Moment) -> Vec<f64> {
 /// The file in the making.
 struct Tape {
     writer: Writer<Cursor<Vec<u8>>>,
-    epoch: Epoch,
+    epoch: Option<Epoch>,
     sequence: u32,
 }
 
 impl Tape {
-    fn new(epoch: Epoch) -> McapResult<Self> {
+    fn new(epoch: Option<Epoch>) -> McapResult<Self> {
         let library = concat!("remora ", env!("CARGO_PKG_VERSION"));
         let options = WriteOptions::new().compression(None).library(library);
         Ok(Self { writer: options.create(Cursor::new(Vec::new()))?, epoch, sequence: 0 })
     }
 
+    /// Unix time of the first node, and the time since: it goes on evenly through a leap second [ns].
+    fn nanos(&self, micros: i64) -> u64 {
+        self.epoch.map_or(0, Epoch::nanos) + micros as u64 * 1000
+    }
+
     fn stamp(&self, micros: i64) -> Timestamp {
-        let nanos = self.epoch.after(micros).nanos();
+        let nanos = self.nanos(micros);
         Timestamp::new((nanos / 1_000_000_000) as u32, (nanos % 1_000_000_000) as u32)
     }
 
@@ -136,7 +145,7 @@ impl Tape {
     }
 
     fn add(&mut self, channel_id: u16, micros: i64, bytes: &[u8]) -> McapResult<()> {
-        let now = self.epoch.after(micros).nanos();
+        let now = self.nanos(micros);
         let sequence = self.sequence;
         self.sequence += 1;
         let header = MessageHeader { channel_id, sequence, log_time: now, publish_time: now };
