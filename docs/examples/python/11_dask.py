@@ -1,29 +1,28 @@
-"""Plans spread over processes by Dask, or over machines: with `distributed.Client("scheduler:8786")` first, the same
-lines run on a cluster whose workers have the wheel."""
+"""A sweep over the servicer's mass on a Dask cluster: missions and scenarios go out, plans come back whole. The cluster
+is two processes here; with `Client("scheduler:8786")` the same lines run on machines that have the wheel."""
 
 import sys
 from pathlib import Path
 
-import dask
 import matplotlib.pyplot as plt
 import numpy as np
+from dask.distributed import Client, LocalCluster
 
 import remora
 
-
-def share(first: int, end: int) -> dict[str, np.ndarray]:
-    """Plans of scenarios first to end: a worker draws its own, each is a function of seed and index."""
-    table = remora.plan_many(remora.draw(end, seed=1)[first:], jobs=1)
-    return {name: table[name] for name in ("target_rate_rad_s", "stage2_cost", "verified")}
-
-
 if __name__ == "__main__":
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
-    tasks = [dask.delayed(share)(first, first + 4) for first in range(0, 24, 4)]
-    shares = dask.compute(*tasks, scheduler="processes", num_workers=2)
-    table = {name: np.concatenate([one[name] for one in shares]) for name in shares[0]}
-    print(f"{table['verified'].sum()} of {len(table['verified'])} verified, in {len(shares)} shares")
+    masses = [300.0, 400.0, 500.0, 600.0]
+    missions = [remora.Mission.default().replace(servicer={"bus_mass_kg": mass}) for mass in masses]
+    cases = remora.draw(4, seed=1)
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        tasks = [[client.submit(remora.plan, case, mission) for case in cases] for mission in missions]
+        plans: list[list[remora.Plan]] = client.gather(tasks)
     figure, axes = plt.subplots(layout="constrained")
-    axes.scatter(1e3 * table["target_rate_rad_s"], table["stage2_cost"], s=12)
-    axes.set(xlabel="tumble [mrad/s]", ylabel="cost of Stage 2")
+    for mission, row in zip(missions, plans, strict=True):
+        assert all(plan.is_verified and plan.mission == mission for plan in row)
+        force = [np.linalg.norm(plan.force, axis=1).max() for plan in row]
+        axes.scatter([mission.servicer.bus_mass_kg] * len(row), force)
+    print(f"{sum(map(len, plans))} plans verified, for {len(missions)} masses of the bus")
+    axes.set(xlabel="mass of the bus [kg]", ylabel="largest force [N]")
     figure.savefig(folder / "11_dask.svg")

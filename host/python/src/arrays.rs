@@ -50,6 +50,11 @@ pub(crate) fn texts<'py>(py: Python<'py>, values: Vec<String>) -> PyResult<Bound
     py.import("numpy")?.call_method1("array", (list, "str"))
 }
 
+/// Values that numpy turns into an array of numbers.
+pub(crate) fn array<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    value.py().import("numpy")?.call_method1("asarray", (value, "float64"))
+}
+
 /// The numbers of an array, or of anything that numpy makes one of, in single precision row by row; it
 /// must have this shape and no number that is not finite.
 pub(crate) fn numbers(
@@ -57,8 +62,12 @@ pub(crate) fn numbers(
     value: &Bound<'_, PyAny>,
     shape: (usize, usize),
 ) -> PyResult<Vec<f32>> {
-    let py = value.py();
-    let array = py.import("numpy")?.call_method1("asarray", (value, "float64"))?;
+    let array = array(value).map_err(|error| {
+        crate::raised::argument(
+            name,
+            format!("is not an array of numbers: {}", error.value(value.py())),
+        )
+    })?;
     let found: Vec<usize> = array.getattr("shape")?.extract()?;
     if found != [shape.0, shape.1] {
         let shown = array.getattr("shape")?.str()?;

@@ -1,6 +1,7 @@
 //! How plans are asked for: the arguments that planning, campaigns and comparisons share.
 
 use crate::arrays;
+use crate::given::Given;
 use crate::mission::Mission;
 use crate::plan::Plan;
 use crate::raised::argument;
@@ -22,13 +23,15 @@ pub(crate) struct Asked {
 impl Asked {
     /// What the arguments say; a guess that is not given is the built-in model.
     pub(crate) fn of(
-        mission: Option<Mission>,
-        integrator: &str,
-        mode: &str,
+        mission: Option<Given<Mission>>,
+        (integrator, mode): (Given<&str>, Given<&str>),
         guess: Option<&Bound<'_, PyAny>>,
-        deadline_s: Option<f64>,
+        deadline_s: Option<Given<f64>>,
     ) -> PyResult<Self> {
+        let mission = Given::optional(mission, "mission")?;
         let integrator = self::integrator(integrator)?;
+        let deadline_s = Given::optional(deadline_s, "deadline_s")?;
+        let mode = mode.named("mode")?;
         let Some(mode) = Mode::of_name(mode) else {
             let reason = format!("{mode:?} is neither \"optimal\" nor \"feasible\"");
             return Err(argument("mode", reason));
@@ -36,13 +39,20 @@ impl Asked {
         let deadline = deadline_s.map(Deadline::try_from).transpose();
         let deadline = deadline.map_err(|error| argument("deadline_s", error))?;
         let start = match guess {
-            Some(guess) => start(guess, integrator)?,
+            Some(guess) => start("initial_guess", guess, integrator)?,
             None => Start::Model(built_in(integrator)),
         };
         let warm_start = start.warm_start();
         let method =
             Method { mode, warm_start, qp: Qp::Embedded, integrator, deadline, sharp: false };
         Ok(Self { mission: Mission::or_default(mission)?, method, start })
+    }
+
+    /// A copy of the request with another guess, given under a name.
+    pub(crate) fn started_from(&self, name: &str, guess: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let start = start(name, guess, self.method.integrator)?;
+        let method = Method { warm_start: start.warm_start(), ..self.method };
+        Ok(Self { mission: self.mission.clone(), method, start })
     }
 }
 
@@ -54,13 +64,14 @@ pub(crate) fn built_in(integrator: Integrator) -> Arc<Learned> {
 }
 
 /// The integrator of a name.
-pub(crate) fn integrator(name: &str) -> PyResult<Integrator> {
+pub(crate) fn integrator(name: Given<&str>) -> PyResult<Integrator> {
+    let name = name.named("integrator")?;
     name.parse().map_err(|error| argument("integrator", format!("{name:?}: {error}")))
 }
 
 /// A number of threads; what is not given is the machine's cores.
-pub(crate) fn jobs(jobs: Option<usize>) -> PyResult<NonZeroUsize> {
-    match jobs {
+pub(crate) fn jobs(jobs: Option<Given<usize>>) -> PyResult<NonZeroUsize> {
+    match Given::optional(jobs, "jobs")? {
         None => Ok(std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)),
         Some(jobs) => NonZeroUsize::new(jobs).ok_or_else(|| argument("jobs", "must be positive")),
     }
@@ -70,13 +81,17 @@ pub(crate) fn jobs(jobs: Option<usize>) -> PyResult<NonZeroUsize> {
 const EXPECTED: &str = "is neither \"model\", \"heuristic\", a Model, a Plan, (Plan, seconds), an array of torques \
                         nor a function of a Scene";
 
-/// What Stage 2 is to start from.
-pub(crate) fn start(given: &Bound<'_, PyAny>, integrator: Integrator) -> PyResult<Start> {
-    if let Ok(name) = given.extract::<String>() {
-        return match name.as_str() {
+/// Initial guess of Stage 2, given under a name.
+pub(crate) fn start(
+    name: &str,
+    given: &Bound<'_, PyAny>,
+    integrator: Integrator,
+) -> PyResult<Start> {
+    if let Ok(word) = given.extract::<String>() {
+        return match word.as_str() {
             "heuristic" => Ok(Start::Heuristic),
             "model" => Ok(Start::Model(built_in(integrator))),
-            _ => Err(argument("initial_guess", format!("{name:?} {EXPECTED}"))),
+            _ => Err(argument(name, format!("{word:?} {EXPECTED}"))),
         };
     }
     if let Ok(model) = given.cast::<Model>() {
@@ -88,17 +103,26 @@ pub(crate) fn start(given: &Bound<'_, PyAny>, integrator: Integrator) -> PyResul
     if let Ok((plan, elapsed)) = given.extract::<(Bound<'_, Plan>, f64)>() {
         if !(elapsed >= 0.0 && elapsed.is_finite()) {
             let reason = format!("{elapsed} s have passed: must be finite and not negative");
-            return Err(argument("initial_guess", reason));
+            return Err(argument(name, reason));
         }
         return Ok(Start::Left(Arc::new(plan.get().nominal()), elapsed));
     }
     if given.is_callable() {
         return Ok(Start::Function(Arc::new(given.clone().unbind())));
     }
-    let shape = given.getattr("shape").and_then(|shape| shape.extract::<(usize, usize)>());
-    match shape {
+    let Ok(array) = arrays::array(given) else {
+        return Err(argument(name, format!("{} {EXPECTED}", given.get_type())));
+    };
+    let shape = array.getattr("shape")?;
+    match shape.extract::<(usize, usize)>() {
         // Whether it is the arm's is looked at where the plan is made.
-        Ok(shape) => arrays::numbers("initial_guess", given, shape).map(Start::Torques),
-        Err(_) => Err(argument("initial_guess", format!("{} {EXPECTED}", given.get_type()))),
+        Ok(shape) => {
+            let torques = arrays::numbers(name, &array, shape)?;
+            Ok(Start::Torques { torques, shape })
+        }
+        Err(_) => {
+            let reason = format!("has shape {shape}, expected a row of torques an interval");
+            Err(argument(name, reason))
+        }
     }
 }

@@ -1,11 +1,13 @@
 //! Approaches flown by policies, many at once: what `remora.gym` steps.
 
 use crate::asked;
+use crate::given::Given;
 use crate::mission::Mission;
 use crate::planning::with_planner;
 use crate::raised::{Failure, argument, raised};
 use crate::scenario::Scenario;
 use crate::scene;
+use crate::waiting::{Caller, waited};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -17,6 +19,7 @@ use remora_host::error::Error;
 use remora_host::method::Integrator;
 use remora_host::{planning, with_joints};
 use std::any::Any;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// Episodes, each on one of the same approaches. A policy's action is torques as shares of their limits.
@@ -26,6 +29,9 @@ pub(crate) struct Episodes {
     /// Threads that step.
     pool: ThreadPool,
     approaches: usize,
+    count: usize,
+    /// Substeps of a step.
+    step_size: usize,
     features: usize,
     actions: usize,
 }
@@ -33,11 +39,15 @@ pub(crate) struct Episodes {
 /// Most episodes at once: 0.3 GB.
 const MOST: usize = 1_000_000;
 
+/// Most substeps of all episodes together between two looks for signals: 50 ms.
+const MANY: usize = 10_000;
+
 /// Fewest episodes a thread steps: for less no other is woken.
 const LEAST: usize = 8;
 
 /// Plans Stage 1 of all scenarios; episodes that begin on the first.
 fn courses<const NL: usize>(
+    caller: &Caller,
     mission: &Mission,
     cases: &[Scenario],
     integrator: Integrator,
@@ -45,11 +55,12 @@ fn courses<const NL: usize>(
 ) -> Result<Vec<Box<dyn Course>>, Failure> {
     let mission = mission.of::<NL>()?;
     let plan = |case: &Scenario| {
-        with_planner(|planner| {
+        caller.go_on()?;
+        with_planner(caller, |bench| {
             let method = remora_host::method::Method { integrator, ..Default::default() };
             crate::raised::look(planning::refusal(mission, &case.named, &method), &case.named)?;
             let refused = |refusal| Failure::Refused(case.named.id.clone(), refusal);
-            planner.approach(mission, &case.named, integrator).map_err(refused)
+            bench.planner.approach(mission, &case.named, integrator).map_err(refused)
         })
     };
     let approaches: Vec<Approach<NL>> = cases.iter().map(plan).collect::<Result<_, _>>()?;
@@ -71,11 +82,30 @@ impl Episodes {
         self.courses.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
+    /// Works on all of them. Long work can be interrupted, which sets the flag.
+    fn together<T: Send + 'static>(
+        slf: &Bound<'_, Self>,
+        work: impl FnOnce(&Self, &AtomicBool) -> T + Send + 'static,
+    ) -> PyResult<T> {
+        let all = slf.get();
+        if all.count * all.step_size <= MANY {
+            return Ok(slf.py().detach(|| work(all, &AtomicBool::new(false))));
+        }
+        let shared = slf.clone().unbind();
+        waited(slf.py(), move |caller| Ok(work(shared.get(), caller.flag())))
+    }
+
     /// What all of them see, a row an episode.
-    fn seen(&self, courses: &[Box<dyn Course>]) -> Vec<f32> {
+    fn seen(&self, courses: &[Box<dyn Course>], is_over: &AtomicBool) -> Vec<f32> {
         let mut seen = vec![0.0; courses.len() * self.features];
         let rows = seen.par_chunks_mut(self.features).with_min_len(LEAST);
-        self.pool.install(|| rows.zip(courses).for_each(|(row, course)| course.observe(row)));
+        self.pool.install(|| {
+            rows.zip(courses).for_each(|(row, course)| {
+                if !is_over.load(Ordering::Relaxed) {
+                    course.observe(row);
+                }
+            });
+        });
         seen
     }
 
@@ -119,19 +149,20 @@ type Stepped<'py> =
 #[pymethods]
 impl Episodes {
     #[new]
-    #[pyo3(signature = (cases, mission=None, *, count=1, integrator="rk4", encoding="body",
-                        miss_weight=1.0, jobs=None))]
-    #[expect(clippy::too_many_arguments, reason = "keywords, each of them optional")]
+    #[pyo3(signature = (cases, mission, *, count, integrator, encoding, miss_weight, jobs))]
+    #[expect(clippy::too_many_arguments, reason = "keywords")]
     fn new(
         py: Python<'_>,
-        cases: Vec<Scenario>,
-        mission: Option<Mission>,
-        count: usize,
-        integrator: &str,
-        encoding: &str,
-        miss_weight: f64,
-        jobs: Option<usize>,
+        cases: Given<Vec<Scenario>>,
+        mission: Option<Given<Mission>>,
+        count: Given<usize>,
+        integrator: Given<&str>,
+        encoding: Given<&str>,
+        miss_weight: Given<f64>,
+        jobs: Option<Given<usize>>,
     ) -> PyResult<Self> {
+        let (cases, count) = (cases.named("cases")?, count.named("count")?);
+        let miss_weight = miss_weight.named("miss_weight")?;
         if cases.is_empty() || count == 0 {
             return Err(argument("cases, count", "there must be at least one of each"));
         }
@@ -143,24 +174,30 @@ impl Episodes {
         }
         let (integrator, encoding) = (asked::integrator(integrator)?, scene::encoding(encoding)?);
         let terms = (Terms { encoding, miss_weight }, count);
-        let mission = Mission::or_default(mission)?;
-        let courses = py.detach(|| {
+        let mission = Mission::or_default(Given::optional(mission, "mission")?)?;
+        let (arm, approaches, jobs) = (mission.joints(), cases.len(), asked::jobs(jobs)?);
+        let courses = waited(py, move |caller| {
             with_joints!(mission.joints(), NL => {
-                courses::<NL>(&mission, &cases, integrator, terms)
+                courses::<NL>(caller, &mission, &cases, integrator, terms)
             } else {
                 Err(Error::Thread { reason: "no arm has so many joints".into() }.into())
             })
         })?;
-        let pool = ThreadPoolBuilder::new().num_threads(asked::jobs(jobs)?.get()).build();
+        let pool = ThreadPoolBuilder::new().num_threads(jobs.get()).build();
         let failed = |error: rayon::ThreadPoolBuildError| {
             raised(Error::Thread { reason: error.to_string() })
         };
         Ok(Self {
             courses: Mutex::new(courses),
             pool: pool.map_err(failed)?,
-            approaches: cases.len(),
-            features: encoding.features(mission.joints()),
-            actions: size::controls(mission.joints()),
+            approaches,
+            count,
+            step_size: match integrator {
+                Integrator::Euler => 1,
+                Integrator::Rk4 { substeps } => substeps,
+            },
+            features: encoding.features(arm),
+            actions: size::controls(arm),
         })
     }
 
@@ -179,11 +216,12 @@ impl Episodes {
     /// Number of episodes.
     #[getter]
     fn count(&self) -> usize {
-        self.courses().len()
+        self.count
     }
 
     /// Begins one of them again, on an approach.
-    fn begin(&self, episode: usize, approach: usize) -> PyResult<()> {
+    fn begin(&self, episode: Given<usize>, approach: Given<usize>) -> PyResult<()> {
+        let (episode, approach) = (episode.named("episode")?, approach.named("approach")?);
         if approach >= self.approaches {
             return Err(argument("approach", format!("{approach} is none of {}", self.approaches)));
         }
@@ -197,26 +235,29 @@ impl Episodes {
     }
 
     /// What all of them see.
-    fn observe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let seen = py.detach(|| self.seen(&self.courses()));
-        self.array(py, &seen)
+    fn observe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let all = Self::together(slf, |all, is_over| all.seen(&all.courses(), is_over))?;
+        slf.get().array(slf.py(), &all)
     }
 
     /// Steps all of them, a row of actions an episode. One that has ended stays where it is; one of which
     /// `begins` names an approach, which is not negative, begins there instead.
     #[pyo3(signature = (actions, begins=None))]
     fn step<'py>(
-        &self,
-        py: Python<'py>,
-        actions: PyReadonlyArray2<'py, f32>,
-        begins: Option<PyReadonlyArray1<'py, i64>>,
+        slf: &Bound<'py, Self>,
+        actions: Given<PyReadonlyArray2<'py, f32>>,
+        begins: Option<Given<PyReadonlyArray1<'py, i64>>>,
     ) -> PyResult<Stepped<'py>> {
-        let (actions, begins) = (self.actions_of(&actions)?, self.begins(begins.as_ref())?);
-        let (steps, seen) = py.detach(|| {
-            let courses = &mut *self.courses();
-            let rows = actions.par_chunks(self.actions).with_min_len(LEAST);
+        let (py, all) = (slf.py(), slf.get());
+        let begins = Given::optional(begins, "begins")?;
+        let actions = all.actions_of(&actions.named("actions")?)?;
+        let begins = all.begins(begins.as_ref())?;
+        let (steps, seen) = Self::together(slf, move |all, is_over| {
+            let courses = &mut *all.courses();
+            let rows = actions.par_chunks(all.actions).with_min_len(LEAST);
             let step = |((row, begins), course): ((&[f32], &i64), &mut Box<dyn Course>)| {
                 match usize::try_from(*begins) {
+                    _ if is_over.load(Ordering::Relaxed) => Step { reward: 0.0, is_last: false },
                     Ok(approach) => {
                         course.begin(approach);
                         Step { reward: 0.0, is_last: false }
@@ -224,13 +265,13 @@ impl Episodes {
                     Err(_) => course.step(row),
                 }
             };
-            let all = rows.zip(&begins).zip(courses.par_iter_mut());
-            let steps: Vec<Step> = self.pool.install(|| all.map(step).collect());
-            (steps, self.seen(courses))
-        });
+            let each = rows.zip(&begins).zip(courses.par_iter_mut());
+            let steps: Vec<Step> = all.pool.install(|| each.map(step).collect());
+            (steps, all.seen(courses, is_over))
+        })?;
         let rewards = steps.iter().map(|step| step.reward).collect();
         let ended = steps.iter().map(|step| step.is_last).collect();
-        let seen = self.array(py, &seen)?;
+        let seen = all.array(py, &seen)?;
         Ok((seen, PyArray1::from_vec(py, rewards), PyArray1::from_vec(py, ended)))
     }
 

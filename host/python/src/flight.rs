@@ -2,11 +2,13 @@
 
 use crate::arrays;
 use crate::asked;
+use crate::given::Given;
 use crate::plan::Plan;
 use crate::raised::{argument, raised};
+use crate::waiting::{Caller, waited};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use remora_flight::campaign::MAX_RUNS;
 use remora_flight::errors_file;
 use remora_flight::flight::{Controller, JointControl};
@@ -16,9 +18,8 @@ use remora_flight::pilot::{Pilot, Sortie};
 use remora_flight::row::FlownRow;
 use remora_host::choice::Choice;
 use remora_host::error::Error;
-use remora_host::memory::on_large_stack;
 use remora_host::{pool, with_joints};
-use remora_truth::{Dispersion, Errors, Quantity};
+use remora_truth::{Dispersion, Errors};
 use remora_web::Flown;
 use std::path::{Path, PathBuf};
 
@@ -29,11 +30,19 @@ pub(crate) struct Flight {
     /// Checksum of the plan that was flown.
     pub(crate) of: u64,
     flown: FlownRow,
-    drawn: Vec<Quantity>,
+    /// Drawn errors, by name.
+    drawn: Vec<(String, f64)>,
     samples: Vec<Sample>,
 }
 
 impl Flight {
+    /// All its values, in postcard, which keeps every bit.
+    fn bytes(&self) -> PyResult<Vec<u8>> {
+        let Self { run, of, flown, drawn, samples } = self;
+        postcard::to_extend(&(run, of, flown, drawn, samples), Vec::new())
+            .map_err(|error| argument("flight", error))
+    }
+
     /// As a page shows it.
     pub(crate) fn shown(&self) -> Flown {
         history::shown(self.run, &self.samples)
@@ -133,7 +142,7 @@ impl Flight {
     /// What was drawn, read back from the truth.
     #[getter]
     fn drawn<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        arrays::dict(py, self.drawn.iter().map(|drawn| (drawn.name.as_str(), drawn.value)))
+        arrays::dict(py, self.drawn.iter().map(|(name, value)| (name.as_str(), *value)))
     }
 
     /// Times of the rows [s].
@@ -181,14 +190,30 @@ impl Flight {
     fn __repr__(&self) -> String {
         format!("<remora.Flight {}: {}, miss {:.4} m>", self.run, self.ending(), self.miss_m())
     }
-}
 
-/// Errors of a file, the typical ones, or none.
-fn errors(given: Option<PathBuf>, joints: usize) -> Result<Errors, Error> {
-    match given {
-        None => Ok(Errors::none()),
-        Some(name) if name.as_os_str() == "typical" => Ok(Errors::typical()),
-        Some(file) => errors_file::read(&file, joints),
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("remora.notebook")?.call_method1("flight", (slf,))
+    }
+
+    fn __eq__(&self, other: &Self) -> PyResult<bool> {
+        Ok(self.bytes()? == other.bytes()?)
+    }
+
+    fn __hash__(&self) -> u64 {
+        self.of ^ self.run.rotate_left(32) ^ self.miss_m().to_bits()
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (Py<PyBytes>,))> {
+        let read = py.get_type::<Self>().getattr("_of_bytes")?.unbind();
+        Ok((read, (PyBytes::new(py, &self.bytes()?).unbind(),)))
+    }
+
+    /// The flight of a pickle.
+    #[staticmethod]
+    fn _of_bytes(bytes: &[u8]) -> PyResult<Self> {
+        let read = postcard::from_bytes(bytes).map_err(|error| argument("flight", error))?;
+        let (run, of, flown, drawn, samples) = read;
+        Ok(Self { run, of, flown, drawn, samples })
     }
 }
 
@@ -204,59 +229,88 @@ fn sortie(plan: &Plan) -> PyResult<Sortie> {
     })
 }
 
-/// Flies a plan in a world that it does not know; with `runs`, a list of flights with a draw of errors each.
+/// Options of the runs of a plan.
+struct Flying {
+    sortie: Sortie,
+    /// Checksum of the plan.
+    of: u64,
+    options: Options,
+    errors: Errors,
+    seed: u64,
+}
+
+impl Flying {
+    fn fly(&self, caller: &Caller, pilot: &mut Pilot, run: u64) -> Result<Flight, Error> {
+        let dispersion = Dispersion { errors: self.errors.clone(), seed: self.seed, run };
+        let mut samples = Vec::new();
+        let flown = pilot
+            .fly(&self.sortie, &self.options.settings(), &dispersion, Some(&mut samples))
+            .map_err(|error| Error::Thread { reason: format!("the world: {error}") })?;
+        // The end of a stopped flight does not count.
+        if caller.go_on().is_err() {
+            return Err(Error::Thread { reason: "was stopped".into() });
+        }
+        let row = FlownRow::from(&flown);
+        let drawn = flown.drawn.into_iter().map(|drawn| (drawn.name, drawn.value)).collect();
+        Ok(Flight { run, of: self.of, flown: row, drawn, samples })
+    }
+}
+
+/// Flies a plan, for `remora.fly`; with `runs`, a list of flights with a draw of errors each.
 #[pyfunction]
-#[pyo3(signature = (plan, *, errors=None, seed=0, run=0, runs=None, controller="track", joints="torque",
-                    j2=false, jobs=None))]
-#[expect(clippy::too_many_arguments, reason = "keywords, each of them optional")]
+#[pyo3(signature = (plan, *, errors, seed, run, runs, controller, joints, j2, jobs))]
+#[expect(clippy::too_many_arguments, reason = "keywords")]
 pub(crate) fn fly<'py>(
     py: Python<'py>,
-    plan: &Plan,
-    errors: Option<PathBuf>,
-    seed: u64,
-    run: u64,
-    runs: Option<u64>,
-    controller: &str,
-    joints: &str,
-    j2: bool,
-    jobs: Option<usize>,
+    plan: Given<Py<Plan>>,
+    errors: Option<Given<PathBuf>>,
+    seed: Given<u64>,
+    run: Given<u64>,
+    runs: Option<Given<u64>>,
+    controller: Given<&str>,
+    joints: Given<&str>,
+    j2: Given<bool>,
+    jobs: Option<Given<usize>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let one_of =
         |name, given: &str, all: &str| argument(name, format!("{given:?} is none of {all}"));
+    let plan = plan.named("plan")?;
+    let (seed, run, j2) = (seed.named("seed")?, run.named("run")?, j2.named("j2")?);
+    let (controller, joints) = (controller.named("controller")?, joints.named("joints")?);
     let controller = Controller::of_name(controller)
         .ok_or_else(|| one_of("controller", controller, "track, replan"))?;
     let joints =
         JointControl::of_name(joints).ok_or_else(|| one_of("joints", joints, "torque, servo"))?;
-    let integrator = plan.file.integrator;
-    let options = Options { controller, joints, j2, integrator, ..Options::default() };
-    let errors = self::errors(errors, plan.mission.joints()).map_err(raised)?;
-    let (sortie, of) = (sortie(plan)?, plan.output());
-    let fly = |pilot: &mut Pilot, run: u64| {
-        let dispersion = Dispersion { errors: errors.clone(), seed, run };
-        let mut samples = Vec::new();
-        let flown = pilot
-            .fly(&sortie, &options.settings(), &dispersion, Some(&mut samples))
-            .map_err(|error| Error::Thread { reason: format!("the world: {error}") })?;
-        let row = FlownRow::from(&flown);
-        Ok(Flight { run, of, flown: row, drawn: flown.drawn, samples })
-    };
-    let Some(runs) = runs else {
-        let flown = py.detach(|| on_large_stack(|| fly(&mut Pilot::default(), run)));
-        let flight = flown.and_then(|flown| flown).map_err(raised)?;
-        return Ok(Bound::new(py, flight)?.into_any());
-    };
-    if runs > MAX_RUNS {
+    let (runs, jobs) = (Given::optional(runs, "runs")?, asked::jobs(jobs)?);
+    if runs.is_some_and(|runs| runs > MAX_RUNS) {
         return Err(argument("runs", format!("must be {MAX_RUNS} at most")));
     }
-    let pending: Vec<u64> = (run..run.saturating_add(runs)).collect();
-    let jobs = asked::jobs(jobs)?;
-    let mut flights = Vec::new();
-    let keep = |_, flight| {
-        flights.push(flight);
-        Ok(())
+    let (errors, shared) = (Given::optional(errors, "errors")?, plan);
+    let plan = shared.get();
+    let integrator = plan.file.integrator;
+    let options = Options { controller, joints, j2, integrator, ..Options::default() };
+    let errors = errors_file::chosen(errors.as_deref(), plan.mission.joints()).map_err(raised)?;
+    let sortie = sortie(plan)?;
+    sortie.check(&options).map_err(|error| argument("j2", error.reason))?;
+    let flying = Flying { sortie, of: plan.output(), options, errors, seed };
+    let Some(runs) = runs else {
+        let flight = waited(py, move |caller| {
+            Ok(flying.fly(caller, &mut Pilot::stopped_by(caller.shared_clock()), run)?)
+        })?;
+        return Ok(Bound::new(py, flight)?.into_any());
     };
-    py.detach(|| pool::plan_all_with(jobs, &pending, |_| Pilot::default(), fly, keep))
-        .map_err(raised)?;
-    flights.sort_by_key(|flight| flight.run);
+    let pending: Vec<u64> = (run..run.saturating_add(runs)).collect();
+    let flights = waited(py, move |caller| {
+        let mut flights = Vec::new();
+        let keep = |_, flight| {
+            flights.push(flight);
+            Ok(())
+        };
+        let pilot = |_| Pilot::stopped_by(caller.shared_clock());
+        let fly = |pilot: &mut Pilot, run| flying.fly(caller, pilot, run);
+        pool::plan_all_with(jobs, &pending, pilot, fly, keep)?;
+        flights.sort_by_key(|flight: &Flight| flight.run);
+        Ok(flights)
+    })?;
     flights.into_pyobject(py)
 }

@@ -4,11 +4,14 @@
 //! Data goes down this list, imports go up it:
 //!
 //! - `raised`: errors as exceptions;
+//! - `given`: arguments, refused by their names;
+//! - `waiting`: long work, which Ctrl-C interrupts;
 //! - `arrays`: rows as arrays, which own their memory;
 //! - `urdf`, `mission`, `scenario`: what is planned for;
 //! - `scene`: an approach as a guess sees it;
 //! - `start`: what Stage 2 starts from, learned or the caller's own;
-//! - `plan`, `asked`, `planning`: plans, how they are asked for, and one after the other;
+//! - `plan`, `made`: plans, and their sources;
+//! - `asked`, `planning`: requests for plans, and planning one after the other;
 //! - `many`, `compare`: plans on several threads, and guesses against each other;
 //! - `subproblem`: the programs of a plan for other solvers;
 //! - `flight`: plans flown in the truth;
@@ -23,6 +26,8 @@ mod asked;
 mod compare;
 mod episodes;
 mod flight;
+mod given;
+mod made;
 mod many;
 mod mission;
 mod plan;
@@ -33,6 +38,7 @@ mod scene;
 mod start;
 mod subproblem;
 mod urdf;
+mod waiting;
 
 /// The compiled part of the package `remora`.
 #[pyo3::pymodule]
@@ -56,6 +62,9 @@ mod _remora {
     #[pymodule_init]
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
         use pyo3::types::PyModuleMethods;
+        remora_host::notes::show_by(|note| eprintln!("remora: note: {note}"));
+        // Loading numpy's interface with the first array panics on Ctrl-C: load it here.
+        drop(numpy::PyArray1::<f64>::from_slice(module.py(), &[]));
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

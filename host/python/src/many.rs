@@ -2,17 +2,20 @@
 
 use crate::arrays;
 use crate::asked::{self, Asked};
+use crate::given::Given;
 use crate::mission::Mission;
 use crate::plan::Plan;
+use crate::planning::Bench;
 use crate::raised::{Failure, argument, raised};
 use crate::scenario::Scenario;
 use crate::start::Start;
+use crate::waiting::{Caller, waited};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use remora_host::error::Error;
 use remora_host::formats::{
-    self, Cell, Column, Program, Row, TableOrigin, columns, parquet_bytes, write_atomically,
+    self, Cell, Column, Program, Row, TableOrigin, columns, json, parquet_bytes, write_atomically,
 };
 use remora_host::method::Method;
 use remora_host::planning::{Planned, Planner};
@@ -27,11 +30,11 @@ pub(crate) type Answer = (Row, Option<(Planned, Start)>);
 /// Plans scenarios in several ways, the same scenario in all of them before the next, so that what they
 /// measure is measured under the same load. Answers come by way, then by scenario.
 pub(crate) fn plan_all(
-    py: Python<'_>,
+    caller: &Caller,
     ways: &[Asked],
     cases: &[Scenario],
     jobs: NonZeroUsize,
-) -> PyResult<Vec<Vec<Answer>>> {
+) -> Result<Vec<Vec<Answer>>, Failure> {
     let mut answers: Vec<Vec<Option<Answer>>> =
         ways.iter().map(|_| cases.iter().map(|_| None).collect()).collect();
     let pending: Vec<(usize, usize)> =
@@ -40,27 +43,27 @@ pub(crate) fn plan_all(
     let stop = |failure: Failure| {
         let mut first = failed.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         first.get_or_insert(failure);
+        caller.stop();
         Error::Thread { reason: "stopped".into() }
     };
     let plan = |planner: &mut Planner, (way, case): (usize, usize)| {
-        answer(&ways[way], planner, &cases[case]).map_err(stop)
+        answer(&ways[way], &mut Bench { planner, caller }, &cases[case]).map_err(stop)
     };
     let finish = |(way, case): (usize, usize), answer: Answer| {
         answers[way][case] = Some(answer);
-        // Whoever waits may lose patience.
-        Python::attach(|py| py.check_signals()).map_err(|error| stop(error.into()))
+        Ok(())
     };
-    let outcome = py.detach(|| pool::plan_all(jobs, &pending, plan, finish));
+    let outcome = pool::plan_all(jobs, &pending, plan, finish);
     let first = failed.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     if let Some(failure) = first {
-        return Err(failure.into());
+        return Err(failure);
     }
-    outcome.map_err(raised)?;
+    outcome?;
     Ok(answers.into_iter().map(|of| of.into_iter().flatten().collect()).collect())
 }
 
-fn answer(asked: &Asked, planner: &mut Planner, case: &Scenario) -> Result<Answer, Failure> {
-    match asked.plan(planner, &case.named) {
+fn answer(asked: &Asked, bench: &mut Bench<'_>, case: &Scenario) -> Result<Answer, Failure> {
+    match asked.plan(bench, &case.named) {
         Ok((planned, start)) => Ok((planned.row(), Some((planned, start)))),
         Err(Failure::Refused(_, refusal)) => Ok((Row::refused(&case.named, &refusal), None)),
         Err(failure) => Err(failure),
@@ -68,7 +71,7 @@ fn answer(asked: &Asked, planner: &mut Planner, case: &Scenario) -> Result<Answe
 }
 
 /// The rows of a table, to be written.
-#[pyclass(frozen, module = "remora")]
+#[pyclass(frozen, module = "remora._remora")]
 pub(crate) struct Rows {
     rows: Vec<Row>,
     method: Method,
@@ -78,7 +81,8 @@ pub(crate) struct Rows {
 #[pymethods]
 impl Rows {
     /// Writes them as a Parquet file.
-    fn to_parquet(&self, path: PathBuf) -> PyResult<()> {
+    fn to_parquet(&self, path: Given<PathBuf>) -> PyResult<()> {
+        let path = path.named("path")?;
         let origin = TableOrigin {
             method: self.method,
             seed: None,
@@ -91,9 +95,24 @@ impl Rows {
     }
 
     /// Writes them as a CSV file.
-    fn to_csv(&self, path: PathBuf) -> PyResult<()> {
+    fn to_csv(&self, path: Given<PathBuf>) -> PyResult<()> {
         let text = formats::csv(&self.rows, &self.method);
-        write_atomically(&path, text.as_bytes()).map_err(raised)
+        write_atomically(&path.named("path")?, text.as_bytes()).map_err(raised)
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String,))> {
+        let parse = py.get_type::<Self>().getattr("_of_text")?.unbind();
+        let text = serde_json::to_string(&(&self.rows, self.method, &self.mission_checksum));
+        Ok((parse, (text.map_err(|error| argument("rows", error))?,)))
+    }
+
+    /// The rows of a pickle.
+    #[staticmethod]
+    fn _of_text(text: &str) -> PyResult<Self> {
+        let read =
+            json::parse_value(text.as_bytes()).map_err(|error| argument("rows", error.reason))?;
+        let (rows, method, mission_checksum) = read;
+        Ok(Self { rows, method, mission_checksum })
     }
 }
 
@@ -131,28 +150,30 @@ fn text(cell: &Cell) -> String {
     if let Cell::Text(text) = cell { text.clone() } else { String::new() }
 }
 
-/// Plans many approaches: columns, rows and, where they are kept, plans, None for one that was refused.
+/// Plans many approaches, for `remora.plan_many`: columns, rows and, where they are kept, plans, None for
+/// one that was refused.
 #[pyfunction]
-#[pyo3(signature = (cases, mission=None, *, integrator="rk4", mode="optimal", initial_guess=None,
-                    deadline_s=None, jobs=None, keep=false))]
-#[expect(clippy::too_many_arguments, reason = "keywords, each of them optional")]
+#[pyo3(signature = (cases, mission, *, integrator, mode, initial_guess, deadline_s, jobs, keep))]
+#[expect(clippy::too_many_arguments, reason = "keywords")]
 pub(crate) fn plan_many<'py>(
     py: Python<'py>,
-    cases: Vec<Scenario>,
-    mission: Option<Mission>,
-    integrator: &str,
-    mode: &str,
+    cases: Given<Vec<Scenario>>,
+    mission: Option<Given<Mission>>,
+    integrator: Given<&str>,
+    mode: Given<&str>,
     initial_guess: Option<&Bound<'py, PyAny>>,
-    deadline_s: Option<f64>,
-    jobs: Option<usize>,
-    keep: bool,
+    deadline_s: Option<Given<f64>>,
+    jobs: Option<Given<usize>>,
+    keep: Given<bool>,
 ) -> PyResult<(Bound<'py, PyDict>, Rows, Vec<Option<Plan>>)> {
+    let (cases, keep) = (cases.named("cases")?, keep.named("keep")?);
     if cases.is_empty() {
         return Err(argument("cases", "holds no scenario"));
     }
-    let asked = Asked::of(mission, integrator, mode, initial_guess, deadline_s)?;
-    let (method, mission) = (asked.method, asked.mission.clone());
-    let answers = plan_all(py, &[asked], &cases, asked::jobs(jobs)?)?.remove(0);
+    let asked = Asked::of(mission, (integrator, mode), initial_guess, deadline_s)?;
+    let (method, mission, jobs) = (asked.method, asked.mission.clone(), asked::jobs(jobs)?);
+    let (answers, cases) =
+        waited(py, move |caller| Ok((plan_all(caller, &[asked], &cases, jobs)?.remove(0), cases)))?;
     let rows: Vec<Row> = answers.iter().map(|(row, _)| row.clone()).collect();
     let dict = table(py, &rows, &method)?;
     let sums = answers.iter().map(|(_, plan)| match plan {

@@ -1,14 +1,17 @@
 //! Missions of arms of any number of joints.
 
 use crate::arrays;
-use crate::raised::{raised, wrong};
+use crate::given::Given;
+use crate::raised::{argument, raised, wrong};
 use crate::urdf::{self, Said};
+use crate::waiting::waited;
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use remora_core::advanced::model;
-use remora_host::error::Error;
+use remora_host::error::{Error, FieldError};
 use remora_host::formats::{
-    self, MissionFile, PLANNED_JOINTS, checksum_of_mission, read_mission_file,
+    self, MissionFile, PLANNED_JOINTS, checksum_of_mission, json, read_mission_file,
 };
 use remora_host::with_joints;
 use std::any::Any;
@@ -17,6 +20,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 /// A mission: target, orbit, servicer with its arm, limits, weights and tolerances.
+///
+/// It cannot be changed; `replace` makes another. Sections of the mission file are attributes, such as
+/// `mission.servicer.bus_mass_kg`.
 #[pyclass(frozen, from_py_object, module = "remora")]
 #[derive(Clone)]
 pub(crate) struct Mission {
@@ -54,6 +60,10 @@ impl Mission {
 #[pymethods]
 impl Mission {
     /// The built-in mission.
+    ///
+    /// Returns
+    /// -------
+    /// The mission that all calls use by default.
     #[staticmethod]
     pub(crate) fn default() -> PyResult<Self> {
         static BUILT_IN: OnceLock<Mission> = OnceLock::new();
@@ -65,34 +75,149 @@ impl Mission {
         Ok(BUILT_IN.get_or_init(|| mission).clone())
     }
 
-    /// The mission of a file (`*.mission.toml`).
+    /// The mission of a file.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : the file (`*.mission.toml`).
+    ///
+    /// Returns
+    /// -------
+    /// The mission; keys that the file leaves out keep their defaults.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : file, field and reason.
     #[staticmethod]
-    fn from_toml(path: PathBuf) -> PyResult<Self> {
+    fn from_toml(path: Given<PathBuf>) -> PyResult<Self> {
+        let path = path.named("path")?;
         let file = read_mission_file(Some(&path)).map_err(raised)?;
         Self::new(file, &path).map_err(raised)
     }
 
     /// A mission for the arm of a URDF, as `remora import` makes it.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : the URDF.
+    /// tip : link of the end effector; None is the only link at an end.
+    /// base : link that is the bus; None is the root.
+    /// bus : a mission file that gives bus, target and all else; None is the built-in mission.
+    /// mount : where the arm's base is on the bus: x, y, z [m] and perhaps roll, pitch, yaw [rad].
+    /// boresight : direction in which the bus looks, its axes.
+    /// axis : direction of approach of the end effector, its link's axes.
+    /// start : joint angles at the start [rad].
+    /// armature : inertia of the motors about the joints [kg m^2].
+    /// limits : by joint: lower and upper angle [rad], rate [rad/s] and torque [N m].
+    /// hold : by joint, the angle at which it is held [rad].
+    ///
+    /// Returns
+    /// -------
+    /// The mission.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : file, element and reason; an argument by its name.
+    /// KeyboardInterrupt : Ctrl-C, within a second.
     #[staticmethod]
     #[pyo3(signature = (path, *, tip=None, base=None, bus=None, mount=None, boresight=None, axis=None,
                         start=None, armature=None, limits=None, hold=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords, each of them optional")]
     fn from_urdf(
-        path: PathBuf,
-        tip: Option<String>,
-        base: Option<String>,
-        bus: Option<PathBuf>,
-        mount: Option<Vec<f64>>,
-        boresight: Option<[f64; 3]>,
-        axis: Option<[f64; 3]>,
-        start: Option<Vec<f64>>,
-        armature: Option<Vec<f64>>,
-        limits: Option<BTreeMap<String, [f64; 4]>>,
-        hold: Option<BTreeMap<String, f64>>,
+        py: Python<'_>,
+        path: Given<PathBuf>,
+        tip: Option<Given<String>>,
+        base: Option<Given<String>>,
+        bus: Option<Given<PathBuf>>,
+        mount: Option<Given<Vec<f64>>>,
+        boresight: Option<Given<[f64; 3]>>,
+        axis: Option<Given<[f64; 3]>>,
+        start: Option<Given<Vec<f64>>>,
+        armature: Option<Given<Vec<f64>>>,
+        limits: Option<Given<BTreeMap<String, [f64; 4]>>>,
+        hold: Option<Given<BTreeMap<String, f64>>>,
     ) -> PyResult<Self> {
-        let said = Said { tip, base, bus, mount, boresight, axis, start, armature, limits, hold };
-        let file = urdf::mission_file(&path, said)?;
-        Self::new(file, &path).map_err(raised)
+        let path = path.named("path")?;
+        let said = Said {
+            tip: Given::optional(tip, "tip")?,
+            base: Given::optional(base, "base")?,
+            bus: Given::optional(bus, "bus")?,
+            mount: Given::optional(mount, "mount")?,
+            boresight: Given::optional(boresight, "boresight")?,
+            axis: Given::optional(axis, "axis")?,
+            start: Given::optional(start, "start")?,
+            armature: Given::optional(armature, "armature")?,
+            limits: Given::optional(limits, "limits")?,
+            hold: Given::optional(hold, "hold")?,
+        };
+        waited(py, move |_| {
+            let file = urdf::mission_file(&path, said)?;
+            Ok(Self::new(file, &path)?)
+        })
+    }
+
+    /// The mission of a dict with the keys of a mission file.
+    ///
+    /// Parameters
+    /// ----------
+    /// values : the dict; numpy's arrays are taken, and keys that it leaves out keep their defaults.
+    ///
+    /// Returns
+    /// -------
+    /// The mission.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : the key and the reason.
+    #[staticmethod]
+    fn from_dict(values: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let module = values.py().import("remora.mission")?;
+        Self::_of_json(&module.call_method1("to_json", (values,))?.extract::<String>()?)
+    }
+
+    /// All values, as a dict with the keys of the mission file.
+    ///
+    /// Returns
+    /// -------
+    /// A dict of its own: `from_dict` makes the same mission of it.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::plain(py, &*self.file)
+    }
+
+    /// The mission with other values.
+    ///
+    /// Parameters
+    /// ----------
+    /// sections : by section, a dict of the keys to change, such as `target={"mass_kg": 60.0}`. Other keys stay.
+    ///
+    /// Returns
+    /// -------
+    /// Another mission.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : the key and the reason.
+    #[pyo3(signature = (**sections))]
+    fn replace(slf: &Bound<'_, Self>, sections: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let module = slf.py().import("remora.mission")?;
+        let merged = module.call_method1("merged", (slf.get().to_dict(slf.py())?, sections))?;
+        Self::from_dict(&merged)
+    }
+
+    fn __getattr__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let module = py.import("remora.mission")?;
+        module.call_method1("section", (slf.get().to_dict(py)?, name))
+    }
+
+    fn __dir__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let module = py.import("remora.mission")?;
+        module.call_method1("names", (slf.get_type(), slf.get().to_dict(py)?))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("remora.notebook")?.call_method1("mission", (slf,))
     }
 
     /// Number of the arm's joints.
@@ -130,9 +255,22 @@ impl Mission {
         Ok(arrays::vector(py, &limits))
     }
 
-    /// The mission as a file's text; written to `path` where one is given.
+    /// The mission as a file's text.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : file that is written as well.
+    ///
+    /// Returns
+    /// -------
+    /// The text.
+    ///
+    /// Raises
+    /// ------
+    /// OSError : a file that cannot be written.
     #[pyo3(signature = (path=None))]
-    fn to_toml(&self, path: Option<PathBuf>) -> PyResult<String> {
+    fn to_toml(&self, path: Option<Given<PathBuf>>) -> PyResult<String> {
+        let path = Given::optional(path, "path")?;
         let text = toml::to_string(&*self.file)
             .map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))?;
         if let Some(path) = path {
@@ -156,6 +294,20 @@ impl Mission {
     fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String,))> {
         let parse = py.get_type::<Self>().getattr("_of_text")?.unbind();
         Ok((parse, (self.to_toml(None)?,)))
+    }
+
+    /// The mission of a document in JSON, with the keys of a mission file.
+    #[staticmethod]
+    fn _of_json(text: &str) -> PyResult<Self> {
+        let values: serde_json::Value = json::parse_value(text.as_bytes())
+            .map_err(|error| argument("mission", error.reason))?;
+        let text = toml::to_string(&values).map_err(|error| argument("mission", error))?;
+        let file = MissionFile::parse(&text).map_err(|error| {
+            // The text is not shown to users.
+            let reason = error.reason.split(" at line ").next().unwrap_or_default();
+            wrong("mission", &FieldError::new(error.field.as_str(), reason))
+        })?;
+        Self::new(file, Path::new("mission")).map_err(raised)
     }
 
     /// The mission of a file's text.

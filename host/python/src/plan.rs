@@ -1,25 +1,21 @@
 //! Plans.
 
 use crate::arrays;
+use crate::asked;
 use crate::flight::Flight;
+use crate::given::Given;
 use crate::mission::Mission;
-use crate::raised::{argument, raised};
+use crate::raised::{Failure, argument, raised};
 use crate::scenario::Scenario;
 use crate::start::Start;
+use crate::waiting::waited;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use remora_core::advanced::planner::{Nominal, output_checksum};
+use pyo3::types::{PyBytes, PyDict};
 use remora_core::advanced::stages::{Clearances, Residuals};
-use remora_host::engine::verified;
-use remora_host::error::Error;
-use remora_host::formats::{
-    self, EvidenceFile, MAX_JOINTS, MadeFor, NamedScenario, PlanFile, PlanGrid, Verdict,
-    evidence_path,
-};
-use remora_host::guess;
+use remora_host::error::FieldError;
+use remora_host::formats::{self, EvidenceFile, NamedScenario, PlanFile, PlanGrid, Verdict};
 use remora_host::method::Method;
-use remora_host::planning::Planned;
 use remora_host::{picture, with_joints};
 use remora_web::Shown;
 use std::path::{Path, PathBuf};
@@ -30,100 +26,54 @@ pub(crate) struct Plan {
     pub(crate) mission: Mission,
     pub(crate) scenario: NamedScenario,
     pub(crate) file: PlanFile,
-    grid: PlanGrid,
-    verdict: Verdict,
-    residuals: Residuals,
-    clearances: Clearances,
-    evidence: Option<EvidenceFile>,
+    pub(crate) grid: PlanGrid,
+    pub(crate) verdict: Verdict,
+    pub(crate) residuals: Residuals,
+    pub(crate) clearances: Clearances,
+    pub(crate) evidence: Option<EvidenceFile>,
+    /// Whether the verifier judged a file; otherwise the plan's own values are taken.
+    pub(crate) is_judged: bool,
     /// How it can be made again; none of a file.
     pub(crate) recipe: Option<(Method, Start)>,
 }
 
-impl Plan {
-    /// A plan that was just made.
-    pub(crate) fn made(
-        mission: Mission,
-        scenario: NamedScenario,
-        planned: Planned,
-        recipe: (Method, Start),
-    ) -> PyResult<Self> {
-        let Planned { file, evidence, .. } = planned;
-        let grid = file.grid.ok_or_else(|| argument("plan", "has no grid"))?;
-        Ok(Self {
-            mission,
-            scenario,
-            grid,
-            verdict: file.verdict.unwrap_or_default(),
-            residuals: file.residuals,
-            clearances: file.clearances.unwrap_or(Clearances::NONE),
-            file,
-            evidence: Some(evidence),
-            recipe: Some(recipe),
-        })
-    }
-
-    /// The plan of a file, judged anew by the verifier.
-    fn read(path: &Path) -> Result<Self, Error> {
-        let file = PlanFile::read(path)?;
-        let missing = |field: &str| {
-            Error::input(path, field, "is missing: the plan is of the first format; plan again")
-        };
-        let inputs = file.inputs.as_ref().ok_or_else(|| missing("inputs"))?;
-        let grid = file.grid.ok_or_else(|| missing("grid"))?;
-        let mission = Mission::new(inputs.mission.clone(), path)?;
-        let (residuals, clearances, is_verified) = with_joints!(mission.joints(), NL => {
-            let made = inputs.read::<NL>(&file.scenario).map_err(|error| error.at(path))?;
-            let (translation, motion) = (file.stage1.trajectory(), file.stage2.trajectory());
-            let MadeFor { mission, scenario } = &made;
-            let found = verified(mission, scenario, file.integrator, &translation, &motion);
-            let is_verified = found.residuals.are_within(&mission.tolerances);
-            (found.residuals, found.clearances, is_verified)
-        } else { return Err(missing("inputs")) });
-        let evidence = evidence_path(path);
-        let evidence = evidence.is_file().then(|| EvidenceFile::read(&evidence)).transpose()?;
-        Ok(Self {
-            mission,
-            scenario: inputs.scenario.named(&file.scenario),
-            grid,
-            verdict: Verdict::of(is_verified, file.status),
-            residuals,
-            clearances,
-            evidence,
-            recipe: None,
-            file,
-        })
-    }
-
-    /// The plan in force as the guess of another, with room for any arm.
-    pub(crate) fn nominal(&self) -> Nominal<MAX_JOINTS> {
-        let reorientation = with_joints!(self.mission.joints(), NL => {
-            guess::resized(&self.file.stage2.trajectory::<NL>())
-        } else { self.file.stage2.trajectory() });
-        let PlanGrid { nodes, dt_s, .. } = self.grid;
-        let duration = self.scenario.duration_s.unwrap_or(dt_s * (nodes - 1) as f64);
-        Nominal { reorientation, nodes, duration }
-    }
-
-    /// Checksum of its numbers.
-    pub(crate) fn output(&self) -> u64 {
-        let translation = self.file.stage1.trajectory();
-        with_joints!(self.mission.joints(), NL => {
-            let motion = self.file.stage2.trajectory::<NL>();
-            output_checksum(self.grid.nodes, &translation, &motion)
-        } else { 0 })
-    }
-}
+/// A plan in a pickle: packets of file and record, inputs that make it again, and whether it was judged.
+type Packed<'py> =
+    (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>, Option<Bound<'py, PyAny>>, bool);
 
 #[pymethods]
 impl Plan {
-    /// Reads a plan file (`*.plan.json`, `*.plan.postcard`), of whatever arm, and has the verifier judge it.
+    /// Reads a plan file, of any arm, and has the verifier judge it.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : the file (`*.plan.json`, `*.plan.postcard`); the record beside it is read too.
+    ///
+    /// Returns
+    /// -------
+    /// The plan.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : file, field and reason.
+    /// KeyboardInterrupt : Ctrl-C, within a second.
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        py.detach(|| Self::read(&path)).map_err(raised)
+    fn load(py: Python<'_>, path: Given<PathBuf>) -> PyResult<Self> {
+        let path = path.named("path")?;
+        waited(py, move |_| Ok(Self::read(&path)?))
     }
 
-    /// Writes the plan file, and its record beside it where there is one; in postcard where the name ends so.
-    fn save(&self, path: PathBuf) -> PyResult<()> {
+    /// Writes the plan file, and its record beside it where there is one.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : the file; a name that ends in `.postcard` asks for a packet, others for JSON.
+    ///
+    /// Raises
+    /// ------
+    /// OSError : a file that cannot be written.
+    fn save(&self, path: Given<PathBuf>) -> PyResult<()> {
+        let path = path.named("path")?;
         formats::check_writable(&path).map_err(raised)?;
         let written = match &self.evidence {
             Some(evidence) => evidence.write_with(&self.file, &path),
@@ -156,7 +106,7 @@ impl Plan {
         self.verdict.name()
     }
 
-    /// How planning ended.
+    /// End of planning.
     #[getter]
     fn status(&self) -> &'static str {
         self.file.status.name()
@@ -300,9 +250,22 @@ impl Plan {
         arrays::matrix(py, &self.file.target.rate)
     }
 
-    /// The plan as a picture, the text of an SVG file; written to `path` where one is given.
+    /// The plan as a picture.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : file that is written as well.
+    ///
+    /// Returns
+    /// -------
+    /// The text of an SVG file.
+    ///
+    /// Raises
+    /// ------
+    /// OSError : a file that cannot be written.
     #[pyo3(signature = (path=None))]
-    fn svg(&self, path: Option<PathBuf>) -> PyResult<String> {
+    fn svg(&self, path: Option<Given<PathBuf>>) -> PyResult<String> {
+        let path = Given::optional(path, "path")?;
         let text = with_joints!(self.mission.joints(), NL => {
             picture::svg(&self.file, self.mission.of::<NL>().map_err(raised)?).map_err(raised)?
         } else { String::new() });
@@ -312,16 +275,45 @@ impl Plan {
         Ok(text)
     }
 
-    /// The page of the plan and of flights of it, the text of an HTML file that loads nothing; written to
-    /// `path` where one is given.
-    #[pyo3(signature = (path=None, *, flights=Vec::new()))]
-    fn page(&self, path: Option<PathBuf>, flights: Vec<PyRef<'_, Flight>>) -> PyResult<String> {
-        if flights.iter().any(|flight| flight.of != self.output()) {
+    /// The page of the plan and of flights of it.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : file that is written as well.
+    /// flights : flights of this plan.
+    ///
+    /// Returns
+    /// -------
+    /// The text of an HTML file that loads nothing.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : flights of another plan.
+    /// OSError : a file that cannot be written.
+    /// KeyboardInterrupt : Ctrl-C, within a second.
+    #[pyo3(signature = (path=None, *, flights=None),
+           text_signature = "($self, path=None, *, flights=())")]
+    fn page(
+        slf: &Bound<'_, Self>,
+        path: Option<Given<PathBuf>>,
+        flights: Option<Given<Vec<Py<Flight>>>>,
+    ) -> PyResult<String> {
+        let path = Given::optional(path, "path")?;
+        let flights = Given::or(flights, "flights", Vec::new())?;
+        let of = slf.get().output();
+        if flights.iter().any(|flight| flight.get().of != of) {
             return Err(argument("flights", "are of another plan"));
         }
-        let flights = flights.iter().map(|flight| flight.shown()).collect();
-        let text = remora_web::page(&[Shown { plan: &self.file, flights }])
-            .map_err(|error| raised(error.error.at(Path::new("plan"))))?;
+        let plan = slf.clone().unbind();
+        let text = waited(slf.py(), move |caller| {
+            let shown = flights.iter().map(|flight| {
+                caller.go_on()?;
+                Ok(flight.get().shown())
+            });
+            let flights = shown.collect::<Result<_, Failure>>()?;
+            remora_web::page(&[Shown { plan: &plan.get().file, flights }])
+                .map_err(|error| error.error.at(Path::new("plan")).into())
+        })?;
         if let Some(path) = path {
             formats::write_atomically(&path, text.as_bytes()).map_err(raised)?;
         }
@@ -329,14 +321,66 @@ impl Plan {
     }
 
     /// Shows that page: in a notebook below the cell, otherwise in the browser.
-    #[pyo3(signature = (*, flights=Vec::new()))]
-    fn show(&self, py: Python<'_>, flights: Vec<PyRef<'_, Flight>>) -> PyResult<()> {
-        let text = self.page(None, flights)?;
-        py.import("remora.pages")?.call_method1("show", (text,))?;
+    ///
+    /// Parameters
+    /// ----------
+    /// flights : flights of this plan.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : flights of another plan.
+    #[pyo3(signature = (*, flights=None), text_signature = "($self, *, flights=())")]
+    fn show(slf: &Bound<'_, Self>, flights: Option<Given<Vec<Py<Flight>>>>) -> PyResult<()> {
+        let text = Self::page(slf, None, flights)?;
+        slf.py().import("remora.pages")?.call_method1("show", (text,))?;
         Ok(())
     }
 
     fn __repr__(&self) -> String {
         format!("<remora.Plan {}: {}>", self.scenario.id, self.verdict.words())
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("remora.notebook")?.call_method1("plan", (slf,))
+    }
+
+    fn __eq__(&self, other: &Self) -> PyResult<bool> {
+        Ok(self.packets()? == other.packets()?)
+    }
+
+    fn __hash__(&self) -> u64 {
+        self.output()
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Packed<'py>)> {
+        let (py, plan) = (slf.py(), slf.get());
+        let read = slf.get_type().getattr("_of_packets")?;
+        let (file, evidence) = plan.packets()?;
+        let evidence = evidence.map(|bytes| PyBytes::new(py, &bytes));
+        let guess = plan.recipe.as_ref().map(|(_, start)| start.given(py)).transpose()?;
+        Ok((read, (PyBytes::new(py, &file), evidence, guess.flatten(), plan.is_judged)))
+    }
+
+    /// The plan of a pickle; the verifier judges anew what it judged before.
+    #[staticmethod]
+    #[pyo3(signature = (file, evidence, guess, is_judged))]
+    fn _of_packets(
+        py: Python<'_>,
+        file: Vec<u8>,
+        evidence: Option<Vec<u8>>,
+        guess: Option<&Bound<'_, PyAny>>,
+        is_judged: bool,
+    ) -> PyResult<Self> {
+        let plan = waited(py, move |_| {
+            let at = |error: FieldError| error.at(Path::new("plan"));
+            let file = PlanFile::from_bytes(&file).map_err(at)?;
+            let evidence = evidence.map(|bytes| EvidenceFile::from_bytes(&bytes)).transpose();
+            let plan = Self::said(file, evidence.map_err(at)?, Path::new("plan"))?;
+            Ok(if is_judged { plan.judged(Path::new("plan"))? } else { plan })
+        })?;
+        let start =
+            guess.map(|guess| asked::start("guess", guess, plan.file.integrator)).transpose()?;
+        let recipe = start.map(|start| (plan.method(start.warm_start()), start));
+        Ok(Self { recipe, ..plan })
     }
 }

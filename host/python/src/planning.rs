@@ -1,15 +1,17 @@
 //! One plan.
 
 use crate::asked::Asked;
+use crate::given::Given;
 use crate::mission::Mission;
 use crate::plan::Plan;
 use crate::raised::{Failure, look};
 use crate::scenario::Scenario;
 use crate::start::{self, Start};
+use crate::waiting::{Caller, waited};
 use pyo3::prelude::*;
 use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
-use remora_host::memory::on_large_stack;
+use remora_host::method::{Deadline, Method};
 use remora_host::planning::{Planned, Planner, refusal};
 use remora_host::with_joints;
 use std::sync::Mutex;
@@ -17,52 +19,65 @@ use std::sync::Mutex;
 /// Planners that wait for work, with the memory that they have.
 static IDLE: Mutex<Vec<Planner>> = Mutex::new(Vec::new());
 
-/// Runs `work` with a planner, on a thread with a stack that is large enough.
-pub(crate) fn with_planner<T: Send>(
-    work: impl FnOnce(&mut Planner) -> Result<T, Failure> + Send,
+/// A planner, and the caller that waits for it.
+pub(crate) struct Bench<'a> {
+    pub(crate) planner: &'a mut Planner,
+    pub(crate) caller: &'a Caller,
+}
+
+/// Runs `work` with a planner; to be called on a thread with a stack that is large enough.
+pub(crate) fn with_planner<T>(
+    caller: &Caller,
+    work: impl FnOnce(&mut Bench<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
     let idle = || IDLE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    on_large_stack(|| {
-        let waiting = idle().pop();
-        let mut planner = waiting.unwrap_or_default();
-        let done = work(&mut planner);
-        idle().push(planner);
-        done
-    })?
+    let waiting = idle().pop();
+    let mut planner = waiting.unwrap_or_default();
+    let done = work(&mut Bench { planner: &mut planner, caller });
+    idle().push(planner);
+    done
+}
+
+/// A method that a stopped clock ends.
+pub(crate) fn stoppable(method: &Method) -> Method {
+    Method { deadline: method.deadline.or(Some(Deadline::FAR)), ..*method }
 }
 
 impl Asked {
     /// Plans a scenario.
     pub(crate) fn plan(
         &self,
-        planner: &mut Planner,
+        bench: &mut Bench<'_>,
         scenario: &NamedScenario,
     ) -> Result<(Planned, Start), Failure> {
+        bench.caller.go_on()?;
         with_joints!(self.mission.joints(), NL => {
             let mission = self.mission.of::<NL>()?;
             look(refusal(mission, scenario, &self.method), scenario)?;
-            start::plan(planner, mission, scenario, &self.method, &self.start)
+            start::plan(bench, mission, scenario, &stoppable(&self.method), &self.start)
         } else {
             Err(Error::Thread { reason: "no arm has so many joints".into() }.into())
         })
     }
 }
 
-/// Plans one approach.
+/// Plans one approach, for `remora.plan`.
 #[pyfunction]
-#[pyo3(signature = (case, mission=None, *, integrator="rk4", mode="optimal", initial_guess=None,
-                    deadline_s=None))]
+#[pyo3(signature = (case, mission, *, integrator, mode, initial_guess, deadline_s))]
 pub(crate) fn plan(
     py: Python<'_>,
-    case: Scenario,
-    mission: Option<Mission>,
-    integrator: &str,
-    mode: &str,
+    case: Given<Scenario>,
+    mission: Option<Given<Mission>>,
+    integrator: Given<&str>,
+    mode: Given<&str>,
     initial_guess: Option<&Bound<'_, PyAny>>,
-    deadline_s: Option<f64>,
+    deadline_s: Option<Given<f64>>,
 ) -> PyResult<Plan> {
-    let asked = Asked::of(mission, integrator, mode, initial_guess, deadline_s)?;
-    let scenario = case.named;
-    let (planned, start) = py.detach(|| with_planner(|planner| asked.plan(planner, &scenario)))?;
+    let scenario = case.named("case")?.named;
+    let asked = Asked::of(mission, (integrator, mode), initial_guess, deadline_s)?;
+    let (asked, scenario, planned, start) = waited(py, move |caller| {
+        let (planned, start) = with_planner(caller, |bench| asked.plan(bench, &scenario))?;
+        Ok((asked, scenario, planned, start))
+    })?;
     Plan::made(asked.mission, scenario, planned, (asked.method, start))
 }

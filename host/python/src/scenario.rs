@@ -1,16 +1,39 @@
 //! Scenarios: drawn, read, or given by their numbers.
 
 use crate::arrays;
+use crate::given::Given;
 use crate::mission::Mission;
-use crate::raised::{argument, raised, wrong};
+use crate::raised::{Failure, argument, wrong};
+use crate::waiting::waited;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use remora_host::draw::{MAX_COUNT, draw as drawn};
-use remora_host::formats::{NamedScenario, ScenarioSet, ServicerStart, TargetStart, check_id};
+use remora_host::draw::{MAX_COUNT, draw_one};
+use remora_host::formats::{
+    NamedScenario, ScenarioSet, ServicerStart, TargetStart, check_id, json,
+};
 use remora_host::with_joints;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 /// One approach: how the target tumbles, where the servicer starts, and how long it has.
+///
+/// Parameters
+/// ----------
+/// position : the system's centre of mass at the start, RTN [m].
+/// target_attitude : of the target's body in RTN, x y z w, of unit length.
+/// target_rate : the target's rate relative to RTN, in its body axes [rad/s].
+/// velocity : of the system's centre of mass relative to RTN [m/s].
+/// id : a name, fit for a file's.
+/// bus_attitude : of the bus in RTN, x y z w; None turns the boresight towards the target.
+/// bus_rate : the bus's rate relative to RTN, in RTN [rad/s]; None is at rest.
+/// joint_angle : joint angles [rad]; None is the mission's.
+/// joint_rate : joint rates [rad/s]; None is at rest.
+/// duration_s : time to capture [s]; None is the mission's.
+/// nodes : number of nodes; None is the mission's.
+///
+/// Raises
+/// ------
+/// ValueError : an argument that makes no sense, by its name.
 #[pyclass(frozen, from_py_object, module = "remora")]
 #[derive(Clone)]
 pub(crate) struct Scenario {
@@ -26,37 +49,40 @@ impl From<NamedScenario> for Scenario {
 #[pymethods]
 impl Scenario {
     #[new]
-    #[pyo3(signature = (*, position, target_attitude=[0.0, 0.0, 0.0, 1.0], target_rate=[0.0; 3],
-                        velocity=[0.0; 3], id="scenario".to_string(), bus_attitude=None, bus_rate=None,
-                        joint_angle=None, joint_rate=None, duration_s=None, nodes=None),
+    #[pyo3(signature = (*, position, target_attitude=None, target_rate=None, velocity=None, id=None,
+                        bus_attitude=None, bus_rate=None, joint_angle=None, joint_rate=None,
+                        duration_s=None, nodes=None),
            text_signature = "(*, position, target_attitude=(0.0, 0.0, 0.0, 1.0), target_rate=(0.0, 0.0, 0.0), velocity=(0.0, 0.0, 0.0), id='scenario', bus_attitude=None, bus_rate=None, joint_angle=None, joint_rate=None, duration_s=None, nodes=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords, nearly each of them optional")]
     fn new(
-        position: [f64; 3],
-        target_attitude: [f64; 4],
-        target_rate: [f64; 3],
-        velocity: [f64; 3],
-        id: String,
-        bus_attitude: Option<[f64; 4]>,
-        bus_rate: Option<[f64; 3]>,
-        joint_angle: Option<Vec<f64>>,
-        joint_rate: Option<Vec<f64>>,
-        duration_s: Option<f64>,
-        nodes: Option<usize>,
+        position: Given<[f64; 3]>,
+        target_attitude: Option<Given<[f64; 4]>>,
+        target_rate: Option<Given<[f64; 3]>>,
+        velocity: Option<Given<[f64; 3]>>,
+        id: Option<Given<String>>,
+        bus_attitude: Option<Given<[f64; 4]>>,
+        bus_rate: Option<Given<[f64; 3]>>,
+        joint_angle: Option<Given<Vec<f64>>>,
+        joint_rate: Option<Given<Vec<f64>>>,
+        duration_s: Option<Given<f64>>,
+        nodes: Option<Given<usize>>,
     ) -> PyResult<Self> {
         let named = NamedScenario {
-            id,
-            target: TargetStart { attitude: target_attitude, rate: target_rate },
-            servicer: ServicerStart {
-                position,
-                velocity,
-                bus_attitude_body_to_rtn: bus_attitude,
-                bus_rate_rtn_rad_s: bus_rate,
-                joint_angle_rad: joint_angle,
-                joint_rate_rad_s: joint_rate,
+            id: Given::or(id, "id", "scenario".into())?,
+            target: TargetStart {
+                attitude: Given::or(target_attitude, "target_attitude", [0.0, 0.0, 0.0, 1.0])?,
+                rate: Given::or(target_rate, "target_rate", [0.0; 3])?,
             },
-            duration_s,
-            nodes,
+            servicer: ServicerStart {
+                position: position.named("position")?,
+                velocity: Given::or(velocity, "velocity", [0.0; 3])?,
+                bus_attitude_body_to_rtn: Given::optional(bus_attitude, "bus_attitude")?,
+                bus_rate_rtn_rad_s: Given::optional(bus_rate, "bus_rate")?,
+                joint_angle_rad: Given::optional(joint_angle, "joint_angle")?,
+                joint_rate_rad_s: Given::optional(joint_rate, "joint_rate")?,
+            },
+            duration_s: Given::optional(duration_s, "duration_s")?,
+            nodes: Given::optional(nodes, "nodes")?,
         };
         let checked = check_id(&named.id, || "id".into()).and_then(|()| named.validate());
         checked.map_err(|error| wrong("scenario", &error))?;
@@ -109,52 +135,101 @@ impl Scenario {
         format!("<remora.Scenario {}>", self.named.id)
     }
 
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("remora.notebook")?.call_method1("scenario", (slf,))
+    }
+
     fn __eq__(&self, other: &Self) -> bool {
         self.named == other.named
     }
 
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        hash(&self.named, &mut hasher);
+        hasher.finish()
+    }
+
     fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String,))> {
         let parse = py.get_type::<Self>().getattr("_of_text")?.unbind();
-        let set = ScenarioSet::new(vec![self.named.clone()]);
-        let text = serde_json::to_string(&set).map_err(|error| argument("scenario", error))?;
+        let text =
+            serde_json::to_string(&self.named).map_err(|error| argument("scenario", error))?;
         Ok((parse, (text,)))
     }
 
-    /// The first scenario of a set's text.
+    /// The scenario of a pickle.
     #[staticmethod]
     fn _of_text(text: &str) -> PyResult<Self> {
-        let set = ScenarioSet::parse(text).map_err(|error| wrong("scenario", &error))?;
-        let first = set.scenarios.into_iter().next();
-        first.map(Self::from).ok_or_else(|| argument("scenario", "is none"))
+        let named = json::parse_value(text.as_bytes())
+            .map_err(|error| argument("scenario", error.reason))?;
+        Ok(Self { named })
     }
 }
 
-/// Scenarios 0 to `count` of a seed, drawn from the mission's ranges: the same everywhere.
+/// Hashes a scenario. Equal scenarios have equal hashes, with zeros of either sign.
+fn hash(named: &NamedScenario, hasher: &mut impl Hasher) {
+    // Destructured, so that no new field is forgotten.
+    let NamedScenario { id, target, servicer, duration_s, nodes } = named;
+    let ServicerStart {
+        position,
+        velocity,
+        bus_attitude_body_to_rtn,
+        bus_rate_rtn_rad_s,
+        joint_angle_rad,
+        joint_rate_rad_s,
+    } = servicer;
+    (id, nodes).hash(hasher);
+    let given: [Option<&[f64]>; 9] = [
+        Some(&target.attitude),
+        Some(&target.rate),
+        Some(position),
+        Some(velocity),
+        bus_attitude_body_to_rtn.as_ref().map(|numbers| &numbers[..]),
+        bus_rate_rtn_rad_s.as_ref().map(|numbers| &numbers[..]),
+        joint_angle_rad.as_deref(),
+        joint_rate_rad_s.as_deref(),
+        duration_s.as_ref().map(std::slice::from_ref),
+    ];
+    for numbers in given {
+        let bits = numbers.map(|of| of.iter().map(|x| (x + 0.0).to_bits()).collect::<Vec<_>>());
+        bits.hash(hasher);
+    }
+}
+
+/// Draws scenarios, for `remora.draw`.
 #[pyfunction]
-#[pyo3(signature = (count, seed=1, mission=None))]
+#[pyo3(signature = (count, seed, mission))]
 pub(crate) fn draw(
     py: Python<'_>,
-    count: u64,
-    seed: u64,
-    mission: Option<Mission>,
+    count: Given<u64>,
+    seed: Given<u64>,
+    mission: Option<Given<Mission>>,
 ) -> PyResult<Vec<Scenario>> {
+    let (count, seed) = (count.named("count")?, seed.named("seed")?);
     if !(1..=MAX_COUNT).contains(&count) {
         return Err(argument("count", format!("must lie in [1, {MAX_COUNT}]")));
     }
-    let mission = Mission::or_default(mission)?;
-    let set = with_joints!(mission.joints(), NL => {
-        let mission = mission.of::<NL>().map_err(raised)?;
-        py.detach(|| drawn(count, seed, mission))
-    } else { None });
-    let reason = "its geometry lets no start satisfy keep-out and pointing";
-    let set = set.ok_or_else(|| argument("mission", reason))?;
-    Ok(set.scenarios.into_iter().map(Scenario::from).collect())
+    let mission = Mission::or_default(Given::optional(mission, "mission")?)?;
+    waited(py, move |caller| {
+        let drawn = with_joints!(mission.joints(), NL => {
+            let mission = mission.of::<NL>()?;
+            let one = |index| {
+                caller.go_on()?;
+                Ok(draw_one(seed, index, mission).map(Scenario::from))
+            };
+            (0..count).map(one).collect::<Result<Option<Vec<_>>, Failure>>()?
+        } else { None });
+        let reason = "its geometry lets no start satisfy keep-out and pointing";
+        drawn.ok_or_else(|| argument("mission", reason).into())
+    })
 }
 
-/// The scenarios of a set (`*.scenarios.json`), or the sixty built-in ones.
+/// Reads scenarios, for `remora.scenarios`.
 #[pyfunction]
-#[pyo3(signature = (path=None))]
-pub(crate) fn scenarios(path: Option<PathBuf>) -> PyResult<Vec<Scenario>> {
-    let set = path.map_or_else(ScenarioSet::built_in, |path| ScenarioSet::read(&path));
-    Ok(set.map_err(raised)?.scenarios.into_iter().map(Scenario::from).collect())
+#[pyo3(signature = (path))]
+pub(crate) fn scenarios(py: Python<'_>, path: Option<Given<PathBuf>>) -> PyResult<Vec<Scenario>> {
+    let path = Given::optional(path, "path")?;
+    waited(py, move |_| {
+        let set = path.map_or_else(ScenarioSet::built_in, |path| ScenarioSet::read(&path))?;
+        Ok(set.scenarios.into_iter().map(Scenario::from).collect())
+    })
 }

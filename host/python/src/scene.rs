@@ -1,7 +1,11 @@
 //! An approach after Stage 1, as a guess of Stage 2 sees it.
 
 use crate::arrays;
-use crate::raised::argument;
+use crate::given::Given;
+use crate::mission::Mission;
+use crate::raised::{Failure, argument, raised};
+use crate::scenario::Scenario;
+use crate::waiting::waited;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use remora_core::advanced::dynamics::{Control, State};
@@ -10,6 +14,11 @@ use remora_core::advanced::stages::{NODES, ReorientationTrajectory, TranslationT
 use remora_core::advanced::warmstart::{Action, Encoding, MAX_FEATURES};
 use remora_core::nalgebra::{SVector, Vector3, Vector4};
 use remora_host::approach::Approach;
+use remora_host::formats::{NamedScenario, PlanInputs};
+use remora_host::method::Integrator;
+use remora_host::planning::Planner;
+use remora_host::with_joints;
+use std::path::Path;
 
 /// An approach of any number of joints. States are attitude, joint angles, rate and joint rates in a row.
 trait Seen: Send + Sync {
@@ -20,6 +29,8 @@ trait Seen: Send + Sync {
     fn roll_out(&self, torques: &[f32]) -> Vec<Vec<f64>>;
     fn features(&self, encoding: Encoding, node: usize, state: &[f64], held: &[f32]) -> Vec<f32>;
     fn miss(&self, state: &[f64]) -> f64;
+    fn inputs(&self, named: &NamedScenario) -> PlanInputs;
+    fn integrator(&self) -> Integrator;
 }
 
 /// Numbers of a state in a row.
@@ -78,6 +89,14 @@ impl<const NL: usize> Seen for Approach<NL> {
         let state: State<NL> = state_of(state);
         self.scene().miss(&state)
     }
+
+    fn inputs(&self, named: &NamedScenario) -> PlanInputs {
+        PlanInputs::new(&self.mission, named, self.integrator)
+    }
+
+    fn integrator(&self) -> Integrator {
+        self.integrator
+    }
 }
 
 fn rows(vectors: &[Vector3<f64>]) -> Vec<[f64; 3]> {
@@ -85,41 +104,45 @@ fn rows(vectors: &[Vector3<f64>]) -> Vec<[f64; 3]> {
 }
 
 /// The encoding of a name.
-pub(crate) fn encoding(name: &str) -> PyResult<Encoding> {
-    match name {
+pub(crate) fn encoding(name: Given<&str>) -> PyResult<Encoding> {
+    match name.named("encoding")? {
         "body" => Ok(Encoding::Body),
         "paper" => Ok(Encoding::Paper),
         "servicer" => Ok(Encoding::Servicer),
-        _ => Err(argument("encoding", format!("{name:?} is none of body, paper, servicer"))),
+        name => Err(argument("encoding", format!("{name:?} is none of body, paper, servicer"))),
     }
 }
 
 /// An approach after Stage 1: what a guess of Stage 2 is asked with.
+///
+/// A state is attitude (x y z w), joint angles, rate (RTN) and joint rates in a row, 7 + 2 J numbers.
 #[pyclass(frozen, module = "remora")]
 pub(crate) struct Scene {
     grid: Grid,
     translation: TranslationTrajectory<NODES>,
     target: [TargetState; NODES],
+    named: NamedScenario,
     seen: Box<dyn Seen>,
 }
 
 impl Scene {
     /// Of an approach.
-    pub(crate) fn new<const NL: usize>(approach: Approach<NL>) -> Self {
+    pub(crate) fn new<const NL: usize>(approach: Approach<NL>, named: NamedScenario) -> Self {
         let Approach { translation, target, .. } = approach;
         let grid = approach.mission.grid(&approach.scenario);
-        Self { grid, translation, target, seen: Box::new(approach) }
+        Self { grid, translation, target, named, seen: Box::new(approach) }
     }
 
-    fn state(&self, state: Vec<f64>) -> PyResult<Vec<f64>> {
-        let size = state_size(self.seen.joints());
+    fn state(&self, state: Given<Vec<f64>>) -> PyResult<Vec<f64>> {
+        let (state, size) = (state.named("state")?, state_size(self.seen.joints()));
         match state.len() == size && state.iter().all(|x| x.is_finite()) {
             true => Ok(state),
             false => Err(argument("state", format!("expects {size} finite numbers"))),
         }
     }
 
-    fn node(&self, node: usize) -> PyResult<usize> {
+    fn node(&self, node: Given<usize>) -> PyResult<usize> {
+        let node = node.named("node")?;
         match node < self.grid.nodes {
             true => Ok(node),
             false => Err(argument("node", format!("{node} is none of {}", self.grid.nodes))),
@@ -197,15 +220,30 @@ impl Scene {
         arrays::vector(py, &self.seen.initial_state())
     }
 
-    /// The state at the next node, torques held from `node` on.
+    /// The state at the next node.
+    ///
+    /// Parameters
+    /// ----------
+    /// node : from 0.
+    /// state : the state at the node.
+    /// torques : of bus and joints, held until the next node [N m].
+    ///
+    /// Returns
+    /// -------
+    /// The state.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : an argument of another size, or not finite.
     fn step<'py>(
         &self,
         py: Python<'py>,
-        node: usize,
-        state: Vec<f64>,
-        torques: Vec<f32>,
+        node: Given<usize>,
+        state: Given<Vec<f64>>,
+        torques: Given<Vec<f32>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (node, state) = (self.node(node)?, self.state(state)?);
+        let torques = torques.named("torques")?;
         let controls = size::controls(self.seen.joints());
         if torques.len() != controls || !torques.iter().all(|x| x.is_finite()) {
             return Err(argument("torques", format!("expects {controls} finite numbers")));
@@ -213,39 +251,109 @@ impl Scene {
         Ok(arrays::vector(py, &self.seen.step(node, &state, &torques)))
     }
 
-    /// The states at the nodes that torques, a row an interval, lead through.
+    /// The states at the nodes under given torques.
+    ///
+    /// Parameters
+    /// ----------
+    /// torques : a row an interval, of bus and joints [N m]; they are kept within their limits.
+    ///
+    /// Returns
+    /// -------
+    /// The states, a row a node.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : torques of another shape, or not finite.
+    /// KeyboardInterrupt : Ctrl-C, within a second.
     fn rollout<'py>(
-        &self,
-        py: Python<'py>,
+        slf: &Bound<'py, Self>,
         torques: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let shape = (self.grid.nodes - 1, size::controls(self.seen.joints()));
+        let (py, scene) = (slf.py(), slf.clone().unbind());
+        let Self { grid, seen, .. } = scene.get();
+        let shape = (grid.nodes - 1, size::controls(seen.joints()));
         let torques = arrays::numbers("torques", torques, shape)?;
-        arrays::matrix(py, &self.seen.roll_out(&torques))
+        let states = waited(py, move |_| Ok(scene.get().seen.roll_out(&torques)))?;
+        arrays::matrix(py, &states)
     }
 
-    /// What a network sees at a node: the features of the built-in models ("body") or the paper's.
-    #[pyo3(signature = (node, state, held=vec![], encoding="body"),
+    /// Inputs of a network at a node.
+    ///
+    /// Parameters
+    /// ----------
+    /// node : from 0.
+    /// state : the state at the node.
+    /// held : the torques of the interval before.
+    /// encoding : "body" and "servicer", as the built-in models see it, or "paper".
+    ///
+    /// Returns
+    /// -------
+    /// The features.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : an argument that makes no sense.
+    #[pyo3(signature = (node, state, held=None, encoding=None),
            text_signature = "($self, node, state, held=(), encoding='body')")]
     fn features<'py>(
         &self,
         py: Python<'py>,
-        node: usize,
-        state: Vec<f64>,
-        held: Vec<f32>,
-        encoding: &str,
+        node: Given<usize>,
+        state: Given<Vec<f64>>,
+        held: Option<Given<Vec<f32>>>,
+        encoding: Option<Given<&str>>,
     ) -> PyResult<Bound<'py, PyArray1<f32>>> {
         let (node, state) = (self.node(node)?, self.state(state)?);
-        let features = self.seen.features(self::encoding(encoding)?, node, &state, &held);
+        let held = Given::or(held, "held", Vec::new())?;
+        let encoding = encoding.map_or(Ok(Encoding::Body), self::encoding)?;
+        let features = self.seen.features(encoding, node, &state, &held);
         Ok(PyArray1::from_slice(py, &features))
     }
 
     /// Distance of the end effector from the port, were this the state at the last node [m].
-    fn miss(&self, state: Vec<f64>) -> PyResult<f64> {
+    ///
+    /// Parameters
+    /// ----------
+    /// state : the state.
+    ///
+    /// Returns
+    /// -------
+    /// The distance.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : a state of another size, or not finite.
+    fn miss(&self, state: Given<Vec<f64>>) -> PyResult<f64> {
         Ok(self.seen.miss(&self.state(state)?))
     }
 
     fn __repr__(&self) -> String {
         format!("<remora.Scene {} nodes, {} joints>", self.grid.nodes, self.seen.joints())
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (Mission, Scenario, String))> {
+        let read = py.get_type::<Self>().getattr("_of")?.unbind();
+        let inputs = self.seen.inputs(&self.named);
+        let mission = Mission::new(inputs.mission, Path::new("scene")).map_err(raised)?;
+        let case = Scenario::from(self.named.clone());
+        Ok((read, (mission, case, self.seen.integrator().to_string())))
+    }
+
+    /// The scene of a pickle: its Stage 1 is planned again, with the same bits.
+    #[staticmethod]
+    fn _of(py: Python<'_>, mission: Mission, case: Scenario, integrator: &str) -> PyResult<Self> {
+        let wrong = |error| argument("integrator", error);
+        let integrator: Integrator = integrator.parse().map_err(wrong)?;
+        let named = case.named;
+        waited(py, move |_| {
+            with_joints!(mission.joints(), NL => {
+                let mission = mission.of::<NL>()?;
+                let refused = |refusal| Failure::Refused(named.id.clone(), refusal);
+                let approach = Planner::default().approach(mission, &named, integrator);
+                Ok(Self::new(approach.map_err(refused)?, named.clone()))
+            } else {
+                Err(argument("scene", "no arm has so many joints").into())
+            })
+        })
     }
 }

@@ -2,16 +2,18 @@
 
 use crate::arrays;
 use crate::asked::built_in;
+use crate::given::Given;
 use crate::plan::Plan;
-use crate::planning::with_planner;
+use crate::planning::{Bench, stoppable, with_planner};
 use crate::raised::{Failure, argument, raised};
 use crate::start::{self, Start};
+use crate::waiting::waited;
 use numpy::{PyArray2, PyArray3};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use remora_core::advanced::stages::LINKS;
-use remora_host::method::{Method, Qp, WarmStart};
-use remora_host::planning::{Subproblem as Solved, WallClock};
+use remora_host::method::{Method, WarmStart};
+use remora_host::planning::Subproblem as Solved;
 use remora_host::qp_file::{Bounds, QpFile, QpInterval, QpNode, QpPlace, Rows};
 use std::path::PathBuf;
 
@@ -209,9 +211,31 @@ impl Subproblem {
         Ok(Some(dict))
     }
 
-    /// Writes it as a file (`*.qp.json`).
-    fn save(&self, path: PathBuf) -> PyResult<()> {
-        self.file.write(&path).map_err(raised)
+    /// Writes it as a file.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : the file (`*.qp.json`).
+    ///
+    /// Raises
+    /// ------
+    /// OSError : a file that cannot be written.
+    fn save(&self, path: Given<PathBuf>) -> PyResult<()> {
+        self.file.write(&path.named("path")?).map_err(raised)
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (Py<PyBytes>,))> {
+        let read = py.get_type::<Self>().getattr("_of_bytes")?.unbind();
+        let bytes = postcard::to_extend(&self.file, Vec::new())
+            .map_err(|error| argument("subproblem", error))?;
+        Ok((read, (PyBytes::new(py, &bytes).unbind(),)))
+    }
+
+    /// The subproblem of a pickle.
+    #[staticmethod]
+    fn _of_bytes(bytes: &[u8]) -> PyResult<Self> {
+        let file = postcard::from_bytes(bytes).map_err(|error| argument("subproblem", error))?;
+        Ok(Self { file })
     }
 
     fn __repr__(&self) -> String {
@@ -231,14 +255,20 @@ fn recipe(plan: &Plan) -> PyResult<(Method, Start)> {
         "model" | "fallback" => (WarmStart::Model, Start::Model(built_in(integrator))),
         other => return Err(argument("plan", format!("its start, {other:?}, is not in its file"))),
     };
-    let mode = plan.file.mode;
-    Ok((Method { mode, warm_start, qp: Qp::Embedded, integrator, ..Method::default() }, start))
+    Ok((plan.method(warm_start), start))
 }
 
-/// Subproblem `k`, from 1, of a stage of a plan. The plan is made again, which its checksum confirms.
+/// Subproblem `k` of a stage of a plan, for `remora.subproblem`.
 #[pyfunction]
-#[pyo3(signature = (plan, k, *, stage=2))]
-pub(crate) fn subproblem(py: Python<'_>, plan: &Plan, k: u64, stage: u64) -> PyResult<Subproblem> {
+#[pyo3(signature = (plan, k, *, stage))]
+pub(crate) fn subproblem(
+    py: Python<'_>,
+    plan: Given<Py<Plan>>,
+    k: Given<u64>,
+    stage: Given<u64>,
+) -> PyResult<Subproblem> {
+    let (shared, k, stage) = (plan.named("plan")?, k.named("k")?, stage.named("stage")?);
+    let plan = shared.get();
     if plan.mission.joints() != LINKS {
         let reason = format!("subproblems are had for arms of {LINKS} joints");
         return Err(argument("plan", reason));
@@ -247,8 +277,10 @@ pub(crate) fn subproblem(py: Python<'_>, plan: &Plan, k: u64, stage: u64) -> PyR
         return Err(argument("stage", "must be 1 or 2"));
     }
     let (method, start) = recipe(plan)?;
-    let (found, output) =
-        py.detach(|| with_planner(|planner| watched(planner, plan, &method, &start, (stage, k))))?;
+    let again = shared.clone_ref(py);
+    let (found, output) = waited(py, move |caller| {
+        with_planner(caller, |bench| watched(bench, again.get(), (&method, &start), (stage, k)))
+    })?;
     if output != plan.output() {
         return Err(argument("plan", "made again it is another: its start is not in its file"));
     }
@@ -263,10 +295,9 @@ type Found = (Option<Result<QpFile, remora_host::error::FieldError>>, u64);
 
 /// Makes a plan again and keeps one subproblem.
 fn watched(
-    planner: &mut remora_host::planning::Planner,
+    bench: &mut Bench<'_>,
     plan: &Plan,
-    method: &Method,
-    start: &Start,
+    (method, start): (&Method, &Start),
     (stage, k): (u64, u64),
 ) -> Result<Found, Failure> {
     let mission = plan.mission.of::<LINKS>()?;
@@ -281,15 +312,15 @@ fn watched(
             found = Some(QpFile::new(&place, method, &solve));
         }
     };
+    let (clock, until) = (bench.caller.clock(), stoppable(method));
     let (planned, _) = start::with_guess(
-        planner,
+        bench,
         mission,
         &plan.scenario,
         method.integrator,
         start,
         |planner, guess| {
-            let clock = WallClock::start();
-            planner.plan_watched(&clock, mission, &plan.scenario, method, guess, &mut watch)
+            planner.plan_watched(&clock, mission, &plan.scenario, &until, guess, &mut watch)
         },
     )?;
     let output = u64::from_str_radix(&planned.evidence.output, 16).unwrap_or(0);

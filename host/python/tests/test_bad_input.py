@@ -1,5 +1,6 @@
 """Bad input: an exception that names what is wrong, and no file."""
 
+import inspect
 from collections.abc import Callable
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 import remora
+import remora.gym
 
 
 # Verifies REM-DOR-005.
@@ -50,7 +52,7 @@ def test_scenarios_that_are_none(numbers: dict[str, object], message: str) -> No
 
 
 def test_a_position_of_two_numbers_is_none() -> None:
-    with pytest.raises(ValueError, match="expected a sequence of length 3"):
+    with pytest.raises(ValueError, match="^position: expected a sequence of length 3"):
         remora.Scenario(position=[0.0, 5.0])
 
 
@@ -115,3 +117,98 @@ def test_a_page_shows_no_flight_of_another_plan(plan: remora.Plan) -> None:
     other = remora.plan(remora.scenarios()[1])
     with pytest.raises(ValueError, match="^flights: are of another plan"):
         other.page(flights=[remora.fly(plan)])
+
+
+def calls(plan: remora.Plan, root: Path) -> dict[str, tuple[Callable[..., object], dict[str, object]]]:
+    """All entries that take arguments, with valid arguments."""
+    case, flight = plan.scenario, remora.fly(plan)
+    table, qp = remora.plan_many([case], integrator="euler", mode="feasible"), remora.subproblem(plan, 1)
+    scenes: list[remora.Scene] = []
+
+    def guess(scene: remora.Scene) -> np.ndarray:
+        scenes.append(scene)
+        return plan.torques
+
+    remora.plan(case, initial_guess=guess)
+    scene, state = scenes[0], scenes[0].initial_state
+    return {
+        "Scenario": (remora.Scenario, {"position": [0.0, 0.0, 5.0]}),
+        "Model": (remora.Model, {"path": root / "fixtures/models/rk4.model"}),
+        "draw": (remora.draw, {"count": 2}),
+        "scenarios": (remora.scenarios, {}),
+        "plan": (remora.plan, {"case": case, "integrator": "euler", "mode": "feasible"}),
+        "plan_many": (remora.plan_many, {"cases": [case], "integrator": "euler", "mode": "feasible"}),
+        "compare_guesses": (
+            remora.compare_guesses,
+            {"guesses": {"h": "heuristic"}, "cases": [case], "integrator": "euler", "mode": "feasible"},
+        ),
+        "subproblem": (remora.subproblem, {"plan": plan, "k": 1}),
+        "fly": (remora.fly, {"plan": plan, "runs": 1}),
+        "Mission.from_toml": (remora.Mission.from_toml, {"path": root / "fixtures/missions/default.mission.toml"}),
+        "Mission.from_urdf": (
+            remora.Mission.from_urdf, {"path": root / "fixtures/urdf/spatial.urdf", "tip": "tip"}
+        ),
+        "Mission.from_dict": (remora.Mission.from_dict, {"values": {}}),
+        "Mission.to_toml": (plan.mission.to_toml, {}),
+        "Plan.load": (remora.Plan.load, {"path": "a.plan.json"}),
+        "Plan.save": (plan.save, {"path": "a.plan.json"}),
+        "Plan.svg": (plan.svg, {}),
+        "Plan.page": (plan.page, {"flights": [flight]}),
+        "Scene.step": (scene.step, {"node": 0, "state": state, "torques": np.zeros(6)}),
+        "Scene.rollout": (scene.rollout, {"torques": np.zeros((59, 6))}),
+        "Scene.features": (scene.features, {"node": 0, "state": state}),
+        "Scene.miss": (scene.miss, {"state": state}),
+        "Subproblem.save": (qp.save, {"path": "a.qp.json"}),
+        "Table.to_csv": (table.to_csv, {"path": "a.csv"}),
+        "Table.to_parquet": (table.to_parquet, {"path": "a.parquet"}),
+        "ApproachEnv": (remora.gym.ApproachEnv, {"cases": [case]}),
+        "ApproachVectorEnv": (remora.gym.ApproachVectorEnv, {"num_envs": 2, "cases": [case]}),
+    }
+
+
+#: Values that hardly any argument takes.
+WRONG = [object(), -1, 2**64, float("nan"), "none-such", b"bytes", [1, 2], [[1.0], [1.0, 2.0]], {"a": object()}]
+
+
+def test_whatever_is_wrong_is_a_value_error_with_the_arguments_name(plan: remora.Plan, root: Path, here: Path) -> None:
+    plan.save("a.plan.json")
+    said: list[str] = []
+    for entry, (call, right) in calls(plan, root).items():
+        call(**right)
+        names = list(inspect.signature(call).parameters)
+        assert names
+        for name in names:
+            for wrong in WRONG:
+                try:
+                    call(**{**right, name: wrong})
+                except (ValueError, OSError) as error:
+                    # A field of a file is named with its section and a dot; a file is named by its path.
+                    text = str(error).replace(".", "_")
+                    if name not in text and "none-such" not in text and not text.startswith("mission: "):
+                        said.append(f"{entry}({name}={wrong!r}): {error}")
+                except Exception as error:
+                    said.append(f"{entry}({name}={wrong!r}): {type(error).__name__}: {error}")
+    assert said == []
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: remora.Scenario(position=[1, 2]), r"^position: .* length 3 \(got 2\), found \[1, 2\]$"),
+        (lambda: remora.draw(-1), "^count: -1 is out of range$"),
+        (lambda: remora.draw(1, seed=2**64), "^seed: 18446744073709551616 is out of range$"),
+        (lambda: remora.draw(1.5), "^count: "),  # type: ignore[arg-type]
+        (lambda: remora.plan(7), "^case: "),  # type: ignore[arg-type]
+        (lambda: remora.plan(remora.scenarios()[0], initial_guess=[1.0, 2.0]), r"^initial_guess: has shape \(2,\)"),
+        (lambda: remora.plan(remora.scenarios()[0], initial_guess=np.zeros((6, 59)).tolist()), r"shape \(59, 6\)"),
+    ],
+)
+def test_what_a_new_user_types_wrong_is_named(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_a_guess_may_be_a_list(plan: remora.Plan) -> None:
+    given = remora.plan(plan.scenario, initial_guess=plan.torques.tolist())
+    assert given.checksum == remora.plan(plan.scenario, initial_guess=plan.torques).checksum
+    assert given.start == "given"

@@ -137,5 +137,5 @@ def test_bad_actions_are_named(cases: list[remora.Scenario]) -> None:
         ApproachEnv(cases, miss_weight=float("nan"))
     with pytest.raises(ValueError, match="encoding"):
         ApproachEnv(cases, encoding="mind")
-    with pytest.raises(ValueError, match="count: must be 1000000 at most"):
+    with pytest.raises(ValueError, match="num_envs: must be a whole number from 1 to 1000000"):
         ApproachVectorEnv(10**18, cases)

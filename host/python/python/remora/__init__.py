@@ -7,7 +7,8 @@
     True
 
 Angles are radians, lengths metres, forces newtons; quaternions are x, y, z, w; RTN is the target's orbital
-frame. Every function may be called on any thread, and lets others run while it plans.
+frame. Every function may be called on any thread, lets others run while it plans, and answers Ctrl-C within a
+second. Everything pickles.
 """
 
 from remora._remora import (
@@ -20,18 +21,15 @@ from remora._remora import (
     Scene,
     Subproblem,
     __version__,
-    draw,
-    fly,
-    plan,
-    scenarios,
-    subproblem,
 )
+from remora.functions import draw, fly, plan, scenarios, subproblem
 from remora.guess import Guess
-from remora.results import Comparison, Table, compare_guesses, plan_many
+from remora.results import Comparison, Flights, Table, compare_guesses, plan_many
 
 __all__ = [
     "Comparison",
     "Flight",
+    "Flights",
     "Guess",
     "Mission",
     "Model",

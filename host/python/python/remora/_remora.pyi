@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from typing import Any, Final, TypeAlias, final, overload
+from typing import Any, Final, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from remora.guess import Guess
+from remora.names import Controller, Encoding, Ending, Integrator, JointControl, Mode, Start, Verdict
 
 __all__ = [
     "Episodes",
@@ -93,13 +94,30 @@ class Mission:
     def torque_limits(self) -> _Array:
         """Largest torques: of the bus about its axes, then of the joints [N m]."""
 
+    @staticmethod
+    def from_dict(values: Mapping[str, Any]) -> Mission:
+        """The mission of a dict with the keys of a mission file; missing keys keep their defaults."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """All values, as a dict with the keys of the mission file."""
+
+    def replace(self, **sections: Any) -> Mission:
+        """The mission with other values: `replace(target={"mass_kg": 60.0})`. Other keys of a section stay."""
+
     def to_toml(self, path: _Path | None = None) -> str:
         """The mission as a file's text; written to `path` where one is given."""
 
+    def __getattr__(self, name: str, /) -> Any:
+        """A section of the mission file: `mission.servicer.bus_mass_kg`."""
+
+    def __dir__(self) -> list[str]: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+    def _repr_html_(self) -> str: ...
+    @staticmethod
+    def _of_json(text: str) -> Mission: ...
     @staticmethod
     def _of_text(text: str) -> Mission: ...
 
@@ -152,7 +170,9 @@ class Scenario:
 
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+    def _repr_html_(self) -> str: ...
     @staticmethod
     def _of_text(text: str) -> Scenario: ...
 
@@ -168,6 +188,13 @@ class Model:
     @property
     def checksum(self) -> str:
         """CRC-32 of the file's bytes but its own."""
+
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __reduce__(self) -> tuple[Any, tuple[str, bytes]]: ...
+    @staticmethod
+    def _of_bytes(name: str, bytes: bytes) -> Model: ...
 
 @final
 class Scene:
@@ -231,12 +258,16 @@ class Scene:
         node: int,
         state: Sequence[float] | _Array,
         held: Sequence[float] | _Array = (),
-        encoding: str = "body",
+        encoding: Encoding = "body",
     ) -> NDArray[np.float32]:
         """What a network sees at a node: the features of the built-in models ("body") or the paper's."""
 
     def miss(self, state: Sequence[float] | _Array) -> float:
         """Distance of the end effector from the port, were this the state at the last node [m]."""
+
+    def __reduce__(self) -> tuple[Any, tuple[Mission, Scenario, str]]: ...
+    @staticmethod
+    def _of(mission: Mission, case: Scenario, integrator: Integrator) -> Scene: ...
 
 @final
 class Plan:
@@ -262,7 +293,7 @@ class Plan:
         """Whether the verifier found every constraint kept, at nodes and between them: it can be flown."""
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> Verdict:
         """ "optimal", "verified_not_converged" or "not_flyable"."""
 
     @property
@@ -270,7 +301,7 @@ class Plan:
         """How planning ended."""
 
     @property
-    def start(self) -> str:
+    def start(self) -> Start:
         """What Stage 2 started from: "model", "heuristic", "given", "nominal" or "fallback"."""
 
     @property
@@ -356,12 +387,20 @@ class Plan:
     def svg(self, path: _Path | None = None) -> str:
         """The plan as a picture, the text of an SVG file; written to `path` where one is given."""
 
-    def page(self, path: _Path | None = None, *, flights: Sequence[Flight] = ...) -> str:
+    def page(self, path: _Path | None = None, *, flights: Sequence[Flight] = ()) -> str:
         """The page of the plan and of flights of it, the text of an HTML file that loads nothing; written to
         `path` where one is given."""
 
-    def show(self, *, flights: Sequence[Flight] = ...) -> None:
+    def show(self, *, flights: Sequence[Flight] = ()) -> None:
         """Shows that page: in a notebook below the cell, otherwise in the browser."""
+
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes, bytes | None, Any, bool]]: ...
+    def _repr_html_(self) -> str: ...
+    @staticmethod
+    def _of_packets(file: bytes, evidence: bytes | None, guess: Guess | None, is_judged: bool) -> Plan: ...
 
 @final
 class Rows:
@@ -372,6 +411,10 @@ class Rows:
 
     def to_csv(self, path: _Path) -> None:
         """Writes them as a CSV file."""
+
+    def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+    @staticmethod
+    def _of_text(text: str) -> Rows: ...
 
 @final
 class Subproblem:
@@ -472,6 +515,10 @@ class Subproblem:
     def save(self, path: _Path) -> None:
         """Writes it as a file (`*.qp.json`)."""
 
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    @staticmethod
+    def _of_bytes(bytes: bytes) -> Subproblem: ...
+
 @final
 class Flight:
     """One flight: how it ended, and a row a second of what happened."""
@@ -481,7 +528,7 @@ class Flight:
         """Number of the run: errors are drawn from the seed and this."""
 
     @property
-    def ending(self) -> str:
+    def ending(self) -> Ending:
         """ "captured", "missed", "collided" or "aborted"."""
 
     @property
@@ -556,6 +603,14 @@ class Flight:
     def tracking(self) -> _Array:
         """Tracking errors: position [m], attitude [rad], the joint farthest off [rad]."""
 
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+    def _repr_html_(self) -> str: ...
+    @staticmethod
+    def _of_bytes(bytes: bytes) -> Flight: ...
+
 @final
 class Episodes:
     """Episodes, each on one of the same approaches. A policy's action is torques as shares of their limits."""
@@ -563,13 +618,13 @@ class Episodes:
     def __new__(
         cls,
         cases: Sequence[Scenario],
-        mission: Mission | None = None,
+        mission: Mission | None,
         *,
-        count: int = 1,
-        integrator: str = "rk4",
-        encoding: str = "body",
-        miss_weight: float = 1.0,
-        jobs: int | None = None,
+        count: int,
+        integrator: Integrator,
+        encoding: Encoding,
+        miss_weight: float,
+        jobs: int | None,
     ) -> Episodes: ...
     @property
     def features(self) -> int:
@@ -601,79 +656,62 @@ class Episodes:
     def costs(self) -> _Array:
         """Costs of the torques so far."""
 
-def draw(count: int, seed: int = 1, mission: Mission | None = None) -> list[Scenario]:
-    """Scenarios 0 to `count` of a seed, drawn from the mission's ranges: the same everywhere."""
+# Functions behind `remora.functions` and `remora.results`, which give every argument.
 
-def scenarios(path: _Path | None = None) -> list[Scenario]:
-    """The scenarios of a set (`*.scenarios.json`), or the sixty built-in ones."""
+def draw(count: int, seed: int, mission: Mission | None) -> list[Scenario]:
+    """Draws scenarios, for `remora.draw`."""
+
+def scenarios(path: _Path | None) -> list[Scenario]:
+    """Reads scenarios, for `remora.scenarios`."""
 
 def plan(
     case: Scenario,
-    mission: Mission | None = None,
+    mission: Mission | None,
     *,
-    integrator: str = "rk4",
-    mode: str = "optimal",
-    initial_guess: Guess | None = None,
-    deadline_s: float | None = None,
+    integrator: Integrator,
+    mode: Mode,
+    initial_guess: Guess | None,
+    deadline_s: float | None,
 ) -> Plan:
-    """Plans one approach; the guess is the built-in model's unless another is given."""
+    """Plans one approach, for `remora.plan`."""
 
 def plan_many(
     cases: Sequence[Scenario],
-    mission: Mission | None = None,
+    mission: Mission | None,
     *,
-    integrator: str = "rk4",
-    mode: str = "optimal",
-    initial_guess: Guess | None = None,
-    deadline_s: float | None = None,
-    jobs: int | None = None,
-    keep: bool = False,
+    integrator: Integrator,
+    mode: Mode,
+    initial_guess: Guess | None,
+    deadline_s: float | None,
+    jobs: int | None,
+    keep: bool,
 ) -> tuple[dict[str, NDArray[Any]], Rows, list[Plan | None]]:
-    """Plans many approaches: columns, rows and, where they are kept, plans, None for one that was refused."""
+    """Plans many approaches, for `remora.plan_many`: columns, rows and, where they are kept, plans."""
 
 def compare_guesses(
     guesses: dict[str, Guess],
     cases: Sequence[Scenario],
-    mission: Mission | None = None,
+    mission: Mission | None,
     *,
-    integrator: str = "rk4",
-    mode: str = "optimal",
-    jobs: int | None = None,
+    integrator: Integrator,
+    mode: Mode,
+    jobs: int | None,
 ) -> dict[str, dict[str, Any]]:
-    """Plans the same approaches from each guess: what each comes to and, against the first, what changes."""
+    """Plans the same approaches from each guess, for `remora.compare_guesses`."""
 
-def subproblem(plan: Plan, k: int, *, stage: int = 2) -> Subproblem:
-    """Subproblem `k`, from 1, of a stage of a plan. The plan is made again, which its checksum confirms."""
+def subproblem(plan: Plan, k: int, *, stage: int) -> Subproblem:
+    """Subproblem `k` of a stage of a plan, for `remora.subproblem`."""
 
-@overload
 def fly(
     plan: Plan,
     *,
-    errors: _Path | None = None,
-    seed: int = 0,
-    run: int = 0,
-    runs: None = None,
-    controller: str = "track",
-    joints: str = "torque",
-    j2: bool = False,
-    jobs: int | None = None,
-) -> Flight:
-    """Flies a plan in a world that it does not know.
-
-    Errors are those of a file (`*.errors.toml`), "typical" ones, or none. With `runs`, a list of flights with a
-    draw of errors each, `run` the first.
-    """
-
-@overload
-def fly(
-    plan: Plan,
-    *,
-    errors: _Path | None = None,
-    seed: int = 0,
-    run: int = 0,
-    runs: int,
-    controller: str = "track",
-    joints: str = "torque",
-    j2: bool = False,
-    jobs: int | None = None,
-) -> list[Flight]: ...
+    errors: Literal["typical", "none"] | _Path | None,
+    seed: int,
+    run: int,
+    runs: int | None,
+    controller: Controller,
+    joints: JointControl,
+    j2: bool,
+    jobs: int | None,
+) -> Flight | list[Flight]:
+    """Flies a plan, for `remora.fly`; with `runs`, a list of flights."""

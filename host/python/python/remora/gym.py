@@ -15,7 +15,7 @@ when an environment is made.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, cast
 
 import gymnasium
@@ -26,14 +26,28 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from remora._remora import Episodes, Mission, Scenario, draw
+from remora._remora import Episodes, Mission, Scenario
+from remora.functions import draw
+from remora.names import Encoding, Integrator
 
 __all__ = ["ApproachEnv", "ApproachVectorEnv"]
 
 _Floats = NDArray[np.float32]
 
+#: Most environments at once.
+MOST = 1_000_000
+
 #: Approaches of an environment that is given none.
 DEFAULT_COUNT = 16
+
+
+def _cases(cases: Sequence[Scenario] | None, mission: Mission | None) -> list[Scenario]:
+    """Approaches that are given, or drawn."""
+    if cases is None:
+        return draw(DEFAULT_COUNT, 1, mission)
+    if not isinstance(cases, Iterable):
+        raise ValueError(f"cases: expected scenarios, found {cases!r}")
+    return list(cases)
 
 
 def _spaces(episodes: Episodes) -> tuple[Space[_Floats], Space[_Floats]]:
@@ -44,7 +58,20 @@ def _spaces(episodes: Episodes) -> tuple[Space[_Floats], Space[_Floats]]:
 
 
 class ApproachEnv(gymnasium.Env[_Floats, _Floats]):
-    """One approach an episode, of those given, or of the first that seed 1 draws."""
+    """One approach per episode: those given, or the first that seed 1 draws.
+
+    Parameters
+    ----------
+    cases : the scenarios; None draws sixteen.
+    mission : what is planned for; None is the built-in mission.
+    integrator : as of `remora.plan`.
+    encoding : what a policy sees: "body", "servicer" or "paper".
+    miss_weight : what a metre of miss costs at the end.
+
+    Raises
+    ------
+    ValueError : an argument that makes no sense.
+    """
 
     metadata: dict[str, Any] = {"render_modes": []}
 
@@ -53,13 +80,13 @@ class ApproachEnv(gymnasium.Env[_Floats, _Floats]):
         cases: Sequence[Scenario] | None = None,
         mission: Mission | None = None,
         *,
-        integrator: str = "rk4",
-        encoding: str = "body",
+        integrator: Integrator = "rk4",
+        encoding: Encoding = "body",
         miss_weight: float = 1.0,
     ) -> None:
-        self.cases = draw(DEFAULT_COUNT, 1, mission) if cases is None else list(cases)
+        self.cases = _cases(cases, mission)
         self._episodes = Episodes(
-            self.cases, mission, integrator=integrator, encoding=encoding, miss_weight=miss_weight, jobs=1
+            self.cases, mission, count=1, integrator=integrator, encoding=encoding, miss_weight=miss_weight, jobs=1
         )
         self.observation_space, self.action_space = _spaces(self._episodes)
 
@@ -85,6 +112,16 @@ class ApproachVectorEnv(VectorEnv[_Floats, _Floats, NDArray[Any]]):
     """Many approaches at once, stepped on several threads: environment `i` of seed `s` is `ApproachEnv` of `s + i`.
 
     An environment that has ended begins again with the next step, whose action is not looked at.
+
+    Parameters
+    ----------
+    num_envs : how many.
+    cases, mission, integrator, encoding, miss_weight : as of `ApproachEnv`.
+    jobs : threads; None is as many as there are cores.
+
+    Raises
+    ------
+    ValueError : an argument that makes no sense.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -95,14 +132,16 @@ class ApproachVectorEnv(VectorEnv[_Floats, _Floats, NDArray[Any]]):
         cases: Sequence[Scenario] | None = None,
         mission: Mission | None = None,
         *,
-        integrator: str = "rk4",
-        encoding: str = "body",
+        integrator: Integrator = "rk4",
+        encoding: Encoding = "body",
         miss_weight: float = 1.0,
         jobs: int | None = None,
     ) -> None:
         super().__init__()
+        if not isinstance(num_envs, int) or not 1 <= num_envs <= MOST:
+            raise ValueError(f"num_envs: must be a whole number from 1 to {MOST}, found {num_envs!r}")
         self.num_envs = num_envs
-        self.cases = draw(DEFAULT_COUNT, 1, mission) if cases is None else list(cases)
+        self.cases = _cases(cases, mission)
         self._episodes = Episodes(
             self.cases,
             mission,

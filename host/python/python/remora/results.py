@@ -9,8 +9,18 @@ from typing import Any
 from numpy.typing import NDArray
 
 from remora import _remora
-from remora._remora import Mission, Plan, Scenario
+from remora._remora import Flight, Mission, Plan, Scenario
 from remora.guess import Guess
+from remora.names import Integrator, Mode
+
+
+class Flights(list[Flight]):
+    """Flights of a plan, a list; a notebook shows them as a table."""
+
+    def _repr_html_(self) -> str:
+        from remora import notebook
+
+        return notebook.flights(self)
 
 
 class Table(dict[str, NDArray[Any]]):
@@ -27,11 +37,29 @@ class Table(dict[str, NDArray[Any]]):
         self.plans = plans
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
-        """Writes the table as `remora campaign` does, units in its metadata."""
+        """Writes the table as `remora campaign` does, units in its metadata.
+
+        Parameters
+        ----------
+        path : the file.
+
+        Raises
+        ------
+        OSError : a file that cannot be written.
+        """
         self._rows.to_parquet(path)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Writes the table with a header line; numbers read back bit for bit."""
+        """Writes the table with a header line; numbers read back bit for bit.
+
+        Parameters
+        ----------
+        path : the file.
+
+        Raises
+        ------
+        OSError : a file that cannot be written.
+        """
         self._rows.to_csv(path)
 
 
@@ -66,8 +94,8 @@ def plan_many(
     cases: Sequence[Scenario],
     mission: Mission | None = None,
     *,
-    integrator: str = "rk4",
-    mode: str = "optimal",
+    integrator: Integrator = "rk4",
+    mode: Mode = "optimal",
     initial_guess: Guess | None = None,
     deadline_s: float | None = None,
     jobs: int | None = None,
@@ -75,7 +103,27 @@ def plan_many(
 ) -> Table:
     """Plans many approaches on several threads, by default as many as there are cores.
 
-    Rows do not depend on the number of threads, but for their times. `keep` keeps the plans.
+    Rows do not depend on the number of threads, but for their times.
+
+    Parameters
+    ----------
+    cases : the scenarios, one at least.
+    mission : what is planned for; None is the built-in mission.
+    integrator : as of `plan`.
+    mode : as of `plan`.
+    initial_guess : as of `plan`; a function is called on the calling thread.
+    deadline_s : time for each plan [s]; None is as long as it takes.
+    jobs : threads; None is as many as there are cores.
+    keep : whether the plans are kept, in `plans` of the table.
+
+    Returns
+    -------
+    A dict of arrays, a row a scenario. A refused scenario is a row whose `reason` names the constraint.
+
+    Raises
+    ------
+    ValueError : an argument that makes no sense.
+    KeyboardInterrupt : Ctrl-C, within a second.
     """
     columns, rows, plans = _remora.plan_many(
         cases,
@@ -95,13 +143,33 @@ def compare_guesses(
     cases: Sequence[Scenario],
     mission: Mission | None = None,
     *,
-    integrator: str = "rk4",
-    mode: str = "optimal",
+    integrator: Integrator = "rk4",
+    mode: Mode = "optimal",
     jobs: int | None = 1,
 ) -> Comparison:
     """Plans the same approaches from each guess, one guess after the other scenario by scenario.
 
     All are so measured under the same load; times are comparable with one job.
+
+    Parameters
+    ----------
+    guesses : what Stage 2 starts from, by name; the others are compared with the first.
+    cases : the scenarios, one at least.
+    mission : what is planned for; None is the built-in mission.
+    integrator : as of `plan`.
+    mode : as of `plan`.
+    jobs : threads; None is as many as there are cores.
+
+    Returns
+    -------
+    By name, what a guess comes to and, in `against`, what changes; printed as a table.
+
+    Raises
+    ------
+    ValueError : an argument that makes no sense.
+    KeyboardInterrupt : Ctrl-C, within a second.
     """
+    if not isinstance(guesses, Mapping):
+        raise ValueError(f"guesses: expected a dict, found {guesses!r}")
     found = _remora.compare_guesses(dict(guesses), cases, mission, integrator=integrator, mode=mode, jobs=jobs)
     return Comparison(found)
