@@ -1,7 +1,7 @@
 //! Budgets: what code, memory, stack and instructions may be, and whether they are.
 
 use remora_host::error::Error;
-use remora_host::formats::{Limit, read_text};
+use remora_host::formats::{Limit, read_text, toml_text};
 use remora_host::report::{Align, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -56,7 +56,9 @@ struct Budget {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    format: String,
+    /// Checked first.
+    #[serde(rename = "format")]
+    _format: String,
     #[serde(rename = "budget")]
     budgets: Vec<Budget>,
 }
@@ -106,11 +108,8 @@ impl Budgets {
         let file = root.join(FILE);
         let text = read_text(&file, Limit::TEXT)?;
         let wrong = |field: String, reason: &str| Error::input(&file, field, reason);
-        let parsed: File = toml::from_str(&text)
-            .map_err(|error| wrong(String::new(), error.message().trim_end()))?;
-        if parsed.format != FORMAT {
-            return Err(wrong("format".into(), &format!("expected {FORMAT:?}")));
-        }
+        let parsed: File =
+            toml_text::parse(&text, Some(FORMAT)).map_err(|error| error.at(&file))?;
         for (i, budget) in parsed.budgets.iter().enumerate() {
             let at = |field: &str| format!("budget[{i}].{field}");
             if budget.budget == 0 {
@@ -257,7 +256,7 @@ mod tests {
         let twice = budgets(&format!("{ONE}{ONE}")).unwrap_err().to_string();
         assert!(twice.contains("budget[0].quantity: is budgeted twice"), "{twice}");
         let format = read(&format!("format = \"remora-budgets/9\"\n{ONE}")).unwrap_err();
-        assert!(format.to_string().contains("format: expected"), "{format}");
+        assert!(format.to_string().contains("format: unknown format"), "{format}");
     }
 
     #[test]

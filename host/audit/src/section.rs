@@ -89,8 +89,11 @@ impl Finished {
     /// # Errors
     /// Where it is not of that form: another version wrote it.
     pub fn findings<T: DeserializeOwned>(&self, section: Section) -> Result<T, FieldError> {
-        T::deserialize(&self.findings).map_err(|error| {
-            FieldError::new(format!("sections.{}.findings", section.name()), error.to_string())
+        json::typed(&self.findings).map_err(|error| {
+            let part = format!("sections.{}.findings", section.name());
+            let within =
+                if error.field.is_empty() { part } else { format!("{part}.{}", error.field) };
+            FieldError::new(within, error.reason)
         })
     }
 }

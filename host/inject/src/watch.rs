@@ -1,14 +1,19 @@
-//! Who is at which case, and since when.
+//! Cases of the workers and their starts. Time is counted in looks of the watchdog, not by a clock: time while the
+//! whole program is stopped does not count.
 
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// How often the watchdog looks.
 const PERIOD: Duration = Duration::from_millis(200);
 
 /// What the workers are at. None of it ever holds up a worker.
 pub(super) struct Watch {
-    slots: Vec<Mutex<Option<(u64, Instant)>>>,
+    /// Cases, each with the look at which it began.
+    slots: Vec<Mutex<Option<(u64, u32)>>>,
+    /// Looks of the watchdog so far.
+    looks: AtomicU32,
     ended: Mutex<bool>,
     end: Condvar,
 }
@@ -22,26 +27,29 @@ impl Watch {
     /// For so many workers.
     pub fn new(workers: usize) -> Self {
         let slots = (0..workers).map(|_| Mutex::new(None)).collect();
-        Self { slots, ended: Mutex::new(false), end: Condvar::new() }
+        Self { slots, looks: AtomicU32::new(0), ended: Mutex::new(false), end: Condvar::new() }
     }
 
     /// A worker begins a case.
     pub fn begin(&self, worker: usize, case: u64) {
         if let Some(slot) = self.slots.get(worker) {
-            *lock(slot) = Some((case, Instant::now()));
+            *lock(slot) = Some((case, self.looks.load(Ordering::Relaxed)));
         }
     }
 
-    /// A worker is done with its case; how long it took.
-    pub fn done(&self, worker: usize) -> Duration {
-        let case = self.slots.get(worker).and_then(|slot| lock(slot).take());
-        case.map_or(Duration::ZERO, |(_, since)| since.elapsed())
+    /// Ends a worker's case.
+    pub fn done(&self, worker: usize) {
+        if let Some(slot) = self.slots.get(worker) {
+            *lock(slot) = None;
+        }
     }
 
     /// A case that has been under way for longer than `limit`.
     pub fn overdue(&self, limit: Duration) -> Option<u64> {
+        let looks = self.looks.load(Ordering::Relaxed);
         let cases = self.slots.iter().filter_map(|slot| *lock(slot));
-        cases.filter(|(_, since)| since.elapsed() > limit).map(|(case, _)| case).min()
+        let is_late = |since: u32| PERIOD.saturating_mul(looks.wrapping_sub(since)) > limit;
+        cases.filter(|(_, since)| is_late(*since)).map(|(case, _)| case).min()
     }
 
     /// All work is done: the watchdog goes home.
@@ -60,6 +68,7 @@ impl Watch {
             }
             let waited = self.end.wait_timeout(ended, PERIOD);
             ended = waited.unwrap_or_else(PoisonError::into_inner).0;
+            self.looks.fetch_add(1, Ordering::Relaxed);
         }
     }
 }
@@ -83,7 +92,23 @@ mod tests {
         assert_eq!(watch.overdue(limit), None);
         // Beyond the workers there is nobody.
         watch.begin(2, 8);
-        assert_eq!((watch.overdue(limit), watch.done(2)), (None, Duration::ZERO));
+        watch.looks.fetch_add(9, Ordering::Relaxed);
+        assert_eq!(watch.overdue(limit), None);
+        watch.done(2);
+    }
+
+    /// A program that is stopped, as by SIGSTOP, finds no case overdue: the clock's time does not count.
+    #[test]
+    fn a_case_does_not_hang_while_the_program_is_stopped() {
+        let watch = Watch::new(1);
+        watch.begin(0, 3);
+        let limit = 5 * PERIOD;
+        // One look is one period, however long the watchdog slept.
+        std::thread::sleep(6 * PERIOD);
+        watch.looks.fetch_add(1, Ordering::Relaxed);
+        assert_eq!(watch.overdue(limit), None);
+        watch.looks.fetch_add(5, Ordering::Relaxed);
+        assert_eq!(watch.overdue(limit), Some(3));
     }
 
     #[test]

@@ -39,6 +39,15 @@ fn run(injector: &Injector, count: u64, jobs: usize) -> Injection {
     injector.run(count, jobs, None, &mut (), &|case| panic!("case {case} hangs")).unwrap()
 }
 
+/// The help's first example plans all public scenarios with the default integrator, from the heuristic too;
+/// this one takes the most iterations.
+#[test]
+fn the_default_integrator_solves_the_slowest_public_scenario_without_a_fault() {
+    let mut set = ScenarioSet::built_in().unwrap();
+    set.scenarios.retain(|scenario| scenario.id == "pub-006");
+    run(&Injector { scenarios: set.scenarios, integrator: Integrator::RK4, ..injector(1) }, 2, 1);
+}
+
 /// What becomes of a fault in the first scenario.
 fn inject(fault: Fault) -> Record {
     let case = Case { number: 0, scenario: 0, fault };

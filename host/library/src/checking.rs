@@ -7,7 +7,8 @@ use crate::formats::{
     Clearances, MadeFor, MissionFile, NamedScenario, PLANNED_JOINTS, PlanFile, ScenarioSet, Status,
     Verdict, checksum_of_mission, checksum_of_scenario, read_mission,
 };
-use crate::method::Integrator;
+use crate::method::{Integrator, Mode};
+use crate::optimality::Optimality;
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::model::{Mission, Scenario, TargetState, Tolerances};
 use remora_core::advanced::stages::{LINKS, Residuals, Verification};
@@ -50,7 +51,11 @@ pub struct Checked {
     pub integrator: Integrator,
     /// The status it claims.
     pub claimed: Status,
-    /// What it is good for: verified here, converged as it claims.
+    /// Whether the residuals are within their tolerances, as recomputed here.
+    pub is_verified: bool,
+    /// Distance from a local optimum, found here if it is verified and an optimum was asked for.
+    pub optimality: Option<Optimality>,
+    /// Verdict, from what is found here, and no better than the plan claims.
     pub verdict: Verdict,
     /// What a plan that is not flyable fails by: the residual farthest beyond its tolerance.
     pub reason: Option<&'static str>,
@@ -225,13 +230,17 @@ impl<const NL: usize> Verify for Made<NL> {
         let Self { plan, scenario, mission } = self;
         let integrator = integrator.unwrap_or(plan.integrator);
         let (translation, motion) = (plan.stage1.trajectory(), plan.stage2.trajectory());
-        let Verification { residuals, clearances } =
+        let Verification { residuals, clearances, .. } =
             verified(mission, scenario, integrator, &translation, &motion);
         let is_verified = residuals.are_within(&mission.tolerances);
+        let is_optimum = is_verified && plan.mode == Mode::Optimal;
+        let optimality = is_optimum
+            .then(|| Optimality::of(mission, scenario, integrator, &translation, &motion));
+        let is_converged = optimality.is_none_or(|found| found.is_converged);
         let mut found = Findings(Vec::new());
         // Under another integrator than its own, a plan cannot be what it says.
         if integrator == plan.integrator {
-            self.compare_status(plan, is_verified, &mut found);
+            self.compare_status(plan, is_verified, optimality.as_ref(), &mut found);
             // Where no time was left to verify, a plan says nothing that could be wrong.
             if plan.residuals != Residuals::UNFINISHED {
                 self.compare_residuals(&plan.residuals, &residuals, &mut found);
@@ -247,7 +256,9 @@ impl<const NL: usize> Verify for Made<NL> {
             scenario: plan.scenario.clone(),
             integrator,
             claimed: plan.status,
-            verdict: Verdict::of(is_verified, plan.status),
+            is_verified,
+            optimality,
+            verdict: judged(is_verified, is_converged, plan.status),
             reason: residuals.worst(&mission.tolerances),
             residuals,
             clearances,
@@ -258,14 +269,25 @@ impl<const NL: usize> Verify for Made<NL> {
 }
 
 impl<const NL: usize> Made<NL> {
-    fn compare_status(&self, plan: &PlanFile, is_verified: bool, found: &mut Findings) {
+    fn compare_status(
+        &self,
+        plan: &PlanFile,
+        is_verified: bool,
+        optimality: Option<&Optimality>,
+        found: &mut Findings,
+    ) {
         let worse = plan.stage1.status.max(plan.stage2.status);
         if plan.status == Status::Solved && !is_verified {
             found.add("status", "says solved, is not flyable".into());
         } else if plan.status < worse {
             found.add("status", format!("says {}, a stage says {worse}", plan.status));
         }
-        let is = Verdict::of(is_verified, plan.status);
+        let beyond = optimality.filter(|found| !found.is_converged);
+        if let (Some(by), Status::Solved) = (beyond, plan.status) {
+            let reason = format!("says solved, is locally optimal to {} only", share(by.worst()));
+            found.add("status", reason);
+        }
+        let is = judged(is_verified, beyond.is_none(), plan.status);
         if let Some(said) = plan.verdict.filter(|said| *said != is) {
             found.add("verdict", format!("says {said}, is {is}"));
         }
@@ -351,6 +373,22 @@ fn compare_clearances(said: &Clearances, is: &Clearances, found: &mut Findings) 
             let reason = format!("says {}, is {}", number(said), number(is));
             found.add(&format!("clearances.{name}.distance_m"), reason);
         }
+    }
+}
+
+/// The verdict on a plan that claims a status: no better than the claim, nor than the findings.
+fn judged(is_verified: bool, is_converged: bool, claimed: Status) -> Verdict {
+    match Verdict::of(is_verified, claimed) {
+        Verdict::Optimal if !is_converged => Verdict::Verified,
+        verdict => verdict,
+    }
+}
+
+/// A share as text for people.
+pub fn share(share: f64) -> String {
+    match share {
+        _ if !share.is_finite() => "an unknown share of the cost".into(),
+        _ => format!("{:.1e} of the cost", share),
     }
 }
 

@@ -6,6 +6,7 @@
 //! of its bits. A shorter set is the beginning of a longer one, on every machine.
 
 use crate::formats::{NamedScenario, ScenarioSet, ServicerStart, TargetStart};
+use crate::method::Integrator;
 use nalgebra::{Vector3, Vector4};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -13,7 +14,7 @@ use remora_core::advanced::math::{Scalar, quaternion};
 use remora_core::advanced::model::{
     Mission, TargetState, initial_bus_attitude, signed_distance_to_box,
 };
-use remora_core::advanced::stages::heuristic;
+use remora_core::advanced::stages::{NODES, heuristic};
 
 /// Most scenarios a set.
 pub const MAX_COUNT: u64 = 1_000_000;
@@ -48,6 +49,25 @@ pub fn draw_one<const NL: usize>(
         let candidate = candidate(&mut numbers, id(seed, index), mission);
         starts_well(&candidate, mission).then_some(candidate)
     })
+}
+
+/// The scenario of a mission if none is named. It is the first of twenty of seed 1 that is not refused before
+/// planning, or the very first if all are refused.
+///
+/// `None` where the mission's geometry lets no start pass.
+pub fn first<const NL: usize>(
+    mission: &Mission<NL>,
+    integrator: Integrator,
+) -> Option<NamedScenario> {
+    const TRIED: u64 = 20;
+    let first = draw_one(1, 0, mission)?;
+    let can_be_planned =
+        |drawn: &NamedScenario| mission.check::<NODES>(&drawn.scenario(), integrator).is_ok();
+    if can_be_planned(&first) {
+        return Some(first);
+    }
+    let mut others = (1..TRIED).map_while(|index| draw_one(1, index, mission));
+    Some(others.find(can_be_planned).unwrap_or(first))
 }
 
 /// Id of scenario `index` of a seed.

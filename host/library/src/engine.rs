@@ -9,6 +9,7 @@ use crate::memory::on_heap;
 use crate::method::{Deadline, Integrator, Method, Qp};
 use crate::padded::Padded;
 use crate::threads::Threads;
+use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::model::{Mission, Refusal, Scenario};
 use remora_core::advanced::planner::{
     self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Nominal, Options, PlanSettings,
@@ -21,6 +22,7 @@ use remora_core::advanced::stages::{
 use remora_core::advanced::time::{Clock, Deadline as Until};
 use remora_core::advanced::warmstart;
 use remora_core::prelude::{Valid, Validate};
+use std::sync::Arc;
 
 // A learned start has room for every arm that there is an engine for.
 const _: () = assert!(MAX_JOINTS <= warmstart::MAX_JOINTS);
@@ -45,6 +47,9 @@ pub struct Engine<const M: usize, const NX: usize, const NU: usize> {
     pub workspace: Box<ArmWorkspace<M, NX, NU>>,
     embedded: Box<ArmSolver<NX, NU>>,
     clarabel: ClarabelQp,
+    /// Clock of plans made in flight, which ends them once it reads [`Deadline::FAR`]; none leaves them
+    /// unlimited.
+    pub clock: Option<Arc<dyn Clock + Send>>,
 }
 
 /// How a plan is to be made.
@@ -106,7 +111,8 @@ pub trait Build<const M: usize, const NX: usize, const NU: usize> {
         integrator: Integrator,
     ) -> Result<StageReport, Refusal>;
 
-    /// Plans with the embedded solver what is left of a plan in force, which is the guess, with no deadline.
+    /// Plans the rest of a plan in force with the embedded solver. That plan is the guess, and only a stopped
+    /// clock is a deadline.
     ///
     /// # Errors
     /// A scenario that is refused before planning.
@@ -190,7 +196,15 @@ macro_rules! build {
                 mission.check::<NODES>(scenario, integrator)?;
                 let settings = PlanSettings::new(Mode::Optimal, integrator);
                 let guess = InitialGuess::Nominal { plan, elapsed };
-                let options = Options::from_parts(settings, guess, Platform::BARE);
+                let (deadline_s, platform) = match &self.clock {
+                    None => (f64::INFINITY, Platform::BARE),
+                    Some(clock) => {
+                        let platform = Platform { clock: &**clock, executor: &Sequential };
+                        (Deadline::FAR.seconds(), platform)
+                    }
+                };
+                let settings = PlanSettings { deadline_s, ..settings };
+                let options = Options::from_parts(settings, guess, platform);
                 let mut solver: &mut dyn Solver<
                     { size::states($joints) },
                     { size::controls($joints) },
@@ -222,11 +236,17 @@ impl<const M: usize, const NX: usize, const NU: usize> Default for Engine<M, NX,
             workspace: on_heap(ArmWorkspace::new),
             embedded: on_heap(ArmSolver::new),
             clarabel: ClarabelQp::default(),
+            clock: None,
         }
     }
 }
 
 impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
+    /// Whether its clock was stopped.
+    pub fn is_stopped(&self) -> bool {
+        self.clock.as_ref().is_some_and(|clock| clock.seconds() >= Deadline::FAR.seconds())
+    }
+
     /// Bus and arm of the last plan.
     pub fn reorientation<const NL: usize>(&self) -> ReorientationTrajectory<NODES, NL> {
         resized(self.workspace.reorientation())
@@ -320,10 +340,16 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
     threads.prepare();
     let platform = Platform { clock, executor: threads };
     let mut planned = |start: &InitialGuess<'_, M>| {
-        let options = Options::from_parts(options(method), *start, platform);
+        let asked = options(method);
+        let options = Options::from_parts(asked, *start, platform);
         let options = options.scrubbing(is_scrubbed);
         // Its code is compiled once for all solvers.
-        planner::plan(mission, scenario, &options, &mut solver, workspace)
+        let mut report = planner::plan(mission, scenario, &options, &mut solver, workspace);
+        if method.deadline == Some(Deadline::FAR) {
+            let asked = PlanSettings { deadline_s: f64::INFINITY, ..asked };
+            report.record.settings = planner::settings_checksum(&asked, start, &solver);
+        }
+        report
     };
     match guess {
         Guess::Heuristic => planned(&InitialGuess::Heuristic),

@@ -4,7 +4,7 @@
 //! goes on; other work is refused, with the first field of the header that differs.
 
 use crate::error::{Error, FieldError, io_reason};
-use crate::formats::{lock, open_regular, open_to_write};
+use crate::formats::{json, lock, open_regular, open_to_write};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::File;
@@ -116,8 +116,8 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
         let failed = |cause: std::io::Error| Error::output(&self.path, &cause);
         (&self.file).seek(SeekFrom::Start(place)).map_err(failed)?;
         let line = next_line(&self.path, &mut BufReader::new(&self.file), 0)?.unwrap_or_default();
-        serde_json::from_slice(&line)
-            .map_err(|error| Error::input(&self.path, format!("byte {place}"), error.to_string()))
+        json::parse_value(&line)
+            .map_err(|error| within(&self.path, &format!("byte {place}"), error))
     }
 
     /// Empties the journal, header and all: nothing came of the work, and other work may begin. The file stays,
@@ -176,18 +176,15 @@ fn read_lines<H: Heading, R: DeserializeOwned>(
             break;
         }
         if number == 1 {
-            let begun = serde_json::from_slice(&line).map_err(|error| wrong(path, 1, &error))?;
+            let begun = json::parse_value(&line).map_err(|error| wrong(path, 1, error))?;
             agree(path, header, &begun)?;
         } else {
-            match serde_json::from_slice(&line) {
+            match json::parse_value(&line) {
                 Ok(row) => {
-                    let named = |error: FieldError| {
-                        Error::input(path, format!("line {number}: {}", error.field), error.reason)
-                    };
-                    each(whole, row).map_err(named)?;
+                    each(whole, row).map_err(|error| wrong(path, number, error))?;
                 }
                 Err(_) if is_last => break,
-                Err(error) => return Err(wrong(path, number, &error)),
+                Err(error) => return Err(wrong(path, number, error)),
             }
         }
         whole += line.len() as u64;
@@ -211,9 +208,15 @@ fn next_line(
     Ok(Some(line).filter(|line| !line.is_empty()))
 }
 
-fn wrong(path: &Path, line: usize, error: &serde_json::Error) -> Error {
+fn wrong(path: &Path, line: usize, error: FieldError) -> Error {
     // The position that the parser adds is that within the line.
-    Error::input(path, format!("line {line}"), error.to_string())
+    within(path, &format!("line {line}"), error)
+}
+
+/// An error of a part at some place.
+fn within(path: &Path, place: &str, error: FieldError) -> Error {
+    let colon = if error.field.is_empty() { "" } else { ": " };
+    Error::input(path, format!("{place}{colon}{}", error.field), error.reason)
 }
 
 /// Refuses to go on with work that was begun with something else.
@@ -225,5 +228,53 @@ fn agree<H: Heading>(path: &Path, header: &H, begun: &H) -> Result<(), Error> {
     match header.difference(begun) {
         Some((field, reason)) => Err(Error::input(path, field, reason)),
         None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Serialize, Deserialize)]
+    struct Header {
+        format: String,
+    }
+
+    impl Heading for Header {
+        const FORMAT: &'static str = "test/1";
+        const WORK: &'static str = "test";
+
+        fn format(&self) -> &str {
+            &self.format
+        }
+
+        fn difference(&self, _: &Self) -> Option<(&'static str, String)> {
+            None
+        }
+    }
+
+    #[derive(Serialize, Deserialize)]
+    struct Part {
+        steps: [u32; 2],
+    }
+
+    #[test]
+    fn a_part_with_an_array_too_long_is_refused_by_line_key_and_length() {
+        let header = Header { format: "test/1".into() };
+        let read = |second: &str| {
+            let lines =
+                format!("{{\"format\":\"test/1\"}}\n{{\"steps\":{second}}}\n{{\"steps\":[3,4]}}\n");
+            Journal::<Part>::parse(Path::new("a"), lines.as_bytes(), &header, &|_| Ok(()))
+                .map(|(parts, _)| parts.iter().map(|part| part.steps).collect::<Vec<_>>())
+                .map_err(|error| error.to_string())
+        };
+        assert_eq!(read("[1,2]"), Ok(vec![[1, 2], [3, 4]]));
+        for (second, count) in [("[1,2,9]", 3), ("[1]", 1)] {
+            let error = read(second).unwrap_err();
+            let expected =
+                format!("a: line 2: steps: invalid length {count}, expected an array of length 2");
+            assert!(error.starts_with(&expected), "{error}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Learned models as the planner takes them: from a file, or built in.
 
 use crate::error::Error;
-use crate::formats::{Limit, ModelRecord, read_bytes, write_atomically};
+use crate::formats::{Kind, Limit, ModelRecord, read_bytes, write_atomically};
 use crate::lineage;
 use crate::memory::on_heap;
 use crate::method::{Integrator, WarmStart};
@@ -51,11 +51,16 @@ impl Learned {
     /// The model in a file.
     ///
     /// # Errors
-    /// Where the file cannot be read.
+    /// The file cannot be read or is of another kind.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let bytes = read_bytes(file, Limit::BINARY)?;
         let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
-        Ok(Self::new(&name, bytes.leak()))
+        let learned = Self::new(&name, bytes.leak());
+        // A damaged model is kept as unusable; any other file is a mistake of the caller.
+        if learned.refused().is_some() {
+            Kind::Model.refuse_other(file)?;
+        }
+        Ok(learned)
     }
 
     /// The model in a file, for work that makes no sense without one.

@@ -21,6 +21,7 @@
 //! - [`picture`]: a plan as a picture;
 //! - [`export`]: the subproblems of a plan as files for other solvers;
 //! - [`perturbation`]: disturbed plans as starts, to measure what a warm start is worth;
+//! - [`optimality`]: distance of a plan from a local optimum, whatever made it;
 //! - [`checking`]: plan files against the core's independent verifier;
 //! - [`allocations`]: how often the program asks for memory;
 //! - [`fingerprint`], [`provenance`]: what a report was made by, of what and on what;
@@ -52,6 +53,7 @@ pub mod kkt;
 pub mod learned;
 pub mod lineage;
 pub mod memory;
+pub mod optimality;
 pub mod part;
 pub mod parts;
 pub mod perturbation;
@@ -69,4 +71,4 @@ pub mod vehicle;
 
 mod padded;
 
-pub use remora_files::{choice, error, formats, method, report, statistics, with_joints};
+pub use remora_files::{choice, error, formats, method, notes, report, statistics, with_joints};

@@ -1,7 +1,7 @@
 //! One of several parts of the same work: which share is its own, and what its files are called.
 
 use crate::error::Error;
-use crate::formats::TableReader;
+use crate::formats::{TableReader, json};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
@@ -175,7 +175,10 @@ pub fn said<T: serde::de::DeserializeOwned>(
 ) -> Result<T, Error> {
     let missing = || Error::input(file, key, "is missing: this is no part");
     let text = table.entries.get(key).ok_or_else(missing)?;
-    serde_json::from_str(text).map_err(|error| Error::input(file, key, error.to_string()))
+    json::parse_value(text.as_bytes()).map_err(|error| {
+        let dot = if error.field.is_empty() { "" } else { "." };
+        Error::input(file, format!("{key}{dot}{}", error.field), error.reason)
+    })
 }
 
 /// Indices of a sample: one of each of as many equal shares, by a draw that is always the same.

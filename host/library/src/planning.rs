@@ -4,8 +4,8 @@ use crate::approach::Approach;
 use crate::engine::{Build, Engine, Roomy, Solved, Task, Usual};
 use crate::error::Error;
 use crate::formats::{
-    self, EvidenceFile, Flight, NamedScenario, PlanFile, PlanGrid, PlanInputs, PlanStage1,
-    PlanStage2, PlanTarget, Program, Row, StageEnd,
+    self, ArmClearances, EvidenceFile, Flight, NamedScenario, PlanFile, PlanGrid, PlanInputs,
+    PlanStage1, PlanStage2, PlanTarget, Program, Row, StageEnd,
 };
 use crate::guess::Guess;
 use crate::learned::{Learned, Memories};
@@ -51,6 +51,8 @@ pub struct Planned {
     pub corrections: [u64; 2],
     /// How hard the scenario is and what the plan asks of the servicer.
     pub flight: Flight,
+    /// Smallest distance of each part of the arm from the target.
+    pub arm: ArmClearances,
     /// Where the time went.
     pub times: PhaseTimes,
     /// The record to file with the plan.
@@ -62,7 +64,7 @@ pub struct Planned {
 impl Planned {
     /// The campaign's row of this plan.
     pub fn row(&self) -> Row {
-        let row = Row::new(&self.file, self.corrections, self.reason, self.flight);
+        let row = Row::new(&self.file, self.corrections, self.reason, self.flight, &self.arm);
         Row { plan_checksum: self.evidence.output.clone(), ..row }
     }
 }
@@ -241,6 +243,7 @@ impl<const NL: usize> Asked<'_, NL> {
             reason: file.residuals.worst(&mission.tolerances),
             flight: Flight::new(mission, scenario, &file),
             file,
+            arm: report.arm,
             refusal: report.refusal,
             corrections: [translation, reorientation].map(|stage| stage.outcome.corrections as u64),
             times: report.times,

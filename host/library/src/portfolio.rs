@@ -13,11 +13,12 @@ use crate::threads::Threads;
 use remora_core::advanced::executor::ForkJoin;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::time::Clock;
+use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::Instant;
 
 /// A deadline that only a clock that was stopped reaches [s].
-pub const FAR_S: f64 = 1e290;
+pub const FAR_S: f64 = Deadline::FAR.seconds();
 
 /// Two planners with their memory.
 #[derive(Default)]
@@ -115,21 +116,21 @@ fn is_better(a: &Planned, b: &Planned) -> bool {
 /// A wall clock that runs away once somebody has won: each reading is farther from the one before
 /// than any deadline, so that one that was set before passes, and so does one that is set after,
 /// whatever else is timed first.
-pub struct Stoppable<'a> {
+pub struct Stoppable<F> {
     clock: WallClock,
-    is_over: &'a AtomicBool,
+    is_over: F,
     /// Readings since.
     since: AtomicU32,
 }
 
-impl<'a> Stoppable<'a> {
-    /// A clock that begins now.
-    pub fn new(is_over: &'a AtomicBool) -> Self {
+impl<F> Stoppable<F> {
+    /// A clock that begins now; the flag may be borrowed or shared.
+    pub fn new(is_over: F) -> Self {
         Self { clock: WallClock::start(), is_over, since: AtomicU32::new(0) }
     }
 }
 
-impl Clock for Stoppable<'_> {
+impl<F: Deref<Target = AtomicBool> + Sync> Clock for Stoppable<F> {
     fn seconds(&self) -> f64 {
         if !self.is_over.load(Ordering::Relaxed) {
             return self.clock.seconds();

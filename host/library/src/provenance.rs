@@ -1,6 +1,7 @@
 //! What a report was made by, of what and on what.
 
 use crate::fingerprint;
+use crate::formats::Program;
 use crate::learned::Learned;
 use crate::method::Integrator;
 use crate::report::{Align, Table};
@@ -12,7 +13,8 @@ use std::process::Command;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
-    /// Commit of the source tree; `unknown` outside a checkout.
+    /// Commit of the source tree. Outside a checkout it is the commit of the build, which only a release build
+    /// knows; else `unknown`.
     pub commit: String,
     /// Whether tracked files, reports apart, differed from it.
     pub is_modified: bool,
@@ -46,12 +48,23 @@ pub struct Machine {
     pub system: String,
 }
 
+/// File by which a checkout of this program is recognised.
+const MARK: &str = "ci/firmware/Cargo.toml";
+
 /// Where reports are kept: not part of what was measured.
 const REPORTS: [&str; 2] = [":(exclude)docs/audit", ":(exclude)docs/envelope"];
 
 impl Provenance {
     /// Of this program, built from the checkout in `root`, on this machine.
     pub fn gather(root: &Path) -> Self {
+        let built = Program::this().commit;
+        let (built, has_changes) = match built.strip_suffix("+changes") {
+            Some(commit) => (commit.to_string(), true),
+            None => (built, false),
+        };
+        // The commit of another project's checkout is not this program's.
+        let top = git(root, &["rev-parse", "--show-toplevel"]);
+        let is_checkout = top.is_some_and(|top| Path::new(&top).join(MARK).is_file());
         let status = ["status", "--porcelain", "--untracked-files=no", "--", "."];
         let changes = git(root, &[&status[..], &REPORTS[..]].concat());
         let models = [Integrator::Euler, Integrator::RK4].map(|integrator| {
@@ -59,8 +72,11 @@ impl Provenance {
             (record.name, record.checksum)
         });
         Self {
-            commit: git(root, &["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".into()),
-            is_modified: changes.is_some_and(|changes| !changes.is_empty()),
+            commit: git(root, &["rev-parse", "HEAD"]).filter(|_| is_checkout).unwrap_or(built),
+            is_modified: match is_checkout {
+                true => changes.is_some_and(|changes| !changes.is_empty()),
+                false => has_changes,
+            },
             program: fingerprint::program(),
             compiler: env!("REMORA_COMPILER").into(),
             flags: env!("REMORA_FLAGS").into(),
@@ -73,13 +89,17 @@ impl Provenance {
 
     /// What a reader wants to see of it.
     pub fn table(&self) -> Table {
-        let Self { commit, compiler, flags, profile, target, machine, .. } = self;
+        let Self { commit, program, compiler, flags, profile, target, machine, .. } = self;
         let gibibytes = machine.memory_bytes as f64 / (1u64 << 30) as f64;
         let modified = if self.is_modified { ", with changes" } else { "" };
+        let told = match commit.as_str() {
+            "unknown" => format!("not a release build; its file's fingerprint is `{program}`"),
+            commit => format!("`{commit}`{modified}"),
+        };
         let models = self.models.iter().map(|(name, checksum)| format!("{name} {checksum}"));
         let mut table = Table::new([("", Align::Left), ("", Align::Left)]);
         for (name, value) in [
-            ("commit", format!("`{commit}`{modified}")),
+            ("commit", told),
             ("compiler", format!("{compiler}, {target}")),
             ("profile, flags", format!("{profile}; `{flags}`")),
             ("models", models.collect::<Vec<_>>().join(", ")),
@@ -134,12 +154,30 @@ mod tests {
     fn a_build_knows_its_compiler_and_models() {
         let dir = tempfile::tempdir().unwrap();
         let made = Provenance::gather(dir.path());
-        assert_eq!(made.commit, "unknown");
-        assert!(!made.is_modified);
+        assert_eq!(made.commit, Program::this().commit.trim_end_matches("+changes"));
         assert!(made.compiler.starts_with("rustc "), "{}", made.compiler);
         assert!(made.target.contains('-') && made.machine.cores > 0);
         assert_eq!(made.models.len(), 2);
         assert!(made.models.iter().all(|(_, checksum)| checksum.len() == 8), "{:?}", made.models);
         assert!(made.table().markdown().contains(&made.compiler));
+    }
+
+    /// A release build knows its commit anywhere; it does not take that of another project's checkout.
+    #[test]
+    fn a_map_names_the_commit_of_the_program_and_not_of_the_folder() {
+        let dir = tempfile::tempdir().unwrap();
+        let run = |arguments: &[&str]| git(dir.path(), arguments).is_some();
+        let author = ["-c", "user.name=a", "-c", "user.email=a@b.c"];
+        let commit = ["commit", "--quiet", "--allow-empty", "-m", "a"];
+        assert!(run(&["init", "--quiet"]) && run(&[&author[..], &commit[..]].concat()));
+        let head = git(dir.path(), &["rev-parse", "HEAD"]).unwrap();
+        let made = Provenance::gather(dir.path());
+        assert_ne!(made.commit, head);
+        let text = |commit: &str| {
+            let made = Provenance { commit: commit.into(), ..made.clone() };
+            made.table().markdown()
+        };
+        assert!(text("0123abc").contains("`0123abc`"));
+        assert!(!text("unknown").contains("`unknown`"), "{}", text("unknown"));
     }
 }

@@ -41,8 +41,10 @@ pub struct Vehicle {
     pub joints: Vec<Joint>,
     /// What steps of the optimisation are divided by, the mission's own or derived.
     pub typical: MissionTypical,
-    /// Angular momentum [N m s].
+    /// Torque that reaches the target's rate within the horizon, about the axis with the least margin [N m].
     pub spin_up: Margin,
+    /// Angular momentum of the bus at the target's rate [N m s].
+    pub momentum: Margin,
     /// Force [N].
     pub force: Margin,
     /// Turn of the target from node to node [deg].
@@ -63,18 +65,24 @@ pub struct Joint {
 }
 
 /// What is needed of what there is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Margin {
     /// At least so much is needed.
-    pub needed: f64,
+    pub needed: Option<f64>,
     /// There is so much.
-    pub available: f64,
+    pub available: Option<f64>,
+    /// Reason why one of them is unknown.
+    pub unknown: Option<String>,
 }
 
 impl Margin {
-    /// How many times what is needed there is.
-    pub fn factor(&self) -> f64 {
-        self.available / self.needed
+    fn new(needed: f64, available: f64) -> Self {
+        Self { needed: Some(needed), available: Some(available), unknown: None }
+    }
+
+    /// Available over needed; none if nothing is needed, or one of them is unknown.
+    pub fn factor(&self) -> Option<f64> {
+        Some(self.available? / self.needed?).filter(|factor| factor.is_finite())
     }
 }
 
@@ -108,6 +116,7 @@ impl Vehicle {
             joints: (0..NL).map(|i| joint(mission, integrator, i)).collect(),
             typical: MissionTypical::from(&mission.typical()),
             spin_up: spin_up(mission),
+            momentum: momentum(mission),
             force: force(mission, integrator),
             turn: turn(mission),
             refused: refused(mission, integrator),
@@ -131,15 +140,24 @@ fn fastest<const NL: usize>(mission: &Mission<NL>) -> f64 {
     from.rate_norm.unwrap_or(3f64.sqrt() * from.rate)
 }
 
-/// The bus at rest, then at the target's fastest rate; by torque alone, over the whole horizon.
-fn spin_up<const NL: usize>(mission: &Mission<NL>) -> Margin {
+/// Angular momentum of the system that turns as fast as the target may [N m s].
+fn fastest_momentum<const NL: usize>(mission: &Mission<NL>) -> f64 {
     let s = &mission.servicer;
     let inertia = s.system_inertia(&s.capture_joint_angle);
-    let largest = inertia.symmetric_eigenvalues().max();
-    Margin {
-        needed: largest * fastest(mission),
-        available: s.max_bus_torque.norm() * mission.approach.duration,
-    }
+    inertia.symmetric_eigenvalues().max() * fastest(mission)
+}
+
+/// Spin-up of the bus from rest to the target's fastest rate, by torque alone over the whole horizon.
+fn spin_up<const NL: usize>(mission: &Mission<NL>) -> Margin {
+    let needed = fastest_momentum(mission) / mission.approach.duration;
+    Margin::new(needed, mission.servicer.max_bus_torque.min())
+}
+
+/// A mission limits the wheels' torque, not their momentum.
+fn momentum<const NL: usize>(mission: &Mission<NL>) -> Margin {
+    let reason = "a mission does not say what the wheels store: compare with theirs";
+    let needed = Some(fastest_momentum(mission));
+    Margin { needed, available: None, unknown: Some(reason.into()) }
 }
 
 /// A start in front of the port at rest, the target tumbling as fast as scenarios let it.
@@ -155,15 +173,19 @@ fn middle<const NL: usize>(mission: &Mission<NL>) -> Scenario<NL> {
 }
 
 fn force<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Margin {
-    let needs = mission.needs::<NODES>(&middle(mission), integrator);
-    let needed = needs.map_or(f64::NAN, |needs| needs.force);
-    Margin { needed, available: mission.servicer.max_force.max() }
+    let available = mission.servicer.max_force.max();
+    match mission.needs::<NODES>(&middle(mission), integrator) {
+        Ok(needs) => Margin::new(needs.force, available),
+        Err(refusal) => {
+            Margin { needed: None, available: Some(available), unknown: Some(refusal.to_string()) }
+        }
+    }
 }
 
 fn turn<const NL: usize>(mission: &Mission<NL>) -> Margin {
     let interval = mission.own_grid().interval();
     let turn = (fastest(mission) + mission.mean_motion()) * interval;
-    Margin { needed: turn.to_degrees(), available: MAX_NODE_TURN.to_degrees() }
+    Margin::new(turn.to_degrees(), MAX_NODE_TURN.to_degrees())
 }
 
 fn refused<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Option<Refused> {
@@ -186,8 +208,10 @@ mod tests {
         assert_eq!((vehicle.system_mass_kg, vehicle.arm_mass_kg), (530.0, 30.0));
         // 0.877 rad at 90 % of 5e-3 rad/s.
         assert!((vehicle.joints[1].needed_s - 194.9).abs() < 0.1, "{:?}", vehicle.joints[1]);
-        assert!(vehicle.force.factor() > 100.0 && vehicle.spin_up.factor() > 10.0);
-        assert!((2.0..4.0).contains(&vehicle.turn.needed), "{:?}", vehicle.turn);
+        assert!(vehicle.force.factor() > Some(100.0) && vehicle.spin_up.factor() > Some(10.0));
+        assert!((2.0..4.0).contains(&vehicle.turn.needed.unwrap()), "{:?}", vehicle.turn);
+        // Torque held over the horizon is more than any wheel stores.
+        assert_eq!((vehicle.momentum.available, vehicle.momentum.factor()), (None, None));
     }
 
     #[test]
@@ -201,6 +225,7 @@ mod tests {
         mission.scenarios.rate_norm = Some(3f64.to_radians());
         let vehicle = Vehicle::of(&mission, Integrator::RK4);
         assert_eq!(vehicle.refused.unwrap().constraint, "tumble");
-        assert!(vehicle.force.needed.is_nan());
+        assert_eq!((vehicle.force.needed, vehicle.force.factor()), (None, None));
+        assert!(vehicle.force.unknown.unwrap().starts_with("tumble: "));
     }
 }

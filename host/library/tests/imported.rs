@@ -1,9 +1,10 @@
-//! Arms read from URDF files, in the planner's dynamics: against Pinocchio.
+//! Arms read from URDF files: dynamics against Pinocchio, and an arm that finds no angles at capture.
 
 use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::advanced::dynamics::{Control, Multibody, State, articulated};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Link, Mission, Orbit, Servicer};
+use remora_host::importing::{self, Imported, Request};
 use remora_urdf::{Arm, Options, import};
 use serde_json::Value;
 use std::fs;
@@ -121,4 +122,32 @@ fn imported_arms_move_as_pinocchio_says() {
     gripper.add_hold("left=0.02").unwrap();
     gripper.add_hold("head_turn=0.7").unwrap();
     compare::<3>("gripper", &gripper);
+}
+
+fn imported(urdf: &str) -> Result<Imported, String> {
+    let request = Request::new("arm.urdf".into(), urdf.as_bytes().to_vec());
+    importing::import(&request).map_err(|refusal| refusal.error(&request).to_string())
+}
+
+/// A tool too short for the links before it: the advice of the message works.
+#[test]
+fn an_arm_with_a_short_tool_is_told_which_link_is_in_the_way_and_which_tool_would_do() {
+    let offset = fs::read_to_string(fixture("offset.urdf")).unwrap();
+    let error = imported(&offset).unwrap_err();
+    let after = |head: &str| -> f64 {
+        let rest = error.split_once(head).unwrap_or_else(|| panic!("{head} in {error}")).1;
+        rest.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    let length = after("a longer tool would do: the end effector ");
+    assert!(error.contains("m beyond joint `wrist_3` along its axis, not 0.080 m"), "{error}");
+    assert!(length > 0.08 && length < 0.1, "{error}");
+    let tool = offset.replace("xyz=\"0 0.08 0\"", &format!("xyz=\"0 {length} 0\""));
+    assert!(tool != offset && imported(&tool).is_ok());
+    assert!(error.contains("in the way: link `wrist_"), "{error}");
+    let radius = after("; a capsule of radius ");
+    assert!((0.03..0.055).contains(&radius), "{error}");
+    // A cylinder is taken as a little more than it is.
+    let thinner = format!("radius=\"{}\" length=\"0.12\"", radius - 1e-3);
+    let thin = offset.replace("radius=\"0.055\" length=\"0.12\"", &thinner);
+    assert!(thin != offset && imported(&thin).is_ok());
 }

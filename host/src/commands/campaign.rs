@@ -51,18 +51,19 @@ pub(super) struct Args {
     /// Write a table of trajectories too, a row a node
     #[arg(long, requires = "part")]
     nodes: bool,
-    /// Fly the plans too, in a world with these errors (*.errors.toml)
+    /// Fly the plans too, in a world with these errors: a file (*.errors.toml), typical or none
     #[arg(long, value_name = "ERRORS", conflicts_with = "part")]
     fly: Option<PathBuf>,
     #[command(flatten)]
     runs: RunsArgs,
     #[command(flatten)]
-    flying: FlyingArgs,
-    #[command(flatten)]
     json: JsonArgs,
     /// Directory of the results; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    // Kept last: its heading holds for all options below it.
+    #[command(flatten)]
+    flying: FlyingArgs,
 }
 
 const AFTER_HELP: &str = "\

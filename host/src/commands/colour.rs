@@ -7,8 +7,9 @@ const RED: &str = "\x1b[31m";
 const RESET: &str = "\x1b[0m";
 
 /// Words of reports, with the colour they have.
-const WORDS: [(&str, &str); 8] = [
+const WORDS: [(&str, &str); 9] = [
     ("verdict: optimal", GREEN),
+    ("verdict: verified and", GREEN),
     ("verdict: verified but not converged", YELLOW),
     ("verdict: not flyable", RED),
     ("TOO LARGE", RED),

@@ -34,15 +34,13 @@ pub(super) struct Args {
     method: MethodArgs,
     #[command(flatten)]
     deadline: DeadlineArgs,
-    /// Errors of the world (*.errors.toml) [default: none]
+    /// Errors of the world: a file (*.errors.toml), typical or none [default: none]
     #[arg(long, value_name = "FILE")]
     errors: Option<PathBuf>,
     #[command(flatten)]
     runs: RunsArgs,
     #[arg(long, value_name = "S", help = format!("{SEED} [default: 0]"))]
     seed: Option<u64>,
-    #[command(flatten)]
-    flying: FlyingArgs,
     #[command(flatten)]
     part: PartArgs,
     #[command(flatten)]
@@ -52,6 +50,9 @@ pub(super) struct Args {
     /// Directory of the results; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    // Kept last: its heading holds for all options below it.
+    #[command(flatten)]
+    flying: FlyingArgs,
 }
 
 const AFTER_HELP: &str = "\
@@ -106,10 +107,12 @@ impl Args {
             );
             return Err(Error::input(file, "integrator", reason));
         }
-        let Some(joints) = plan.inputs.as_ref().map(|inputs| inputs.mission.joints()) else {
+        let Some(mission) = plan.inputs.as_ref().map(|inputs| &inputs.mission) else {
             let reason = "is missing: a plan of the first format cannot be flown; plan again";
             return Err(Error::input(file, "inputs", reason));
         };
+        self.flying.check_orbit(&mission.target_orbit().map_err(|error| error.at(file))?)?;
+        let joints = mission.joints();
         let errors = FlyingArgs::errors(self.errors.as_deref(), joints)?;
         let path = self.place(&plan.scenario)?;
         if !self.is_there(&path, &plan)? {
@@ -125,8 +128,9 @@ impl Args {
             let reason = "euler plans say nothing between their nodes; fly rk4's";
             return Err(Error::argument("--integrator", reason));
         }
+        self.flying.check_orbit(&mission.orbit)?;
         let errors = FlyingArgs::errors(self.errors.as_deref(), NL)?;
-        let scenario = self.scenario.scenario()?;
+        let scenario = self.scenario.scenario(&self.mission, &mission, method.integrator)?;
         let path = Path::new("plans").join(format!("{}.plan.json", scenario.id));
         let out = self.out.join(&path);
         let (threads, model) = (Threads::default(), self.method.model()?);

@@ -2,6 +2,7 @@
 
 use super::options::choice;
 use super::progress::Bar;
+use remora_core::advanced::model::Orbit;
 use remora_flight::campaign::{Asked, Flights, MAX_RUNS, Results};
 use remora_flight::errors_file;
 use remora_flight::flight::{Controller, Ending, JointControl};
@@ -97,9 +98,9 @@ pub(super) struct Ready {
 }
 
 impl FlyingArgs {
-    /// Errors of a file, or none.
+    /// Errors of a file or of a name, or none.
     pub(super) fn errors(file: Option<&Path>, joints: usize) -> Result<Errors, Error> {
-        file.map_or_else(|| Ok(Errors::none()), |file| errors_file::read(file, joints))
+        errors_file::chosen(file, joints)
     }
 
     /// Flies the plans; says whether all is as it should be.
@@ -115,6 +116,12 @@ impl FlyingArgs {
     /// Flies a part of the runs.
     pub(super) fn fly_part(&self, ready: Ready, errors: Errors, part: Part) -> Result<Made, Error> {
         parts::fly(&self.flights(ready, errors), part, &mut Bar::named("part"))
+    }
+
+    /// Refuses effects that the body of a mission's orbit does not have.
+    pub(super) fn check_orbit(&self, orbit: &Orbit) -> Result<(), Error> {
+        let options = Options { j2: self.j2, ..Options::default() };
+        options.check_orbit(orbit).map_err(|error| Error::argument("--j2", error.reason))
     }
 
     fn flights(&self, ready: Ready, errors: Errors) -> Flights {

@@ -5,7 +5,7 @@ use super::options::{ForceArgs, JsonArgs, is_stdout};
 use crate::report;
 use remora_core::nalgebra::Vector3;
 use remora_host::error::Error;
-use remora_host::formats::{check_writable, read_mission_file, write_atomically};
+use remora_host::formats::{Kind, check_writable, read_mission_file, write_atomically};
 use remora_host::importing::{Imported, Request, explanation, import};
 use remora_urdf::{OptionError, Options, Pose};
 use std::path::{Path, PathBuf};
@@ -35,6 +35,9 @@ pub(super) struct Args {
     /// Hold a joint that does not belong to the arm [rad, or m]
     #[arg(long, value_name = "JOINT=ANGLE")]
     hold: Vec<String>,
+    /// Take the mass of a link as a point's, without its inertia; not of one that a joint of the arm moves
+    #[arg(long, value_name = "LINK")]
+    point_mass: Vec<String>,
     /// Mission that gives bus, target, orbit, thrusters and all else but the arm [default: the URDF's
     /// bus, where its root has mass, and the built-in mission]
     #[arg(long, value_name = "FILE")]
@@ -85,7 +88,11 @@ impl Args {
         if !self.explain && !is_stdout(&out) {
             self.force.keep(&out)?;
         }
-        let imported = match import(&request) {
+        let imported = import(&request);
+        if imported.is_err() {
+            Kind::Urdf.refuse_other(&self.urdf)?;
+        }
+        let imported = match imported {
             Ok(imported) => imported,
             Err(refusal) if self.explain => {
                 let faults = refusal.faults();
@@ -148,6 +155,7 @@ impl Args {
         let mut options = Options {
             root: self.base_link.clone(),
             end_effector: self.end_effector.clone(),
+            point_masses: self.point_mass.iter().cloned().collect(),
             ..Options::default()
         };
         for limit in &self.limit {

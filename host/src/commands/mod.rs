@@ -40,9 +40,10 @@ mod submit;
 mod train;
 mod view;
 
-use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand};
+use clap::{ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use remora_host::error::Error;
-use remora_host::formats::{Verdict, json};
+use remora_host::formats::{VERSION, Verdict, json};
+use remora_host::notes;
 use serde::Serialize;
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
@@ -52,7 +53,7 @@ use std::path::Path;
 ///
 /// Without a command: plans the first of the built-in scenarios, as `remora plan` does.
 #[derive(Debug, Parser)]
-#[command(name = "remora", version, after_help = AFTER_HELP)]
+#[command(name = "remora", version = VERSION, after_help = AFTER_HELP)]
 struct Cli {
     /// Print no report and no progress, only errors and what was asked for as data
     #[arg(short, long, global = true)]
@@ -106,10 +107,12 @@ enum Command {
     #[cfg(feature = "training")]
     Train(train::Args),
     #[cfg(not(feature = "training"))]
+    #[command(hide = true)]
     Train(left_out::Train),
     #[cfg(feature = "training")]
     Learn(learn::Args),
     #[cfg(not(feature = "training"))]
+    #[command(hide = true)]
     Learn(left_out::Learn),
 }
 
@@ -191,7 +194,8 @@ fn to_json(value: &impl Serialize) -> Result<String, Error> {
 /// 0 done, 1 not flyable or failed, 2 bad input (one line on standard error), 3 verified but not
 /// converged, 128 and a signal's number where that ended work that can go on.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
-    let parsed = Cli::try_parse_from(args).and_then(|cli| match cli.command {
+    let args: Vec<OsString> = args.into_iter().collect();
+    let parsed = Cli::try_parse_from(&args).and_then(|cli| match cli.command {
         Some(command) => Ok((command, cli.quiet)),
         None => Ok((Command::Plan(plan::Args::from_arg_matches(&no_arguments()?)?), cli.quiet)),
     });
@@ -206,6 +210,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     if is_quiet {
         progress::silence();
     }
+    notes::show_by(|note| progress::tell(&format!("note: {note}")));
     match command.run() {
         Ok(output) => {
             let status = output.exit.status();
@@ -216,7 +221,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
             }
         }
         Err(error) => {
-            let status = refuse(&error.to_string());
+            let status = refuse(&told(&error, &args));
             // As a shell tells of a program that a signal ended.
             if let Error::Interrupted { signal } = error { 128 + signal } else { status }
         }
@@ -280,11 +285,38 @@ fn refuse(message: &str) -> u8 {
     2
 }
 
-/// The message of a usage error in one line, without the usage that follows it.
+/// Message of an error. For a file of another kind it names the kind that the command or its option takes.
+fn told(error: &Error, args: &[OsString]) -> String {
+    let Error::WrongKind { file, found, expected } = error else { return error.to_string() };
+    let cli = Cli::command();
+    let words = || args.iter().map(|arg| arg.to_string_lossy());
+    let name = words().skip(1).find(|word| !word.starts_with('-')).unwrap_or("plan".into());
+    let command = cli.find_subcommand(&*name);
+    let file_name = file.to_string_lossy();
+    let is_named = |option: &&str| {
+        let with_equals = format!("--{option}={file_name}");
+        let mut pairs = words().zip(words().skip(1));
+        words().any(|word| word == with_equals)
+            || pairs
+                .any(|(flag, value)| flag.strip_prefix("--") == Some(*option) && value == file_name)
+    };
+    let takes_values = |arg: &&clap::Arg| arg.get_action().takes_values();
+    let options = command.iter().flat_map(|command| command.get_arguments()).filter(takes_values);
+    let option = options.filter_map(clap::Arg::get_long).find(is_named);
+    let option = option.map_or(String::new(), |option| format!(" --{option}"));
+    format!("{}: this is {found}; {name}{option} takes {expected}", file.display())
+}
+
+/// The message of a usage error in one line, with clap's suggestions and without the usage.
 fn usage_line(error: &clap::Error) -> String {
     let text = error.to_string();
-    let message = text.lines().take_while(|line| !line.trim().is_empty());
-    let words: Vec<&str> = message.map(str::trim).collect();
-    let line = words.join(" ");
-    line.strip_prefix("error: ").map(String::from).unwrap_or(line)
+    let is_message = |line: &&str| !line.starts_with("Usage:") && !line.starts_with("For more");
+    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let mut said = String::new();
+    for line in lines.take_while(is_message) {
+        said += if line.starts_with("tip:") { "; " } else { " " };
+        said += line;
+    }
+    let said = said.trim_start();
+    said.strip_prefix("error: ").unwrap_or(said).into()
 }

@@ -113,7 +113,7 @@ pub(super) struct ScenarioArgs {
     /// Scenario set (*.scenarios.json) [default: the built-in set]
     #[arg(long, value_name = "FILE")]
     scenarios: Option<PathBuf>,
-    /// Scenario of the set [default: its first]
+    /// Scenario of the set [default: its first; with --mission alone one drawn for that mission, s1-000]
     #[arg(long, value_name = "ID")]
     id: Option<String>,
     /// List the scenarios of the set and end
@@ -122,25 +122,30 @@ pub(super) struct ScenarioArgs {
 }
 
 impl ScenarioArgs {
-    fn set(&self) -> Result<ScenarioSet, Error> {
-        set_or_built_in(self.scenarios.as_deref())
-    }
-
     /// The list of the set, where that is asked for.
     pub(super) fn listed(&self) -> Result<Option<String>, Error> {
         if !self.list {
             return Ok(None);
         }
         let mut text = String::new();
-        for scenario in self.set()?.scenarios {
+        for scenario in set_or_built_in(self.scenarios.as_deref())?.scenarios {
             // Writing to a string cannot fail.
             let _ = writeln!(text, "{}", scenario.id);
         }
         Ok(Some(text))
     }
 
-    pub(super) fn scenario(&self) -> Result<NamedScenario, Error> {
-        let set = self.set()?;
+    /// The scenario of the set, or for a mission alone the first drawn one that can be planned.
+    pub(super) fn scenario<const NL: usize>(
+        &self,
+        from: &MissionArgs,
+        mission: &Mission<NL>,
+        integrator: Integrator,
+    ) -> Result<NamedScenario, Error> {
+        if from.mission.is_some() && self.scenarios.is_none() && self.id.is_none() {
+            return remora_host::draw::first(mission, integrator).ok_or_else(no_start);
+        }
+        let set = set_or_built_in(self.scenarios.as_deref())?;
         let found = match &self.id {
             Some(id) => set.get(id),
             None => set.scenarios.first(),
@@ -298,9 +303,11 @@ pub(super) fn drawn<const NL: usize>(
     seed: u64,
     mission: &Mission<NL>,
 ) -> Result<ScenarioSet, Error> {
-    remora_host::draw::draw(count, seed, mission).ok_or_else(|| {
-        Error::argument("--mission", "its geometry lets no start satisfy keep-out and pointing")
-    })
+    remora_host::draw::draw(count, seed, mission).ok_or_else(no_start)
+}
+
+fn no_start() -> Error {
+    Error::argument("--mission", "its geometry lets no start satisfy keep-out and pointing")
 }
 
 /// A number of threads; each has a stack and memory of its own.

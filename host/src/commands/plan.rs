@@ -99,6 +99,9 @@ Examples:
   remora plan --plot plan.svg
   remora plan --format postcard
 
+With --mission and neither --scenarios nor --id, a scenario of that mission is drawn: s1-000, the first of
+`remora draw --seed 1`, or the next that is not refused.
+
 What no plan can end well is refused before planning, with the constraint's name; then no file is
 written. Clearances are smallest distances of bodies, negative where they overlap.
 
@@ -142,7 +145,8 @@ impl Args {
     }
 
     fn job<const NL: usize>(&self, mission: Mission<NL>) -> Result<PlanJob<NL>, Error> {
-        let scenario = self.scenario.scenario()?;
+        let integrator = self.method.method().integrator;
+        let scenario = self.scenario.scenario(&self.mission, &mission, integrator)?;
         let extension = self.format.name();
         let out = match &self.out {
             Some(out) if self.format == Format::Postcard && !is_named_packet(out) => {

@@ -46,10 +46,11 @@ impl Args {
         if let Some(list) = self.scenario.listed()? {
             return Ok(Output::data(list));
         }
+        let (mission, method) = (self.mission.mission()?, self.method.method());
         let job = ExportJob {
-            scenario: self.scenario.scenario()?,
-            mission: self.mission.mission()?,
-            method: self.method.method(),
+            scenario: self.scenario.scenario(&self.mission, &mission, method.integrator)?,
+            mission,
+            method,
             model: self.method.model()?,
             out: self.out.unwrap_or_default(),
             force: self.force.force,

@@ -26,7 +26,7 @@ pub(super) struct Args {
     /// Fly both ways out from each node in a world that the plan does not know, too
     #[arg(long)]
     flown: bool,
-    /// Errors of the world (*.errors.toml) [default: none]
+    /// Errors of the world: a file (*.errors.toml), typical or none [default: none]
     #[arg(long, value_name = "FILE", requires = "flown")]
     errors: Option<PathBuf>,
     #[arg(long, value_name = "S", requires = "flown", help = format!("{SEED} [default: 0]"))]

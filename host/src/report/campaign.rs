@@ -1,7 +1,7 @@
 //! What `remora campaign` prints.
 
 use super::{Align, Table, number, time};
-use remora_host::campaign::{Results, Statistics, Summary};
+use remora_host::campaign::{NearestOf, Results, Statistics, Summary};
 use remora_host::stopwatch::busy_share;
 use std::fmt::Write;
 
@@ -49,6 +49,13 @@ pub fn summary_report(summary: &Summary) -> String {
         let _ = writeln!(out, "  from the heuristic instead of the model: {}", summary.fallbacks);
     }
     let _ = writeln!(out, "\n{}", statistics(summary));
+    if let Some(nearest) = &summary.nearest {
+        let NearestOf { scenario, pair, distance_m, time_s } = nearest;
+        let _ = writeln!(
+            out,
+            "smallest distance, end effector left out: {distance_m:.3} m, {pair}, at {time_s:.0} s of {scenario}\n"
+        );
+    }
     if let Some(share) = busy_share(summary.time_s.mean, summary.cpu_time_s.mean) {
         let _ = writeln!(
             out,

@@ -84,9 +84,9 @@ fn notable(rows: &[Row]) -> Vec<Notable<'_>> {
     notable
 }
 
-/// The smallest distance of any two bodies [m].
+/// The smallest distance of any two bodies, the end effector left out [m].
 fn smallest(row: &Row) -> f64 {
-    row.clearances.named().into_iter().map(|(_, at)| at.distance).fold(f64::INFINITY, f64::min)
+    row.nearest.at.distance
 }
 
 fn page(results: &Results, notable: &[Notable<'_>]) -> Result<Page, Error> {
@@ -140,7 +140,7 @@ fn notable_table(notable: &[Notable<'_>]) -> Table {
             why.clone(),
             row.stage2.iterations.to_string(),
             number(row.stage2.cost),
-            format!("{:.3}", smallest(row)),
+            format!("{:.3} {}", smallest(row), row.nearest.pair),
             time(row.time_s),
         ]);
     }

@@ -1,7 +1,7 @@
 //! What `remora check` prints.
 
 use super::{Align, Table, clearance_table, residual_table};
-use remora_host::checking::{Checked, Disagreement};
+use remora_host::checking::{Checked, Disagreement, share};
 use remora_host::formats::Verdict;
 use std::fmt::Write;
 
@@ -15,23 +15,41 @@ pub fn check_report(plans: &[Checked]) -> String {
 
 fn whole(plan: &Checked) -> String {
     let mut out = format!(
-        "{}: scenario {}, {}, says {}\n\n{}\n{}\n",
+        "{}: scenario {}, {}\n\n{}\n{}\n",
         plan.file.display(),
         plan.scenario,
         plan.integrator,
-        plan.claimed,
         residual_table(&plan.residuals, &plan.tolerances),
         clearance_table(&plan.clearances),
     );
     for disagreement in &plan.disagreements {
         let _ = writeln!(out, "disagrees: {}: {}", disagreement.field, disagreement.reason);
     }
+    let _ = writeln!(out, "verified: {}", if plan.is_verified { "yes" } else { "no" });
+    match &plan.optimality {
+        Some(found) => {
+            let (one, two) = (share(found.stage1), share(found.stage2));
+            let _ = writeln!(out, "locally optimal to: {one} in stage 1, {two} in stage 2");
+        }
+        None if plan.is_verified => out.push_str("no optimum was asked for: feasible mode\n"),
+        None => {}
+    }
+    let _ = writeln!(out, "the file says: {}", plan.claimed);
     let why = plan
         .reason
         .map_or(String::new(), |residual| format!(", {residual} is farthest beyond its tolerance"));
     let but = if plan.disagreements.is_empty() { "" } else { ", but not what it says" };
-    let _ = writeln!(out, "verdict: {}{why}{but}", plan.verdict);
+    let _ = writeln!(out, "verdict: {}{why}{but}", found(plan));
     out
+}
+
+/// Verdict in words for the findings alone: the word optimal is the file's.
+fn found(plan: &Checked) -> String {
+    match (plan.verdict, &plan.optimality) {
+        (Verdict::Optimal, Some(_)) => "verified and locally optimal".into(),
+        (Verdict::Optimal, None) => "verified and feasible".into(),
+        (verdict, _) => verdict.to_string(),
+    }
 }
 
 fn overview(plans: &[Checked]) -> String {

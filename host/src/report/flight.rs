@@ -1,7 +1,7 @@
 //! What `remora fly` and `remora rerun` print.
 
 use remora_flight::campaign::Results;
-use remora_flight::report::{endings, influences, spread_table};
+use remora_flight::report::{endings, influences, nothing_stands_out, spread_table};
 use remora_flight::row::Row;
 use std::fmt::Write;
 use std::path::Path;
@@ -22,9 +22,10 @@ pub fn flights_report(results: &Results) -> String {
             let [made, verified] = summary.replans;
             let _ = writeln!(out, "\n{made} plans made in flight, {verified} of them verified");
         }
-        if !summary.influences.is_empty() {
-            let _ = write!(out, "\nwhat to improve first\n{}", influences(summary));
-        }
+        let _ = match influences(summary) {
+            None => writeln!(out, "\nwhat to improve first: {}", nothing_stands_out(summary)),
+            Some(table) => write!(out, "\nwhat to improve first, with 95 % intervals\n{table}"),
+        };
     }
     out.push('\n');
     for file in &results.files {

@@ -5,7 +5,7 @@ use remora_host::importing::Imported;
 
 /// What was decided, the joints' angles, and what follows from the mission.
 pub fn import_report(imported: &Imported) -> String {
-    let Imported { robot, joints, decided, notes, vehicle, .. } = imported;
+    let Imported { robot, joints, decided, notes, doubts, vehicle, .. } = imported;
     let mut table = Table::new([
         ("joint", Align::Left),
         ("", Align::Left),
@@ -27,7 +27,7 @@ pub fn import_report(imported: &Imported) -> String {
         0 => String::new(),
         count => format!("{count} notes on the file: --explain tells them\n\n"),
     };
-    let said = list("decided", decided) + &notes;
+    let said = list("decided", decided) + &list("look at", doubts) + &notes;
     format!("robot {robot}: an arm of {count} joints\n\n{table}\n{said}{}", vehicle_report(vehicle))
 }
 

@@ -9,7 +9,8 @@ pub fn vehicle_report(vehicle: &Vehicle) -> String {
         None => "nothing forbids an approach to end".into(),
         Some(refused) => format!("infeasible\n{}", refused.reason),
     };
-    format!("{}\n{}\n{}\n{verdict}\n", numbers(vehicle), joints(vehicle), margins(vehicle))
+    let margins = margins(vehicle);
+    format!("{}\n{}\n{margins}\n{verdict}\n", numbers(vehicle), joints(vehicle))
 }
 
 fn numbers(vehicle: &Vehicle) -> Table {
@@ -75,7 +76,8 @@ fn joints(vehicle: &Vehicle) -> Table {
     table
 }
 
-fn margins(vehicle: &Vehicle) -> Table {
+/// Torque and momentum that the fastest scenario needs, those available, and the reason if one is unknown.
+fn margins(vehicle: &Vehicle) -> String {
     let right = Align::Right;
     let mut table = Table::new([
         ("fastest scenario", Align::Left),
@@ -84,13 +86,19 @@ fn margins(vehicle: &Vehicle) -> Table {
         ("times", right),
         ("unit", Align::Left),
     ]);
+    let mut reasons = String::new();
     let mut row = |name: &str, margin: &Margin, unit: &str| {
-        let [needed, available, factor] =
-            [margin.needed, margin.available, margin.factor()].map(number);
+        let [needed, available, factor] = [margin.needed, margin.available, margin.factor()]
+            .map(|x| x.map_or("-".into(), number));
         table.row([name.into(), needed, available, factor, unit.into()]);
+        let nothing = || margin.factor().is_none().then_some("nothing is needed");
+        if let Some(reason) = margin.unknown.as_deref().or_else(nothing) {
+            reasons += &format!("{name}: {reason}\n");
+        }
     };
-    row("spin-up of the bus", &vehicle.spin_up, "N m s");
+    row("spin-up of the bus", &vehicle.spin_up, "N m");
+    row("momentum of the bus", &vehicle.momentum, "N m s");
     row("force, at least", &vehicle.force, "N");
     row("turn of target a node", &vehicle.turn, "deg");
-    table
+    format!("{table}{reasons}")
 }

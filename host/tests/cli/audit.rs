@@ -76,7 +76,7 @@ fn what_an_audit_cannot_be_made_of_is_refused() {
     bench.refuses("audit --only everything", "invalid value 'everything'");
     bench.refuses("audit --check --only loops", "the argument '--check' cannot be used with");
     bench.write("ci/budgets.toml", "format = \"remora-budgets/1\"\nbudget = 3\n");
-    bench.refuses("audit --only loops --root .", "./ci/budgets.toml: invalid type");
+    bench.refuses("audit --only loops --root .", "./ci/budgets.toml: budget: invalid type");
     let other = Bench::new();
     other.refuses("audit --only loops", "--root: the working folder is in no checkout");
 }

@@ -18,6 +18,10 @@ pub struct Run {
 /// The ids in `set.scenarios.json`.
 pub const IDS: [&str; 3] = ["s1-000", "s1-001", "s1-002"];
 
+/// Arguments that plan the scenarios of [`Bench::takes_too_many_iterations`].
+pub const SLOW: &str = "--mission strong.mission.toml --scenarios slow.scenarios.json \
+                        --integrator euler --warm-start heuristic";
+
 impl Bench {
     pub fn new() -> Self {
         let bench = Self(tempfile::tempdir().unwrap());
@@ -39,6 +43,20 @@ impl Bench {
 
     pub fn write(&self, name: &str, text: &(impl AsRef<[u8]> + ?Sized)) {
         fs::write(self.path(name), text).unwrap();
+    }
+
+    /// Writes a mission and three scenarios for which Stage 2 does not converge within its iterations.
+    pub fn takes_too_many_iterations(&self) {
+        let mission = include_str!("../../../fixtures/missions/strong.mission.toml");
+        self.write("strong.mission.toml", mission);
+        let draw = "draw --mission strong.mission.toml --count 21 --seed 1";
+        self.solves(&format!("{draw} --out slow.scenarios.json"));
+        let mut set = self.json("slow.scenarios.json");
+        let scenarios = set["scenarios"].as_array_mut().unwrap();
+        scenarios
+            .retain(|one| ["s1-000", "s1-004", "s1-020"].map(Some).contains(&one["id"].as_str()));
+        assert_eq!(scenarios.len(), 3);
+        self.write("slow.scenarios.json", &set.to_string());
     }
 
     /// The program with arguments that hold no spaces.

@@ -67,6 +67,43 @@ fn one_thread_or_two_give_the_same_rows_and_plans() {
     assert_eq!(bench.names("runs/1/plans").len(), 3);
 }
 
+/// Every capture has the end effector at its port, so a plan's distance is that of all other bodies.
+#[test]
+fn the_smallest_distance_of_a_campaign_is_not_the_capture_itself() {
+    let bench = Bench::new();
+    let run = bench.solves(&format!("{CAMPAIGN} --report --out runs"));
+    let text = bench.read("runs/results.csv");
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = lines.next().unwrap();
+    let rows: Vec<Vec<&str>> = lines.collect();
+    let cell = |row: &Vec<&str>, name: &str| {
+        row[names.iter().position(|found| *found == name).unwrap()].to_string()
+    };
+    let number = |row: &Vec<&str>, name: &str| cell(row, name).parse::<f64>().unwrap();
+    let mut smallest = Vec::new();
+    for row in &rows {
+        let at_port = number(row, "clearance_end_effector_m");
+        assert_eq!(at_port, number(row, "clearance_arm_m"));
+        assert!((at_port - 1e-3).abs() < 1e-4, "{at_port}");
+        assert!((1100.0..=1200.0).contains(&number(row, "clearance_end_effector_time_s")));
+        let (distance, pair) =
+            (number(row, "clearance_smallest_m"), cell(row, "clearance_smallest_pair"));
+        assert!(distance > 0.01, "{distance} {pair}");
+        assert!(pair.ends_with(":target") || pair.ends_with(":bus"), "{pair}");
+        assert!((0.0..=1200.0).contains(&number(row, "clearance_smallest_time_s")));
+        smallest.push((distance, pair));
+    }
+    smallest.sort_by(|a, b| a.0.total_cmp(&b.0));
+    assert!(smallest[0].0 < smallest[2].0, "{smallest:?}");
+    let (distance, pair) = &smallest[0];
+    let nearest = &bench.json("runs/summary.json")["nearest"];
+    assert_eq!((&nearest["distance_m"], &nearest["pair"]), (&(*distance).into(), &pair[..].into()));
+    let told = format!("smallest distance, end effector left out: {distance:.3} m, {pair}, at ");
+    assert!(run.out.contains(&told), "{}", run.out);
+    let page = bench.read("runs/report.html");
+    assert!(page.contains(&format!("{distance:.3} {pair}")), "{pair}");
+}
+
 /// A plan of a campaign is the plan of `remora plan`.
 #[test]
 fn a_campaigns_plan_is_a_plan() {

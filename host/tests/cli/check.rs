@@ -1,6 +1,6 @@
 //! `remora check`
 
-use super::bench::Bench;
+use super::bench::{Bench, SLOW};
 use serde_json::{Value, json};
 
 const CHECK: &str = "check";
@@ -23,7 +23,7 @@ fn what_was_planned_can_be_flown_and_says_so() {
     for integrator in ["euler", "rk4:4"] {
         let bench = planned(integrator);
         let run = bench.solves(&format!("{CHECK} --strict a.plan.json"));
-        assert!(run.out.contains("verdict: optimal\n"), "{}", run.out);
+        assert!(run.out.contains("verdict: verified and locally optimal\n"), "{}", run.out);
         assert!(run.out.contains(integrator), "{}", run.out);
     }
 }
@@ -87,7 +87,7 @@ fn what_a_plan_says_of_itself_is_recomputed() {
         // What a plan's stages say is believed: who did not converge is verified and no more.
         let (status, verdict) = match path {
             "/status" => (3, "verified but not converged"),
-            _ => (0, "optimal"),
+            _ => (0, "verified and locally optimal"),
         };
         assert_eq!(run.status, status, "{path}\n{}", run.out);
         let verdict = format!("verdict: {verdict}, but not what it says");
@@ -97,13 +97,73 @@ fn what_a_plan_says_of_itself_is_recomputed() {
     }
 }
 
+/// A plan is called optimal if the check finds it so, not because its file says so.
+#[test]
+fn a_plan_that_was_edited_to_be_optimal_is_not_called_so() {
+    let bench = planned("euler --mode feasible --warm-start heuristic");
+    let run = bench.solves(&format!("{CHECK} a.plan.json"));
+    assert!(run.out.contains("\nno optimum was asked for: feasible mode\n"), "{}", run.out);
+    tampered(&bench, |plan| plan["mode"] = json!("optimal"));
+    let run = bench.run(&format!("{CHECK} b.plan.json"));
+    assert_eq!(run.status, 3, "{}", run.out);
+    for text in [
+        "\nverified: yes\nlocally optimal to: ",
+        "\nthe file says: solved\n",
+        "\ndisagrees: status: says solved, is locally optimal to ",
+        "\ndisagrees: verdict: says optimal, is verified but not converged\n",
+        "\nverdict: verified but not converged, but not what it says\n",
+    ] {
+        assert!(run.out.contains(text), "{text:?} in\n{}", run.out);
+    }
+    assert_eq!(bench.run(&format!("{CHECK} --strict b.plan.json")).status, 1);
+
+    // Verified and not converged after all iterations: the file's claim alone makes it optimal.
+    bench.takes_too_many_iterations();
+    let plan = format!("plan {SLOW} --id s1-000 --force --out a.plan.json");
+    assert_eq!(bench.run(&plan).status, 3);
+    let run = bench.run(&format!("{CHECK} a.plan.json"));
+    assert_eq!(run.status, 3, "{}", run.out);
+    tampered(&bench, |plan| {
+        for path in ["/status", "/stage2/status"] {
+            *plan.pointer_mut(path).unwrap() = json!("solved");
+        }
+        plan["verdict"] = json!("optimal");
+    });
+    let run = bench.run(&format!("{CHECK} b.plan.json"));
+    for text in ["\nlocally optimal to: ", "\nthe file says: solved\n", "\nverdict: verified"] {
+        assert!(run.out.contains(text), "{text:?} in\n{}", run.out);
+    }
+    assert!(!run.out.contains("verdict: optimal"), "{}", run.out);
+}
+
+/// Plans that the planner calls optimal pass the check, from every start, with a margin.
+#[test]
+fn what_was_planned_is_locally_optimal() {
+    let bench = Bench::new();
+    for method in ["--integrator euler", "--integrator rk4:4", "--warm-start heuristic"] {
+        let plan = format!("campaign --scenarios set.scenarios.json {method} --plans");
+        let out = format!("runs/{}", method.replace(' ', ""));
+        bench.solves(&format!("{plan} --out {out}"));
+        let plans = |id: &str| format!("{out}/plans/{id}.plan.json");
+        let plans = super::bench::IDS.map(plans).join(" ");
+        let run = bench.solves(&format!("{CHECK} --strict --json {plans}"));
+        let found: Value = serde_json::from_str(&run.out).unwrap();
+        for plan in found["plans"].as_array().unwrap() {
+            let optimality = &plan["optimality"];
+            assert_eq!(optimality["is_converged"], true, "{plan}");
+            assert!(optimality["stage1"].as_f64().unwrap() < 0.01, "{optimality}");
+            assert!(optimality["stage2"].as_f64().unwrap() < 0.01, "{optimality}");
+        }
+    }
+}
+
 /// Plans of the first format hold neither scenario nor mission.
 #[test]
 fn a_plan_of_the_first_format_is_checked_with_what_is_given() {
     let bench = Bench::new();
     bench.write("old.plan.json", FIRST);
     let run = bench.solves("check --strict old.plan.json");
-    assert!(run.out.contains("verdict: optimal\n"), "{}", run.out);
+    assert!(run.out.contains("verdict: verified and locally optimal\n"), "{}", run.out);
     bench.refuses(
         "check --scenarios set.scenarios.json old.plan.json",
         "old.plan.json: scenario: \"pub-000\" is not in the scenario set set.scenarios.json",
@@ -175,7 +235,7 @@ fn either_sign_of_a_quaternion_is_the_same_plan() {
         }
     });
     let run = bench.solves(&format!("{CHECK} --strict b.plan.json"));
-    assert!(run.out.contains("verdict: optimal\n"), "{}", run.out);
+    assert!(run.out.contains("verdict: verified and locally optimal\n"), "{}", run.out);
 }
 
 #[test]

@@ -128,3 +128,65 @@ fn what_a_plan_does_not_say_must_be_given() {
     bench.write("a.plan.json", include_str!("../../../fixtures/plans/first-format.plan.json"));
     bench.refuses(&format!("{bare} mcap --force"), "a.plan.json: inputs: is missing");
 }
+
+#[test]
+fn rows_after_a_leap_second_are_on_time() {
+    let bench = planned("rk4");
+    let at = |epoch: &str| {
+        let told = EXPORT.replace("2026-11-23T00:00:00", epoch);
+        bench.solves(&format!("{told} --format oem --format aem --format mcap --force"));
+        ["servicer.oem", "target.aem"].map(|name| rows(&bench, &format!("out/s1-000.{name}")))
+    };
+    for found in at("2016-12-31T23:50:00") {
+        // 600 s after the epoch, with a row at each whole second, and at nodes between them.
+        assert!(found.iter().any(|(time, _)| time == "2016-12-31T23:59:60.000000"));
+        assert!(found.iter().any(|(time, _)| time == "2017-01-01T00:00:00.000000"));
+        assert_eq!(found[1258].0, "2017-01-01T00:09:59.000000");
+    }
+    assert_eq!(at("2016-12-31T23:59:60.5")[0][1258].0, "2017-01-01T00:19:59.500000");
+    let early = EXPORT.replace("2026-11-23T00:00:00", "1971-12-31T23:59:59");
+    let said = "invalid value '1971-12-31T23:59:59' for '--epoch <TIME>'";
+    bench.refuses(&format!("{early} --format oem --force"), said);
+}
+
+/// A bench with a plan for a mission, and a chief on its orbit.
+fn planned_for(mission: &str) -> Bench {
+    let bench = Bench::new();
+    bench.write("a.mission.toml", mission);
+    bench.solves(
+        "plan --scenarios set.scenarios.json --mode feasible --mission a.mission.toml \
+         --warm-start heuristic --integrator rk4 --out a.plan.json",
+    );
+    bench.write("a.chief.toml", CHIEF);
+    bench
+}
+
+#[test]
+fn an_ephemeris_names_the_body_that_its_orbit_is_about() {
+    const MOON: &str = include_str!("../../../fixtures/missions/moon.mission.toml");
+    let bench = planned_for(MOON);
+    bench.refuses(
+        &format!("{EXPORT} --format oem"),
+        "a.plan.json: inputs.mission.orbit.body: is missing",
+    );
+    bench.solves(&format!("{} --format mcap", EXPORT.replace("--chief a.chief.toml ", "")));
+    let bench = planned_for(&format!("{MOON}body = \"Moon\"\nbody_radius_m = 1737400.0\n"));
+    bench.solves(&format!("{EXPORT} --format oem --format aem"));
+    for name in ["servicer.oem", "target.oem", "servicer.aem", "target.aem"] {
+        let text = bench.read(&format!("out/s1-000.{name}"));
+        assert!(text.contains("\nCENTER_NAME = MOON\n"), "{name}");
+    }
+}
+
+#[test]
+fn a_chief_below_the_surface_or_too_far_from_a_circle_is_refused() {
+    let bench = planned("rk4");
+    let underground = include_str!("../../../fixtures/chiefs/underground.chief.toml");
+    bench.write("a.chief.toml", underground);
+    let said = "a.chief.toml: elements.eccentricity: the perigee is 2040000 m from the body's";
+    bench.refuses(&format!("{EXPORT} --format oem"), said);
+    let bench = planned_for("[orbit]\nsemi_major_axis_m = 2.4e7\n");
+    bench.write("a.chief.toml", &format!("{CHIEF}eccentricity = 0.6\n"));
+    let said = "a.chief.toml: elements.eccentricity: with an eccentricity of 0.6000 the plan";
+    bench.refuses(&format!("{EXPORT} --format oem"), said);
+}

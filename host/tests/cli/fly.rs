@@ -51,6 +51,8 @@ fn threads_kills_and_reruns_change_no_row() {
     assert_eq!(serde_json::from_str::<Value>(&again.out).unwrap(), first[2]);
     assert!(bench.path("runs/1/history/2.parquet").is_file());
     let page = bench.read("runs/1/flights.html");
+    // Four runs are too few to show the share of any error.
+    assert!(page.contains("Here nothing stands out in 4 runs"));
     assert!(page.contains("<svg") && !page.contains("src=") && !page.contains("<link"));
     // Runs are drawn each for itself.
     assert_ne!(first[0]["flown"]["drawn"], first[1]["flown"]["drawn"]);
@@ -271,4 +273,21 @@ fn ways_out_are_told_node_by_node_and_flown() {
     let refused = bench.run("safety e.plan.json");
     assert_eq!(refused.status, 2);
     assert!(refused.err.contains("e.plan.json: integrator"), "{}", refused.err);
+}
+
+/// A plan about the Moon is flown about the Moon, and refuses the Earth's oblateness.
+#[test]
+fn a_plan_about_the_moon_is_flown_about_the_moon() {
+    let bench = Bench::new();
+    let moon = include_str!("../../../fixtures/missions/moon.mission.toml");
+    bench.write("a.mission.toml", moon);
+    bench.solves(
+        "plan --scenarios set.scenarios.json --mission a.mission.toml --integrator rk4 \
+         --warm-start heuristic --out a.plan.json",
+    );
+    bench.solves("fly a.plan.json --out runs/moon");
+    let row = &rows(&bench, "runs/moon")[0]["flown"];
+    assert_eq!(row["ending"], "captured", "{row}");
+    assert!(row["arrival"]["miss_m"].as_f64().unwrap() < 3e-4, "{row}");
+    bench.refuses("fly a.plan.json --j2 --out runs/oblate", "--j2: is the Earth's");
 }

@@ -180,6 +180,54 @@ fn flags_that_make_no_sense_are_refused() {
     bench.refuses("import a.xacro", "a.xacro: a xacro, not yet a URDF");
 }
 
+/// A finger that is held beyond its range, and one with a wider range.
+#[test]
+fn a_finger_held_beyond_its_range_is_refused_and_a_limit_allows_it() {
+    let bench = Bench::new();
+    let import = format!("import {} --end-effector tip --explain", urdf("hold4"));
+    bench.refuses(
+        &import.replace(" --explain", " --hold finger=0.4"),
+        &format!("{}: joint `finger`: held at 0.4 m, beyond its range 0 to 0.04 m", urdf("hold4")),
+    );
+    bench.solves(&format!("{import} --hold finger=0.04"));
+    bench.solves(&format!("{import} --hold finger=0.4 --limit finger=0,0.5,0.1,10"));
+}
+
+/// Probably wrong units are reported without --explain.
+#[test]
+fn degrees_are_told_in_the_report_and_beside_an_error() {
+    let bench = Bench::new();
+    let planar = std::fs::read_to_string(urdf("planar")).unwrap();
+    let degrees = planar.replacen("lower=\"-1.5\" upper=\"1.5\"", "lower='-90' upper='90'", 1);
+    bench.write("degrees.urdf", &degrees);
+    let told =
+        "joint `shoulder`: the range -90 to 90 rad is more than two turns: is it in degrees?";
+    let run = bench.solves("import degrees.urdf");
+    assert!(run.out.contains(&format!("\nlook at\n- {told}\n")), "{}", run.out);
+    let run = bench.run("import degrees.urdf --axis 0,1,0 --force");
+    assert!(run.status == 2 && run.err.contains(told), "{}", run.err);
+}
+
+/// A camera of the bus with an impossible inertia.
+#[test]
+fn a_link_of_the_bus_with_an_impossible_inertia_can_be_a_point() {
+    let bench = Bench::new();
+    let spatial = std::fs::read_to_string(urdf("spatial")).unwrap();
+    let camera = "<link name='bad'><inertial><mass value='2'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' \
+                  izz='9'/></inertial></link><joint name='bad_bolts' type='fixed'><origin xyz='0 0 0.3'/>\
+                  <parent link='bus'/><child link='bad'/></joint></robot>";
+    bench.write("bad.urdf", &spatial.replace("</robot>", camera));
+    bench.refuses(
+        "import bad.urdf --end-effector tip",
+        "bad.urdf: link `bad`: no body has this inertia",
+    );
+    let run = bench.run("import bad.urdf --end-effector tip");
+    assert!(run.err.contains("or take it as a point with `--point-mass bad`"), "{}", run.err);
+    let told = imported(&bench, "bad.urdf --end-effector tip --point-mass bad");
+    assert_eq!(told["mission"]["servicer"]["bus_mass_kg"], 428.0);
+    assert!(told["notes"].to_string().contains("link `bad`, 2 kg, is taken as a point"));
+}
+
 /// Rotors are in no URDF; what they weigh in stands with the links, and nothing else changes.
 #[test]
 fn rotors_are_given_by_a_flag() {

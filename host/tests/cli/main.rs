@@ -1,5 +1,6 @@
 //! The program itself, run as a user runs it.
 
+mod arrays;
 mod audit;
 mod bench;
 mod campaign;
@@ -13,6 +14,7 @@ mod foreign;
 mod hostile;
 mod import;
 mod inject;
+mod kinds;
 #[cfg(feature = "training")]
 mod learn;
 mod mission;
@@ -27,5 +29,6 @@ mod quantise;
 mod refusals;
 mod replay;
 mod reproduce;
+mod units;
 mod view;
 mod warm_start;

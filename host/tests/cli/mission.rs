@@ -25,6 +25,63 @@ fn the_built_in_mission_is_told_and_can_end() {
     assert!(run.out.lines().all(|line| line.len() <= 100), "{}", run.out);
 }
 
+/// Missions at the ends of the accepted ranges, with their report and the imported arms.
+#[test]
+fn no_report_has_what_is_no_number() {
+    let bench = Bench::new();
+    let texts = [
+        "",
+        "[scenarios]\nrate_rad_s = 0\n",
+        "[scenarios]\nrate_norm_deg_s = 3.0\n",
+        "[scenarios]\nrate_norm_deg_s = 1e-300\n",
+        "[scenarios]\nstandoff_m = 1e-3\n",
+        "[servicer]\njoint_rate_limit_rad_s = 1e-300\n",
+        "[servicer]\nbus_torque_limit_n_m = [1e-9, 1.0, 1.0]\n",
+        "[servicer]\nforce_limit_n = 1e-300\n",
+        "[servicer]\nbus_mass_kg = 1e6\n",
+        "[margins]\njoint_rate = 0.999999999\n",
+        "[horizon]\nduration_s = 60.0\n",
+        "[horizon]\nduration_s = 24000.0\n",
+        "[horizon]\nnodes = 10\n",
+    ];
+    let mut told = 0;
+    let mut looked_at = |line: &str| {
+        let run = bench.run(line);
+        // A refused mission has no report.
+        if run.status == 2 {
+            return;
+        }
+        told += 1;
+        let words = || run.out.split(|c: char| !c.is_ascii_alphanumeric());
+        let is_no_number = |word: &str| ["nan", "inf"].contains(&word.to_lowercase().as_str());
+        assert!(!words().any(is_no_number), "{line}\n{}", run.out);
+        // Every dash comes with its reason.
+        let margins = run.out.lines().skip_while(|line| !line.starts_with("fastest scenario"));
+        for line in margins.filter(|line| line.contains("  -  ")) {
+            let name = line.split("  ").next().unwrap();
+            assert!(run.out.contains(&format!("\n{name}: ")), "{line}\n{}", run.out);
+        }
+    };
+    for text in texts {
+        bench.write("a.mission.toml", text);
+        looked_at("mission a.mission.toml");
+    }
+    for urdf in ["planar", "spatial", "gripper"] {
+        let fixtures = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/urdf");
+        let file = format!("{urdf}.urdf");
+        std::fs::copy(fixtures.join(&file), bench.path(&file)).unwrap();
+        looked_at(&format!("import {file} --explain"));
+        for text in texts {
+            bench.write("bus.mission.toml", text);
+            looked_at(&format!("import {file} --bus bus.mission.toml --explain"));
+        }
+    }
+    assert!(told > 20, "{told}");
+    let run = bench.solves("mission");
+    assert!(!run.out.contains("3118"), "{}", run.out);
+    assert!(run.out.contains("\nmomentum of the bus: a mission does not say "), "{}", run.out);
+}
+
 #[test]
 fn another_servicers_radii_follow_from_it() {
     let bench = Bench::new();

@@ -113,7 +113,7 @@ fn bad_models_are_refused() {
     fs::write(bench.path("flipped.model"), flipped).unwrap();
     for (file, reason) in [
         ("none.model", "no such file or directory"),
-        ("set.scenarios.json", "is not a model file"),
+        ("set.scenarios.json", "this is a scenario set; quantise takes a model"),
         ("cut.model", "is shorter than its header says"),
         ("flipped.model", "has a wrong checksum"),
         ("int8.model", "precision: is quantised already"),

@@ -137,7 +137,7 @@ fn servicers_of_a_mission() {
             &format!("bad.mission.toml: servicer.{message}"),
         );
     };
-    let count = "3 principal moments or [xx, yy, zz, xy, xz, yz], not 4 numbers";
+    let count = "3 principal moments or 6 elements, [xx, yy, zz, xy, xz, yz], not 4 numbers";
     bad("bus_inertia_kg_m2 = [1, 2, 3, 4]", &format!("bus_inertia_kg_m2: {count}"));
     bad(
         "bus_inertia_kg_m2 = [10, 10, 10, 11, 0, 0]",
@@ -270,4 +270,34 @@ fn outputs_are_tried_before_planning() {
     bench.refuses(&format!("{campaign} runs"), "runs/summary.json: is a directory");
     #[cfg(unix)]
     bench.refuses("plan --out /dev/null", "/dev/null: is not a regular file");
+}
+
+/// An orbit that is too eccentric for plans, or that leads underground, is refused.
+#[test]
+fn an_orbit_that_is_no_circle_or_leads_underground_is_refused_by_key() {
+    let bench = Bench::new();
+    let plan = "plan --scenarios set.scenarios.json --mission a.mission.toml --out a.plan.json";
+    bench.write("a.mission.toml", "[orbit]\nsemi_major_axis_m = 2.4e7\neccentricity = 0.6\n");
+    let run = bench.run(plan);
+    assert_eq!(run.status, 2, "{}{}", run.out, run.err);
+    let said = "eccentricity: orbit.eccentricity is 0.6: plans take the orbit for a circle (HCW), \
+                which after 1200 s is wrong by up to ";
+    assert!(run.err.contains(said), "{}", run.err);
+    for (orbit, said) in [
+        ("eccentricity = 0.1", "orbit.eccentricity: the perigee is 6120000 m from the body's"),
+        ("semi_major_axis_m = 6.3e6", "orbit.semi_major_axis_m: the perigee is 6293700 m from"),
+        ("body = \"MOON\"", "orbit.gravitational_parameter_m3_s2: is the Earth's, and orbit.body"),
+        (
+            "body = \"EARTH\"\ngravitational_parameter_m3_s2 = 4.9028e12",
+            "orbit.gravitational_parameter_m3_s2: is not the Earth's, and orbit.body is EARTH",
+        ),
+        (
+            "body = \"MOON\"\ngravitational_parameter_m3_s2 = 4.9028e12",
+            "orbit.body_radius_m: is missing",
+        ),
+        ("body = \"\"", "orbit.body: expected 1 to 16 printable characters"),
+    ] {
+        bench.write("a.mission.toml", &format!("[orbit]\n{orbit}\n"));
+        bench.refuses(plan, &format!("a.mission.toml: {said}"));
+    }
 }

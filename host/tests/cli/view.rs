@@ -64,7 +64,10 @@ fn only_pages_are_replaced_and_nonsense_is_named() {
             "error: --out: several plans need a name for their page\n",
         ),
         ("view none.plan.json", "error: none.plan.json: no such file or directory\n"),
-        ("view a.plan.json --flight a.plan.json", "error: a.plan.json: is no table"),
+        (
+            "view a.plan.json --flight a.plan.json",
+            "error: a.plan.json: this is a plan; view --flight takes a Parquet table\n",
+        ),
         (
             "view a.plan.json --flight header.parquet",
             "error: header.parquet: is no table: a field 19 of type 4, which the format has not\n",

@@ -1,6 +1,7 @@
 //! The pages that people read: each is in the book, links lead somewhere, lines are short, code is
 //! compiled. What commands they name is looked at by the program's own tests.
 
+mod numbers;
 mod pages;
 mod supply;
 

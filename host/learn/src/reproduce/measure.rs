@@ -166,7 +166,7 @@ pub(super) fn difference(estimate: &Estimate) -> String {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use remora_host::formats::{Clearances, Flight, StageRow, Verdict};
+    use remora_host::formats::{Clearances, Closest, Flight, Nearest, StageRow, Verdict};
 
     /// A row that nobody planned.
     pub(crate) fn row(index: usize, iterations: u64, cost: f64, time_s: f64) -> Row {
@@ -182,6 +182,8 @@ pub(super) mod tests {
             inference_s: 0.001,
             residuals: [0.0; 12],
             clearances: Clearances::NONE,
+            nearest: Nearest::NONE,
+            end_effector: Closest::NONE,
             flight: Flight::default(),
             time_s,
             cpu_time_s: time_s,

@@ -8,7 +8,7 @@ use super::optimiser::AdamW;
 use super::rollout::RolloutError;
 use super::source::Statistics;
 use remora_host::error::Error;
-use remora_host::formats::{Limit, read_bytes, write_atomically};
+use remora_host::formats::{Limit, json, read_bytes, write_atomically};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -137,7 +137,7 @@ impl Checkpoint {
         let body = body.strip_prefix(MAGIC)?.strip_prefix(&VERSION.to_le_bytes())?;
         let (length, body) = body.split_first_chunk::<4>()?;
         let (head, numbers) = body.split_at_checked(u32::from_le_bytes(*length) as usize)?;
-        let head: Head = serde_json::from_slice(head).ok()?;
+        let head: Head = json::parse_value(head).ok()?;
         let (numbers, []) = numbers.as_chunks::<4>() else { return None };
         let numbers: Vec<f32> = numbers.iter().map(|x| f32::from_le_bytes(*x)).collect();
         let count = numbers.len() / 3;

@@ -4,7 +4,7 @@ use super::examples::Disturbance;
 use remora_core::advanced::nn::limit;
 pub use remora_core::advanced::warmstart::{Action, Encoding};
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::{Limit, read_text};
+use remora_host::formats::{Limit, read_text, toml_text};
 use remora_host::lineage::Source;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -205,14 +205,7 @@ impl Config {
     /// # Errors
     /// Field and reason.
     pub fn parse(text: &str) -> Result<Self, FieldError> {
-        let flat = |message: &str| message.trim().replace('\n', " ");
-        let reader = toml::Deserializer::parse(text)
-            .map_err(|error| FieldError::new("", flat(error.message())))?;
-        let config: Self = serde_path_to_error::deserialize(reader).map_err(|error| {
-            let path = error.path().to_string();
-            let path = if path == "." { String::new() } else { path };
-            FieldError::new(path, flat(error.inner().message()))
-        })?;
+        let config: Self = toml_text::parse(text, None)?;
         config.validate()?;
         Ok(config)
     }

@@ -195,3 +195,43 @@ impl Table {
         self.linear("state", self.states, width, true, 1.0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use remora_core::advanced::stages::{LINKS, NODES};
+    use std::fs;
+
+    const MODELS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/models");
+    const TABLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reproduction/README.md");
+
+    fn table(name: &str) -> Table {
+        let config =
+            Config::parse(&fs::read_to_string(format!("{MODELS}/{name}.toml")).unwrap()).unwrap();
+        Table::new(&config, &Shape::of(&config.model, NODES, LINKS))
+    }
+
+    /// A whole number as pages write it: 349,062.
+    fn thousands(number: usize) -> String {
+        let digits = number.to_string();
+        let groups = digits.as_bytes().rchunks(3).rev().map(|group| str::from_utf8(group).unwrap());
+        groups.collect::<Vec<_>>().join(",")
+    }
+
+    #[test]
+    fn pages_tell_how_many_parameters_the_networks_have() {
+        let models = fs::read_to_string(format!("{MODELS}/README.md")).unwrap();
+        for name in ["euler", "rk4", "small"] {
+            let number = thousands(table(name).inference_len());
+            assert!(models.contains(&number), "fixtures/models/README.md: {name} has {number}");
+        }
+        let published = table("published");
+        let number = thousands(published.inference_len());
+        assert!(models.contains(&number), "fixtures/models/README.md: published has {number}");
+        let number = thousands(published.len());
+        let tables = fs::read_to_string(TABLES).unwrap();
+        assert!(tables.contains(&number), "docs/reproduction/README.md: published has {number}");
+        let config = fs::read_to_string(format!("{MODELS}/published.toml")).unwrap();
+        assert!(config.contains(&number), "published.toml: it has {number}");
+    }
+}

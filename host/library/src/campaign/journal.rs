@@ -123,7 +123,9 @@ impl Heading for Header {
 mod tests {
     use super::*;
     use crate::error::Error;
-    use crate::formats::{Clearances, Flight, ScenarioSet, StageRow, Status, Verdict};
+    use crate::formats::{
+        Clearances, Closest, Flight, Nearest, ScenarioSet, StageRow, Status, Verdict,
+    };
     use remora_core::advanced::model::{Refusal, Tolerances};
     use std::num::NonZeroUsize;
     use std::path::{Path, PathBuf};
@@ -159,6 +161,8 @@ mod tests {
             inference_s: 0.0,
             residuals: [0.0; 12],
             clearances: Clearances::NONE,
+            nearest: Nearest::NONE,
+            end_effector: Closest::NONE,
             flight: Flight::default(),
             time_s: 0.3,
             cpu_time_s: 0.3,
@@ -190,7 +194,7 @@ mod tests {
         let broken = String::from_utf8(whole).unwrap().replacen("\"a\"", "7", 1);
         std::fs::write(&path, broken).unwrap();
         let error = open(&path).err().unwrap().to_string();
-        assert!(error.contains("line 2: invalid type"), "{error}");
+        assert!(error.contains("line 2: scenario: invalid type"), "{error}");
     }
 
     #[test]

@@ -17,7 +17,7 @@ mod summary;
 mod tally;
 
 pub use journal::{Header, JOURNAL};
-pub use summary::{Run, StageSummary, Statistics, Summary};
+pub use summary::{NearestOf, Run, StageSummary, Statistics, Summary};
 pub use tally::Tally;
 
 use crate::error::{Error, FieldError};

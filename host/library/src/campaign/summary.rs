@@ -1,7 +1,7 @@
 //! Statistics over the rows of a campaign.
 
 use super::tally::Tally;
-use crate::formats::{Row, Status, Verdict};
+use crate::formats::{Nearest, Row, Status, Verdict};
 use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
 use crate::statistics::percentile;
 use serde::{Deserialize, Serialize};
@@ -68,6 +68,28 @@ pub struct Run {
     pub wall_s: f64,
 }
 
+/// The two bodies that come nearest to each other in any plan, the end effector left out.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NearestOf {
+    /// Id of the scenario.
+    pub scenario: String,
+    /// The two, as in the table.
+    pub pair: String,
+    /// Smallest distance [m].
+    pub distance_m: f64,
+    /// Time of the smallest distance, in the plan's time [s].
+    pub time_s: f64,
+}
+
+impl NearestOf {
+    /// Finds it in one row.
+    pub(super) fn of(row: &Row) -> Self {
+        let Nearest { at, pair } = &row.nearest;
+        let (scenario, pair) = (row.scenario.clone(), pair.clone());
+        Self { scenario, pair, distance_m: at.distance, time_s: at.time_s }
+    }
+}
+
 /// Statistics of a campaign.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
@@ -107,6 +129,8 @@ pub struct Summary {
     pub cpu_time_s: Statistics,
     /// Scenarios for which a model was asked and the heuristic used.
     pub fallbacks: usize,
+    /// The smallest distance of bodies; none if none was computed.
+    pub nearest: Option<NearestOf>,
     /// Ids that were not solved.
     pub unsolved: Vec<String>,
     /// The run that wrote this.
@@ -125,7 +149,7 @@ impl Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{Clearances, Flight, ScenarioSet, StageRow};
+    use crate::formats::{Clearances, Closest, Flight, ScenarioSet, StageRow};
     use remora_core::advanced::model::Refusal;
 
     #[test]
@@ -158,6 +182,8 @@ mod tests {
             inference_s: 0.0,
             residuals: [0.0; 12],
             clearances: Clearances::NONE,
+            nearest: Nearest::NONE,
+            end_effector: Closest::NONE,
             flight: Flight::default(),
             time_s: 1.0,
             cpu_time_s: 1.0,

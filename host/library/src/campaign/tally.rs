@@ -1,6 +1,6 @@
 //! Rows counted one by one, so that none need be kept: eleven numbers a row are.
 
-use super::summary::{Run, StageSummary, Statistics, Summary};
+use super::summary::{NearestOf, Run, StageSummary, Statistics, Summary};
 use crate::formats::{Row, StageRow, Status, Verdict};
 use crate::method::Method;
 use std::collections::BTreeMap;
@@ -19,6 +19,7 @@ pub struct Tally {
     inference_s: Vec<f64>,
     time_s: Vec<f64>,
     cpu_time_s: Vec<f64>,
+    nearest: Option<NearestOf>,
 }
 
 /// One stage of the rows so far.
@@ -67,6 +68,10 @@ impl Tally {
         for (tally, stage) in self.stages.iter_mut().zip([&row.stage1, &row.stage2]) {
             tally.add(stage, is_solved);
         }
+        let is_nearer = |of: &NearestOf| row.nearest.at.distance < of.distance_m;
+        if !row.nearest.pair.is_empty() && self.nearest.as_ref().is_none_or(is_nearer) {
+            self.nearest = Some(NearestOf::of(row));
+        }
         self.inference_s.push(row.inference_s);
         self.time_s.push(row.time_s);
         self.cpu_time_s.extend(Some(row.cpu_time_s).filter(|time_s| time_s.is_finite()));
@@ -101,6 +106,7 @@ impl Tally {
             time_s: Statistics::of(self.time_s),
             cpu_time_s: Statistics::of(self.cpu_time_s),
             fallbacks: self.fallbacks,
+            nearest: self.nearest,
             unsolved: self.unsolved,
             run,
         }

@@ -2,7 +2,7 @@
 
 use crate::campaign::Statistics;
 use crate::draw::draw_one;
-use crate::formats::NamedScenario;
+use crate::formats::{NamedScenario, Nearest};
 use remora_core::advanced::model::{Mission, Tolerances};
 use remora_core::advanced::planner::{Report, Verdict};
 use remora_core::advanced::stages::LINKS;
@@ -138,7 +138,7 @@ pub struct Attempt {
     pub time_s: f64,
     /// Stage 2's cost.
     pub cost: f64,
-    /// Smallest distance between bodies [m]; none where it is not judged.
+    /// Smallest distance between bodies, the end effector left out [m]; none where it is not judged.
     pub clearance_m: Option<f64>,
 }
 
@@ -152,9 +152,7 @@ impl Attempt {
             Verdict::NotFlyable if is_out_of_reach => Some(OUT_OF_REACH.into()),
             Verdict::NotFlyable => Some(worst(&report.residuals.against(tolerances))),
         };
-        let near = &report.clearances;
-        let nearest = [near.arm, near.bus, near.own].map(|closest| closest.distance);
-        let nearest = nearest.into_iter().fold(f64::INFINITY, f64::min);
+        let nearest = Nearest::of(&report.clearances, &report.arm.links).at.distance;
         Self {
             verdict,
             reason,

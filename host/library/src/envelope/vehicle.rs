@@ -2,7 +2,7 @@
 
 use super::cell::{Place, State};
 use crate::error::{Error, FieldError};
-use crate::formats::{Limit, MissionFile, read_text};
+use crate::formats::{MissionFile, read_mission_file};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use std::path::{Path, PathBuf};
@@ -45,9 +45,8 @@ impl Vehicle {
     pub fn read(files: &[PathBuf]) -> Result<Vec<Self>, Error> {
         let mut vehicles: Vec<Self> = Vec::new();
         for file in files {
-            let mission = MissionFile::parse(&read_text(file, Limit::TEXT)?)
-                .and_then(|mission| mission.mission().map(|_| mission))
-                .map_err(|error| error.at(file))?;
+            let mission = read_mission_file(Some(file))?;
+            mission.mission().map_err(|error| error.at(file))?;
             let name = name_of(file);
             if vehicles.iter().any(|other| other.name == name) {
                 let reason = format!("there is another vehicle called {name:?}: rename the file");

@@ -1,12 +1,36 @@
-//! Which other axis of the end effector could be meant, where one finds no joint angles at capture.
+//! Advice for an arm without joint angles at capture: another axis of its end effector, a longer tool, a
+//! thinner link.
 
-use super::Request;
-use crate::formats::MissionFile;
+use super::{Request, unsearched};
+use crate::formats::{MissionFile, capture_search};
 use nalgebra::Vector3;
+use remora_core::advanced::model::{CaptureSearch, Servicer};
 use remora_urdf::Arm;
 
-/// What would mend a search that has failed: an axis of the end effector's frame that does not.
-pub(super) fn advice<const NL: usize>(request: &Request, file: &MissionFile, arm: &Arm) -> String {
+/// Step to which lengths are rounded, to the side that works [m].
+const STEP: f64 = 1e-3;
+/// Halvings of an interval of lengths.
+const HALVINGS: i32 = 8;
+
+/// An arm at a mount that was tried, and the conditions on its angles at capture.
+type Tried<const NL: usize> = (Servicer<NL>, CaptureSearch);
+
+/// Advice after a search that has failed at all of these mounts.
+pub(super) fn advice<const NL: usize>(request: &Request, failed: &[(MissionFile, Arm)]) -> String {
+    let Some((file, arm)) = failed.first() else { return String::new() };
+    let axes = axes::<NL>(request, file, arm);
+    if !axes.is_empty() {
+        return format!("as the end effector's axis would do {}", axes.join(", "));
+    }
+    let tried: Vec<Tried<NL>> = failed.iter().filter_map(|(file, _)| tried(file)).collect();
+    let other = "none of +-x, +-y, +-z of the end effector would do as its axis: another --mount, --boresight or \
+                 --start may";
+    let sizes = [thinner_links(&tried, arm), longer_tool(&tried, arm)];
+    sizes.into_iter().flatten().chain([other.into()]).collect::<Vec<String>>().join("; ")
+}
+
+/// Flags of axes of the end effector's frame that would work.
+fn axes<const NL: usize>(request: &Request, file: &MissionFile, arm: &Arm) -> Vec<String> {
     let asked = request.axis.and_then(|axis| axis.try_normalize(1e-9)).unwrap_or_else(Vector3::z);
     let others = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|v| [v, -v]);
     let works = |own: &Vector3<f64>| {
@@ -15,13 +39,90 @@ pub(super) fn advice<const NL: usize>(request: &Request, file: &MissionFile, arm
             Some((arm.end_effector.rotation * own).normalize().into());
         own.dot(&asked) < 0.99 && other.mission_of::<NL>().is_ok()
     };
-    let flags: Vec<String> = others.filter(works).map(|own| flag(&own)).collect();
-    match flags.is_empty() {
-        true => "none of +-x, +-y, +-z of the end effector would do as its axis: another --mount, \
-                 --boresight or --start may"
-            .into(),
-        false => format!("as the end effector's axis would do {}", flags.join(", ")),
+    others.filter(works).map(|own| flag(&own)).collect()
+}
+
+fn tried<const NL: usize>(file: &MissionFile) -> Option<Tried<NL>> {
+    let axis = file.servicer.capture_axis().ok().flatten()?;
+    let mission = unsearched::<NL>(file).ok()?;
+    Some((mission.servicer, capture_search(&mission, axis)))
+}
+
+fn works<const NL: usize>((servicer, search): &Tried<NL>) -> bool {
+    servicer.capture_configuration(search, &servicer.initial_joint_angle).is_ok()
+}
+
+/// The links that are in the way, and the radius at which they would not be.
+fn thinner_links<const NL: usize>(tried: &[Tried<NL>], arm: &Arm) -> Option<String> {
+    let thinned = |tried: &Tried<NL>, links: &[usize], most: f64| {
+        let (mut servicer, search) = *tried;
+        links.iter().for_each(|i| servicer.links[*i].radius = servicer.links[*i].radius.min(most));
+        works(&(servicer, search))
+    };
+    let mut links: Vec<usize> = (0..NL).collect();
+    let place = tried.iter().find(|tried| thinned(tried, &links, 0.0))?;
+    let widest = place.0.links.iter().map(|link| link.radius).fold(0.0, f64::max);
+    let most = bisected((0.0, widest), |most| thinned(place, &links, most));
+    let most = (most / STEP).floor() * STEP;
+    // Links that may stay as they are, are not in the way.
+    for i in 0..NL {
+        let others: Vec<usize> = links.iter().copied().filter(|other| *other != i).collect();
+        if thinned(place, &others, most) {
+            links = others;
+        }
     }
+    let link = |i: &usize| Some((&arm.joints.get(*i)?.link, place.0.links.get(*i)?.radius));
+    let named: Vec<String> = links
+        .iter()
+        .filter_map(link)
+        .map(|(name, radius)| format!("`{name}` ({radius:.3} m)"))
+        .collect();
+    let does = most > 0.0 && !named.is_empty() && thinned(place, &links, most);
+    does.then(|| {
+        format!(
+            "in the way: link {}; a capsule of radius {most:.3} m would do",
+            named.join(" and link ")
+        )
+    })
+}
+
+/// The least length of a tool that would work, along the end effector's axis.
+fn longer_tool<const NL: usize>(tried: &[Tried<NL>], arm: &Arm) -> Option<String> {
+    let last = NL.checked_sub(1)?;
+    let longer = |tried: &Tried<NL>, by: f64| {
+        let (mut servicer, search) = *tried;
+        servicer.links[last].tip += search.axis * by;
+        works(&(servicer, search))
+    };
+    let (servicer, search) = tried.first()?;
+    let whole: f64 = servicer.links.iter().map(|link| link.tip.norm()).sum();
+    let found = |by: f64| tried.iter().find(|tried| longer(tried, by)).map(|place| (place, by));
+    let mut lengths = (0..=HALVINGS).rev().map(|halvings| whole * 0.5_f64.powi(halvings));
+    let (place, by) = lengths.find_map(found)?;
+    // Bisection keeps the end of the interval that works.
+    let shorter = bisected((by, 0.0), |by| longer(place, by));
+    let now = servicer.links[last].tip.dot(&search.axis);
+    let length = ((now + shorter) / STEP).ceil() * STEP;
+    let joint = arm.joints.get(last)?;
+    longer(place, length - now).then(|| {
+        format!(
+            "a longer tool would do: the end effector {length:.3} m beyond joint `{}` along its axis, not {now:.3} m",
+            joint.name
+        )
+    })
+}
+
+/// Bisects between a value that works and one that does not; returns the last that works.
+fn bisected((mut does, mut does_not): (f64, f64), works: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (does + does_not);
+        if works(middle) {
+            does = middle;
+        } else {
+            does_not = middle;
+        }
+    }
+    does
 }
 
 fn flag(v: &Vector3<f64>) -> String {

@@ -66,6 +66,9 @@ pub struct Imported {
     pub joints: Vec<Joint>,
     /// What the file's reader assumed, merged or left out.
     pub notes: Vec<String>,
+    /// Notes on probable mistakes in the file.
+    #[serde(skip)]
+    pub doubts: Vec<String>,
     /// What was decided where neither file nor flags say it.
     pub decided: Vec<String>,
     /// The mission file.
@@ -164,16 +167,33 @@ impl NoImport {
 /// All faults of the URDF at once; a bus that is none; an arm that finds no joint angles at capture, or
 /// none at the start that are clear of its own bus.
 pub fn import(request: &Request) -> Result<Imported, NoImport> {
-    let mut first = None;
+    let (mut first, mut failed) = (None, Vec::new());
     for settled in bus::settle(request)? {
-        match imported(request, settled) {
+        match imported(request, settled, &mut failed) {
             Ok(imported) => return Ok(imported),
             Err(error) if !is_of_the_mount(&error, request) => return Err(error.into()),
             Err(error) => first = first.or(Some(error)),
         }
     }
     // There is always one that was tried.
-    Err(first.map_or(NoImport::Mission(Error::argument("--mount", "none is left")), NoImport::from))
+    let error = first.unwrap_or_else(|| Error::argument("--mount", "none is left"));
+    Err(advised(error, request, &failed).into())
+}
+
+/// The error of a search that has failed at all mounts, with advice.
+fn advised(error: Error, request: &Request, failed: &[(MissionFile, Arm)]) -> Error {
+    match error {
+        Error::Input { file, field, reason } if field == "servicer.capture" => {
+            let joints = failed.first().map_or(0, |(file, _)| file.joints());
+            let advice = with_joints!(joints, NL => {
+                capture::advice::<NL>(request, failed)
+            } else {
+                String::new()
+            });
+            Error::input(&file, field, format!("{reason}; {advice}"))
+        }
+        other => other,
+    }
 }
 
 /// Whether another mount may mend it: no joint angles were found, at capture or at the start.
@@ -185,13 +205,18 @@ fn is_of_the_mount(error: &Error, request: &Request) -> bool {
     }
 }
 
-fn imported(request: &Request, settled: Settled) -> Result<Imported, Error> {
+/// The mission; one that finds no joint angles at capture is kept in `failed`.
+fn imported(
+    request: &Request,
+    settled: Settled,
+    failed: &mut Vec<(MissionFile, Arm)>,
+) -> Result<Imported, Error> {
     let mut file = servicer::mission_file(&settled, &axis(request, &settled.arm)?);
     if let Some(armature) = &request.armature {
         servicer::give_rotors(&mut file, armature)?;
     }
     with_joints!(file.joints(), NL => {
-        finished::<NL>(request, settled, file)
+        finished::<NL>(request, settled, file, failed)
     } else {
         Err(file.wrong_joints("the importer allows 1 to 7").at(&request.file))
     })
@@ -208,17 +233,26 @@ fn finished<const NL: usize>(
     request: &Request,
     settled: Settled,
     mut file: MissionFile,
+    failed: &mut Vec<(MissionFile, Arm)>,
 ) -> Result<Imported, Error> {
     let Settled { arm, is_own, mut decided, .. } = settled;
-    let mission = completed::<NL>(&mut file, request, &arm, is_own, &mut decided)
-        .map_err(|error| refused::<NL>(error, request, &file, &arm))?;
-    let joints = joints(&arm, &mission);
+    let mission = match completed::<NL>(&mut file, request, &arm, is_own, &mut decided) {
+        Ok(mission) => mission,
+        Err(error) => {
+            let is_of_capture = error.field == "servicer.capture";
+            let error = refused(error, request, &arm);
+            failed.extend(is_of_capture.then_some((file, arm)));
+            return Err(error);
+        }
+    };
+    let (joints, doubts) = (joints(&arm, &mission), doubts(&arm));
     Ok(Imported {
         format: FORMAT,
         file: request.file.clone(),
         robot: arm.name,
         joints,
         notes: arm.notes.iter().map(ToString::to_string).collect(),
+        doubts,
         decided,
         vehicle: Vehicle::of(&mission, Integrator::RK4),
         mission: file,
@@ -281,21 +315,19 @@ fn unit(given: Option<Vector3<f64>>, flag: &'static str) -> Result<Option<Vector
 }
 
 /// The error of a field that follows from the URDF, in words of the flags.
-fn refused<const NL: usize>(
-    error: FieldError,
-    request: &Request,
-    file: &MissionFile,
-    arm: &Arm,
-) -> Error {
+fn refused(error: FieldError, request: &Request, arm: &Arm) -> Error {
     let FieldError { field, reason } = error;
     if let Some(joint) = field.strip_prefix("servicer.initial_joint_angle_rad") {
         return Error::argument("--start", format!("{joint} {reason}").trim().to_string());
     }
-    let reason = match field.as_str() {
-        "servicer.capture" => format!("{reason}; {}", capture::advice::<NL>(request, file, arm)),
-        _ => reason,
-    };
+    // A wrong unit fails in many ways, so probable mistakes are added.
+    let reason = std::iter::once(reason).chain(doubts(arm)).collect::<Vec<_>>().join("; ");
     Error::input(&request.file, field, reason)
+}
+
+/// Notes on probable mistakes in the file.
+fn doubts(arm: &Arm) -> Vec<String> {
+    arm.notes.iter().filter(|note| note.is_doubt()).map(ToString::to_string).collect()
 }
 
 /// A file's name without its folders.

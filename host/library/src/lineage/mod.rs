@@ -11,7 +11,7 @@ mod source;
 pub use source::Source;
 
 use crate::error::Error;
-use crate::formats::{Limit, read_text};
+use crate::formats::{Limit, read_text, toml_text};
 use crate::formats::{NamedScenario, write_atomically};
 use remora_core::advanced::nn::Provenance;
 use serde::{Deserialize, Serialize};
@@ -168,13 +168,8 @@ impl Lineage {
 
 impl LineageFile {
     fn read(file: &Path) -> Result<Self, Error> {
-        let found: Self = toml::from_str(&read_text(file, Limit::TEXT)?)
-            .map_err(|error| Error::input(file, "", error.message().to_string()))?;
-        if found.format != FORMAT {
-            let reason = format!("is {:?}, not {FORMAT:?}", found.format);
-            return Err(Error::input(file, "format", reason));
-        }
-        Ok(found)
+        toml_text::parse(&read_text(file, Limit::TEXT)?, Some(FORMAT))
+            .map_err(|error| error.at(file))
     }
 }
 

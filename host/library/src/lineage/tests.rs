@@ -74,7 +74,7 @@ fn a_lineage_of_something_else_is_refused() {
         refused(7).to_string()
     };
     for (from, to, reason) in [
-        ("lineage/1", "lineage/2", "format: is \"remora-lineage/2\""),
+        ("lineage/1", "lineage/2", "format: unknown format \"remora-lineage/2\""),
         ("s1000:90", "many", "training old: learnt_from: \"many\" is not of the form"),
         ("steps = 40", "steps = 41", "training: the last has not the 40 steps of the header"),
         ("batch", "bunch", "unknown field"),

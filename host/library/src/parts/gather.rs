@@ -163,8 +163,8 @@ pub(super) fn read_part(
 /// How large residuals of the part's plans may be, as far as it says so.
 fn limits(file: &Path, table: &TableReader) -> Result<[f64; Residuals::COUNT], Error> {
     match table.entries.get(TOLERANCES) {
-        Some(text) => serde_json::from_str(text)
-            .map_err(|error| Error::input(file, TOLERANCES, error.to_string())),
+        Some(text) => json::parse_value(text.as_bytes())
+            .map_err(|error| Error::input(file, TOLERANCES, error.reason)),
         None => Ok([f64::MAX; Residuals::COUNT]),
     }
 }

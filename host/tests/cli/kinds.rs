@@ -1,0 +1,136 @@
+//! Mistakes of new users: a mistyped word, and a file of another kind.
+
+use super::bench::Bench;
+use std::path::Path;
+
+#[test]
+fn a_mistyped_word_is_answered_with_the_one_that_was_meant() {
+    let bench = Bench::new();
+    for (line, meant) in [
+        ("paln", "'plan'"),
+        ("chekc a.plan.json", "'check'"),
+        ("plan --misison a.mission.toml", "'--mission'"),
+        ("plan --warm-start heuristik", "'heuristic'"),
+        ("fly --controller trak --out out", "'track'"),
+    ] {
+        let run = bench.run(line);
+        assert_eq!(run.status, 2, "{line}\n{}", run.err);
+        assert_eq!(run.err.lines().count(), 1, "{line}\n{}", run.err);
+        assert!(run.err.contains("; tip: ") && run.err.contains(meant), "{line}\n{}", run.err);
+        assert!(!run.err.contains("Usage"), "{line}\n{}", run.err);
+    }
+}
+
+#[test]
+fn typical_and_none_are_taken_wherever_an_error_file_is() {
+    let bench = Bench::new();
+    bench.solves("plan --id pub-000 --out a.plan.json");
+    for errors in ["typical", "none"] {
+        for line in [
+            "fly a.plan.json --out runs/fly-{} --errors {}",
+            "campaign --count 1 --seed 1 --integrator rk4 --out runs/campaign-{} --fly {}",
+            "safety a.plan.json --flown --errors {}",
+        ] {
+            let line = line.replace("{}", errors);
+            let run = bench.run(&line);
+            assert!(run.status != 2, "{line}\n{}", run.err);
+        }
+    }
+    let text =
+        "error: typcal: no such file or directory; the built-in names are none and typical\n";
+    assert_eq!(bench.run("fly a.plan.json --out runs/b --errors typcal").err, text);
+}
+
+/// Each way to name a file, with the file in the place of `{}`, and what it takes.
+const TAKES: [(&str, &str, &str); 24] = [
+    ("check {}", "check", "a plan"),
+    ("view {}", "view", "a plan"),
+    ("fly {} --out out", "fly", "a plan"),
+    ("safety {}", "safety", "a plan"),
+    ("replay {} --everywhere", "replay", "a plan"),
+    (
+        "export {} --epoch 2026-11-23T00:00:00 --chief state.chief.toml --format oem --out out",
+        "export",
+        "a plan",
+    ),
+    ("check --scenarios {} a.plan.json", "check --scenarios", "a scenario set"),
+    ("plan --scenarios {}", "plan --scenarios", "a scenario set"),
+    ("campaign --scenarios={} --out out", "campaign --scenarios", "a scenario set"),
+    ("mission {}", "mission", "a mission file"),
+    ("plan --mission {}", "plan --mission", "a mission file"),
+    ("check --mission {} a.plan.json", "check --mission", "a mission file"),
+    ("draw --mission {} --count 1 --seed 1 --out b.json", "draw --mission", "a mission file"),
+    ("envelope --mission {} --out out", "envelope --mission", "a mission file"),
+    ("import planar.urdf --bus {}", "import --bus", "a mission file"),
+    ("fly a.plan.json --errors {} --out out", "fly --errors", "an errors file"),
+    ("safety a.plan.json --flown --errors {}", "safety --errors", "an errors file"),
+    (
+        "campaign --count 1 --seed 1 --integrator rk4 --out out --fly {}",
+        "campaign --fly",
+        "an errors file",
+    ),
+    (
+        "export a.plan.json --epoch 2026-11-23T00:00:00 --out out --format oem --chief {}",
+        "export --chief",
+        "a chief file",
+    ),
+    ("plan --model {}", "plan --model", "a model"),
+    ("replay a.plan.json --model {}", "replay --model", "a model"),
+    ("quantise {} b.model", "quantise", "a model"),
+    ("import {}", "import", "a URDF file"),
+    ("view a.plan.json --flight {} --out b.html", "view --flight", "a Parquet table"),
+];
+
+/// A file of each kind, and the name of the kind.
+fn kinds(bench: &Bench) -> Vec<(&'static str, &'static str)> {
+    bench.solves("plan --id pub-000 --out a.plan.json");
+    bench.solves("plan --id pub-000 --out a.plan.postcard");
+    bench.solves("view a.plan.json --out a.html");
+    bench.solves("fly a.plan.json --keep all --out flown");
+    bench.write("a.errors.toml", &bench.solves("errors --default").out);
+    bench.write("a.vehicle.json", &bench.solves("mission --json").out);
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures");
+    for (name, from) in [
+        ("default.mission.toml", "missions/default.mission.toml"),
+        ("small.mission.toml", "missions/small.mission.toml"),
+        ("dawn.chief.toml", "chiefs/dawn.chief.toml"),
+        ("state.chief.toml", "chiefs/state.chief.toml"),
+        ("rk4.model", "models/rk4.model"),
+        ("rk4.toml", "models/rk4.toml"),
+        ("rk4.lineage.toml", "models/rk4.lineage.toml"),
+        ("planar.urdf", "urdf/planar.urdf"),
+        ("public.csv", "golden/public.csv"),
+    ] {
+        std::fs::copy(fixtures.join(from), bench.path(name)).unwrap();
+    }
+    vec![
+        ("a.plan.json", "a plan"),
+        ("a.plan.postcard", "a plan"),
+        ("set.scenarios.json", "a scenario set"),
+        ("default.mission.toml", "a mission file"),
+        ("small.mission.toml", "a mission file"),
+        ("a.errors.toml", "an errors file"),
+        ("dawn.chief.toml", "a chief file"),
+        ("rk4.model", "a model"),
+        ("rk4.toml", "a training's configuration"),
+        ("rk4.lineage.toml", "a model's lineage"),
+        ("planar.urdf", "a URDF file"),
+        ("flown/flights.parquet", "a Parquet table"),
+        ("flown/flights.json", "the settings of a folder of flights"),
+        ("a.html", "a page"),
+        ("a.vehicle.json", "the output of mission"),
+        ("public.csv", "a CSV table"),
+    ]
+}
+
+#[test]
+fn a_file_of_another_kind_is_told_with_its_kind_and_what_is_taken() {
+    let bench = Bench::new();
+    let kinds = kinds(&bench);
+    for (line, what, takes) in TAKES {
+        for (file, kind) in kinds.iter().filter(|(_, kind)| *kind != takes) {
+            let line = line.replace("{}", file);
+            bench.refuses(&line, &format!("{file}: this is {kind}; {what} takes {takes}\n"));
+        }
+    }
+}
