@@ -268,9 +268,8 @@ by the verifier and no failure. Times are of parts that shared the machine with 
 
 ## What makes a plan hard
 
-To be cheap: a plan has converged where its cost changes by less than a thousandth of itself, and where a thousandth is
-next to nothing there are many ways to gain it. Tumble rate and distance at the start change cost, time and distances of
-bodies; of iterations they say little (the maps).
+Iterations follow the cost, as the table shows. Tumble rate and distance at the start change cost, time and distances
+of bodies, and hardly the iterations (the maps).
 
 {by_cost(connection)}
 
