@@ -1,33 +1,20 @@
 //! Plans flown in the truth: what arrives at the port, and what the loop must not depend on.
 
-use remora_core::advanced::guidance::FlightPlan;
+mod common;
+
+use common::{Planned, planned};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::Mission;
 use remora_core::nalgebra::{Vector3, Vector4};
-use remora_core::prelude::{Integrator, Options, Planner, Scenario, Valid, Validate};
+use remora_core::prelude::{Valid, Validate};
 use remora_flight::flight::{Controller, Ending, Flight, Flown, JointControl, Moment, Settings};
 use remora_flight::history::{self, Sample};
 use remora_flight::nominal::{self, Surroundings};
-use remora_host::draw::draw;
 use remora_host::engine::Usual;
 use remora_truth::{Class, Dispersion, Errors, JointStuck, ThrusterLost, World};
 
-type Planned = (Valid<Scenario>, FlightPlan<3>);
-
 fn mission() -> Valid<Mission<3>> {
     Mission::<3>::default().validated().unwrap()
-}
-
-/// Plans of the first drawn scenarios.
-fn planned(mission: &Valid<Mission<3>>, count: u64) -> Vec<Planned> {
-    let set = draw(count, 1, mission).unwrap();
-    let options = Options::builder().integrator(Integrator::RK4).build().unwrap();
-    let mut planner = Box::new(Planner::new());
-    let plan = |scenario: Valid<Scenario>| {
-        let plan = planner.plan(mission, &scenario, &options).unwrap().flight_plan(0.0).unwrap();
-        (scenario, plan)
-    };
-    set.scenarios.iter().map(|named| named.scenario().validated().unwrap()).map(plan).collect()
 }
 
 fn fly(planned: &Planned, settings: &Settings, errors: &Errors, run: u64) -> Flown {

@@ -1,29 +1,17 @@
 //! The mission's world is the one that is flown: its orbit about its body, its target, its servicer.
 
-use remora_core::advanced::guidance::FlightPlan;
+mod common;
+
+use common::{Planned, planned};
 use remora_core::advanced::model::{Mission, Switch};
-use remora_core::prelude::{Integrator, Options, Planner, Scenario, Valid, Validate};
+use remora_core::prelude::{Valid, Validate};
 use remora_flight::flight::{Ending, Flight, Flown, Moment, Settings};
-use remora_host::draw::draw;
 use remora_host::engine::Usual;
 use remora_host::formats::MissionFile;
 use remora_truth::{Dispersion, Errors};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
-
-type Planned = (Valid<Scenario>, FlightPlan<3>);
-
-fn plan(mission: &Valid<Mission<3>>, count: u64) -> Vec<Planned> {
-    let set = draw(count, 1, mission).unwrap();
-    let options = Options::builder().integrator(Integrator::RK4).build().unwrap();
-    let mut planner = Box::new(Planner::new());
-    let plan = |scenario: Valid<Scenario>| {
-        let plan = planner.plan(mission, &scenario, &options).unwrap().flight_plan(0.0).unwrap();
-        (scenario, plan)
-    };
-    set.scenarios.iter().map(|named| named.scenario().validated().unwrap()).map(plan).collect()
-}
 
 /// Flies without errors. Returns the flight and the last state of the truth.
 fn fly(
@@ -42,7 +30,7 @@ fn fly(
 /// Plans and flies scenarios of a mission without errors; all must be captured.
 fn captures(name: &str, mission: &str, count: u64) {
     let mission = MissionFile::parse(mission).unwrap().mission().unwrap().validated().unwrap();
-    for planned in plan(&mission, count) {
+    for planned in planned(&mission, count) {
         let (flown, _) = fly(&mission, &planned, &Settings::default());
         println!("{name}: {:?} {:?} {:?}", flown.ending, flown.arrival, flown.violations());
         assert_eq!((flown.ending, flown.violations().len()), (Ending::Captured, 0), "{name}");
@@ -56,7 +44,7 @@ fn a_plan_on_an_eccentric_orbit_that_is_accepted_is_captured() {
     for (a, e) in [(6.8e6, 0.04), (2.4e7, 0.3), (2.4e7, 0.45)] {
         let text = format!("[orbit]\nsemi_major_axis_m = {a}\neccentricity = {e}\n");
         let mission = MissionFile::parse(&text).unwrap().mission().unwrap().validated().unwrap();
-        let planned = &plan(&mission, 1)[0];
+        let planned = &planned(&mission, 1)[0];
         for quarter in 0..4 {
             let mut settings = Settings::default();
             settings.surroundings.argument_of_latitude = f64::from(quarter) * FRAC_PI_2;
@@ -127,7 +115,7 @@ fn key(at: &str) -> String {
 #[test]
 fn each_key_of_a_mission_about_the_world_changes_the_flight() {
     let mission = Mission::<3>::default().validated().unwrap();
-    let planned = &plan(&mission, 1)[0];
+    let planned = &planned(&mission, 1)[0];
     let settings = Settings { rate_hz: 1.0, ..Settings::default() };
     let told = |mission: &Valid<Mission<3>>| format!("{:?}", fly(mission, planned, &settings));
     let (file, usual) = (serde_json::to_value(MissionFile::of(&mission)).unwrap(), told(&mission));

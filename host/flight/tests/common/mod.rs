@@ -1,0 +1,21 @@
+//! Plans that tests fly.
+
+use remora_core::advanced::guidance::FlightPlan;
+use remora_core::advanced::model::Mission;
+use remora_core::prelude::{Integrator, Options, Planner, Scenario, Valid, Validate};
+use remora_host::draw::draw;
+
+/// A scenario and its plan.
+pub type Planned = (Valid<Scenario>, FlightPlan<3>);
+
+/// Plans of the first drawn scenarios.
+pub fn planned(mission: &Valid<Mission<3>>, count: u64) -> Vec<Planned> {
+    let set = draw(count, 1, mission).unwrap();
+    let options = Options::builder().integrator(Integrator::RK4).build().unwrap();
+    let mut planner = Box::new(Planner::new());
+    let plan = |scenario: Valid<Scenario>| {
+        let plan = planner.plan(mission, &scenario, &options).unwrap().flight_plan(0.0).unwrap();
+        (scenario, plan)
+    };
+    set.scenarios.iter().map(|named| named.scenario().validated().unwrap()).map(plan).collect()
+}
