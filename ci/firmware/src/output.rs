@@ -14,12 +14,13 @@ impl<'a, B: Board> Line<'a, B> {
         line
     }
 
-    /// Starts a line of this kind about a scenario; one copy of it, so that images are smaller.
+    /// Starts a line of this kind about a scenario. One copy of it makes images smaller.
     #[inline(never)]
     pub fn about(board: &'a B, kind: &str, scenario: &str) -> Self {
         Self::new(board, kind).text("scenario", scenario)
     }
 
+    #[inline(never)]
     fn raw(&self, text: &str) {
         text.bytes().for_each(|byte| self.0.write(byte));
     }
@@ -37,14 +38,16 @@ impl<'a, B: Board> Line<'a, B> {
         self
     }
 
-    /// A number in decimal.
+    /// A number in decimal; one copy of it, as above.
+    #[inline(never)]
     pub fn number(self, key: &str, value: u64) -> Self {
         self.key(key);
         self.decimal(value);
         self
     }
 
-    /// A number in sixteen hexadecimal digits.
+    /// A number in sixteen hexadecimal digits; one copy of it, as above.
+    #[inline(never)]
     pub fn bits(self, key: &str, value: u64) -> Self {
         self.key(key);
         self.hexadecimal(value);
@@ -71,6 +74,7 @@ impl<'a, B: Board> Line<'a, B> {
         self.0.write(if value < 10 { b'0' + value } else { b'a' + value % 16 - 10 });
     }
 
+    #[inline(never)]
     fn decimal(&self, value: u64) {
         // The longest number has 20 digits; the last is written even where it is zero.
         let mut digits = [0; 20];
@@ -88,6 +92,7 @@ impl<'a, B: Board> Line<'a, B> {
         }
     }
 
+    #[inline(never)]
     fn hexadecimal(&self, value: u64) {
         for shift in (0..16).rev() {
             self.digit((value >> (4 * shift)) & 15);

@@ -3,7 +3,7 @@
 use super::Closing;
 use super::tracking::Effort;
 use nalgebra::Vector3;
-use remora_qp::dense::{divisor, is_usable};
+use remora_qp::dense::{divisor, is_not_negative, is_positive, is_within};
 use remora_qp::{InvalidSetting, Validate};
 
 /// Bandwidths of the feedback, and when another plan is wanted. The defaults are for the servicer of
@@ -33,9 +33,6 @@ pub struct GuidanceSettings {
     /// When the approach is given up.
     pub abort: AbortErrors,
 }
-
-/// Least number that counts as positive: the inverse of one that is usable.
-const LEAST: f64 = 1e-30;
 
 /// How far across the port's normal the end effector may be going to be off near the end, over
 /// [`AbortErrors::port`].
@@ -169,13 +166,14 @@ impl Validate for GuidanceSettings {
     type Error = InvalidSetting;
 
     fn validate(&self) -> Result<(), InvalidSetting> {
-        let sound = |x: f64| is_usable(x) && x >= 0.0;
-        let finite = |x: f64| is_usable(x) && x >= LEAST;
+        let (sound, finite) = (is_not_negative, is_positive);
         // Infinity: never.
-        let bound = |x: f64| x > 0.0 && (x == f64::INFINITY || is_usable(x));
+        let never = f64::INFINITY.to_bits();
+        let bound = |x: f64| x.to_bits() == never || is_within(x, 0.0_f64.next_up(), 1e30);
         let triggers = &self.triggers;
         let Closing { out, back, .. } = self.closing;
-        let falling = |[begins, ends]: [f64; 2]| 0.0 <= ends && ends < begins && finite(begins);
+        let falling =
+            |[begins, ends]: [f64; 2]| finite(begins) && is_within(ends, -0.0, begins.next_down());
         let checks = [
             (finite(self.translation), "translation", "positive"),
             (finite(self.attitude), "attitude", "positive"),
@@ -189,7 +187,7 @@ impl Validate for GuidanceSettings {
             (sound(self.closing.settle), "closing.settle", "not negative"),
             (falling(out), "closing.out", "falling"),
             (
-                back.into_iter().all(|times| falling(times) && times[0] <= out[1]),
+                back.into_iter().all(|times| falling(times) && is_within(times[0], -0.0, out[1])),
                 "closing.back",
                 "falling, and after closing.out",
             ),

@@ -38,7 +38,8 @@ pub fn normalized(q: &Vector4<f64>) -> Vector4<f64> {
 }
 
 /// Rotation matrix of `q`, which need not be of unit length: only its direction counts.
-#[inline]
+// One copy of it makes images smaller: it is called in 50 places.
+#[inline(never)]
 pub fn rotation_matrix(q: &Vector4<f64>) -> Matrix3<f64> {
     let s = 2.0 / (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
     let (xs, ys, zs) = (q.x * s, q.y * s, q.z * s);

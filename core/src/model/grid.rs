@@ -68,6 +68,8 @@ impl Grid {
     }
 
     /// Whole intervals that hold `time` [s].
+    // One copy of it makes images smaller.
+    #[inline(never)]
     fn intervals_in(&self, time: f64) -> usize {
         // Saturates: more than there are is all of them.
         count(libm::ceil(time / self.interval() - ROUNDING))

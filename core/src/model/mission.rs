@@ -6,7 +6,7 @@ use super::{MIN_NODES, Orbit, Servicer, Switch, Target, Typical};
 use crate::math::nearly_unit;
 use core::fmt;
 use nalgebra::{Matrix3, Vector3};
-use remora_qp::dense::{cholesky_in_place, is_usable};
+use remora_qp::dense::{cholesky_in_place, is_not_negative, is_positive, is_usable, is_within};
 use remora_qp::{Valid, Validate};
 
 /// Largest distance from one of the norm of a direction that is not normalised.
@@ -306,8 +306,9 @@ impl core::error::Error for InvalidField {}
 /// Share of an inertia's trace by which rounding may make a flat body's second mass moment negative.
 const FLAT: f64 = 1e-12;
 
-/// Least number that counts as positive: the inverse of one that is usable.
-const LEAST: f64 = 1e-30;
+/// Ends of intervals that are open there.
+const ABOVE_ZERO: f64 = 0.0_f64.next_up();
+const BELOW_ONE: f64 = 1.0_f64.next_down();
 
 /// Collects checks so that each is one line.
 struct Check;
@@ -318,13 +319,11 @@ impl Check {
     }
 
     fn positive(value: f64, field: &'static str) -> Result<(), InvalidField> {
-        let is_some = is_usable(value) && value >= LEAST;
-        Self::that(is_some, field, "must be positive and finite, from 1e-30 to 1e30")
+        Self::that(is_positive(value), field, "must be positive and finite, from 1e-30 to 1e30")
     }
 
     fn non_negative(value: f64, field: &'static str) -> Result<(), InvalidField> {
-        let is_some = is_usable(value) && value >= 0.0;
-        Self::that(is_some, field, "must be finite and not negative, up to 1e30")
+        Self::that(is_not_negative(value), field, "must be finite and not negative, up to 1e30")
     }
 
     fn finite(values: &[f64], field: &'static str) -> Result<(), InvalidField> {
@@ -394,11 +393,8 @@ impl<const NL: usize> Mission<NL> {
         let o = &self.orbit;
         Check::positive(o.gravitational_parameter, "orbit.gravitational_parameter")?;
         Check::positive(o.semi_major_axis, "orbit.semi_major_axis")?;
-        Check::that(
-            (0.0..1.0).contains(&o.eccentricity),
-            "orbit.eccentricity",
-            "must lie in [0, 1)",
-        )?;
+        let open = is_within(o.eccentricity, -0.0, BELOW_ONE);
+        Check::that(open, "orbit.eccentricity", "must lie in [0, 1)")?;
         Check::finite(&[o.inclination], "orbit.inclination")?;
         Check::non_negative(o.body.radius, "orbit.body_radius")?;
         self.validate_target()?;
@@ -449,7 +445,7 @@ impl<const NL: usize> Mission<NL> {
             Check::finite(&[lower, upper], "servicer.max_joint_angle")?;
             let reason = "the lower stop must be below the upper one";
             Check::that(lower < upper, "servicer.max_joint_angle", reason)?;
-            let within = |angle: f64| (lower..=upper).contains(&angle);
+            let within = |angle: f64| is_within(angle, lower, upper);
             let reason = "must lie within the joint's stops";
             Check::that(within(s.initial_joint_angle[i]), "servicer.initial_joint_angle", reason)?;
             Check::that(within(s.capture_joint_angle[i]), "servicer.capture_joint_angle", reason)?;
@@ -472,7 +468,7 @@ impl<const NL: usize> Mission<NL> {
         Check::non_negative(a.keep_out_near, "approach.keep_out_near")?;
         Check::non_negative(a.keep_out_near_time, "approach.keep_out_near_time")?;
         Check::that(
-            a.field_of_view_half_angle > 0.0 && a.field_of_view_half_angle <= core::f64::consts::PI,
+            is_within(a.field_of_view_half_angle, ABOVE_ZERO, core::f64::consts::PI),
             "approach.field_of_view_half_angle",
             "must lie in (0, pi]",
         )?;
@@ -484,13 +480,14 @@ impl<const NL: usize> Mission<NL> {
         use core::f64::consts::FRAC_PI_2;
         let (m, c, r) = (&self.margins, &self.corridor, &self.scenarios);
         Check::non_negative(m.joint_angle, "margins.joint_angle")?;
-        let share = (0.0..1.0).contains(&m.joint_rate);
+        let share = is_within(m.joint_rate, -0.0, BELOW_ONE);
         Check::that(share, "margins.joint_rate", "must lie in [0, 1)")?;
         Check::non_negative(m.keep_out, "margins.keep_out")?;
-        let seen = (0.0..self.approach.field_of_view_half_angle).contains(&m.field_of_view);
+        let most = self.approach.field_of_view_half_angle.next_down();
+        let seen = is_within(m.field_of_view, -0.0, most);
         Check::that(seen, "margins.field_of_view", "must lie in [0, field of view)")?;
         Check::non_negative(m.clearance, "margins.clearance")?;
-        let open = c.half_angle > 0.0 && c.half_angle < FRAC_PI_2;
+        let open = is_within(c.half_angle, ABOVE_ZERO, FRAC_PI_2.next_down());
         Check::that(open, "corridor.half_angle", "must lie in (0, pi/2)")?;
         Check::positive(c.mouth_radius, "corridor.mouth_radius")?;
         Check::non_negative(c.end_effector_length, "corridor.end_effector_length")?;

@@ -59,6 +59,30 @@ pub fn is_usable(value: f64) -> bool {
     value.to_bits() & !(1 << 63) <= LARGEST.to_bits()
 }
 
+/// Least number that counts as positive: the inverse of one that is usable.
+const LEAST: f64 = 1.0 / LARGEST;
+
+/// Whether `least <= value <= most`; never for NaN. Compares bits, so that zeros differ: -0.0 is less than 0.0.
+///
+/// A comparison of floating-point numbers is an invalid operation where one is NaN and the compiler compares
+/// whole vectors.
+#[inline]
+pub fn is_within(value: f64, least: f64, most: f64) -> bool {
+    value.total_cmp(&least).is_ge() && value.total_cmp(&most).is_le()
+}
+
+/// Whether a number is usable and its inverse is, and positive.
+#[inline]
+pub fn is_positive(value: f64) -> bool {
+    is_within(value, LEAST, LARGEST)
+}
+
+/// Whether a number is usable and not negative.
+#[inline]
+pub fn is_not_negative(value: f64) -> bool {
+    is_within(value, -0.0, LARGEST)
+}
+
 /// A number without its fraction, from zero to the largest of 32 bits; zero of NaN. Unlike a conversion with
 /// `as`, which saturates too, it is never an invalid operation.
 #[inline]
@@ -83,6 +107,11 @@ mod tests {
     fn what_is_no_number_or_too_large_a_one_is_not_usable() {
         assert!([0.0, -0.0, 1e-320, -3.5, 1e30].into_iter().all(is_usable));
         assert!(![f64::NAN, -f64::NAN, f64::NEG_INFINITY, -1e31].into_iter().any(is_usable));
+        assert!([1e-30, 3.5, 1e30].into_iter().all(is_positive));
+        assert!(![f64::NAN, -1.0, 0.0, 1e-31, 1e31].into_iter().any(is_positive));
+        assert!([-0.0, 0.0, 1e-320, 1e30].into_iter().all(is_not_negative));
+        assert!(![f64::NAN, -f64::NAN, -1e-320, 1e31].into_iter().any(is_not_negative));
+        assert!(is_within(-2.0, -2.0, -1.0) && !is_within(-2.1, -2.0, -1.0));
     }
 
     #[test]
