@@ -160,6 +160,8 @@ impl<'a, const NX: usize, const NU: usize> Convexification<'a, NX, NU> {
     }
 
     /// Moves the cost-to-go to `stage`, the one before it.
+    // Not inlined: `advance` has a copy for each kind of problem.
+    #[inline(never)]
     fn convexify_stage<const NG: usize>(&mut self, stage: &mut QpStage<NX, NU, NG>) {
         let mut tried = condense(stage, self.p, self.convex);
         if tried.is_none() {

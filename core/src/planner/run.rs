@@ -9,7 +9,7 @@ use super::{
     output_checksum, refused, status_of,
 };
 use crate::executor::ForkJoin;
-use crate::scp::{self, Log, Outcome, Settings, Status};
+use crate::scp::{self, Outcome, Settings, Status};
 use crate::stages::{
     ArmClearances, Clearances, Formulation, Mode, NODES, Reorientation, Residuals, Translation,
     Verification, recovery, verify, verify_first,
@@ -27,19 +27,6 @@ const TRIAL_SHARE: f64 = 0.6;
 /// Iterations of Stage 2 that are kept back where limits hold between nodes, too: a plan that has not
 /// converged and passes one there is led back within them.
 const SPARE: usize = 8;
-
-/// Share of Stage 1's cost by which its last step may change it when all iterations are used up. Along a bend
-/// around the target the last thousandths come at a linear rate.
-const CREEP: f64 = 1e-4;
-
-/// Whether a feasible path has converged but for [`CREEP`].
-fn creeps(outcome: &Outcome, log: &Log) -> bool {
-    let is_left = outcome.status == Status::IterationLimit && !outcome.is_earlier;
-    let [.., before, last] = log.as_slice() else { return false };
-    let change = (last.cost - before.cost).abs();
-    let is_small = before.accepted && last.accepted && change <= CREEP * last.cost;
-    is_left && outcome.violation <= 1.0 && is_small
-}
 
 /// State of a plan.
 pub(super) struct Run<'a, 'w, S, P, const NL: usize, const NX: usize, const NU: usize> {
@@ -407,9 +394,6 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
                 ..Default::default()
             }
         };
-        if creeps(&outcome, &z.log) {
-            outcome.status = Status::Solved;
-        }
         outcome.iterations += tries;
         z.trajectory.clear_from(self.formulation.grid().nodes);
         let cost = problem.cost(&z.trajectory.force);

@@ -81,7 +81,7 @@ pub struct Iterates<T> {
     pub(crate) trial: T,
     pub(super) corrected: T,
     /// The best feasible iterate, where the current one is another.
-    pub(super) best: T,
+    pub(crate) best: T,
     /// Whether the trajectory is projected and the scratch memory holds its residuals: the next solve then begins
     /// with them.
     pub(crate) is_evaluated: bool,

@@ -1,4 +1,4 @@
-//! The side on which Stage 1's initial guess passes a target that stands in its way.
+//! The sides on which Stage 1's initial guess can pass a target that stands in its way.
 
 use crate::math::quaternion;
 use crate::model::TargetState;
@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 /// A face of the target's box, and the nodes at which a path is beyond its plane.
 ///
 /// A path straight through the box is a saddle: keep-out pushes back and forth along the path, and no
-/// step leads aside. Which face it is follows from a fixed rule, so that symmetry decides nothing.
+/// step leads aside. The initial guess takes the cheapest detour, so that symmetry decides nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Detour {
     /// First and last node of the passage through the box.
@@ -19,47 +19,30 @@ pub(super) struct Detour {
 }
 
 impl Detour {
-    /// The detour of a path in RTN that leads through the box; `None` where none does.
-    ///
-    /// Among the faces of the two axes with the shorter passage it takes the one with the least push. Of equal
-    /// ones it takes the first in the order +x, -x, +y, -y, +z, -z.
-    pub(super) fn of(
+    /// The detours of a path in RTN that leads through the box, none where it does not: past the faces of the
+    /// two axes with the shorter passage, in the order +x, -x, +y, -y, +z, -z.
+    pub(super) fn all(
         half_extents: &Vector3<f64>,
         position: &[Vector3<f64>],
         target: &[TargetState],
-    ) -> Option<Self> {
-        let (mut nodes, mut way) = (None, Vector3::zeros());
-        let (mut lowest, mut highest) = (*half_extents, -half_extents);
-        let mut before = None;
+    ) -> [Option<Self>; 6] {
+        let (mut nodes, mut way, mut before) = (None, Vector3::zeros(), None);
         for (k, (position, target)) in position.iter().zip(target).enumerate() {
             let here = body_axes(target).tr_mul(position);
             let from = before.replace(here).unwrap_or(here);
-            if !leads_through(half_extents, &from, &here) {
-                continue;
-            }
-            let [first, _] = nodes.unwrap_or([k.saturating_sub(1); 2]);
-            nodes = Some([first, k]);
-            way += here - from;
-            lowest = lowest.inf(&from.inf(&here));
-            highest = highest.sup(&from.sup(&here));
-        }
-        let nodes = nodes?;
-        let (longest, mut is_left_out) = (way.amax(), false);
-        let (mut least, mut detour) = (f64::INFINITY, None);
-        let (ways, ranges) = (half_extents.iter().zip(&way), lowest.iter().zip(&highest));
-        for (axis, ((&depth, way), (lowest, highest))) in ways.zip(ranges).enumerate() {
-            if !is_left_out && way.abs() >= longest {
-                is_left_out = true;
-                continue;
-            }
-            for (sign, push) in [(1.0, depth - lowest), (-1.0, depth + highest)] {
-                if push < least {
-                    let normal = Vector3::from_fn(|i, _| if i == axis { sign } else { 0.0 });
-                    (least, detour) = (push, Some(Self { nodes, normal, depth }));
-                }
+            if leads_through(half_extents, &from, &here) {
+                let [first, _] = nodes.unwrap_or([k.saturating_sub(1); 2]);
+                nodes = Some([first, k]);
+                way += here - from;
             }
         }
-        detour
+        let along = way.iamax();
+        core::array::from_fn(|side| {
+            let (axis, sign) = (side / 2, if side % 2 == 0 { 1.0 } else { -1.0 });
+            let normal = Vector3::from_fn(|i, _| if i == axis { sign } else { 0.0 });
+            let detour = |nodes| Self { nodes, normal, depth: half_extents.dot(&normal.abs()) };
+            nodes.filter(|_| axis != along).map(detour)
+        })
     }
 
     /// Keep-out of node `k` at `position` (RTN) as the face's plane moved out by `distance`: the distance that
@@ -108,10 +91,11 @@ mod tests {
     const AT_REST: TargetState =
         TargetState { attitude: IDENTITY, rate: Vector3::new(0.0, 0.0, 0.0) };
 
-    fn normal(path: &[[f64; 3]]) -> Option<Vector3<f64>> {
+    fn normals(path: &[[f64; 3]]) -> std::vec::Vec<Vector3<f64>> {
         let position: std::vec::Vec<_> = path.iter().map(|p| Vector3::from(*p)).collect();
         let target = std::vec![AT_REST; path.len()];
-        Detour::of(&HALF, &position, &target).map(|detour| detour.normal)
+        let detours = Detour::all(&HALF, &position, &target).into_iter().flatten();
+        detours.map(|detour| detour.normal).collect()
     }
 
     #[test]
@@ -128,11 +112,11 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_side_across_the_path_is_taken_and_of_equal_ones_the_first() {
-        assert_eq!(normal(&[[0.0, 0.0, 5.0], [0.0, 0.0, 1.0]]), None);
-        assert_eq!(normal(&[[0.0, 0.0, -5.0], [0.0, 0.0, 1.0]]), Some(Vector3::x()));
-        assert_eq!(normal(&[[0.0, -0.1, -5.0], [0.0, -0.1, 1.0]]), Some(-Vector3::y()));
-        assert_eq!(normal(&[[5.0, 0.0, 0.0], [-5.0, 0.0, 0.0]]), Some(Vector3::z()));
-        assert_eq!(normal(&[[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]]), Some(Vector3::z()));
+    fn a_path_through_the_box_has_four_sides_across_it() {
+        let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
+        assert!(normals(&[[0.0, 0.0, 5.0], [0.0, 0.0, 1.0]]).is_empty());
+        assert_eq!(normals(&[[0.0, 0.0, -5.0], [0.0, 0.0, 1.0]]), [x, -x, y, -y]);
+        assert_eq!(normals(&[[5.0, 0.0, 0.0], [-5.0, 0.0, 0.0]]), [y, -y, z, -z]);
+        assert_eq!(normals(&[[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]]), [y, -y, z, -z]);
     }
 }

@@ -24,6 +24,8 @@ pub use verifier::{
 pub(crate) use verifier::{MAX_DOUBLINGS, MAX_HALVINGS, MAX_PART_SUBSTEPS, MAX_TARGET_STEPS};
 
 /// The larger of two violations; unlike `f64::max` it keeps NaN.
+// One copy of it makes images smaller.
+#[inline(never)]
 fn worse(a: f64, b: f64) -> f64 {
     if a.is_nan() || b <= a { a } else { b }
 }

@@ -1,10 +1,11 @@
 //! Stage 1: the translation of the system's centre of mass (section 5).
 
 use crate::math::quaternion;
-use crate::model::{Grid, HcwTransition, TargetState, signed_distance_to_box};
+use crate::model::{Grid, HcwTransition, SignedDistance, TargetState, signed_distance_to_box};
 use crate::scp::{Iterates, Problem, Residuals, Scratch};
-use nalgebra::{Matrix3, Matrix3x6, SVector, Vector3, Vector4};
-use remora_qp::dense::clamp;
+use core::mem;
+use nalgebra::{Matrix3, Matrix3x6, SMatrix, SVector, Vector3, Vector4};
+use remora_qp::dense::{clamp, divisor};
 use remora_qp::kept::nth;
 use remora_qp::time::Deadline;
 use remora_qp::{Qp, QpOutcome, QpSolver, QpStage, QpStatus, Solution};
@@ -54,11 +55,41 @@ const TYPICAL_COST: f64 = 0.064;
 /// Penalty parameter of the initial guess: of a detour's distances.
 const DETOUR_PENALTY: f64 = 1e4;
 
+/// Share of a detour's merit by which another must be less to be taken instead.
+const TIE: f64 = 1e-6;
+
+/// Share of keep-out's curvature in subproblems that have it. All of it leaves some of them indefinite.
+const CURVATURE_SHARE: f64 = 0.85;
+
+/// Linearisations without keep-out's curvature where the initial guess has no detour: enough for most paths.
+const FLAT: usize = 16;
+
 /// Points of the interval before a node where keep-out holds too, as fractions back from the node.
 const WITHIN: [f64; NG - 1] = [0.25, 0.5, 0.75];
 
 /// Fraction of each tolerance that the SCP solver may use; the verifier has the rest.
 const MARGIN: f64 = 0.5;
+
+/// The target's surface seen from a point of the path.
+struct Surface {
+    /// Distance that is missing to the keep-out distance [m]; negative where the path keeps more.
+    missing: f64,
+    /// The target's axes in RTN.
+    rotation: Matrix3<f64>,
+    /// Distance of the point, in the target's axes.
+    distance: SignedDistance,
+}
+
+impl Surface {
+    /// Second derivative of the distance by the point in RTN [1/m]: of a sphere at a corner, of a cylinder at
+    /// an edge, zero at a face.
+    fn curvature(&self) -> Matrix3<f64> {
+        let SignedDistance { value, gradient } = &self.distance;
+        let beyond = gradient.map(|g| if g == 0.0 { 0.0 } else { 1.0 });
+        let across = Matrix3::from_diagonal(&beyond) - gradient * gradient.transpose();
+        self.rotation * (across / divisor(*value)) * self.rotation.transpose()
+    }
+}
 
 /// States in use: position, velocity, previous force.
 const STATES: usize = 9;
@@ -104,10 +135,14 @@ pub struct Translation<'a, const N: usize> {
     constrained: bool,
     /// Detour of the initial guess around the target, if the straight one leads through it.
     detour: Option<Detour>,
+    /// Number of linearisations left without keep-out's curvature.
+    flat: usize,
 }
 
 impl<'a, const N: usize> Translation<'a, N> {
     /// The problem of one scenario; `target` is the target's motion at the nodes.
+    // Not inlined: its temporaries are released before the problem is solved.
+    #[inline(never)]
     pub fn new<const NL: usize>(
         formulation: &Formulation<'a, NL>,
         target: &'a [TargetState; N],
@@ -155,11 +190,14 @@ impl<'a, const N: usize> Translation<'a, N> {
             end: (position, end.rate.cross(&position)),
             constrained: true,
             detour: None,
+            flat: FLAT,
         }
     }
 
     /// Writes the initial guess, the optimum without keep-out; where it leads through the target, the
-    /// optimum that passes a side of it. One convex QP each. Returns the QPs' outcome, and their number.
+    /// cheapest optimum that passes a side of it. One convex QP each. Returns the QPs' outcome, and their number.
+    // Not inlined, as `new`.
+    #[inline(never)]
     pub fn start<S: QpSolver<N, NX, NU, NG>, const NX: usize, const NU: usize>(
         &mut self,
         solver: &mut S,
@@ -167,18 +205,39 @@ impl<'a, const N: usize> Translation<'a, N> {
         w: &mut Scratch<N, NX, NU, NG>,
         z: &mut Iterates<TranslationTrajectory<N>>,
     ) -> (QpOutcome, usize) {
-        let (straight, tries) = self.start_straight(solver, deadline, w, z);
-        if straight.status.is_usable() {
-            let positions = z.trajectory.position.get(..self.nodes()).unwrap_or_default();
-            self.detour = Detour::of(&self.half_extents, positions, self.target);
+        let (mut outcome, mut tries) = self.start_straight(solver, deadline, w, z);
+        if !outcome.status.is_usable() {
+            return (outcome, tries);
         }
-        if self.detour.is_none() {
-            return (straight, tries);
+        let positions = z.trajectory.position.get(..self.nodes()).unwrap_or_default();
+        let detours = Detour::all(&self.half_extents, positions, self.target);
+        let mut least: Option<(f64, Detour, QpStatus)> = None;
+        for detour in detours.into_iter().flatten() {
+            self.detour = Some(detour);
+            solver.reset();
+            let around = self.warm_start(solver, deadline, w, z);
+            outcome = QpOutcome { iterations: outcome.iterations + around.iterations, ..around };
+            tries += 1;
+            let merit = self.detour_merit(&z.trajectory);
+            // Of sides that are equal but for rounding the first.
+            let is_less = least.is_none_or(|(least, ..)| merit < (1.0 - TIE) * least);
+            if around.status.is_usable() && is_less {
+                least = Some((merit, detour, around.status));
+                mem::swap(&mut z.trajectory, &mut z.best);
+            }
         }
-        solver.reset();
-        let mut around = self.warm_start(solver, deadline, w, z);
-        around.iterations += straight.iterations;
-        (around, tries + 1)
+        if let Some((_, detour, status)) = least {
+            (self.detour, self.flat, outcome.status) = (Some(detour), 0, status);
+            mem::swap(&mut z.trajectory, &mut z.best);
+        }
+        (outcome, tries)
+    }
+
+    /// Scaled cost of an initial guess around the target, with the penalty of the distances that are missing.
+    fn detour_merit(&self, trajectory: &TranslationTrajectory<N>) -> f64 {
+        let missing = (0..self.nodes()).filter_map(|k| self.detour_constraint(k, 0, trajectory));
+        let missing: f64 = missing.map(|(missing, _)| missing.max(0.0)).sum();
+        self.cost_scale * self.cost(&trajectory.force) + DETOUR_PENALTY * missing
     }
 
     /// Writes the optimum without keep-out. It solves the QP again if it fails or does not lead to the end: a
@@ -284,33 +343,50 @@ impl<'a, const N: usize> Translation<'a, N> {
         i: usize,
         trajectory: &TranslationTrajectory<N>,
     ) -> (f64, Vector3<f64>) {
+        const FREE: (f64, Vector3<f64>) = (-1.0, Vector3::new(0.0, 0.0, 0.0));
+        if !self.constrained {
+            return self.detour_constraint(k, i, trajectory).unwrap_or(FREE);
+        }
+        let Some(Surface { missing, rotation, distance }) = self.surface(k, i, trajectory) else {
+            return FREE;
+        };
+        (missing, -(rotation * distance.gradient))
+    }
+
+    /// The initial guess's constraint `i` of node `k`: on the detour's side of the target.
+    fn detour_constraint(
+        &self,
+        k: usize,
+        i: usize,
+        trajectory: &TranslationTrajectory<N>,
+    ) -> Option<(f64, Vector3<f64>)> {
+        let detour = self.detour.filter(|_| i == 0 && k > 0 && k != self.last())?;
+        let (target, [radius, _]) = (self.target.get(k)?, self.keep_out.get(k)?);
+        detour.constraint(k, *radius, trajectory.position.get(k)?, target)
+    }
+
+    /// The target's surface as constraint `i` of node `k` sees it; `None` where keep-out does not hold.
+    fn surface(
+        &self,
+        k: usize,
+        i: usize,
+        trajectory: &TranslationTrajectory<N>,
+    ) -> Option<Surface> {
         let exempt = if i == 0 { k == self.last() } else { k == 0 || self.margin.is_none() };
+        if exempt {
+            return None;
+        }
         // All indices are in range; `get` keeps panics out of the image.
         let before = k.saturating_sub(1);
-        let (Some(target), Some(last), Some([radius, radius_within])) =
-            (self.target.get(k), self.target.get(before), self.keep_out.get(k))
-        else {
-            return (-1.0, Vector3::zeros());
-        };
-        let (Some(position), Some(velocity), Some(force)) =
-            (trajectory.position.get(k), trajectory.velocity.get(k), trajectory.force.get(before))
-        else {
-            return (-1.0, Vector3::zeros());
-        };
-        if exempt {
-            return (-1.0, Vector3::zeros());
-        }
-        if !self.constrained {
-            let detour = self.detour.filter(|_| i == 0 && k > 0);
-            let constraint = detour.and_then(|way| way.constraint(k, *radius, position, target));
-            return constraint.unwrap_or((-1.0, Vector3::zeros()));
-        }
-        let (mut time, mut position, mut radius) = (k as f64 * self.dt, *position, *radius);
+        let (target, last) = (self.target.get(k)?, self.target.get(before)?);
+        let [mut radius, radius_within] = *self.keep_out.get(k)?;
+        let (mut time, mut position) = (k as f64 * self.dt, *trajectory.position.get(k)?);
+        let (velocity, force) = (trajectory.velocity.get(k)?, trajectory.force.get(before)?);
         let mut attitude = target.attitude;
         let within = i.checked_sub(1).and_then(|i| WITHIN.get(i).zip(self.back.get(i)));
         if let Some((share, back)) = within {
             time -= share * self.dt;
-            radius = *radius_within;
+            radius = radius_within;
             let (by_state, by_force) = self.position_within(back);
             position = by_state.fixed_columns::<3>(0) * position
                 + by_state.fixed_columns::<3>(3) * velocity
@@ -318,16 +394,18 @@ impl<'a, const N: usize> Translation<'a, N> {
             attitude = self.attitude_within(target, last, *share);
         }
         if self.is_recovering && self.grid.is_recovering(time) {
-            return (-1.0, Vector3::zeros());
+            return None;
         }
         let margin = self.margin.unwrap_or(0.0) * self.grid.margin_share(time);
         let rotation = quaternion::rotation_matrix(&attitude);
         let local = rotation.tr_mul(&position);
         let distance = signed_distance_to_box(&self.half_extents, &local);
-        (radius + margin - distance.value, -(rotation * distance.gradient))
+        Some(Surface { missing: radius + margin - distance.value, rotation, distance })
     }
 
     /// Derivatives of the position at the end of `back` by the node's state and the previous force.
+    // One copy of it makes images smaller.
+    #[inline(never)]
     fn position_within(&self, back: &HcwTransition) -> (Matrix3x6<f64>, Matrix3<f64>) {
         let by_force = back.input.fixed_rows::<3>(0) / self.mass;
         (back.state.fixed_rows::<3>(0).into_owned(), by_force)
@@ -369,6 +447,59 @@ impl<'a, const N: usize> Translation<'a, N> {
         }
     }
 
+    /// Adds [`CURVATURE_SHARE`] of keep-out's curvature to a program whose forces have the convex curvature
+    /// `effort`. Without it, a path that bends over an edge of the box converges slowly.
+    fn add_curvature<const NX: usize, const NU: usize>(
+        &self,
+        trajectory: &TranslationTrajectory<N>,
+        multipliers: &Solution<N, NX, NU, NG>,
+        effort: &Vector3<f64>,
+        qp: &mut Qp<N, NX, NU, NG>,
+    ) {
+        let stages = qp.stages.iter_mut().zip(&multipliers.path_multiplier).enumerate();
+        for (k, (stage, multipliers)) in stages.take(self.nodes()) {
+            if k < self.last() {
+                for i in 0..CONTROLS {
+                    stage.hessian_uu[(i, i)] -= effort[i];
+                }
+            }
+            for (i, multiplier) in multipliers.iter().enumerate() {
+                if *multiplier > 0.0 {
+                    self.add_curvature_at(k, i, trajectory, CURVATURE_SHARE * multiplier, stage);
+                }
+            }
+        }
+        let last = self.last();
+        let convex = SVector::from_fn(|i, _| effort.get(i).copied().unwrap_or(effort.max()));
+        qp.convexify(&convex, |k, i| k == last && i < STATES - CONTROLS);
+    }
+
+    /// Adds the curvature of keep-out constraint `i` of node `k`, times `weight`.
+    // Not inlined: its frame is released before the program is made convex.
+    #[inline(never)]
+    fn add_curvature_at<const NX: usize, const NU: usize>(
+        &self,
+        k: usize,
+        i: usize,
+        trajectory: &TranslationTrajectory<N>,
+        weight: f64,
+        stage: &mut QpStage<NX, NU, NG>,
+    ) {
+        let Some(surface) = self.surface(k, i, trajectory) else { return };
+        let ([r, v], f) = (self.scale, &self.force_scale);
+        let mut by = SMatrix::<f64, 3, STATES>::zeros();
+        by.fixed_columns_mut::<3>(0).fill_diagonal(r);
+        if let Some(back) = i.checked_sub(1).and_then(|i| self.back.get(i)) {
+            let (by_state, by_force) = self.position_within(back);
+            by.fixed_columns_mut::<3>(0).copy_from(&(by_state.fixed_columns::<3>(0) * r));
+            by.fixed_columns_mut::<3>(3).copy_from(&(by_state.fixed_columns::<3>(3) * v));
+            by.fixed_columns_mut::<3>(6).copy_from(&(by_force * Matrix3::from_diagonal(f)));
+        }
+        let curvature = by.tr_mul(&(surface.curvature() * weight * by));
+        let mut hessian = stage.hessian_xx.fixed_view_mut::<STATES, STATES>(0, 0);
+        hessian -= curvature;
+    }
+
     /// End state error over its scale.
     fn end_error(&self, trajectory: &TranslationTrajectory<N>) -> (Vector3<f64>, Vector3<f64>) {
         let r = self.end.0 - trajectory.position[self.last()];
@@ -392,7 +523,7 @@ impl<const N: usize, const NX: usize, const NU: usize> Problem<N, NX, NU, NG>
     fn linearise(
         &mut self,
         trajectory: &Self::Trajectory,
-        _multipliers: Option<&Solution<N, NX, NU, NG>>,
+        multipliers: Option<&Solution<N, NX, NU, NG>>,
         qp: &mut Qp<N, NX, NU, NG>,
     ) {
         qp.defect_penalty = f64::INFINITY;
@@ -440,6 +571,12 @@ impl<const N: usize, const NX: usize, const NU: usize> Problem<N, NX, NU, NG>
                     stage.gradient_x[6 + i] = -since[i];
                 }
             }
+        }
+        match multipliers {
+            Some(multipliers) if self.flat == 0 => {
+                self.add_curvature(trajectory, multipliers, &effort, qp);
+            }
+            _ => self.flat = self.flat.saturating_sub(1),
         }
     }
 

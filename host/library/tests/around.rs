@@ -79,6 +79,14 @@ fn sample(step: usize) -> Vec<Scenario> {
     starts.map(|(i, (k, position))| scenario(k, position, i % 2 == 1)).collect()
 }
 
+/// Starts whose Stage 1 takes the most iterations: its path bends over an edge of the target's box.
+fn slow() -> Vec<Scenario> {
+    let starts = starts();
+    [(64, false), (80, false), (117, true), (185, true), (240, true), (333, true)]
+        .map(|(k, tumbles)| scenario(k, starts[k], tumbles))
+        .into()
+}
+
 #[test]
 fn starts_opposite_the_port_are_planned() {
     let mut scenarios = Vec::new();
@@ -98,6 +106,7 @@ fn starts_in_all_directions_are_planned() {
     let near: Vec<_> = near.map(|position| scenario(0, position, false)).collect();
     assert_eq!(not_optimal(Integrator::RK4, &near), [""; 0]);
     assert_eq!(not_optimal(Integrator::RK4, &sample(7)), [""; 0]);
+    assert_eq!(not_optimal(Integrator::RK4, &slow()), [""; 0]);
     assert_eq!(not_optimal(Integrator::Euler, &sample(1)), [""; 0]);
 }
 
