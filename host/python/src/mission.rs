@@ -15,7 +15,7 @@ use remora_host::formats::{
 };
 use remora_host::with_joints;
 use std::any::Any;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
@@ -110,6 +110,7 @@ impl Mission {
     /// armature : inertia of the motors about the joints [kg m^2].
     /// limits : by joint: lower and upper angle [rad], rate [rad/s] and torque [N m].
     /// hold : by joint, the angle at which it is held [rad].
+    /// point_mass : links whose own inertia is left out.
     ///
     /// Returns
     /// -------
@@ -121,7 +122,7 @@ impl Mission {
     /// KeyboardInterrupt : Ctrl-C, within a second.
     #[staticmethod]
     #[pyo3(signature = (path, *, tip=None, base=None, bus=None, mount=None, boresight=None, axis=None,
-                        start=None, armature=None, limits=None, hold=None))]
+                        start=None, armature=None, limits=None, hold=None, point_mass=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords, each of them optional")]
     fn from_urdf(
         py: Python<'_>,
@@ -136,6 +137,7 @@ impl Mission {
         armature: Option<Given<Vec<f64>>>,
         limits: Option<Given<BTreeMap<String, [f64; 4]>>>,
         hold: Option<Given<BTreeMap<String, f64>>>,
+        point_mass: Option<Given<BTreeSet<String>>>,
     ) -> PyResult<Self> {
         let path = path.named("path")?;
         let said = Said {
@@ -149,6 +151,7 @@ impl Mission {
             armature: Given::optional(armature, "armature")?,
             limits: Given::optional(limits, "limits")?,
             hold: Given::optional(hold, "hold")?,
+            point_mass: Given::optional(point_mass, "point_mass")?,
         };
         waited(py, move |_| {
             let file = urdf::mission_file(&path, said)?;

@@ -6,7 +6,7 @@ use remora_core::nalgebra::Vector3;
 use remora_host::formats::{MissionFile, read_mission_file};
 use remora_host::importing::{Request, import};
 use remora_urdf::Pose;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// What a caller says beside a URDF.
@@ -21,6 +21,7 @@ pub(crate) struct Said {
     pub(crate) armature: Option<Vec<f64>>,
     pub(crate) limits: Option<BTreeMap<String, [f64; 4]>>,
     pub(crate) hold: Option<BTreeMap<String, f64>>,
+    pub(crate) point_mass: Option<BTreeSet<String>>,
 }
 
 /// The mission file of a URDF.
@@ -28,6 +29,7 @@ pub(crate) fn mission_file(path: &Path, said: Said) -> PyResult<MissionFile> {
     let mut request = Request::of(path).map_err(raised)?;
     let options = &mut request.options;
     (options.root, options.end_effector) = (said.base, said.tip);
+    options.point_masses = said.point_mass.unwrap_or_default();
     for (joint, [lower, upper, rate, torque]) in said.limits.unwrap_or_default() {
         let text = format!("{joint}={lower},{upper},{rate},{torque}");
         options.add_limit(&text).map_err(|error| argument("limits", error))?;

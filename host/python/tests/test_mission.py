@@ -24,6 +24,20 @@ def test_a_mission_is_a_dict_and_back(mission: remora.Mission, root: Path) -> No
     assert remora.Mission.from_dict({"target": {"mass_kg": 60.0}}).to_dict()["target"]["mass_kg"] == 60.0
 
 
+def test_a_camera_with_an_impossible_inertia_is_taken_as_a_point(root: Path, tmp_path: Path) -> None:
+    camera = """<link name="bad"><inertial><mass value="2"/>
+        <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="9"/></inertial></link>
+        <joint name="bolts" type="fixed"><parent link="bus"/><child link="bad"/></joint></robot>"""
+    path = tmp_path / "bad.urdf"
+    path.write_text((root / "fixtures/urdf/spatial.urdf").read_text().replace("</robot>", camera))
+    with pytest.raises(ValueError, match="--point-mass bad"):
+        remora.Mission.from_urdf(path, tip="tip")
+    mission = remora.Mission.from_urdf(path, tip="tip", point_mass={"bad"})
+    assert mission.servicer.bus_mass_kg == 428.0
+    with pytest.raises(ValueError, match="nobody"):
+        remora.Mission.from_urdf(path, tip="tip", point_mass={"nobody"})
+
+
 def test_its_values_are_attributes_with_the_keys_of_the_file(mission: remora.Mission) -> None:
     values = mission.to_dict()
     for name, value in values.items():
