@@ -3,16 +3,18 @@
 use crate::arrays;
 use crate::given::Given;
 use crate::mission::Mission;
-use crate::raised::{Failure, argument, wrong};
+use crate::raised::{argument, raised, wrong};
 use crate::waiting::waited;
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyList;
 use remora_host::draw::{MAX_COUNT, draw_one};
 use remora_host::formats::{
     NamedScenario, ScenarioSet, ServicerStart, TargetStart, check_id, json,
 };
 use remora_host::with_joints;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::ops::Range;
 use std::path::PathBuf;
 
 /// One approach: how the target tumbles, where the servicer starts, and how long it has.
@@ -195,31 +197,40 @@ fn hash(named: &NamedScenario, hasher: &mut impl Hasher) {
     }
 }
 
-/// Draws scenarios, for `remora.draw`.
+/// Draws scenarios, for `remora.draw`. Signals are answered between groups of them.
 #[pyfunction]
 #[pyo3(signature = (count, seed, mission))]
-pub(crate) fn draw(
-    py: Python<'_>,
+pub(crate) fn draw<'py>(
+    py: Python<'py>,
     count: Given<u64>,
     seed: Given<u64>,
     mission: Option<Given<Mission>>,
-) -> PyResult<Vec<Scenario>> {
+) -> PyResult<Bound<'py, PyList>> {
+    /// Scenarios that take a few milliseconds to draw.
+    const GROUP: u64 = 1000;
     let (count, seed) = (count.named("count")?, seed.named("seed")?);
     if !(1..=MAX_COUNT).contains(&count) {
         return Err(argument("count", format!("must lie in [1, {MAX_COUNT}]")));
     }
     let mission = Mission::or_default(Given::optional(mission, "mission")?)?;
-    waited(py, move |caller| {
-        let drawn = with_joints!(mission.joints(), NL => {
-            let mission = mission.of::<NL>()?;
-            let one = |index| {
-                caller.go_on()?;
-                Ok(draw_one(seed, index, mission).map(Scenario::from))
-            };
-            (0..count).map(one).collect::<Result<Option<Vec<_>>, Failure>>()?
-        } else { None });
-        let reason = "its geometry lets no start satisfy keep-out and pointing";
-        drawn.ok_or_else(|| argument("mission", reason).into())
+    let drawn = PyList::empty(py);
+    for first in (0..count).step_by(GROUP as usize) {
+        let group = first..count.min(first + GROUP);
+        for scenario in py.detach(|| draw_group(seed, group, &mission))? {
+            drawn.append(scenario)?;
+        }
+        py.check_signals()?;
+    }
+    Ok(drawn)
+}
+
+fn draw_group(seed: u64, group: Range<u64>, mission: &Mission) -> PyResult<Vec<Scenario>> {
+    let drawn: Option<Vec<_>> = with_joints!(mission.joints(), NL => {
+        let mission = mission.of::<NL>().map_err(raised)?;
+        group.map(|index| draw_one(seed, index, mission).map(Scenario::from)).collect()
+    } else { None });
+    drawn.ok_or_else(|| {
+        argument("mission", "its geometry lets no start satisfy keep-out and pointing")
     })
 }
 
