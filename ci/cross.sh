@@ -18,7 +18,7 @@ fi
 # shellcheck source=ci/toolchain.sh
 source ci/toolchain.sh
 export CARGO_TARGET_DIR=$out
-# Whether it compiles is asked; that it links and runs is shown by `remora firmware`, whose images are
+# Whether it compiles is asked; that it links and runs is shown by `cargo xtask firmware`, whose images are
 # made from the same code.
 export CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false CARGO_PROFILE_DEV_PANIC=abort
 

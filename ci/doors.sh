@@ -6,15 +6,15 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-cargo build --quiet --release --locked -p remora
-remora=${CARGO_TARGET_DIR:-target}/release/remora
+cargo build --quiet --release --locked --bin remora --bin xtask
+built=${CARGO_TARGET_DIR:-target}/release
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
 # everywhere PLAN-FLAGS...
 everywhere() {
-    "$remora" --quiet plan "$@" --out "$scratch/plan.json" --force
-    "$remora" replay "$scratch/plan.json" --everywhere
+    "$built/remora" --quiet plan "$@" --out "$scratch/plan.json" --force
+    "$built/xtask" replay "$scratch/plan.json" --everywhere
 }
 
 # The learned guess; then a mission and a start with hardly two numbers alike, from the heuristic.

@@ -3,7 +3,7 @@
 # those.
 #
 # A target that the user's own toolchain has is built with it. For the others Debian's compiler
-# builds `core` from its own source, so that no toolchain has to be fetched by hand. `remora firmware`
+# builds `core` from its own source, so that no toolchain has to be fetched by hand. `cargo xtask firmware`
 # makes the same choice. Nothing is installed here.
 
 # Started from within cargo (or with flags meant for the host) these would leak into the build.

@@ -7,11 +7,11 @@
     ci/upsets.py --seed 1 --case 17               # one case again
     ci/upsets.py --ends                           # does an image end where its stack is lost, or in a loop?
 
-The image (of `remora firmware`, in target/firmware) plans two scenarios with Euler, scrubbing as `remora plan --scrub`
-does, and accepts a plan whose record is of its input and has the residuals that a second run of the verifier finds. In
-one of the iterations of its QP solver, some instructions after the next call of one of its functions, QEMU's gdb stub
-changes a bit; then it goes on. A case is a function of image, start, seed and number. Exit status: 0 where no case was
-wrong, 1 where some were, 2 for bad input.
+The image (of `cargo xtask firmware`, in target/firmware) plans two scenarios with Euler, scrubbing as
+`remora plan --scrub` does, and accepts a plan whose record is of its input and has the residuals that a second run of
+the verifier finds. In one of the iterations of its QP solver, some instructions after the next call of one of its
+functions, QEMU's gdb stub changes a bit; then it goes on. A case is a function of image, start, seed and number. Exit
+status: 0 where no case was wrong, 1 where some were, 2 for bad input.
 
 With --ends it runs two cases that it makes itself, in time that goes faster: the stack pointer is sent out of memory,
 and a function becomes a loop without an end. Exit status 1 where one of them does not end in the fault handler.
@@ -368,7 +368,7 @@ def ends(image, folder, spoil):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--target", choices=TARGETS, default="thumbv7em-none-eabihf")
-    parser.add_argument("--image", type=Path, help="the image [default: that of `remora firmware`]")
+    parser.add_argument("--image", type=Path, help="the image [default: that of `cargo xtask firmware`]")
     parser.add_argument("--start", choices=REQUESTS, default="heuristic", help="what plans start from")
     parser.add_argument("--cases", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
@@ -380,7 +380,7 @@ def main():
     built = Path(os.environ.get("CARGO_TARGET_DIR", root / "target")) / "firmware"
     file = given.image or built / f"{given.target}.elf"
     if not file.is_file():
-        print(f"error: {file}: no such file; `remora firmware` builds it", file=sys.stderr)
+        print(f"error: {file}: no such file; `cargo xtask firmware` builds it", file=sys.stderr)
         return 2
     image = Image(file, given.target, given.start)
     folder = tempfile.mkdtemp()

@@ -1,4 +1,4 @@
-/* Plans again what `remora replay` hands to it, and prints the plan's checksum.
+/* Plans again what `cargo xtask replay` hands to it, and prints the plan's checksum.
  * On standard input, a line each: the members of RemoraMission and of RemoraScenario after their sizes, then mode,
  * integrator and substeps. A number with a point or an exponent is a double, any other a 32-bit integer.
  * Usage: replay [MODEL] <INPUT */

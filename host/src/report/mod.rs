@@ -11,7 +11,6 @@ mod flight;
 mod import;
 mod parts;
 mod plan;
-mod replay;
 mod safety;
 mod vehicle;
 
@@ -26,7 +25,6 @@ pub use flight::{flights_report, rerun_report};
 pub use import::{import_report, refused_import};
 pub use parts::{Again, gather_report, gathered_dataset, gathered_flights, part_report};
 pub use plan::{evidence, packet_report, plan_report, refusal_report};
-pub use replay::replay_report;
 pub use safety::safety_report;
 pub use vehicle::vehicle_report;
 

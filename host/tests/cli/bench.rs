@@ -1,5 +1,7 @@
-//! A directory to run the program in, and what came of a run.
+//! A directory to run a program in, and what came of a run. Tests of several programs use this file.
 
+use super::PROGRAM;
+use remora_core::advanced::model::Mission;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,8 +27,14 @@ pub const SLOW: &str = "--mission strong.mission.toml --scenarios slow.scenarios
 impl Bench {
     pub fn new() -> Self {
         let bench = Self(tempfile::tempdir().unwrap());
-        bench.solves("draw --count 3 --seed 1 --out set.scenarios.json");
+        bench.draw(3, 1, "set.scenarios.json");
         bench
+    }
+
+    /// Writes drawn scenarios of the built-in mission.
+    pub fn draw(&self, count: u64, seed: u64, name: &str) {
+        let set = remora_host::draw::draw(count, seed, &Mission::default()).unwrap();
+        set.write(&self.path(name)).unwrap();
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
@@ -61,7 +69,7 @@ impl Bench {
 
     /// The program with arguments that hold no spaces.
     pub fn command(&self, arguments: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_remora"));
+        let mut command = Command::new(PROGRAM);
         command.args(arguments.split_whitespace()).current_dir(self.0.path());
         // What a build around the test has left is not the bench's.
         command.stdin(Stdio::null()).env_remove("CARGO_TARGET_DIR");

@@ -7,7 +7,7 @@ use std::fs::{self, File};
 use std::process::{Command, Stdio};
 
 /// Each command that reads a file, with the file in the place of `{}`.
-const READERS: [&str; 15] = [
+const READERS: [&str; 14] = [
     "plan --scenarios {}",
     "plan --mission {}",
     "plan --model {}",
@@ -17,7 +17,6 @@ const READERS: [&str; 15] = [
     "fly {} --out runs",
     "fly a.plan.json --errors {} --out runs",
     "safety {}",
-    "replay {} --everywhere",
     "import {}",
     "mission {}",
     "quantise {} b.model",
@@ -67,8 +66,6 @@ fn what_work_left_is_a_file_or_refused() {
     for (line, left) in [
         ("campaign --count 1 --seed 1 --out runs", "journal.jsonl"),
         ("dataset --count 1 --seed 1 --out runs", "dataset.json"),
-        ("inject --cases 1 --out runs", "inject.journal.jsonl"),
-        ("profile --quick --out runs", "profile.journal.jsonl"),
         ("rerun runs --run 0", "flights.json"),
     ] {
         drop(fs::remove_dir_all(bench.path("runs")));

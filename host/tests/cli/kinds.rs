@@ -42,12 +42,11 @@ fn typical_and_none_are_taken_wherever_an_error_file_is() {
 }
 
 /// Each way to name a file, with the file in the place of `{}`, and what it takes.
-const TAKES: [(&str, &str, &str); 24] = [
+const TAKES: [(&str, &str, &str); 22] = [
     ("check {}", "check", "a plan"),
     ("view {}", "view", "a plan"),
     ("fly {} --out out", "fly", "a plan"),
     ("safety {}", "safety", "a plan"),
-    ("replay {} --everywhere", "replay", "a plan"),
     (
         "export {} --epoch 2026-11-23T00:00:00 --chief state.chief.toml --format oem --out out",
         "export",
@@ -75,7 +74,6 @@ const TAKES: [(&str, &str, &str); 24] = [
         "a chief file",
     ),
     ("plan --model {}", "plan --model", "a model"),
-    ("replay a.plan.json --model {}", "replay --model", "a model"),
     ("quantise {} b.model", "quantise", "a model"),
     ("import {}", "import", "a URDF file"),
     ("view a.plan.json --flight {} --out b.html", "view --flight", "a Parquet table"),

@@ -1,7 +1,9 @@
 //! The program itself, run as a user runs it.
 
+/// The program that a bench runs.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_remora");
+
 mod arrays;
-mod audit;
 mod bench;
 mod campaign;
 mod check;
@@ -13,7 +15,6 @@ mod fly;
 mod foreign;
 mod hostile;
 mod import;
-mod inject;
 mod kinds;
 #[cfg(feature = "training")]
 mod learn;
@@ -23,12 +24,9 @@ mod moving;
 mod numbers;
 mod parts;
 mod plan;
-mod profile;
 mod qp_export;
 mod quantise;
 mod refusals;
-mod replay;
-mod reproduce;
 mod units;
 mod view;
 mod warm_start;

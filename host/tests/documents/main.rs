@@ -101,16 +101,8 @@ fn lines_are_short() {
 
 #[test]
 fn every_fence_names_its_language_and_rust_is_compiled() {
-    let crates = [
-        "core",
-        "core/nn",
-        "core/qp",
-        "host/audit",
-        "host/image-audit",
-        "host/learn",
-        "host/truth",
-        "host/urdf",
-    ];
+    let crates =
+        ["core", "core/nn", "core/qp", "host/image-audit", "host/learn", "host/truth", "host/urdf"];
     let compiled: BTreeSet<PathBuf> = crates.iter().flat_map(|folder| included(folder)).collect();
     let mut faults = Vec::new();
     for page in all() {

@@ -203,7 +203,7 @@ mod tests {
             .heading("By part")
             .table(table)
             .plot("split", "Bytes by part", "<svg><g/></svg>\n".into())
-            .command("remora audit --only memory");
+            .command("cargo xtask audit --only memory");
         page
     }
 
@@ -211,7 +211,7 @@ mod tests {
     fn markdown_is_as_written() {
         let expected = "# Memory\n\nAll of it, **static**, see [stack](stack.md) & more.\n\n\
             ## By part\n\n| part | bytes |\n| --- | ---: |\n| code `a<b>` | 12 |\n\n\
-            ![Bytes by part](split.svg)\n\nAgain: `remora audit --only memory`\n";
+            ![Bytes by part](split.svg)\n\nAgain: `cargo xtask audit --only memory`\n";
         assert_eq!(page().markdown(), expected);
         assert_eq!(page().plots().collect::<Vec<_>>(), [("split", "<svg><g/></svg>\n")]);
     }
@@ -226,7 +226,7 @@ mod tests {
             "<a href=\"#stack\">stack</a> &amp; more",
             "<td>code <code>a&lt;b&gt;</code></td><td class=\"r\">12</td>",
             "<figure><svg><g/></svg><figcaption>Bytes by part</figcaption></figure>",
-            "<code>remora audit --only memory</code>",
+            "<code>cargo xtask audit --only memory</code>",
         ] {
             assert!(html.contains(part), "{part}\n{html}");
         }

@@ -1,0 +1,372 @@
+//! Options that several commands share: the same name, meaning, default and help everywhere.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::stages::{LINKS, NODES};
+use remora_host::choice::Choice;
+use remora_host::draw::MAX_COUNT;
+use remora_host::error::Error;
+use remora_host::formats::{
+    MissionFile, NamedScenario, PLANNED_JOINTS, ScenarioSet, read_mission, read_mission_file,
+};
+use remora_host::learned::Learned;
+use remora_host::lineage::Lineage;
+use remora_host::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
+use remora_host::parts::Scenarios;
+use std::fmt::Write;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// Help of `--count`, wherever scenarios are drawn.
+pub const COUNT: &str = "Number of scenarios to draw";
+/// Help of `--seed`.
+pub const SEED: &str = "Seed of the draw";
+
+/// Parses a choice by its names, which stand in the help.
+pub fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
+    let values = T::ALL.iter().map(|of| PossibleValue::new(of.name()).help(of.help()));
+    PossibleValuesParser::new(values)
+        .try_map(|name| T::of_name(&name).ok_or_else(|| format!("{name:?} is unknown")))
+}
+
+/// Discretisation of Stage 2.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct IntegratorArgs {
+    /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4
+    #[arg(long, value_name = "NAME", default_value_t = Integrator::RK4)]
+    pub integrator: Integrator,
+}
+
+/// How plans are made.
+#[derive(Clone, Debug, clap::Args)]
+pub struct MethodArgs {
+    /// What is asked of Stage 2
+    #[arg(long, value_parser = choice::<Mode>(), default_value = "optimal")]
+    mode: Mode,
+    /// What Stage 2 starts from
+    #[arg(long, value_parser = choice::<WarmStart>(), default_value = "auto")]
+    warm_start: WarmStart,
+    /// Learned model (*.model) [default: the built-in one for the integrator]
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
+    #[command(flatten)]
+    integrator: IntegratorArgs,
+    /// Solver of the convex subproblems
+    #[arg(long, value_parser = choice::<Qp>(), default_value = "embedded")]
+    qp: Qp,
+}
+
+impl MethodArgs {
+    /// The method, without a deadline.
+    pub fn method(&self) -> Method {
+        let Self { mode, warm_start, integrator: IntegratorArgs { integrator }, qp, .. } = *self;
+        Method { mode, warm_start, qp, integrator, ..Method::default() }
+    }
+
+    /// The method of plans that must end in time.
+    pub fn method_until(&self, deadline: &DeadlineArgs) -> Method {
+        Method { deadline: deadline.deadline, ..self.method() }
+    }
+
+    /// The model of a learned start, where one is asked for.
+    pub fn model(&self) -> Result<Option<Learned>, Error> {
+        Learned::chosen(self.warm_start, self.model.as_deref(), self.integrator.integrator)
+    }
+
+    /// The same, for results over many scenarios: a model is not judged by what it or an ancestor
+    /// has learnt from.
+    pub fn model_to_judge(&self, scenarios: &[NamedScenario]) -> Result<Option<Learned>, Error> {
+        let learned = self.model()?;
+        let Some(model) = learned.as_ref().and_then(Learned::model) else { return Ok(learned) };
+        let checksum = learned.as_ref().map_or(0, Learned::checksum);
+        let provenance = &model.header().provenance;
+        let name = learned.as_ref().map_or(String::new(), |learned| learned.record().name);
+        let lineage = match &self.model {
+            Some(file) => Lineage::beside(file, checksum, provenance)?,
+            None => Lineage::of_header(&name, provenance),
+        };
+        if let Some(id) = lineage.learnt(scenarios) {
+            let reason = format!(
+                "{name} or a model that it descends from has learnt from {id}: choose another \
+                 seed, or --warm-start heuristic"
+            );
+            return Err(Error::argument("--model", reason));
+        }
+        Ok(learned)
+    }
+}
+
+/// When plans must have ended.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct DeadlineArgs {
+    /// Time for each plan, a positive number; past it the best iterate is kept, so that results
+    /// depend on the machine and its load [default: none]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
+    deadline: Option<Deadline>,
+}
+
+/// One scenario of a set.
+#[derive(Clone, Debug, clap::Args)]
+pub struct ScenarioArgs {
+    /// Scenario set (*.scenarios.json) [default: the built-in set]
+    #[arg(long, value_name = "FILE")]
+    scenarios: Option<PathBuf>,
+    /// Scenario of the set [default: its first; with --mission alone one drawn for that mission, s1-000]
+    #[arg(long, value_name = "ID")]
+    id: Option<String>,
+    /// List the scenarios of the set and end
+    #[arg(long, conflicts_with = "id")]
+    pub list: bool,
+}
+
+impl ScenarioArgs {
+    /// The list of the set, where that is asked for.
+    pub fn listed(&self) -> Result<Option<String>, Error> {
+        if !self.list {
+            return Ok(None);
+        }
+        let mut text = String::new();
+        for scenario in set_or_built_in(self.scenarios.as_deref())?.scenarios {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{}", scenario.id);
+        }
+        Ok(Some(text))
+    }
+
+    /// The scenario of the set, or for a mission alone the first drawn one that can be planned.
+    pub fn scenario<const NL: usize>(
+        &self,
+        from: &MissionArgs,
+        mission: &Mission<NL>,
+        integrator: Integrator,
+    ) -> Result<NamedScenario, Error> {
+        if from.mission.is_some() && self.scenarios.is_none() && self.id.is_none() {
+            return remora_host::draw::first(mission, integrator).ok_or_else(no_start);
+        }
+        let set = set_or_built_in(self.scenarios.as_deref())?;
+        let found = match &self.id {
+            Some(id) => set.get(id),
+            None => set.scenarios.first(),
+        };
+        found.cloned().ok_or_else(|| {
+            let file = self.scenarios.clone().unwrap_or_else(|| "built-in scenarios".into());
+            let id = self.id.as_deref().unwrap_or_default();
+            Error::input(&file, "scenarios", format!("there is no scenario with id {id:?}"))
+        })
+    }
+}
+
+/// The mission.
+#[derive(Clone, Debug, clap::Args)]
+pub struct MissionArgs {
+    /// Mission file (*.mission.toml) [default: the built-in mission]
+    #[arg(long, value_name = "FILE")]
+    mission: Option<PathBuf>,
+}
+
+impl MissionArgs {
+    /// The file; the built-in mission where there is none.
+    pub fn file(&self) -> Option<&Path> {
+        self.mission.as_deref()
+    }
+
+    /// The mission of a command that is for arms like the built-in mission's.
+    pub fn mission(&self) -> Result<Mission<LINKS>, Error> {
+        read_mission(self.mission.as_deref())
+    }
+
+    /// The mission of a command that is for arms of any number of joints.
+    pub fn any(&self) -> Result<AnyMission, Error> {
+        AnyMission::read(self.mission.as_deref())
+    }
+
+    /// The same, where its plans have all the nodes of this build.
+    pub fn of_all_nodes(&self) -> Result<Mission<LINKS>, Error> {
+        self.any()?.of_all_nodes()
+    }
+}
+
+/// A mission whose arm may have any number of joints, not judged yet.
+pub struct AnyMission {
+    name: PathBuf,
+    file: MissionFile,
+}
+
+impl AnyMission {
+    /// That of a file, or the built-in one.
+    pub fn read(file: Option<&Path>) -> Result<Self, Error> {
+        let name = file.map_or_else(|| "built-in mission".into(), Path::to_path_buf);
+        Ok(Self { name, file: read_mission_file(file)? })
+    }
+
+    /// Its number of joints, for [`with_joints`](remora_host::with_joints).
+    pub fn joints(&self) -> usize {
+        self.file.joints()
+    }
+
+    /// The mission, judged.
+    pub fn of<const NL: usize>(&self) -> Result<Mission<NL>, Error> {
+        self.file.mission_of().map_err(|error| error.at(&self.name))
+    }
+
+    /// The mission, judged, where its plans have all the nodes of this build: what trajectories are recorded
+    /// for and models are made for.
+    pub fn of_all_nodes<const NL: usize>(&self) -> Result<Mission<NL>, Error> {
+        let mission = self.of()?;
+        match mission.approach.nodes {
+            NODES => Ok(mission),
+            nodes => {
+                let reason = format!("is {nodes}; this command needs {NODES}");
+                Err(Error::input(&self.name, "horizon.nodes", reason))
+            }
+        }
+    }
+
+    /// Why its number of joints cannot be planned for.
+    pub fn wrong_joints(&self) -> Error {
+        self.file.wrong_joints(PLANNED_JOINTS).at(&self.name)
+    }
+}
+
+/// Scenarios of a file, or drawn.
+#[derive(Clone, Debug, clap::Args)]
+pub struct SetArgs {
+    /// Scenario set (*.scenarios.json) [default: the built-in set]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["count", "seed"])]
+    scenarios: Option<PathBuf>,
+    #[arg(long, alias = "draw", value_name = "N", help = format!("{COUNT} [default: none]"))]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
+    count: Option<u64>,
+    #[arg(long, value_name = "S", help = format!("{SEED} [default: none]"))]
+    seed: Option<u64>,
+}
+
+/// Scenarios and where they come from.
+pub struct Chosen {
+    /// The scenarios.
+    pub scenarios: Vec<NamedScenario>,
+    /// The seed of the draw, where they were drawn.
+    pub seed: Option<u64>,
+}
+
+impl SetArgs {
+    /// How many are to be drawn.
+    pub fn count(&self) -> Option<u64> {
+        self.count
+    }
+
+    /// How many are to be drawn, by which seed.
+    fn draw(&self) -> Result<Option<(u64, u64)>, Error> {
+        match (self.count, self.seed) {
+            (Some(_), None) => Err(Error::argument("--count", "needs --seed S")),
+            (None, Some(_)) => Err(Error::argument("--seed", "needs --count N")),
+            (count, seed) => Ok(count.zip(seed)),
+        }
+    }
+
+    /// How many are to be drawn; an error where the seed is missing, or the count.
+    pub fn drawn(&self) -> Result<Option<u64>, Error> {
+        self.draw().map(|draw| draw.map(|(count, _)| count))
+    }
+
+    /// The scenarios of the file, of the draw, or of the built-in set.
+    pub fn chosen<const NL: usize>(&self, mission: &Mission<NL>) -> Result<Chosen, Error> {
+        let set = match self.draw()? {
+            Some((count, seed)) => drawn(count, seed, mission)?,
+            None => set_or_built_in(self.scenarios.as_deref())?,
+        };
+        Ok(Chosen { scenarios: set.scenarios, seed: self.seed })
+    }
+
+    /// The same without drawing them all.
+    pub fn source<const NL: usize>(&self, mission: &Mission<NL>) -> Result<Scenarios, Error> {
+        match (self.count, self.seed) {
+            (Some(count), Some(seed)) => {
+                drawn(1, seed, mission).map(|_| Scenarios::Drawn { seed, count })
+            }
+            _ => self.chosen(mission).map(|chosen| Scenarios::Listed(chosen.scenarios)),
+        }
+    }
+}
+
+/// The scenarios of a file, or the built-in ones.
+pub fn set_or_built_in(file: Option<&Path>) -> Result<ScenarioSet, Error> {
+    file.map_or_else(ScenarioSet::built_in, ScenarioSet::read)
+}
+
+/// Scenarios `0..count` of a seed, for the mission.
+pub fn drawn<const NL: usize>(
+    count: u64,
+    seed: u64,
+    mission: &Mission<NL>,
+) -> Result<ScenarioSet, Error> {
+    remora_host::draw::draw(count, seed, mission).ok_or_else(no_start)
+}
+
+fn no_start() -> Error {
+    Error::argument("--mission", "its geometry lets no start satisfy keep-out and pointing")
+}
+
+/// A number of threads; each has a stack and memory of its own.
+pub fn jobs() -> impl TypedValueParser<Value = NonZeroUsize> {
+    let jobs = clap::value_parser!(u16).range(1..=1024);
+    jobs.map(|jobs| NonZeroUsize::new(jobs.into()).unwrap_or(NonZeroUsize::MIN))
+}
+
+/// How many threads work.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct JobsArgs {
+    /// Worker threads [default: the machine's cores]
+    #[arg(long, value_name = "J", value_parser = jobs())]
+    jobs: Option<NonZeroUsize>,
+}
+
+impl JobsArgs {
+    /// The number of threads.
+    pub fn jobs(self) -> NonZeroUsize {
+        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        self.jobs.unwrap_or_else(cores)
+    }
+}
+
+/// What is printed.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct QuietArgs {
+    /// Print no report and no progress, only errors and what was asked for as data
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+}
+
+/// Results as data.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct JsonArgs {
+    /// Print the result as JSON on standard output, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What may be replaced.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct ForceArgs {
+    /// Replace files that are there
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl ForceArgs {
+    /// Refuses to replace a file that is there.
+    pub fn keep(self, file: &Path) -> Result<(), Error> {
+        match !self.force && file.is_file() {
+            true => Err(Error::Output { file: file.into(), reason: EXISTS.into() }),
+            false => Ok(()),
+        }
+    }
+}
+
+/// Why a file is not replaced.
+const EXISTS: &str = "exists; --force replaces it";
+
+/// Whether a file stands for standard output.
+pub fn is_stdout(file: &Path) -> bool {
+    file.as_os_str() == "-"
+}

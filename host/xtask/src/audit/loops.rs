@@ -1,0 +1,228 @@
+//! Loops whose length depends on data: their bounds, and how far plans go towards them.
+
+use remora_core::advanced::bounds::LOOPS;
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::stages::LINKS;
+use remora_host::error::Error;
+use remora_host::formats::NamedScenario;
+use remora_host::learned::Learned;
+use remora_host::method::{Integrator, Method, Qp, WarmStart};
+use remora_host::planning::{Planner, Subproblem, WallClock};
+use remora_host::pool;
+use remora_host::progress::Progress;
+use remora_host::report::{Align, Page, Table};
+use serde::{Deserialize, Serialize};
+use std::num::NonZeroUsize;
+
+/// The most turns that plans of a corpus took.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Loops {
+    /// A row a way of planning.
+    pub observed: Vec<Observed>,
+}
+
+/// The most turns with one way of planning.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Observed {
+    /// Integrator and start.
+    pub method: String,
+    /// Plans looked at.
+    pub plans: u64,
+    /// Most iterations of Stage 1, its start's subproblem counted.
+    pub stage1_iterations: u64,
+    /// Most iterations of Stage 2, those of both tries together.
+    pub stage2_iterations: u64,
+    /// The scenario of that.
+    pub hardest: String,
+    /// Most corrections in an iteration.
+    pub corrections: u64,
+    /// Most iterations of the solver a subproblem.
+    pub solver_iterations: u64,
+}
+
+/// What is planned: every integrator from every start.
+const METHODS: [(Integrator, WarmStart); 4] = [
+    (Integrator::Euler, WarmStart::Heuristic),
+    (Integrator::Euler, WarmStart::Model),
+    (Integrator::RK4, WarmStart::Heuristic),
+    (Integrator::RK4, WarmStart::Model),
+];
+
+impl Loops {
+    /// Plans every scenario in every way. The result does not depend on the machine.
+    ///
+    /// # Errors
+    /// A thread that cannot be started.
+    pub fn observe(
+        scenarios: &[NamedScenario],
+        mission: &Mission<LINKS>,
+        jobs: NonZeroUsize,
+        progress: &mut dyn Progress,
+    ) -> Result<Self, Error> {
+        let mut observed = METHODS.map(|(integrator, start)| Observed {
+            method: format!("{integrator}, {}", start.name()),
+            ..Observed::default()
+        });
+        let scenario_and_method = |i: usize| (&scenarios[i / METHODS.len()], i % METHODS.len());
+        let all: Vec<usize> = (0..scenarios.len() * METHODS.len()).collect();
+        progress.begin(all.len(), 0);
+        let plan = |planner: &mut Planner, i: usize| {
+            let (scenario, method) = scenario_and_method(i);
+            Ok(one(planner, mission, scenario, METHODS[method]))
+        };
+        let finish = |i: usize, one: Observed| {
+            progress.done(true);
+            observed[scenario_and_method(i).1].add(one);
+            Ok(())
+        };
+        let outcome = pool::plan_all(jobs, &all, plan, finish);
+        progress.end();
+        outcome.map(|()| Self { observed: observed.into() })
+    }
+
+    /// The page: bounds from the code's constants, and what was observed.
+    pub fn page(&self) -> Page {
+        let mut page = Page::new("loops", "Loops");
+        page.text(
+            "Loops whose length depends on data, from the outermost inwards. All others run over \
+             arrays whose size is part of their type. The table is `remora_core::advanced::bounds::LOOPS`, \
+             made of the constants that the code itself uses; a test holds it against the marks \
+             beside the loops. Those of `libm` (reduction of large \
+             arguments) are bounded by the length of a double and not repeated here. Stage 2 runs at most twice a plan.",
+        );
+        page.heading("Bounds").table(bounds());
+        page.command("cargo test -p remora-core --lib bounds");
+        page.heading("Observed").text(
+            "The most turns on the host, whose plans have the bits of the targets: public \
+             scenarios and the hard ones of the audit's corpus. An observation is no bound.",
+        );
+        page.table(self.table()).command("cargo xtask audit --only loops");
+        page
+    }
+
+    /// What was observed.
+    pub fn table(&self) -> Table {
+        let mut table = Table::new([
+            ("method", Align::Left),
+            ("plans", Align::Right),
+            ("Stage 1 iterations", Align::Right),
+            ("Stage 2 iterations", Align::Right),
+            ("of", Align::Left),
+            ("corrections", Align::Right),
+            ("solver iterations", Align::Right),
+        ]);
+        for row in &self.observed {
+            table.row([
+                row.method.clone(),
+                row.plans.to_string(),
+                row.stage1_iterations.to_string(),
+                row.stage2_iterations.to_string(),
+                row.hardest.clone(),
+                row.corrections.to_string(),
+                row.solver_iterations.to_string(),
+            ]);
+        }
+        table
+    }
+}
+
+impl Observed {
+    /// Takes the larger of both; of equals the scenario that comes first by its name, so that the
+    /// order of the workers does not matter.
+    fn add(&mut self, one: Self) {
+        self.plans += one.plans;
+        self.stage1_iterations = self.stage1_iterations.max(one.stage1_iterations);
+        self.corrections = self.corrections.max(one.corrections);
+        self.solver_iterations = self.solver_iterations.max(one.solver_iterations);
+        let harder = one.stage2_iterations > self.stage2_iterations
+            || (one.stage2_iterations == self.stage2_iterations && one.hardest < self.hardest);
+        if harder || self.hardest.is_empty() {
+            self.stage2_iterations = one.stage2_iterations;
+            self.hardest = one.hardest;
+        }
+    }
+}
+
+/// The turns of one plan.
+fn one(
+    planner: &mut Planner,
+    mission: &Mission<LINKS>,
+    scenario: &NamedScenario,
+    (integrator, warm_start): (Integrator, WarmStart),
+) -> Observed {
+    let model = (warm_start == WarmStart::Model).then(|| Learned::built_in(integrator));
+    let method = Method { warm_start, integrator, qp: Qp::Embedded, ..Method::default() };
+    let mut solver_iterations = 0;
+    let mut watch = |solve: Subproblem<'_>| {
+        solver_iterations = solver_iterations.max(u64::from(solve.outcome.iterations));
+    };
+    let (clock, guess) = (WallClock::start(), model.as_ref().into());
+    let planned = planner.plan_watched(&clock, mission, scenario, &method, guess, &mut watch);
+    let corrections = planned.logs.iter().flatten().map(|record| u64::from(record.corrections));
+    Observed {
+        method: String::new(),
+        plans: 1,
+        stage1_iterations: planned.file.stage1.iterations,
+        stage2_iterations: planned.file.stage2.iterations,
+        hardest: scenario.id.clone(),
+        corrections: corrections.max().unwrap_or(0),
+        solver_iterations,
+    }
+}
+
+/// The bounds that the code has.
+fn bounds() -> Table {
+    let mut table = Table::new([
+        ("loop", Align::Left),
+        ("file below `core`", Align::Left),
+        ("one turn is a", Align::Left),
+        ("most turns, default", Align::Right),
+        ("whatever the settings", Align::Right),
+        ("from", Align::Left),
+        ("ends earlier when", Align::Left),
+    ]);
+    let bound = |bound: Option<u64>| bound.map_or("argument".into(), |turns| turns.to_string());
+    for row in &LOOPS {
+        table.row([
+            row.name.into(),
+            format!("`{}`", row.file),
+            row.turn.into(),
+            bound(row.default),
+            bound(row.most),
+            format!("`{}`", row.from),
+            row.ends.into(),
+        ]);
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use remora_host::formats::ScenarioSet;
+
+    #[test]
+    fn what_is_observed_is_within_the_bounds_whoever_plans() {
+        let scenarios = &ScenarioSet::built_in().unwrap().scenarios[..2];
+        let observe = |jobs: usize| {
+            let jobs = NonZeroUsize::new(jobs).unwrap();
+            Loops::observe(scenarios, &Mission::default(), jobs, &mut ()).unwrap()
+        };
+        let loops = observe(1);
+        assert_eq!(loops, observe(2));
+        let bound = |name: &str| {
+            let row = LOOPS.iter().find(|row| row.name == name).unwrap();
+            row.default.unwrap()
+        };
+        for row in &loops.observed {
+            assert_eq!(row.plans, 2);
+            assert!((1..=2 * bound("iterations")).contains(&row.stage2_iterations), "{row:?}");
+            assert!(row.corrections <= bound("corrections"), "{row:?}");
+            assert!((1..=bound("solver_iterations")).contains(&row.solver_iterations), "{row:?}");
+        }
+        let page = loops.page().markdown();
+        assert!(page.contains("## Bounds") && page.contains("| solver_iterations |"), "{page}");
+    }
+}

@@ -1,0 +1,259 @@
+//! What `cargo xtask profile` prints.
+
+use super::results::{CaseProfile, ConfigurationProfile, PHASES, Profile};
+use super::spread::Spread;
+use remora_host::report::{Align, Table, number, time};
+use std::fmt::Write;
+
+/// The machine, the tables, and which bars were reached.
+pub fn profile_report(profile: &Profile) -> String {
+    let mut out = profile_preamble(profile);
+    out.push('\n');
+    for (heading, table) in profile.tables().into_iter().chain(profile.phase_tables()) {
+        let _ = writeln!(out, "{heading}\n{table}");
+    }
+    let missed: Vec<_> = profile.bars.iter().filter(|bar| !bar.is_met).collect();
+    let _ =
+        writeln!(out, "bars: {} of {} met", profile.bars.len() - missed.len(), profile.bars.len());
+    for bar in missed {
+        let _ = writeln!(
+            out,
+            "  missed: {}, {}: {:.2}, at least {:.1} wanted",
+            bar.name, bar.configuration, bar.value, bar.least
+        );
+    }
+    out
+}
+
+/// What was measured, on what, and how quiet it was.
+pub fn profile_preamble(profile: &Profile) -> String {
+    let Profile { machine, pinning, rounds, .. } = profile;
+    let cores = match (&pinning.cores, &pinning.refused) {
+        (Some([own, other]), _) => format!("pinned to cores {own} and {other}"),
+        (None, reason) => format!("not pinned: {}", reason.as_deref().unwrap_or("unknown")),
+    };
+    let load = |load: Option<[f64; 3]>| load.map_or("unknown".into(), |load| load[0].to_string());
+    let share = |share: Option<f64>| {
+        share.map_or("unknown".into(), |share| format!("{:.1} %", 100.0 * share))
+    };
+    let counter = profile
+        .no_counter
+        .as_ref()
+        .map_or("counted".into(), |reason| format!("not counted ({reason})"));
+    format!(
+        "{}, {cores}\n\
+         {} scenarios; rounds: Euler {} ({} on two cores), RK4 {}; {} warm-up plans discarded in each case\n\
+         load {} before, {} after; all cores together idle {}, stolen {}\n\
+         timer: resolution {}, overhead {}; instructions: {counter}\n\
+         jitter is max - min, tail is p99 - median; p99.9 needs a thousand measurements\n\
+         took {}\n",
+        machine.processor,
+        profile.scenarios,
+        rounds.euler,
+        rounds.euler_second_core,
+        rounds.rk4,
+        profile.warm_up_plans,
+        load(machine.load_before),
+        load(machine.load_after),
+        share(machine.idle_share),
+        share(machine.steal_share),
+        nanoseconds(machine.timer_resolution_s),
+        nanoseconds(machine.timer_overhead_s),
+        time(profile.wall_s),
+    )
+}
+
+fn nanoseconds(seconds: f64) -> String {
+    format!("{:.0} ns", seconds * 1e9)
+}
+
+fn milliseconds(seconds: f64) -> String {
+    number(seconds * 1e3)
+}
+
+/// A table of spreads with this first column.
+fn spread_table(first: &str) -> Table {
+    let right = Align::Right;
+    Table::new([
+        (first, Align::Left),
+        ("n", right),
+        ("min", right),
+        ("median", right),
+        ("p95", right),
+        ("p99", right),
+        ("p99.9", right),
+        ("max", right),
+        ("jitter", right),
+        ("tail", right),
+    ])
+}
+
+fn spread_row(table: &mut Table, name: &str, s: &Spread, show: fn(f64) -> String) {
+    let p999 = s.p999.map_or("-".into(), show);
+    let [min, median, p95, p99, max] = [s.min, s.median, s.p95, s.p99, s.max].map(show);
+    let [jitter, tail] = [s.jitter_range, s.jitter_p99].map(show);
+    table.row([name.into(), s.n.to_string(), min, median, p95, p99, p999, max, jitter, tail]);
+}
+
+impl Profile {
+    /// The tables over all configurations, each with its heading: whole plans in each case, single
+    /// calls, what the second core is worth, races, instructions, bars.
+    pub fn tables(&self) -> Vec<(String, Table)> {
+        let mut tables = vec![
+            self.plan_table("Whole plan on one core [ms]", |c| &c.one_core),
+            self.plan_table("Whole plan on two cores [ms]", |c| &c.two_cores),
+            self.plan_table("Whole plan while the other core plans too [ms]", |c| &c.two_plans),
+            self.call_table("Single linearisation on one core [ms]", |c| {
+                c.one_core.linearise_call_s
+            }),
+            self.call_table("Single linearisation on two cores [ms]", |c| {
+                c.two_cores.linearise_call_s
+            }),
+            self.call_table("Single subproblem on one core [ms]", |c| c.one_core.qp_call_s),
+            ("The second core (medians of ratios, plan by plan)".into(), self.second_core()),
+        ];
+        if !self.portfolios.is_empty() {
+            tables.push(("Heuristic and model in a race [ms]".into(), self.races()));
+        }
+        if self.configurations.iter().any(|c| c.instructions.is_some()) {
+            tables.push(("Instructions retired on one core, medians".into(), self.counted()));
+        }
+        tables.push(("Bars".into(), self.bar_table()));
+        tables
+    }
+
+    /// The phases of a plan on one core and on two, a table a configuration.
+    pub fn phase_tables(&self) -> Vec<(String, Table)> {
+        let table = |case: &CaseProfile| {
+            let mut table = spread_table("phase");
+            for phase in &case.phase_s {
+                spread_row(&mut table, &phase.phase.replace('_', " "), &phase.spread, milliseconds);
+            }
+            table
+        };
+        let both = |c: &ConfigurationProfile| {
+            let heading = |cores| format!("Phases of a plan on {cores}, {} [ms]", c.name);
+            [(heading("one core"), table(&c.one_core)), (heading("two cores"), table(&c.two_cores))]
+        };
+        self.configurations.iter().flat_map(both).collect()
+    }
+
+    fn plan_table(
+        &self,
+        heading: &str,
+        case: fn(&ConfigurationProfile) -> &CaseProfile,
+    ) -> (String, Table) {
+        let mut table = spread_table("");
+        for c in &self.configurations {
+            spread_row(&mut table, &c.name, &case(c).phase("whole_plan"), milliseconds);
+        }
+        (heading.into(), table)
+    }
+
+    fn call_table(
+        &self,
+        heading: &str,
+        spread: fn(&ConfigurationProfile) -> Spread,
+    ) -> (String, Table) {
+        let mut table = spread_table("");
+        for c in &self.configurations {
+            spread_row(&mut table, &c.name, &spread(c), milliseconds);
+        }
+        (heading.into(), table)
+    }
+
+    /// What it is worth for one plan, for two at once, and what it costs the first one's tail.
+    fn second_core(&self) -> Table {
+        let right = Align::Right;
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("linearisation", right),
+            ("plan", right),
+            ("throughput", right),
+            ("p99 alone", right),
+            ("p99 beside", right),
+            ("ratio", right),
+            ("preempted", right),
+        ]);
+        for c in &self.configurations {
+            let p99 = |case: &CaseProfile| milliseconds(case.phase("whole_plan").p99);
+            let cases = [&c.one_core, &c.two_cores, &c.two_plans];
+            table.row([
+                c.name.clone(),
+                format!("{:.2} x", c.linearisation_ratio),
+                format!("{:.2} x", c.plan_ratio),
+                format!("{:.2} x", c.throughput_ratio),
+                p99(&c.one_core),
+                p99(&c.two_plans),
+                format!("{:.2}", c.interference_p99_ratio),
+                cases.map(|case| case.involuntary_switches.to_string()).join("/"),
+            ]);
+        }
+        table
+    }
+
+    fn races(&self) -> Table {
+        let right = Align::Right;
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("", Align::Left),
+            ("race", right),
+            ("heuristic", right),
+            ("model", right),
+            ("best", right),
+            ("worst", right),
+            ("loser stops", right),
+            ("won h/m/none", right),
+        ]);
+        for p in &self.portfolios {
+            let spreads = [&p.race_s, &p.heuristic_s, &p.model_s, &p.best_s, &p.worst_s, &p.stop_s];
+            let wins = format!("{}/{}/{}", p.heuristic_wins, p.model_wins, p.unsolved);
+            let name = format!("{} {}", p.integrator, p.mode.name());
+            for (which, first, last) in
+                [("median", name, wins), ("p99", String::new(), String::new())]
+            {
+                let value = |s: &Spread| if which == "p99" { s.p99 } else { s.median };
+                let [race, heuristic, model, best, worst, stop] =
+                    spreads.map(|spread| milliseconds(value(spread)));
+                table.row([first, which.into(), race, heuristic, model, best, worst, stop, last]);
+            }
+        }
+        table
+    }
+
+    fn counted(&self) -> Table {
+        let mut head = vec![("", Align::Left)];
+        head.extend(PHASES.iter().map(|(name, _)| (*name, Align::Right)));
+        let head: [(&str, Align); 9] = std::array::from_fn(|i| head[i]);
+        let mut table = Table::new(head);
+        for c in &self.configurations {
+            let phases = c.instructions.iter().flatten();
+            let mut cells = phases.map(|phase| format!("{:.2e}", phase.spread.median));
+            let mut cell = || cells.next().unwrap_or_default();
+            let cells: [String; 8] = std::array::from_fn(|_| cell());
+            let [a, b, d, e, f, g, h, i] = cells;
+            table.row([c.name.clone(), a, b, d, e, f, g, h, i]);
+        }
+        table
+    }
+
+    fn bar_table(&self) -> Table {
+        let mut table = Table::new([
+            ("bar", Align::Left),
+            ("configuration", Align::Left),
+            ("value", Align::Right),
+            ("least", Align::Right),
+            ("", Align::Left),
+        ]);
+        for bar in &self.bars {
+            table.row([
+                bar.name.clone(),
+                bar.configuration.clone(),
+                format!("{:.2}", bar.value),
+                format!("{:.1}", bar.least),
+                if bar.is_met { "met" } else { "missed" }.into(),
+            ]);
+        }
+        table
+    }
+}

@@ -1,0 +1,195 @@
+//! The measurements.
+
+use super::counter::Instructions;
+use super::journal::{Journal, Line};
+use super::machine::{Watch, processor, switches};
+use super::order::{Case, Configuration, Job, Rounds, order};
+use super::pin::pin_pair;
+use super::results::{Profile, Run};
+use super::sample::{RaceSample, Sample, WARM_UP_PLANS};
+use remora_core::advanced::executor::ForkJoin;
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::stages::LINKS;
+use remora_core::advanced::time::Clock;
+use remora_host::error::Error;
+use remora_host::formats::{NamedScenario, Status};
+use remora_host::learned::Learned;
+use remora_host::memory::on_large_stack;
+use remora_host::method::WarmStart;
+use remora_host::planning::{Planned, Planner, WallClock};
+use remora_host::portfolio::{Portfolio, Race};
+use remora_host::progress::Progress;
+use remora_host::threads::Threads;
+use std::path::Path;
+use std::time::Instant;
+
+/// A profile to be made: the input of `cargo xtask profile`.
+#[derive(Clone, Debug)]
+pub struct Profiler {
+    /// The scenarios; at least one.
+    pub scenarios: Vec<NamedScenario>,
+    /// The mission; valid.
+    pub mission: Mission<LINKS>,
+    /// What is profiled.
+    pub configurations: Vec<Configuration>,
+    /// How often every scenario is planned.
+    pub rounds: Rounds,
+    /// The two cores; the first two that the program may use where none are named.
+    pub cores: Option<[usize; 2]>,
+}
+
+impl Profiler {
+    /// Makes the profile, on a thread of its own. Measurements that stand in the file `resumed` are not made
+    /// again, and each that is finished is added to it; the machine's load is that of this run.
+    ///
+    /// # Errors
+    /// Cores that the program may not use; a thread that cannot be started; a file of another profile.
+    pub fn run(
+        &self,
+        resumed: Option<&Path>,
+        progress: &mut (dyn Progress + Send),
+    ) -> Result<Profile, Error> {
+        on_large_stack(|| self.run_here(resumed, progress))?
+    }
+
+    fn run_here(
+        &self,
+        resumed: Option<&Path>,
+        progress: &mut dyn Progress,
+    ) -> Result<Profile, Error> {
+        let started = Instant::now();
+        let pinning = pin_pair(self.cores)?;
+        let counter = Instructions::open();
+        let (configurations, scenarios) = (&self.configurations, self.scenarios.len());
+        let jobs = order(configurations, scenarios, self.rounds, counter.is_ok());
+        let on = (&*processor(), pinning.cores, counter.is_ok());
+        let (mut journal, mut lines) = Journal::open(resumed, self, on, &jobs)?;
+        let mut bench = Bench::new(self, counter.as_ref().ok());
+        bench.warm_up();
+        let watch = Watch::begin();
+        progress.begin(jobs.len(), lines.len());
+        for job in &jobs[lines.len()..] {
+            let line = bench.line(*job);
+            journal.append(&line)?;
+            progress.done(line.is_solved());
+            lines.push(line);
+        }
+        progress.end();
+        let (mut samples, mut races) = (Vec::new(), Vec::new());
+        for line in lines {
+            match line {
+                Line::Plan(sample) => samples.push(sample),
+                Line::Race(race) => races.push(race),
+            }
+        }
+        Ok(Profile::of(Run {
+            configurations,
+            scenarios,
+            rounds: self.rounds,
+            pinning,
+            machine: watch.end(),
+            no_counter: counter.err(),
+            samples,
+            races,
+            wall_s: started.elapsed().as_secs_f64(),
+        }))
+    }
+}
+
+/// The planners at work.
+struct Bench<'a> {
+    profiler: &'a Profiler,
+    /// The model of each configuration; none for the heuristic.
+    models: Vec<Option<Learned>>,
+    counter: Option<&'a Instructions>,
+    alone: Planner,
+    shared: Planner,
+    /// The other core's.
+    second: Planner,
+    portfolio: Portfolio,
+}
+
+impl<'a> Bench<'a> {
+    fn new(profiler: &'a Profiler, counter: Option<&'a Instructions>) -> Self {
+        let model = |configuration: &Configuration| {
+            (configuration.warm_start == WarmStart::Model)
+                .then(|| Learned::built_in(configuration.integrator))
+        };
+        Self {
+            profiler,
+            models: profiler.configurations.iter().map(model).collect(),
+            counter,
+            alone: Planner::new(),
+            shared: Planner::new().with_threads(Threads::Two),
+            second: Planner::new(),
+            portfolio: Portfolio::new(),
+        }
+    }
+
+    /// Everything once or twice, so that memory is there, threads run and caches are warm.
+    fn warm_up(&mut self) {
+        let scenarios = self.profiler.scenarios.len().min(WARM_UP_PLANS);
+        let is_counted = self.counter.is_some();
+        let jobs = order(&self.profiler.configurations, scenarios, Rounds::of(1), is_counted);
+        jobs.into_iter().for_each(|job| drop(self.line(job)));
+    }
+
+    fn line(&mut self, job: Job) -> Line {
+        match job.case {
+            Case::Portfolio => Line::Race(self.race(job)),
+            _ => Line::Plan(self.measure(job)),
+        }
+    }
+
+    fn measure(&mut self, job: Job) -> Sample {
+        let Self { profiler, models, counter, alone, shared, second, .. } = self;
+        let scenario = &profiler.scenarios[job.scenario];
+        let method = profiler.configurations[job.configuration].method();
+        let model = models[job.configuration].as_ref();
+        let plan = |planner: &mut Planner, clock: &dyn Clock| {
+            planner.plan_by(clock, &profiler.mission, scenario, &method, model)
+        };
+        let timed = |planner: &mut Planner| plan(planner, &WallClock::start());
+        let (before, started) = (switches(), Instant::now());
+        let planned = match (job.case, counter) {
+            (Case::TwoCores, _) => timed(shared),
+            (Case::TwoPlans, _) => Threads::Two.join(|| timed(alone), || timed(second)).0,
+            (Case::Counted, Some(counter)) => plan(alone, *counter),
+            _ => timed(alone),
+        };
+        let wall_s = started.elapsed().as_secs_f64();
+        Sample::new(job, wall_s, switches().saturating_sub(before), &planned)
+    }
+
+    fn race(&mut self, job: Job) -> RaceSample {
+        let Self { profiler, models, portfolio, .. } = self;
+        let scenario = &profiler.scenarios[job.scenario];
+        let configuration = &profiler.configurations[job.configuration];
+        // Races are of configurations from a model.
+        let model = models[job.configuration]
+            .get_or_insert_with(|| Learned::built_in(configuration.integrator));
+        let race = portfolio.plan(&profiler.mission, scenario, &configuration.method(), model);
+        let (time_s, stop_s) = (race.time_s(), race.stop_s());
+        let Race { winner, is_won, .. } = race;
+        RaceSample { job, time_s, stop_s, winner, is_won }
+    }
+}
+
+impl Sample {
+    fn new(job: Job, wall_s: f64, switches: u64, planned: &Planned) -> Self {
+        let log = &planned.logs[1];
+        // After a rejected step the linearisation is the last one still.
+        let is_fresh = |i: usize| i == 0 || log[i - 1].accepted;
+        let fresh = log.iter().enumerate().filter(|(i, _)| is_fresh(*i));
+        Self {
+            job,
+            wall_s,
+            times: planned.times,
+            linearise_s: fresh.map(|(_, record)| record.linearise_time_s).collect(),
+            qp_s: log.iter().map(|record| record.qp_time_s).collect(),
+            iterations: planned.file.stage2.iterations,
+            is_solved: planned.file.status == Status::Solved,
+            switches,
+        }
+    }
+}
