@@ -23,8 +23,8 @@ pub(super) struct Args {
     #[arg(long)]
     twice: bool,
     /// Print what the parts of a plan take besides
-    #[arg(long = "phases", alias = "parts")]
-    parts: bool,
+    #[arg(long)]
+    phases: bool,
     #[command(flatten)]
     root: RootArgs,
     #[command(flatten)]
@@ -56,7 +56,7 @@ impl Args {
         let measured = images.run(&mut |line| tell(line))?;
         let is_sound = measured.broken.is_empty();
         let mut tables = report_tables(&measured.report);
-        if self.parts {
+        if self.phases {
             tables.extend(parts_tables(&measured.report));
         }
         let mut text = String::new();

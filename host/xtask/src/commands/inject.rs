@@ -19,13 +19,13 @@ use std::path::{Path, PathBuf};
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// Number of cases
-    #[arg(long, alias = "count", value_name = "CASES", default_value_t = 10_000)]
+    #[arg(long, value_name = "CASES", default_value_t = 10_000)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     cases: u64,
     #[arg(long, value_name = "S", default_value_t = 1, help = SEED)]
     seed: u64,
     /// Where to flip bits; may be given several times [default: everywhere]
-    #[arg(long, alias = "sites", value_name = "SITE", value_delimiter = ',')]
+    #[arg(long, value_name = "SITE", value_delimiter = ',')]
     #[arg(value_parser = choice::<Site>())]
     site: Vec<Site>,
     /// Scenario set (*.scenarios.json) [default: the built-in set]
@@ -63,7 +63,7 @@ const AFTER_HELP: &str = "\
 Examples:
   cargo xtask inject --out runs/faults --csv
   cargo xtask inject --cases 2000 --seed 7 --site qp_data --site qp_solution
-  cargo xtask inject --cases 500 --sites guidance,path
+  cargo xtask inject --cases 500 --site guidance,path
   cargo xtask inject --integrator rk4 --scenarios drawn.scenarios.json
   cargo xtask inject --integrator euler --seed 1 --case 4711 -v
 

@@ -29,7 +29,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
     cores: Option<Vec<usize>>,
     /// Only configurations whose name, such as rk4-optimal-model, holds this
-    #[arg(long, alias = "only", value_name = "TEXT")]
+    #[arg(long, value_name = "TEXT")]
     configurations: Option<String>,
     #[command(flatten)]
     force: ForceArgs,

@@ -26,7 +26,7 @@ pub(super) struct Args {
     /// Scenario set (*.scenarios.json) [default: those drawn]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["count", "seed"])]
     scenarios: Option<PathBuf>,
-    #[arg(long, alias = "draw", value_name = "N", default_value_t = 300, help = COUNT)]
+    #[arg(long, value_name = "N", default_value_t = 300, help = COUNT)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     count: u64,
     #[arg(long, value_name = "S", default_value_t = 7, help = SEED)]

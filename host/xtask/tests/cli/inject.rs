@@ -91,7 +91,7 @@ fn a_case_is_run_again_alone() {
 #[test]
 fn sites_are_chosen_by_name() {
     let bench = Bench::new();
-    let run = bench.solves(&format!("{INJECT} --sites kv_cache,qp_data"));
+    let run = bench.solves(&format!("{INJECT} --site kv_cache,qp_data"));
     let counts: Vec<Vec<&str>> = (run.out.lines().skip(7).take(3))
         .map(|line| line.split_whitespace().take(2).collect())
         .collect();
@@ -104,7 +104,7 @@ fn arguments() {
     let refuses = |options: &str, message: &str| {
         bench.refuses(&format!("inject --scenarios set.scenarios.json {options}"), message);
     };
-    refuses("--count 0", "invalid value '0' for '--cases <CASES>'");
+    refuses("--cases 0", "invalid value '0' for '--cases <CASES>'");
     refuses("--jobs 0", "invalid value '0' for '--jobs <J>'");
     refuses("--site weights", "invalid value 'weights' for '--site <SITE>'");
     refuses("--csv", "the following required arguments were not provided: --out <DIR>");

@@ -7,7 +7,7 @@ fn a_quick_run_reports_and_writes() {
     let bench = Bench::new();
     bench.draw(2, 3, "two.scenarios.json");
     let run = bench.run(
-        "profile --quick --scenarios two.scenarios.json --only euler-feasible --out runs/profile",
+        "profile --quick --scenarios two.scenarios.json --configurations euler-feasible --out runs/profile",
     );
     assert_eq!(run.status, 0, "{}", run.err);
     for heading in [
@@ -45,8 +45,9 @@ fn a_quick_run_reports_and_writes() {
 fn without_the_model_there_is_no_race() {
     let bench = Bench::new();
     bench.draw(1, 3, "one.scenarios.json");
-    let run =
-        bench.run("profile --quick --scenarios one.scenarios.json --only euler-feasible-heuristic");
+    let run = bench.run(
+        "profile --quick --scenarios one.scenarios.json --configurations euler-feasible-heuristic",
+    );
     assert_eq!(run.status, 0, "{}", run.err);
     assert!(!run.out.contains("race") && !run.out.contains("written"));
 }
@@ -56,14 +57,17 @@ fn bad_arguments_are_named() {
     let bench = Bench::new();
     bench.refuses("profile --cores 0", "--cores: needs two cores, A,B");
     bench.refuses("profile --cores 0,1,2", "--cores: needs two cores, A,B");
-    bench.refuses("profile --only rk5", "--configurations: none of euler-optimal-heuristic, ");
-    bench.refuses("profile --draw 3", "--count: needs --seed S");
+    bench.refuses(
+        "profile --configurations rk5",
+        "--configurations: none of euler-optimal-heuristic, ",
+    );
+    bench.refuses("profile --count 3", "--count: needs --seed S");
     bench.refuses("profile --seed 3", "--seed: needs --count N");
     for (arguments, named) in [
         ("--cores x,1", "--cores"),
         ("--rounds 0", "--rounds"),
         ("--rounds 3 --quick", "--quick"),
-        ("--scenarios a.json --draw 3 --seed 1", "--count"),
+        ("--scenarios a.json --count 3 --seed 1", "--count"),
     ] {
         let run = bench.run(&format!("profile {arguments}"));
         assert_eq!(run.status, 2, "{arguments}");
