@@ -18,6 +18,8 @@ use std::ffi::OsString;
 /// Tools of the checkout: measures, proves and compares what the planner is said to do.
 #[derive(Debug, Parser)]
 #[command(name = "xtask", bin_name = "cargo xtask", version = VERSION, after_help = AFTER_HELP)]
+// A missing command is an error in one line, as any other.
+#[command(arg_required_else_help = false)]
 struct Cli {
     #[command(flatten)]
     quiet: QuietArgs,

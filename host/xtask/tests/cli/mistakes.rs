@@ -30,6 +30,7 @@ fn a_command_is_needed_and_help_is_none_that_fails() {
         assert!(run.out.contains(text), "{text}\n{}", run.out);
     }
     assert!(bench.solves("--version").out.starts_with("xtask "));
+    bench.refuses("", "'cargo xtask' requires a subcommand");
     bench.refuses("dance", "unrecognized subcommand 'dance'");
 }
 

@@ -36,7 +36,9 @@ fn fault(line: &str, written: Written) -> Option<String> {
     };
     let is_fine = match kind {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => true,
-        ErrorKind::MissingRequiredArgument => written == Written::Mention,
+        ErrorKind::MissingRequiredArgument | ErrorKind::MissingSubcommand => {
+            written == Written::Mention
+        }
         // The shell puts the value there.
         ErrorKind::InvalidValue | ErrorKind::ValueValidation => line.contains('$'),
         _ => false,
@@ -49,20 +51,24 @@ fn call(line: &str) -> Option<Call> {
     let line = line.split(" #").next()?.trim();
     let line = first_command(line).trim();
     let (program, rest) = match line.strip_prefix("cargo run") {
-        Some(rest) if rest.contains("--bin") || rest.contains("--example") => return None,
         Some(rest) => {
             let (own, rest) = rest.split_once(" -- ").unwrap_or((rest, ""));
             let is_tool = own.split_whitespace().any(|word| word == "xtask");
+            if !is_tool && (own.contains("--bin") || own.contains("--example")) {
+                return None;
+            }
             (if is_tool { "xtask" } else { "remora" }, rest)
         }
         None => {
-            let line = line.strip_prefix("target/release/").unwrap_or(line);
-            let line = line
-                .strip_prefix("cargo ")
-                .filter(|rest| rest.starts_with("xtask"))
-                .unwrap_or(line);
-            let named = |program| Some((program, line.strip_prefix(program)?));
-            ["remora", "xtask"].into_iter().find_map(named)?
+            let plain = line.strip_prefix("target/release/").unwrap_or(line);
+            match plain.strip_prefix("remora") {
+                Some(rest) => ("remora", rest),
+                // By itself it is the name of a crate.
+                None if line.starts_with("xtask") => return None,
+                None => {
+                    ("xtask", line.strip_prefix("cargo ").unwrap_or(plain).strip_prefix("xtask")?)
+                }
+            }
         }
     };
     // Another word that begins so, such as `remora-core`.
@@ -142,7 +148,12 @@ fn what_does_not_exist_is_named() {
     assert!(fault("remora draw --count 3", Written::Whole).is_some());
     assert_eq!(fault("remora draw --count 3", Written::Mention), None);
     assert_eq!(fault("remora-core", Written::Whole), None);
-    assert_eq!(fault("cargo xtask audit --check", Written::Whole), None);
+    for line in
+        ["cargo xtask audit --check", "cargo run --release --bin xtask -- firmware", "xtask"]
+    {
+        assert_eq!(fault(line, Written::Whole), None);
+    }
+    assert_eq!(fault("cargo xtask", Written::Mention), None);
     for line in ["cargo xtask adit", "target/release/xtask plan", "remora audit"] {
         assert!(fault(line, Written::Mention).is_some(), "{line}");
     }
