@@ -2,6 +2,8 @@
 //!
 //! - means, and means of differences: Student's t;
 //! - rates: Wilson's score interval, which stays within 0 and 1 and is of use at 100 %;
+//! - shares: Clopper and Pearson's one-sided bounds, which are exact;
+//! - rank correlations: Spearman's, with Student's t;
 //! - everything else (relative changes of means, medians, percentiles): the percentile bootstrap,
 //!   [`RESAMPLES`] resamples with a fixed seed, so that the same rows give the same digits.
 //!
@@ -10,12 +12,14 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
+use statrs::distribution::{Beta, ContinuousCDF, StudentsT};
+use statrs::statistics::{Data, OrderStatistics, RankTieBreaker, Statistics};
 
 /// Resamples of a bootstrap.
 pub const RESAMPLES: usize = 5_000;
 
 /// Two-sided 95 % quantile of the normal distribution.
-const NORMAL: f64 = 1.959_963_984_540_054;
+pub const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// A percentile of sorted numbers, of which there is at least one: linear between neighbours.
 pub fn percentile(sorted: &[f64], fraction: f64) -> f64 {
@@ -83,6 +87,65 @@ impl Rate {
     }
 }
 
+/// Confidence of the bounds of shares, one-sided.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// So many of so many, with one-sided bounds (Clopper and Pearson 1934).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Share {
+    /// How many did.
+    pub count: u64,
+    /// Of how many.
+    pub of: u64,
+    /// Their ratio.
+    pub share: f64,
+    /// What the share is at least, with [`CONFIDENCE`].
+    pub at_least: f64,
+    /// What it is at most, with [`CONFIDENCE`].
+    pub at_most: f64,
+}
+
+impl Share {
+    /// `count` of `of`.
+    pub fn new(count: u64, of: u64) -> Self {
+        let alpha = 1.0 - CONFIDENCE;
+        Self {
+            count,
+            of,
+            share: count as f64 / of as f64,
+            at_least: lower_bound(count, of, alpha),
+            at_most: 1.0 - lower_bound(of - count, of, alpha),
+        }
+    }
+}
+
+/// The share whose chance of `count` or more successes in `of` tries is `alpha`: Clopper and Pearson's
+/// lower bound.
+pub fn lower_bound(count: u64, of: u64, alpha: f64) -> f64 {
+    let share = Beta::new(count as f64, (of - count + 1) as f64);
+    // The distribution does not exist for zero successes.
+    share.map_or(0.0, |share| share.inverse_cdf(alpha))
+}
+
+/// Spearman's rank correlation; none of fewer than three pairs, or where one does not vary or is NaN.
+pub fn rank_correlation(x: &[f64], y: &[f64]) -> Option<f64> {
+    if x.len() < 3 || x.iter().chain(y).any(|value| value.is_nan()) {
+        return None;
+    }
+    let ranks = |values: &[f64]| Data::new(values.to_vec()).ranks(RankTieBreaker::Average);
+    let (x, y) = (ranks(x), ranks(y));
+    let (xx, yy) = (x.iter().variance(), y.iter().variance());
+    let xy = x.iter().covariance(y.iter());
+    (xx > 0.0 && yy > 0.0).then(|| xy / (xx * yy).sqrt())
+}
+
+/// Chance that independent numbers give a rank correlation of `pairs` as far from zero, by Student's t.
+pub fn correlation_chance(correlation: f64, pairs: usize) -> f64 {
+    let freedom = pairs as f64 - 2.0;
+    let t = correlation.abs() * (freedom / (1.0 - correlation * correlation)).sqrt();
+    StudentsT::new(0.0, 1.0, freedom).map_or(1.0, |student| 2.0 * student.sf(t))
+}
+
 /// A percentile, linear between neighbours.
 pub fn quantile(values: &[f64], fraction: f64) -> Estimate {
     bootstrap(values.len(), |indices| {
@@ -135,24 +198,16 @@ fn bootstrap(count: usize, statistic: impl Fn(&[usize]) -> f64) -> Estimate {
     Estimate { value: statistic(&all), low, high }
 }
 
-/// Two-sided 95 % quantile of Student's t: a table for few degrees of freedom, then the expansion
-/// about the normal quantile (Abramowitz and Stegun 26.7.5), within 1e-3.
+/// Degrees of freedom up to which the inverse of Student's t is accurate. Beyond, it is within 2e-4 of
+/// the normal distribution's.
+const ACCURATE: usize = 10_000;
+
+/// Two-sided 95 % quantile of Student's t; NaN without a degree of freedom.
 fn student(freedom: usize) -> f64 {
-    const FEW: [f64; 4] = [12.706_2, 4.302_7, 3.182_4, 2.776_4];
-    match freedom {
-        0 => f64::NAN,
-        1..=4 => FEW[freedom - 1],
-        _ => {
-            let (n, z) = (freedom as f64, NORMAL);
-            let z2 = z * z;
-            let terms = [
-                (z2 + 1.0) / 4.0,
-                ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0,
-                (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0,
-            ];
-            z * (1.0 + terms[0] / n + terms[1] / n.powi(2) + terms[2] / n.powi(3))
-        }
+    if freedom > ACCURATE {
+        return NORMAL;
     }
+    StudentsT::new(0.0, 1.0, freedom as f64).map_or(f64::NAN, |student| student.inverse_cdf(0.975))
 }
 
 #[cfg(test)]
@@ -168,9 +223,43 @@ mod tests {
         for (freedom, t) in
             [(1, 12.706), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042), (299, 1.968)]
         {
-            assert!(near(student(freedom), t, 4e-3), "{freedom}: {}", student(freedom));
+            assert!(near(student(freedom), t, 6e-4), "{freedom}: {}", student(freedom));
         }
-        assert!(near(student(1_000_000), NORMAL, 1e-5));
+        assert!(near(student(ACCURATE), NORMAL, 3e-4) && near(student(1_000_000), NORMAL, 1e-5));
+        assert!(student(0).is_nan());
+    }
+
+    /// Figures of other programs: `scipy.stats.beta.ppf(0.05, k, n - k + 1)`.
+    #[test]
+    fn bounds_are_clopper_and_pearsons() {
+        assert!((lower_bound(1108, 1108, 0.05) - 0.05_f64.powf(1.0 / 1108.0)).abs() < 1e-12);
+        // As many flights without a failure as show 99.73 %.
+        assert!(lower_bound(1109, 1109, 0.05) >= 0.9973 && lower_bound(1108, 1108, 0.05) < 0.9973);
+        // Of ten tries: 0.05 = (1 - p)^10 for none of the failures, and tables for eight.
+        assert!((lower_bound(8, 10, 0.05) - 0.493_099_5).abs() < 1e-6);
+        assert!((Share::new(0, 20).at_most - (1.0 - 0.05_f64.powf(0.05))).abs() < 1e-12);
+        assert_eq!(Share::new(0, 20).at_least, 0.0);
+        assert_eq!(Share::new(20, 20).at_most, 1.0);
+    }
+
+    #[test]
+    fn ranks_correlate_whatever_the_shape() {
+        let x = [1.0, 2.0, 3.0, 4.0, 5.0];
+        let cubes = x.map(|x| x * x * x);
+        assert!((rank_correlation(&x, &cubes).unwrap() - 1.0).abs() < 1e-12);
+        assert!((rank_correlation(&x, &x.map(|x| -x)).unwrap() + 1.0).abs() < 1e-12);
+        assert_eq!(rank_correlation(&x, &[2.0; 5]), None);
+        // By hand: ranks 1, 2.5, 2.5, 4 against 1, 3, 2, 4.
+        let rho = rank_correlation(&[1.0, 2.0, 2.0, 3.0], &[0.0, 5.0, 4.0, 9.0]).unwrap();
+        assert!((rho - 4.5 / (4.5_f64 * 5.0).sqrt()).abs() < 1e-12, "{rho}");
+    }
+
+    #[test]
+    fn chances_of_correlations_are_those_of_student() {
+        // Computed by numerical integration of Student's density with 38 degrees of freedom.
+        let chance = correlation_chance(0.5, 40);
+        assert!((chance - 1.019133e-03).abs() < 1e-8, "{chance}");
+        assert_eq!(rank_correlation(&[1.0, 2.0, f64::NAN], &[1.0, 2.0, 3.0]), None);
     }
 
     #[test]

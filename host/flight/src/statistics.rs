@@ -1,13 +1,11 @@
-//! Statistics over flights: percentiles, exact confidence bounds of shares, rank correlations.
+//! Statistics over flights: endings, spreads, and the errors that go with the miss.
 
 use crate::flight::Ending;
 use crate::row::{Drawn, FlownRow, Row};
-use remora_host::statistics::percentile;
+use remora_host::statistics::{
+    CONFIDENCE, NORMAL, Share, correlation_chance, percentile, rank_correlation,
+};
 use serde::Serialize;
-use statrs::distribution::{Beta, ContinuousCDF, StudentsT};
-
-/// Confidence of the bounds of shares, one-sided.
-pub const CONFIDENCE: f64 = 0.95;
 
 /// How a quantity is spread over the flights.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -43,68 +41,6 @@ impl Spread {
     }
 }
 
-/// So many of so many, with one-sided bounds (Clopper and Pearson 1934).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Share {
-    /// How many did.
-    pub count: u64,
-    /// Of how many.
-    pub of: u64,
-    /// Their ratio.
-    pub share: f64,
-    /// What the share is at least, with [`CONFIDENCE`].
-    pub at_least: f64,
-    /// What it is at most, with [`CONFIDENCE`].
-    pub at_most: f64,
-}
-
-impl Share {
-    /// `count` of `of`.
-    pub fn new(count: u64, of: u64) -> Self {
-        let alpha = 1.0 - CONFIDENCE;
-        Self {
-            count,
-            of,
-            share: count as f64 / of as f64,
-            at_least: lower_bound(count, of, alpha),
-            at_most: 1.0 - lower_bound(of - count, of, alpha),
-        }
-    }
-}
-
-/// The share whose chance of `count` or more successes in `of` tries is `alpha`: Clopper and Pearson's
-/// lower bound.
-pub fn lower_bound(count: u64, of: u64, alpha: f64) -> f64 {
-    let share = Beta::new(count as f64, (of - count + 1) as f64);
-    // The distribution does not exist for zero successes.
-    share.map_or(0.0, |share| share.inverse_cdf(alpha))
-}
-
-/// Spearman's rank correlation; none of fewer than three pairs, or where one does not vary.
-pub fn rank_correlation(x: &[f64], y: &[f64]) -> Option<f64> {
-    let (x, y) = (ranks(x), ranks(y));
-    let n = x.len() as f64;
-    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
-    let sum = |of: &dyn Fn(f64, f64) -> f64| {
-        x.iter().zip(&y).map(|(x, y)| of(x - mx, y - my)).sum::<f64>()
-    };
-    let (xx, yy, xy) = (sum(&|x, _| x * x), sum(&|_, y| y * y), sum(&|x, y| x * y));
-    (x.len() >= 3 && xx > 0.0 && yy > 0.0).then(|| xy / (xx * yy).sqrt())
-}
-
-/// Ranks from one; equal values share the mean of theirs.
-fn ranks(values: &[f64]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
-    let mut ranks = vec![0.0; values.len()];
-    for same in order.chunk_by(|a, b| values[*a] == values[*b]) {
-        let before = order.iter().position(|i| *i == same[0]).unwrap_or(0);
-        let rank = before as f64 + 0.5 * (same.len() as f64 + 1.0);
-        same.iter().for_each(|i| ranks[*i] = rank);
-    }
-    ranks
-}
-
 /// How much the miss goes with an error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Influence {
@@ -127,18 +63,8 @@ impl Influence {
     }
 }
 
-/// Two-sided 95 % quantile of the normal distribution.
-const NORMAL: f64 = 1.959_963_984_540_054;
-
 /// Fewest flights for a statement. Below this Student's t overstates a rank correlation.
 const FEWEST: usize = 10;
-
-/// Chance that independent numbers give a rank correlation of `runs` pairs as far from zero, by Student's t.
-fn chance(correlation: f64, runs: usize) -> f64 {
-    let freedom = runs as f64 - 2.0;
-    let t = correlation.abs() * (freedom / (1.0 - correlation * correlation)).sqrt();
-    StudentsT::new(0.0, 1.0, freedom).map_or(1.0, |student| 2.0 * student.sf(t))
-}
 
 /// Errors that correlate with the miss more than by chance, the strongest first: the first to improve. With
 /// [`CONFIDENCE`] none is there by chance, however many errors were tested (Holm 1979).
@@ -162,7 +88,7 @@ pub fn influences(rows: &[FlownRow], drawn: &[Drawn]) -> Vec<Influence> {
     all.sort_by(|(_, a), (_, b)| b.abs().total_cmp(&a.abs()));
     let errors = all.len();
     let stands_out = |(i, (_, correlation)): &(usize, (&str, f64))| {
-        chance(*correlation, rows.len()) <= (1.0 - CONFIDENCE) / (errors - i) as f64
+        correlation_chance(*correlation, rows.len()) <= (1.0 - CONFIDENCE) / (errors - i) as f64
     };
     let found = all.into_iter().enumerate().take_while(stands_out);
     found.map(|(_, (name, found))| Influence::new(name.into(), found, rows.len())).collect()
@@ -231,31 +157,6 @@ mod tests {
     use super::*;
     use crate::judge::{Arrival, Room};
 
-    /// Figures of other programs: `scipy.stats.beta.ppf(0.05, k, n - k + 1)`.
-    #[test]
-    fn bounds_are_clopper_and_pearsons() {
-        assert!((lower_bound(1108, 1108, 0.05) - 0.05_f64.powf(1.0 / 1108.0)).abs() < 1e-12);
-        // As many flights without a failure as show 99.73 %.
-        assert!(lower_bound(1109, 1109, 0.05) >= 0.9973 && lower_bound(1108, 1108, 0.05) < 0.9973);
-        // Of ten tries: 0.05 = (1 - p)^10 for none of the failures, and tables for eight.
-        assert!((lower_bound(8, 10, 0.05) - 0.493_099_5).abs() < 1e-6);
-        assert!((Share::new(0, 20).at_most - (1.0 - 0.05_f64.powf(0.05))).abs() < 1e-12);
-        assert_eq!(Share::new(0, 20).at_least, 0.0);
-        assert_eq!(Share::new(20, 20).at_most, 1.0);
-    }
-
-    #[test]
-    fn ranks_correlate_whatever_the_shape() {
-        let x = [1.0, 2.0, 3.0, 4.0, 5.0];
-        let cubes = x.map(|x| x * x * x);
-        assert!((rank_correlation(&x, &cubes).unwrap() - 1.0).abs() < 1e-12);
-        assert!((rank_correlation(&x, &x.map(|x| -x)).unwrap() + 1.0).abs() < 1e-12);
-        assert_eq!(rank_correlation(&x, &[2.0; 5]), None);
-        // By hand: ranks 1, 2.5, 2.5, 4 against 1, 3, 2, 4.
-        let rho = rank_correlation(&[1.0, 2.0, 2.0, 3.0], &[0.0, 5.0, 4.0, 9.0]).unwrap();
-        assert!((rho - 4.5 / (4.5_f64 * 5.0).sqrt()).abs() < 1e-12, "{rho}");
-    }
-
     /// Flights whose miss and errors are independent, but for the first error's share in the miss.
     fn flights(runs: usize, errors: usize, share: f64, seed: u64) -> (Vec<FlownRow>, Vec<Drawn>) {
         let mut state = seed;
@@ -314,8 +215,6 @@ mod tests {
             let Influence { correlation, low, high, .. } = found[0];
             assert!(0.0 < low && low < correlation && correlation < high && high <= 1.0);
         }
-        // Computed by numerical integration of Student's density with 38 degrees of freedom.
-        assert!((chance(0.5, 40) - 1.019133e-03).abs() < 1e-8, "{}", chance(0.5, 40));
         // tanh(atanh(0.5) -+ 1.96 sqrt(1.125 / 37))
         let Influence { low, high, .. } = Influence::new(String::new(), 0.5, 40);
         assert!((low - 0.204_609).abs() < 1e-5 && (high - 0.711_924).abs() < 1e-5, "{low} {high}");

@@ -1,7 +1,7 @@
 //! When enough has been flown: `'miss_m<=0.02 p>=0.9973 conf>=0.95'`.
 
 use crate::row::Row;
-use crate::statistics::lower_bound;
+use remora_host::statistics::lower_bound;
 use std::str::FromStr;
 
 /// A share of flights with a quantity within a bound that is to be shown with a confidence.
