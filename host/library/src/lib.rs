@@ -17,6 +17,7 @@
 //! - [`guess`]: what Stage 2 starts from;
 //! - [`learned`]: learned models, from files or built in; `padded`: for a build with room for more joints;
 //! - [`planning`]: from a scenario to a plan file, by the core's planner of the arm's size ([`engine`]);
+//! - [`stoppable`]: a clock by which plans are stopped;
 //! - [`approach`], [`episode`]: an approach after Stage 1, as a guess sees it and as a policy flies it;
 //! - [`picture`]: a plan as a picture;
 //! - [`export`]: the subproblems of a plan as files for other solvers;
@@ -30,7 +31,6 @@
 //! - [`journal`], [`pool`]: work that resumes, on several threads;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`part`], [`parts`]: one of many parts of the same work; campaigns in parts, gathered and planned again;
-//! - [`portfolio`]: two starts at once, the first plan wins;
 //! - [`envelope`]: where the planner works: maps over tumble rate, distance and horizon.
 #![forbid(unsafe_code)]
 
@@ -61,10 +61,10 @@ pub mod picture;
 pub mod planning;
 pub mod polish;
 pub mod pool;
-pub mod portfolio;
 pub mod progress;
 pub mod provenance;
 pub mod qp_file;
+pub mod stoppable;
 pub mod stopwatch;
 pub mod threads;
 pub mod vehicle;

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use remora_core::advanced::time::Clock;
 use remora_host::error::Error;
 use remora_host::memory::STACK_BYTES;
-use remora_host::portfolio::Stoppable;
+use remora_host::stoppable::Stoppable;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex};

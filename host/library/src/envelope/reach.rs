@@ -4,7 +4,7 @@ use crate::formats::NamedScenario;
 use crate::guess::Guess;
 use crate::method::{Deadline, Method, Qp};
 use crate::planning::{Planner, Subproblem};
-use crate::portfolio::{FAR_S, Stoppable};
+use crate::stoppable::{FAR_S, Stoppable};
 use remora_core::advanced::model::{Mission, Refusal};
 use remora_core::advanced::planner::Report;
 use remora_core::advanced::qp::QpStatus;

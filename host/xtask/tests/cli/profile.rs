@@ -13,7 +13,6 @@ fn a_quick_run_reports_and_writes() {
     for heading in [
         "Whole plan on one core [ms]",
         "Whole plan on two cores [ms]",
-        "Heuristic and model in a race [ms]",
         "Phases of a plan on one core, euler-feasible-model [ms]",
         "bars: ",
         "written: runs/profile/profile.json",
@@ -35,21 +34,18 @@ fn a_quick_run_reports_and_writes() {
         }
         assert!(configuration["linearisation_ratio"].as_f64().is_some_and(f64::is_finite));
     }
-    let race = &json["portfolios"][0];
-    let wins = race["heuristic_wins"].as_u64().unwrap() + race["model_wins"].as_u64().unwrap();
-    assert_eq!((wins, &race["unsolved"]), (2, &0.into()));
     assert_eq!(json["bars"].as_array().unwrap().len(), 4);
 }
 
 #[test]
-fn without_the_model_there_is_no_race() {
+fn without_an_output_folder_nothing_is_written() {
     let bench = Bench::new();
     bench.draw(1, 3, "one.scenarios.json");
     let run = bench.run(
         "profile --quick --scenarios one.scenarios.json --configurations euler-feasible-heuristic",
     );
     assert_eq!(run.status, 0, "{}", run.err);
-    assert!(!run.out.contains("race") && !run.out.contains("written"));
+    assert!(!run.out.contains("written"));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::Profiler;
 use super::order::{Configuration, Job, Rounds};
-use super::sample::{RaceSample, Sample};
+use super::sample::Sample;
 use remora_host::error::Error;
 use remora_host::fingerprint::{fingerprint, program};
 use remora_host::journal::{self, Heading};
@@ -10,31 +10,6 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 const FORMAT: &str = "remora-profile-journal/1";
-
-/// A measurement.
-#[derive(Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Line {
-    Plan(Sample),
-    Race(RaceSample),
-}
-
-impl Line {
-    fn job(&self) -> Job {
-        match self {
-            Self::Plan(sample) => sample.job,
-            Self::Race(race) => race.job,
-        }
-    }
-
-    /// Whether there was a plan.
-    pub fn is_solved(&self) -> bool {
-        match self {
-            Self::Plan(sample) => sample.is_solved,
-            Self::Race(race) => race.is_won,
-        }
-    }
-}
 
 /// All that a measurement depends on and the program knows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,7 +55,7 @@ impl Heading for Header {
 }
 
 /// A profile's journal, where one is kept.
-pub(super) struct Journal(Option<journal::Journal<Line>>);
+pub(super) struct Journal(Option<journal::Journal<Sample>>);
 
 impl Journal {
     /// Opens the journal in `file`, and reads the measurements that are finished: the first of `jobs`.
@@ -89,7 +64,7 @@ impl Journal {
         profiler: &Profiler,
         on: (&str, Option<[usize; 2]>, bool),
         jobs: &[Job],
-    ) -> Result<(Self, Vec<Line>), Error> {
+    ) -> Result<(Self, Vec<Sample>), Error> {
         let Some(file) = file else { return Ok((Self(None), Vec::new())) };
         let (processor, cores, is_counted) = on;
         let header = Header {
@@ -103,8 +78,8 @@ impl Journal {
             scenarios: fingerprint(&profiler.scenarios),
             mission: fingerprint(&profiler.mission),
         };
-        let (journal, lines) = journal::Journal::open(file, &header, &|_: &Line| Ok(()))?;
-        let odd = lines.iter().enumerate().find(|(i, line)| jobs.get(*i) != Some(&line.job()));
+        let (journal, lines) = journal::Journal::open(file, &header, &|_: &Sample| Ok(()))?;
+        let odd = lines.iter().enumerate().find(|(i, line)| jobs.get(*i) != Some(&line.job));
         match odd {
             Some((i, _)) => {
                 let reason = "is not the measurement that comes here";
@@ -115,7 +90,7 @@ impl Journal {
     }
 
     /// Adds a measurement.
-    pub fn append(&mut self, line: &Line) -> Result<(), Error> {
-        self.0.as_mut().map_or(Ok(()), |journal| journal.append(line))
+    pub fn append(&mut self, sample: &Sample) -> Result<(), Error> {
+        self.0.as_mut().map_or(Ok(()), |journal| journal.append(sample))
     }
 }

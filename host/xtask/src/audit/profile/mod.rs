@@ -2,8 +2,7 @@
 //!
 //! Every configuration (integrator, warm start, mode) plans every scenario in three cases: on one
 //! core, with its linearisations shared between two, and with a second core that plans the same at
-//! the same time. Besides, heuristic and model race each other ([`remora_host::portfolio`]). Scenario by
-//! scenario all of them take their turn, so that they are measured under the same load. How it is
+//! the same time. Scenario by scenario all of them take their turn, so that they are measured under the same load. How it is
 //! measured, and what the words mean, is told in `docs/profile.md`.
 
 mod counter;
@@ -22,9 +21,7 @@ pub use machine::Machine;
 pub use order::{Case, Configuration, Job, Rounds};
 pub use pin::{Pinning, pin_pair};
 pub use report::{profile_preamble, profile_report};
-pub use results::{
-    Bar, CaseProfile, ConfigurationProfile, PHASES, PhaseSpread, PortfolioProfile, Profile,
-};
+pub use results::{Bar, CaseProfile, ConfigurationProfile, PHASES, PhaseSpread, Profile};
 pub use run::Profiler;
 pub use sample::WARM_UP_PLANS;
 pub use spread::{ENOUGH_FOR_P999, Spread};

@@ -52,15 +52,11 @@ pub enum Case {
     TwoPlans,
     /// One plan on the first core by a clock that counts instructions.
     Counted,
-    /// Heuristic on the first core, model on the second; the configuration's own start is not
-    /// looked at.
-    Portfolio,
 }
 
 impl Case {
     /// All of them, in the order in which they take turns.
-    pub const ALL: [Self; 5] =
-        [Self::OneCore, Self::TwoCores, Self::TwoPlans, Self::Counted, Self::Portfolio];
+    pub const ALL: [Self; 4] = [Self::OneCore, Self::TwoCores, Self::TwoPlans, Self::Counted];
 }
 
 /// One measurement.
@@ -129,12 +125,8 @@ pub(super) fn order(
         for scenario in 0..scenarios {
             for (number, configuration) in configurations.iter().enumerate() {
                 let is_due = |case: &Case| {
-                    let is_possible = match case {
-                        Case::Counted => is_counted,
-                        Case::Portfolio => partner(configurations, number).is_some(),
-                        _ => true,
-                    };
-                    is_possible && rounds.has(configuration.integrator, *case, round)
+                    (is_counted || *case != Case::Counted)
+                        && rounds.has(configuration.integrator, *case, round)
                 };
                 let job = |case| Job { round, scenario, configuration: number, case };
                 jobs.extend(Case::ALL.into_iter().filter(is_due).map(job));
@@ -142,14 +134,6 @@ pub(super) fn order(
         }
     }
     jobs
-}
-
-/// The configuration from the heuristic that differs from that from the model, `number`, in
-/// nothing else; none for one from the heuristic, so that a pair is found once.
-pub(super) fn partner(configurations: &[Configuration], number: usize) -> Option<usize> {
-    let own = configurations.get(number).filter(|own| own.warm_start == WarmStart::Model)?;
-    let wanted = Configuration { warm_start: WarmStart::Heuristic, ..*own };
-    configurations.iter().position(|other| *other == wanted)
 }
 
 #[cfg(test)]
@@ -179,10 +163,9 @@ mod tests {
             (1, Case::OneCore),
             (1, Case::TwoCores),
             (1, Case::TwoPlans),
-            (1, Case::Portfolio),
         ];
         assert_eq!(turn, [expected; 4].concat());
-        let when: Vec<_> = jobs.iter().step_by(7).map(|job| (job.round, job.scenario)).collect();
+        let when: Vec<_> = jobs.iter().step_by(6).map(|job| (job.round, job.scenario)).collect();
         assert_eq!(when, [(0, 0), (0, 1), (1, 0), (1, 1)]);
     }
 
@@ -196,7 +179,7 @@ mod tests {
             let euler = jobs.iter().filter(is_euler).count();
             (euler, jobs.len() - euler)
         };
-        assert_eq!(Case::ALL.map(count), [(48, 12), (24, 12), (24, 12), (12, 12), (12, 6)]);
+        assert_eq!(Case::ALL.map(count), [(48, 12), (24, 12), (24, 12), (12, 12)]);
     }
 
     #[test]
@@ -210,14 +193,5 @@ mod tests {
         assert_eq!(due(Integrator::RK4, Case::TwoPlans), [0, 9]);
         assert_eq!(due(Integrator::RK4, Case::Counted), [0]);
         assert_eq!(Rounds::of(1), Rounds { euler: 1, euler_second_core: 1, rk4: 1 });
-    }
-
-    #[test]
-    fn partners_differ_in_their_start_alone() {
-        let all = Configuration::all();
-        assert_eq!(partner(&all, 1), Some(0));
-        assert_eq!(partner(&all, 0), None);
-        assert_eq!(partner(&all[1..2], 0), None);
-        assert_eq!(partner(&all, 99), None);
     }
 }

@@ -97,7 +97,7 @@ fn spread_row(table: &mut Table, name: &str, s: &Spread, show: fn(f64) -> String
 
 impl Profile {
     /// The tables over all configurations, each with its heading: whole plans in each case, single
-    /// calls, what the second core is worth, races, instructions, bars.
+    /// calls, what the second core is worth, instructions, bars.
     pub fn tables(&self) -> Vec<(String, Table)> {
         let mut tables = vec![
             self.plan_table("Whole plan on one core [ms]", |c| &c.one_core),
@@ -112,9 +112,6 @@ impl Profile {
             self.call_table("Single subproblem on one core [ms]", |c| c.one_core.qp_call_s),
             ("The second core (medians of ratios, plan by plan)".into(), self.second_core()),
         ];
-        if !self.portfolios.is_empty() {
-            tables.push(("Heuristic and model in a race [ms]".into(), self.races()));
-        }
         if self.configurations.iter().any(|c| c.instructions.is_some()) {
             tables.push(("Instructions retired on one core, medians".into(), self.counted()));
         }
@@ -188,35 +185,6 @@ impl Profile {
                 format!("{:.2}", c.interference_p99_ratio),
                 cases.map(|case| case.involuntary_switches.to_string()).join("/"),
             ]);
-        }
-        table
-    }
-
-    fn races(&self) -> Table {
-        let right = Align::Right;
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("", Align::Left),
-            ("race", right),
-            ("heuristic", right),
-            ("model", right),
-            ("best", right),
-            ("worst", right),
-            ("loser stops", right),
-            ("won h/m/none", right),
-        ]);
-        for p in &self.portfolios {
-            let spreads = [&p.race_s, &p.heuristic_s, &p.model_s, &p.best_s, &p.worst_s, &p.stop_s];
-            let wins = format!("{}/{}/{}", p.heuristic_wins, p.model_wins, p.unsolved);
-            let name = format!("{} {}", p.integrator, p.mode.name());
-            for (which, first, last) in
-                [("median", name, wins), ("p99", String::new(), String::new())]
-            {
-                let value = |s: &Spread| if which == "p99" { s.p99 } else { s.median };
-                let [race, heuristic, model, best, worst, stop] =
-                    spreads.map(|spread| milliseconds(value(spread)));
-                table.row([first, which.into(), race, heuristic, model, best, worst, stop, last]);
-            }
         }
         table
     }

@@ -1,12 +1,11 @@
 //! What a profile says.
 
 use super::machine::Machine;
-use super::order::{Case, Configuration, Rounds, partner};
+use super::order::{Case, Configuration, Rounds};
 use super::pin::Pinning;
-use super::sample::{RaceSample, Sample, WARM_UP_PLANS};
+use super::sample::{Sample, WARM_UP_PLANS};
 use super::spread::{Spread, median_ratio};
 use remora_core::advanced::planner::PhaseTimes;
-use remora_host::method::{Integrator, Mode, WarmStart};
 use serde::{Deserialize, Serialize};
 
 /// Least ratio of the linearisation's time on one core to that on two.
@@ -50,8 +49,6 @@ pub struct Profile {
     pub no_counter: Option<String>,
     /// The configurations.
     pub configurations: Vec<ConfigurationProfile>,
-    /// The races between heuristic and model.
-    pub portfolios: Vec<PortfolioProfile>,
     /// What was to be reached, and what was.
     pub bars: Vec<Bar>,
     /// How long the profile took [s].
@@ -114,33 +111,6 @@ pub struct PhaseSpread {
     pub spread: Spread,
 }
 
-/// Heuristic and model in a race on two cores, beside each of them alone.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct PortfolioProfile {
-    /// Discretisation of Stage 2.
-    pub integrator: Integrator,
-    /// Optimality or feasibility.
-    pub mode: Mode,
-    /// Time to the first plan solved [s].
-    pub race_s: Spread,
-    /// The heuristic alone [s].
-    pub heuristic_s: Spread,
-    /// The model alone [s].
-    pub model_s: Spread,
-    /// The better of these two, plan by plan: what a race can at best be [s].
-    pub best_s: Spread,
-    /// The worse of them [s].
-    pub worst_s: Spread,
-    /// How long the loser went on once it had lost [s].
-    pub stop_s: Spread,
-    /// Races that the heuristic won.
-    pub heuristic_wins: usize,
-    /// Races that the model won.
-    pub model_wins: usize,
-    /// Races that nobody won.
-    pub unsolved: usize,
-}
-
 /// Something to be reached. Whether it is depends on the machine and its load.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bar {
@@ -165,7 +135,6 @@ pub(super) struct Run<'a> {
     pub machine: Machine,
     pub no_counter: Option<String>,
     pub samples: Vec<Sample>,
-    pub races: Vec<RaceSample>,
     pub wall_s: f64,
 }
 
@@ -182,12 +151,11 @@ impl Profile {
     pub(super) fn of(run: Run<'_>) -> Self {
         let numbers = 0..run.configurations.len();
         let configurations: Vec<ConfigurationProfile> =
-            numbers.clone().map(|number| ConfigurationProfile::of(&run, number)).collect();
+            numbers.map(|number| ConfigurationProfile::of(&run, number)).collect();
         Self {
             format: "remora-profile/1".into(),
             bars: configurations.iter().flat_map(ConfigurationProfile::bars).collect(),
             configurations,
-            portfolios: numbers.filter_map(|number| PortfolioProfile::of(&run, number)).collect(),
             scenarios: run.scenarios,
             rounds: run.rounds,
             warm_up_plans: WARM_UP_PLANS,
@@ -292,45 +260,6 @@ fn rounded(seconds: f64) -> f64 {
     (seconds * 1e7).round() / 1e7
 }
 
-impl PortfolioProfile {
-    /// The races of a configuration from the model, beside that from the heuristic; none for
-    /// others.
-    fn of(run: &Run<'_>, number: usize) -> Option<Self> {
-        let heuristic = run.of(partner(run.configurations, number)?, Case::OneCore);
-        let model = run.of(number, Case::OneCore);
-        let races: Vec<&RaceSample> =
-            run.races.iter().filter(|race| race.job.configuration == number).collect();
-        let is_raced = |sample: &Sample| {
-            let same = |race: &&RaceSample| {
-                (race.job.round, race.job.scenario) == (sample.job.round, sample.job.scenario)
-            };
-            races.iter().any(same)
-        };
-        let alone: Vec<(f64, f64)> = paired(&heuristic, &model)
-            .filter(|(heuristic, _)| is_raced(heuristic))
-            .map(|(heuristic, model)| (heuristic.wall_s, model.wall_s))
-            .collect();
-        let of = |choose: fn(f64, f64) -> f64| {
-            Spread::of(alone.iter().map(|(heuristic, model)| choose(*heuristic, *model)))
-        };
-        let wins = |who| races.iter().filter(|race| race.is_won && race.winner == who).count();
-        let Configuration { integrator, mode, .. } = run.configurations[number];
-        Some(Self {
-            integrator,
-            mode,
-            race_s: Spread::of(races.iter().map(|race| race.time_s)),
-            heuristic_s: of(|heuristic, _| heuristic),
-            model_s: of(|_, model| model),
-            best_s: of(f64::min),
-            worst_s: of(f64::max),
-            stop_s: Spread::of(races.iter().filter_map(|race| race.stop_s)),
-            heuristic_wins: wins(WarmStart::Heuristic),
-            model_wins: wins(WarmStart::Model),
-            unsolved: races.iter().filter(|race| !race.is_won).count(),
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::order::{Job, order};
@@ -356,17 +285,10 @@ mod tests {
         }
     }
 
-    fn race(job: Job) -> RaceSample {
-        let winner = if job.scenario == 0 { WarmStart::Heuristic } else { WarmStart::Model };
-        RaceSample { job, time_s: 5.0, stop_s: Some(1e-3), winner, is_won: job.scenario < 2 }
-    }
-
     fn profile() -> Profile {
         let configurations = &Configuration::all()[..2];
         let rounds = Rounds { euler: 2, euler_second_core: 1, rk4: 1 };
         let jobs = order(configurations, 3, rounds, true);
-        let (races, plans): (Vec<Job>, Vec<Job>) =
-            jobs.into_iter().partition(|job| job.case == Case::Portfolio);
         Profile::of(Run {
             configurations,
             scenarios: 3,
@@ -374,14 +296,13 @@ mod tests {
             pinning: Pinning { cores: Some([0, 1]), refused: None },
             machine: Machine::default(),
             no_counter: None,
-            samples: plans.into_iter().map(sample).collect(),
-            races: races.into_iter().map(race).collect(),
+            samples: jobs.into_iter().map(sample).collect(),
             wall_s: 1.0,
         })
     }
 
     #[test]
-    fn ratios_bars_and_races_by_hand() {
+    fn ratios_and_bars_by_hand() {
         let profile = profile();
         let first = &profile.configurations[0];
         assert_eq!((first.linearisation_ratio, first.plan_ratio), (2.0, 2.0));
@@ -396,12 +317,6 @@ mod tests {
         assert_eq!(first.instructions.as_ref().unwrap()[3].spread.median, 1e6);
         let met: Vec<bool> = profile.bars.iter().map(|bar| bar.is_met).collect();
         assert_eq!(met, [true, false, true, false]);
-
-        assert_eq!(profile.portfolios.len(), 1);
-        let portfolio = &profile.portfolios[0];
-        assert_eq!((portfolio.heuristic_wins, portfolio.model_wins, portfolio.unsolved), (1, 1, 1));
-        assert_eq!((portfolio.race_s.median, portfolio.best_s.median), (5.0, 17.0));
-        assert_eq!((portfolio.stop_s.n, portfolio.heuristic_s.n), (3, 3));
     }
 
     #[test]
@@ -414,7 +329,6 @@ mod tests {
         assert_eq!(case["phase_s"][7]["p999"], serde_json::Value::Null);
         assert_eq!(case["plan_samples_s"].as_array().unwrap().len(), 6);
         assert_eq!(json["configurations"][1]["configuration"]["warm_start"], "model");
-        assert_eq!(json["portfolios"][0]["model_wins"], 1);
         assert_eq!(rounded(0.01234567891), 0.0123457);
     }
 }

@@ -6,7 +6,7 @@ use super::machine::{Watch, processor, switches};
 use super::order::{Case, Configuration, Job, Rounds, order};
 use super::pin::pin_pair;
 use super::results::{Profile, Run};
-use super::sample::{RaceSample, Sample, WARM_UP_PLANS};
+use super::sample::{Sample, WARM_UP_PLANS};
 use remora_core::advanced::executor::ForkJoin;
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
@@ -17,7 +17,6 @@ use remora_host::learned::Learned;
 use remora_host::memory::on_large_stack;
 use remora_host::method::WarmStart;
 use remora_host::planning::{Planned, Planner, WallClock};
-use remora_host::portfolio::{Portfolio, Race};
 use remora_host::progress::Progress;
 use remora_host::threads::Threads;
 use std::path::Path;
@@ -63,25 +62,18 @@ impl Profiler {
         let (configurations, scenarios) = (&self.configurations, self.scenarios.len());
         let jobs = order(configurations, scenarios, self.rounds, counter.is_ok());
         let on = (&*processor(), pinning.cores, counter.is_ok());
-        let (mut journal, mut lines) = Journal::open(resumed, self, on, &jobs)?;
+        let (mut journal, mut samples) = Journal::open(resumed, self, on, &jobs)?;
         let mut bench = Bench::new(self, counter.as_ref().ok());
         bench.warm_up();
         let watch = Watch::begin();
-        progress.begin(jobs.len(), lines.len());
-        for job in &jobs[lines.len()..] {
-            let line = bench.line(*job);
-            journal.append(&line)?;
-            progress.done(line.is_solved());
-            lines.push(line);
+        progress.begin(jobs.len(), samples.len());
+        for job in &jobs[samples.len()..] {
+            let sample = bench.measure(*job);
+            journal.append(&sample)?;
+            progress.done(sample.is_solved);
+            samples.push(sample);
         }
         progress.end();
-        let (mut samples, mut races) = (Vec::new(), Vec::new());
-        for line in lines {
-            match line {
-                Line::Plan(sample) => samples.push(sample),
-                Line::Race(race) => races.push(race),
-            }
-        }
         Ok(Profile::of(Run {
             configurations,
             scenarios,
@@ -90,7 +82,6 @@ impl Profiler {
             machine: watch.end(),
             no_counter: counter.err(),
             samples,
-            races,
             wall_s: started.elapsed().as_secs_f64(),
         }))
     }
@@ -106,7 +97,6 @@ struct Bench<'a> {
     shared: Planner,
     /// The other core's.
     second: Planner,
-    portfolio: Portfolio,
 }
 
 impl<'a> Bench<'a> {
@@ -122,7 +112,6 @@ impl<'a> Bench<'a> {
             alone: Planner::new(),
             shared: Planner::new().with_threads(Threads::Two),
             second: Planner::new(),
-            portfolio: Portfolio::new(),
         }
     }
 
@@ -131,14 +120,7 @@ impl<'a> Bench<'a> {
         let scenarios = self.profiler.scenarios.len().min(WARM_UP_PLANS);
         let is_counted = self.counter.is_some();
         let jobs = order(&self.profiler.configurations, scenarios, Rounds::of(1), is_counted);
-        jobs.into_iter().for_each(|job| drop(self.line(job)));
-    }
-
-    fn line(&mut self, job: Job) -> Line {
-        match job.case {
-            Case::Portfolio => Line::Race(self.race(job)),
-            _ => Line::Plan(self.measure(job)),
-        }
+        jobs.into_iter().for_each(|job| drop(self.measure(job)));
     }
 
     fn measure(&mut self, job: Job) -> Sample {
@@ -159,19 +141,6 @@ impl<'a> Bench<'a> {
         };
         let wall_s = started.elapsed().as_secs_f64();
         Sample::new(job, wall_s, switches().saturating_sub(before), &planned)
-    }
-
-    fn race(&mut self, job: Job) -> RaceSample {
-        let Self { profiler, models, portfolio, .. } = self;
-        let scenario = &profiler.scenarios[job.scenario];
-        let configuration = &profiler.configurations[job.configuration];
-        // Races are of configurations from a model.
-        let model = models[job.configuration]
-            .get_or_insert_with(|| Learned::built_in(configuration.integrator));
-        let race = portfolio.plan(&profiler.mission, scenario, &configuration.method(), model);
-        let (time_s, stop_s) = (race.time_s(), race.stop_s());
-        let Race { winner, is_won, .. } = race;
-        RaceSample { job, time_s, stop_s, winner, is_won }
     }
 }
 

@@ -2,7 +2,6 @@
 
 use super::order::Job;
 use remora_core::advanced::planner::PhaseTimes;
-use remora_host::method::WarmStart;
 use serde::{Deserialize, Serialize};
 
 /// Scenarios that every configuration plans in every case before anything is measured.
@@ -26,17 +25,6 @@ pub(super) struct Sample {
     pub is_solved: bool,
     /// Involuntary context switches of the first core's thread.
     pub switches: u64,
-}
-
-/// One race as it was measured.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RaceSample {
-    pub job: Job,
-    pub time_s: f64,
-    pub stop_s: Option<f64>,
-    pub winner: WarmStart,
-    pub is_won: bool,
 }
 
 /// [`PhaseTimes`] in a journal.
