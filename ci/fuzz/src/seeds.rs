@@ -4,8 +4,8 @@
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{Decoder, Header, Layout, Precision, Provenance, synthetic_model};
 use remora_core::advanced::warmstart::Encoding;
-use remora_flight::campaign::Asked;
 use remora_flight::errors_file;
+use remora_flight::flights_file::FlightsFile;
 use remora_host::draw::draw_one;
 use remora_host::formats::{Cell, Column, ScenarioSet, json, parquet_table};
 use remora_host::memory::on_large_stack;
@@ -55,7 +55,7 @@ pub fn seeds(target: &str) -> Vec<Vec<u8>> {
             let record = planned().evidence;
             vec![text(&record), record.to_packet().expect("sound")]
         }
-        "flights" => vec![text(&Asked::new(
+        "flights" => vec![text(&FlightsFile::new(
             vec!["a.plan.json".into()],
             (10, 1),
             3,

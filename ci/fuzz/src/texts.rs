@@ -3,8 +3,8 @@
 use crate::{one_line, taken};
 use remora_core::advanced::model::{Orbit, Tolerances};
 use remora_export::chief::Chief;
-use remora_flight::campaign::Asked;
 use remora_flight::errors_file;
+use remora_flight::flights_file::FlightsFile;
 use remora_host::formats::{MissionFile, Row, ScenarioSet, json};
 use remora_host::importing::{self, Request};
 use remora_host::journal::{Heading, Journal};
@@ -78,7 +78,7 @@ pub(crate) fn errors(bytes: &[u8]) {
 }
 
 pub(crate) fn flights(bytes: &[u8]) {
-    let parse = |text: &str| taken(Asked::parse(text));
+    let parse = |text: &str| taken(FlightsFile::parse(text));
     let _ = parse(text(bytes)).map(|asked| asked.dispersion(1));
 }
 

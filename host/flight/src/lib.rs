@@ -11,14 +11,17 @@
 //! - [`history`], [`pilot`]: a flight over time; flights of arms of any number of joints;
 //! - [`ways_out`]: what becomes of an approach that must end at a node;
 //! - [`row`], [`statistics`]: flights as rows, and what many of them say;
-//! - [`keep`], [`until`], [`campaign`]: many flights over several threads, resumable;
-//! - [`parts`]: the same in parts, for many machines;
-//! - [`report`]: flights as one page.
+//! - [`keep`], [`until`]: which histories are kept, and when enough has been flown;
+//! - [`flights_file`], [`run`], [`results`]: what is flown, its single runs, and what came of them;
+//! - [`report`]: flights as one page;
+//! - [`campaign`]: many flights over several threads, resumable;
+//! - [`parts`]: the same in parts, for many machines.
 #![forbid(unsafe_code)]
 
 pub mod campaign;
 pub mod errors_file;
 pub mod flight;
+pub mod flights_file;
 pub mod history;
 pub mod judge;
 pub mod keep;
@@ -29,8 +32,10 @@ pub mod options;
 pub mod parts;
 pub mod pilot;
 pub mod report;
+pub mod results;
 pub mod row;
 mod row_read;
+pub mod run;
 pub mod statistics;
 pub mod until;
 pub mod ways_out;

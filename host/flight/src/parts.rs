@@ -8,11 +8,11 @@
 //! DIR/flights.summary.json                statistics over all rows, by whoever gathers
 //! ```
 
-use crate::campaign::{
-    Asked, FLIGHTS, Flights, Header, Planned, SUMMARY, failed, is_captured, of_folder,
-};
+use crate::campaign::{Flights, SUMMARY};
+use crate::flights_file::{FLIGHTS, FlightsFile, Header};
 use crate::pilot::Pilot;
 use crate::row::{Drawn, Row};
+use crate::run::{Plan, failed, is_captured, of_folder};
 use crate::statistics::Summary;
 use remora_host::error::{Error, FieldError};
 use remora_host::fingerprint::fingerprint;
@@ -32,7 +32,7 @@ const GROUP: usize = 1 << 16;
 /// Flights as work that is shared out.
 struct Shared<'a> {
     flights: &'a Flights,
-    plans: Vec<Planned>,
+    plans: Vec<Plan>,
     drawn: Vec<Drawn>,
 }
 
@@ -106,7 +106,7 @@ fn agree(flights: &Flights) -> Result<(), Error> {
     if !file.exists() {
         write_first(&file, text.as_bytes())?;
     }
-    match Asked::read(&flights.out)? == flights.asked {
+    match FlightsFile::read(&flights.out)? == flights.asked {
         true => Ok(()),
         false => {
             let reason = "these flights were begun with other plans, errors, options or runs; choose another --out";
@@ -120,7 +120,7 @@ fn agree(flights: &Flights) -> Result<(), Error> {
 /// # Errors
 /// A folder without parts; one that is damaged or of other flights than the folder's.
 pub fn gather(folder: &Path) -> Result<Gathered<Summary>, Error> {
-    let asked = Asked::read(folder)?;
+    let asked = FlightsFile::read(folder)?;
     let tables = part::tables(folder)?;
     let (mut rows, mut names, mut program) = (Vec::new(), Vec::new(), None);
     let mut checksum = Checksum::default();
@@ -128,7 +128,7 @@ pub fn gather(folder: &Path) -> Result<Gathered<Summary>, Error> {
         let table = TableReader::open(file)?;
         let header: Header = part::said(file, &table, KEY)?;
         let first = program.get_or_insert_with(|| header.clone());
-        if let Some(reason) = header.is_other(first, *part, &fingerprint(&asked)) {
+        if let Some(reason) = header.mismatch(first, *part, &fingerprint(&asked)) {
             return Err(Error::input(file, KEY, reason));
         }
         rows.extend(read(file, &table, *part, &asked, &mut checksum)?);
@@ -149,7 +149,7 @@ fn read(
     file: &Path,
     table: &TableReader,
     part: Part,
-    asked: &Asked,
+    asked: &FlightsFile,
     all: &mut Checksum,
 ) -> Result<Vec<Row>, Error> {
     let damaged = |reason: String| Error::input(file, "", format!("is damaged: {reason}"));

@@ -1,10 +1,12 @@
 //! Flights as one page that loads nothing: pictures first, then tables.
 
-use crate::campaign::{Asked, PAGES, Results};
 use crate::flight::Ending;
+use crate::flights_file::FlightsFile;
 use crate::history::Sample;
 use crate::pilot::Bounds;
+use crate::results::Results;
 use crate::row::{FlownRow, Row};
+use crate::run::PAGES;
 use crate::statistics::{Influence, Summary};
 use remora_core::advanced::guidance::FlightMode;
 use remora_host::error::Error;
@@ -13,7 +15,7 @@ use remora_host::report::plot::{Distributions, Panel, Scatter, Sheet};
 use remora_host::report::{Align, Page, Table};
 
 /// Miss of a capture at most [m], for the picture.
-fn capture_radius(asked: &Asked) -> f64 {
+fn capture_radius(asked: &FlightsFile) -> f64 {
     asked.options.settings().criteria.miss_m
 }
 
@@ -31,7 +33,7 @@ pub struct Notable {
 ///
 /// # Errors
 /// Where a picture cannot be drawn.
-pub fn page(asked: &Asked, results: &Results, notable: &[Notable]) -> Result<String, Error> {
+pub fn page(asked: &FlightsFile, results: &Results, notable: &[Notable]) -> Result<String, Error> {
     let mut page = Page::new("flights", "Flights");
     page.text(headline(&results.summary));
     if results.rows.iter().any(|row| row.flown.is_some()) {
@@ -88,7 +90,7 @@ fn flown(results: &Results) -> impl Iterator<Item = &FlownRow> {
     results.rows.iter().filter_map(|row| row.flown.as_ref())
 }
 
-fn miss(asked: &Asked, results: &Results) -> Result<String, Error> {
+fn miss(asked: &FlightsFile, results: &Results) -> Result<String, Error> {
     let of = |captured: bool| {
         let wanted = flown(results).filter(|row| (row.ending == Ending::Captured) == captured);
         let points =

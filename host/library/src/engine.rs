@@ -8,6 +8,7 @@ use crate::learned::Memories;
 use crate::memory::on_heap;
 use crate::method::{Deadline, Integrator, Method, Qp};
 use crate::padded::Padded;
+use crate::settings::plan_settings;
 use crate::threads::Threads;
 use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::model::{Mission, Refusal, Scenario};
@@ -15,13 +16,11 @@ use remora_core::advanced::planner::{
     self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Nominal, Options, PlanSettings,
     Platform, Report, Session, Solver, StageReport, Workspace,
 };
-use remora_core::advanced::scp::{MAX_ITERATIONS, Settings};
 use remora_core::advanced::stages::{
     LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
 };
 use remora_core::advanced::time::{Clock, Deadline as Until};
 use remora_core::advanced::warmstart;
-use remora_core::prelude::{Valid, Validate};
 use std::sync::Arc;
 
 // A learned start has room for every arm that there is an engine for.
@@ -340,7 +339,7 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
     threads.prepare();
     let platform = Platform { clock, executor: threads };
     let mut planned = |start: &InitialGuess<'_, M>| {
-        let asked = options(method);
+        let asked = plan_settings(method);
         let options = Options::from_parts(asked, *start, platform);
         let options = options.scrubbing(is_scrubbed);
         // Its code is compiled once for all solvers.
@@ -364,35 +363,6 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
             }
         }),
     }
-}
-
-/// The core's options for a method.
-fn options(method: &Method) -> PlanSettings {
-    let deadline_s = method.deadline.map_or(f64::INFINITY, Deadline::seconds);
-    let settings = PlanSettings { deadline_s, ..PlanSettings::new(method.mode, method.integrator) };
-    if !method.sharp {
-        return settings;
-    }
-    let [reorientation, learned] = [settings.reorientation, settings.learned].map(sharp);
-    PlanSettings { reorientation, learned, ..settings }
-}
-
-/// Settings of Stage 2 for plans to learn from: they end where the cost does, not somewhere in the flat
-/// valley before it, and take as many iterations as there is room for.
-fn sharp(settings: Valid<Settings>) -> Valid<Settings> {
-    let sharper = Settings {
-        cost_tolerance: 1e-5,
-        absolute_cost_tolerance: 0.0,
-        max_iterations: MAX_ITERATIONS,
-        ..*settings
-    };
-    sharper.validated().unwrap_or(settings)
-}
-
-/// All settings that a method stands for, as text: two runs with the same text plan the same,
-/// as far as no deadline passes.
-pub fn settings_text(method: &Method) -> String {
-    format!("{:?}", options(method))
 }
 
 /// The solver that flies, on the heap and called through a pointer: its code, too, is compiled once.

@@ -16,6 +16,7 @@
 //! - [`lineage`]: what a model descends from, and the scenarios that it must not be judged by;
 //! - [`guess`]: what Stage 2 starts from;
 //! - [`learned`]: learned models, from files or built in; `padded`: for a build with room for more joints;
+//! - [`settings`]: the core's settings for a method;
 //! - [`planning`]: from a scenario to a plan file, by the core's planner of the arm's size ([`engine`]);
 //! - [`stoppable`]: a clock by which plans are stopped;
 //! - [`approach`], [`episode`]: an approach after Stage 1, as a guess sees it and as a policy flies it;
@@ -64,6 +65,7 @@ pub mod pool;
 pub mod progress;
 pub mod provenance;
 pub mod qp_file;
+pub mod settings;
 pub mod stoppable;
 pub mod stopwatch;
 pub mod threads;

@@ -3,12 +3,14 @@
 use super::options::choice;
 use super::progress::Bar;
 use remora_core::advanced::model::Orbit;
-use remora_flight::campaign::{Asked, Flights, MAX_RUNS, Results};
+use remora_flight::campaign::Flights;
 use remora_flight::errors_file;
 use remora_flight::flight::{Controller, Ending, JointControl};
+use remora_flight::flights_file::{FlightsFile, MAX_RUNS};
 use remora_flight::keep::Keep;
 use remora_flight::options::{Options, RATES_HZ};
 use remora_flight::parts;
+use remora_flight::results::Results;
 use remora_flight::row::Row;
 use remora_flight::until::Until;
 use remora_host::error::Error;
@@ -137,7 +139,7 @@ impl FlyingArgs {
             every_step: self.history,
         };
         Flights {
-            asked: Asked::new(ready.plans, ready.runs, ready.joints, options, errors),
+            asked: FlightsFile::new(ready.plans, ready.runs, ready.joints, options, errors),
             jobs: ready.jobs,
             keep: self.keep,
             until: self.until,

@@ -3,7 +3,7 @@
 use super::Output;
 use super::options::JsonArgs;
 use crate::report;
-use remora_flight::campaign::rerun;
+use remora_flight::run::rerun;
 use remora_host::error::Error;
 use std::path::PathBuf;
 

@@ -1,7 +1,7 @@
 //! What `remora fly` and `remora rerun` print.
 
-use remora_flight::campaign::Results;
 use remora_flight::report::{endings, influences, nothing_stands_out, spread_table};
+use remora_flight::results::Results;
 use remora_flight::row::Row;
 use std::fmt::Write;
 use std::path::Path;

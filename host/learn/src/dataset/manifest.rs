@@ -5,7 +5,6 @@ use super::trajectory::state_size;
 use super::{Recipe, Trajectory};
 use remora_core::advanced::stages::{NODES, size};
 use remora_host::draw::MAX_COUNT;
-use remora_host::engine;
 use remora_host::error::{Error, FieldError};
 use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{
@@ -13,6 +12,7 @@ use remora_host::formats::{
 };
 use remora_host::learned::Learned;
 use remora_host::method::Integrator;
+use remora_host::settings::settings_text;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 use std::path::Path;
@@ -79,7 +79,7 @@ impl Manifest {
             integrator: recipe.integrator,
             model: recipe.model.as_ref().map(Self::name_of),
             mission: fingerprint(&recipe.mission),
-            settings: fingerprint(&engine::settings_text(&recipe.method())),
+            settings: fingerprint(&settings_text(&recipe.method())),
             shard: recipe.shard.get(),
             nodes: NODES,
             links: NL,

@@ -3,6 +3,7 @@
 
 mod clarabel;
 mod recorder;
+mod sparse_program;
 
 pub use self::clarabel::ClarabelQp;
 pub use self::recorder::{Recorder, Solve};

@@ -1,12 +1,12 @@
 //! The journal: a header line that says what the campaign is, then one line a finished row.
 
 use super::Campaign;
-use crate::engine;
 use crate::fingerprint::{self, fingerprint};
 use crate::formats::Row;
 use crate::journal::Heading;
 use crate::learned::Learned;
 use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
+use crate::settings::settings_text;
 use remora_core::advanced::model::Mission;
 use serde::{Deserialize, Serialize};
 
@@ -70,7 +70,7 @@ impl Header {
             qp: method.qp,
             integrator: method.integrator,
             plans: false,
-            settings: fingerprint(&(engine::settings_text(method), &model)),
+            settings: fingerprint(&(settings_text(method), &model)),
             mission: fingerprint(mission),
             scenarios,
         }

@@ -1,10 +1,10 @@
 //! The journal of a map: a line a cell whose scenarios were planned.
 
 use super::{Cell, Envelope};
-use crate::engine;
 use crate::fingerprint::{self, fingerprint};
 use crate::journal::Heading;
 use crate::method::Integrator;
+use crate::settings::settings_text;
 use serde::{Deserialize, Serialize};
 
 /// Name of the journal in the map's directory.
@@ -39,7 +39,7 @@ impl Header {
             integrator: method.integrator,
             count: envelope.count,
             seed: envelope.seed,
-            settings: fingerprint(&(engine::settings_text(method), &envelope.model)),
+            settings: fingerprint(&(settings_text(method), &envelope.model)),
             vehicles: fingerprint(&vehicles),
         }
     }

@@ -1,7 +1,7 @@
 //! The measurements.
 
 use super::counter::Instructions;
-use super::journal::{Journal, Line};
+use super::journal::Journal;
 use super::machine::{Watch, processor, switches};
 use super::order::{Case, Configuration, Job, Rounds, order};
 use super::pin::pin_pair;

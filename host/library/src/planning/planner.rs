@@ -1,24 +1,22 @@
-//! From a scenario to a plan file.
+//! The planner of the host: one plan after the other.
 
 use crate::approach::Approach;
 use crate::engine::{Build, Engine, Roomy, Solved, Task, Usual};
-use crate::error::Error;
 use crate::formats::{
     self, ArmClearances, EvidenceFile, Flight, NamedScenario, PlanFile, PlanGrid, PlanInputs,
     PlanStage1, PlanStage2, PlanTarget, Program, Row, StageEnd,
 };
 use crate::guess::Guess;
 use crate::learned::{Learned, Memories};
-use crate::memory::{on_heap, on_large_stack};
+use crate::memory::on_heap;
 use crate::method::{Integrator, Method};
 use crate::stopwatch::{Spent, Stopwatch};
 use crate::threads::Threads;
 use remora_core::advanced::model::{Mission, Refusal};
 use remora_core::advanced::planner::{PhaseTimes, Report, StageReport};
 use remora_core::advanced::scp::IterationRecord;
-use remora_core::advanced::stages::{LINKS, NODES, size};
+use remora_core::advanced::stages::{LINKS, size};
 use remora_core::advanced::time::Clock;
-use std::path::PathBuf;
 use std::time::Instant;
 
 /// The clock of a desktop: seconds since it was made.
@@ -162,13 +160,13 @@ impl Planner {
         method: &Method,
         guess: Guess<'_, NL>,
     ) -> Planned {
-        let asked = Asked { mission, scenario, method, guess };
+        let request = Request { mission, scenario, method, guess };
         let Self { usual, roomy, threads, memories, is_scrubbed } = self;
         let is_scrubbed = *is_scrubbed;
         let task = Task { clock, threads, guess, joints: NL, memories, is_scrubbed, method };
         match NL {
-            LINKS => asked.planned(usual, task, &mut |_| ()),
-            _ => asked.planned(room(roomy), task, &mut |_| ()),
+            LINKS => request.planned(usual, task, &mut |_| ()),
+            _ => request.planned(room(roomy), task, &mut |_| ()),
         }
     }
 
@@ -183,11 +181,11 @@ impl Planner {
         guess: Guess<'_>,
         watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> Planned {
-        let asked = Asked { mission, scenario, method, guess };
+        let request = Request { mission, scenario, method, guess };
         let Self { usual, threads, memories, is_scrubbed, .. } = self;
         let is_scrubbed = *is_scrubbed;
         let task = Task { clock, threads, guess, joints: LINKS, memories, is_scrubbed, method };
-        asked.planned(usual, task, watch)
+        request.planned(usual, task, watch)
     }
 
     /// Plans Stage 1 alone: the approach as a guess of Stage 2 sees it.
@@ -214,14 +212,14 @@ fn room(roomy: &mut Option<Box<Roomy>>) -> &mut Roomy {
 }
 
 /// A plan that is asked for.
-struct Asked<'a, const NL: usize> {
+struct Request<'a, const NL: usize> {
     mission: &'a Mission<NL>,
     scenario: &'a NamedScenario,
     method: &'a Method,
     guess: Guess<'a, NL>,
 }
 
-impl<const NL: usize> Asked<'_, NL> {
+impl<const NL: usize> Request<'_, NL> {
     /// Has an engine plan, and puts the plan together.
     fn planned<const M: usize, const NX: usize, const NU: usize>(
         &self,
@@ -309,155 +307,5 @@ fn end(stage: &StageReport) -> StageEnd {
         iterations: stage.outcome.iterations as u64,
         cost: stage.cost,
         time_s: stage.time_s,
-    }
-}
-
-/// What makes a scenario impossible to plan, as far as that is known before planning.
-///
-/// # Errors
-/// A scenario that is no input at all, by its id.
-pub fn refusal<const NL: usize>(
-    mission: &Mission<NL>,
-    scenario: &NamedScenario,
-    method: &Method,
-) -> Result<Option<Refusal>, Error> {
-    scenario.check_joints(NL).map_err(|error| {
-        let reason = format!("{}: {}", error.field, error.reason);
-        Error::Scenario { id: scenario.id.clone(), reason }
-    })?;
-    match mission.check::<NODES>(&scenario.scenario(), method.integrator) {
-        Ok(()) => Ok(None),
-        Err(refusal) if refusal.is_invalid_input() => {
-            Err(Error::Scenario { id: scenario.id.clone(), reason: refusal.to_string() })
-        }
-        Err(refusal) => Ok(Some(refusal)),
-    }
-}
-
-/// One plan to be made and written: the input of `remora plan`.
-#[derive(Clone, Debug)]
-pub struct PlanJob<const NL: usize> {
-    /// The scenario.
-    pub scenario: NamedScenario,
-    /// The mission; valid.
-    pub mission: Mission<NL>,
-    /// How to plan.
-    pub method: Method,
-    /// Model of a learned start; none is the heuristic.
-    pub model: Option<Learned>,
-    /// How many threads work on it; the plan stays the same.
-    pub threads: Threads,
-    /// Whether what must not change is held against checksums meanwhile; the plan stays the same.
-    pub is_scrubbed: bool,
-    /// Where to write the plan.
-    pub out: PathBuf,
-}
-
-impl<const NL: usize> PlanJob<NL> {
-    /// What makes the plan impossible, if it is; then there is nothing to run.
-    ///
-    /// # Errors
-    /// A scenario that is no input at all.
-    pub fn refusal(&self) -> Result<Option<Refusal>, Error> {
-        refusal(&self.mission, &self.scenario, &self.method)
-    }
-
-    /// Makes the plan and writes its file, whatever its status, and its evidence beside it; nothing of a plan
-    /// that was refused because something was damaged.
-    ///
-    /// # Errors
-    /// Where a file cannot be written; that is found out before planning.
-    pub fn run(&self) -> Result<Planned, Error> {
-        self.check_writable()?;
-        let planned = self.plan()?;
-        self.write(&planned)?;
-        Ok(planned)
-    }
-
-    /// Finds out before planning whether plan and evidence could be written.
-    ///
-    /// # Errors
-    /// The file that cannot be, with the reason.
-    pub fn check_writable(&self) -> Result<(), Error> {
-        formats::check_writable(&self.out)?;
-        formats::check_writable(&formats::evidence_path(&self.out))
-    }
-
-    /// Writes what [`Self::plan`] made, as [`Self::run`] does.
-    ///
-    /// # Errors
-    /// The file that cannot be written, with the reason; then neither is.
-    pub fn write(&self, planned: &Planned) -> Result<(), Error> {
-        match planned.refusal {
-            Some(_) => Ok(()),
-            None => planned.evidence.write_with(&planned.file, &self.out),
-        }
-    }
-
-    /// Makes the plan and writes nothing.
-    ///
-    /// # Errors
-    /// Where no thread can be started.
-    pub fn plan(&self) -> Result<Planned, Error> {
-        on_large_stack(|| {
-            let planner = Planner::new().with_threads(self.threads);
-            let mut planner = planner.scrubbing(self.is_scrubbed);
-            planner.plan(&self.mission, &self.scenario, &self.method, self.model.as_ref())
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::draw::draw;
-    use crate::formats::{ScenarioSet, Verdict};
-    use crate::method::Integrator;
-
-    #[test]
-    fn nothing_that_can_be_planned_is_refused() {
-        let mission = Mission::default();
-        let public = ScenarioSet::built_in().unwrap().scenarios;
-        let drawn = draw(300, 1, &mission).unwrap().scenarios;
-        for integrator in [Integrator::Euler, Integrator::RK4] {
-            let method = Method { integrator, ..Method::default() };
-            for scenario in public.iter().chain(&drawn) {
-                let refusal = refusal(&mission, scenario, &method).unwrap();
-                assert_eq!(refusal, None, "{}", scenario.id);
-            }
-        }
-    }
-
-    /// Missions a little beyond a bound are refused, and the planner does not solve them either.
-    #[test]
-    fn what_is_refused_is_not_solved() {
-        let scenario = ScenarioSet::built_in().unwrap().scenarios[0].clone();
-        let euler = Method { integrator: Integrator::Euler, ..Method::default() };
-        let integrator = euler.integrator;
-        let needs = Mission::default().needs::<NODES>(&scenario.scenario(), integrator).unwrap();
-        let time =
-            Mission::default().time_to_preset(euler.integrator, &Mission::default().own_grid());
-        let travel = 0.877_268_9;
-        type Change<'a> = &'a dyn Fn(&mut Mission<LINKS>);
-        let cases: [(&str, Change<'_>); 4] = [
-            ("joint_rate", &|m| m.servicer.max_joint_rate.fill(0.98 * travel / time)),
-            ("force", &|m| m.servicer.max_force.fill(0.98 * needs.force)),
-            ("keep_out", &|m| m.approach.keep_out_far = 9.0),
-            // Angles that the pointing tolerance lets pass are not refused.
-            ("field_of_view", &|m| {
-                m.approach.field_of_view_half_angle = 1e-3;
-                m.tolerances.pointing = 1e-9;
-            }),
-        ];
-        for (name, change) in cases {
-            let mut mission = Mission::default();
-            change(&mut mission);
-            let refusal = refusal(&mission, &scenario, &euler).unwrap().expect(name);
-            assert!([name, "capture_view"].contains(&refusal.name()), "{refusal}");
-            let plan = || Planner::new().plan(&mission, &scenario, &euler, None);
-            let planned = on_large_stack(plan).unwrap();
-            assert_eq!(planned.file.verdict, Some(Verdict::NotFlyable), "{refusal}");
-            assert!(planned.reason.is_some());
-        }
     }
 }

@@ -1,0 +1,126 @@
+//! How a plan is flown.
+
+use crate::judge::Criteria;
+use crate::navigation::Filters;
+use crate::nominal::Surroundings;
+use remora_core::advanced::guidance::{GuidanceSettings, Triggers};
+use remora_core::advanced::model::Integrator;
+use remora_host::choice::Choice;
+use serde::{Deserialize, Serialize};
+
+/// Controller of a flight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Controller {
+    /// Tracks the plan.
+    Track,
+    /// Tracks it and plans again.
+    Replan,
+}
+
+/// Drive of the joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JointControl {
+    /// By torques.
+    Torque,
+    /// By angle and rate references that loops of their own follow.
+    Servo,
+}
+
+impl Choice for Controller {
+    const ALL: &'static [Self] = &[Self::Track, Self::Replan];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Track => "track",
+            Self::Replan => "replan",
+        }
+    }
+
+    fn help(self) -> &'static str {
+        match self {
+            Self::Track => "guidance tracks the plan",
+            Self::Replan => "guidance tracks the plan, and plans again",
+        }
+    }
+}
+
+impl Choice for JointControl {
+    const ALL: &'static [Self] = &[Self::Torque, Self::Servo];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Torque => "torque",
+            Self::Servo => "servo",
+        }
+    }
+
+    fn help(self) -> &'static str {
+        match self {
+            Self::Torque => "by torques",
+            Self::Servo => "by angle and rate references that loops of their own follow",
+        }
+    }
+}
+
+/// A way out of an approach.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// The abort that guidance flies.
+    Escape,
+    /// No control at all, for one orbit.
+    Drift,
+}
+
+/// How a plan is flown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Steps of guidance a second [Hz].
+    pub rate_hz: f64,
+    /// Controller of a flight.
+    pub controller: Controller,
+    /// Drive of the joints.
+    pub joints: JointControl,
+    /// Time before capture from which the wrist camera is used [s]; zero: never.
+    pub camera_s: f64,
+    /// Time that planning again takes [s].
+    pub lead_s: f64,
+    /// Guidance's own settings; its triggers count where the controller plans again.
+    pub guidance: GuidanceSettings,
+    /// Navigation's filters.
+    pub filters: Filters,
+    /// Gravity and what follows from it.
+    pub surroundings: Surroundings,
+    /// What counts as a capture.
+    pub criteria: Criteria,
+    /// Integrator of plans that are made in flight.
+    pub integrator: Integrator,
+    /// Whether who watches sees every step of guidance, not one a second.
+    pub every_step: bool,
+    /// When the approach is left, and by which way [s]; how near it came to limits then counts from
+    /// there.
+    pub leaving: Option<(f64, Way)>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            rate_hz: 10.0,
+            controller: Controller::Track,
+            joints: JointControl::Torque,
+            camera_s: 150.0,
+            lead_s: 5.0,
+            guidance: GuidanceSettings {
+                triggers: Triggers { age: 100.0, last: 150.0, ..Triggers::NEVER },
+                ..GuidanceSettings::DEFAULT
+            },
+            filters: Filters::default(),
+            surroundings: Surroundings::default(),
+            criteria: Criteria::default(),
+            integrator: Integrator::RK4,
+            every_step: false,
+            leaving: None,
+        }
+    }
+}

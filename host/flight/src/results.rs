@@ -1,0 +1,17 @@
+//! Flights that were flown.
+
+use crate::row::{Drawn, Row};
+use crate::statistics::Summary;
+use std::path::PathBuf;
+
+/// Flights that were flown.
+pub struct Results {
+    /// A row a run, in their order.
+    pub rows: Vec<Row>,
+    /// What was drawn, in the order of the rows' numbers.
+    pub drawn: Vec<Drawn>,
+    /// Statistics over them.
+    pub summary: Summary,
+    /// The files written at the end.
+    pub files: Vec<PathBuf>,
+}

@@ -1,0 +1,122 @@
+//! Single runs of a folder's flights: flown with their history, and shown.
+
+use crate::flight::Ending;
+use crate::flights_file::{FLIGHTS, FlightsFile};
+use crate::history::{self, Sample};
+use crate::pilot::{Pilot, Sortie};
+use crate::row::{FlownRow, Row};
+use remora_host::error::Error;
+use remora_host::formats::{PlanFile, Verdict, make_directory, write_atomically};
+use remora_truth::WorldError;
+use remora_web::Shown;
+use std::path::{Path, PathBuf};
+
+/// Folder of the pages of single runs.
+pub const PAGES: &str = "pages";
+
+/// A plan of the flights: its file, its scenario's id, and what can be flown of it.
+pub(crate) struct Plan {
+    pub(crate) file: PathBuf,
+    pub(crate) id: String,
+    pub(crate) sortie: Option<Sortie>,
+}
+
+/// A plan file of flights in `folder`; one that is not flyable has nothing to fly.
+pub(crate) fn planned(folder: &Path, file: &Path, joints: usize) -> Result<Plan, Error> {
+    let file = folder.join(file);
+    let plan = PlanFile::read(&file)?;
+    let id = plan.scenario.clone();
+    if plan.verdict == Some(Verdict::NotFlyable) {
+        return Ok(Plan { file, id, sortie: None });
+    }
+    let sortie = remora_host::with_joints!(joints, NL => {
+        Sortie::of::<NL>(&file, &plan)?
+    } else {
+        return Err(Error::input(&file, "inputs.mission.servicer", "has no arm of 1 to 7 joints"));
+    });
+    Ok(Plan { file, id, sortie: Some(sortie) })
+}
+
+/// Flies one run of a folder's flights again; its history goes to `history/RUN.parquet`.
+///
+/// # Errors
+/// A folder without flights; a run that it does not have; a plan that is gone or cannot be flown.
+pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
+    let asked = FlightsFile::read(folder)?;
+    let Some(file) = asked.plans.get((run / asked.runs.max(1)) as usize) else {
+        let reason =
+            format!("there is no run {run}: runs are 0 to {}", asked.count().saturating_sub(1));
+        return Err(Error::input(&folder.join(FLIGHTS), "runs", reason));
+    };
+    let plan = planned(folder, file, asked.joints)?;
+    let mut pilot = Pilot::default();
+    let Some(sortie) = &plan.sortie else {
+        return Err(Error::input(file, "verdict", "is not flyable: there was nothing to fly"));
+    };
+    make_directory(folder)?;
+    let (history, _) = keep_history(folder, &asked, &plan, &mut pilot, run)
+        .map_err(|error| of_folder(folder, error))?;
+    let flown = pilot.fly(sortie, &asked.options.settings(), &asked.dispersion(run), None);
+    let flown = flown.map_err(|error| of_folder(folder, wrong_world(run, &error)))?;
+    let row = Row { run, scenario: plan.id, flown: Some(FlownRow::from(&flown)) };
+    Ok((row, history))
+}
+
+/// Flies a run with its history, which goes to a file.
+pub(crate) fn keep_history(
+    folder: &Path,
+    asked: &FlightsFile,
+    plan: &Plan,
+    pilot: &mut Pilot,
+    run: u64,
+) -> Result<(PathBuf, Vec<Sample>), Error> {
+    let mut samples = Vec::new();
+    if let Some(sortie) = &plan.sortie {
+        pilot
+            .fly(sortie, &asked.options.settings(), &asked.dispersion(run), Some(&mut samples))
+            .map_err(|error| wrong_world(run, &error))?;
+    }
+    let folder = folder.join("history");
+    make_directory(&folder)?;
+    let file = folder.join(format!("{run}.parquet"));
+    history::write(&file, &samples, (run, &plan.id))?;
+    Ok((file, samples))
+}
+
+/// Writes the page of one run beside its plan.
+pub(crate) fn write_page(
+    folder: &Path,
+    plan: &Plan,
+    run: u64,
+    samples: &[Sample],
+) -> Result<(), Error> {
+    let file = PlanFile::read(&plan.file)?;
+    let flights = vec![history::shown(run, samples)];
+    let shown = Shown { plan: &file, flights };
+    let text = remora_web::page(&[shown]).map_err(|failure| failure.error.at(&plan.file))?;
+    let folder = folder.join(PAGES);
+    make_directory(&folder)?;
+    write_atomically(&folder.join(format!("{run}.html")), text.as_bytes())
+}
+
+pub(crate) fn is_captured(row: &Row) -> bool {
+    row.flown.as_ref().is_some_and(|flown| flown.ending == Ending::Captured)
+}
+
+pub(crate) fn failed(file: &Path, error: &dyn std::fmt::Display) -> Error {
+    Error::Output { file: file.into(), reason: error.to_string() }
+}
+
+/// A world that cannot be flown in is one of errors that nobody could mean.
+pub(crate) fn wrong_world(run: u64, error: &WorldError) -> Error {
+    let reason = format!("run {run}: the world cannot be flown in: {error}");
+    Error::argument("--errors (campaign: --fly)", reason)
+}
+
+/// The same where a folder says what the errors are, and no argument does.
+pub(crate) fn of_folder(folder: &Path, error: Error) -> Error {
+    match error {
+        Error::Argument { reason, .. } => Error::input(&folder.join(FLIGHTS), "errors", reason),
+        other => other,
+    }
+}

@@ -1,0 +1,7 @@
+//! From a scenario to a plan file.
+
+mod job;
+mod planner;
+
+pub use job::{PlanJob, refusal};
+pub use planner::{Planned, Planner, Subproblem, WallClock};
