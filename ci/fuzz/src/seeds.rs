@@ -10,7 +10,7 @@ use remora_host::draw::draw_one;
 use remora_host::formats::{Cell, Column, ScenarioSet, json, parquet_table};
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method, Mode};
-use remora_host::planning::{Planned, Planner};
+use remora_host::planning::{PlanOutcome, Planner};
 use remora_learn::dataset::Manifest;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ fn fixtures(folder: &str, end: &str) -> Vec<Vec<u8>> {
 }
 
 /// A plan that is quickly made.
-fn planned() -> Planned {
+fn planned() -> PlanOutcome {
     let mission = Mission::default();
     let scenario = draw_one(1, 0, &mission).expect("the built-in mission allows starts");
     let (mode, integrator) = (Mode::Feasible, Integrator::Euler);

@@ -3,7 +3,7 @@
 //!
 //! A file holds one spacecraft: many readers take no more.
 
-use crate::chief::{Chief, Named};
+use crate::chief::{Chief, Designation};
 use crate::epoch::Epoch;
 use crate::inertial::{Row, Spacecraft};
 use nalgebra::Vector3;
@@ -27,7 +27,7 @@ pub struct Heading<'a> {
 }
 
 impl Heading<'_> {
-    fn named(&self) -> &Named {
+    fn named(&self) -> &Designation {
         match self.of {
             Spacecraft::Target => &self.chief.target,
             Spacecraft::Servicer => &self.chief.servicer,

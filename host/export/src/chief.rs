@@ -35,10 +35,10 @@ pub struct ChiefFile {
     pub state: Option<State>,
     /// The target's name and designator.
     #[serde(default)]
-    pub target: Named,
+    pub target: Designation,
     /// The servicer's.
     #[serde(default)]
-    pub servicer: Named,
+    pub servicer: Designation,
 }
 
 /// Keplerian elements; shape and inclination are the mission's where they are left out.
@@ -72,7 +72,7 @@ pub struct State {
 /// What a spacecraft is called.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Named {
+pub struct Designation {
     /// Its name.
     pub name: Option<String>,
     /// Its international designator, such as `2026-001A`.
@@ -85,9 +85,9 @@ pub struct Chief {
     /// Name of the inertial axes.
     pub frame: String,
     /// What the target is called.
-    pub target: Named,
+    pub target: Designation,
     /// What the servicer is called.
-    pub servicer: Named,
+    pub servicer: Designation,
     /// Key that gives the orbit's shape.
     shape: &'static str,
     /// Gravitational parameter [m^3/s^2].

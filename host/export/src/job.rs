@@ -73,7 +73,7 @@ pub struct Export {
 
 /// A file that was made.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Exported {
+pub struct ExportFile {
     /// The file.
     pub file: PathBuf,
     /// Its kind.
@@ -86,7 +86,7 @@ pub struct Exported {
 
 /// All files, as `remora export --json` prints them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ExportedAll {
+pub struct ExportSummary {
     /// `remora-export/1`.
     pub format: &'static str,
     /// Id of the plan's scenario.
@@ -94,7 +94,7 @@ pub struct ExportedAll {
     /// Time that the plan spans [s].
     pub duration_s: f64,
     /// One a file.
-    pub files: Vec<Exported>,
+    pub files: Vec<ExportFile>,
 }
 
 impl Export {
@@ -116,7 +116,7 @@ impl Export {
     /// # Errors
     /// A plan, chief or step that cannot be used; files that may not be replaced or cannot be written, which is
     /// found out before any is.
-    pub fn run(&self, keep: impl Fn(&Path) -> Result<(), Error>) -> Result<ExportedAll, Error> {
+    pub fn run(&self, keep: impl Fn(&Path) -> Result<(), Error>) -> Result<ExportSummary, Error> {
         let plan = PlanFile::read(&self.plan)?;
         let motion = Motion::of(&self.plan, &plan, self.step)?;
         let chief = self.chief.as_ref().map(|file| chief(file, &motion)).transpose()?;
@@ -135,10 +135,10 @@ impl Export {
         let mut files = Vec::new();
         for (format, file, bytes) in filled {
             write_atomically(&file, &bytes)?;
-            files.push(Exported { file, format, rows, bytes: bytes.len() });
+            files.push(ExportFile { file, format, rows, bytes: bytes.len() });
         }
         let duration_s = motion.duration();
-        Ok(ExportedAll { format: "remora-export/1", scenario: plan.scenario, duration_s, files })
+        Ok(ExportSummary { format: "remora-export/1", scenario: plan.scenario, duration_s, files })
     }
 
     /// What stands in one file.

@@ -10,12 +10,12 @@
 //! DIR/pages/RUN.html           those of them that the page shows, in three dimensions
 //! ```
 
-use crate::flights_file::{FLIGHTS, FlightsFile, Header};
+use crate::flights_file::{FLIGHTS, FlightsFile, FlightsHeader};
 use crate::keep::Keep;
 use crate::pilot::Pilot;
 use crate::report::{self, Notable};
 use crate::results::Results;
-use crate::row::{ABOUT, Drawn, FlownRow, Row};
+use crate::row::{ABOUT, ErrorColumn, FlightRow, Row};
 use crate::run::{Plan, failed, is_captured, keep_history, planned, write_page, wrong_world};
 use crate::statistics::Summary;
 use crate::until::Until;
@@ -80,7 +80,7 @@ impl Flights {
     /// flights' file is not written over: their journal has refused these by then.
     fn begin(&self) -> Result<(Journal<Row>, Vec<Option<Row>>), Error> {
         make_directory(&self.out)?;
-        let header = Header::new(&self.asked);
+        let header = FlightsHeader::new(&self.asked);
         let journal = self.out.join(JOURNAL);
         let check = |row: &Row| row.check(self.asked.count());
         Journal::look(&journal, &header, &check)?;
@@ -164,13 +164,13 @@ impl Flights {
     }
 
     /// What is drawn, by the first plan that can be flown.
-    pub(crate) fn drawn(&self, plans: &[Plan]) -> Result<Vec<Drawn>, Error> {
+    pub(crate) fn drawn(&self, plans: &[Plan]) -> Result<Vec<ErrorColumn>, Error> {
         let Some(sortie) = plans.iter().find_map(|plan| plan.sortie.as_ref()) else {
             return Ok(Vec::new());
         };
         let quantities = sortie.drawn(&self.asked.options.settings(), &self.asked.dispersion(0));
         let named = |quantities: Vec<remora_truth::Quantity>| {
-            quantities.into_iter().map(|q| Drawn { name: q.name, unit: q.unit }).collect()
+            quantities.into_iter().map(|q| ErrorColumn { name: q.name, unit: q.unit }).collect()
         };
         quantities.map(named).map_err(|error| wrong_world(0, &error))
     }
@@ -182,7 +182,7 @@ impl Flights {
             None => None,
             Some(sortie) => {
                 let flown = pilot.fly(sortie, &settings, &self.asked.dispersion(run), None);
-                Some(FlownRow::from(&flown.map_err(|error| wrong_world(run, &error))?))
+                Some(FlightRow::from(&flown.map_err(|error| wrong_world(run, &error))?))
             }
         };
         Ok(Row { run, scenario: plan.id.clone(), flown })
@@ -200,7 +200,12 @@ impl Flights {
         ]
     }
 
-    fn end(&self, rows: Vec<Row>, drawn: Vec<Drawn>, plans: &[Plan]) -> Result<Results, Error> {
+    fn end(
+        &self,
+        rows: Vec<Row>,
+        drawn: Vec<ErrorColumn>,
+        plans: &[Plan],
+    ) -> Result<Results, Error> {
         let summary = Summary::of(&rows, &drawn);
         let [table, summary_file] = self.files();
         let columns: Vec<_> = rows.iter().map(|row| row.columns(&drawn)).collect();

@@ -111,7 +111,7 @@ fn is_within(path: &Path) -> bool {
 /// Header of the journal of flights.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Header {
+pub(crate) struct FlightsHeader {
     format: String,
     version: String,
     program: String,
@@ -120,7 +120,7 @@ pub(crate) struct Header {
     part: Option<Part>,
 }
 
-impl Header {
+impl FlightsHeader {
     /// That of what is flown, whole.
     pub(crate) fn new(asked: &FlightsFile) -> Self {
         Self {
@@ -150,7 +150,7 @@ impl Header {
     }
 }
 
-impl Heading for Header {
+impl Heading for FlightsHeader {
     const FORMAT: &'static str = "remora-flights-journal/1";
     const WORK: &'static str = "series of flights";
 

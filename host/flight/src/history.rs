@@ -5,7 +5,7 @@ use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
 use remora_host::error::Error;
 use remora_host::formats::{Cell, Column, Numbers, parquet_table, write_atomically};
-use remora_web::{Flown, Instant};
+use remora_web::{FlightTrack, Instant};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -136,9 +136,9 @@ impl From<&Sample> for Instant {
 }
 
 /// A run as pages show it.
-pub fn shown(run: u64, history: &[Sample]) -> Flown {
+pub fn shown(run: u64, history: &[Sample]) -> FlightTrack {
     let instants: Vec<Instant> = history.iter().map(Instant::from).collect();
-    Flown::new(format!("run {run}"), &instants)
+    FlightTrack::new(format!("run {run}"), &instants)
 }
 
 /// Writes a history as a Parquet file, whole or not at all.
@@ -161,7 +161,7 @@ pub fn write(file: &Path, history: &[Sample], (run, scenario): (u64, &str)) -> R
 ///
 /// # Errors
 /// The file with what is wrong with it: no table, another format, a column that is missing.
-pub fn read(file: &Path) -> Result<(String, Flown), Error> {
+pub fn read(file: &Path) -> Result<(String, FlightTrack), Error> {
     let table = Numbers::read(file)?;
     let entry = |key: &str| table.entries.get(key).cloned().unwrap_or_default();
     let format = entry("remora.format");
@@ -170,7 +170,10 @@ pub fn read(file: &Path) -> Result<(String, Flown), Error> {
         return Err(Error::input(file, "remora.format", reason));
     }
     let instants = instants(file, &table)?;
-    Ok((entry("remora.scenario"), Flown::new(format!("run {}", entry("remora.run")), &instants)))
+    Ok((
+        entry("remora.scenario"),
+        FlightTrack::new(format!("run {}", entry("remora.run")), &instants),
+    ))
 }
 
 fn instants(file: &Path, table: &Numbers) -> Result<Vec<Instant>, Error> {

@@ -9,9 +9,9 @@
 //! ```
 
 use crate::campaign::{Flights, SUMMARY};
-use crate::flights_file::{FLIGHTS, FlightsFile, Header};
+use crate::flights_file::{FLIGHTS, FlightsFile, FlightsHeader};
 use crate::pilot::Pilot;
-use crate::row::{Drawn, Row};
+use crate::row::{ErrorColumn, Row};
 use crate::run::{Plan, failed, is_captured, of_folder};
 use crate::statistics::Summary;
 use remora_host::error::{Error, FieldError};
@@ -19,7 +19,8 @@ use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{Column, TableReader, json, make_directory, write_first};
 use remora_host::part::{self, Part};
 use remora_host::parts::{
-    Checksum, Difference, Gathered, KEY, Made, Sample, Then, Work, again, differing, make,
+    Checksum, Difference, GatheredParts, KEY, PartSummary, Sample, Then, Work, again, differing,
+    make,
 };
 use remora_host::progress::Progress;
 use std::collections::BTreeMap;
@@ -30,13 +31,13 @@ use std::path::{Path, PathBuf};
 const GROUP: usize = 1 << 16;
 
 /// Flights as work that is shared out.
-struct Shared<'a> {
+struct FlightsWork<'a> {
     flights: &'a Flights,
     plans: Vec<Plan>,
-    drawn: Vec<Drawn>,
+    drawn: Vec<ErrorColumn>,
 }
 
-impl<'a> Shared<'a> {
+impl<'a> FlightsWork<'a> {
     /// Reads the plans.
     fn new(flights: &'a Flights) -> Result<Self, Error> {
         let plans = flights.plans()?;
@@ -45,9 +46,9 @@ impl<'a> Shared<'a> {
     }
 }
 
-impl Work for Shared<'_> {
+impl Work for FlightsWork<'_> {
     type Worker = Pilot;
-    type Header = Header;
+    type Header = FlightsHeader;
     type Kept = Row;
     const COUNTED: &'static str = "runs";
 
@@ -55,8 +56,8 @@ impl Work for Shared<'_> {
         self.flights.asked.count()
     }
 
-    fn header(&self, part: Part) -> Header {
-        Header::of_part(&self.flights.asked, part)
+    fn header(&self, part: Part) -> FlightsHeader {
+        FlightsHeader::of_part(&self.flights.asked, part)
     }
 
     fn entries(&self) -> Vec<(&'static str, String)> {
@@ -91,9 +92,13 @@ impl Work for Shared<'_> {
 ///
 /// # Errors
 /// As [`Flights::fly`]; a folder of other flights.
-pub fn fly(flights: &Flights, part: Part, progress: &mut dyn Progress) -> Result<Made, Error> {
-    part.check(flights.asked.count(), Shared::COUNTED)?;
-    let shared = Shared::new(flights)?;
+pub fn fly(
+    flights: &Flights,
+    part: Part,
+    progress: &mut dyn Progress,
+) -> Result<PartSummary, Error> {
+    part.check(flights.asked.count(), FlightsWork::COUNTED)?;
+    let shared = FlightsWork::new(flights)?;
     make_directory(&flights.out)?;
     agree(flights)?;
     make(&shared, part, flights.jobs, &flights.out, progress)
@@ -119,14 +124,14 @@ fn agree(flights: &Flights) -> Result<(), Error> {
 ///
 /// # Errors
 /// A folder without parts; one that is damaged or of other flights than the folder's.
-pub fn gather(folder: &Path) -> Result<Gathered<Summary>, Error> {
+pub fn gather(folder: &Path) -> Result<GatheredParts<Summary>, Error> {
     let asked = FlightsFile::read(folder)?;
     let tables = part::tables(folder)?;
     let (mut rows, mut names, mut program) = (Vec::new(), Vec::new(), None);
     let mut checksum = Checksum::default();
     for (part, file) in &tables {
         let table = TableReader::open(file)?;
-        let header: Header = part::said(file, &table, KEY)?;
+        let header: FlightsHeader = part::said(file, &table, KEY)?;
         let first = program.get_or_insert_with(|| header.clone());
         if let Some(reason) = header.mismatch(first, *part, &fingerprint(&asked)) {
             return Err(Error::input(file, KEY, reason));
@@ -135,13 +140,13 @@ pub fn gather(folder: &Path) -> Result<Gathered<Summary>, Error> {
         names = table.names;
     }
     let summary = Summary::of(&rows, &drawn(&names));
-    Gathered::new(tables, &checksum, summary, Vec::new(), &folder.join(SUMMARY))
+    GatheredParts::new(tables, &checksum, summary, Vec::new(), &folder.join(SUMMARY))
 }
 
 /// Names of what was drawn, by those of columns.
-fn drawn(names: &[String]) -> Vec<Drawn> {
+fn drawn(names: &[String]) -> Vec<ErrorColumn> {
     let drawn = names.iter().filter_map(|name| name.strip_prefix("drawn."));
-    drawn.map(|name| Drawn { name: name.into(), unit: "" }).collect()
+    drawn.map(|name| ErrorColumn { name: name.into(), unit: "" }).collect()
 }
 
 /// The rows of a part, once they are its runs and have its checksum; `all` is that of what is read.
@@ -175,13 +180,13 @@ fn read(
 /// A plan that is gone; a world that cannot be flown in; a part that has changed since.
 pub fn recompute(
     folder: &Path,
-    gathered: &Gathered<Summary>,
+    gathered: &GatheredParts<Summary>,
     sample: u64,
     jobs: NonZeroUsize,
     progress: &mut dyn Progress,
 ) -> Result<Vec<Difference>, Error> {
     let flights = Flights::again(folder, jobs)?;
-    let shared = Shared::new(&flights).map_err(|error| of_folder(folder, error))?;
+    let shared = FlightsWork::new(&flights).map_err(|error| of_folder(folder, error))?;
     let mut rows = BTreeMap::new();
     let mut picked = Sample::of(sample, shared.count());
     for (part, file) in &gathered.tables {

@@ -1,6 +1,6 @@
 //! Flights of arms of any number of joints, by the code of the two sizes that this program is built for.
 
-use crate::flight::{Flight, Flown, Moment, Settings};
+use crate::flight::{Flight, FlightOutcome, Moment, Settings};
 use crate::history::Sample;
 use crate::nominal;
 use crate::options::Options;
@@ -9,7 +9,7 @@ use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::stages::LINKS;
 use remora_core::advanced::time::Clock;
 use remora_core::prelude::{Valid, Validate};
-use remora_host::engine::{Roomy, Usual};
+use remora_host::engine::{AnyArmEngine, DefaultArmEngine};
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::{MAX_JOINTS, PlanFile};
 use remora_host::guess;
@@ -19,7 +19,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// A plan that can be flown.
-pub struct Sortie(Sized);
+pub struct Sortie(Size);
 
 /// Limits of a mission, for pictures.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,9 +34,9 @@ pub struct Bounds {
     pub bus_torque: f64,
 }
 
-enum Sized {
-    Usual(Box<Parts<LINKS>>),
-    Roomy(Box<Parts<MAX_JOINTS>>, usize),
+enum Size {
+    Default(Box<Parts<LINKS>>),
+    Any(Box<Parts<MAX_JOINTS>>, usize),
 }
 
 struct Parts<const M: usize> {
@@ -105,10 +105,10 @@ impl Sortie {
         let made = inputs.read::<NL>(&plan.scenario).map_err(|error| error.at(file))?;
         let wrong = |reason: String| Error::input(file, "integrator", reason);
         let sized = match NL {
-            LINKS => Sized::Usual(Box::new(
+            LINKS => Size::Default(Box::new(
                 Parts::new(&made.mission, &made.scenario, plan).map_err(wrong)?,
             )),
-            _ => Sized::Roomy(
+            _ => Size::Any(
                 Box::new(Parts::new(&made.mission, &made.scenario, plan).map_err(wrong)?),
                 NL,
             ),
@@ -122,8 +122,8 @@ impl Sortie {
     /// The field of the options, and why.
     pub fn check(&self, options: &Options) -> Result<(), FieldError> {
         let orbit = match &self.0 {
-            Sized::Usual(parts) => &parts.mission.orbit,
-            Sized::Roomy(parts, _) => &parts.mission.orbit,
+            Size::Default(parts) => &parts.mission.orbit,
+            Size::Any(parts, _) => &parts.mission.orbit,
         };
         options.check_orbit(orbit)
     }
@@ -131,16 +131,16 @@ impl Sortie {
     /// The mission's limits.
     pub fn bounds(&self) -> Bounds {
         match &self.0 {
-            Sized::Usual(parts) => parts.bounds(LINKS),
-            Sized::Roomy(parts, joints) => parts.bounds(*joints),
+            Size::Default(parts) => parts.bounds(LINKS),
+            Size::Any(parts, joints) => parts.bounds(*joints),
         }
     }
 
     /// What an abort and a free drift from each node do, in the planner's world.
     pub fn safety(&self) -> Vec<Safety> {
         match &self.0 {
-            Sized::Usual(parts) => safety(parts),
-            Sized::Roomy(parts, _) => roomy_safety(parts),
+            Size::Default(parts) => safety(parts),
+            Size::Any(parts, _) => roomy_safety(parts),
         }
     }
 
@@ -154,8 +154,8 @@ impl Sortie {
         dispersion: &Dispersion,
     ) -> Result<Vec<Quantity>, WorldError> {
         match &self.0 {
-            Sized::Usual(parts) => parts.drawn(settings, dispersion),
-            Sized::Roomy(parts, joints) => {
+            Size::Default(parts) => parts.drawn(settings, dispersion),
+            Size::Any(parts, joints) => {
                 let mut drawn = parts.drawn(settings, dispersion)?;
                 drawn.retain(|drawn| is_of_arm(&drawn.name, *joints));
                 Ok(drawn)
@@ -167,8 +167,8 @@ impl Sortie {
 /// Flies; the planner that plans again is its own.
 #[derive(Default)]
 pub struct Pilot {
-    usual: Option<Box<Usual>>,
-    roomy: Option<Box<Roomy>>,
+    usual: Option<Box<DefaultArmEngine>>,
+    roomy: Option<Box<AnyArmEngine>>,
     clock: Option<Arc<dyn Clock + Send>>,
 }
 
@@ -188,15 +188,15 @@ impl Pilot {
         settings: &Settings,
         dispersion: &Dispersion,
         history: Option<&mut Vec<Sample>>,
-    ) -> Result<Flown, WorldError> {
+    ) -> Result<FlightOutcome, WorldError> {
         match &sortie.0 {
-            Sized::Usual(parts) => {
-                let engine = self.usual.get_or_insert_with(|| on_heap(Usual::default));
+            Size::Default(parts) => {
+                let engine = self.usual.get_or_insert_with(|| on_heap(DefaultArmEngine::default));
                 engine.clock = self.clock.clone();
                 usual(parts, settings, dispersion, engine, history)
             }
-            Sized::Roomy(parts, joints) => {
-                let engine = self.roomy.get_or_insert_with(|| on_heap(Roomy::default));
+            Size::Any(parts, joints) => {
+                let engine = self.roomy.get_or_insert_with(|| on_heap(AnyArmEngine::default));
                 engine.clock = self.clock.clone();
                 let mut flown = roomy(parts, settings, dispersion, engine, history, *joints)?;
                 flown.drawn.retain(|drawn| is_of_arm(&drawn.name, *joints));
@@ -228,9 +228,9 @@ fn usual(
     parts: &Parts<LINKS>,
     settings: &Settings,
     dispersion: &Dispersion,
-    engine: &mut Usual,
+    engine: &mut DefaultArmEngine,
     mut history: Option<&mut Vec<Sample>>,
-) -> Result<Flown, WorldError> {
+) -> Result<FlightOutcome, WorldError> {
     let Parts { mission, scenario, plan } = parts;
     let mut watch = |moment: &Moment<'_, LINKS>| {
         if let Some(history) = &mut history {
@@ -245,10 +245,10 @@ fn roomy(
     parts: &Parts<MAX_JOINTS>,
     settings: &Settings,
     dispersion: &Dispersion,
-    engine: &mut Roomy,
+    engine: &mut AnyArmEngine,
     mut history: Option<&mut Vec<Sample>>,
     joints: usize,
-) -> Result<Flown, WorldError> {
+) -> Result<FlightOutcome, WorldError> {
     let Parts { mission, scenario, plan } = parts;
     let mut watch = |moment: &Moment<'_, MAX_JOINTS>| {
         if let Some(history) = &mut history {

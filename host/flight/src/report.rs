@@ -5,7 +5,7 @@ use crate::flights_file::FlightsFile;
 use crate::history::Sample;
 use crate::pilot::Bounds;
 use crate::results::Results;
-use crate::row::{FlownRow, Row};
+use crate::row::{FlightRow, Row};
 use crate::run::PAGES;
 use crate::statistics::{Influence, Summary};
 use remora_core::advanced::guidance::FlightMode;
@@ -86,7 +86,7 @@ fn headline(summary: &Summary) -> String {
     }
 }
 
-fn flown(results: &Results) -> impl Iterator<Item = &FlownRow> {
+fn flown(results: &Results) -> impl Iterator<Item = &FlightRow> {
     results.rows.iter().filter_map(|row| row.flown.as_ref())
 }
 
@@ -113,7 +113,7 @@ fn miss(asked: &FlightsFile, results: &Results) -> Result<String, Error> {
 }
 
 fn spreads(results: &Results) -> Result<String, Error> {
-    let positive = |of: fn(&FlownRow) -> f64| {
+    let positive = |of: fn(&FlightRow) -> f64| {
         flown(results).map(of).filter(|x| *x > 0.0 && x.is_finite()).collect::<Vec<_>>()
     };
     Distributions {

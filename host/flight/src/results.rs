@@ -1,6 +1,6 @@
 //! Flights that were flown.
 
-use crate::row::{Drawn, Row};
+use crate::row::{ErrorColumn, Row};
 use crate::statistics::Summary;
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ pub struct Results {
     /// A row a run, in their order.
     pub rows: Vec<Row>,
     /// What was drawn, in the order of the rows' numbers.
-    pub drawn: Vec<Drawn>,
+    pub drawn: Vec<ErrorColumn>,
     /// Statistics over them.
     pub summary: Summary,
     /// The files written at the end.

@@ -1,6 +1,6 @@
 //! One flight as a row.
 
-use crate::flight::{Ending, Flown};
+use crate::flight::{Ending, FlightOutcome};
 use crate::judge::{Arrival, Room};
 use remora_host::error::FieldError;
 use remora_host::formats::{Cell, Column};
@@ -15,13 +15,13 @@ pub struct Row {
     /// Id of the scenario.
     pub scenario: String,
     /// What came of it; none where there was no plan to fly.
-    pub flown: Option<FlownRow>,
+    pub flown: Option<FlightRow>,
 }
 
 /// What came of a flight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct FlownRow {
+pub struct FlightRow {
     /// How it ended.
     pub ending: Ending,
     /// When [s].
@@ -42,8 +42,8 @@ pub struct FlownRow {
     pub drawn: Vec<f64>,
 }
 
-impl From<&Flown> for FlownRow {
-    fn from(flown: &Flown) -> Self {
+impl From<&FlightOutcome> for FlightRow {
+    fn from(flown: &FlightOutcome) -> Self {
         Self {
             ending: flown.ending,
             time_s: flown.time_s,
@@ -58,7 +58,7 @@ impl From<&Flown> for FlownRow {
     }
 }
 
-impl FlownRow {
+impl FlightRow {
     /// Refuses what no flight comes to. Its numbers are all finite: a journal keeps no others.
     fn check(&self) -> Result<(), FieldError> {
         let wrong = |field: String, reason: String| Err(FieldError::new(field, reason));
@@ -142,7 +142,7 @@ pub(crate) const ABOUT: [(&str, &str); 22] = [
 
 /// Name and unit of something that is drawn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Drawn {
+pub struct ErrorColumn {
     /// Section and key of the errors file, with what it belongs to.
     pub name: String,
     /// Its unit; empty where it has none.
@@ -158,17 +158,17 @@ impl Row {
         if self.run >= count {
             return Err(FieldError::new("run", format!("is {}, of {count} runs", self.run)));
         }
-        self.flown.as_ref().map_or(Ok(()), FlownRow::check)
+        self.flown.as_ref().map_or(Ok(()), FlightRow::check)
     }
 
     /// The row with names and units of its columns; NaN where there was no plan to fly.
-    pub fn columns(&self, drawn: &[Drawn]) -> Vec<Column> {
+    pub fn columns(&self, drawn: &[ErrorColumn]) -> Vec<Column> {
         let mut columns = Vec::new();
         let mut push = |name: &str, unit: &'static str, cell: Cell| {
             columns.push(Column { name: name.to_string(), unit, cell });
         };
         let flown = self.flown.as_ref();
-        let number = |of: &dyn Fn(&FlownRow) -> f64| Cell::Number(flown.map_or(f64::NAN, of));
+        let number = |of: &dyn Fn(&FlightRow) -> f64| Cell::Number(flown.map_or(f64::NAN, of));
         let ending = flown.map_or("no_plan", |flown| flown.ending.name());
         push("run", "", Cell::Integer(i64::try_from(self.run).unwrap_or(i64::MAX)));
         push("scenario", "", Cell::Text(self.scenario.clone()));
@@ -219,9 +219,9 @@ impl Ending {
 mod tests {
     use super::*;
 
-    fn flown() -> FlownRow {
+    fn flown() -> FlightRow {
         let room = Room { view: 0.5, joint_rate: 0.5, command: 0.5, ..Room::ALL };
-        FlownRow {
+        FlightRow {
             ending: Ending::Captured,
             time_s: 1200.0,
             arrival: Arrival {
@@ -248,14 +248,14 @@ mod tests {
 
     #[test]
     fn what_no_flight_comes_to_is_refused() {
-        let refused = |change: &dyn Fn(&mut FlownRow)| {
+        let refused = |change: &dyn Fn(&mut FlightRow)| {
             let mut flown = flown();
             change(&mut flown);
             let row = Row { run: 0, scenario: "a".into(), flown: Some(flown) };
             row.check(1).map_err(|error| error.field).err().unwrap_or_default()
         };
         assert_eq!(refused(&|_| ()), "");
-        type Change<'a> = &'a dyn Fn(&mut FlownRow);
+        type Change<'a> = &'a dyn Fn(&mut FlightRow);
         let changes: [(Change<'_>, &str); 11] = [
             (&|f| f.replans = [1, 2], "flown.replans"),
             (&|f| f.time_s = f64::INFINITY, "flown.time_s"),
@@ -272,14 +272,14 @@ mod tests {
         for (change, field) in changes {
             assert_eq!(refused(change), field);
         }
-        let missed = |f: &mut FlownRow| (f.ending, f.room.arm_m) = (Ending::Collided, -0.1);
+        let missed = |f: &mut FlightRow| (f.ending, f.room.arm_m) = (Ending::Collided, -0.1);
         assert_eq!(refused(&missed), "");
     }
 
     #[test]
     fn every_column_is_explained_once_and_nothing_else() {
         let row = Row { run: 0, scenario: "a".into(), flown: None };
-        let columns = row.columns(&[Drawn { name: "mass.mass".into(), unit: "" }]);
+        let columns = row.columns(&[ErrorColumn { name: "mass.mass".into(), unit: "" }]);
         let is_of = |name: &str, entry: &str| match entry.strip_suffix('*') {
             Some(start) => name.starts_with(start),
             None => name == entry,

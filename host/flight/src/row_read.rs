@@ -2,7 +2,7 @@
 
 use crate::flight::Ending;
 use crate::judge::{Arrival, Room};
-use crate::row::{FlownRow, Row};
+use crate::row::{FlightRow, Row};
 use remora_host::formats::Cell;
 
 /// Cells that are taken one by one.
@@ -53,7 +53,7 @@ impl Row {
     }
 }
 
-fn flown(ending: Ending, cells: &mut Cells<'_>) -> Option<FlownRow> {
+fn flown(ending: Ending, cells: &mut Cells<'_>) -> Option<FlightRow> {
     let time_s = cells.number()?;
     let miss_m = cells.number()?;
     let miss_target_m = [cells.number()?, cells.number()?, cells.number()?];
@@ -78,7 +78,7 @@ fn flown(ending: Ending, cells: &mut Cells<'_>) -> Option<FlownRow> {
     while let Some(value) = cells.number() {
         drawn.push(value);
     }
-    Some(FlownRow {
+    Some(FlightRow {
         ending,
         time_s,
         arrival,
@@ -94,11 +94,11 @@ fn flown(ending: Ending, cells: &mut Cells<'_>) -> Option<FlownRow> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::row::Drawn;
+    use crate::row::ErrorColumn;
 
     #[test]
     fn a_row_is_read_as_it_was_written() {
-        let flown = FlownRow {
+        let flown = FlightRow {
             ending: Ending::Missed,
             time_s: 1200.0,
             arrival: Arrival {
@@ -114,13 +114,13 @@ mod tests {
             impulse_n_s: 7.0,
             drawn: vec![8.0, -0.0],
         };
-        let drawn = ["a", "b"].map(|name| Drawn { name: name.into(), unit: "m" });
+        let drawn = ["a", "b"].map(|name| ErrorColumn { name: name.into(), unit: "m" });
         for row in [
             Row { run: 5, scenario: "s1-000".into(), flown: Some(flown.clone()) },
             Row {
                 run: 6,
                 scenario: "b".into(),
-                flown: Some(FlownRow { violations: Vec::new(), ..flown }),
+                flown: Some(FlightRow { violations: Vec::new(), ..flown }),
             },
             Row { run: 7, scenario: "c".into(), flown: None },
         ] {

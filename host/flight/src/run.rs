@@ -4,7 +4,7 @@ use crate::flight::Ending;
 use crate::flights_file::{FLIGHTS, FlightsFile};
 use crate::history::{self, Sample};
 use crate::pilot::{Pilot, Sortie};
-use crate::row::{FlownRow, Row};
+use crate::row::{FlightRow, Row};
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, Verdict, make_directory, write_atomically};
 use remora_truth::WorldError;
@@ -58,7 +58,7 @@ pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
         .map_err(|error| of_folder(folder, error))?;
     let flown = pilot.fly(sortie, &asked.options.settings(), &asked.dispersion(run), None);
     let flown = flown.map_err(|error| of_folder(folder, wrong_world(run, &error)))?;
-    let row = Row { run, scenario: plan.id, flown: Some(FlownRow::from(&flown)) };
+    let row = Row { run, scenario: plan.id, flown: Some(FlightRow::from(&flown)) };
     Ok((row, history))
 }
 

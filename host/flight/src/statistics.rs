@@ -1,7 +1,7 @@
 //! Statistics over flights: endings, spreads, and the errors that go with the miss.
 
 use crate::flight::Ending;
-use crate::row::{Drawn, FlownRow, Row};
+use crate::row::{ErrorColumn, FlightRow, Row};
 use remora_host::statistics::{
     CONFIDENCE, NORMAL, Share, correlation_chance, percentile, rank_correlation,
 };
@@ -68,7 +68,7 @@ const FEWEST: usize = 10;
 
 /// Errors that correlate with the miss more than by chance, the strongest first: the first to improve. With
 /// [`CONFIDENCE`] none is there by chance, however many errors were tested (Holm 1979).
-pub fn influences(rows: &[FlownRow], drawn: &[Drawn]) -> Vec<Influence> {
+pub fn influences(rows: &[FlightRow], drawn: &[ErrorColumn]) -> Vec<Influence> {
     if rows.len() < FEWEST {
         return Vec::new();
     }
@@ -117,8 +117,8 @@ pub struct Summary {
 
 impl Summary {
     /// Over some rows.
-    pub fn of(rows: &[Row], drawn: &[Drawn]) -> Self {
-        let flown: Vec<FlownRow> = rows.iter().filter_map(|row| row.flown.clone()).collect();
+    pub fn of(rows: &[Row], drawn: &[ErrorColumn]) -> Self {
+        let flown: Vec<FlightRow> = rows.iter().filter_map(|row| row.flown.clone()).collect();
         let count = flown.len() as u64;
         let ended = |ending: Ending| {
             let so = flown.iter().filter(|row| row.ending == ending).count() as u64;
@@ -129,7 +129,7 @@ impl Summary {
         for name in flown.iter().flat_map(|row| &row.violations) {
             *violations.entry(name.clone()).or_default() += 1;
         }
-        let spread = |name, of: &dyn Fn(&FlownRow) -> f64| Spread::of(name, flown.iter().map(of));
+        let spread = |name, of: &dyn Fn(&FlightRow) -> f64| Spread::of(name, flown.iter().map(of));
         let spreads = [
             spread("miss_m", &|row| row.arrival.miss_m),
             spread("angle_deg", &|row| row.arrival.angle_rad.to_degrees()),
@@ -158,7 +158,12 @@ mod tests {
     use crate::judge::{Arrival, Room};
 
     /// Flights whose miss and errors are independent, but for the first error's share in the miss.
-    fn flights(runs: usize, errors: usize, share: f64, seed: u64) -> (Vec<FlownRow>, Vec<Drawn>) {
+    fn flights(
+        runs: usize,
+        errors: usize,
+        share: f64,
+        seed: u64,
+    ) -> (Vec<FlightRow>, Vec<ErrorColumn>) {
         let mut state = seed;
         // SplitMix64.
         let mut uniform = || {
@@ -173,7 +178,7 @@ mod tests {
             let miss_m = uniform() + share * drawn[0].abs();
             let arrival =
                 Arrival { miss_m, miss_target_m: [0.0; 3], angle_rad: 0.0, speed_m_s: 0.0 };
-            FlownRow {
+            FlightRow {
                 ending: Ending::Captured,
                 time_s: 1200.0,
                 arrival,
@@ -185,7 +190,7 @@ mod tests {
                 drawn,
             }
         });
-        let named = |i: usize| Drawn { name: format!("error {i}"), unit: "m" };
+        let named = |i: usize| ErrorColumn { name: format!("error {i}"), unit: "m" };
         (rows.collect(), (0..errors).map(named).collect())
     }
 

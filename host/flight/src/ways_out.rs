@@ -1,6 +1,6 @@
 //! What becomes of an approach that must end at a node: computed with the plan, and flown in the truth.
 
-use crate::flight::{Flown, Settings, Way};
+use crate::flight::{FlightOutcome, Settings, Way};
 use crate::pilot::{Pilot, Sortie};
 use remora_core::advanced::guidance::Safety;
 use remora_host::error::Error;
@@ -96,8 +96,8 @@ impl WaysOut {
 }
 
 impl FlownWays {
-    fn of(escape: &Flown, drift: &Flown) -> Self {
-        let least = |flown: &Flown| {
+    fn of(escape: &FlightOutcome, drift: &FlightOutcome) -> Self {
+        let least = |flown: &FlightOutcome| {
             let room = &flown.room;
             room.arm_m.min(room.bus_m).min(room.own_m)
         };

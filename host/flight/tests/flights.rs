@@ -2,27 +2,29 @@
 
 mod common;
 
-use common::{Planned, planned};
+use common::{FlightCase, planned};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::Mission;
 use remora_core::nalgebra::{Vector3, Vector4};
 use remora_core::prelude::{Valid, Validate};
-use remora_flight::flight::{Controller, Ending, Flight, Flown, JointControl, Moment, Settings};
+use remora_flight::flight::{
+    Controller, Ending, Flight, FlightOutcome, JointControl, Moment, Settings,
+};
 use remora_flight::history::{self, Sample};
 use remora_flight::nominal::{self, Surroundings};
-use remora_host::engine::Usual;
+use remora_host::engine::DefaultArmEngine;
 use remora_truth::{Class, Dispersion, Errors, JointStuck, ThrusterLost, World};
 
 fn mission() -> Valid<Mission<3>> {
     Mission::<3>::default().validated().unwrap()
 }
 
-fn fly(planned: &Planned, settings: &Settings, errors: &Errors, run: u64) -> Flown {
+fn fly(planned: &FlightCase, settings: &Settings, errors: &Errors, run: u64) -> FlightOutcome {
     let mission = mission();
     let (scenario, plan) = planned;
     let flight = Flight { mission: &mission, scenario, plan, settings };
     let dispersion = Dispersion { errors: errors.clone(), seed: 3, run };
-    flight.fly(&dispersion, &mut Usual::default(), &mut |_| ()).unwrap()
+    flight.fly(&dispersion, &mut DefaultArmEngine::default(), &mut |_| ()).unwrap()
 }
 
 /// The truth begins where the scenario says, seen in its own RTN frame.
@@ -118,7 +120,7 @@ fn a_run_is_the_same_whatever_was_flown_before() {
     let first = fly(&planned[0], &settings, &Errors::typical(), 7);
     let (scenario, plan) = &planned[0];
     let flight = Flight { mission: &mission, scenario, plan, settings: &settings };
-    let mut engine = Usual::default();
+    let mut engine = DefaultArmEngine::default();
     let mut again = |run| {
         let dispersion = Dispersion { errors: Errors::typical(), seed: 3, run };
         flight.fly(&dispersion, &mut engine, &mut |_| ()).unwrap()
@@ -175,7 +177,7 @@ fn every_step_can_be_watched() {
         let dispersion = Dispersion { errors: Errors::none(), seed: 3, run: 0 };
         let mut times = Vec::new();
         let mut watch = |moment: &Moment<'_, 3>| times.push(moment.view.time);
-        let flown = flight.fly(&dispersion, &mut Usual::default(), &mut watch).unwrap();
+        let flown = flight.fly(&dispersion, &mut DefaultArmEngine::default(), &mut watch).unwrap();
         (flown, times)
     };
     let ((seldom, seconds), (often, steps)) = (watched(false), watched(true));
@@ -195,7 +197,7 @@ fn a_history_says_where_bodies_are_and_is_read_again() {
     let dispersion = Dispersion { errors: Errors::none(), seed: 3, run: 0 };
     let mut history = Vec::new();
     let mut watch = |moment: &Moment<'_, 3>| history.push(Sample::of(moment, 3));
-    flight.fly(&dispersion, &mut Usual::default(), &mut watch).unwrap();
+    flight.fly(&dispersion, &mut DefaultArmEngine::default(), &mut watch).unwrap();
     assert!(history.len() > 1000);
     let axes = |attitude: [f64; 4]| quaternion::rotation_matrix(&Vector4::from(attitude));
     for sample in &history {

@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::{Planned, planned};
+use common::{FlightCase, planned};
 use remora_core::advanced::model::{Mission, Switch};
 use remora_core::prelude::{Valid, Validate};
-use remora_flight::flight::{Ending, Flight, Flown, Moment, Settings};
-use remora_host::engine::Usual;
+use remora_flight::flight::{Ending, Flight, FlightOutcome, Moment, Settings};
+use remora_host::engine::DefaultArmEngine;
 use remora_host::formats::MissionFile;
 use remora_truth::{Dispersion, Errors};
 use serde_json::Value;
@@ -16,14 +16,14 @@ use std::f64::consts::FRAC_PI_2;
 /// Flies without errors. Returns the flight and the last state of the truth.
 fn fly(
     mission: &Valid<Mission<3>>,
-    (scenario, plan): &Planned,
+    (scenario, plan): &FlightCase,
     settings: &Settings,
-) -> (Flown, String) {
+) -> (FlightOutcome, String) {
     let dispersion = Dispersion { errors: Errors::none(), seed: 0, run: 0 };
     let mut last = String::new();
     let mut watch = |moment: &Moment<'_, 3>| last = format!("{:?}", moment.view);
     let flight = Flight { mission, scenario, plan, settings };
-    let flown = flight.fly(&dispersion, &mut Usual::default(), &mut watch).unwrap();
+    let flown = flight.fly(&dispersion, &mut DefaultArmEngine::default(), &mut watch).unwrap();
     (flown, last)
 }
 

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 /// A value that was read from a file, by which errors name it.
 #[derive(Clone, Debug)]
-pub struct Given<T> {
+pub struct FileValue<T> {
     /// The file.
     pub file: PathBuf,
     /// What it holds.
@@ -30,10 +30,10 @@ pub struct Given<T> {
 pub struct Check {
     /// Where the scenarios of plans are that hold none; others must agree with theirs. None is the
     /// built-in set, for the former only.
-    pub scenarios: Option<Given<ScenarioSet>>,
+    pub scenarios: Option<FileValue<ScenarioSet>>,
     /// The mission of plans that hold none; others must agree with theirs. None is the built-in
     /// mission, for the former only.
-    pub mission: Option<Given<MissionFile>>,
+    pub mission: Option<FileValue<MissionFile>>,
     /// The integrator to verify with; by default the one that a plan names.
     pub integrator: Option<Integrator>,
     /// The plan files.
@@ -42,7 +42,7 @@ pub struct Check {
 
 /// What became of one plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Checked {
+pub struct PlanCheck {
     /// The file.
     pub file: PathBuf,
     /// The scenario it is for.
@@ -76,18 +76,18 @@ pub struct Checks<'a> {
     /// `remora-check/1`.
     pub format: &'static str,
     /// One a plan, in the order they were given.
-    pub plans: &'a [Checked],
+    pub plans: &'a [PlanCheck],
 }
 
 impl<'a> Checks<'a> {
     /// Of plans that were checked.
-    pub fn new(plans: &'a [Checked]) -> Self {
+    pub fn new(plans: &'a [PlanCheck]) -> Self {
         Self { format: "remora-check/1", plans }
     }
 }
 
 /// A plan with what it was made for, an arm of `NL` joints.
-struct Made<const NL: usize> {
+struct PlanCase<const NL: usize> {
     plan: PlanFile,
     scenario: Scenario<NL>,
     mission: Mission<NL>,
@@ -96,7 +96,7 @@ struct Made<const NL: usize> {
 /// A plan for an arm of any number of joints.
 trait Verify {
     /// Verifies it, by another integrator than its own where one is given.
-    fn checked(&self, file: PathBuf, integrator: Option<Integrator>) -> Checked;
+    fn checked(&self, file: PathBuf, integrator: Option<Integrator>) -> PlanCheck;
 }
 
 /// A field of a plan that is not what is recomputed.
@@ -128,7 +128,7 @@ impl Check {
     /// # Errors
     /// The first file that cannot be read or understood, whose scenario is not in the set, or that
     /// was made for another scenario or mission than those given.
-    pub fn run(&self) -> Result<Vec<Checked>, Error> {
+    pub fn run(&self) -> Result<Vec<PlanCheck>, Error> {
         let made = self.plans.iter().map(|file| self.read(file)).collect::<Result<Vec<_>, _>>()?;
         let files = self.plans.iter().cloned();
         Ok(files.zip(&made).map(|(file, made)| made.checked(file, self.integrator)).collect())
@@ -145,7 +145,11 @@ impl Check {
         })
     }
 
-    fn read_for<const NL: usize>(&self, file: &Path, plan: PlanFile) -> Result<Made<NL>, Error> {
+    fn read_for<const NL: usize>(
+        &self,
+        file: &Path,
+        plan: PlanFile,
+    ) -> Result<PlanCase<NL>, Error> {
         let MadeFor { mission, scenario } = match &plan.inputs {
             Some(inputs) => {
                 let inside = inputs.read(&plan.scenario).map_err(|error| error.at(file))?;
@@ -158,7 +162,7 @@ impl Check {
                 scenario: self.named(file, &plan.scenario)?.scenario(),
             },
         };
-        Ok(Made { plan, scenario, mission })
+        Ok(PlanCase { plan, scenario, mission })
     }
 
     /// The mission that is given, or the built-in one.
@@ -195,7 +199,7 @@ impl Check {
     ) -> Result<(), Error> {
         let Some(set) = &self.scenarios else { return Ok(()) };
         let outside = self.named(plan, id)?.scenario::<NL>();
-        let outside = Given { file: set.file.clone(), value: checksum_of_scenario(&outside) };
+        let outside = FileValue { file: set.file.clone(), value: checksum_of_scenario(&outside) };
         agree(plan, "scenario", &checksum_of_scenario(inside), &outside)
     }
 
@@ -207,13 +211,13 @@ impl Check {
     ) -> Result<(), Error> {
         let Some(given) = &self.mission else { return Ok(()) };
         let value = checksum_of_mission(&self.mission_of::<NL>()?);
-        let outside = Given { file: given.file.clone(), value };
+        let outside = FileValue { file: given.file.clone(), value };
         agree(plan, "mission", &checksum_of_mission(inside), &outside)
     }
 }
 
 /// Refuses a file whose checksum is not that of what a plan was made for.
-fn agree(plan: &Path, what: &str, inside: &str, given: &Given<String>) -> Result<(), Error> {
+fn agree(plan: &Path, what: &str, inside: &str, given: &FileValue<String>) -> Result<(), Error> {
     if inside == given.value {
         return Ok(());
     }
@@ -225,8 +229,8 @@ fn agree(plan: &Path, what: &str, inside: &str, given: &Given<String>) -> Result
     Err(Error::input(plan, format!("inputs.{what}_checksum"), reason))
 }
 
-impl<const NL: usize> Verify for Made<NL> {
-    fn checked(&self, file: PathBuf, integrator: Option<Integrator>) -> Checked {
+impl<const NL: usize> Verify for PlanCase<NL> {
+    fn checked(&self, file: PathBuf, integrator: Option<Integrator>) -> PlanCheck {
         let Self { plan, scenario, mission } = self;
         let integrator = integrator.unwrap_or(plan.integrator);
         let (translation, motion) = (plan.stage1.trajectory(), plan.stage2.trajectory());
@@ -251,7 +255,7 @@ impl<const NL: usize> Verify for Made<NL> {
         }
         self.compare_costs(plan, &mut found);
         self.compare_target(plan, scenario, &mut found);
-        Checked {
+        PlanCheck {
             file,
             scenario: plan.scenario.clone(),
             integrator,
@@ -268,7 +272,7 @@ impl<const NL: usize> Verify for Made<NL> {
     }
 }
 
-impl<const NL: usize> Made<NL> {
+impl<const NL: usize> PlanCase<NL> {
     fn compare_status(
         &self,
         plan: &PlanFile,

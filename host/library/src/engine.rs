@@ -7,7 +7,7 @@ use crate::guess::{Guess, resized};
 use crate::learned::Memories;
 use crate::memory::on_heap;
 use crate::method::{Deadline, Integrator, Method, Qp};
-use crate::padded::Padded;
+use crate::padded::PaddedPolicy;
 use crate::settings::plan_settings;
 use crate::threads::Threads;
 use remora_core::advanced::executor::Sequential;
@@ -30,14 +30,16 @@ const _: () = assert!(MAX_JOINTS <= warmstart::MAX_JOINTS);
 pub const SEED: u64 = 0;
 
 /// One subproblem of an engine's plan with its solver's answer.
-pub type Solved<'a, const NX: usize, const NU: usize> = Solve<'a, NODES, NX, NU, { size::NG }>;
+pub type ArmSubproblem<'a, const NX: usize, const NU: usize> =
+    Solve<'a, NODES, NX, NU, { size::NG }>;
 
 /// The engine of the built-in mission's arm.
-pub type Usual = Engine<LINKS, { size::NX }, { size::NU }>;
+pub type DefaultArmEngine = Engine<LINKS, { size::NX }, { size::NU }>;
 
 /// The engine of all other arms: joints that an arm does not have stand still, see
 /// [`Mission::resized`].
-pub type Roomy = Engine<MAX_JOINTS, { size::states(MAX_JOINTS) }, { size::controls(MAX_JOINTS) }>;
+pub type AnyArmEngine =
+    Engine<MAX_JOINTS, { size::states(MAX_JOINTS) }, { size::controls(MAX_JOINTS) }>;
 
 /// The core's planner for arms of up to `M` joints, with its memory: 1 MiB on the heap for three joints,
 /// 2 MiB for seven, and a few more once Clarabel has planned.
@@ -95,7 +97,7 @@ pub trait Build<const M: usize, const NX: usize, const NU: usize> {
         mission: &Mission<M>,
         scenario: &Scenario<M>,
         task: Task<'_, M>,
-        watch: &mut dyn FnMut(Solved<'_, NX, NU>),
+        watch: &mut dyn FnMut(ArmSubproblem<'_, NX, NU>),
     ) -> Report;
 
     /// Plans Stage 1 alone, with no deadline: the translation is left in the workspace with the target's
@@ -154,7 +156,7 @@ macro_rules! build {
                 scenario: &Scenario<{ $joints }>,
                 task: Task<'_, { $joints }>,
                 watch: &mut dyn FnMut(
-                    Solved<'_, { size::states($joints) }, { size::controls($joints) }>,
+                    ArmSubproblem<'_, { size::states($joints) }, { size::controls($joints) }>,
                 ),
             ) -> Report {
                 let solver: &mut dyn Solver<
@@ -275,7 +277,7 @@ where
         mission: &Mission<NL>,
         scenario: &Scenario<NL>,
         task: Task<'_, NL>,
-        watch: &mut dyn FnMut(Solved<'_, NX, NU>),
+        watch: &mut dyn FnMut(ArmSubproblem<'_, NX, NU>),
     ) -> Report {
         let mut kept = None;
         let task = task.resized(&mut kept);
@@ -310,14 +312,14 @@ pub fn verified<const NL: usize>(
     motion: &ReorientationTrajectory<NODES, NL>,
 ) -> Verification {
     match NL {
-        LINKS => Usual::verify(
+        LINKS => DefaultArmEngine::verify(
             &mission.resized(),
             &scenario.resized(),
             integrator,
             translation,
             &resized(motion),
         ),
-        _ => Roomy::verify(
+        _ => AnyArmEngine::verify(
             &mission.resized(),
             &scenario.resized(),
             integrator,
@@ -358,7 +360,7 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
             None => planned(&InitialGuess::Refused),
             Some(policy) if joints == M => planned(&InitialGuess::Learned { policy, seed: SEED }),
             Some(policy) => {
-                let policy = &Padded { policy, joints, room: M };
+                let policy = &PaddedPolicy { policy, joints, room: M };
                 planned(&InitialGuess::Learned { policy, seed: SEED })
             }
         }),

@@ -6,7 +6,7 @@ use crate::kkt::Kkt;
 use crate::learned::Learned;
 use crate::memory::on_large_stack;
 use crate::method::Method;
-use crate::planning::{Planned, Planner, Subproblem, WallClock};
+use crate::planning::{PlanOutcome, Planner, Subproblem, WallClock};
 use crate::qp_file::{QpFile, QpPlace};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
@@ -32,16 +32,16 @@ pub struct ExportJob {
 
 /// What was written.
 #[derive(Clone, Debug)]
-pub struct Exported {
+pub struct QpExport {
     /// The plan.
-    pub planned: Planned,
+    pub planned: PlanOutcome,
     /// Of stages 1 and 2.
-    pub stages: [ExportedStage; 2],
+    pub stages: [StageExport; 2],
 }
 
 /// The subproblems of one stage.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
-pub struct ExportedStage {
+pub struct StageExport {
     /// Subproblems, corrections included.
     pub programs: usize,
     /// Second-order corrections among them.
@@ -56,7 +56,7 @@ pub struct ExportedStage {
 struct Collector<'a> {
     job: &'a ExportJob,
     place: QpPlace<'a>,
-    summary: ExportedStage,
+    summary: StageExport,
     files: Vec<QpFile>,
     failed: Option<FieldError>,
 }
@@ -67,7 +67,7 @@ impl ExportJob {
     /// # Errors
     /// A directory that cannot be written to or holds something else (found out before planning);
     /// a subproblem with numbers that are not, which no file could hold.
-    pub fn run(&self) -> Result<Exported, Error> {
+    pub fn run(&self) -> Result<QpExport, Error> {
         self.prepare()?;
         let _alone = self.lock()?;
         let (planned, [one, two]) = on_large_stack(|| {
@@ -90,7 +90,7 @@ impl ExportJob {
         let (one, two) = (one?, two?);
         let files: Vec<&QpFile> = one.1.iter().chain(&two.1).collect();
         self.write(&files)?;
-        Ok(Exported { planned, stages: [one.0, two.0] })
+        Ok(QpExport { planned, stages: [one.0, two.0] })
     }
 
     /// Makes sure that the files can be written, and that nothing else is in the way.
@@ -177,7 +177,7 @@ fn remove_programs(directory: &Path) -> Result<(), Error> {
 impl<'a> Collector<'a> {
     fn new(job: &'a ExportJob, stage: u64) -> Self {
         let place = QpPlace { scenario: &job.scenario.id, stage, iteration: 0, correction: 0 };
-        let summary = ExportedStage::default();
+        let summary = StageExport::default();
         Self { job, place, summary, files: Vec::new(), failed: None }
     }
 
@@ -201,7 +201,7 @@ impl<'a> Collector<'a> {
         }
     }
 
-    fn end(self) -> Result<(ExportedStage, Vec<QpFile>), Error> {
+    fn end(self) -> Result<(StageExport, Vec<QpFile>), Error> {
         match self.failed {
             Some(error) => Err(error.at(&self.job.out)),
             None => Ok((self.summary, self.files)),

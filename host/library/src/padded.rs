@@ -9,13 +9,13 @@ use remora_core::advanced::warmstart::{Action, Encoding, MAX_FEATURES, Policy};
 /// A policy as a build with `room` for joints asks it, for an arm of which the first `joints` are there: see
 /// [`Mission::resized`](remora_core::advanced::model::Mission::resized). Features of the others are left
 /// out, their actions are zero: they stand still.
-pub(crate) struct Padded<'a> {
+pub(crate) struct PaddedPolicy<'a> {
     pub policy: &'a dyn Policy,
     pub joints: usize,
     pub room: usize,
 }
 
-impl Padded<'_> {
+impl PaddedPolicy<'_> {
     /// Hands the policy the features of its own joints.
     fn ask<T>(&self, features: &[f32], ask: impl FnOnce(&[f32]) -> T) -> T {
         let mut own = [0.0; MAX_FEATURES];
@@ -30,7 +30,7 @@ impl Padded<'_> {
     }
 }
 
-impl Policy for Padded<'_> {
+impl Policy for PaddedPolicy<'_> {
     fn encoding(&self) -> Encoding {
         self.policy.encoding()
     }
@@ -146,7 +146,7 @@ mod tests {
     fn only_the_arms_own_joints_are_seen_and_moved() {
         for encoding in [Encoding::Paper, Encoding::Body, Encoding::Servicer] {
             let policy = Witness { encoding, seen: RefCell::default() };
-            let padded = Padded { policy: &policy, joints: 2, room: 4 };
+            let padded = PaddedPolicy { policy: &policy, joints: 2, room: 4 };
             assert_eq!(padded.joints(), 4);
             // Which joint a number belongs to, -1 where to none.
             let columns = |joints: usize| -> Vec<f32> {
@@ -165,7 +165,7 @@ mod tests {
             assert_eq!(*policy.seen.borrow(), columns(2));
             // For no other arm, not even one as large as the build.
             for joints in [1, 3, 4] {
-                assert_eq!(Padded { policy: &policy, joints, room: 4 }.joints(), 0);
+                assert_eq!(PaddedPolicy { policy: &policy, joints, room: 4 }.joints(), 0);
             }
         }
     }

@@ -10,7 +10,7 @@ use std::sync::mpsc::{self, Sender};
 use std::thread;
 
 /// What the workers share.
-struct Shared<'a, I, M, F> {
+struct Workload<'a, I, M, F> {
     pending: &'a [I],
     make: M,
     plan: F,
@@ -40,7 +40,7 @@ pub fn plan_all_with<I: Copy + Send + Sync, T: Send, W>(
     mut finish: impl FnMut(I, T) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let shared = Shared { pending, make, plan, next, stop };
+    let shared = Workload { pending, make, plan, next, stop };
     let (sender, receiver) = mpsc::channel();
     thread::scope(|scope| {
         let mut workers = Vec::new();
@@ -80,7 +80,7 @@ pub fn plan_all_with<I: Copy + Send + Sync, T: Send, W>(
 
 /// One worker: takes the next item, plans, sends what came of it.
 fn work<I: Copy, T, W>(
-    shared: &Shared<'_, I, impl Fn(usize) -> W, impl Fn(&mut W, I) -> Result<T, Error>>,
+    shared: &Workload<'_, I, impl Fn(usize) -> W, impl Fn(&mut W, I) -> Result<T, Error>>,
     number: usize,
     sender: &Sender<(I, Result<T, Error>)>,
 ) {

@@ -43,7 +43,7 @@ impl Choice for Threads {
 
 thread_local! {
     /// The calling thread with a helper; none where the thread belongs to another pool.
-    static WITH_HELPER: Option<Helped> = Helped::new();
+    static WITH_HELPER: Option<HelperThread> = HelperThread::new();
 }
 
 /// The longest that a helper is waited for when it is started.
@@ -60,7 +60,7 @@ const WATCHFUL: Duration = Duration::from_millis(1);
 const LOOKS: u32 = 100;
 
 /// The calling thread with a helper.
-struct Helped {
+struct HelperThread {
     pool: ThreadPool,
     state: Arc<State>,
 }
@@ -75,7 +75,7 @@ struct State {
     helper: OnceLock<Thread>,
 }
 
-impl Helped {
+impl HelperThread {
     /// Starts a helper. Both threads have then handed work over, and looked for the other's: the first
     /// time they do, they allocate. That the calling one looks is not left to chance: where it waits
     /// for the helper it mostly finds the work done.
@@ -135,7 +135,7 @@ impl Helped {
     }
 }
 
-impl Drop for Helped {
+impl Drop for HelperThread {
     fn drop(&mut self) {
         self.state.is_over.store(true, Ordering::SeqCst);
         self.state.wake();

@@ -50,7 +50,7 @@ pub struct Vehicle {
     /// Turn of the target from node to node [deg].
     pub turn: Margin,
     /// Why no approach of the mission can end, where that is so.
-    pub refused: Option<Refused>,
+    pub refused: Option<UnmetConstraint>,
 }
 
 /// The way of a joint from the start to the preset.
@@ -88,7 +88,7 @@ impl Margin {
 
 /// A constraint that cannot be met.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Refused {
+pub struct UnmetConstraint {
     /// Its name.
     pub constraint: &'static str,
     /// One line with the numbers.
@@ -188,9 +188,14 @@ fn turn<const NL: usize>(mission: &Mission<NL>) -> Margin {
     Margin::new(turn.to_degrees(), MAX_NODE_TURN.to_degrees())
 }
 
-fn refused<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Option<Refused> {
-    let named =
-        |refusal: Refusal| Refused { constraint: refusal.name(), reason: refusal.to_string() };
+fn refused<const NL: usize>(
+    mission: &Mission<NL>,
+    integrator: Integrator,
+) -> Option<UnmetConstraint> {
+    let named = |refusal: Refusal| UnmetConstraint {
+        constraint: refusal.name(),
+        reason: refusal.to_string(),
+    };
     mission.check::<NODES>(&middle(mission), integrator).err().map(named)
 }
 

@@ -4,7 +4,7 @@ use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::advanced::dynamics::{Control, Multibody, State, articulated};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Link, Mission, Orbit, Servicer};
-use remora_host::importing::{self, Imported, Request};
+use remora_host::importing::{self, ImportedMission, Request};
 use remora_urdf::{Arm, Options, import};
 use serde_json::Value;
 use std::fs;
@@ -124,7 +124,7 @@ fn imported_arms_move_as_pinocchio_says() {
     compare::<3>("gripper", &gripper);
 }
 
-fn imported(urdf: &str) -> Result<Imported, String> {
+fn imported(urdf: &str) -> Result<ImportedMission, String> {
     let request = Request::new("arm.urdf".into(), urdf.as_bytes().to_vec());
     importing::import(&request).map_err(|refusal| refusal.error(&request).to_string())
 }

@@ -1,11 +1,11 @@
 //! Guesses against each other, scenario by scenario.
 
+use crate::argument::Argument;
 use crate::arrays;
-use crate::asked::{self, Asked};
-use crate::given::Given;
 use crate::many::{Answer, plan_all};
 use crate::mission::Mission;
 use crate::raised::argument;
+use crate::request::{self, PlanRequest};
 use crate::scenario::Scenario;
 use crate::waiting::waited;
 use pyo3::prelude::*;
@@ -19,21 +19,22 @@ use remora_learn::reproduce::{Against, Measured};
 #[pyo3(signature = (guesses, cases, mission, *, integrator, mode, jobs))]
 pub(crate) fn compare_guesses<'py>(
     py: Python<'py>,
-    guesses: Given<Bound<'py, PyDict>>,
-    cases: Given<Vec<Scenario>>,
-    mission: Option<Given<Mission>>,
-    integrator: Given<&str>,
-    mode: Given<&str>,
-    jobs: Option<Given<usize>>,
+    guesses: Argument<Bound<'py, PyDict>>,
+    cases: Argument<Vec<Scenario>>,
+    mission: Option<Argument<Mission>>,
+    integrator: Argument<&str>,
+    mode: Argument<&str>,
+    jobs: Option<Argument<usize>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (guesses, cases) = (guesses.named("guesses")?, cases.named("cases")?);
     if guesses.is_empty() || cases.is_empty() {
         return Err(argument("guesses, cases", "there must be at least one of each"));
     }
-    let (first, jobs) = (Asked::of(mission, (integrator, mode), None, None)?, asked::jobs(jobs)?);
+    let (first, jobs) =
+        (PlanRequest::of(mission, (integrator, mode), None, None)?, request::jobs(jobs)?);
     let (mut names, mut ways) = (Vec::new(), Vec::new());
     for (name, guess) in guesses.iter() {
-        let name = name.extract::<Given<String>>()?.named("guesses")?;
+        let name = name.extract::<Argument<String>>()?.named("guesses")?;
         ways.push(first.started_from(&format!("guesses[{name:?}]"), &guess)?);
         names.push(name);
     }

@@ -1,10 +1,10 @@
 //! Approaches flown by policies, many at once: what `remora.gym` steps.
 
-use crate::asked;
-use crate::given::Given;
+use crate::argument::Argument;
 use crate::mission::Mission;
 use crate::planning::with_planner;
 use crate::raised::{Failure, argument, raised};
+use crate::request;
 use crate::scenario::Scenario;
 use crate::scene;
 use crate::waiting::{Caller, waited};
@@ -143,7 +143,7 @@ impl Episodes {
 }
 
 /// Features, rewards, and whether an episode has ended, one entry an episode.
-type Stepped<'py> =
+type StepResult<'py> =
     (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<bool>>);
 
 #[pymethods]
@@ -153,13 +153,13 @@ impl Episodes {
     #[expect(clippy::too_many_arguments, reason = "keywords")]
     fn new(
         py: Python<'_>,
-        cases: Given<Vec<Scenario>>,
-        mission: Option<Given<Mission>>,
-        count: Given<usize>,
-        integrator: Given<&str>,
-        encoding: Given<&str>,
-        miss_weight: Given<f64>,
-        jobs: Option<Given<usize>>,
+        cases: Argument<Vec<Scenario>>,
+        mission: Option<Argument<Mission>>,
+        count: Argument<usize>,
+        integrator: Argument<&str>,
+        encoding: Argument<&str>,
+        miss_weight: Argument<f64>,
+        jobs: Option<Argument<usize>>,
     ) -> PyResult<Self> {
         let (cases, count) = (cases.named("cases")?, count.named("count")?);
         let miss_weight = miss_weight.named("miss_weight")?;
@@ -172,10 +172,10 @@ impl Episodes {
         if !(miss_weight >= 0.0 && miss_weight.is_finite()) {
             return Err(argument("miss_weight", "must be finite and not negative"));
         }
-        let (integrator, encoding) = (asked::integrator(integrator)?, scene::encoding(encoding)?);
+        let (integrator, encoding) = (request::integrator(integrator)?, scene::encoding(encoding)?);
         let terms = (Terms { encoding, miss_weight }, count);
-        let mission = Mission::or_default(Given::optional(mission, "mission")?)?;
-        let (arm, approaches, jobs) = (mission.joints(), cases.len(), asked::jobs(jobs)?);
+        let mission = Mission::or_default(Argument::optional(mission, "mission")?)?;
+        let (arm, approaches, jobs) = (mission.joints(), cases.len(), request::jobs(jobs)?);
         let courses = waited(py, move |caller| {
             with_joints!(mission.joints(), NL => {
                 courses::<NL>(caller, &mission, &cases, integrator, terms)
@@ -220,7 +220,7 @@ impl Episodes {
     }
 
     /// Begins one of them again, on an approach.
-    fn begin(&self, episode: Given<usize>, approach: Given<usize>) -> PyResult<()> {
+    fn begin(&self, episode: Argument<usize>, approach: Argument<usize>) -> PyResult<()> {
         let (episode, approach) = (episode.named("episode")?, approach.named("approach")?);
         if approach >= self.approaches {
             return Err(argument("approach", format!("{approach} is none of {}", self.approaches)));
@@ -245,11 +245,11 @@ impl Episodes {
     #[pyo3(signature = (actions, begins=None))]
     fn step<'py>(
         slf: &Bound<'py, Self>,
-        actions: Given<PyReadonlyArray2<'py, f32>>,
-        begins: Option<Given<PyReadonlyArray1<'py, i64>>>,
-    ) -> PyResult<Stepped<'py>> {
+        actions: Argument<PyReadonlyArray2<'py, f32>>,
+        begins: Option<Argument<PyReadonlyArray1<'py, i64>>>,
+    ) -> PyResult<StepResult<'py>> {
         let (py, all) = (slf.py(), slf.get());
-        let begins = Given::optional(begins, "begins")?;
+        let begins = Argument::optional(begins, "begins")?;
         let actions = all.actions_of(&actions.named("actions")?)?;
         let begins = all.begins(begins.as_ref())?;
         let (steps, seen) = Self::together(slf, move |all, is_over| {

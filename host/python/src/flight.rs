@@ -1,10 +1,10 @@
 //! Plans flown in the truth.
 
+use crate::argument::Argument;
 use crate::arrays;
-use crate::asked;
-use crate::given::Given;
 use crate::plan::Plan;
 use crate::raised::{argument, raised};
+use crate::request;
 use crate::waiting::{Caller, waited};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -15,12 +15,12 @@ use remora_flight::flights_file::MAX_RUNS;
 use remora_flight::history::{self, Sample};
 use remora_flight::options::Options;
 use remora_flight::pilot::{Pilot, Sortie};
-use remora_flight::row::FlownRow;
+use remora_flight::row::FlightRow;
 use remora_host::choice::Choice;
 use remora_host::error::Error;
 use remora_host::{pool, with_joints};
 use remora_truth::{Dispersion, Errors};
-use remora_web::Flown;
+use remora_web::FlightTrack;
 use std::path::{Path, PathBuf};
 
 /// One flight: how it ended, and a row a second of what happened.
@@ -29,7 +29,7 @@ pub(crate) struct Flight {
     run: u64,
     /// Checksum of the plan that was flown.
     pub(crate) of: u64,
-    flown: FlownRow,
+    flown: FlightRow,
     /// Drawn errors, by name.
     drawn: Vec<(String, f64)>,
     samples: Vec<Sample>,
@@ -44,7 +44,7 @@ impl Flight {
     }
 
     /// As a page shows it.
-    pub(crate) fn shown(&self) -> Flown {
+    pub(crate) fn shown(&self) -> FlightTrack {
         history::shown(self.run, &self.samples)
     }
 
@@ -230,7 +230,7 @@ fn sortie(plan: &Plan) -> PyResult<Sortie> {
 }
 
 /// Options of the runs of a plan.
-struct Flying {
+struct FlightSetup {
     sortie: Sortie,
     /// Checksum of the plan.
     of: u64,
@@ -239,7 +239,7 @@ struct Flying {
     seed: u64,
 }
 
-impl Flying {
+impl FlightSetup {
     fn fly(&self, caller: &Caller, pilot: &mut Pilot, run: u64) -> Result<Flight, Error> {
         let dispersion = Dispersion { errors: self.errors.clone(), seed: self.seed, run };
         let mut samples = Vec::new();
@@ -250,7 +250,7 @@ impl Flying {
         if caller.go_on().is_err() {
             return Err(Error::Thread { reason: "was stopped".into() });
         }
-        let row = FlownRow::from(&flown);
+        let row = FlightRow::from(&flown);
         let drawn = flown.drawn.into_iter().map(|drawn| (drawn.name, drawn.value)).collect();
         Ok(Flight { run, of: self.of, flown: row, drawn, samples })
     }
@@ -262,15 +262,15 @@ impl Flying {
 #[expect(clippy::too_many_arguments, reason = "keywords")]
 pub(crate) fn fly<'py>(
     py: Python<'py>,
-    plan: Given<Py<Plan>>,
-    errors: Option<Given<PathBuf>>,
-    seed: Given<u64>,
-    run: Given<u64>,
-    runs: Option<Given<u64>>,
-    controller: Given<&str>,
-    joints: Given<&str>,
-    j2: Given<bool>,
-    jobs: Option<Given<usize>>,
+    plan: Argument<Py<Plan>>,
+    errors: Option<Argument<PathBuf>>,
+    seed: Argument<u64>,
+    run: Argument<u64>,
+    runs: Option<Argument<u64>>,
+    controller: Argument<&str>,
+    joints: Argument<&str>,
+    j2: Argument<bool>,
+    jobs: Option<Argument<usize>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let one_of =
         |name, given: &str, all: &str| argument(name, format!("{given:?} is none of {all}"));
@@ -281,18 +281,18 @@ pub(crate) fn fly<'py>(
         .ok_or_else(|| one_of("controller", controller, "track, replan"))?;
     let joints =
         JointControl::of_name(joints).ok_or_else(|| one_of("joints", joints, "torque, servo"))?;
-    let (runs, jobs) = (Given::optional(runs, "runs")?, asked::jobs(jobs)?);
+    let (runs, jobs) = (Argument::optional(runs, "runs")?, request::jobs(jobs)?);
     if runs.is_some_and(|runs| runs > MAX_RUNS) {
         return Err(argument("runs", format!("must be {MAX_RUNS} at most")));
     }
-    let (errors, shared) = (Given::optional(errors, "errors")?, plan);
+    let (errors, shared) = (Argument::optional(errors, "errors")?, plan);
     let plan = shared.get();
     let integrator = plan.file.integrator;
     let options = Options { controller, joints, j2, integrator, ..Options::default() };
     let errors = errors_file::chosen(errors.as_deref(), plan.mission.joints()).map_err(raised)?;
     let sortie = sortie(plan)?;
     sortie.check(&options).map_err(|error| argument("j2", error.reason))?;
-    let flying = Flying { sortie, of: plan.output(), options, errors, seed };
+    let flying = FlightSetup { sortie, of: plan.output(), options, errors, seed };
     let Some(runs) = runs else {
         let flight = waited(py, move |caller| {
             Ok(flying.fly(caller, &mut Pilot::stopped_by(caller.shared_clock()), run)?)

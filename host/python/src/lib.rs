@@ -4,14 +4,14 @@
 //! Data goes down this list, imports go up it:
 //!
 //! - `raised`: errors as exceptions;
-//! - `given`: arguments, refused by their names;
+//! - `argument`: arguments, refused by their names;
 //! - `waiting`: long work, which Ctrl-C interrupts;
 //! - `arrays`: rows as arrays, which own their memory;
 //! - `urdf`, `mission`, `scenario`: what is planned for;
 //! - `scene`: an approach as a guess sees it;
 //! - `start`: what Stage 2 starts from, learned or the caller's own;
 //! - `plan`, `made`: plans, and their sources;
-//! - `asked`, `planning`: requests for plans, and planning one after the other;
+//! - `request`, `planning`: requests for plans, and planning one after the other;
 //! - `many`, `compare`: plans on several threads, and guesses against each other;
 //! - `subproblem`: the programs of a plan for other solvers;
 //! - `flight`: plans flown in the truth;
@@ -21,18 +21,18 @@
 //! every function may be called on any thread.
 #![forbid(unsafe_code)]
 
+mod argument;
 mod arrays;
-mod asked;
 mod compare;
 mod episodes;
 mod flight;
-mod given;
 mod made;
 mod many;
 mod mission;
 mod plan;
 mod planning;
 mod raised;
+mod request;
 mod scenario;
 mod scene;
 mod start;

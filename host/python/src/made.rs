@@ -14,7 +14,7 @@ use remora_host::formats::{
 };
 use remora_host::guess;
 use remora_host::method::{Method, Qp, WarmStart};
-use remora_host::planning::Planned;
+use remora_host::planning::PlanOutcome;
 use remora_host::with_joints;
 use std::path::Path;
 
@@ -23,10 +23,10 @@ impl Plan {
     pub(crate) fn made(
         mission: Mission,
         scenario: NamedScenario,
-        planned: Planned,
+        planned: PlanOutcome,
         recipe: (Method, Start),
     ) -> PyResult<Self> {
-        let Planned { file, evidence, .. } = planned;
+        let PlanOutcome { file, evidence, .. } = planned;
         let grid = file.grid.ok_or_else(|| argument("plan", "has no grid"))?;
         Ok(Self {
             mission,

@@ -1,12 +1,12 @@
 //! Many plans on several threads.
 
+use crate::argument::Argument;
 use crate::arrays;
-use crate::asked::{self, Asked};
-use crate::given::Given;
 use crate::mission::Mission;
 use crate::plan::Plan;
 use crate::planning::Bench;
 use crate::raised::{Failure, argument, raised};
+use crate::request::{self, PlanRequest};
 use crate::scenario::Scenario;
 use crate::start::Start;
 use crate::waiting::{Caller, waited};
@@ -18,20 +18,20 @@ use remora_host::formats::{
     self, Cell, Column, Program, Row, TableOrigin, columns, json, parquet_bytes, write_atomically,
 };
 use remora_host::method::Method;
-use remora_host::planning::{Planned, Planner};
+use remora_host::planning::{PlanOutcome, Planner};
 use remora_host::pool;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
 /// What came of one scenario: its row and its plan, or its row alone where it was refused.
-pub(crate) type Answer = (Row, Option<(Planned, Start)>);
+pub(crate) type Answer = (Row, Option<(PlanOutcome, Start)>);
 
 /// Plans scenarios in several ways, the same scenario in all of them before the next, so that what they
 /// measure is measured under the same load. Answers come by way, then by scenario.
 pub(crate) fn plan_all(
     caller: &Caller,
-    ways: &[Asked],
+    ways: &[PlanRequest],
     cases: &[Scenario],
     jobs: NonZeroUsize,
 ) -> Result<Vec<Vec<Answer>>, Failure> {
@@ -62,7 +62,7 @@ pub(crate) fn plan_all(
     Ok(answers.into_iter().map(|of| of.into_iter().flatten().collect()).collect())
 }
 
-fn answer(asked: &Asked, bench: &mut Bench<'_>, case: &Scenario) -> Result<Answer, Failure> {
+fn answer(asked: &PlanRequest, bench: &mut Bench<'_>, case: &Scenario) -> Result<Answer, Failure> {
     match asked.plan(bench, &case.named) {
         Ok((planned, start)) => Ok((planned.row(), Some((planned, start)))),
         Err(Failure::Refused(_, refusal)) => Ok((Row::refused(&case.named, &refusal), None)),
@@ -81,7 +81,7 @@ pub(crate) struct Rows {
 #[pymethods]
 impl Rows {
     /// Writes them as a Parquet file.
-    fn to_parquet(&self, path: Given<PathBuf>) -> PyResult<()> {
+    fn to_parquet(&self, path: Argument<PathBuf>) -> PyResult<()> {
         let path = path.named("path")?;
         let origin = TableOrigin {
             method: self.method,
@@ -95,7 +95,7 @@ impl Rows {
     }
 
     /// Writes them as a CSV file.
-    fn to_csv(&self, path: Given<PathBuf>) -> PyResult<()> {
+    fn to_csv(&self, path: Argument<PathBuf>) -> PyResult<()> {
         let text = formats::csv(&self.rows, &self.method);
         write_atomically(&path.named("path")?, text.as_bytes()).map_err(raised)
     }
@@ -157,21 +157,21 @@ fn text(cell: &Cell) -> String {
 #[expect(clippy::too_many_arguments, reason = "keywords")]
 pub(crate) fn plan_many<'py>(
     py: Python<'py>,
-    cases: Given<Vec<Scenario>>,
-    mission: Option<Given<Mission>>,
-    integrator: Given<&str>,
-    mode: Given<&str>,
+    cases: Argument<Vec<Scenario>>,
+    mission: Option<Argument<Mission>>,
+    integrator: Argument<&str>,
+    mode: Argument<&str>,
     initial_guess: Option<&Bound<'py, PyAny>>,
-    deadline_s: Option<Given<f64>>,
-    jobs: Option<Given<usize>>,
-    keep: Given<bool>,
+    deadline_s: Option<Argument<f64>>,
+    jobs: Option<Argument<usize>>,
+    keep: Argument<bool>,
 ) -> PyResult<(Bound<'py, PyDict>, Rows, Vec<Option<Plan>>)> {
     let (cases, keep) = (cases.named("cases")?, keep.named("keep")?);
     if cases.is_empty() {
         return Err(argument("cases", "holds no scenario"));
     }
-    let asked = Asked::of(mission, (integrator, mode), initial_guess, deadline_s)?;
-    let (method, mission, jobs) = (asked.method, asked.mission.clone(), asked::jobs(jobs)?);
+    let asked = PlanRequest::of(mission, (integrator, mode), initial_guess, deadline_s)?;
+    let (method, mission, jobs) = (asked.method, asked.mission.clone(), request::jobs(jobs)?);
     let (answers, cases) =
         waited(py, move |caller| Ok((plan_all(caller, &[asked], &cases, jobs)?.remove(0), cases)))?;
     let rows: Vec<Row> = answers.iter().map(|(row, _)| row.clone()).collect();

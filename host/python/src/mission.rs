@@ -1,7 +1,7 @@
 //! Missions of arms of any number of joints.
 
+use crate::argument::Argument;
 use crate::arrays;
-use crate::given::Given;
 use crate::raised::{argument, raised, wrong};
 use crate::urdf::{self, Said};
 use crate::waiting::waited;
@@ -89,7 +89,7 @@ impl Mission {
     /// ------
     /// ValueError : file, field and reason.
     #[staticmethod]
-    fn from_toml(path: Given<PathBuf>) -> PyResult<Self> {
+    fn from_toml(path: Argument<PathBuf>) -> PyResult<Self> {
         let path = path.named("path")?;
         let file = read_mission_file(Some(&path)).map_err(raised)?;
         Self::new(file, &path).map_err(raised)
@@ -126,32 +126,32 @@ impl Mission {
     #[expect(clippy::too_many_arguments, reason = "keywords, each of them optional")]
     fn from_urdf(
         py: Python<'_>,
-        path: Given<PathBuf>,
-        tip: Option<Given<String>>,
-        base: Option<Given<String>>,
-        bus: Option<Given<PathBuf>>,
-        mount: Option<Given<Vec<f64>>>,
-        boresight: Option<Given<[f64; 3]>>,
-        axis: Option<Given<[f64; 3]>>,
-        start: Option<Given<Vec<f64>>>,
-        armature: Option<Given<Vec<f64>>>,
-        limits: Option<Given<BTreeMap<String, [f64; 4]>>>,
-        hold: Option<Given<BTreeMap<String, f64>>>,
-        point_mass: Option<Given<BTreeSet<String>>>,
+        path: Argument<PathBuf>,
+        tip: Option<Argument<String>>,
+        base: Option<Argument<String>>,
+        bus: Option<Argument<PathBuf>>,
+        mount: Option<Argument<Vec<f64>>>,
+        boresight: Option<Argument<[f64; 3]>>,
+        axis: Option<Argument<[f64; 3]>>,
+        start: Option<Argument<Vec<f64>>>,
+        armature: Option<Argument<Vec<f64>>>,
+        limits: Option<Argument<BTreeMap<String, [f64; 4]>>>,
+        hold: Option<Argument<BTreeMap<String, f64>>>,
+        point_mass: Option<Argument<BTreeSet<String>>>,
     ) -> PyResult<Self> {
         let path = path.named("path")?;
         let said = Said {
-            tip: Given::optional(tip, "tip")?,
-            base: Given::optional(base, "base")?,
-            bus: Given::optional(bus, "bus")?,
-            mount: Given::optional(mount, "mount")?,
-            boresight: Given::optional(boresight, "boresight")?,
-            axis: Given::optional(axis, "axis")?,
-            start: Given::optional(start, "start")?,
-            armature: Given::optional(armature, "armature")?,
-            limits: Given::optional(limits, "limits")?,
-            hold: Given::optional(hold, "hold")?,
-            point_mass: Given::optional(point_mass, "point_mass")?,
+            tip: Argument::optional(tip, "tip")?,
+            base: Argument::optional(base, "base")?,
+            bus: Argument::optional(bus, "bus")?,
+            mount: Argument::optional(mount, "mount")?,
+            boresight: Argument::optional(boresight, "boresight")?,
+            axis: Argument::optional(axis, "axis")?,
+            start: Argument::optional(start, "start")?,
+            armature: Argument::optional(armature, "armature")?,
+            limits: Argument::optional(limits, "limits")?,
+            hold: Argument::optional(hold, "hold")?,
+            point_mass: Argument::optional(point_mass, "point_mass")?,
         };
         waited(py, move |_| {
             let file = urdf::mission_file(&path, said)?;
@@ -272,8 +272,8 @@ impl Mission {
     /// ------
     /// OSError : a file that cannot be written.
     #[pyo3(signature = (path=None))]
-    fn to_toml(&self, path: Option<Given<PathBuf>>) -> PyResult<String> {
-        let path = Given::optional(path, "path")?;
+    fn to_toml(&self, path: Option<Argument<PathBuf>>) -> PyResult<String> {
+        let path = Argument::optional(path, "path")?;
         let text = toml::to_string(&*self.file)
             .map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))?;
         if let Some(path) = path {

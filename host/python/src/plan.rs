@@ -1,11 +1,11 @@
 //! Plans.
 
+use crate::argument::Argument;
 use crate::arrays;
-use crate::asked;
 use crate::flight::Flight;
-use crate::given::Given;
 use crate::mission::Mission;
 use crate::raised::{Failure, argument, raised};
+use crate::request;
 use crate::scenario::Scenario;
 use crate::start::Start;
 use crate::waiting::waited;
@@ -38,7 +38,7 @@ pub(crate) struct Plan {
 }
 
 /// A plan in a pickle: packets of file and record, inputs that make it again, and whether it was judged.
-type Packed<'py> =
+type PlanState<'py> =
     (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>, Option<Bound<'py, PyAny>>, bool);
 
 #[pymethods]
@@ -58,7 +58,7 @@ impl Plan {
     /// ValueError : file, field and reason.
     /// KeyboardInterrupt : Ctrl-C, within a second.
     #[staticmethod]
-    fn load(py: Python<'_>, path: Given<PathBuf>) -> PyResult<Self> {
+    fn load(py: Python<'_>, path: Argument<PathBuf>) -> PyResult<Self> {
         let path = path.named("path")?;
         waited(py, move |_| Ok(Self::read(&path)?))
     }
@@ -72,7 +72,7 @@ impl Plan {
     /// Raises
     /// ------
     /// OSError : a file that cannot be written.
-    fn save(&self, path: Given<PathBuf>) -> PyResult<()> {
+    fn save(&self, path: Argument<PathBuf>) -> PyResult<()> {
         let path = path.named("path")?;
         formats::check_writable(&path).map_err(raised)?;
         let written = match &self.evidence {
@@ -264,8 +264,8 @@ impl Plan {
     /// ------
     /// OSError : a file that cannot be written.
     #[pyo3(signature = (path=None))]
-    fn svg(&self, path: Option<Given<PathBuf>>) -> PyResult<String> {
-        let path = Given::optional(path, "path")?;
+    fn svg(&self, path: Option<Argument<PathBuf>>) -> PyResult<String> {
+        let path = Argument::optional(path, "path")?;
         let text = with_joints!(self.mission.joints(), NL => {
             picture::svg(&self.file, self.mission.of::<NL>().map_err(raised)?).map_err(raised)?
         } else { String::new() });
@@ -295,11 +295,11 @@ impl Plan {
            text_signature = "($self, path=None, *, flights=())")]
     fn page(
         slf: &Bound<'_, Self>,
-        path: Option<Given<PathBuf>>,
-        flights: Option<Given<Vec<Py<Flight>>>>,
+        path: Option<Argument<PathBuf>>,
+        flights: Option<Argument<Vec<Py<Flight>>>>,
     ) -> PyResult<String> {
-        let path = Given::optional(path, "path")?;
-        let flights = Given::or(flights, "flights", Vec::new())?;
+        let path = Argument::optional(path, "path")?;
+        let flights = Argument::or(flights, "flights", Vec::new())?;
         let of = slf.get().output();
         if flights.iter().any(|flight| flight.get().of != of) {
             return Err(argument("flights", "are of another plan"));
@@ -330,7 +330,7 @@ impl Plan {
     /// ------
     /// ValueError : flights of another plan.
     #[pyo3(signature = (*, flights=None), text_signature = "($self, *, flights=())")]
-    fn show(slf: &Bound<'_, Self>, flights: Option<Given<Vec<Py<Flight>>>>) -> PyResult<()> {
+    fn show(slf: &Bound<'_, Self>, flights: Option<Argument<Vec<Py<Flight>>>>) -> PyResult<()> {
         let text = Self::page(slf, None, flights)?;
         slf.py().import("remora.pages")?.call_method1("show", (text,))?;
         Ok(())
@@ -352,7 +352,7 @@ impl Plan {
         self.output()
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Packed<'py>)> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, PlanState<'py>)> {
         let (py, plan) = (slf.py(), slf.get());
         let read = slf.get_type().getattr("_of_packets")?;
         let (file, evidence) = plan.packets()?;
@@ -379,7 +379,7 @@ impl Plan {
             Ok(if is_judged { plan.judged(Path::new("plan"))? } else { plan })
         })?;
         let start =
-            guess.map(|guess| asked::start("guess", guess, plan.file.integrator)).transpose()?;
+            guess.map(|guess| request::start("guess", guess, plan.file.integrator)).transpose()?;
         let recipe = start.map(|start| (plan.method(start.warm_start()), start));
         Ok(Self { recipe, ..plan })
     }

@@ -1,10 +1,10 @@
 //! One plan.
 
-use crate::asked::Asked;
-use crate::given::Given;
+use crate::argument::Argument;
 use crate::mission::Mission;
 use crate::plan::Plan;
 use crate::raised::{Failure, look};
+use crate::request::PlanRequest;
 use crate::scenario::Scenario;
 use crate::start::{self, Start};
 use crate::waiting::{Caller, waited};
@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
 use remora_host::method::{Deadline, Method};
-use remora_host::planning::{Planned, Planner, refusal};
+use remora_host::planning::{PlanOutcome, Planner, refusal};
 use remora_host::with_joints;
 use std::sync::Mutex;
 
@@ -43,13 +43,13 @@ pub(crate) fn stoppable(method: &Method) -> Method {
     Method { deadline: method.deadline.or(Some(Deadline::FAR)), ..*method }
 }
 
-impl Asked {
+impl PlanRequest {
     /// Plans a scenario.
     pub(crate) fn plan(
         &self,
         bench: &mut Bench<'_>,
         scenario: &NamedScenario,
-    ) -> Result<(Planned, Start), Failure> {
+    ) -> Result<(PlanOutcome, Start), Failure> {
         bench.caller.go_on()?;
         with_joints!(self.mission.joints(), NL => {
             let mission = self.mission.of::<NL>()?;
@@ -66,15 +66,15 @@ impl Asked {
 #[pyo3(signature = (case, mission, *, integrator, mode, initial_guess, deadline_s))]
 pub(crate) fn plan(
     py: Python<'_>,
-    case: Given<Scenario>,
-    mission: Option<Given<Mission>>,
-    integrator: Given<&str>,
-    mode: Given<&str>,
+    case: Argument<Scenario>,
+    mission: Option<Argument<Mission>>,
+    integrator: Argument<&str>,
+    mode: Argument<&str>,
     initial_guess: Option<&Bound<'_, PyAny>>,
-    deadline_s: Option<Given<f64>>,
+    deadline_s: Option<Argument<f64>>,
 ) -> PyResult<Plan> {
     let scenario = case.named("case")?.named;
-    let asked = Asked::of(mission, (integrator, mode), initial_guess, deadline_s)?;
+    let asked = PlanRequest::of(mission, (integrator, mode), initial_guess, deadline_s)?;
     let (asked, scenario, planned, start) = waited(py, move |caller| {
         let (planned, start) = with_planner(caller, |bench| asked.plan(bench, &scenario))?;
         Ok((asked, scenario, planned, start))

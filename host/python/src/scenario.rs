@@ -1,7 +1,7 @@
 //! Scenarios: drawn, read, or given by their numbers.
 
+use crate::argument::Argument;
 use crate::arrays;
-use crate::given::Given;
 use crate::mission::Mission;
 use crate::raised::{argument, raised, wrong};
 use crate::waiting::waited;
@@ -57,34 +57,34 @@ impl Scenario {
            text_signature = "(*, position, target_attitude=(0.0, 0.0, 0.0, 1.0), target_rate=(0.0, 0.0, 0.0), velocity=(0.0, 0.0, 0.0), id='scenario', bus_attitude=None, bus_rate=None, joint_angle=None, joint_rate=None, duration_s=None, nodes=None)")]
     #[expect(clippy::too_many_arguments, reason = "keywords, nearly each of them optional")]
     fn new(
-        position: Given<[f64; 3]>,
-        target_attitude: Option<Given<[f64; 4]>>,
-        target_rate: Option<Given<[f64; 3]>>,
-        velocity: Option<Given<[f64; 3]>>,
-        id: Option<Given<String>>,
-        bus_attitude: Option<Given<[f64; 4]>>,
-        bus_rate: Option<Given<[f64; 3]>>,
-        joint_angle: Option<Given<Vec<f64>>>,
-        joint_rate: Option<Given<Vec<f64>>>,
-        duration_s: Option<Given<f64>>,
-        nodes: Option<Given<usize>>,
+        position: Argument<[f64; 3]>,
+        target_attitude: Option<Argument<[f64; 4]>>,
+        target_rate: Option<Argument<[f64; 3]>>,
+        velocity: Option<Argument<[f64; 3]>>,
+        id: Option<Argument<String>>,
+        bus_attitude: Option<Argument<[f64; 4]>>,
+        bus_rate: Option<Argument<[f64; 3]>>,
+        joint_angle: Option<Argument<Vec<f64>>>,
+        joint_rate: Option<Argument<Vec<f64>>>,
+        duration_s: Option<Argument<f64>>,
+        nodes: Option<Argument<usize>>,
     ) -> PyResult<Self> {
         let named = NamedScenario {
-            id: Given::or(id, "id", "scenario".into())?,
+            id: Argument::or(id, "id", "scenario".into())?,
             target: TargetStart {
-                attitude: Given::or(target_attitude, "target_attitude", [0.0, 0.0, 0.0, 1.0])?,
-                rate: Given::or(target_rate, "target_rate", [0.0; 3])?,
+                attitude: Argument::or(target_attitude, "target_attitude", [0.0, 0.0, 0.0, 1.0])?,
+                rate: Argument::or(target_rate, "target_rate", [0.0; 3])?,
             },
             servicer: ServicerStart {
                 position: position.named("position")?,
-                velocity: Given::or(velocity, "velocity", [0.0; 3])?,
-                bus_attitude_body_to_rtn: Given::optional(bus_attitude, "bus_attitude")?,
-                bus_rate_rtn_rad_s: Given::optional(bus_rate, "bus_rate")?,
-                joint_angle_rad: Given::optional(joint_angle, "joint_angle")?,
-                joint_rate_rad_s: Given::optional(joint_rate, "joint_rate")?,
+                velocity: Argument::or(velocity, "velocity", [0.0; 3])?,
+                bus_attitude_body_to_rtn: Argument::optional(bus_attitude, "bus_attitude")?,
+                bus_rate_rtn_rad_s: Argument::optional(bus_rate, "bus_rate")?,
+                joint_angle_rad: Argument::optional(joint_angle, "joint_angle")?,
+                joint_rate_rad_s: Argument::optional(joint_rate, "joint_rate")?,
             },
-            duration_s: Given::optional(duration_s, "duration_s")?,
-            nodes: Given::optional(nodes, "nodes")?,
+            duration_s: Argument::optional(duration_s, "duration_s")?,
+            nodes: Argument::optional(nodes, "nodes")?,
         };
         let checked = check_id(&named.id, || "id".into()).and_then(|()| named.validate());
         checked.map_err(|error| wrong("scenario", &error))?;
@@ -202,9 +202,9 @@ fn hash(named: &NamedScenario, hasher: &mut impl Hasher) {
 #[pyo3(signature = (count, seed, mission))]
 pub(crate) fn draw<'py>(
     py: Python<'py>,
-    count: Given<u64>,
-    seed: Given<u64>,
-    mission: Option<Given<Mission>>,
+    count: Argument<u64>,
+    seed: Argument<u64>,
+    mission: Option<Argument<Mission>>,
 ) -> PyResult<Bound<'py, PyList>> {
     /// Scenarios that take a few milliseconds to draw.
     const GROUP: u64 = 1000;
@@ -212,7 +212,7 @@ pub(crate) fn draw<'py>(
     if !(1..=MAX_COUNT).contains(&count) {
         return Err(argument("count", format!("must lie in [1, {MAX_COUNT}]")));
     }
-    let mission = Mission::or_default(Given::optional(mission, "mission")?)?;
+    let mission = Mission::or_default(Argument::optional(mission, "mission")?)?;
     let drawn = PyList::empty(py);
     for first in (0..count).step_by(GROUP as usize) {
         let group = first..count.min(first + GROUP);
@@ -237,8 +237,11 @@ fn draw_group(seed: u64, group: Range<u64>, mission: &Mission) -> PyResult<Vec<S
 /// Reads scenarios, for `remora.scenarios`.
 #[pyfunction]
 #[pyo3(signature = (path))]
-pub(crate) fn scenarios(py: Python<'_>, path: Option<Given<PathBuf>>) -> PyResult<Vec<Scenario>> {
-    let path = Given::optional(path, "path")?;
+pub(crate) fn scenarios(
+    py: Python<'_>,
+    path: Option<Argument<PathBuf>>,
+) -> PyResult<Vec<Scenario>> {
+    let path = Argument::optional(path, "path")?;
     waited(py, move |_| {
         let set = path.map_or_else(ScenarioSet::built_in, |path| ScenarioSet::read(&path))?;
         Ok(set.scenarios.into_iter().map(Scenario::from).collect())

@@ -1,7 +1,7 @@
 //! An approach after Stage 1, as a guess of Stage 2 sees it.
 
+use crate::argument::Argument;
 use crate::arrays;
-use crate::given::Given;
 use crate::mission::Mission;
 use crate::raised::{Failure, argument, raised};
 use crate::scenario::Scenario;
@@ -104,7 +104,7 @@ fn rows(vectors: &[Vector3<f64>]) -> Vec<[f64; 3]> {
 }
 
 /// The encoding of a name.
-pub(crate) fn encoding(name: Given<&str>) -> PyResult<Encoding> {
+pub(crate) fn encoding(name: Argument<&str>) -> PyResult<Encoding> {
     match name.named("encoding")? {
         "body" => Ok(Encoding::Body),
         "paper" => Ok(Encoding::Paper),
@@ -133,7 +133,7 @@ impl Scene {
         Self { grid, translation, target, named, seen: Box::new(approach) }
     }
 
-    fn state(&self, state: Given<Vec<f64>>) -> PyResult<Vec<f64>> {
+    fn state(&self, state: Argument<Vec<f64>>) -> PyResult<Vec<f64>> {
         let (state, size) = (state.named("state")?, state_size(self.seen.joints()));
         match state.len() == size && state.iter().all(|x| x.is_finite()) {
             true => Ok(state),
@@ -141,7 +141,7 @@ impl Scene {
         }
     }
 
-    fn node(&self, node: Given<usize>) -> PyResult<usize> {
+    fn node(&self, node: Argument<usize>) -> PyResult<usize> {
         let node = node.named("node")?;
         match node < self.grid.nodes {
             true => Ok(node),
@@ -238,9 +238,9 @@ impl Scene {
     fn step<'py>(
         &self,
         py: Python<'py>,
-        node: Given<usize>,
-        state: Given<Vec<f64>>,
-        torques: Given<Vec<f32>>,
+        node: Argument<usize>,
+        state: Argument<Vec<f64>>,
+        torques: Argument<Vec<f32>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (node, state) = (self.node(node)?, self.state(state)?);
         let torques = torques.named("torques")?;
@@ -298,13 +298,13 @@ impl Scene {
     fn features<'py>(
         &self,
         py: Python<'py>,
-        node: Given<usize>,
-        state: Given<Vec<f64>>,
-        held: Option<Given<Vec<f32>>>,
-        encoding: Option<Given<&str>>,
+        node: Argument<usize>,
+        state: Argument<Vec<f64>>,
+        held: Option<Argument<Vec<f32>>>,
+        encoding: Option<Argument<&str>>,
     ) -> PyResult<Bound<'py, PyArray1<f32>>> {
         let (node, state) = (self.node(node)?, self.state(state)?);
-        let held = Given::or(held, "held", Vec::new())?;
+        let held = Argument::or(held, "held", Vec::new())?;
         let encoding = encoding.map_or(Ok(Encoding::Body), self::encoding)?;
         let features = self.seen.features(encoding, node, &state, &held);
         Ok(PyArray1::from_slice(py, &features))
@@ -323,7 +323,7 @@ impl Scene {
     /// Raises
     /// ------
     /// ValueError : a state of another size, or not finite.
-    fn miss(&self, state: Given<Vec<f64>>) -> PyResult<f64> {
+    fn miss(&self, state: Argument<Vec<f64>>) -> PyResult<f64> {
         Ok(self.seen.miss(&self.state(state)?))
     }
 

@@ -1,7 +1,7 @@
 //! What Stage 2 starts from: the heuristic, a model, or the caller's own.
 
+use crate::argument::Argument;
 use crate::arrays;
-use crate::given::Given;
 use crate::planning::Bench;
 use crate::raised::{Failure, argument, raised};
 use crate::scene::Scene;
@@ -15,7 +15,7 @@ use remora_host::formats::{Limit, MAX_JOINTS, NamedScenario, read_bytes};
 use remora_host::guess::{self, Guess};
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method, WarmStart};
-use remora_host::planning::{Planned, Planner};
+use remora_host::planning::{PlanOutcome, Planner};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
@@ -73,7 +73,7 @@ impl Model {
 #[pymethods]
 impl Model {
     #[new]
-    fn new(path: Given<PathBuf>) -> PyResult<Self> {
+    fn new(path: Argument<PathBuf>) -> PyResult<Self> {
         let path = path.named("path")?;
         let bytes = read_bytes(&path, Limit::BINARY).map_err(raised)?;
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
@@ -166,7 +166,7 @@ pub(crate) fn plan<const NL: usize>(
     scenario: &NamedScenario,
     method: &Method,
     start: &Start,
-) -> Result<(Planned, Start), Failure> {
+) -> Result<(PlanOutcome, Start), Failure> {
     let clock = bench.caller.clock();
     with_guess(bench, mission, scenario, method.integrator, start, |planner, guess| {
         planner.plan_from(&clock, mission, scenario, method, guess)

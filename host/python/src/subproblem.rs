@@ -1,11 +1,11 @@
 //! The convex subproblems of a plan, for other solvers.
 
+use crate::argument::Argument;
 use crate::arrays;
-use crate::asked::built_in;
-use crate::given::Given;
 use crate::plan::Plan;
 use crate::planning::{Bench, stoppable, with_planner};
 use crate::raised::{Failure, argument, raised};
+use crate::request::built_in;
 use crate::start::{self, Start};
 use crate::waiting::waited;
 use numpy::{PyArray2, PyArray3};
@@ -220,7 +220,7 @@ impl Subproblem {
     /// Raises
     /// ------
     /// OSError : a file that cannot be written.
-    fn save(&self, path: Given<PathBuf>) -> PyResult<()> {
+    fn save(&self, path: Argument<PathBuf>) -> PyResult<()> {
         self.file.write(&path.named("path")?).map_err(raised)
     }
 
@@ -263,9 +263,9 @@ fn recipe(plan: &Plan) -> PyResult<(Method, Start)> {
 #[pyo3(signature = (plan, k, *, stage))]
 pub(crate) fn subproblem(
     py: Python<'_>,
-    plan: Given<Py<Plan>>,
-    k: Given<u64>,
-    stage: Given<u64>,
+    plan: Argument<Py<Plan>>,
+    k: Argument<u64>,
+    stage: Argument<u64>,
 ) -> PyResult<Subproblem> {
     let (shared, k, stage) = (plan.named("plan")?, k.named("k")?, stage.named("stage")?);
     let plan = shared.get();

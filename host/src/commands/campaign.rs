@@ -11,7 +11,7 @@ use remora_host::campaign::{Campaign, Results, Summary};
 use remora_host::error::Error;
 use remora_host::formats::{Row, Verdict};
 use remora_host::learned::Learned;
-use remora_host::parts::{self, Difference, Gathered, Job, Scenarios};
+use remora_host::parts::{self, Difference, GatheredParts, Job, Scenarios};
 use remora_host::with_joints;
 use remora_truth::Errors;
 use std::io::{Write, stderr};
@@ -196,7 +196,7 @@ impl Args {
     /// Plans a sample of the parts that this command made again.
     pub(super) fn recompute(
         &self,
-        gathered: &Gathered<Summary>,
+        gathered: &GatheredParts<Summary>,
         sample: u64,
         jobs: NonZeroUsize,
     ) -> Result<Vec<Difference>, Error> {

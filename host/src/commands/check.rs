@@ -3,7 +3,7 @@
 use super::Output;
 use super::options::JsonArgs;
 use crate::report;
-use remora_host::checking::{Check, Checked, Checks, Given};
+use remora_host::checking::{Check, Checks, FileValue, PlanCheck};
 use remora_host::error::Error;
 use remora_host::formats::{ScenarioSet, Verdict, read_mission_file};
 use remora_host::method::Integrator;
@@ -57,11 +57,12 @@ verified but some not converged, by their own word or by what was found.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let scenarios =
-            self.scenarios.map(|file| ScenarioSet::read(&file).map(|value| Given { file, value }));
+        let scenarios = self
+            .scenarios
+            .map(|file| ScenarioSet::read(&file).map(|value| FileValue { file, value }));
         let mission = self
             .mission
-            .map(|file| read_mission_file(Some(&file)).map(|value| Given { file, value }));
+            .map(|file| read_mission_file(Some(&file)).map(|value| FileValue { file, value }));
         let check = Check {
             scenarios: scenarios.transpose()?,
             mission: mission.transpose()?,
@@ -69,7 +70,7 @@ impl Args {
             plans: self.plans,
         };
         let checked = check.run()?;
-        let disagrees = |plan: &Checked| !plan.disagreements.is_empty();
+        let disagrees = |plan: &PlanCheck| !plan.disagreements.is_empty();
         let worst = match self.strict && checked.iter().any(disagrees) {
             true => Verdict::NotFlyable,
             false => checked.iter().map(|plan| plan.verdict).max().unwrap_or(Verdict::Optimal),

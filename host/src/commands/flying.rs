@@ -16,7 +16,7 @@ use remora_flight::until::Until;
 use remora_host::error::Error;
 use remora_host::method::Integrator;
 use remora_host::part::Part;
-use remora_host::parts::Made;
+use remora_host::parts::PartSummary;
 use remora_truth::Errors;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -116,7 +116,12 @@ impl FlyingArgs {
     }
 
     /// Flies a part of the runs.
-    pub(super) fn fly_part(&self, ready: Ready, errors: Errors, part: Part) -> Result<Made, Error> {
+    pub(super) fn fly_part(
+        &self,
+        ready: Ready,
+        errors: Errors,
+        part: Part,
+    ) -> Result<PartSummary, Error> {
         parts::fly(&self.flights(ready, errors), part, &mut Bar::named("part"))
     }
 

@@ -6,7 +6,7 @@ use crate::report;
 use remora_core::nalgebra::Vector3;
 use remora_host::error::Error;
 use remora_host::formats::{Kind, check_writable, read_mission_file, write_atomically};
-use remora_host::importing::{Imported, Request, explanation, import};
+use remora_host::importing::{ImportedMission, Request, explanation, import};
 use remora_urdf::{OptionError, Options, Pose};
 use std::path::{Path, PathBuf};
 
@@ -106,7 +106,12 @@ impl Args {
     }
 
     /// Writes the mission, unless it is only to be explained, and tells of it.
-    fn told(&self, request: &Request, imported: &Imported, out: &Path) -> Result<Output, Error> {
+    fn told(
+        &self,
+        request: &Request,
+        imported: &ImportedMission,
+        out: &Path,
+    ) -> Result<Output, Error> {
         let can_end = imported.vehicle.refused.is_none();
         if self.explain {
             let text = format!("{}\n{}", explanation(request), report::import_report(imported));

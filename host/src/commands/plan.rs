@@ -12,7 +12,7 @@ use remora_host::formats::{
     PlanFile, check_writable, is_named_packet, make_directory, write_atomically,
 };
 use remora_host::picture;
-use remora_host::planning::{PlanJob, Planned};
+use remora_host::planning::{PlanJob, PlanOutcome};
 use remora_host::report::iteration_log;
 use remora_host::threads::Threads;
 use remora_host::with_joints;
@@ -181,7 +181,7 @@ impl Args {
 
     fn report<const NL: usize>(
         &self,
-        planned: &Planned,
+        planned: &PlanOutcome,
         job: &PlanJob<NL>,
     ) -> Result<String, Error> {
         let mut text = String::new();

@@ -1,19 +1,19 @@
 //! What `remora check` prints.
 
 use super::{Align, Table, clearance_table, residual_table};
-use remora_host::checking::{Checked, Disagreement, share};
+use remora_host::checking::{Disagreement, PlanCheck, share};
 use remora_host::formats::Verdict;
 use std::fmt::Write;
 
 /// All of one plan; of several a table, with what disagrees below it.
-pub fn check_report(plans: &[Checked]) -> String {
+pub fn check_report(plans: &[PlanCheck]) -> String {
     match plans {
         [plan] => whole(plan),
         _ => overview(plans),
     }
 }
 
-fn whole(plan: &Checked) -> String {
+fn whole(plan: &PlanCheck) -> String {
     let mut out = format!(
         "{}: scenario {}, {}\n\n{}\n{}\n",
         plan.file.display(),
@@ -44,7 +44,7 @@ fn whole(plan: &Checked) -> String {
 }
 
 /// Verdict in words for the findings alone: the word optimal is the file's.
-fn found(plan: &Checked) -> String {
+fn found(plan: &PlanCheck) -> String {
     match (plan.verdict, &plan.optimality) {
         (Verdict::Optimal, Some(_)) => "verified and locally optimal".into(),
         (Verdict::Optimal, None) => "verified and feasible".into(),
@@ -52,7 +52,7 @@ fn found(plan: &Checked) -> String {
     }
 }
 
-fn overview(plans: &[Checked]) -> String {
+fn overview(plans: &[PlanCheck]) -> String {
     let mut table = Table::new([
         ("plan", Align::Left),
         ("verdict", Align::Left),
@@ -94,7 +94,7 @@ fn overview(plans: &[Checked]) -> String {
 }
 
 /// The residual that comes nearest to its tolerance or passes it farthest, over that tolerance.
-fn nearest(plan: &Checked) -> (&'static str, f64) {
+fn nearest(plan: &PlanCheck) -> (&'static str, f64) {
     let rows = plan.residuals.against(&plan.tolerances);
     let shares = rows.map(|(name, value, tolerance)| match value.is_nan() {
         true => (name, f64::INFINITY),

@@ -1,11 +1,11 @@
 //! What `remora envelope` prints.
 
 use super::{Align, Table};
-use remora_host::envelope::{Made, Map};
+use remora_host::envelope::{EnvelopeResult, Map};
 use std::fmt::Write;
 
 /// Head, a line a vehicle and horizon, files.
-pub fn envelope_report(made: &Made) -> String {
+pub fn envelope_report(made: &EnvelopeResult) -> String {
     let map = &made.map;
     let (plans, optimal) = map.totals();
     let mut out = format!(

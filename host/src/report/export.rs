@@ -1,11 +1,11 @@
 //! What `remora qp-export` prints.
 
 use super::{Align, Table};
-use remora_host::export::Exported;
+use remora_host::export::QpExport;
 use std::path::Path;
 
 /// What was written, and how well its solver did.
-pub fn export_report(exported: &Exported, directory: &Path) -> String {
+pub fn export_report(exported: &QpExport, directory: &Path) -> String {
     let plan = &exported.planned.file;
     let mut table = Table::new([
         ("stage", Align::Left),

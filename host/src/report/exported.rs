@@ -1,10 +1,10 @@
 //! What `remora export` prints.
 
 use super::{Align, Table};
-use remora_export::job::ExportedAll;
+use remora_export::job::ExportSummary;
 
 /// The files, one a row.
-pub fn exported_report(exported: &ExportedAll) -> String {
+pub fn exported_report(exported: &ExportSummary) -> String {
     let mut table =
         Table::new([("file", Align::Left), ("rows", Align::Right), ("bytes", Align::Right)]);
     for file in &exported.files {

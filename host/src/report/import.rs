@@ -1,11 +1,11 @@
 //! What `remora import` prints.
 
 use super::{Align, Table, vehicle_report};
-use remora_host::importing::Imported;
+use remora_host::importing::ImportedMission;
 
 /// What was decided, the joints' angles, and what follows from the mission.
-pub fn import_report(imported: &Imported) -> String {
-    let Imported { robot, joints, decided, notes, doubts, vehicle, .. } = imported;
+pub fn import_report(imported: &ImportedMission) -> String {
+    let ImportedMission { robot, joints, decided, notes, doubts, vehicle, .. } = imported;
     let mut table = Table::new([
         ("joint", Align::Left),
         ("", Align::Left),

@@ -4,7 +4,7 @@ use super::campaign::summary_report;
 use remora_flight::report::{endings, spread_table};
 use remora_flight::statistics::Summary as Flights;
 use remora_host::campaign::Summary;
-use remora_host::parts::{Difference, Gathered, Made};
+use remora_host::parts::{Difference, GatheredParts, PartSummary};
 use remora_learn::dataset::Gathered as Shards;
 use serde::Serialize;
 use std::fmt::Write;
@@ -13,8 +13,8 @@ use std::fmt::Write;
 const MOST_LISTED: usize = 20;
 
 /// What a part is, and where.
-pub fn part_report(made: &Made) -> String {
-    let Made { part, rows, planned, files } = made;
+pub fn part_report(made: &PartSummary) -> String {
+    let PartSummary { part, rows, planned, files } = made;
     let mut out = format!("part {part}: {rows} rows, {planned} planned now\n");
     for file in files {
         let _ = writeln!(out, "written: {}", file.display());
@@ -32,7 +32,7 @@ pub struct Again {
 }
 
 /// What is missing, what all rows come to, and what a sample that was planned again differs by.
-pub fn gather_report(gathered: &Gathered<Summary>, again: &Again) -> String {
+pub fn gather_report(gathered: &GatheredParts<Summary>, again: &Again) -> String {
     let checksum = format!("checksum of all but times: {}\n", gathered.checksum);
     summary_report(&gathered.summary)
         + &parts(gathered)
@@ -41,7 +41,7 @@ pub fn gather_report(gathered: &Gathered<Summary>, again: &Again) -> String {
 }
 
 /// The same of flights.
-pub fn gathered_flights(gathered: &Gathered<Flights>, again: &Again) -> String {
+pub fn gathered_flights(gathered: &GatheredParts<Flights>, again: &Again) -> String {
     let summary = &gathered.summary;
     let runs =
         format!("{} runs\n\n{}\n{}\n", summary.runs, endings(summary), spread_table(summary));
@@ -61,7 +61,7 @@ pub fn gathered_dataset(gathered: &Shards, again: &Again) -> String {
 }
 
 /// The parts that are there, and those that are missing.
-fn parts<S>(gathered: &Gathered<S>) -> String {
+fn parts<S>(gathered: &GatheredParts<S>) -> String {
     let lacking: Vec<u64> = gathered.missing.iter().map(|part| part.number()).collect();
     let there = gathered.parts - lacking.len() as u64;
     format!("parts: {there} of {}\n{}", gathered.parts, missing(&lacking))

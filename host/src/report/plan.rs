@@ -4,7 +4,7 @@ use super::{Align, Table, clearance_table, number, overlap_warning, residual_tab
 use remora_core::advanced::model::{Mission, Refusal};
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::{PlanFile, Status, Verdict, is_named_packet, json};
-use remora_host::planning::Planned;
+use remora_host::planning::PlanOutcome;
 use remora_host::stopwatch::busy_share;
 use std::path::Path;
 
@@ -17,7 +17,7 @@ pub fn refusal_report(scenario: &str, refusal: &Refusal) -> String {
 
 /// Verdict, stages, residuals, clearances and the path of the file.
 pub fn plan_report<const NL: usize>(
-    planned: &Planned,
+    planned: &PlanOutcome,
     mission: &Mission<NL>,
     file: &Path,
 ) -> String {
@@ -73,11 +73,11 @@ pub fn plan_report<const NL: usize>(
 ///
 /// # Errors
 /// None, as long as the tests pass.
-pub fn packet_report(planned: &Planned, file: &Path) -> Result<String, Error> {
+pub fn packet_report(planned: &PlanOutcome, file: &Path) -> Result<String, Error> {
     if !is_named_packet(file) {
         return Ok(String::new());
     }
-    let Planned { file: plan, evidence, .. } = planned;
+    let PlanOutcome { file: plan, evidence, .. } = planned;
     let failed = |error: FieldError| error.at(file);
     Ok(format!(
         "sizes: plan {} bytes, {} as JSON; evidence {} bytes, {} as JSON\n",
@@ -89,7 +89,7 @@ pub fn packet_report(planned: &Planned, file: &Path) -> Result<String, Error> {
 }
 
 /// The limits that the start violates, and until when.
-fn recovered<const NL: usize>(planned: &Planned, mission: &Mission<NL>) -> String {
+fn recovered<const NL: usize>(planned: &PlanOutcome, mission: &Mission<NL>) -> String {
     match planned.evidence.recovered.as_slice() {
         [] => String::new(),
         limits => {
@@ -110,7 +110,7 @@ fn spent(plan: &PlanFile) -> String {
 }
 
 /// The verdict in words, and what a plan that is not flyable fails by.
-fn verdict(planned: &Planned) -> String {
+fn verdict(planned: &PlanOutcome) -> String {
     let verdict = planned.file.verdict.unwrap_or(Verdict::NotFlyable);
     match planned.reason {
         None => verdict.to_string(),
@@ -121,7 +121,7 @@ fn verdict(planned: &Planned) -> String {
 }
 
 /// How near bodies come to each other, with a warning where that is too near and not judged.
-fn clearances<const NL: usize>(planned: &Planned, mission: &Mission<NL>) -> String {
+fn clearances<const NL: usize>(planned: &PlanOutcome, mission: &Mission<NL>) -> String {
     let plan = &planned.file;
     let Some(clearances) = &plan.clearances else { return String::new() };
     let mut out = clearance_table(clearances).to_string();
@@ -135,7 +135,7 @@ fn clearances<const NL: usize>(planned: &Planned, mission: &Mission<NL>) -> Stri
 }
 
 /// What Stage 2 started from, and why not from what was asked for.
-fn start(planned: &Planned) -> String {
+fn start(planned: &PlanOutcome) -> String {
     let evidence = &planned.evidence;
     let Some(model) = &evidence.model else { return "heuristic start".into() };
     let reason = model.refused.as_deref().or(evidence.start.why());
@@ -146,7 +146,7 @@ fn start(planned: &Planned) -> String {
 }
 
 /// Where the time went, and the record of evidence, a line each.
-pub fn evidence(planned: &Planned) -> String {
+pub fn evidence(planned: &PlanOutcome) -> String {
     let (t, e) = (&planned.times, &planned.evidence);
     let phases = [
         ("start", t.start_s),

@@ -30,7 +30,7 @@ pub struct Instant {
 
 /// A flight.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Flown {
+pub struct FlightTrack {
     name: String,
     rows: Rows,
 }
@@ -60,7 +60,7 @@ impl Serialize for Short {
     }
 }
 
-impl Flown {
+impl FlightTrack {
     /// A flight by its name, of its instants in their order: evenly thinned, the last one kept.
     pub fn new(name: String, instants: &[Instant]) -> Self {
         let every = instants.len().div_ceil(MOST_ROWS).max(1);
@@ -104,12 +104,12 @@ mod tests {
     #[test]
     fn a_flight_is_thinned_to_its_end_and_numbers_are_short() {
         let instants: Vec<Instant> = (0..12_001).map(|i| instant(0.1 * f64::from(i))).collect();
-        let flown = Flown::new("run 3".into(), &instants);
+        let flown = FlightTrack::new("run 3".into(), &instants);
         let times: Vec<f64> = flown.rows.time_s.iter().map(|time| time.0).collect();
         assert!(times.len() <= MOST_ROWS + 1, "{}", times.len());
         assert_eq!((times[0], *times.last().unwrap()), (0.0, 1200.0));
         let text = serde_json::to_string(&flown.rows.bus_m[0]).unwrap();
         assert_eq!(text, "[0.3333333,-1e-9,0.0]");
-        assert_eq!(Flown::new("none".into(), &[]).rows, Rows::default());
+        assert_eq!(FlightTrack::new("none".into(), &[]).rows, Rows::default());
     }
 }

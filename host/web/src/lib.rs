@@ -9,5 +9,5 @@
 mod flown;
 mod page;
 
-pub use flown::{Flown, Instant};
+pub use flown::{FlightTrack, Instant};
 pub use page::{MARK, PageError, Shown, page};

@@ -1,6 +1,6 @@
 //! Plans and flights as one page that loads nothing.
 
-use crate::flown::Flown;
+use crate::flown::FlightTrack;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use remora_core::advanced::planner::input_checksum;
@@ -31,7 +31,7 @@ pub struct Shown<'a> {
     /// The plan.
     pub plan: &'a PlanFile,
     /// Flights of it.
-    pub flights: Vec<Flown>,
+    pub flights: Vec<FlightTrack>,
 }
 
 /// A plan that no page can be made of.
@@ -64,7 +64,7 @@ struct Entry<'a> {
 struct Of<'a> {
     plan: usize,
     #[serde(flatten)]
-    flown: &'a Flown,
+    flown: &'a FlightTrack,
 }
 
 /// The page of some plans with their flights, and with the learned models that these plans' integrators

@@ -14,7 +14,7 @@ use std::fmt;
 pub(super) struct Strict<T>(pub(super) T);
 
 /// A visitor, with the arrays that it takes.
-struct Taking<V> {
+struct ArrayVisitor<V> {
     visitor: V,
     array: Array,
 }
@@ -29,7 +29,7 @@ enum Array {
     Refused,
 }
 
-impl<V> Taking<V> {
+impl<V> ArrayVisitor<V> {
     fn any(visitor: V) -> Self {
         Self { visitor, array: Array::Any }
     }
@@ -38,7 +38,7 @@ impl<V> Taking<V> {
 macro_rules! forward_deserialize {
     ($($method:ident)*) => {$(
         fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
-            self.0.$method(Taking::any(visitor))
+            self.0.$method(ArrayVisitor::any(visitor))
         }
     )*};
 }
@@ -60,7 +60,7 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
         name: &'static str,
         visitor: V,
     ) -> Result<V::Value, D::Error> {
-        self.0.deserialize_unit_struct(name, Taking::any(visitor))
+        self.0.deserialize_unit_struct(name, ArrayVisitor::any(visitor))
     }
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(
@@ -68,7 +68,7 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
         name: &'static str,
         visitor: V,
     ) -> Result<V::Value, D::Error> {
-        self.0.deserialize_newtype_struct(name, Taking::any(visitor))
+        self.0.deserialize_newtype_struct(name, ArrayVisitor::any(visitor))
     }
 
     fn deserialize_tuple<V: Visitor<'de>>(
@@ -76,7 +76,7 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
         len: usize,
         visitor: V,
     ) -> Result<V::Value, D::Error> {
-        self.0.deserialize_tuple(len, Taking { visitor, array: Array::Of(len) })
+        self.0.deserialize_tuple(len, ArrayVisitor { visitor, array: Array::Of(len) })
     }
 
     fn deserialize_tuple_struct<V: Visitor<'de>>(
@@ -85,7 +85,7 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
         len: usize,
         visitor: V,
     ) -> Result<V::Value, D::Error> {
-        self.0.deserialize_tuple_struct(name, len, Taking { visitor, array: Array::Of(len) })
+        self.0.deserialize_tuple_struct(name, len, ArrayVisitor { visitor, array: Array::Of(len) })
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -94,7 +94,7 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, D::Error> {
-        self.0.deserialize_struct(name, fields, Taking { visitor, array: Array::Refused })
+        self.0.deserialize_struct(name, fields, ArrayVisitor { visitor, array: Array::Refused })
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -103,7 +103,7 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Strict<D> {
         variants: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, D::Error> {
-        self.0.deserialize_enum(name, variants, Taking::any(visitor))
+        self.0.deserialize_enum(name, variants, ArrayVisitor::any(visitor))
     }
 
     fn is_human_readable(&self) -> bool {
@@ -119,7 +119,7 @@ macro_rules! forward_visit {
     )*};
 }
 
-impl<'de, V: Visitor<'de>> Visitor<'de> for Taking<V> {
+impl<'de, V: Visitor<'de>> Visitor<'de> for ArrayVisitor<V> {
     type Value = V::Value;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -173,7 +173,7 @@ fn exactly<'de, V: Visitor<'de>, A: SeqAccess<'de>>(
     visitor: V,
     values: A,
 ) -> Result<V::Value, A::Error> {
-    let mut values = Counted { values, count: 0 };
+    let mut values = CountedArray { values, count: 0 };
     // The visitor reports a wrong value, and too few values.
     let array = visitor.visit_seq(&mut values)?;
     while values.next_element::<IgnoredAny>()?.is_some() {}
@@ -185,12 +185,12 @@ fn exactly<'de, V: Visitor<'de>, A: SeqAccess<'de>>(
 }
 
 /// The values of an array, counted.
-struct Counted<A> {
+struct CountedArray<A> {
     values: A,
     count: usize,
 }
 
-impl<'de, A: SeqAccess<'de>> SeqAccess<'de> for Counted<A> {
+impl<'de, A: SeqAccess<'de>> SeqAccess<'de> for CountedArray<A> {
     type Error = A::Error;
 
     fn next_element_seed<S: DeserializeSeed<'de>>(
@@ -274,7 +274,7 @@ impl<'de, A: VariantAccess<'de>> VariantAccess<'de> for Strict<A> {
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, len: usize, visitor: V) -> Result<V::Value, A::Error> {
-        self.0.tuple_variant(len, Taking { visitor, array: Array::Of(len) })
+        self.0.tuple_variant(len, ArrayVisitor { visitor, array: Array::Of(len) })
     }
 
     fn struct_variant<V: Visitor<'de>>(
@@ -282,6 +282,6 @@ impl<'de, A: VariantAccess<'de>> VariantAccess<'de> for Strict<A> {
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, A::Error> {
-        self.0.struct_variant(fields, Taking { visitor, array: Array::Refused })
+        self.0.struct_variant(fields, ArrayVisitor { visitor, array: Array::Refused })
     }
 }

@@ -1,6 +1,6 @@
 //! A plan flown in closed loop: navigation, guidance and truth, step by step.
 
-use super::outcome::{Ending, Flown, Moment};
+use super::outcome::{Ending, FlightOutcome, Moment};
 use super::settings::{Controller, JointControl, Settings, Way};
 use crate::judge::{Arrival, Judge};
 use crate::navigation::Navigation;
@@ -38,7 +38,7 @@ impl<const NL: usize> Flight<'_, NL> {
         dispersion: &Dispersion,
         engine: &mut Engine<NL, NX, NU>,
         watch: &mut dyn FnMut(&Moment<'_, NL>),
-    ) -> Result<Flown, WorldError>
+    ) -> Result<FlightOutcome, WorldError>
     where
         Engine<NL, NX, NU>: Build<NL, NX, NU>,
     {
@@ -56,7 +56,7 @@ impl<const NL: usize> Flight<'_, NL> {
         engine: &mut Engine<NL, NX, NU>,
         watch: &mut dyn FnMut(&Moment<'_, NL>),
         strike: &mut dyn FnMut(u64, &mut Guidance<NL>),
-    ) -> Result<Flown, WorldError>
+    ) -> Result<FlightOutcome, WorldError>
     where
         Engine<NL, NX, NU>: Build<NL, NX, NU>,
     {
@@ -311,11 +311,11 @@ impl<'a, const NL: usize> Loop<'a, NL> {
         Some(plan.beginning_at(replan.begins))
     }
 
-    fn ended(mut self) -> Flown {
+    fn ended(mut self) -> FlightOutcome {
         let view = self.world.view();
         self.judge.look(&view);
         let arrival = Arrival::of(&view);
-        let mut flown = Flown {
+        let mut flown = FlightOutcome {
             ending: Ending::Missed,
             time_s: view.time,
             arrival,

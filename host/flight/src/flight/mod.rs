@@ -5,5 +5,5 @@ mod outcome;
 mod settings;
 
 pub use closed_loop::Flight;
-pub use outcome::{Ending, Flown, Moment};
+pub use outcome::{Ending, FlightOutcome, Moment};
 pub use settings::{Controller, JointControl, Settings, Way};

@@ -26,7 +26,7 @@ impl Ending {
 
 /// What came of a flight.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Flown {
+pub struct FlightOutcome {
     /// How it ended.
     pub ending: Ending,
     /// When [s].
@@ -47,7 +47,7 @@ pub struct Flown {
     pub drawn: Vec<Quantity>,
 }
 
-impl Flown {
+impl FlightOutcome {
     /// The limits that were passed, by name.
     pub fn violations(&self) -> Vec<&'static str> {
         let room = &self.room;

@@ -6,10 +6,10 @@ use remora_core::prelude::{Integrator, Options, Planner, Scenario, Valid, Valida
 use remora_host::draw::draw;
 
 /// A scenario and its plan.
-pub type Planned = (Valid<Scenario>, FlightPlan<3>);
+pub type FlightCase = (Valid<Scenario>, FlightPlan<3>);
 
 /// Plans of the first drawn scenarios.
-pub fn planned(mission: &Valid<Mission<3>>, count: u64) -> Vec<Planned> {
+pub fn planned(mission: &Valid<Mission<3>>, count: u64) -> Vec<FlightCase> {
     let set = draw(count, 1, mission).unwrap();
     let options = Options::builder().integrator(Integrator::RK4).build().unwrap();
     let mut planner = Box::new(Planner::new());

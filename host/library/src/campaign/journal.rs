@@ -21,7 +21,7 @@ pub(super) type Journal = crate::journal::Journal<Row>;
 /// The journal's first line: all that the rows depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Header {
+pub struct CampaignHeader {
     /// Format of the journal.
     pub format: String,
     /// Version of the program.
@@ -46,7 +46,7 @@ pub struct Header {
     pub scenarios: String,
 }
 
-impl Header {
+impl CampaignHeader {
     /// The header of a campaign.
     pub fn new<const NL: usize>(campaign: &Campaign<NL>) -> Self {
         let scenarios = fingerprint(&campaign.scenarios);
@@ -77,7 +77,7 @@ impl Header {
     }
 }
 
-impl Heading for Header {
+impl Heading for CampaignHeader {
     const FORMAT: &'static str = FORMAT;
     const WORK: &'static str = "campaign";
 
@@ -130,8 +130,8 @@ mod tests {
     use std::num::NonZeroUsize;
     use std::path::{Path, PathBuf};
 
-    fn header() -> Header {
-        Header::new(&Campaign {
+    fn header() -> CampaignHeader {
+        CampaignHeader::new(&Campaign {
             scenarios: Vec::new(),
             seed: None,
             mission: Mission::default(),

@@ -16,7 +16,7 @@ mod journal;
 mod summary;
 mod tally;
 
-pub use journal::{Header, JOURNAL};
+pub use journal::{CampaignHeader, JOURNAL};
 pub use summary::{NearestOf, Run, StageSummary, Statistics, Summary};
 pub use tally::Tally;
 
@@ -129,7 +129,7 @@ struct Begun<'a, const NL: usize> {
 impl<'a, const NL: usize> Begun<'a, NL> {
     fn new(campaign: &'a Campaign<NL>) -> Result<Self, Error> {
         let (journal, finished) =
-            Journal::open(&campaign.journal(), &Header::new(campaign), &campaign.check())?;
+            Journal::open(&campaign.journal(), &CampaignHeader::new(campaign), &campaign.check())?;
         campaign.clean();
         // Another campaign's scenarios are not written over: its journal has refused this one by now.
         ScenarioSet::new(campaign.scenarios.clone()).write(&campaign.out.join(SCENARIOS))?;
@@ -206,7 +206,7 @@ impl<const NL: usize> Campaign<NL> {
     /// Refuses a journal of another campaign; makes the directories and makes sure that the
     /// results can be written.
     fn prepare(&self) -> Result<(), Error> {
-        Journal::look(&self.journal(), &Header::new(self), &self.check())?;
+        Journal::look(&self.journal(), &CampaignHeader::new(self), &self.check())?;
         make_directory(&self.out)?;
         if self.save_plans {
             make_directory(&self.plans_directory())?;

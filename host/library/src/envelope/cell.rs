@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// Where a cell is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub struct CellPlace {
     /// Name of the vehicle.
     pub vehicle: String,
     /// Horizon [s].
@@ -67,7 +67,7 @@ impl State {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     /// Where it is.
-    pub place: Place,
+    pub place: CellPlace,
     /// What there is to say of it.
     #[serde(flatten)]
     pub state: State,
@@ -176,7 +176,7 @@ fn worst(residuals: &[(&'static str, f64, f64)]) -> String {
 
 impl Cell {
     /// A cell whose scenarios were planned, whatever their order.
-    pub fn planned(place: Place, attempts: &[Attempt]) -> Self {
+    pub fn planned(place: CellPlace, attempts: &[Attempt]) -> Self {
         let found = Found::of(attempts);
         let why = "no path within the force limit, in any scenario";
         let state = match found.out_of_reach == found.scenarios {
@@ -223,19 +223,24 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 /// A cell before anything is planned.
-pub(super) struct Prepared {
-    pub(super) place: Place,
+pub(super) struct CellWork {
+    pub(super) place: CellPlace,
     content: Result<(Box<Mission<LINKS>>, Vec<NamedScenario>), State>,
 }
 
-impl Prepared {
+impl CellWork {
     /// A cell in which nothing can be planned.
-    pub(super) fn settled(place: Place, state: State) -> Self {
+    pub(super) fn settled(place: CellPlace, state: State) -> Self {
         Self { place, content: Err(state) }
     }
 
     /// A cell with scenarios drawn for it.
-    pub(super) fn drawn(place: Place, mission: Box<Mission<LINKS>>, seed: u64, count: u64) -> Self {
+    pub(super) fn drawn(
+        place: CellPlace,
+        mission: Box<Mission<LINKS>>,
+        seed: u64,
+        count: u64,
+    ) -> Self {
         let drawn = (0..count).map(|index| draw_one(seed, index, &mission)).collect();
         let drawn: Option<Vec<NamedScenario>> = drawn;
         let content = drawn.map(|drawn| (mission, drawn)).ok_or(State::NoStart);
@@ -259,8 +264,8 @@ impl Prepared {
 mod tests {
     use super::*;
 
-    fn place() -> Place {
-        Place { vehicle: "a".into(), horizon_s: 60.0, rate_deg_s: 0.5, distance_m: 2.0 }
+    fn place() -> CellPlace {
+        CellPlace { vehicle: "a".into(), horizon_s: 60.0, rate_deg_s: 0.5, distance_m: 2.0 }
     }
 
     fn attempt(verdict: Verdict, reason: Option<&str>, time_s: f64) -> Attempt {
@@ -309,9 +314,9 @@ mod tests {
     fn a_cell_nearer_than_keep_out_has_no_start() {
         let mut mission = Mission::default();
         mission.approach.keep_out_far = 50.0;
-        let prepared = Prepared::drawn(place(), Box::new(mission), 1, 2);
+        let prepared = CellWork::drawn(place(), Box::new(mission), 1, 2);
         assert_eq!(prepared.cell().unwrap().state, State::NoStart);
-        let prepared = Prepared::drawn(place(), Box::default(), 1, 2);
+        let prepared = CellWork::drawn(place(), Box::default(), 1, 2);
         assert_eq!((prepared.cell(), prepared.ready().unwrap().1.len()), (None, 2));
     }
 

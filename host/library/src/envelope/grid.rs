@@ -1,6 +1,6 @@
 //! The axes of a map.
 
-use super::cell::Place;
+use super::cell::CellPlace;
 use std::fmt;
 use std::str::FromStr;
 
@@ -90,11 +90,11 @@ impl Grid {
     }
 
     /// The places of a vehicle's cells: horizons, in each of them rates, in each of these distances.
-    pub fn places(&self, vehicle: &str) -> Vec<Place> {
+    pub fn places(&self, vehicle: &str) -> Vec<CellPlace> {
         let mut places = Vec::new();
         for horizon in &self.horizons {
             for rate in &self.rates {
-                places.extend(self.distances.iter().map(|distance| Place {
+                places.extend(self.distances.iter().map(|distance| CellPlace {
                     vehicle: vehicle.into(),
                     horizon_s: horizon.0,
                     rate_deg_s: rate.0,
@@ -120,7 +120,7 @@ mod tests {
         let places = Grid::default().places("a");
         assert_eq!(places.len(), 5 * 7 * 7);
         let first =
-            Place { vehicle: "a".into(), horizon_s: 60.0, rate_deg_s: 0.0, distance_m: 2.0 };
+            CellPlace { vehicle: "a".into(), horizon_s: 60.0, rate_deg_s: 0.0, distance_m: 2.0 };
         assert_eq!(places[0], first);
         assert_eq!(places[1].distance_m, 5.0);
         assert_eq!(places[7].rate_deg_s, 0.5);

@@ -16,7 +16,7 @@ pub(super) type Journal = crate::journal::Journal<Cell>;
 /// The journal's first line: all that the cells depend on, but for the axes: a map may grow.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Header {
+pub(super) struct EnvelopeHeader {
     format: String,
     version: String,
     program: String,
@@ -27,7 +27,7 @@ pub(super) struct Header {
     vehicles: String,
 }
 
-impl Header {
+impl EnvelopeHeader {
     pub(super) fn new(envelope: &Envelope) -> Self {
         let method = &envelope.method;
         let vehicles: Vec<_> =
@@ -45,7 +45,7 @@ impl Header {
     }
 }
 
-impl Heading for Header {
+impl Heading for EnvelopeHeader {
     const FORMAT: &'static str = "remora-envelope-journal/1";
     const WORK: &'static str = "map";
 

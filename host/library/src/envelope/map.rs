@@ -160,7 +160,7 @@ fn command(envelope: &Envelope) -> String {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::{Attempt, Place, State};
+    use super::super::{Attempt, CellPlace, State};
     use super::*;
     use crate::method::Method;
     use remora_core::advanced::planner::Verdict;
@@ -183,7 +183,7 @@ pub(super) mod tests {
             model: None,
             jobs: NonZeroUsize::MIN,
         };
-        let cell = |place: Place| {
+        let cell = |place: CellPlace| {
             let attempt = |reason: Option<&str>| Attempt {
                 verdict: if reason.is_some() { Verdict::NotFlyable } else { Verdict::Optimal },
                 reason: reason.map(String::from),

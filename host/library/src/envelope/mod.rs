@@ -21,7 +21,7 @@ mod page;
 mod reach;
 mod vehicle;
 
-pub use cell::{Attempt, Cell, Found, Place, State};
+pub use cell::{Attempt, Cell, CellPlace, Found, State};
 pub use grid::{Grid, Number};
 pub use map::{FORMAT, Map, VehicleRecord};
 pub use output::files;
@@ -35,8 +35,8 @@ use crate::planning::Planner;
 use crate::pool;
 use crate::progress::Progress;
 use crate::provenance::Provenance;
-use cell::Prepared;
-use header::{Header, JOURNAL};
+use cell::CellWork;
+use header::{EnvelopeHeader, JOURNAL};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::planner::Verdict;
 use remora_core::advanced::stages::LINKS;
@@ -76,7 +76,7 @@ pub struct Envelope {
 
 /// A map that was made.
 #[derive(Clone, Debug)]
-pub struct Made {
+pub struct EnvelopeResult {
     /// The map.
     pub map: Map,
     /// Plans of this run.
@@ -126,11 +126,11 @@ impl Envelope {
     /// # Errors
     /// A directory or file that cannot be written (found out before planning); a journal of other
     /// work; a map that is being made in the same directory already.
-    pub fn run(&self, out: &Path, progress: &mut dyn Progress) -> Result<Made, Error> {
+    pub fn run(&self, out: &Path, progress: &mut dyn Progress) -> Result<EnvelopeResult, Error> {
         let started = Instant::now();
         // Before any file is written: what is written must not count as a change of the sources.
         let provenance = Provenance::gather(Path::new("."));
-        let (path, header) = (out.join(JOURNAL), Header::new(self));
+        let (path, header) = (out.join(JOURNAL), EnvelopeHeader::new(self));
         header::Journal::look(&path, &header, &|_| Ok(()))?;
         make_directory(out)?;
         files(out, self).iter().try_for_each(|file| check_writable(file))?;
@@ -143,7 +143,7 @@ impl Envelope {
         let map = Map::new(self, provenance, cells);
         let files = map.write(out)?;
         let wall_s = started.elapsed().as_secs_f64();
-        Ok(Made { map, planned, resumed: all - planned, wall_s, files })
+        Ok(EnvelopeResult { map, planned, resumed: all - planned, wall_s, files })
     }
 
     /// All cells, those that are `finished` taken as they are, and how many plans the others took.
@@ -153,9 +153,9 @@ impl Envelope {
         progress: &mut dyn Progress,
         mut keep: impl FnMut(&Cell) -> Result<(), Error>,
     ) -> Result<(Vec<Cell>, usize), Error> {
-        let prepared: Vec<Prepared> = self.places().map(|(v, p)| self.prepare(v, p)).collect();
+        let prepared: Vec<CellWork> = self.places().map(|(v, p)| self.prepare(v, p)).collect();
         let mut begun: Vec<Begun> = prepared.iter().map(|p| Begun::new(p, &finished)).collect();
-        let plans = |prepared: &Prepared| prepared.ready().map_or(0, |(_, drawn)| drawn.len());
+        let plans = |prepared: &CellWork| prepared.ready().map_or(0, |(_, drawn)| drawn.len());
         let total: usize = prepared.iter().map(plans).sum();
         let pending: Vec<(usize, usize)> = (0..prepared.len())
             .filter(|i| begun[*i].cell.is_none())
@@ -184,16 +184,16 @@ impl Envelope {
     }
 
     /// Vehicles and places of all cells, in the order of the map.
-    fn places(&self) -> impl Iterator<Item = (&Vehicle, Place)> {
+    fn places(&self) -> impl Iterator<Item = (&Vehicle, CellPlace)> {
         let places = |vehicle: &Vehicle| self.grid.places(&vehicle.name).into_iter();
         self.vehicles.iter().flat_map(move |vehicle| places(vehicle).map(move |p| (vehicle, p)))
     }
 
     /// What is to be planned in a cell, or why nothing can be.
-    fn prepare(&self, vehicle: &Vehicle, place: Place) -> Prepared {
+    fn prepare(&self, vehicle: &Vehicle, place: CellPlace) -> CellWork {
         match vehicle.at(&place) {
-            Err(state) => Prepared::settled(place, state),
-            Ok(mission) => Prepared::drawn(place, mission, self.seed, self.count),
+            Err(state) => CellWork::settled(place, state),
+            Ok(mission) => CellWork::drawn(place, mission, self.seed, self.count),
         }
     }
 
@@ -211,7 +211,7 @@ impl Envelope {
 }
 
 impl Begun {
-    fn new(prepared: &Prepared, finished: &[Cell]) -> Self {
+    fn new(prepared: &CellWork, finished: &[Cell]) -> Self {
         let there = || finished.iter().rfind(|cell| cell.place == prepared.place).cloned();
         Self { attempts: Vec::new(), cell: prepared.cell().or_else(there) }
     }

@@ -1,6 +1,6 @@
 //! Vehicles: missions that a map is made for.
 
-use super::cell::{Place, State};
+use super::cell::{CellPlace, State};
 use crate::error::{Error, FieldError};
 use crate::formats::{MissionFile, read_mission_file};
 use remora_core::advanced::model::Mission;
@@ -69,7 +69,7 @@ impl Vehicle {
     }
 
     /// Its mission at a place of the map, or why nothing can be planned there.
-    pub(super) fn at(&self, place: &Place) -> Result<Box<Mission<LINKS>>, State> {
+    pub(super) fn at(&self, place: &CellPlace) -> Result<Box<Mission<LINKS>>, State> {
         let mut file = self.mission.clone();
         file.horizon.duration_s = place.horizon_s;
         file.scenarios.standoff_m = place.distance_m;
@@ -112,8 +112,8 @@ fn name_of(file: &Path) -> String {
 mod tests {
     use super::*;
 
-    fn place(horizon_s: f64) -> Place {
-        Place { vehicle: "default".into(), horizon_s, rate_deg_s: 1.0, distance_m: 30.0 }
+    fn place(horizon_s: f64) -> CellPlace {
+        CellPlace { vehicle: "default".into(), horizon_s, rate_deg_s: 1.0, distance_m: 30.0 }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use remora_urdf::{Arm, Base, Body, Options, Pose, import};
 
 /// An arm on a bus.
-pub(super) struct Settled {
+pub(super) struct ArmOnBus {
     pub arm: Arm,
     /// With which the arm was read.
     pub options: Options,
@@ -28,7 +28,7 @@ pub(super) struct Settled {
 }
 
 /// A mission's bus.
-struct Given {
+struct BusProperties {
     mass: f64,
     inertia: Matrix3<f64>,
     half_extents: Vector3<f64>,
@@ -38,12 +38,12 @@ struct Given {
 /// Reads the arm and settles which bus carries it: the one that is given, the URDF's own, or the
 /// built-in mission's. Where the arm's mount on it is not given, it is one of several, in the order in
 /// which they are to be tried.
-pub(super) fn settle(request: &Request) -> Result<Vec<Settled>, NoImport> {
+pub(super) fn settle(request: &Request) -> Result<Vec<ArmOnBus>, NoImport> {
     let (file, mission) = match &request.bus {
         Some((file, mission)) => (file.clone(), mission.clone()),
         None => ("built-in mission".into(), MissionFile::default()),
     };
-    let given = Given::of(&mission).map_err(|error| error.at(&file))?;
+    let given = BusProperties::of(&mission).map_err(|error| error.at(&file))?;
     let boresight = unit(request.boresight, "--boresight")?;
     let mut options = request.options.clone();
     options.mount = request.mount.unwrap_or_else(Pose::identity);
@@ -67,7 +67,7 @@ fn on_own_bus(
     base: &Base,
     boresight: Option<Vector3<f64>>,
     mission: &MissionFile,
-) -> Result<Vec<Settled>, NoImport> {
+) -> Result<Vec<ArmOnBus>, NoImport> {
     let boresights = match boresight {
         Some(boresight) => vec![boresight],
         None => axes(&(arm.arm_base - base.body.center_of_mass)),
@@ -98,7 +98,7 @@ fn on_own_bus(
         }
         let (body, half_extents) = own_box(&arm, base, &mut decided);
         let (boresight, mission) = (Vector3::z(), mission.clone());
-        Ok(Settled { arm, options, is_own: true, body, half_extents, boresight, mission, decided })
+        Ok(ArmOnBus { arm, options, is_own: true, body, half_extents, boresight, mission, decided })
     };
     boresights.into_iter().map(looking).collect()
 }
@@ -123,10 +123,10 @@ fn own_box(arm: &Arm, otherwise: &Base, decided: &mut Vec<String>) -> (Body, Vec
 fn on_given_bus(
     request: &Request,
     options: &Options,
-    given: &Given,
+    given: &BusProperties,
     boresight: Option<Vector3<f64>>,
     mission: &MissionFile,
-) -> Result<Vec<Settled>, NoImport> {
+) -> Result<Vec<ArmOnBus>, NoImport> {
     let boresight = boresight.unwrap_or(given.boresight);
     let poses = match request.mount {
         Some(mount) => vec![mount],
@@ -144,10 +144,10 @@ fn carried(
     request: &Request,
     arm: Arm,
     options: Options,
-    given: &Given,
+    given: &BusProperties,
     boresight: Vector3<f64>,
     mission: MissionFile,
-) -> Settled {
+) -> ArmOnBus {
     let mut decided = Vec::new();
     if request.bus.is_none() {
         decided.push("the bus is the built-in mission's; --bus FILE gives another".to_string());
@@ -177,10 +177,10 @@ fn carried(
     }
     // The box is about the centre of mass, which the arm's base has moved.
     let half_extents = given.half_extents + body.center_of_mass.abs();
-    Settled { arm, options, is_own: false, body, half_extents, boresight, mission, decided }
+    ArmOnBus { arm, options, is_own: false, body, half_extents, boresight, mission, decided }
 }
 
-impl Given {
+impl BusProperties {
     /// The bus of a mission that must be valid, whatever its arm.
     fn of(file: &MissionFile) -> Result<Self, FieldError> {
         with_joints!(file.joints(), NL => {

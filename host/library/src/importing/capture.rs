@@ -13,7 +13,7 @@ const STEP: f64 = 1e-3;
 const HALVINGS: i32 = 8;
 
 /// An arm at a mount that was tried, and the conditions on its angles at capture.
-type Tried<const NL: usize> = (Servicer<NL>, CaptureSearch);
+type Trial<const NL: usize> = (Servicer<NL>, CaptureSearch);
 
 /// Advice after a search that has failed at all of these mounts.
 pub(super) fn advice<const NL: usize>(request: &Request, failed: &[(MissionFile, Arm)]) -> String {
@@ -22,7 +22,7 @@ pub(super) fn advice<const NL: usize>(request: &Request, failed: &[(MissionFile,
     if !axes.is_empty() {
         return format!("as the end effector's axis would do {}", axes.join(", "));
     }
-    let tried: Vec<Tried<NL>> = failed.iter().filter_map(|(file, _)| tried(file)).collect();
+    let tried: Vec<Trial<NL>> = failed.iter().filter_map(|(file, _)| tried(file)).collect();
     let other = "none of +-x, +-y, +-z of the end effector would do as its axis: another --mount, --boresight or \
                  --start may";
     let sizes = [thinner_links(&tried, arm), longer_tool(&tried, arm)];
@@ -42,19 +42,19 @@ fn axes<const NL: usize>(request: &Request, file: &MissionFile, arm: &Arm) -> Ve
     others.filter(works).map(|own| flag(&own)).collect()
 }
 
-fn tried<const NL: usize>(file: &MissionFile) -> Option<Tried<NL>> {
+fn tried<const NL: usize>(file: &MissionFile) -> Option<Trial<NL>> {
     let axis = file.servicer.capture_axis().ok().flatten()?;
     let mission = unsearched::<NL>(file).ok()?;
     Some((mission.servicer, capture_search(&mission, axis)))
 }
 
-fn works<const NL: usize>((servicer, search): &Tried<NL>) -> bool {
+fn works<const NL: usize>((servicer, search): &Trial<NL>) -> bool {
     servicer.capture_configuration(search, &servicer.initial_joint_angle).is_ok()
 }
 
 /// The links that are in the way, and the radius at which they would not be.
-fn thinner_links<const NL: usize>(tried: &[Tried<NL>], arm: &Arm) -> Option<String> {
-    let thinned = |tried: &Tried<NL>, links: &[usize], most: f64| {
+fn thinner_links<const NL: usize>(tried: &[Trial<NL>], arm: &Arm) -> Option<String> {
+    let thinned = |tried: &Trial<NL>, links: &[usize], most: f64| {
         let (mut servicer, search) = *tried;
         links.iter().for_each(|i| servicer.links[*i].radius = servicer.links[*i].radius.min(most));
         works(&(servicer, search))
@@ -87,9 +87,9 @@ fn thinner_links<const NL: usize>(tried: &[Tried<NL>], arm: &Arm) -> Option<Stri
 }
 
 /// The least length of a tool that would work, along the end effector's axis.
-fn longer_tool<const NL: usize>(tried: &[Tried<NL>], arm: &Arm) -> Option<String> {
+fn longer_tool<const NL: usize>(tried: &[Trial<NL>], arm: &Arm) -> Option<String> {
     let last = NL.checked_sub(1)?;
-    let longer = |tried: &Tried<NL>, by: f64| {
+    let longer = |tried: &Trial<NL>, by: f64| {
         let (mut servicer, search) = *tried;
         servicer.links[last].tip += search.axis * by;
         works(&(servicer, search))

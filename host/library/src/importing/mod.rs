@@ -18,7 +18,7 @@ use crate::formats::{MissionCapture, MissionFile, open_regular};
 use crate::method::Integrator;
 use crate::vehicle::Vehicle;
 use crate::with_joints;
-use bus::Settled;
+use bus::ArmOnBus;
 use nalgebra::Vector3;
 use remora_core::advanced::model::Mission;
 use remora_urdf::{Arm, MAX_BYTES, Options, Pose, Refusal};
@@ -55,7 +55,7 @@ pub struct Request {
 
 /// A mission that was made of a URDF.
 #[derive(Clone, Debug, Serialize)]
-pub struct Imported {
+pub struct ImportedMission {
     /// [`FORMAT`].
     pub format: &'static str,
     /// The URDF's file.
@@ -90,7 +90,7 @@ pub struct Joint {
 
 /// Why nothing was imported, as `remora import --explain --json` tells it.
 #[derive(Clone, Debug, Serialize)]
-pub struct NotImported {
+pub struct ImportFaults {
     /// [`FORMAT`].
     pub format: &'static str,
     /// The URDF's file.
@@ -148,8 +148,8 @@ impl NoImport {
     }
 
     /// The same, told by the format.
-    pub fn told(&self, request: &Request) -> NotImported {
-        NotImported { format: FORMAT, file: request.file.clone(), faults: self.faults() }
+    pub fn told(&self, request: &Request) -> ImportFaults {
+        ImportFaults { format: FORMAT, file: request.file.clone(), faults: self.faults() }
     }
 
     /// The error of a command that needs the mission: all faults at once.
@@ -166,7 +166,7 @@ impl NoImport {
 /// # Errors
 /// All faults of the URDF at once; a bus that is none; an arm that finds no joint angles at capture, or
 /// none at the start that are clear of its own bus.
-pub fn import(request: &Request) -> Result<Imported, NoImport> {
+pub fn import(request: &Request) -> Result<ImportedMission, NoImport> {
     let (mut first, mut failed) = (None, Vec::new());
     for settled in bus::settle(request)? {
         match imported(request, settled, &mut failed) {
@@ -208,9 +208,9 @@ fn is_of_the_mount(error: &Error, request: &Request) -> bool {
 /// The mission; one that finds no joint angles at capture is kept in `failed`.
 fn imported(
     request: &Request,
-    settled: Settled,
+    settled: ArmOnBus,
     failed: &mut Vec<(MissionFile, Arm)>,
-) -> Result<Imported, Error> {
+) -> Result<ImportedMission, Error> {
     let mut file = servicer::mission_file(&settled, &axis(request, &settled.arm)?);
     if let Some(armature) = &request.armature {
         servicer::give_rotors(&mut file, armature)?;
@@ -231,11 +231,11 @@ pub fn explanation(request: &Request) -> String {
 
 fn finished<const NL: usize>(
     request: &Request,
-    settled: Settled,
+    settled: ArmOnBus,
     mut file: MissionFile,
     failed: &mut Vec<(MissionFile, Arm)>,
-) -> Result<Imported, Error> {
-    let Settled { arm, is_own, mut decided, .. } = settled;
+) -> Result<ImportedMission, Error> {
+    let ArmOnBus { arm, is_own, mut decided, .. } = settled;
     let mission = match completed::<NL>(&mut file, request, &arm, is_own, &mut decided) {
         Ok(mission) => mission,
         Err(error) => {
@@ -246,7 +246,7 @@ fn finished<const NL: usize>(
         }
     };
     let (joints, doubts) = (joints(&arm, &mission), doubts(&arm));
-    Ok(Imported {
+    Ok(ImportedMission {
         format: FORMAT,
         file: request.file.clone(),
         robot: arm.name,

@@ -1,6 +1,6 @@
 //! The servicer of a mission file from an arm on a bus.
 
-use super::bus::Settled;
+use super::bus::ArmOnBus;
 use crate::error::Error;
 use crate::formats::{
     Inertia, Limits, MissionCapture, MissionFile, MissionLink, MissionServicer, Radius, Stops,
@@ -10,8 +10,8 @@ use remora_urdf::Joint;
 
 /// The mission file: the arm starts straight, as far as its stops let it, and finds its joint angles at
 /// capture. What follows from an arm follows from this one.
-pub(super) fn mission_file(settled: &Settled, axis: &Vector3<f64>) -> MissionFile {
-    let Settled { arm, body, half_extents, boresight, mission, .. } = settled;
+pub(super) fn mission_file(settled: &ArmOnBus, axis: &Vector3<f64>) -> MissionFile {
+    let ArmOnBus { arm, body, half_extents, boresight, mission, .. } = settled;
     let mut file = mission.clone();
     file.typical = None;
     file.roll = None;

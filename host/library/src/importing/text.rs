@@ -1,9 +1,9 @@
 //! The mission file as text, with what it was made of.
 
 use super::bus::shown_angles;
-use super::{Imported, name};
+use super::{ImportedMission, name};
 
-impl Imported {
+impl ImportedMission {
     /// The mission file's text; the same for the same request.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use super::gather::read_part;
 use super::job::{self, Job};
 use super::nodes::Numbers;
 use super::work::Work;
-use super::{Gathered, Header, KEY};
+use super::{GatheredParts, KEY, PartHeader};
 use crate::campaign::Summary;
 use crate::error::Error;
 use crate::formats::{Cell, Column, TIMES, TableReader, node_columns};
@@ -92,7 +92,7 @@ impl Sample {
 /// A job that is not the parts'; a part that has changed since; a thread that cannot be started.
 pub fn recompute<const NL: usize>(
     job: &Job<NL>,
-    gathered: &Gathered<Summary>,
+    gathered: &GatheredParts<Summary>,
     sample: u64,
     jobs: NonZeroUsize,
     progress: &mut dyn Progress,
@@ -128,7 +128,7 @@ fn read_sampled<const NL: usize>(
     rows: &mut BTreeMap<u64, Then<Kept>>,
 ) -> Result<(), Error> {
     let table = TableReader::open(file)?;
-    let header: Header = part::said(file, &table, KEY)?;
+    let header: PartHeader = part::said(file, &table, KEY)?;
     if let Some((field, reason)) = other(job, &header) {
         return Err(Error::input(file, field, reason));
     }
@@ -184,7 +184,7 @@ fn bytes(cell: &Cell) -> Vec<u8> {
 }
 
 /// What makes the job another than that of a part, but for the program.
-fn other<const NL: usize>(job: &Job<NL>, header: &Header) -> Option<(&'static str, String)> {
+fn other<const NL: usize>(job: &Job<NL>, header: &PartHeader) -> Option<(&'static str, String)> {
     let mut ours = job.header(header.part);
     ours.campaign.version.clone_from(&header.campaign.version);
     ours.campaign.program.clone_from(&header.campaign.program);

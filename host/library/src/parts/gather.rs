@@ -2,7 +2,7 @@
 
 use super::nodes::{Nodes, Numbers};
 use super::write::Checksum;
-use super::{COMMAND, Header, KEY, TOLERANCES};
+use super::{COMMAND, KEY, PartHeader, TOLERANCES};
 use crate::campaign::{JOURNAL, Run, Summary, Tally};
 use crate::error::{Error, FieldError};
 use crate::formats::{
@@ -19,7 +19,7 @@ const OF_ONE_PIECE: [&str; 2] = [JOURNAL, "results.parquet"];
 
 /// Parts that were gathered; `S` is what their rows come to together.
 #[derive(Clone, Debug, Serialize)]
-pub struct Gathered<S> {
+pub struct GatheredParts<S> {
     /// How many there should be.
     pub parts: u64,
     /// Those that are missing.
@@ -37,7 +37,7 @@ pub struct Gathered<S> {
     pub tables: Vec<(Part, PathBuf)>,
 }
 
-impl<S: Serialize> Gathered<S> {
+impl<S: Serialize> GatheredParts<S> {
     /// Puts together what the tables of a directory came to; where none is missing, the summary goes to `file`.
     ///
     /// # Errors
@@ -65,17 +65,17 @@ impl<S: Serialize> Gathered<S> {
 /// # Errors
 /// A directory without parts, or with a campaign in one piece; a part that is damaged, has not its own scenarios, or is
 /// of another kind than the first.
-pub fn gather(directory: &Path) -> Result<Gathered<Summary>, Error> {
+pub fn gather(directory: &Path) -> Result<GatheredParts<Summary>, Error> {
     let tables = part::tables(directory)?;
     part::alone(directory, &OF_ONE_PIECE, "a campaign in one piece")?;
-    let mut found: Option<(Header, Vec<String>)> = None;
+    let mut found: Option<(PartHeader, Vec<String>)> = None;
     let mut same = Checksum::default();
     let mut tally = Tally::default();
     let mut method = Method::default();
     let mut ids = HashSet::new();
     for (part, file) in &tables {
         let table = TableReader::open(file)?;
-        let header: Header = part::said(file, &table, KEY)?;
+        let header: PartHeader = part::said(file, &table, KEY)?;
         if header.part != *part {
             return Err(Error::input(file, "part", format!("is {}", header.part)));
         }
@@ -104,7 +104,7 @@ pub fn gather(directory: &Path) -> Result<Gathered<Summary>, Error> {
     let command = found.map(|(_, command)| command).unwrap_or_default();
     let run = Run { planned: 0, resumed: tally.rows(), wall_s: 0.0 };
     let summary = tally.summary(&method, run);
-    Gathered::new(tables, &same, summary, command, &directory.join("summary.json"))
+    GatheredParts::new(tables, &same, summary, command, &directory.join("summary.json"))
 }
 
 /// Refuses a scenario's second row.
@@ -116,7 +116,7 @@ fn first_of(ids: &mut HashSet<String>, row: &Row) -> Result<(), FieldError> {
 }
 
 /// How the plans of a part were made, as far as its rows say.
-fn method_of(header: &Header) -> Method {
+fn method_of(header: &PartHeader) -> Method {
     let of = &header.campaign;
     let (mode, warm_start, qp, integrator) = (of.mode, of.warm_start, of.qp, of.integrator);
     Method { mode, warm_start, qp, integrator, ..Method::default() }
@@ -127,7 +127,7 @@ fn method_of(header: &Header) -> Method {
 pub(super) fn read_part(
     file: &Path,
     table: &TableReader,
-    header: &Header,
+    header: &PartHeader,
     mut each: impl FnMut(&Row, Numbers) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let range = header.part.range(header.count);

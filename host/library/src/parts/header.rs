@@ -13,7 +13,7 @@ const FORMAT: &str = "remora-part/1";
 /// All that the rows of a part depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Header {
+pub struct PartHeader {
     /// Format of part and journal.
     pub format: String,
     /// Which part it is.
@@ -25,10 +25,10 @@ pub struct Header {
     /// Whether there is a table of nodes.
     pub nodes: bool,
     /// Program, method, settings, mission and scenarios.
-    pub campaign: campaign::Header,
+    pub campaign: campaign::CampaignHeader,
 }
 
-impl Header {
+impl PartHeader {
     pub(super) fn new(part: Part, of: Self) -> Self {
         Self { format: FORMAT.into(), part, ..of }
     }
@@ -74,7 +74,7 @@ fn another(field: &str) -> String {
     }
 }
 
-impl Heading for Header {
+impl Heading for PartHeader {
     const FORMAT: &'static str = FORMAT;
     const WORK: &'static str = "program that makes the same part";
 

@@ -3,7 +3,7 @@
 use super::scenarios::Scenarios;
 use super::work::Work;
 use super::write::{nodes_file, write_nodes};
-use super::{COMMAND, Header, KEY, TOLERANCES};
+use super::{COMMAND, KEY, PartHeader, TOLERANCES};
 use crate::campaign;
 use crate::error::{Error, FieldError};
 use crate::formats::{
@@ -52,7 +52,7 @@ pub struct Kept {
 
 impl<const NL: usize> Work for Job<NL> {
     type Worker = Planner;
-    type Header = Header;
+    type Header = PartHeader;
     type Kept = Kept;
     const COUNTED: &'static str = "scenarios";
 
@@ -60,13 +60,17 @@ impl<const NL: usize> Work for Job<NL> {
         self.scenarios.count()
     }
 
-    fn header(&self, part: Part) -> Header {
+    fn header(&self, part: Part) -> PartHeader {
         let scenarios = self.scenarios.fingerprint();
-        let campaign =
-            campaign::Header::of(&self.mission, &self.method, self.model.as_ref(), scenarios);
+        let campaign = campaign::CampaignHeader::of(
+            &self.mission,
+            &self.method,
+            self.model.as_ref(),
+            scenarios,
+        );
         let (count, seed) = (self.scenarios.count(), self.scenarios.seed());
         let format = String::new();
-        Header::new(part, Header { format, part, count, seed, nodes: self.nodes, campaign })
+        PartHeader::new(part, PartHeader { format, part, count, seed, nodes: self.nodes, campaign })
     }
 
     fn entries(&self) -> Vec<(&'static str, String)> {

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 /// A part that is complete.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Made {
+pub struct PartSummary {
     /// Which it is.
     pub part: Part,
     /// Its rows.
@@ -40,9 +40,9 @@ pub fn make<W: Work>(
     jobs: NonZeroUsize,
     out: &Path,
     progress: &mut dyn Progress,
-) -> Result<Made, Error> {
+) -> Result<PartSummary, Error> {
     part.check(work.count(), W::COUNTED)?;
-    let making = Making::new(work, part, out);
+    let making = PartMaker::new(work, part, out);
     if let Some(made) = making.there()? {
         making.sweep();
         return Ok(made);
@@ -56,7 +56,7 @@ pub fn make<W: Work>(
 type Places = Vec<Option<u64>>;
 
 /// A part that is made.
-struct Making<'a, W: Work> {
+struct PartMaker<'a, W: Work> {
     work: &'a W,
     part: Part,
     header: W::Header,
@@ -67,7 +67,7 @@ struct Making<'a, W: Work> {
     log: PathBuf,
 }
 
-impl<'a, W: Work> Making<'a, W> {
+impl<'a, W: Work> PartMaker<'a, W> {
     fn new(work: &'a W, part: Part, out: &Path) -> Self {
         let (header, range) = (work.header(part), part.range(work.count()));
         let table = part.table(out);
@@ -77,11 +77,11 @@ impl<'a, W: Work> Making<'a, W> {
     }
 
     /// The part, if it is there already.
-    fn there(&self) -> Result<Option<Made>, Error> {
+    fn there(&self) -> Result<Option<PartSummary>, Error> {
         if !self.table.exists() {
             return Ok(None);
         }
-        is_the_same(&self.table, &self.header)?;
+        check_same(&self.table, &self.header)?;
         if let Some(gone) = self.files.iter().find(|file| !file.exists()) {
             let name = self.table.file_name().unwrap_or_default().to_string_lossy();
             let reason = format!("no such file: remove {name} to make both again");
@@ -90,13 +90,13 @@ impl<'a, W: Work> Making<'a, W> {
         Ok(Some(self.made(0)))
     }
 
-    fn made(&self, planned: u64) -> Made {
+    fn made(&self, planned: u64) -> PartSummary {
         let rows = self.range.end - self.range.start;
-        Made { part: self.part, rows, planned, files: self.files.clone() }
+        PartSummary { part: self.part, rows, planned, files: self.files.clone() }
     }
 
     /// Does what is not in the journal, whose lock keeps other programs from it, and writes the tables.
-    fn go_on(&self, jobs: NonZeroUsize, progress: &mut dyn Progress) -> Result<Made, Error> {
+    fn go_on(&self, jobs: NonZeroUsize, progress: &mut dyn Progress) -> Result<PartSummary, Error> {
         let (mut journal, mut places) = self.open()?;
         // Another program may have ended the part before this one had the lock.
         let there = self.there();
@@ -180,7 +180,7 @@ impl<'a, W: Work> Making<'a, W> {
 }
 
 /// Refuses a part that is there and is another's.
-fn is_the_same<H: Heading>(table: &Path, header: &H) -> Result<(), Error> {
+fn check_same<H: Heading>(table: &Path, header: &H) -> Result<(), Error> {
     let found: H = part::said(table, &TableReader::open(table)?, KEY)?;
     match header.difference(&found) {
         Some((field, reason)) => Err(Error::input(table, field, reason)),
@@ -257,14 +257,14 @@ mod tests {
 
     const PART: &str = "1/1";
 
-    fn made(word: &'static str, out: &Path) -> Result<Made, Error> {
+    fn made(word: &'static str, out: &Path) -> Result<PartSummary, Error> {
         make(&Words(word), PART.parse().unwrap(), NonZeroUsize::MIN, out, &mut ())
     }
 
     /// What a program does that saw no part, and then had to wait for the journal.
-    fn late(word: &'static str, out: &Path) -> Result<Made, Error> {
+    fn late(word: &'static str, out: &Path) -> Result<PartSummary, Error> {
         let words = Words(word);
-        Making::new(&words, PART.parse().unwrap(), out).go_on(NonZeroUsize::MIN, &mut ())
+        PartMaker::new(&words, PART.parse().unwrap(), out).go_on(NonZeroUsize::MIN, &mut ())
     }
 
     fn names(out: &Path) -> Vec<String> {

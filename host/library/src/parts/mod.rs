@@ -21,10 +21,10 @@ mod work;
 mod write;
 
 pub use again::{Difference, Sample, Then, again, differing, recompute};
-pub use gather::{Gathered, gather};
-pub use header::{Header, KEY};
+pub use gather::{GatheredParts, gather};
+pub use header::{KEY, PartHeader};
 pub use job::Job;
-pub use make::{Made, make};
+pub use make::{PartSummary, make};
 pub use scenarios::Scenarios;
 pub use work::Work;
 pub use write::Checksum;

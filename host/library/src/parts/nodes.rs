@@ -1,7 +1,7 @@
 //! A part's table of nodes, read beside its rows.
 
 use super::write::{Checksum, nodes_file};
-use super::{CHECKSUM, FORMAT, Header, KEY, NODES_FORMAT};
+use super::{CHECKSUM, FORMAT, KEY, NODES_FORMAT, PartHeader};
 use crate::error::Error;
 use crate::formats::{Cell, MAX_JOINTS, MOST_ROWS, Row, TableReader, node_columns, node_row};
 use crate::part;
@@ -27,13 +27,13 @@ pub(super) struct Nodes {
 
 impl Nodes {
     /// Opens the table beside that of the rows, and refuses one that is not the part's own.
-    pub(super) fn open(rows: &Path, header: &Header) -> Result<Self, Error> {
+    pub(super) fn open(rows: &Path, header: &PartHeader) -> Result<Self, Error> {
         let file = nodes_file(rows);
         let table = TableReader::open(&file)?;
         if table.entries.get(FORMAT).is_none_or(|format| format != NODES_FORMAT) {
             return Err(Error::input(&file, FORMAT, format!("is not {NODES_FORMAT}")));
         }
-        let said: Header = part::said(&file, &table, KEY)?;
+        let said: PartHeader = part::said(&file, &table, KEY)?;
         if let Some(reason) = said.mismatch(header) {
             return Err(Error::input(&file, "part", reason));
         }

@@ -1,6 +1,6 @@
 //! Plans that are made and written, and scenarios that are refused before.
 
-use super::planner::{Planned, Planner};
+use super::planner::{PlanOutcome, Planner};
 use crate::error::Error;
 use crate::formats::{self, NamedScenario};
 use crate::learned::Learned;
@@ -66,7 +66,7 @@ impl<const NL: usize> PlanJob<NL> {
     ///
     /// # Errors
     /// Where a file cannot be written; that is found out before planning.
-    pub fn run(&self) -> Result<Planned, Error> {
+    pub fn run(&self) -> Result<PlanOutcome, Error> {
         self.check_writable()?;
         let planned = self.plan()?;
         self.write(&planned)?;
@@ -86,7 +86,7 @@ impl<const NL: usize> PlanJob<NL> {
     ///
     /// # Errors
     /// The file that cannot be written, with the reason; then neither is.
-    pub fn write(&self, planned: &Planned) -> Result<(), Error> {
+    pub fn write(&self, planned: &PlanOutcome) -> Result<(), Error> {
         match planned.refusal {
             Some(_) => Ok(()),
             None => planned.evidence.write_with(&planned.file, &self.out),
@@ -97,7 +97,7 @@ impl<const NL: usize> PlanJob<NL> {
     ///
     /// # Errors
     /// Where no thread can be started.
-    pub fn plan(&self) -> Result<Planned, Error> {
+    pub fn plan(&self) -> Result<PlanOutcome, Error> {
         on_large_stack(|| {
             let planner = Planner::new().with_threads(self.threads);
             let mut planner = planner.scrubbing(self.is_scrubbed);

@@ -4,4 +4,4 @@ mod job;
 mod planner;
 
 pub use job::{PlanJob, refusal};
-pub use planner::{Planned, Planner, Subproblem, WallClock};
+pub use planner::{PlanOutcome, Planner, Subproblem, WallClock};

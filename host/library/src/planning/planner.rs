@@ -1,7 +1,7 @@
 //! The planner of the host: one plan after the other.
 
 use crate::approach::Approach;
-use crate::engine::{Build, Engine, Roomy, Solved, Task, Usual};
+use crate::engine::{AnyArmEngine, ArmSubproblem, Build, DefaultArmEngine, Engine, Task};
 use crate::formats::{
     self, ArmClearances, EvidenceFile, Flight, NamedScenario, PlanFile, PlanGrid, PlanInputs,
     PlanStage1, PlanStage2, PlanTarget, Program, Row, StageEnd,
@@ -38,7 +38,7 @@ impl Clock for WallClock {
 
 /// A plan with what its file does not hold.
 #[derive(Clone, Debug)]
-pub struct Planned {
+pub struct PlanOutcome {
     /// The plan.
     pub file: PlanFile,
     /// Why there is none, where damage was found while it was made.
@@ -59,7 +59,7 @@ pub struct Planned {
     pub logs: [Vec<IterationRecord>; 2],
 }
 
-impl Planned {
+impl PlanOutcome {
     /// The campaign's row of this plan.
     pub fn row(&self) -> Row {
         let row = Row::new(&self.file, self.corrections, self.reason, self.flight, &self.arm);
@@ -68,13 +68,13 @@ impl Planned {
 }
 
 /// One subproblem of a plan for the built-in mission's arm with its solver's answer.
-pub type Subproblem<'a> = Solved<'a, { size::NX }, { size::NU }>;
+pub type Subproblem<'a> = ArmSubproblem<'a, { size::NX }, { size::NU }>;
 
 /// A planner with its memory, for one plan after the other and arms of one to seven joints.
 pub struct Planner {
-    usual: Usual,
+    usual: DefaultArmEngine,
     /// For arms of other numbers of joints, once there was one.
-    roomy: Option<Box<Roomy>>,
+    roomy: Option<Box<AnyArmEngine>>,
     threads: Threads,
     memories: Memories,
     is_scrubbed: bool,
@@ -113,7 +113,7 @@ impl Planner {
         scenario: &NamedScenario,
         method: &Method,
         model: Option<&Learned>,
-    ) -> Planned {
+    ) -> PlanOutcome {
         self.plan_by(&WallClock::start(), mission, scenario, method, model)
     }
 
@@ -147,7 +147,7 @@ impl Planner {
         scenario: &NamedScenario,
         method: &Method,
         model: Option<&Learned>,
-    ) -> Planned {
+    ) -> PlanOutcome {
         self.plan_from(clock, mission, scenario, method, model.into())
     }
 
@@ -159,7 +159,7 @@ impl Planner {
         scenario: &NamedScenario,
         method: &Method,
         guess: Guess<'_, NL>,
-    ) -> Planned {
+    ) -> PlanOutcome {
         let request = Request { mission, scenario, method, guess };
         let Self { usual, roomy, threads, memories, is_scrubbed } = self;
         let is_scrubbed = *is_scrubbed;
@@ -180,7 +180,7 @@ impl Planner {
         method: &Method,
         guess: Guess<'_>,
         watch: &mut dyn FnMut(Subproblem<'_>),
-    ) -> Planned {
+    ) -> PlanOutcome {
         let request = Request { mission, scenario, method, guess };
         let Self { usual, threads, memories, is_scrubbed, .. } = self;
         let is_scrubbed = *is_scrubbed;
@@ -207,7 +207,7 @@ impl Planner {
 }
 
 /// The engine with room for any arm, made where there was no need of it yet.
-fn room(roomy: &mut Option<Box<Roomy>>) -> &mut Roomy {
+fn room(roomy: &mut Option<Box<AnyArmEngine>>) -> &mut AnyArmEngine {
     roomy.get_or_insert_with(|| on_heap(Engine::default))
 }
 
@@ -225,8 +225,8 @@ impl<const NL: usize> Request<'_, NL> {
         &self,
         engine: &mut Engine<M, NX, NU>,
         task: Task<'_, NL>,
-        watch: &mut dyn FnMut(Solved<'_, NX, NU>),
-    ) -> Planned
+        watch: &mut dyn FnMut(ArmSubproblem<'_, NX, NU>),
+    ) -> PlanOutcome
     where
         Engine<M, NX, NU>: Build<M, NX, NU>,
     {
@@ -237,7 +237,7 @@ impl<const NL: usize> Request<'_, NL> {
         let file = self.file(engine, &report, &spent);
         let (translation, reorientation) = (&report.translation, &report.reorientation);
         let (log1, log2) = engine.workspace.logs();
-        Planned {
+        PlanOutcome {
             reason: file.residuals.worst(&mission.tolerances),
             flight: Flight::new(mission, scenario, &file),
             file,

@@ -4,7 +4,7 @@ use remora_core::advanced::qp::{Qp, Solution};
 
 /// A variable's place in its box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum BoundState {
     Free,
     Lower,
     Upper,
@@ -24,45 +24,45 @@ pub(super) enum Side {
 /// What holds at a node and over the interval that follows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Active {
-    pub x: Vec<Place>,
-    pub u: Vec<Place>,
+    pub x: Vec<BoundState>,
+    pub u: Vec<BoundState>,
     pub rows: Vec<Side>,
     pub dynamics: Vec<Side>,
 }
 
 /// A value and the ends and multiplier of its box.
 #[derive(Clone, Copy)]
-struct Boxed {
+struct BoxedValue {
     value: f64,
     lower: f64,
     upper: f64,
     multiplier: f64,
 }
 
-impl Boxed {
+impl BoxedValue {
     /// The more plausible of distance and multiplier.
-    fn guess(self) -> Place {
+    fn guess(self) -> BoundState {
         let Self { value, lower, upper, multiplier } = self;
         if lower == upper {
-            Place::Fixed
+            BoundState::Fixed
         } else if multiplier > upper - value {
-            Place::Upper
+            BoundState::Upper
         } else if -multiplier > value - lower {
-            Place::Lower
+            BoundState::Lower
         } else {
-            Place::Free
+            BoundState::Free
         }
     }
 
     /// The next place, where signs do not hold.
-    fn next(self, place: Place, tolerance: f64) -> Place {
+    fn next(self, place: BoundState, tolerance: f64) -> BoundState {
         let Self { value, lower, upper, multiplier } = self;
         match place {
-            Place::Fixed => Place::Fixed,
-            Place::Upper if multiplier < -tolerance => Place::Free,
-            Place::Lower if multiplier > tolerance => Place::Free,
-            Place::Free if value > upper + tolerance => Place::Upper,
-            Place::Free if value < lower - tolerance => Place::Lower,
+            BoundState::Fixed => BoundState::Fixed,
+            BoundState::Upper if multiplier < -tolerance => BoundState::Free,
+            BoundState::Lower if multiplier > tolerance => BoundState::Free,
+            BoundState::Free if value > upper + tolerance => BoundState::Upper,
+            BoundState::Free if value < lower - tolerance => BoundState::Lower,
             held => held,
         }
     }
@@ -110,7 +110,7 @@ pub(super) fn read<const N: usize, const NX: usize, const NU: usize, const NG: u
     let node = |k: usize| {
         let stage = &qp.stages[k];
         let known = before.map(|(active, tolerance)| (&active[k], tolerance));
-        let place = |boxed: Boxed, old: Option<(Place, f64)>| match old {
+        let place = |boxed: BoxedValue, old: Option<(BoundState, f64)>| match old {
             Some((place, tolerance)) => boxed.next(place, tolerance),
             None => boxed.guess(),
         };
@@ -126,7 +126,7 @@ pub(super) fn read<const N: usize, const NX: usize, const NU: usize, const NG: u
                 .map(|i| {
                     let (lower, upper) = (stage.lower_x[i], stage.upper_x[i]);
                     let multiplier = point.bound_multiplier_x[k][i];
-                    let boxed = Boxed { value: point.x[k][i], lower, upper, multiplier };
+                    let boxed = BoxedValue { value: point.x[k][i], lower, upper, multiplier };
                     place(boxed, known.map(|(active, t)| (active.x[i], t)))
                 })
                 .collect(),
@@ -134,7 +134,7 @@ pub(super) fn read<const N: usize, const NX: usize, const NU: usize, const NG: u
                 .map(|i| {
                     let (lower, upper) = (stage.lower_u[i], stage.upper_u[i]);
                     let multiplier = point.bound_multiplier_u[k][i];
-                    let boxed = Boxed { value: point.u[k][i], lower, upper, multiplier };
+                    let boxed = BoxedValue { value: point.u[k][i], lower, upper, multiplier };
                     place(boxed, known.map(|(active, t)| (active.u[i], t)))
                 })
                 .collect(),

@@ -1,7 +1,7 @@
 //! Banded systems of linear equations, by elimination with row exchanges.
 
 /// A square matrix whose entries lie within `band` of its diagonal.
-pub(super) struct Banded {
+pub(super) struct BandedMatrix {
     size: usize,
     band: usize,
     /// Row by row, from `band` left of the diagonal to twice that right of it: exchanges fill in.
@@ -10,13 +10,13 @@ pub(super) struct Banded {
 
 /// Its factors.
 pub(super) struct Factors {
-    upper: Banded,
+    upper: BandedMatrix,
     exchanged: Vec<usize>,
     /// Of each column, what of its row was taken from the rows below.
     taken: Vec<f64>,
 }
 
-impl Banded {
+impl BandedMatrix {
     /// All zero.
     pub(super) fn zeros(size: usize, band: usize) -> Self {
         Self { size, band, entries: vec![0.0; size * (3 * band + 1)] }
@@ -76,7 +76,7 @@ impl Banded {
 impl Factors {
     /// Solves for a right-hand side.
     pub(super) fn solve(&self, mut side: Vec<f64>) -> Vec<f64> {
-        let Banded { size, band, .. } = self.upper;
+        let BandedMatrix { size, band, .. } = self.upper;
         for column in 0..size {
             side.swap(column, self.exchanged[column]);
             for row in column + 1..(column + band + 1).min(size) {
@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn a_solution_gives_its_right_hand_side_again() {
         let (size, band) = (12, 3);
-        let mut matrix = Banded::zeros(size, band);
+        let mut matrix = BandedMatrix::zeros(size, band);
         for row in 0..size {
             for column in row.saturating_sub(band)..(row + band + 1).min(size) {
                 // A diagonal of zeros: rows must be exchanged.
@@ -116,7 +116,7 @@ mod tests {
                 columns.map(|column| matrix.entries[matrix.at(row, column)] * found[column]).sum();
             assert!((product - side).abs() < 1e-10, "{product} {side}");
         }
-        assert!(Banded::zeros(3, 1).factors(&[0.0; 3]).is_none());
-        assert!(Banded::zeros(3, 1).factors(&[1.0; 3]).is_some());
+        assert!(BandedMatrix::zeros(3, 1).factors(&[0.0; 3]).is_none());
+        assert!(BandedMatrix::zeros(3, 1).factors(&[1.0; 3]).is_some());
     }
 }

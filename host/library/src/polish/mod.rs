@@ -10,8 +10,8 @@ mod active;
 mod banded;
 
 use crate::kkt::Kkt;
-use active::{Active, Place, Side};
-use banded::Banded;
+use active::{Active, BoundState, Side};
+use banded::BandedMatrix;
 use remora_core::advanced::qp::{Qp, Solution};
 
 /// Most rounds of changed sides.
@@ -96,8 +96,8 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
         let unknowns = active
             .iter()
             .map(|node| Unknowns {
-                x: node.x.iter().map(|place| unknown(*place == Place::Free)).collect(),
-                u: node.u.iter().map(|place| unknown(*place == Place::Free)).collect(),
+                x: node.x.iter().map(|place| unknown(*place == BoundState::Free)).collect(),
+                u: node.u.iter().map(|place| unknown(*place == BoundState::Free)).collect(),
                 rows: node.rows.iter().map(|side| unknown(*side == Side::On)).collect(),
                 dynamics: node.dynamics.iter().map(|side| unknown(*side == Side::On)).collect(),
             })
@@ -129,10 +129,10 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
     /// What the active constraints say of the numbers that are no unknowns.
     fn known(&self) -> Box<Solution<N, NX, NU, NG>> {
         let mut point = Box::new(Solution::ZERO);
-        let end = |place: Place, lower: f64, upper: f64| match place {
-            Place::Free => 0.0,
-            Place::Lower | Place::Fixed => lower,
-            Place::Upper => upper,
+        let end = |place: BoundState, lower: f64, upper: f64| match place {
+            BoundState::Free => 0.0,
+            BoundState::Lower | BoundState::Fixed => lower,
+            BoundState::Upper => upper,
         };
         for (k, (node, stage)) in self.active.iter().zip(&self.qp.stages).enumerate() {
             for (i, place) in node.x.iter().enumerate() {
@@ -211,17 +211,19 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
         for (k, node) in self.active.iter().enumerate() {
             let (of_x, of_u) = self.gradients(point, k);
             for (i, place) in node.x.iter().enumerate() {
-                point.bound_multiplier_x[k][i] = if *place == Place::Free { 0.0 } else { -of_x[i] };
+                point.bound_multiplier_x[k][i] =
+                    if *place == BoundState::Free { 0.0 } else { -of_x[i] };
             }
             for (i, place) in node.u.iter().enumerate() {
-                point.bound_multiplier_u[k][i] = if *place == Place::Free { 0.0 } else { -of_u[i] };
+                point.bound_multiplier_u[k][i] =
+                    if *place == BoundState::Free { 0.0 } else { -of_u[i] };
             }
         }
     }
 
     /// Derivatives of the residuals by the unknowns.
-    fn matrix(&self) -> Banded {
-        let mut matrix = Banded::zeros(self.size, 2 * NX + NU + NG);
+    fn matrix(&self) -> BandedMatrix {
+        let mut matrix = BandedMatrix::zeros(self.size, 2 * NX + NU + NG);
         let mut both = |a: Option<usize>, b: Option<usize>, value: f64| {
             if let (Some(a), Some(b)) = (a, b) {
                 matrix.add(a, b, value);

@@ -13,7 +13,7 @@ const ROOM: usize = 12;
 const NX: usize = 4;
 const NU: usize = 2;
 
-type Roomy = Qp<ROOM, NX, NU, 1>;
+type LargeQp = Qp<ROOM, NX, NU, 1>;
 
 /// A stage that nothing can be computed from.
 fn unreadable() -> QpStage<NX, NU, 1> {
@@ -35,8 +35,8 @@ fn unreadable() -> QpStage<NX, NU, 1> {
 }
 
 /// The program in larger storage, whose last stages are full of what must not be read.
-fn roomy(qp: &Qp<FEW, NX, NU, 1>) -> Box<Roomy> {
-    let mut roomy = Box::new(Roomy::ZERO);
+fn roomy(qp: &Qp<FEW, NX, NU, 1>) -> Box<LargeQp> {
+    let mut roomy = Box::new(LargeQp::ZERO);
     for stage in &mut roomy.stages {
         *stage = unreadable();
     }

@@ -12,8 +12,8 @@ use remora_core::advanced::qp::{Checksum, Valid};
 use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::LINKS;
 use remora_core::prelude::Validate;
-use remora_flight::flight::{Controller, Ending, Flight, Flown, Settings};
-use remora_host::engine::Usual;
+use remora_flight::flight::{Controller, Ending, Flight, FlightOutcome, Settings};
+use remora_host::engine::DefaultArmEngine;
 use remora_host::memory::on_heap;
 use remora_truth::{Dispersion, Errors, ThrusterLost};
 
@@ -64,7 +64,7 @@ pub(super) struct Strike {
 
 /// Who flies; the planner that flights may have is made with the first.
 #[derive(Default)]
-pub(super) struct Flights(Option<Box<Usual>>);
+pub(super) struct Flights(Option<Box<DefaultArmEngine>>);
 
 impl Flights {
     /// A plan that is flown without a fault on each course.
@@ -114,9 +114,9 @@ impl Flights {
         sortie: &Sortie,
         course: Course,
         strike: Option<Strike>,
-    ) -> Result<(Flown, [u32; 2]), String> {
+    ) -> Result<(FlightOutcome, [u32; 2]), String> {
         let Sortie { mission, scenario, plan, run, .. } = sortie;
-        let engine = self.0.get_or_insert_with(|| on_heap(Usual::default));
+        let engine = self.0.get_or_insert_with(|| on_heap(DefaultArmEngine::default));
         let settings = &course.settings(plan, sortie.integrator);
         let dispersion = Dispersion { errors: course.errors(plan, *run), seed: SEED, run: *run };
         let (mut from, mut to) = (None, 0);
@@ -186,7 +186,7 @@ impl Strike {
 
 /// A flight as a plan's end: what its course aims at is solved, and what collides is wrong. Its cost is its impulse,
 /// its checksum is of all that came of it.
-fn ended(flown: &Flown, course: Course) -> Ended {
+fn ended(flown: &FlightOutcome, course: Course) -> Ended {
     let mut sum = Checksum::new();
     let arrival = &flown.arrival;
     sum.numbers(&arrival.miss_target_m);

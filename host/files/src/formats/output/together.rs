@@ -16,7 +16,7 @@ pub fn write_together(files: &[(&Path, Vec<u8>)]) -> Result<(), Error> {
 }
 
 /// A file written beside its place.
-struct Staged<'a> {
+struct StagedFile<'a> {
     partial: PathBuf,
     /// Holds the partial file against clean-up by another process.
     _handle: File,
@@ -30,13 +30,13 @@ fn write_together_by(
     files: &[(&Path, Vec<u8>)],
     rename: impl Fn(&Path, &Path) -> io::Result<()>,
 ) -> Result<(), Error> {
-    let mut staged: Vec<Staged<'_>> = Vec::new();
+    let mut staged: Vec<StagedFile<'_>> = Vec::new();
     let written = files.iter().try_for_each(|(file, bytes)| {
         let mut stage = || {
             let place = resolved(file)?;
             let (partial, mut handle) = open(&place)?;
             let written = handle.write_all(bytes).and_then(|()| handle.sync_all());
-            staged.push(Staged { partial, _handle: handle, place, file, old: None });
+            staged.push(StagedFile { partial, _handle: handle, place, file, old: None });
             written
         };
         stage().map_err(|cause| Error::output(file, &cause))
@@ -52,7 +52,7 @@ fn write_together_by(
             take.map_err(|cause| Error::output(one.file, &cause))
         })
     });
-    for (i, Staged { partial, place, old, .. }) in staged.iter().enumerate() {
+    for (i, StagedFile { partial, place, old, .. }) in staged.iter().enumerate() {
         match (&outcome, old) {
             (Err(_), Some(old)) if i < placed => {
                 let _ = fs::rename(old, place).or_else(|_| fs::copy(old, place).map(drop));

@@ -1,6 +1,6 @@
 //! Bars made of parts.
 
-use super::{Area, Drawn, FONT, Mark, colour, headed, to_svg};
+use super::{Area, DrawResult, FONT, Mark, colour, headed, to_svg};
 use crate::error::Error;
 use plotters::prelude::*;
 
@@ -30,7 +30,7 @@ impl Bars {
         to_svg(&self.title, |area| self.draw(area, 1.03 * longest))
     }
 
-    fn draw(&self, area: &Area<'_>, longest: f64) -> Drawn {
+    fn draw(&self, area: &Area<'_>, longest: f64) -> DrawResult {
         let parts = self.parts.iter().enumerate();
         let parts: Vec<_> =
             parts.map(|(i, name)| (name.as_str(), Mark::Patch(colour(i)))).collect();

@@ -1,6 +1,6 @@
 //! Cumulative distributions.
 
-use super::{Area, Drawn, FONT, Mark, colour, headed, ticks, to_svg};
+use super::{Area, DrawResult, FONT, Mark, colour, headed, ticks, to_svg};
 use crate::error::Error;
 use plotters::prelude::*;
 
@@ -29,7 +29,7 @@ impl Distributions {
         to_svg(&self.title, |area| self.draw(area, left, right))
     }
 
-    fn draw(&self, area: &Area<'_>, left: f64, right: f64) -> Drawn {
+    fn draw(&self, area: &Area<'_>, left: f64, right: f64) -> DrawResult {
         let series = self.series.iter().enumerate();
         let names: Vec<_> =
             series.map(|(i, (name, _))| (name.as_str(), Mark::Line(colour(i)))).collect();

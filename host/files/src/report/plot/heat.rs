@@ -1,6 +1,6 @@
 //! Shares over two axes, a coloured cell each.
 
-use super::{Area, Drawn, FONT, TITLE, to_svg_of};
+use super::{Area, DrawResult, FONT, TITLE, to_svg_of};
 use crate::error::Error;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -59,7 +59,7 @@ impl Heat {
         to_svg_of(size, &self.title, |area| self.draw(area))
     }
 
-    fn draw(&self, area: &Area<'_>) -> Drawn {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let bottom = CORNER.1 + CELL.1 * self.y.len() as i32;
         area.draw(&Text::new(self.title.clone(), (12, 12), TITLE))?;
         let centred = |size: u32, colour: RGBColor| {

@@ -1,6 +1,6 @@
 //! Points with error bars over categories.
 
-use super::{Area, Drawn, FONT, Mark, colour, headed, to_svg};
+use super::{Area, DrawResult, FONT, Mark, colour, headed, to_svg};
 use crate::error::Error;
 use crate::statistics::Estimate;
 use plotters::prelude::*;
@@ -43,7 +43,7 @@ impl Lines {
         to_svg(&self.title, |area| self.draw(area, 1.1 * top))
     }
 
-    fn draw(&self, area: &Area<'_>, top: f64) -> Drawn {
+    fn draw(&self, area: &Area<'_>, top: f64) -> DrawResult {
         let right = self.x.len() as f64 - 0.5;
         let reference = self.reference.iter().map(|(name, _)| (name.as_str(), Mark::Dashed));
         let series = self.series.iter().enumerate();

@@ -16,6 +16,7 @@ pub use panels::{Outline, Panel, Sheet};
 pub use points::Points;
 pub use scatter::Scatter;
 
+use super::page::escaped;
 use crate::error::Error;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -42,14 +43,14 @@ fn colour(number: usize) -> RGBColor {
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// What drawing into a string may answer.
-type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+type DrawResult = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 /// What readers of a dark page see: paper and ink change places, colours stay.
 const STYLE: &str = "\
 <style>@media (prefers-color-scheme:dark){rect[fill=\"#FFFFFF\"]{fill:#12181e}\
 text[fill=\"#000000\"]{fill:#e4eaf0}[stroke=\"#000000\"]{stroke:#e4eaf0}}</style>";
 
-fn to_svg(title: &str, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String, Error> {
+fn to_svg(title: &str, draw: impl FnOnce(&Area<'_>) -> DrawResult) -> Result<String, Error> {
     to_svg_of(SIZE, title, draw)
 }
 
@@ -57,7 +58,7 @@ fn to_svg(title: &str, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String, 
 fn to_svg_of(
     size: (u32, u32),
     title: &str,
-    draw: impl FnOnce(&Area<'_>) -> Drawn,
+    draw: impl FnOnce(&Area<'_>) -> DrawResult,
 ) -> Result<String, Error> {
     let mut svg = String::new();
     let drawn = {
@@ -67,7 +68,7 @@ fn to_svg_of(
     drawn.map_err(|error| Error::Plot { reason: error.to_string() })?;
     // Plotters writes neither the document's title nor a style.
     let (head, body) = svg.split_at(svg.find('>').map_or(0, |at| at + 1));
-    let title = title.replace('&', "&amp;").replace('<', "&lt;");
+    let title = escaped(title);
     Ok(format!("{head}\n<title>{title}</title>\n{STYLE}{body}"))
 }
 

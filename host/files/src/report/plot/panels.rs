@@ -1,6 +1,6 @@
 //! Many small plots over time side by side, beside a picture.
 
-use super::{Area, Drawn, FONT, TITLE, colour, to_svg_of};
+use super::{Area, DrawResult, FONT, TITLE, colour, to_svg_of};
 use crate::error::Error;
 use plotters::prelude::*;
 
@@ -66,7 +66,7 @@ impl Sheet {
         })
     }
 
-    fn draw(&self, area: &Area<'_>) -> Drawn {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let (picture, panels) = area.split_vertically(PICTURE);
         self.draw_picture(&picture)?;
         let rows = self.panels.len().div_ceil(2);
@@ -76,7 +76,7 @@ impl Sheet {
         Ok(())
     }
 
-    fn draw_picture(&self, area: &Area<'_>) -> Drawn {
+    fn draw_picture(&self, area: &Area<'_>) -> DrawResult {
         let points = || self.outlines.iter().flat_map(|outline| &outline.points);
         let (left, right) = ends(points().map(|point| point.0));
         let (low, high) = ends(points().map(|point| point.1));
@@ -107,7 +107,7 @@ impl Sheet {
 }
 
 impl Panel {
-    fn draw(&self, area: &Area<'_>) -> Drawn {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let points = || self.lines.iter().flat_map(|(_, points)| points);
         let (left, right) = ends(points().map(|point| point.0));
         let reached = ends(points().map(|point| point.1));

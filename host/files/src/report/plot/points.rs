@@ -1,6 +1,6 @@
 //! Points over two axes.
 
-use super::{Area, Drawn, FONT, Mark, colour, headed, to_svg};
+use super::{Area, DrawResult, FONT, Mark, colour, headed, to_svg};
 use crate::error::Error;
 use plotters::prelude::*;
 
@@ -33,7 +33,7 @@ impl Points {
         to_svg(&self.title, |area| self.draw(area, 1.05 * right, 1.05 * top))
     }
 
-    fn draw(&self, area: &Area<'_>, right: f64, top: f64) -> Drawn {
+    fn draw(&self, area: &Area<'_>, right: f64, top: f64) -> DrawResult {
         let series = self.series.iter().enumerate();
         let names: Vec<_> =
             series.map(|(i, (name, _))| (name.as_str(), Mark::Dot(colour(i)))).collect();

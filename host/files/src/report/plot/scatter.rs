@@ -1,6 +1,6 @@
 //! Points about an origin, to scale, with circles and ellipses.
 
-use super::{Area, Drawn, FONT, Mark, colour, headed, to_svg_of};
+use super::{Area, DrawResult, FONT, Mark, colour, headed, to_svg_of};
 use crate::error::Error;
 use plotters::prelude::*;
 
@@ -36,7 +36,7 @@ impl Scatter {
         to_svg_of(SIZE, &self.title, |area| self.draw(area, far))
     }
 
-    fn draw(&self, area: &Area<'_>, far: f64) -> Drawn {
+    fn draw(&self, area: &Area<'_>, far: f64) -> DrawResult {
         let series = self.series.iter().enumerate();
         let mut names: Vec<_> =
             series.map(|(i, (name, _))| (name.as_str(), Mark::Dot(colour(i)))).collect();

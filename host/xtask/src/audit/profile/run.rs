@@ -16,7 +16,7 @@ use remora_host::formats::{NamedScenario, Status};
 use remora_host::learned::Learned;
 use remora_host::memory::on_large_stack;
 use remora_host::method::WarmStart;
-use remora_host::planning::{Planned, Planner, WallClock};
+use remora_host::planning::{PlanOutcome, Planner, WallClock};
 use remora_host::progress::Progress;
 use remora_host::threads::Threads;
 use std::path::Path;
@@ -145,7 +145,7 @@ impl<'a> Bench<'a> {
 }
 
 impl Sample {
-    fn new(job: Job, wall_s: f64, switches: u64, planned: &Planned) -> Self {
+    fn new(job: Job, wall_s: f64, switches: u64, planned: &PlanOutcome) -> Self {
         let log = &planned.logs[1];
         // After a rejected step the linearisation is the last one still.
         let is_fresh = |i: usize| i == 0 || log[i - 1].accepted;

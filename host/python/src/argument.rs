@@ -5,8 +5,8 @@ use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use std::convert::Infallible;
 
-/// An argument as it was given. It is refused under its name, by [`Given::named`].
-pub(crate) struct Given<T>(Result<T, Unfit>);
+/// An argument as it was given. It is refused under its name, by [`Argument::named`].
+pub(crate) struct Argument<T>(Result<T, Unfit>);
 
 /// Reason why an argument is not of its type.
 enum Unfit {
@@ -15,7 +15,7 @@ enum Unfit {
     Raised(PyErr),
 }
 
-impl<'a, 'py, T: FromPyObject<'a, 'py>> FromPyObject<'a, 'py> for Given<T> {
+impl<'a, 'py, T: FromPyObject<'a, 'py>> FromPyObject<'a, 'py> for Argument<T> {
     type Error = Infallible;
 
     fn extract(given: Borrowed<'a, 'py, PyAny>) -> Result<Self, Infallible> {
@@ -46,7 +46,7 @@ fn shown(given: &Bound<'_, PyAny>) -> String {
     }
 }
 
-impl<T> Given<T> {
+impl<T> Argument<T> {
     /// The argument, refused under this name.
     pub(crate) fn named(self, name: &str) -> PyResult<T> {
         self.0.map_err(|unfit| match unfit {

@@ -1,7 +1,7 @@
 //! How plans are asked for: the arguments that planning, campaigns and comparisons share.
 
+use crate::argument::Argument;
 use crate::arrays;
-use crate::given::Given;
 use crate::mission::Mission;
 use crate::plan::Plan;
 use crate::raised::argument;
@@ -14,23 +14,23 @@ use std::num::NonZeroUsize;
 use std::sync::{Arc, OnceLock};
 
 /// Mission, method and start of plans.
-pub(crate) struct Asked {
+pub(crate) struct PlanRequest {
     pub(crate) mission: Mission,
     pub(crate) method: Method,
     pub(crate) start: Start,
 }
 
-impl Asked {
+impl PlanRequest {
     /// What the arguments say; a guess that is not given is the built-in model.
     pub(crate) fn of(
-        mission: Option<Given<Mission>>,
-        (integrator, mode): (Given<&str>, Given<&str>),
+        mission: Option<Argument<Mission>>,
+        (integrator, mode): (Argument<&str>, Argument<&str>),
         guess: Option<&Bound<'_, PyAny>>,
-        deadline_s: Option<Given<f64>>,
+        deadline_s: Option<Argument<f64>>,
     ) -> PyResult<Self> {
-        let mission = Given::optional(mission, "mission")?;
+        let mission = Argument::optional(mission, "mission")?;
         let integrator = self::integrator(integrator)?;
-        let deadline_s = Given::optional(deadline_s, "deadline_s")?;
+        let deadline_s = Argument::optional(deadline_s, "deadline_s")?;
         let mode = mode.named("mode")?;
         let Some(mode) = Mode::of_name(mode) else {
             let reason = format!("{mode:?} is neither \"optimal\" nor \"feasible\"");
@@ -64,14 +64,14 @@ pub(crate) fn built_in(integrator: Integrator) -> Arc<Learned> {
 }
 
 /// The integrator of a name.
-pub(crate) fn integrator(name: Given<&str>) -> PyResult<Integrator> {
+pub(crate) fn integrator(name: Argument<&str>) -> PyResult<Integrator> {
     let name = name.named("integrator")?;
     name.parse().map_err(|error| argument("integrator", format!("{name:?}: {error}")))
 }
 
 /// A number of threads; what is not given is the machine's cores.
-pub(crate) fn jobs(jobs: Option<Given<usize>>) -> PyResult<NonZeroUsize> {
-    match Given::optional(jobs, "jobs")? {
+pub(crate) fn jobs(jobs: Option<Argument<usize>>) -> PyResult<NonZeroUsize> {
+    match Argument::optional(jobs, "jobs")? {
         None => Ok(std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)),
         Some(jobs) => NonZeroUsize::new(jobs).ok_or_else(|| argument("jobs", "must be positive")),
     }
