@@ -110,21 +110,27 @@ impl Page {
     }
 }
 
+/// Look of all pages but the interactive one, in the colours of that (`host/web/source/style.css`).
 const STYLE: &str = "\
-:root{color-scheme:light dark}
-body{font:16px/1.5 system-ui,sans-serif;margin:0 auto;max-width:76rem;padding:0 1.5rem 4rem}
-nav{position:sticky;top:0;padding:.7rem 0;background:Canvas;border-bottom:1px solid #8886}
+:root{color-scheme:light dark;
+--back:light-dark(#eef2f6,#0b0f14);--card:light-dark(#fff,#121920);--line:light-dark(#d8e0e9,#243040);
+--text:light-dark(#17212c,#e3eaf2);--mute:light-dark(#5b6978,#93a3b4);--blue:light-dark(#1f6fc4,#6fb4ff);
+--green:light-dark(#1f8a56,#5fd49a);--red:light-dark(#b3261e,#ff8f86)}
+body{font:16px/1.5 system-ui,sans-serif;margin:0 auto;max-width:76rem;padding:0 1.5rem 4rem;
+background:var(--back);color:var(--text)}
+a{color:var(--blue)}
+nav{position:sticky;top:0;padding:.7rem 0;background:var(--back);border-bottom:1px solid var(--line)}
 nav a{margin-right:1.2rem}
 header{padding-top:1rem}
 h1{margin-top:3rem}
-.met{color:light-dark(#1a6e33,#7fd08f);font-weight:600}
-.missed{color:light-dark(#b3261e,#ff9c92);font-weight:600}
+.met{color:var(--green);font-weight:600}
+.missed{color:var(--red);font-weight:600}
 table{border-collapse:collapse;margin:1rem 0;font-size:.9rem;display:block;overflow-x:auto}
-th,td{padding:.25rem .7rem;border-bottom:1px solid #8884;text-align:left;vertical-align:top}
+th,td{padding:.25rem .7rem;border-bottom:1px solid var(--line);text-align:left;vertical-align:top}
 th.r,td.r{text-align:right;font-variant-numeric:tabular-nums}
 figure{margin:1.5rem 0}
-figure svg{max-width:100%;height:auto}
-.again{font-size:.9rem;opacity:.8}
+figure svg{max-width:100%;height:auto;background:var(--card)}
+figcaption,.again{font-size:.9rem;color:var(--mute)}
 code{font-size:.9em}
 ";
 

@@ -47,8 +47,8 @@ type DrawResult = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 /// What readers of a dark page see: paper and ink change places, colours stay.
 const STYLE: &str = "\
-<style>@media (prefers-color-scheme:dark){rect[fill=\"#FFFFFF\"]{fill:#12181e}\
-text[fill=\"#000000\"]{fill:#e4eaf0}[stroke=\"#000000\"]{stroke:#e4eaf0}}</style>";
+<style>@media (prefers-color-scheme:dark){rect[fill=\"#FFFFFF\"]{fill:#121920}\
+text[fill=\"#000000\"]{fill:#e3eaf2}[stroke=\"#000000\"]{stroke:#e3eaf2}}</style>";
 
 fn to_svg(title: &str, draw: impl FnOnce(&Area<'_>) -> DrawResult) -> Result<String, Error> {
     to_svg_of(SIZE, title, draw)
