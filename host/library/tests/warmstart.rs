@@ -1,194 +1,25 @@
 //! The learned start: its features, its actions and what the planner makes of it.
 
+mod scripts;
+
 use nalgebra::Vector3;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Mission, Roll, Scenario};
+use remora_core::advanced::model::{Mission, Roll};
 use remora_core::advanced::planner::{
-    EmbeddedSolver, GuessRecord, InitialGuess, Options, PlanSettings, Platform, Report, Workspace,
-    plan,
+    GuessRecord, InitialGuess, Options, PlanSettings, Platform, Workspace, plan,
 };
-use remora_core::advanced::qp::{Checksum, Valid};
-use remora_core::advanced::scp::{Settings, Status};
+use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::{LINKS, Mode, NODES, ReorientationTrajectory};
-use remora_core::advanced::time::{Clock, Deadline};
-use remora_core::advanced::warmstart::{
-    ACTION, Action, Encoding, MAX_FEATURES, Policy, Scene, rollout,
-};
+use remora_core::advanced::time::Clock;
+use remora_core::advanced::warmstart::{ACTION, Action, Encoding, MAX_FEATURES, Scene};
 use remora_host::draw::draw_one;
-use remora_host::formats::ScenarioSet;
 use remora_host::learned::Learned;
-use remora_host::memory::{on_heap, on_large_stack};
+use remora_host::memory::on_large_stack;
 use remora_host::method::Method;
 use remora_host::planning::Planner;
-use std::cell::Cell;
-
-/// Gives actions that were written down, whatever it sees.
-struct Script {
-    action: Action,
-    lines: Vec<[f32; ACTION]>,
-    at: Cell<usize>,
-    chunk: usize,
-    executed: usize,
-    stride: usize,
-}
-
-impl Script {
-    fn new(action: Action, lines: Vec<[f32; ACTION]>) -> Self {
-        Self { action, lines, at: Cell::new(0), chunk: 1, executed: 1, stride: 1 }
-    }
-
-    fn of(action: Action, motion: &ReorientationTrajectory<NODES, LINKS>) -> Self {
-        let line = |k: usize| {
-            let (state, next) = (&motion.states[k], &motion.states[k + 1]);
-            let numbers: Vec<f32> = action.of(state, &motion.controls[k], next).collect();
-            numbers.try_into().unwrap()
-        };
-        Self::new(action, (0..NODES - 1).map(line).collect())
-    }
-}
-
-impl Policy for Script {
-    fn encoding(&self) -> Encoding {
-        Encoding::Body
-    }
-
-    fn action(&self) -> Action {
-        self.action
-    }
-
-    fn nodes(&self) -> usize {
-        NODES
-    }
-
-    fn joints(&self) -> usize {
-        LINKS
-    }
-
-    fn deviation(&self, _: &[f32]) -> f32 {
-        0.0
-    }
-
-    fn chunk(&self) -> usize {
-        self.chunk
-    }
-
-    fn executed(&self) -> usize {
-        self.executed
-    }
-
-    fn stride(&self) -> usize {
-        self.stride
-    }
-
-    fn identify(&self, checksum: &mut Checksum) {
-        checksum.integer(7);
-    }
-
-    fn begin(&self, _: u64) {
-        self.at.set(0);
-    }
-
-    fn act(&self, features: &[f32], actions: &mut [f32], _: &Deadline<'_>) -> bool {
-        assert_eq!(actions.len(), ACTION * self.chunk);
-        for (j, action) in actions.chunks_mut(ACTION).enumerate() {
-            let line = self.lines.get(self.at.get() + j).or(self.lines.last());
-            action.copy_from_slice(line.expect("a script has lines"));
-        }
-        self.observe(features)
-    }
-
-    fn observe(&self, features: &[f32]) -> bool {
-        assert_eq!(features.len(), Encoding::Body.features(LINKS));
-        self.at.set(self.at.get() + self.stride);
-        true
-    }
-}
-
-/// Settings with another limit of iterations.
-fn limited(settings: &Valid<Settings>, iterations: usize) -> Valid<Settings> {
-    Settings::with_max_iterations(settings, iterations)
-}
-
-struct Bench {
-    mission: Mission<LINKS>,
-    set: ScenarioSet,
-    /// The one last planned.
-    scenario: Scenario,
-    workspace: Box<Workspace>,
-    solver: Box<EmbeddedSolver>,
-}
-
-impl Bench {
-    fn new() -> Self {
-        Self {
-            mission: Mission::default(),
-            set: ScenarioSet::built_in().unwrap(),
-            scenario: Scenario::default(),
-            workspace: on_heap(Workspace::new),
-            solver: on_heap(EmbeddedSolver::new),
-        }
-    }
-
-    fn plan(
-        &mut self,
-        scenario: usize,
-        integrator: Integrator,
-        start: &InitialGuess<'_>,
-    ) -> Report {
-        self.plan_with(scenario, &PlanSettings::new(Mode::Optimal, integrator), start)
-    }
-
-    fn plan_with(
-        &mut self,
-        scenario: usize,
-        options: &PlanSettings,
-        start: &InitialGuess<'_>,
-    ) -> Report {
-        let scenario = self.set.scenarios[scenario].scenario();
-        self.scenario = scenario;
-        let Self { mission, workspace, solver, .. } = self;
-        plan(
-            mission,
-            &scenario,
-            &Options::from_parts(*options, *start, Platform::BARE),
-            &mut **solver,
-            workspace,
-        )
-    }
-
-    fn rollout(
-        &self,
-        integrator: Integrator,
-        script: &Script,
-    ) -> ReorientationTrajectory<NODES, LINKS> {
-        let mut out = ReorientationTrajectory::ZERO;
-        assert!(rollout(&self.scene(integrator), script, 0, &mut out));
-        out
-    }
-
-    fn scene(&self, integrator: Integrator) -> Scene<'_> {
-        let Workspace { target, translation, .. } = &*self.workspace;
-        Scene::new(&self.mission, &self.scenario, &translation.trajectory, target, integrator)
-    }
-}
-
-const RK4: Integrator = Integrator::Rk4 { substeps: 4 };
-
-/// Largest distance of poses and rates, in radians and radians a node.
-fn distance(
-    a: &ReorientationTrajectory<NODES, LINKS>,
-    b: &ReorientationTrajectory<NODES, LINKS>,
-) -> f64 {
-    let of = |k: usize| {
-        let (a, b) = (&a.states[k], &b.states[k]);
-        let turn: Vector3<f64> = quaternion::difference(&a.attitude, &b.attitude);
-        let rates = (a.rate - b.rate).amax().max((a.joint_rate - b.joint_rate).amax());
-        turn.amax().max((a.joint_angle - b.joint_angle).amax()).max(20.0 * rates)
-    };
-    (0..NODES).map(of).fold(0.0, f64::max)
-}
+use scripts::{Bench, RK4, Script, distance, limited};
 
 #[test]
 fn the_actions_of_a_plan_roll_out_to_the_plan() {

@@ -82,7 +82,7 @@ impl<const NL: usize> Dataset<NL> {
     /// A file that cannot be read; a mission of other numbers than the dataset's.
     pub fn mission(&self, otherwise: &Mission<NL>) -> Result<Mission<NL>, Error> {
         let mission = self.beside()?.unwrap_or(*otherwise);
-        self.is_for(mission, "was made for another mission; --mission names it")
+        self.check_for(mission, "was made for another mission; --mission names it")
     }
 
     /// The same, the built-in one where there is none beside the shards.
@@ -91,7 +91,7 @@ impl<const NL: usize> Dataset<NL> {
     /// As [`Dataset::mission`].
     pub fn own_mission(&self) -> Result<Mission<NL>, Error> {
         let mission = self.beside()?.map_or_else(|| read_mission(None), Ok)?;
-        self.is_for(mission, "is neither in the directory nor the one that is built in")
+        self.check_for(mission, "is neither in the directory nor the one that is built in")
     }
 
     fn beside(&self) -> Result<Option<Mission<NL>>, Error> {
@@ -99,7 +99,7 @@ impl<const NL: usize> Dataset<NL> {
         own.exists().then(|| read_mission(Some(&own))).transpose()
     }
 
-    fn is_for(&self, mission: Mission<NL>, reason: &str) -> Result<Mission<NL>, Error> {
+    fn check_for(&self, mission: Mission<NL>, reason: &str) -> Result<Mission<NL>, Error> {
         match self.manifest.mission == fingerprint(&mission) {
             true => Ok(mission),
             false => Err(Error::input(&self.directory.join(MANIFEST), "mission", reason)),

@@ -160,7 +160,7 @@ impl Planner {
         method: &Method,
         guess: Guess<'_, NL>,
     ) -> PlanOutcome {
-        let request = Request { mission, scenario, method, guess };
+        let request = PlanRequest { mission, scenario, method, guess };
         let Self { usual, roomy, threads, memories, is_scrubbed } = self;
         let is_scrubbed = *is_scrubbed;
         let task = Task { clock, threads, guess, joints: NL, memories, is_scrubbed, method };
@@ -181,7 +181,7 @@ impl Planner {
         guess: Guess<'_>,
         watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> PlanOutcome {
-        let request = Request { mission, scenario, method, guess };
+        let request = PlanRequest { mission, scenario, method, guess };
         let Self { usual, threads, memories, is_scrubbed, .. } = self;
         let is_scrubbed = *is_scrubbed;
         let task = Task { clock, threads, guess, joints: LINKS, memories, is_scrubbed, method };
@@ -212,14 +212,14 @@ fn room(roomy: &mut Option<Box<AnyArmEngine>>) -> &mut AnyArmEngine {
 }
 
 /// A plan that is asked for.
-struct Request<'a, const NL: usize> {
+struct PlanRequest<'a, const NL: usize> {
     mission: &'a Mission<NL>,
     scenario: &'a NamedScenario,
     method: &'a Method,
     guess: Guess<'a, NL>,
 }
 
-impl<const NL: usize> Request<'_, NL> {
+impl<const NL: usize> PlanRequest<'_, NL> {
     /// Has an engine plan, and puts the plan together.
     fn planned<const M: usize, const NX: usize, const NU: usize>(
         &self,
