@@ -198,7 +198,7 @@ fn bootstrap(count: usize, statistic: impl Fn(&[usize]) -> f64) -> Estimate {
     Estimate { value: statistic(&all), low, high }
 }
 
-/// Degrees of freedom up to which the inverse of Student's t is accurate. Beyond, it is within 2e-4 of
+/// Degrees of freedom up to which the inverse of Student's t is accurate. Beyond, it is within 3e-4 of
 /// the normal distribution's.
 const ACCURATE: usize = 10_000;
 
