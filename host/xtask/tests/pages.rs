@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use xtask::audit::budgets::Budgets;
-use xtask::audit::record::Record;
+use xtask::audit::record::{Record, TABLES};
 use xtask::audit::{kept, requirements};
 
 fn root() -> PathBuf {
@@ -67,6 +67,18 @@ fn a_budget_that_changed_since_is_named() {
     assert!(found.contains("budgets of host, gone: nothing"), "{found}");
 }
 
+/// Each page is what a review board reads; all numbers are in the record.
+#[test]
+fn pages_are_short() {
+    for entry in fs::read_dir(root().join("docs/audit")).unwrap().flatten() {
+        let path = entry.path();
+        if path.extension().is_some_and(|extension| extension == "md") {
+            let words = fs::read_to_string(&path).unwrap().split_whitespace().count();
+            assert!(words < 800, "{}: {words} words", path.display());
+        }
+    }
+}
+
 /// What a check makes again is all in the record, and the numbers themselves are not kept.
 #[test]
 fn the_record_holds_what_a_check_makes_again() {
@@ -74,6 +86,10 @@ fn the_record_holds_what_a_check_makes_again() {
     let record = Record::read(&out).unwrap().unwrap();
     for part in ["budgets", "envelope", "injection", "instructions", "loops", "memory", "parts"] {
         assert!(record.part(part).count() > 0, "nothing of {part}");
+    }
+    for part in ["memory", "instructions", "latency", "injection"] {
+        let of = format!("{part}: ");
+        assert!(record.part(TABLES).any(|(key, _)| key.of.starts_with(&of)), "no table of {part}");
     }
     for target in ["thumbv7em-none-eabihf", "aarch64-unknown-none", "riscv64gc-unknown-none-elf"] {
         let bound = record.get("memory", target, "stack bound of plan [bytes]");

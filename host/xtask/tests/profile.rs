@@ -3,7 +3,9 @@
 use remora_core::advanced::model::Mission;
 use remora_host::formats::ScenarioSet;
 use remora_host::progress::Progress;
-use xtask::audit::profile::{Case, Configuration, Job, PHASES, Profiler, Rounds};
+use xtask::audit::profile::{
+    Case, Configuration, ConfigurationProfile, Job, PHASES, Profiler, Rounds,
+};
 
 /// Counts what it is told.
 #[derive(Default)]
@@ -101,6 +103,16 @@ fn every_case_makes_the_same_plans() {
         }
         assert_eq!(configuration.instructions.is_some(), profile.no_counter.is_none());
     }
+
+    let overview = profile.overview().markdown();
+    for configuration in &profile.configurations {
+        assert!(overview.contains(&format!("| {} | 4 | ", configuration.name)), "{overview}");
+    }
+    let (name, phases) = profile.slowest().unwrap();
+    let median = |c: &ConfigurationProfile| c.one_core.phase("whole_plan").median;
+    let slowest = profile.configurations.iter().find(|c| c.name == name).unwrap();
+    assert!(profile.configurations.iter().all(|c| median(c) <= median(slowest)));
+    assert!(phases.markdown().contains("| linearisation | 4 | "));
 
     for (_, table) in profile.tables().into_iter().chain(profile.phase_tables()) {
         assert!(table.to_string().lines().all(|line| line.chars().count() <= 100), "{table}");

@@ -1,6 +1,8 @@
 //! Requirements against what verifies them, and rules of the source that no compiler checks.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use xtask::audit::record::{Record, TABLES};
 use xtask::audit::requirements::{faults, read};
 
 fn root() -> PathBuf {
@@ -15,22 +17,17 @@ fn every_requirement_has_a_living_reference_and_no_test_names_another() {
     assert!(requirements.len() >= 30);
 }
 
-/// Cells of the rows below a heading of the page on latency.
-fn rows_below(text: &str, heading: &str) -> Vec<Vec<String>> {
-    let mut lines = text.lines().skip_while(|line| *line != format!("## {heading}"));
-    assert!(lines.next().is_some(), "{heading}");
-    let section = lines.take_while(|line| !line.starts_with('#'));
-    let cells = |line: &str| {
-        line.trim_matches('|').split('|').map(|cell| cell.trim().to_string()).collect()
-    };
-    section.filter(|line| line.starts_with('|') && !line.contains("---")).map(cells).collect()
+/// Numbers of a row by their names: `n 60; min 1.2`.
+fn numbers(value: &str) -> BTreeMap<&str, f64> {
+    let each = value.split("; ").filter_map(|number| number.split_once(' '));
+    each.filter_map(|(name, number)| Some((name, number.parse().ok()?))).collect()
 }
 
-/// What cannot be is a p99.9 of fewer than a thousand plans: `docs/fell-short.md` says so.
+/// What cannot be is a p99.9 of fewer than a thousand plans: `docs/limitations.md` says so.
 // Verifies REM-TIM-001.
 #[test]
 fn latency_is_reported_with_every_quantile_that_can_be() {
-    let text = std::fs::read_to_string(root().join("docs/audit/latency.md")).unwrap();
+    let record = Record::read(&root().join("docs/audit")).unwrap().unwrap();
     let columns = ["min", "median", "p95", "p99", "p99.9", "max", "jitter"];
     for heading in [
         "Whole plan on one core [ms]",
@@ -39,15 +36,15 @@ fn latency_is_reported_with_every_quantile_that_can_be() {
         "Phases of a plan on one core, rk4-optimal-model [ms]",
         "Phases of a plan on two cores, rk4-optimal-model [ms]",
     ] {
-        let rows = rows_below(&text, heading);
-        let (head, rows) = rows.split_first().unwrap();
+        let of = format!("latency: {heading}");
+        let rows: Vec<_> = record.part(TABLES).filter(|(key, _)| key.of == of).collect();
         assert!(rows.len() >= 8, "{heading}: {}", rows.len());
-        let at = |name: &str| head.iter().position(|cell| cell == name).unwrap();
-        for row in rows {
-            let count: u64 = row[at("n")].parse().unwrap();
-            for column in columns.into_iter().filter(|name| *name != "p99.9" || count >= 1000) {
-                let value: f64 = row[at(column)].parse().unwrap();
-                assert!(value >= 0.0, "{heading}: {row:?}");
+        for (_, row) in rows {
+            let numbers = numbers(row);
+            for column in columns.into_iter().filter(|name| *name != "p99.9" || numbers["n"] >= 1e3)
+            {
+                let value = numbers.get(column);
+                assert!(value.is_some_and(|value| *value >= 0.0), "{heading}, {column}: {row}");
             }
         }
     }

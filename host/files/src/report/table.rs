@@ -85,6 +85,19 @@ impl Table {
         format!("<table>\n<thead>{head}</thead>\n{}</table>", rows.collect::<String>())
     }
 
+    /// Rows as names, the words before the first number, and values, the other cells with heads.
+    pub fn named_rows(&self) -> impl Iterator<Item = (String, String)> {
+        let numbers = self.head.iter().position(|(_, align)| *align == Align::Right);
+        let words = numbers.unwrap_or(1).max(1);
+        self.rows.iter().map(move |row| {
+            let (name, values) = row.split_at(words.min(row.len()));
+            let heads = self.head.iter().skip(words).map(|(head, _)| head);
+            let values = heads.zip(values).filter(|(_, value)| !value.is_empty());
+            let values = values.map(|(head, value)| format!("{head} {value}").trim().to_string());
+            (name.join(", "), values.collect::<Vec<_>>().join("; "))
+        })
+    }
+
     /// Adds a row; cells beyond the head are dropped.
     pub fn row<const N: usize>(&mut self, cells: [String; N]) {
         self.rows.push(cells.into());
@@ -135,5 +148,19 @@ mod tests {
         let expected =
             "| name | n |  |\n| --- | ---: | --- |\n| a | 1 | ok |\n| longer | 1000 |  |\n";
         assert_eq!(table.markdown(), expected);
+    }
+
+    #[test]
+    fn rows_have_names_and_values_with_their_heads() {
+        let rows = |table: &Table| table.named_rows().collect::<Vec<_>>();
+        let row = |name: &str, value: &str| (name.to_string(), value.to_string());
+        let (left, right) = (Align::Left, Align::Right);
+        let mut table = Table::new([("", left), ("of", left), ("n", right), ("", left)]);
+        table.row(["a".into(), "b".into(), "1".into(), "ok".into()]);
+        table.row(["c".into(), "d".into(), "2".into(), String::new()]);
+        assert_eq!(rows(&table), [row("a, b", "n 1; ok"), row("c, d", "n 2")]);
+        let mut words = Table::new([("", left), ("", left)]);
+        words.row(["compiler".into(), "rustc".into()]);
+        assert_eq!(rows(&words), [row("compiler", "rustc")]);
     }
 }

@@ -9,11 +9,16 @@ impl Map {
     /// The page; links lead from `docs/NAME/` to `docs/`.
     pub fn page(&self) -> Page {
         let mut page = self.body();
+        page.heading("Vehicles").table(vehicles(&self.vehicles));
+        page.text(
+            "A shorter horizon needs more force and torque, with the square of its shortness: what a \
+             strong vehicle does in a minute a weak one cannot do at all.",
+        );
         page.heading("Measured by").table(self.provenance.table()).command(&self.command);
         page
     }
 
-    /// The page without what it was measured by.
+    /// The page without the vehicles and what it was measured by.
     pub fn body(&self) -> Page {
         let mut page = Page::new("envelope", "Where the planner works");
         page.text(
@@ -35,11 +40,9 @@ impl Map {
             self.warm_start.name(),
             self.seed,
         ));
-        page.text(format!("Each table and figure below: `{}`.", self.made_by()));
-        page.heading("Vehicles").table(vehicles(&self.vehicles));
         page.text(
-            "A shorter horizon needs more force and torque, with the square of its shortness: what a \
-             strong vehicle does in a minute a weak one cannot do at all.",
+            "Cells: **success**; median iterations of Stage 2; median time; median cost; smallest \
+             clearance.",
         );
         for vehicle in &self.vehicles {
             self.add_vehicle(vehicle, &mut page);
@@ -49,10 +52,7 @@ impl Map {
 
     fn add_vehicle(&self, vehicle: &VehicleRecord, page: &mut Page) {
         let name = &vehicle.name;
-        page.heading(format!("Vehicle {name}")).text(
-            "Cells: **success**; median iterations of Stage 2; median time; median cost; smallest \
-             clearance.",
-        );
+        page.heading(format!("Vehicle {name}"));
         for horizon in &self.horizons_s {
             let rows = self.rows(name, *horizon);
             if let Some(why) = common_reason(&rows) {
@@ -61,7 +61,7 @@ impl Map {
             }
             page.text(format!("**{horizon} s**")).table(self.grid(&rows));
             if let Ok(svg) = self.heat(name, *horizon, &rows).svg() {
-                let caption = format!("Success of {name} in {horizon} s [%]: {}", self.made_by());
+                let caption = format!("Success of {name} in {horizon} s [%]");
                 page.plot(&figure(name, *horizon), &caption, svg);
             }
         }
@@ -209,7 +209,7 @@ mod tests {
             "|  | 60 s | 600 s |",
             "| plans | 0 | 8 |\n| verified, optimal | 0 | 7 |\n| `clearance` | 0 | 1 |",
             "(envelope-default-600.svg)",
-            "commit 0123456789ab",
+            "| commit | `0123456789ab",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }

@@ -184,7 +184,6 @@ impl Budgets {
             ("budget", Align::Right),
             ("margin", Align::Right),
             ("", Align::Left),
-            ("why", Align::Left),
         ]);
         for (budget, verdict) in self.0.iter().zip(self.judge(measured)) {
             let seen = measured.get(&Quantity::new(&budget.target, &budget.quantity));
@@ -195,7 +194,6 @@ impl Budgets {
                 budget.budget.to_string(),
                 format!("{} %", budget.margin_percent),
                 verdict.word().into(),
-                budget.why.clone(),
             ]);
         }
         table

@@ -1,8 +1,6 @@
 //! The planner in its images: what `image-audit` looks for, and its findings as tables.
 
-use image_audit::{
-    EntryPoint, Kind, Named, NotCovered, Proofs, Sizes, StackBound, Subject, TraitObject, Verdict,
-};
+use image_audit::{EntryPoint, Kind, Named, NotCovered, Sizes, StackBound, Subject, TraitObject};
 use remora_host::report::{Align, Table};
 
 /// The planner: its entry points, what starts the image or catches its exceptions, and its traits
@@ -155,27 +153,6 @@ fn module_table(sizes: &Sizes) -> Table {
         }
     }
     modules
-}
-
-/// Claims and verdicts.
-pub fn proof_tables(proofs: &Proofs) -> Vec<(String, Table)> {
-    let mut table = Table::new([
-        ("claim", Align::Left),
-        ("verdict", Align::Left),
-        ("why", Align::Left),
-        ("found", Align::Left),
-    ]);
-    for proof in [&proofs.panic, &proofs.allocation] {
-        let verdict = match proof.verdict {
-            Verdict::Proven => "proven",
-            Verdict::Refuted => "REFUTED",
-            Verdict::Unknown => "unknown",
-            Verdict::NotApplicable => "not applicable",
-        };
-        let found = proof.found.join(", ");
-        table.row([proof.claim.clone(), verdict.into(), proof.reason.clone(), found]);
-    }
-    vec![("Proofs from the image".into(), table)]
 }
 
 fn head(first: &str) -> Table {

@@ -88,8 +88,8 @@ impl Loops {
         page.text(
             "Loops whose length depends on data, from the outermost inwards. All others run over \
              arrays whose size is part of their type. The table is `remora_core::advanced::bounds::LOOPS`, \
-             made of the constants that the code itself uses; a test holds it against the marks \
-             beside the loops. Those of `libm` (reduction of large \
+             which also tells what a turn is, which constant bounds it and what ends it earlier; a test \
+             holds it against the marks beside the loops. Those of `libm` (reduction of large \
              arguments) are bounded by the length of a double and not repeated here. Stage 2 runs at most twice a plan.",
         );
         page.heading("Bounds").table(bounds());
@@ -177,22 +177,16 @@ fn bounds() -> Table {
     let mut table = Table::new([
         ("loop", Align::Left),
         ("file below `core`", Align::Left),
-        ("one turn is a", Align::Left),
         ("most turns, default", Align::Right),
         ("whatever the settings", Align::Right),
-        ("from", Align::Left),
-        ("ends earlier when", Align::Left),
     ]);
     let bound = |bound: Option<u64>| bound.map_or("argument".into(), |turns| turns.to_string());
     for row in &LOOPS {
         table.row([
             row.name.into(),
             format!("`{}`", row.file),
-            row.turn.into(),
             bound(row.default),
             bound(row.most),
-            format!("`{}`", row.from),
-            row.ends.into(),
         ]);
     }
     table

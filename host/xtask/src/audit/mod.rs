@@ -10,7 +10,7 @@
 //!
 //! ```text
 //! OUT/README.md, PAGE.md    pages, with their plots beside them
-//! OUT/record.csv            what a check compares, a number a row; checksums of the pages
+//! OUT/record.csv            all numbers, a row each; what a check compares, checksums of the pages
 //! NUMBERS/audit.json        all numbers, each part with what it was measured by
 //! NUMBERS/audit.html        the pages in one document that loads nothing
 //! ```

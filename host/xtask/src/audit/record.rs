@@ -1,4 +1,4 @@
-//! The record of an audit: what can be made again anywhere, a number a row, and the pages' checksums.
+//! The record of an audit: what can be made again anywhere, a number a row, the pages' checksums, and all tables.
 //!
 //! It is kept with the pages and is what a check compares with, so that the file of all numbers
 //! need not be. Rows have names, no layout: a new kind of number leaves the old rows valid.
@@ -7,6 +7,7 @@ use super::budgets::Budgets;
 use super::emulation::{Emulation, Phase, PlanRecord, Run, Target};
 use super::loops::Loops;
 use super::memory::ImageMemory;
+use super::pages;
 use super::section::{Numbers, Section};
 use crate::inject::Injection;
 use remora_core::advanced::bounds::LOOPS;
@@ -14,6 +15,7 @@ use remora_host::envelope::{Cell, Map};
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::write_atomically;
 use remora_host::formats::{Limit, read_text};
+use remora_host::report::Table;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -24,7 +26,7 @@ pub const FILE: &str = "record.csv";
 /// What a row is about: a part of the audit, of what, and which number.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Key {
-    /// `parts`, `pages`, `budgets`, or the name of a section.
+    /// `parts`, `pages`, `budgets`, `tables`, or the name of a section.
     pub part: String,
     /// The target, method or vehicle.
     pub of: String,
@@ -71,6 +73,9 @@ impl Record {
         }
         if let Some(map) = numbers.findings::<Map>(Section::Envelope)? {
             record.envelope(&map);
+        }
+        for (section, heading, table) in pages::tables(numbers)? {
+            record.table(&format!("{}: {heading}", section.name()), &table);
         }
         Ok(record)
     }
@@ -135,6 +140,20 @@ impl Record {
     /// A page or a plot, as it was written.
     pub fn page(&mut self, name: &str, text: &str) {
         self.add("pages", name, "crc32", checksum(text));
+    }
+
+    /// The rows of a table, which nothing is compared with.
+    fn table(&mut self, of: &str, table: &Table) {
+        for (name, value) in table.named_rows() {
+            let mut what = name.clone();
+            for number in 2.. {
+                if self.get(TABLES, of, &what).is_none() {
+                    break;
+                }
+                what = format!("{name} ({number})");
+            }
+            self.add(TABLES, of, &what, value);
+        }
     }
 
     /// What each quantity may be.
@@ -220,6 +239,8 @@ impl Record {
 
 /// The row whose value may differ by padding.
 pub const CONSTANTS: &str = "constants [bytes]";
+/// The part that holds all tables of all parts.
+pub const TABLES: &str = "tables";
 /// The part that counts instructions.
 pub const INSTRUCTIONS: &str = "instructions";
 /// The row that says which compiler made an image.
@@ -264,6 +285,7 @@ fn cell_text(cell: &Cell) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use remora_host::report::Align;
 
     #[test]
     fn a_record_survives_a_round_trip() {
@@ -277,6 +299,18 @@ mod tests {
         assert_eq!(read, record);
         assert_eq!(read.get("pages", "README.md", "crc32"), Some("7094f021"));
         assert_eq!(read.part("memory").count(), 1);
+    }
+
+    #[test]
+    fn rows_of_tables_are_told_apart() {
+        let mut table = Table::new([("phase", Align::Left), ("n", Align::Right)]);
+        for n in ["1", "2"] {
+            table.row(["qp".into(), n.into()]);
+        }
+        let mut record = Record::default();
+        record.table("latency: Phases", &table);
+        assert_eq!(record.get(TABLES, "latency: Phases", "qp"), Some("n 1"));
+        assert_eq!(record.get(TABLES, "latency: Phases", "qp (2)"), Some("n 2"));
     }
 
     #[test]

@@ -78,6 +78,11 @@ fn summary(r: &Record) -> String {
 }
 
 impl Injection {
+    /// What faults at all sites together cost.
+    pub fn cost_of_all(&self) -> Table {
+        costs([&self.total].into_iter())
+    }
+
     /// Tables with their headings: classes by site, what faults cost, classes by kind of data.
     pub fn tables(&self) -> Vec<(String, Table)> {
         let sites = || self.sites.iter().chain([&self.total]);

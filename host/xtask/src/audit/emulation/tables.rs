@@ -1,6 +1,6 @@
 //! What was measured under emulation, as tables.
 
-use super::{Emulation, Run, Target};
+use super::{Emulation, Phase, Run, Target};
 use remora_host::report::{Align, Table, number};
 
 impl Emulation {
@@ -36,6 +36,54 @@ impl Emulation {
             tables.push(("Parts of a plan, one by one".to_string(), self.parts()));
         }
         tables
+    }
+
+    /// Observed maxima of plans, slices and steps of guidance, a row a run.
+    pub fn maxima(&self) -> Table {
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("integrator", Align::Left),
+            ("start", Align::Left),
+            ("solved", Align::Right),
+            ("bits of the host", Align::Left),
+            ("plan", Align::Right),
+            ("of", Align::Left),
+            ("slice", Align::Right),
+            ("step", Align::Right),
+        ]);
+        let or_none = |count: Option<u64>| count.map_or("-".into(), |count| count.to_string());
+        for (target, run) in self.each() {
+            let total = run.observed(Phase::Total);
+            table.row([
+                target.cpu.clone(),
+                run.integrator.label().into(),
+                run.start.name().into(),
+                format!("{} of {}", run.solved, run.scenarios),
+                if run.same_bits_as_host { "yes" } else { "NO" }.into(),
+                total.map_or("-".into(), |total| millions(total.max_instructions)),
+                total.map(|total| total.max_scenario.clone()).unwrap_or_default(),
+                or_none(run.longest_slice().map(|(instructions, _)| instructions)),
+                or_none(run.guidance.map(|flown| flown.next.instructions)),
+            ]);
+        }
+        table
+    }
+
+    /// Observed maxima over all runs, a row a phase, a column a target.
+    pub fn phase_maxima(&self) -> Table {
+        let targets = self.targets.iter().map(|target| (target.cpu.clone(), Align::Right));
+        let mut table = Table::with_columns(
+            [("phase".to_string(), Align::Left)].into_iter().chain(targets).collect(),
+        );
+        let most = |target: &Target, phase: Phase| {
+            let observed = target.runs.iter().filter_map(|run| run.observed(phase));
+            observed.map(|observed| observed.max_instructions).max().unwrap_or(0)
+        };
+        for phase in Phase::ALL {
+            let cells = self.targets.iter().map(|target| millions(most(target, phase)));
+            table.push([phase.label().to_string()].into_iter().chain(cells).collect());
+        }
+        table
     }
 
     fn images(&self) -> Table {
@@ -207,6 +255,10 @@ impl Target {
     }
 }
 
+fn millions(instructions: u64) -> String {
+    number(instructions as f64 * 1e-6)
+}
+
 /// Millions of instructions by phase, a row a target and phase.
 fn phases<'a>(runs: impl Iterator<Item = (&'a Target, &'a Run)>) -> Table {
     let mut table = Table::new([
@@ -217,7 +269,6 @@ fn phases<'a>(runs: impl Iterator<Item = (&'a Target, &'a Run)>) -> Table {
         ("observed maximum, emulated", Align::Right),
         ("on", Align::Left),
     ]);
-    let millions = |instructions: u64| number(instructions as f64 * 1e-6);
     for (target, run) in runs {
         // A phase that never was is none: the learned start where nobody asked for it.
         for observed in run.phases.iter().filter(|observed| observed.max_instructions > 0) {

@@ -65,6 +65,9 @@ fn guidance_and_slices_are_those_of_the_hardest_run() {
         steps.contains("| generic-rv64 | Euler | model | 53 | 51200 | 7 | 142680 | 3656 |"),
         "{steps}"
     );
+    let maxima = new.maxima().markdown();
+    let row = "| generic-rv64 | Euler | heuristic | 4 of 4 | yes | 0.001300 | b | 90 | 51240 |";
+    assert!(maxima.contains(row), "{maxima}");
     for (heading, table) in &tables {
         let widest = table.to_string().lines().map(|line| line.chars().count()).max();
         assert!(widest <= Some(100), "{heading}: {widest:?}");
@@ -197,6 +200,13 @@ fn tables_have_a_row_for_everything() {
     assert!(text(4).contains("| generic-rv64 | whole plan | 2500 | 2500 | 2500 | a |"));
     assert!(!text(4).contains("warm start"), "a phase without instructions is left out");
     assert!(text(5).contains("| generic-rv64 | tumble | 1 | 376360 |"));
+    let maxima = emulation.maxima().markdown();
+    let row = "| generic-rv64 | Euler | model | 0 of 1 | yes | 2500 | a | - | - |";
+    assert!(maxima.contains(row), "{maxima}");
+    let phases = emulation.phase_maxima().markdown();
+    assert!(phases.contains("| phase | generic-rv64 |"), "{phases}");
+    assert!(phases.contains("| QP | 9.00e-4 |"), "the most of both runs: {phases}");
+    assert!(phases.contains("| whole plan | 2500 |"), "{phases}");
 }
 
 #[test]

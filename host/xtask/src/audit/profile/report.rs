@@ -95,6 +95,15 @@ fn spread_row(table: &mut Table, name: &str, s: &Spread, show: fn(f64) -> String
     table.row([name.into(), s.n.to_string(), min, median, p95, p99, p999, max, jitter, tail]);
 }
 
+/// Spreads of a case's phases.
+fn phases(case: &CaseProfile) -> Table {
+    let mut table = spread_table("phase");
+    for phase in &case.phase_s {
+        spread_row(&mut table, &phase.phase.replace('_', " "), &phase.spread, milliseconds);
+    }
+    table
+}
+
 impl Profile {
     /// The tables over all configurations, each with its heading: whole plans in each case, single
     /// calls, what the second core is worth, instructions, bars.
@@ -119,18 +128,52 @@ impl Profile {
         tables
     }
 
+    /// Whole plans on one core and what the second is worth, a row a configuration.
+    pub fn overview(&self) -> Table {
+        let right = Align::Right;
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("n", right),
+            ("median", right),
+            ("p99", right),
+            ("p99.9", right),
+            ("max", right),
+            ("linearisation", right),
+            ("throughput", right),
+            ("p99 beside", right),
+        ]);
+        for c in &self.configurations {
+            let plan = c.one_core.phase("whole_plan");
+            table.row([
+                c.name.clone(),
+                plan.n.to_string(),
+                milliseconds(plan.median),
+                milliseconds(plan.p99),
+                plan.p999.map_or("-".into(), milliseconds),
+                milliseconds(plan.max),
+                format!("{:.2} x", c.linearisation_ratio),
+                format!("{:.2} x", c.throughput_ratio),
+                milliseconds(c.two_plans.phase("whole_plan").p99),
+            ]);
+        }
+        table
+    }
+
+    /// The configuration whose plans take longest, with its phases on one core.
+    pub fn slowest(&self) -> Option<(&str, Table)> {
+        let time = |c: &ConfigurationProfile| c.one_core.phase("whole_plan").median;
+        let slowest = self.configurations.iter().max_by(|a, b| time(a).total_cmp(&time(b)))?;
+        Some((slowest.name.as_str(), phases(&slowest.one_core)))
+    }
+
     /// The phases of a plan on one core and on two, a table a configuration.
     pub fn phase_tables(&self) -> Vec<(String, Table)> {
-        let table = |case: &CaseProfile| {
-            let mut table = spread_table("phase");
-            for phase in &case.phase_s {
-                spread_row(&mut table, &phase.phase.replace('_', " "), &phase.spread, milliseconds);
-            }
-            table
-        };
         let both = |c: &ConfigurationProfile| {
-            let heading = |cores| format!("Phases of a plan on {cores}, {} [ms]", c.name);
-            [(heading("one core"), table(&c.one_core)), (heading("two cores"), table(&c.two_cores))]
+            let heading = |cores| format!("Phases of a plan {cores}, {} [ms]", c.name);
+            [
+                (heading("on one core"), phases(&c.one_core)),
+                (heading("on two cores"), phases(&c.two_cores)),
+            ]
         };
         self.configurations.iter().flat_map(both).collect()
     }

@@ -3,11 +3,12 @@
 //! A heading proves nothing. A reference to a page names rows of a table below a heading, and each
 //! of them must say in a cell whether a threshold was kept.
 
-use super::Requirement;
-use std::collections::BTreeMap;
+use super::{FILE, FOLDER, Requirement};
+use remora_host::report::{Align, Page, Table};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The page on which every missed requirement stands.
-pub(super) const FELL_SHORT: &str = "docs/fell-short.md";
+pub(super) const MISSES: &str = "docs/limitations.md";
 
 /// What a row says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,16 +42,6 @@ pub(super) enum Outcome {
     Missed,
     /// Only tests verify it, which fail where it does not hold.
     Tested,
-}
-
-impl Outcome {
-    pub(super) fn label(self) -> &'static str {
-        match self {
-            Self::Met => "met",
-            Self::Missed => "[**MISSED**](../fell-short.md)",
-            Self::Tested => "tested",
-        }
-    }
 }
 
 /// Whether a reference is to a page.
@@ -97,7 +88,7 @@ impl Texts {
 
     /// Whether the page of what was missed names a requirement.
     fn is_told(&self, id: &str) -> bool {
-        let text = self.0.get(FELL_SHORT).map_or("", String::as_str);
+        let text = self.0.get(MISSES).map_or("", String::as_str);
         text.lines().any(|line| line.starts_with('|') && line.contains(id))
     }
 
@@ -105,8 +96,8 @@ impl Texts {
     pub(super) fn disagreement(&self, requirement: &Requirement) -> Option<String> {
         let by_pages = requirement.references().all(|(file, _)| is_page(file));
         match (self.misses(requirement), self.is_told(&requirement.id)) {
-            (true, false) => Some(format!("is missed, and {FELL_SHORT} does not say so")),
-            (false, true) if by_pages => Some(format!("is met, and {FELL_SHORT} says otherwise")),
+            (true, false) => Some(format!("is missed, and {MISSES} does not say so")),
+            (false, true) if by_pages => Some(format!("is met, and {MISSES} says otherwise")),
             _ => None,
         }
     }
@@ -120,6 +111,55 @@ impl Texts {
             false => Outcome::Tested,
         }
     }
+}
+
+/// The page with the outcome of every requirement, by area, and those that are missed in full.
+pub fn page(requirements: &[Requirement], texts: &Texts) -> Page {
+    let mut page = Page::new("requirements", "Requirements");
+    let of =
+        |outcome: Outcome| requirements.iter().filter(move |row| texts.outcome(row) == outcome);
+    page.text(format!(
+        "{} requirements, {} of them missed. `{FILE}` holds each with its reason and what verifies \
+         it; a test of the host holds both ends together. *Met*: the rows of the audit that are \
+         named say so. *Tested*: by tests that fail where it does not hold.",
+        requirements.len(),
+        of(Outcome::Missed).count()
+    ));
+    let outcomes = [Outcome::Met, Outcome::Tested, Outcome::Missed];
+    let mut table = Table::new([
+        ("area", Align::Left),
+        ("met", Align::Left),
+        ("tested", Align::Left),
+        ("missed", Align::Left),
+    ]);
+    let areas: BTreeSet<&str> = requirements.iter().map(|row| row.area_and_number().0).collect();
+    for area in areas {
+        let numbers = outcomes.map(|outcome| {
+            let ids = of(outcome).map(Requirement::area_and_number);
+            let numbers = ids.filter(|(of, _)| *of == area).map(|(_, number)| number);
+            numbers.collect::<Vec<_>>().join(" ")
+        });
+        let [met, tested, missed] = numbers;
+        table.row([area.into(), met, tested, missed]);
+    }
+    page.heading("Outcomes").table(table);
+    let mut missed = Table::new([
+        ("id", Align::Left),
+        ("requirement", Align::Left),
+        ("verified by", Align::Left),
+    ]);
+    for row in of(Outcome::Missed) {
+        let by = row.references().map(|(file, name)| match file.strip_prefix(FOLDER) {
+            Some(page) => format!("[{}]({page})", name.replace('/', ": ")),
+            None => format!("`{file}` {name}"),
+        });
+        let by = by.collect::<Vec<_>>().join("; ");
+        missed.row([row.id.clone(), row.text.clone(), by]);
+    }
+    page.heading("Missed").table(missed);
+    page.text("What was seen instead: [limitations.md](../limitations.md).");
+    page.command("cargo test -p xtask --test requirements");
+    page
 }
 
 #[cfg(test)]
