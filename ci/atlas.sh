@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # The atlas: many Euler plans from the learned start, made in parts, gathered, a sample planned again, and a page of
-# what they show: docs/atlas.md, with pictures. Interrupted at any time, the same command goes on where it stopped.
+# what they show, with pictures: a dated note in docs/lab. Interrupted at any time, the same command goes on where it stopped.
 #
 #     ci/atlas.sh --jobs 2                          the million, some hours
 #     ci/atlas.sh --count 2000 --parts 4            a small one, in a minute
 #
 # Options: --jobs J parts at once (2), --count N (1000000), --parts N (250), --seed S (9), --recompute N (1000, of all
-# at most), --work DIR (target/atlas), --out DIR for atlas.md and its pictures (with the million docs, else --work).
+# at most), --work DIR (target/atlas), --out DIR for atlas.md and its pictures (with the million a folder of today in
+# docs/lab, else --work).
 # Needs a Rust toolchain and Python 3.10 or newer with its module venv; DuckDB and Matplotlib come from PyPI.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -30,7 +31,7 @@ while [ $# -gt 0 ]; do
 done
 target=${CARGO_TARGET_DIR:-target}
 work=${work:-$target/atlas/$seed-$count-$parts}
-[ -n "$out" ] || { [ "$count" -eq 1000000 ] && out=docs || out=$work; }
+[ -n "$out" ] || { [ "$count" -eq 1000000 ] && out=docs/lab/$(date +%F)-atlas || out=$work; }
 venv=$target/atlas/venv
 wanted=ci/atlas.requirements.txt
 mkdir -p "$work" "$out"

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # The same plans with the same held forces and torques in three simulators: the truth, Pinocchio, and
 # MuJoCo as Basilisk's scene. Tips within 1 mm of each other at every node, without gravity and with it.
-# By hand: it installs packages from PyPI into an environment of its own. docs/cross-flight.md tells
-# what came of it.
+# By hand: it installs packages from PyPI into an environment of its own. docs/lab tells what
+# came of it.
 #
 #     ci/cross_flight.sh [FOLDER] [COUNT]
 #

@@ -5,7 +5,7 @@ mod numbers;
 mod pages;
 mod supply;
 
-use pages::{Page, all, root};
+use pages::{LAB, Page, all, root};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -73,6 +73,7 @@ fn every_page_of_the_book_is_in_its_summary() {
         .collect();
     let missing = pages.iter().filter(|page| {
         page.path.starts_with("docs/")
+            && !page.path.starts_with(LAB)
             && page.path != summary.path
             && !listed.contains(&root().join(&page.path))
     });
@@ -80,10 +81,30 @@ fn every_page_of_the_book_is_in_its_summary() {
     assert!(missing.is_empty(), "not in docs/SUMMARY.md: {missing:?}");
 }
 
+/// Notes are dated, outside the book, and in the index of their folder.
+#[test]
+fn every_lab_note_is_dated_and_in_the_index() {
+    let pages = all();
+    let index = pages.iter().find(|page| page.path == format!("{LAB}README.md")).unwrap();
+    let summary = pages.iter().find(|page| page.path == "docs/SUMMARY.md").unwrap();
+    assert!(links(summary).iter().all(|link| !link.starts_with("lab/")), "a note in the book");
+    let listed = links(index);
+    for entry in fs::read_dir(root().join(LAB)).unwrap().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name == "README.md" {
+            continue;
+        }
+        let form = name.chars().take(11).map(|c| if c.is_ascii_digit() { '0' } else { c });
+        assert_eq!(form.collect::<String>(), "0000-00-00-", "{name}: no date");
+        let is_listed = listed.iter().any(|link| link.split('/').next() == Some(name.as_str()));
+        assert!(is_listed, "{name}: not in the index");
+    }
+}
+
 #[test]
 fn lines_are_short() {
     let mut faults = Vec::new();
-    for page in all().iter().filter(|page| !page.is_generated()) {
+    for page in all().iter().filter(|page| page.is_current()) {
         // What programs print stands as they print it.
         let printed = page.fences().into_iter().filter(|fence| fence.language == "text");
         let printed: Vec<_> =
@@ -130,7 +151,7 @@ fn included(folder: &str) -> Vec<PathBuf> {
 #[test]
 fn paths_of_the_checkout_exist() {
     let mut faults = Vec::new();
-    for page in all().iter().filter(|page| !page.is_generated() && page.path != "CHANGELOG.md") {
+    for page in all().iter().filter(|page| page.is_current() && page.path != "CHANGELOG.md") {
         for code in page.inline_code() {
             let is_path = ["core/", "host/", "ci/", "docs/", "fixtures/"]
                 .iter()

@@ -121,7 +121,8 @@ mod tests {
         let ingredients = cards("fixtures/models/ingredients");
         let epochs = cards("fixtures/models/epochs");
         let papers = cards("fixtures/models/papers-epochs");
-        let page = |name: &str| -> PathBuf { root.join("docs/reproduction").join(name) };
+        let page =
+            |name: &str| -> PathBuf { root.join("docs/lab/2026-11-27-reproduction").join(name) };
         let named = |cards: &[Card], names: &[&str]| -> Vec<Card> {
             let found = cards.iter().filter(|card| names.contains(&card.name.as_str()));
             let found: Vec<Card> = found.cloned().collect();

@@ -203,7 +203,8 @@ mod tests {
     use std::fs;
 
     const MODELS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/models");
-    const TABLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reproduction/README.md");
+    const TABLES: &str =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/lab/2026-11-27-reproduction/README.md");
 
     fn table(name: &str) -> Table {
         let config =
@@ -230,7 +231,7 @@ mod tests {
         assert!(models.contains(&number), "fixtures/models/README.md: published has {number}");
         let number = thousands(published.len());
         let tables = fs::read_to_string(TABLES).unwrap();
-        assert!(tables.contains(&number), "docs/reproduction/README.md: published has {number}");
+        assert!(tables.contains(&number), "{TABLES}: published has {number}");
         let config = fs::read_to_string(format!("{MODELS}/published.toml")).unwrap();
         assert!(config.contains(&number), "published.toml: it has {number}");
     }
