@@ -41,11 +41,6 @@ pub const PLANNER: Subject = Subject {
 /// The crates that fly.
 const CRATES: [&str; 3] = ["remora_core", "remora_qp", "remora_nn"];
 
-/// Modules of more bytes are shown with those inside them.
-const LARGE_BYTES: u64 = 16 << 10;
-/// Rows at most of a table of objects.
-const MOST_OBJECTS: usize = 12;
-
 /// The bounds side by side, and the chain of each.
 pub fn stack_tables(bounds: &[StackBound]) -> Vec<(String, Table)> {
     let mut all = Table::new([
@@ -107,64 +102,26 @@ fn not_covered(not: &NotCovered) -> String {
     parts.join("; ")
 }
 
-/// Sections, crates, modules of the planner, models, memory.
+/// Sections, code and read-only data by crate and of what flies by module, models, memory that is written.
 pub fn size_tables(sizes: &Sizes) -> Vec<(String, Table)> {
-    let mut crates = head("crate");
-    let mut sum = (0, 0);
-    for (name, code, data) in sizes.by_origin(0) {
-        row(&mut crates, &name, code, data);
-        sum = (sum.0 + code, sum.1 + data);
-    }
-    row(&mut crates, "sum", sum.0, sum.1);
-    let modules = module_table(sizes);
-    let mut tables = vec![
+    let by_origin = |depth: usize| {
+        let right = Align::Right;
+        let mut table = Table::new([("", Align::Left), ("code", right), ("read-only data", right)]);
+        let flies = |name: &str| CRATES.contains(&name.split("::").next().unwrap_or_default());
+        for (name, code, data) in sizes.by_origin(depth) {
+            if depth == 0 || flies(&name) {
+                table.row([name, code.to_string(), data.to_string()]);
+            }
+        }
+        table
+    };
+    vec![
         ("Sections".into(), objects("section", &sizes.sections)),
-        ("Code and read-only data by crate".into(), crates),
-        ("Code and read-only data of what flies by module".into(), modules),
-    ];
-    if !sizes.models.is_empty() {
-        tables.push(("Learned models built in".into(), objects("model", &sizes.models)));
-    }
-    let most = sizes.memory.len().min(MOST_OBJECTS);
-    tables.push(("Memory that is written".into(), objects("object", &sizes.memory[..most])));
-    tables
-}
-
-/// The modules of the crates that fly, large ones with those inside them.
-fn module_table(sizes: &Sizes) -> Table {
-    let mut modules = head("module");
-    let inner = sizes.by_origin(2);
-    for (name, code, data) in sizes.by_origin(1) {
-        if !CRATES.contains(&name.split("::").next().unwrap_or_default()) {
-            continue;
-        }
-        row(&mut modules, &name, code, data);
-        let inside = || inner.iter().filter(|(path, ..)| path.starts_with(&format!("{name}::")));
-        if !name.contains("::") || code + data <= LARGE_BYTES || inside().count() <= 1 {
-            continue;
-        }
-        let add =
-            |sum: (u64, u64), (_, code, data): &(String, u64, u64)| (sum.0 + code, sum.1 + data);
-        let (inner_code, inner_data) = inside().fold((0, 0), add);
-        row(&mut modules, "- (itself)", code - inner_code, data - inner_data);
-        for (path, code, data) in inside() {
-            let last = path.rsplit("::").next().unwrap_or_default();
-            row(&mut modules, &format!("- {last}"), *code, *data);
-        }
-    }
-    modules
-}
-
-fn head(first: &str) -> Table {
-    Table::new([
-        (first, Align::Left),
-        ("code [bytes]", Align::Right),
-        ("read-only data [bytes]", Align::Right),
-    ])
-}
-
-fn row(table: &mut Table, name: &str, code: u64, data: u64) {
-    table.row([name.into(), code.to_string(), data.to_string()]);
+        ("Crates [bytes]".into(), by_origin(0)),
+        ("Modules [bytes]".into(), by_origin(2)),
+        ("Learned models built in".into(), objects("model", &sizes.models)),
+        ("Memory that is written".into(), objects("object", &sizes.memory)),
+    ]
 }
 
 fn objects(what: &str, objects: &[Named]) -> Table {

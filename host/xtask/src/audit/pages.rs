@@ -305,8 +305,9 @@ fn instructions_page(emulation: &Emulation) -> Page {
          [firmware.md](../firmware.md). Every plan phase by phase is a row of `record.csv`.",
     );
     page.heading("Observed maxima").text(
-        "Of a whole plan in 10^6 instructions, with its scenario; of a slice between two pauses of \
-         planning; of a step of guidance that follows another.",
+        "Of a whole plan in 10^6 instructions and of a slice between two pauses of planning, with \
+         the scenario; of so many steps of guidance that follow another, of first ones, and their \
+         stack in bytes.",
     );
     page.table(emulation.maxima());
     page.heading("Observed maxima by phase [10^6]").text("Over all integrators and starts.");

@@ -1,11 +1,11 @@
 //! What was measured under emulation, as tables.
 
-use super::{Emulation, Phase, Run, Target};
+use super::{Emulation, Phase, Run, Steps, Target};
 use remora_host::report::{Align, Table, number};
 
 impl Emulation {
     /// Headings and tables: the images, the runs, the stack, instructions by phase for each
-    /// integrator and start, the parts of a plan.
+    /// integrator and start, the observed maxima, the parts of a plan.
     pub fn tables(&self) -> Vec<(String, Table)> {
         let mut tables = vec![
             ("Images".to_string(), self.images()),
@@ -26,44 +26,43 @@ impl Emulation {
                 phases(runs),
             ));
         }
-        if self.each().any(|(_, run)| run.longest_slice().is_some()) {
-            tables.push(("Longest slices of planning".to_string(), self.slices()));
-        }
-        if self.each().any(|(_, run)| run.guidance.is_some()) {
-            tables.push(("Steps of guidance".to_string(), self.guidance()));
-        }
+        tables.push(("Observed maxima".to_string(), self.maxima()));
         if self.targets.iter().any(|target| !target.parts.is_empty()) {
             tables.push(("Parts of a plan, one by one".to_string(), self.parts()));
         }
         tables
     }
 
-    /// Observed maxima of plans, slices and steps of guidance, a row a run.
+    /// Most of a plan [10^6], of a slice between two pauses of planning and of a step of guidance, a row a run.
     pub fn maxima(&self) -> Table {
         let mut table = Table::new([
             ("", Align::Left),
             ("integrator", Align::Left),
             ("start", Align::Left),
-            ("solved", Align::Right),
-            ("bits of the host", Align::Left),
             ("plan", Align::Right),
             ("of", Align::Left),
             ("slice", Align::Right),
+            ("of", Align::Left),
             ("step", Align::Right),
+            ("first step", Align::Right),
+            ("stack", Align::Right),
         ]);
-        let or_none = |count: Option<u64>| count.map_or("-".into(), |count| count.to_string());
+        let steps = |of: Steps| format!("{} of {}", of.instructions, of.steps);
+        let or_none = |text: Option<String>| text.unwrap_or_else(|| "-".into());
         for (target, run) in self.each() {
-            let total = run.observed(Phase::Total);
+            let (plan, slice) = (run.observed(Phase::Total), run.longest_slice());
+            let stack = run.guidance.and_then(|flown| flown.stack_bytes);
             table.row([
                 target.cpu.clone(),
                 run.integrator.label().into(),
                 run.start.name().into(),
-                format!("{} of {}", run.solved, run.scenarios),
-                if run.same_bits_as_host { "yes" } else { "NO" }.into(),
-                total.map_or("-".into(), |total| millions(total.max_instructions)),
-                total.map(|total| total.max_scenario.clone()).unwrap_or_default(),
-                or_none(run.longest_slice().map(|(instructions, _)| instructions)),
-                or_none(run.guidance.map(|flown| flown.next.instructions)),
+                or_none(plan.map(|plan| millions(plan.max_instructions))),
+                or_none(plan.map(|plan| plan.max_scenario.clone())),
+                or_none(slice.map(|(instructions, _)| instructions.to_string())),
+                or_none(slice.map(|(_, scenario)| scenario.to_string())),
+                or_none(run.guidance.map(|flown| steps(flown.next))),
+                or_none(run.guidance.map(|flown| steps(flown.first))),
+                or_none(stack.map(|bytes| bytes.to_string())),
             ]);
         }
         table
@@ -171,58 +170,6 @@ impl Emulation {
         table
     }
 
-    /// Between two pauses of planning at most, a row a run.
-    fn slices(&self) -> Table {
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("integrator", Align::Left),
-            ("start", Align::Left),
-            ("instructions", Align::Right),
-            ("ESTIMATE [ms]", Align::Right),
-            ("on", Align::Left),
-        ]);
-        for (target, run) in self.each() {
-            let Some((instructions, scenario)) = run.longest_slice() else { continue };
-            table.row([
-                target.cpu.clone(),
-                run.integrator.label().into(),
-                run.start.name().into(),
-                instructions.to_string(),
-                target.milliseconds(instructions),
-                scenario.into(),
-            ]);
-        }
-        table
-    }
-
-    /// The most that a step takes, a row a run.
-    fn guidance(&self) -> Table {
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("plan of", Align::Left),
-            ("start", Align::Left),
-            ("steps", Align::Right),
-            ("instructions", Align::Right),
-            ("first steps", Align::Right),
-            ("instructions", Align::Right),
-            ("stack", Align::Right),
-        ]);
-        for (target, run) in self.each() {
-            let Some(flown) = &run.guidance else { continue };
-            table.row([
-                target.cpu.clone(),
-                run.integrator.label().into(),
-                run.start.name().into(),
-                flown.next.steps.to_string(),
-                flown.next.instructions.to_string(),
-                flown.first.steps.to_string(),
-                flown.first.instructions.to_string(),
-                flown.stack_bytes.map_or("-".into(), |bytes| bytes.to_string()),
-            ]);
-        }
-        table
-    }
-
     fn parts(&self) -> Table {
         let mut table = Table::new([
             ("", Align::Left),
@@ -245,13 +192,6 @@ impl Emulation {
 
     fn each(&self) -> impl Iterator<Item = (&Target, &Run)> {
         self.targets.iter().flat_map(|target| target.runs.iter().map(move |run| (target, run)))
-    }
-}
-
-impl Target {
-    /// Instructions as if each took one cycle.
-    fn milliseconds(&self, instructions: u64) -> String {
-        self.clock_hz.map_or("-".into(), |hz| number(instructions as f64 / hz as f64 * 1e3))
     }
 }
 
