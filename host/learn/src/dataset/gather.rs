@@ -42,9 +42,9 @@ fn gather_of<const NL: usize>(directory: &Path, manifest: &Manifest) -> Result<G
         gathered.shards += 1;
         let place = Place { dataset: &dataset, first, tried };
         match shard::verify::<NL>(&shard_path(directory, number), place)? {
-            Some(found) => {
+            Some(kept) => {
                 gathered.tried += u64::from(tried);
-                gathered.kept += u64::from(found.kept);
+                gathered.kept += u64::from(kept);
             }
             None => gathered.missing.push(number),
         }

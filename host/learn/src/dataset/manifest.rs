@@ -17,11 +17,8 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 use std::path::Path;
 
-/// The `format` of the datasets this version writes.
+/// The `format` of datasets.
 pub const FORMAT: &str = "remora-dataset/2";
-
-/// The `format` of datasets whose shards may not say what they are of; they stay readable.
-const FIRST_FORMAT: &str = "remora-dataset/1";
 
 /// Name of the manifest in a dataset's directory.
 pub const MANIFEST: &str = "dataset.json";
@@ -63,9 +60,6 @@ pub struct Manifest {
     pub state: usize,
     /// Numbers of a control.
     pub control: usize,
-    /// Size of a record of the first format [bytes].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) record: Option<usize>,
 }
 
 impl Manifest {
@@ -85,7 +79,6 @@ impl Manifest {
             links: NL,
             state: state_size(NL),
             control: size::controls(NL),
-            record: None,
         }
     }
 
@@ -107,9 +100,7 @@ impl Manifest {
     /// # Errors
     /// The first field found wrong.
     pub fn parse(text: &str) -> Result<Self, FieldError> {
-        let is_first = json::format_of(text).as_deref() == Some(FIRST_FORMAT);
-        let format = if is_first { FIRST_FORMAT } else { FORMAT };
-        let manifest: Self = json::parse(text, format)?;
+        let manifest: Self = json::parse(text, FORMAT)?;
         manifest.validate().map(|()| manifest)
     }
 

@@ -18,7 +18,6 @@ mod make;
 mod manifest;
 mod recompute;
 mod shard;
-mod shard_first;
 mod split;
 mod trajectory;
 
@@ -71,7 +70,7 @@ impl<const NL: usize> Dataset<NL> {
                 break;
             };
             all += u64::from(tried);
-            kept += u64::from(found.kept);
+            kept += u64::from(found);
         }
         Ok(Self { manifest, directory: directory.to_path_buf(), tried: all, kept })
     }

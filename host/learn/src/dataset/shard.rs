@@ -4,7 +4,6 @@
 //! are of, so that a shard without its manifest is not taken for one of another.
 
 use super::Trajectory;
-use super::shard_first as first;
 use remora_host::error::{Error, io_reason};
 use remora_host::formats::{Limit, open_regular, read_bytes, write_atomically};
 use serde::{Deserialize, Serialize};
@@ -16,7 +15,7 @@ const VERSION: u32 = 2;
 /// Where the head begins, and size of the CRC at the end [bytes].
 const HEAD_AT: usize = 12;
 pub(super) const CRC_BYTES: usize = 4;
-/// More than a head of any version has [bytes].
+/// More than a head has [bytes].
 const HEAD_ROOM: u64 = 128;
 
 /// A shard's place in its dataset.
@@ -30,15 +29,6 @@ pub(super) struct Place<'a> {
     pub tried: u32,
 }
 
-/// What a shard says of itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Found {
-    /// How many of the scenarios were kept: the number of records.
-    pub kept: u32,
-    /// Whether it says what dataset it is of; those of the first version do not.
-    pub is_named: bool,
-}
-
 /// What stands before the records.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Head<'a> {
@@ -50,57 +40,49 @@ struct Head<'a> {
     bytes: u64,
 }
 
-/// A head of any version, and where the records are.
-pub(super) struct Outline {
-    pub first: u64,
-    pub tried: u32,
-    pub found: Found,
-    pub begin: usize,
-    pub bytes: u64,
+/// A shard's head, and where its records begin.
+struct Outline<'a> {
+    head: Head<'a>,
+    begin: usize,
 }
 
-impl Outline {
+impl<'a> Outline<'a> {
     /// Reads the beginning of a shard.
-    fn read<const NL: usize>(bytes: &[u8], dataset: &str) -> Result<Self, String> {
+    fn read(bytes: &'a [u8], dataset: &str) -> Result<Self, String> {
         let rest = bytes.strip_prefix(MAGIC).ok_or("is not a shard of a dataset")?;
         let (version, rest) = rest.split_first_chunk().ok_or("is truncated")?;
-        match u32::from_le_bytes(*version) {
-            first::VERSION => first::outline::<NL>(rest),
-            VERSION => {
-                let (head, records) =
-                    postcard::take_from_bytes::<Head<'_>>(rest).map_err(|_| "is truncated")?;
-                if head.dataset != dataset {
-                    return Err("is of another dataset: of another seed, mission, integrator or \
-                                model than its manifest says"
-                        .into());
-                }
-                let Head { first, tried, kept, bytes, .. } = head;
-                let begin = HEAD_AT + rest.len() - records.len();
-                let found = Found { kept, is_named: true };
-                Ok(Self { first, tried, found, begin, bytes })
-            }
-            version => Err(format!("is of version {version}; this reader understands 1 and 2")),
+        let version = u32::from_le_bytes(*version);
+        if version != VERSION {
+            return Err(format!("is of version {version}; this reader understands {VERSION}"));
         }
+        let (head, records) =
+            postcard::take_from_bytes::<Head<'_>>(rest).map_err(|_| "is truncated")?;
+        if head.dataset != dataset {
+            return Err("is of another dataset: of another seed, mission, integrator or \
+                        model than its manifest says"
+                .into());
+        }
+        Ok(Self { head, begin: HEAD_AT + rest.len() - records.len() })
     }
 
     /// Refuses a shard that stands in the place of another, and one that is not whole.
     /// A record has at `least` so many bytes.
     fn check(self, place: Place<'_>, size: u64, least: u64) -> Result<Self, String> {
-        let kept = self.found.kept;
-        if (self.first, self.tried) != (place.first, place.tried) || kept > place.tried {
+        let Head { first, tried, kept, bytes, .. } = self.head;
+        if (first, tried) != (place.first, place.tried) || kept > place.tried {
             return Err(format!(
-                "holds {kept} of {} scenarios from {} on; expected {} from {} on",
-                self.tried, self.first, place.tried, place.first
+                "holds {kept} of {tried} scenarios from {first} on; expected {} from {} on",
+                place.tried, place.first
             ));
         }
-        let expected = self.bytes.saturating_add((self.begin + CRC_BYTES) as u64);
+        let expected = bytes.saturating_add((self.begin + CRC_BYTES) as u64);
         if size != expected {
             return Err(format!("has {size} bytes instead of {expected}"));
         }
         // Memory is set aside for as many as are said to be there.
-        match u64::from(kept).saturating_mul(least) <= self.bytes {
+        match u64::from(kept).saturating_mul(least) <= bytes {
             true => Ok(self),
-            false => Err(format!("has {} bytes of records, too few for {kept}", self.bytes)),
+            false => Err(format!("has {bytes} bytes of records, too few for {kept}")),
         }
     }
 }
@@ -133,8 +115,9 @@ pub(super) fn encode<const NL: usize>(
     Ok(bytes)
 }
 
-/// Reads the head of a shard, and compares the file's size with it. `None` where there is no such file.
-pub(super) fn look<const NL: usize>(file: &Path, place: Place<'_>) -> Result<Option<Found>, Error> {
+/// Reads how many of its scenarios a shard has kept, and compares the file's size with that. `None` where
+/// there is no such file.
+pub(super) fn look<const NL: usize>(file: &Path, place: Place<'_>) -> Result<Option<u32>, Error> {
     if !file.exists() {
         return Ok(None);
     }
@@ -143,17 +126,14 @@ pub(super) fn look<const NL: usize>(file: &Path, place: Place<'_>) -> Result<Opt
     let mut bytes = Vec::new();
     handle.by_ref().take(HEAD_ROOM).read_to_end(&mut bytes).map_err(failed)?;
     let size = handle.metadata().map_err(failed)?.len();
-    let outline = Outline::read::<NL>(&bytes, place.dataset);
+    let outline = Outline::read(&bytes, place.dataset);
     let outline =
         outline.and_then(|outline| outline.check(place, size, Trajectory::<NL>::LEAST_BYTES));
-    outline.map(|o| Some(o.found)).map_err(|reason| Error::input(file, "", reason))
+    outline.map(|outline| Some(outline.head.kept)).map_err(|reason| Error::input(file, "", reason))
 }
 
 /// As [`look`], and reads every byte.
-pub(super) fn verify<const NL: usize>(
-    file: &Path,
-    place: Place<'_>,
-) -> Result<Option<Found>, Error> {
+pub(super) fn verify<const NL: usize>(file: &Path, place: Place<'_>) -> Result<Option<u32>, Error> {
     let found = look::<NL>(file, place)?;
     if found.is_some() {
         read::<NL>(file, place, place.first, &mut Vec::new())?;
@@ -179,7 +159,7 @@ pub(super) fn decode<const NL: usize>(
     end: u64,
     out: &mut Vec<Trajectory<NL>>,
 ) -> Result<(), String> {
-    let outline = Outline::read::<NL>(bytes, place.dataset)?;
+    let outline = Outline::read(bytes, place.dataset)?;
     let outline = outline.check(place, bytes.len() as u64, Trajectory::<NL>::LEAST_BYTES)?;
     let (body, crc) = bytes.split_last_chunk().ok_or("is truncated")?;
     if crc32fast::hash(body) != u32::from_le_bytes(*crc) {
@@ -187,12 +167,9 @@ pub(super) fn decode<const NL: usize>(
     }
     let mut rest = body.get(outline.begin..).ok_or("is truncated")?;
     let mut next = place.first;
-    for _ in 0..outline.found.kept {
+    for _ in 0..outline.head.kept {
         let trajectory;
-        (trajectory, rest) = match outline.found.is_named {
-            true => Trajectory::decode(rest)?,
-            false => first::record(rest)?,
-        };
+        (trajectory, rest) = Trajectory::decode(rest)?;
         let scenario = trajectory.scenario;
         if scenario < next || scenario >= place.first + u64::from(place.tried) {
             return Err(format!("scenario {scenario} is out of order"));
@@ -210,7 +187,7 @@ pub(super) fn decode<const NL: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::trajectory::tests::{counting, first_version};
+    use super::super::trajectory::tests::counting;
     use super::*;
     use proptest::prelude::*;
     use remora_core::advanced::stages::LINKS;
@@ -225,20 +202,8 @@ mod tests {
         let trajectories: Vec<_> = indices.iter().map(|i| counting::<LINKS>(*i)).collect();
         write(&file, PLACE, &trajectories).unwrap();
         let found = look::<LINKS>(&file, PLACE).unwrap();
-        assert_eq!(found, Some(Found { kept: indices.len() as u32, is_named: true }));
+        assert_eq!(found, Some(indices.len() as u32));
         std::fs::read(file).unwrap()
-    }
-
-    /// The same in the first version.
-    fn first_bytes_of(indices: &[u64]) -> Vec<u8> {
-        let mut bytes = MAGIC.to_vec();
-        let kept = indices.len() as u32;
-        for word in [1, 8420, 500, 0, 10, kept] {
-            bytes.extend(word.to_le_bytes());
-        }
-        indices.iter().for_each(|i| bytes.extend(first_version(&counting::<LINKS>(*i))));
-        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
-        bytes
     }
 
     fn read_bytes(bytes: &[u8], end: u64) -> Result<Vec<u64>, String> {
@@ -252,10 +217,8 @@ mod tests {
     fn a_shard_survives_a_round_trip_and_is_cut_at_the_limit() {
         let bytes = bytes_of(&[501, 507]);
         assert_eq!(bytes.len(), BYTES);
-        for bytes in [bytes, first_bytes_of(&[501, 507])] {
-            assert_eq!(read_bytes(&bytes, 1000).unwrap(), [501, 507]);
-            assert_eq!(read_bytes(&bytes, 507).unwrap(), [501]);
-        }
+        assert_eq!(read_bytes(&bytes, 1000).unwrap(), [501, 507]);
+        assert_eq!(read_bytes(&bytes, 507).unwrap(), [501]);
     }
 
     #[test]
@@ -269,10 +232,8 @@ mod tests {
         let reason = refused(Place { dataset: "0123456789abcde0", ..PLACE });
         assert!(reason.starts_with("is of another dataset"), "{reason}");
         for wrong in [[507, 501], [501, 501], [499, 501], [501, 510]] {
-            for bytes in [bytes_of(&wrong), first_bytes_of(&wrong)] {
-                let reason = read_bytes(&bytes, 1000).unwrap_err();
-                assert!(reason.ends_with("is out of order"), "{reason}");
-            }
+            let reason = read_bytes(&bytes_of(&wrong), 1000).unwrap_err();
+            assert!(reason.ends_with("is out of order"), "{reason}");
         }
     }
 
@@ -288,7 +249,10 @@ mod tests {
         assert_eq!(reason(&|b| b.clear()), "is not a shard of a dataset");
         assert_eq!(reason(&|b| b.truncate(20)), "is truncated");
         assert_eq!(reason(&|b| b.truncate(9000)), format!("has 9000 bytes instead of {BYTES}"));
-        assert_eq!(reason(&|b| b[8] = 3), "is of version 3; this reader understands 1 and 2");
+        for version in [1, 3] {
+            let told = format!("is of version {version}; this reader understands 2");
+            assert_eq!(reason(&|b| b[8] = version), told);
+        }
         assert_eq!(reason(&|b| b[999] ^= 1), "is damaged: its CRC-32 does not match");
         let forged = |change: &dyn Fn(&mut Vec<u8>)| {
             reason(&|bytes| {
@@ -302,23 +266,6 @@ mod tests {
         // A number of numbers that there cannot be.
         let many = |bytes: &mut Vec<u8>| bytes[47..49].copy_from_slice(&[0xff, 0x7f]);
         assert!(forged(&many).starts_with("holds a record that is none"), "{}", forged(&many));
-    }
-
-    #[test]
-    fn each_kind_of_damage_to_the_first_version_is_named() {
-        let whole = first_bytes_of(&[501, 507]);
-        let reason = |change: &dyn Fn(&mut Vec<u8>)| {
-            let mut bytes = whole.clone();
-            change(&mut bytes);
-            read_bytes(&bytes, 1000).unwrap_err()
-        };
-        assert_eq!(reason(&|b| b.truncate(20)), "is truncated");
-        assert_eq!(reason(&|b| b.truncate(9000)), "has 9000 bytes instead of 16876");
-        assert_eq!(reason(&|b| b[12] = 0), "has records of 8192 bytes; a trajectory has 8420");
-        assert_eq!(reason(&|b| b[999] ^= 1), "is damaged: its CRC-32 does not match");
-        let mut out = Vec::<Trajectory<2>>::new();
-        let reason = decode(&whole, PLACE, 1000, &mut out).unwrap_err();
-        assert_eq!(reason, "has records of 8420 bytes; a trajectory has 7700");
     }
 
     /// A head that says that there are more records than bytes: nobody sets aside memory for them.

@@ -60,9 +60,9 @@ pub struct Trajectory<const NL: usize = LINKS> {
 }
 
 impl<const NL: usize> Trajectory<NL> {
-    /// Size of a record [bytes]; in shards of today's version some bytes less.
+    /// Most that a record has, by some bytes [bytes].
     pub const BYTES: usize = 20 + 4 * numbers_of(NL);
-    /// The least that a record of any version has [bytes]: its numbers.
+    /// Least that a record has [bytes]: its numbers.
     pub(super) const LEAST_BYTES: u64 = 4 * numbers_of(NL) as u64;
 
     /// Placeholder for storage that is filled later.
@@ -153,11 +153,6 @@ impl<const NL: usize> Trajectory<NL> {
         Ok((Self::of(record), rest))
     }
 
-    /// The trajectory of a record of the first version, which is of [`Trajectory::BYTES`].
-    pub(super) fn decode_first(bytes: &[u8]) -> Result<Self, String> {
-        Record::decode_first(bytes, numbers_of(NL)).map(Self::of)
-    }
-
     fn of(record: Record) -> Self {
         let Record { scenario, iterations, cost, numbers } = record;
         let mut t = Self { scenario, iterations, cost, ..Self::ZERO };
@@ -218,24 +213,6 @@ impl Record {
         record.checked(expected).map(|record| (record, rest))
     }
 
-    /// The record of the first version: all numbers as they are.
-    fn decode_first(bytes: &[u8], expected: usize) -> Result<Self, String> {
-        let parts = || {
-            let (scenario, rest) = bytes.split_first_chunk()?;
-            let (iterations, rest) = rest.split_first_chunk()?;
-            let (cost, rest) = rest.split_first_chunk()?;
-            Some((scenario, iterations, cost, rest.as_chunks().0))
-        };
-        let (scenario, iterations, cost, numbers) = parts().ok_or("is truncated")?;
-        let record = Self {
-            scenario: u64::from_le_bytes(*scenario),
-            iterations: u32::from_le_bytes(*iterations),
-            cost: f64::from_le_bytes(*cost),
-            numbers: numbers.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect(),
-        };
-        record.checked(expected)
-    }
-
     /// Refuses another number of numbers, and what is none: a network would learn nothing any more.
     fn checked(self, expected: usize) -> Result<Self, String> {
         let found = self.numbers.len();
@@ -266,15 +243,6 @@ pub(super) mod tests {
         let number = |i| scenario as f32 * 1e4 + i as f32;
         deal(t.groups(), &(0..numbers_of(NL)).map(number).collect::<Vec<_>>());
         t
-    }
-
-    /// The record of the first version.
-    pub(crate) fn first_version<const NL: usize>(t: &Trajectory<NL>) -> Vec<u8> {
-        let mut out = t.scenario.to_le_bytes().to_vec();
-        out.extend(t.iterations.to_le_bytes());
-        out.extend(t.cost.to_le_bytes());
-        out.extend(gathered(t.clone().groups()).iter().flat_map(|x| x.to_le_bytes()));
-        out
     }
 
     #[test]
@@ -309,7 +277,6 @@ pub(super) mod tests {
             let mut t = counting::<LINKS>(3);
             change(&mut t);
             let now = Trajectory::<LINKS>::decode(&t.encode(Vec::new()).unwrap()).map(drop);
-            assert_eq!(now, Trajectory::<LINKS>::decode_first(&first_version(&t)).map(drop));
             now.err().unwrap_or_default()
         };
         assert_eq!(reason(&|_| ()), "");
@@ -325,7 +292,6 @@ pub(super) mod tests {
             let bytes = t.encode(Vec::new()).unwrap();
             assert_eq!(bytes.len(), 12 + 240 * (26 + 3 * NL));
             assert_eq!(Trajectory::decode(&bytes), Ok((t.clone(), &[][..])));
-            assert_eq!(Trajectory::decode_first(&first_version(&t)), Ok(t.clone()));
             let state = 1e4 + 960.0;
             assert_eq!(t.joint_angle[0][0], state + 4.0);
             assert_eq!(t.joint_rate[0][NL - 1], state + (7 + 2 * NL - 1) as f32);
