@@ -234,7 +234,7 @@ pub struct SetArgs {
     /// Scenario set (*.scenarios.json) [default: the built-in set]
     #[arg(long, value_name = "FILE", conflicts_with_all = ["count", "seed"])]
     scenarios: Option<PathBuf>,
-    #[arg(long, alias = "draw", value_name = "N", help = format!("{COUNT} [default: none]"))]
+    #[arg(long, value_name = "N", help = format!("{COUNT} [default: none]"))]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     count: Option<u64>,
     #[arg(long, value_name = "S", help = format!("{SEED} [default: none]"))]

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    #[arg(long, alias = "draw", value_name = "N", help = COUNT)]
+    #[arg(long, value_name = "N", help = COUNT)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     count: u64,
     #[arg(long, value_name = "S", help = SEED)]

@@ -31,7 +31,7 @@ pub(super) struct Args {
     /// A small part of the map, in well under a minute
     #[arg(long, conflicts_with_all = ["rate", "distance", "horizon"])]
     coarse: bool,
-    #[arg(long, alias = "draw", value_name = "N")]
+    #[arg(long, value_name = "N")]
     #[arg(help = format!("{COUNT} [default: 10 a cell; 2 with --coarse]"))]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_COUNT))]
     count: Option<u64>,

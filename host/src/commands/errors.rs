@@ -10,7 +10,7 @@ use remora_truth::Errors;
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// Typical errors, all of them assumed; this is what it prints unless told otherwise
-    #[arg(long, alias = "typical", conflicts_with = "none")]
+    #[arg(long, conflicts_with = "none")]
     default: bool,
     /// No errors at all: a file to switch single ones on
     #[arg(long)]

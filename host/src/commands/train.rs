@@ -38,7 +38,7 @@ pub(super) struct Args {
     #[arg(long)]
     resume: bool,
     /// Worker threads
-    #[arg(long, alias = "threads", value_name = "J", value_parser = jobs(), default_value = "1")]
+    #[arg(long, value_name = "J", value_parser = jobs(), default_value = "1")]
     jobs: NonZeroUsize,
     /// Where to compute; cuda in programs built with the feature of that name
     #[arg(long, value_name = "DEVICE", default_value = "cpu")]

@@ -184,7 +184,7 @@ fn forged_rows_are_refused() {
 #[test]
 fn a_killed_campaign_resumes() {
     let bench = Bench::new();
-    let campaign = "campaign --draw 6 --seed 3 --integrator euler --jobs 1 --csv --out runs";
+    let campaign = "campaign --count 6 --seed 3 --integrator euler --jobs 1 --csv --out runs";
     let mut child = bench.command(campaign).stderr(std::process::Stdio::null()).spawn().unwrap();
     let rows = || fs::read_to_string(bench.path("runs/journal.jsonl")).unwrap_or_default();
     while rows().lines().count() < 3 && child.try_wait().unwrap().is_none() {
@@ -211,7 +211,7 @@ fn a_killed_campaign_resumes() {
 #[test]
 fn a_campaign_beside_another_writes_nothing() {
     let bench = Bench::new();
-    let of = |seed: u32| format!("campaign --draw 1 --seed {seed} --integrator euler --out runs");
+    let of = |seed: u32| format!("campaign --count 1 --seed {seed} --integrator euler --out runs");
     fs::create_dir(bench.path("runs")).unwrap();
     let journal = fs::File::create(bench.path("runs/journal.jsonl")).unwrap();
     journal.lock().unwrap();
@@ -235,7 +235,7 @@ fn a_campaign_beside_another_writes_nothing() {
 #[test]
 fn a_campaign_sweeps_up_what_it_writes_itself() {
     let bench = Bench::new();
-    let campaign = "campaign --draw 1 --seed 1 --integrator euler --plans --out runs";
+    let campaign = "campaign --count 1 --seed 1 --integrator euler --plans --out runs";
     fs::create_dir_all(bench.path("runs/plans")).unwrap();
     let own =
         [".summary.json.1.partial", ".results.csv.1.partial", "plans/.s1-000.plan.json.1.partial"];
@@ -347,7 +347,7 @@ fn a_model_is_not_judged_by_what_an_ancestor_has_learnt() {
     let models = [("euler", "euler", 1000), ("rk4:4", "rk4", 1000), ("rk4", "rk4", 4000)];
     for (integrator, model, seed) in models {
         bench.refuses(
-            &format!("campaign --draw 1 --seed {seed} --integrator {integrator} --out runs"),
+            &format!("campaign --count 1 --seed {seed} --integrator {integrator} --out runs"),
             &format!(
                 "--model: {model}.model (built in) or a model that it descends from has learnt \
                  from s{seed}-000: choose another seed, or --warm-start heuristic"
@@ -356,5 +356,5 @@ fn a_model_is_not_judged_by_what_an_ancestor_has_learnt() {
     }
     assert!(!bench.path("runs").exists());
     let heuristic = "--integrator euler --mode feasible --warm-start heuristic";
-    bench.solves(&format!("campaign --draw 1 --seed 1000 {heuristic} --out runs"));
+    bench.solves(&format!("campaign --count 1 --seed 1000 {heuristic} --out runs"));
 }

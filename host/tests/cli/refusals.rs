@@ -203,7 +203,7 @@ fn arguments() {
     bench.refuses("campaign --count 3 --out a", "--count: needs --seed S");
     bench.refuses("campaign --seed 3 --out a", "--seed: needs --count N");
     bench.refuses(
-        &format!("campaign {set} --draw 3 --seed 1 --out a"),
+        &format!("campaign {set} --count 3 --seed 1 --out a"),
         "the argument '--scenarios <FILE>' cannot be used with",
     );
     bench.refuses(&format!("campaign {set}"), "the following required arguments were not");

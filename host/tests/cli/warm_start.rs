@@ -26,7 +26,7 @@ fn the_built_in_model_is_the_one_among_the_fixtures() {
 fn a_model_shortens_the_second_stage() {
     let bench = Bench::new();
     let iterations = |start: &str| {
-        let options = "--draw 12 --seed 11 --integrator euler --csv";
+        let options = "--count 12 --seed 11 --integrator euler --csv";
         bench.solves(&format!("campaign {options} --warm-start {start} --out {start}"));
         let summary = bench.json(&format!("{start}/summary.json"));
         assert_eq!(summary["fallbacks"], 0);
@@ -94,7 +94,7 @@ fn a_campaign_whose_model_is_none_warns() {
 #[test]
 fn a_campaign_is_not_resumed_with_another_model() {
     let bench = Bench::new();
-    let campaign = "campaign --draw 2 --seed 3 --integrator euler --out runs";
+    let campaign = "campaign --count 2 --seed 3 --integrator euler --out runs";
     bench.solves(campaign);
     bench.write("text.model", b"remora");
     bench.refuses(
