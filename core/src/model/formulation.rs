@@ -152,7 +152,7 @@ pub enum Switch {
     /// In force.
     On = 1,
     /// Not in force; in files `none`.
-    #[cfg_attr(feature = "serde", serde(rename = "none", alias = "off"))]
+    #[cfg_attr(feature = "serde", serde(rename = "none"))]
     Off = 2,
 }
 

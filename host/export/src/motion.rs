@@ -95,13 +95,10 @@ impl Motion {
     /// plans that say something between nodes, and nodes alone for others.
     ///
     /// # Errors
-    /// A plan that does not say what it was made for; a step for a plan that says nothing between its nodes;
+    /// A plan whose inputs are not sound; a step for a plan that says nothing between its nodes;
     /// a step that is none.
     pub fn of(file: &Path, plan: &PlanFile, step: Option<f64>) -> Result<Self, Error> {
-        let Some(inputs) = &plan.inputs else {
-            let reason = "is missing: a plan of the first format has no orbit; plan again";
-            return Err(Error::input(file, "inputs", reason));
-        };
+        let inputs = &plan.inputs;
         let step = match (plan.integrator, step) {
             (Integrator::Euler, Some(_)) => {
                 let reason = "made with Euler's step, the plan says nothing between its nodes; \

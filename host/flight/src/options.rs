@@ -33,7 +33,6 @@ pub struct Options {
     /// Integrator of plans that are made in flight.
     pub integrator: Integrator,
     /// Whether histories have a row a step of guidance, not a row a second.
-    #[serde(default)]
     pub every_step: bool,
 }
 

@@ -96,13 +96,9 @@ impl Sortie {
     /// The plan of a file.
     ///
     /// # Errors
-    /// A plan that cannot be flown, or does not say what it was made for.
+    /// A plan that cannot be flown, or whose inputs are not sound.
     pub fn of<const NL: usize>(file: &Path, plan: &PlanFile) -> Result<Self, Error> {
-        let Some(inputs) = &plan.inputs else {
-            let reason = "is missing: a plan of the first format cannot be flown; plan again";
-            return Err(Error::input(file, "inputs", reason));
-        };
-        let made = inputs.read::<NL>(&plan.scenario).map_err(|error| error.at(file))?;
+        let made = plan.inputs.read::<NL>(&plan.scenario).map_err(|error| error.at(file))?;
         let wrong = |reason: String| Error::input(file, "integrator", reason);
         let sized = match NL {
             LINKS => Size::Default(Box::new(

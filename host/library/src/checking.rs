@@ -4,14 +4,14 @@
 use crate::engine::verified;
 use crate::error::Error;
 use crate::formats::{
-    Clearances, MadeFor, MissionFile, NamedScenario, PLANNED_JOINTS, PlanFile, ScenarioSet, Status,
-    Verdict, checksum_of_mission, checksum_of_scenario, read_mission,
+    Clearances, MadeFor, MissionFile, PLANNED_JOINTS, PlanFile, ScenarioSet, Status, Verdict,
+    checksum_of_mission, checksum_of_scenario,
 };
 use crate::method::{Integrator, Mode};
 use crate::optimality::Optimality;
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::model::{Mission, Scenario, TargetState, Tolerances};
-use remora_core::advanced::stages::{LINKS, Residuals, Verification};
+use remora_core::advanced::stages::{Residuals, Verification};
 use remora_files::with_joints;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -28,11 +28,9 @@ pub struct FileValue<T> {
 /// Plans to be verified: the input of `remora check`.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// Where the scenarios of plans are that hold none; others must agree with theirs. None is the
-    /// built-in set, for the former only.
+    /// Scenarios that those in the plans must agree with.
     pub scenarios: Option<FileValue<ScenarioSet>>,
-    /// The mission of plans that hold none; others must agree with theirs. None is the built-in
-    /// mission, for the former only.
+    /// Mission that those in the plans must agree with.
     pub mission: Option<FileValue<MissionFile>>,
     /// The integrator to verify with; by default the one that a plan names.
     pub integrator: Option<Integrator>,
@@ -116,9 +114,6 @@ const RELATIVE: f64 = 1e-6;
 const DISTANCE: f64 = 1e-6;
 /// Target attitudes agree within this, a component.
 const ATTITUDE: f64 = 1e-8;
-/// Keys of the target's attitude and rate, and those of the first format.
-const KEYS: [&str; 2] = ["attitude_body_to_rtn", "rate_rtn_rad_s"];
-const FIRST_KEYS: [&str; 2] = ["attitude", "rate"];
 /// Target rates agree within this [rad/s].
 const RATE: f64 = 1e-10;
 
@@ -136,58 +131,19 @@ impl Check {
 
     fn read(&self, file: &Path) -> Result<Box<dyn Verify>, Error> {
         let plan = PlanFile::read(file)?;
-        // Plans of the first format are for arms like the built-in mission's.
-        let joints = plan.inputs.as_ref().map_or(LINKS, |inputs| inputs.mission.joints());
-        with_joints!(joints, NL => {
+        with_joints!(plan.inputs.mission.joints(), NL => {
             self.read_for::<NL>(file, plan).map(|made| Box::new(made) as Box<dyn Verify>)
         } else {
             Err(Error::input(file, "inputs.mission.servicer.links", PLANNED_JOINTS))
         })
     }
 
-    fn read_for<const NL: usize>(
-        &self,
-        file: &Path,
-        plan: PlanFile,
-    ) -> Result<PlanCase<NL>, Error> {
-        let MadeFor { mission, scenario } = match &plan.inputs {
-            Some(inputs) => {
-                let inside = inputs.read(&plan.scenario).map_err(|error| error.at(file))?;
-                self.compare_scenario(file, &plan.scenario, &inside.scenario)?;
-                self.compare_mission(file, &inside.mission)?;
-                inside
-            }
-            None => MadeFor {
-                mission: self.mission_of()?,
-                scenario: self.named(file, &plan.scenario)?.scenario(),
-            },
-        };
+    fn read_for<const NL: usize>(&self, file: &Path, plan: PlanFile) -> Result<PlanCase<NL>, Error> {
+        let MadeFor { mission, scenario } =
+            plan.inputs.read(&plan.scenario).map_err(|error| error.at(file))?;
+        self.compare_scenario(file, &plan.scenario, &scenario)?;
+        self.compare_mission(file, &mission)?;
         Ok(PlanCase { plan, scenario, mission })
-    }
-
-    /// The mission that is given, or the built-in one.
-    fn mission_of<const NL: usize>(&self) -> Result<Mission<NL>, Error> {
-        match &self.mission {
-            Some(given) => given.value.mission_of().map_err(|error| error.at(&given.file)),
-            None => read_mission(None),
-        }
-    }
-
-    /// The scenario of a plan that does not hold it.
-    fn named(&self, file: &Path, id: &str) -> Result<NamedScenario, Error> {
-        let missing = |set: &str| {
-            Error::input(file, "scenario", format!("{id:?} is not in the scenario set {set}"))
-        };
-        match &self.scenarios {
-            Some(set) => {
-                let found = set.value.get(id).cloned();
-                found.ok_or_else(|| missing(&set.file.display().to_string()))
-            }
-            None => {
-                let found = ScenarioSet::built_in()?.get(id).cloned();
-                found.ok_or_else(|| missing("built in; give --scenarios FILE"))
-            }
-        }
     }
 
     /// Refuses a set whose scenario is another than that in the plan.
@@ -198,8 +154,12 @@ impl Check {
         inside: &Scenario<NL>,
     ) -> Result<(), Error> {
         let Some(set) = &self.scenarios else { return Ok(()) };
-        let outside = self.named(plan, id)?.scenario::<NL>();
-        let outside = FileValue { file: set.file.clone(), value: checksum_of_scenario(&outside) };
+        let Some(outside) = set.value.get(id) else {
+            let reason = format!("{id:?} is not in the scenario set {}", set.file.display());
+            return Err(Error::input(plan, "scenario", reason));
+        };
+        let value = checksum_of_scenario(&outside.scenario::<NL>());
+        let outside = FileValue { file: set.file.clone(), value };
         agree(plan, "scenario", &checksum_of_scenario(inside), &outside)
     }
 
@@ -210,7 +170,8 @@ impl Check {
         inside: &Mission<NL>,
     ) -> Result<(), Error> {
         let Some(given) = &self.mission else { return Ok(()) };
-        let value = checksum_of_mission(&self.mission_of::<NL>()?);
+        let outside = given.value.mission_of::<NL>().map_err(|error| error.at(&given.file))?;
+        let value = checksum_of_mission(&outside);
         let outside = FileValue { file: given.file.clone(), value };
         agree(plan, "mission", &checksum_of_mission(inside), &outside)
     }
@@ -347,7 +308,6 @@ impl<const NL: usize> PlanCase<NL> {
             grid.interval(),
             &mut nodes,
         );
-        let keys = if plan.inputs.is_some() { KEYS } else { FIRST_KEYS };
         let attitude = |k: usize| {
             let (said, is) = (Vector4::from(plan.target.attitude[k]), nodes[k].attitude);
             // Either sign is the same attitude.
@@ -355,14 +315,12 @@ impl<const NL: usize> PlanCase<NL> {
         };
         let rate = |k: usize| (Vector3::from(plan.target.rate[k]) - nodes[k].rate).amax();
         if let Some(k) = (0..grid.nodes).find(|k| !within(attitude(*k), ATTITUDE)) {
-            found
-                .add(&format!("target.{}[{k}]", keys[0]), format!("is off by {:.1e}", attitude(k)));
+            let field = format!("target.attitude_body_to_rtn[{k}]");
+            found.add(&field, format!("is off by {:.1e}", attitude(k)));
         }
         if let Some(k) = (0..grid.nodes).find(|k| !within(rate(*k), RATE)) {
-            found.add(
-                &format!("target.{}[{k}]", keys[1]),
-                format!("is off by {:.1e} rad/s", rate(k)),
-            );
+            let field = format!("target.rate_rtn_rad_s[{k}]");
+            found.add(&field, format!("is off by {:.1e} rad/s", rate(k)));
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::formats::{MAX_JOINTS, PlanFile, Verdict};
 use crate::report::plot::{Outline, Panel, Sheet};
 use nalgebra::{Matrix3, Rotation3, SVector, Unit, Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Grid, Mission, Scenario, signed_distance_to_box};
+use remora_core::advanced::model::{Grid, Mission, signed_distance_to_box};
 
 /// Nodes of sixty at which bus and arm are drawn; of fewer, those that are as far.
 const SHOWN: [usize; 6] = [0, 20, 35, 47, 54, 59];
@@ -18,9 +18,8 @@ const MILLI: f64 = 1e3;
 /// # Errors
 /// Where it cannot be drawn.
 pub fn svg<const NL: usize>(plan: &PlanFile, mission: &Mission<NL>) -> Result<String, Error> {
-    let scenario = plan.inputs.as_ref().map(|inputs| inputs.scenario.named(&plan.scenario));
-    let scenario = scenario.map_or_else(Scenario::default, |named| named.scenario::<NL>());
-    let grid = mission.grid(&scenario);
+    let named = plan.inputs.scenario.named(&plan.scenario);
+    let grid = mission.grid(&named.scenario::<NL>());
     drawn(&View { plan, mission: &mission.resized(), joints: NL, grid })
 }
 

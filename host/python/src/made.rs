@@ -10,7 +10,8 @@ use remora_core::advanced::stages::Clearances;
 use remora_host::engine::verified;
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::{
-    EvidenceFile, MAX_JOINTS, MadeFor, NamedScenario, PlanFile, PlanGrid, Verdict, evidence_path,
+    EvidenceFile, MAX_JOINTS, MadeFor, NamedScenario, PLANNED_JOINTS, PlanFile, PlanGrid, Verdict,
+    evidence_path,
 };
 use remora_host::guess;
 use remora_host::method::{Method, Qp, WarmStart};
@@ -27,11 +28,10 @@ impl Plan {
         recipe: (Method, Start),
     ) -> PyResult<Self> {
         let PlanOutcome { file, evidence, .. } = planned;
-        let grid = file.grid.ok_or_else(|| argument("plan", "has no grid"))?;
         Ok(Self {
             mission,
             scenario,
-            grid,
+            grid: file.grid,
             verdict: file.verdict.unwrap_or_default(),
             residuals: file.residuals,
             clearances: file.clearances.unwrap_or(Clearances::NONE),
@@ -56,16 +56,11 @@ impl Plan {
         evidence: Option<EvidenceFile>,
         path: &Path,
     ) -> Result<Self, Error> {
-        let missing = |field: &str| {
-            Error::input(path, field, "is missing: the plan is of the first format; plan again")
-        };
-        let inputs = file.inputs.as_ref().ok_or_else(|| missing("inputs"))?;
-        let grid = file.grid.ok_or_else(|| missing("grid"))?;
-        let mission = Mission::new(inputs.mission.clone(), path)?;
+        let mission = Mission::new(file.inputs.mission.clone(), path)?;
         Ok(Self {
             mission,
-            scenario: inputs.scenario.named(&file.scenario),
-            grid,
+            scenario: file.inputs.scenario.named(&file.scenario),
+            grid: file.grid,
             verdict: file.verdict.unwrap_or_default(),
             residuals: file.residuals,
             clearances: file.clearances.unwrap_or(Clearances::NONE),
@@ -79,16 +74,16 @@ impl Plan {
     /// The plan with the verifier's findings of now.
     pub(crate) fn judged(self, path: &Path) -> Result<Self, Error> {
         let file = &self.file;
-        let missing = || Error::input(path, "inputs", "is missing");
-        let inputs = file.inputs.as_ref().ok_or_else(missing)?;
         let (found, is_verified) = with_joints!(self.mission.joints(), NL => {
-            let made = inputs.read::<NL>(&file.scenario).map_err(|error| error.at(path))?;
+            let made = file.inputs.read::<NL>(&file.scenario).map_err(|error| error.at(path))?;
             let (translation, motion) = (file.stage1.trajectory(), file.stage2.trajectory());
             let MadeFor { mission, scenario } = &made;
             let found = verified(mission, scenario, file.integrator, &translation, &motion);
             let is_verified = found.residuals.are_within(&mission.tolerances);
             (found, is_verified)
-        } else { return Err(missing()) });
+        } else {
+            return Err(Error::input(path, "inputs.mission.servicer.links", PLANNED_JOINTS))
+        });
         Ok(Self {
             verdict: Verdict::of(is_verified, file.status),
             residuals: found.residuals,

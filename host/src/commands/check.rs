@@ -13,17 +13,14 @@ use std::path::PathBuf;
 ///
 /// Recomputes the residuals from the numbers in the file, with code that the planner does not use. How near a plan
 /// is to a local optimum is found from one subproblem of each stage at the plan.
-/// A plan file holds its scenario and its mission; only plans of the first format need them beside
-/// them.
+/// A plan file holds its scenario and its mission.
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Scenario set (*.scenarios.json) [default: what each plan holds; for plans of the first format
-    /// the built-in set]
+    /// Scenario set (*.scenarios.json) that the plans must have been made for
     #[arg(long, value_name = "FILE")]
     scenarios: Option<PathBuf>,
-    /// Mission file (*.mission.toml) [default: what each plan holds; for plans of the first format
-    /// the built-in mission]
+    /// Mission file (*.mission.toml) that the plans must have been made for
     #[arg(long, value_name = "FILE")]
     mission: Option<PathBuf>,
     /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4 [default: what each plan names]

@@ -107,10 +107,7 @@ impl Args {
             );
             return Err(Error::input(file, "integrator", reason));
         }
-        let Some(mission) = plan.inputs.as_ref().map(|inputs| &inputs.mission) else {
-            let reason = "is missing: a plan of the first format cannot be flown; plan again";
-            return Err(Error::input(file, "inputs", reason));
-        };
+        let mission = &plan.inputs.mission;
         self.flying.check_orbit(&mission.target_orbit().map_err(|error| error.at(file))?)?;
         let joints = mission.joints();
         let errors = FlyingArgs::errors(self.errors.as_deref(), joints)?;

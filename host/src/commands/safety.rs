@@ -53,10 +53,7 @@ impl Args {
             let reason = "is not flyable: there is no approach to leave";
             return Err(Error::input(file, "verdict", reason));
         }
-        let Some(joints) = plan.inputs.as_ref().map(|inputs| inputs.mission.joints()) else {
-            let reason = "is missing: a plan of the first format cannot be flown; plan again";
-            return Err(Error::input(file, "inputs", reason));
-        };
+        let joints = plan.inputs.mission.joints();
         let errors = FlyingArgs::errors(self.errors.as_deref(), joints)?;
         let sortie = with_joints!(joints, NL => {
             Sortie::of::<NL>(file, &plan)?

@@ -1,8 +1,9 @@
 //! Plans that another program made: the independent reference solutions of `fixtures/oracle`.
 
 use super::bench::Bench;
-use remora_core::advanced::model::{Integrator, Mission, TargetState};
-use remora_host::formats::ScenarioSet;
+use remora_core::advanced::model::{Mission, TargetState};
+use remora_host::formats::{PlanGrid, PlanInputs, ScenarioSet};
+use remora_host::method::Integrator;
 use serde_json::{Value, json};
 
 const REFERENCE: &str =
@@ -35,22 +36,29 @@ fn plan(set: &ScenarioSet, reference: &Value) -> Value {
     let (one, two) = (&reference["stage1"], &reference["rate_limited"]);
     let (states, controls) = (&two["states"], &two["controls"]);
     let (attitude, rate) = tumble(set, id);
+    let (mission, scenario) = (Mission::<3>::default(), set.get(id).unwrap());
     json!({
-        "format": "remora-plan/1", "scenario": id, "status": "solved", "mode": "optimal",
+        "format": "remora-plan/2", "scenario": id, "status": "solved", "mode": "optimal",
         "warm_start": "section 9 guess", "qp": "ipopt", "integrator": "euler",
+        "inputs": PlanInputs::new(&mission, scenario, Integrator::Euler),
+        "grid": PlanGrid::of(&mission, &scenario.scenario::<3>()),
         "stage1": {
             "status": "solved", "iterations": one["iters"], "cost": one["cost"], "time_s": 0,
-            "position": columns(&one["states"], 0, 3), "velocity": columns(&one["states"], 3, 6),
-            "force": one["f"],
+            "position_rtn_m": columns(&one["states"], 0, 3),
+            "velocity_rtn_m_s": columns(&one["states"], 3, 6),
+            "force_rtn_n": one["f"],
         },
         "stage2": {
             "status": "solved", "iterations": two["iters"], "cost": two["cost"], "time_s": 0,
             "inference_s": 0,
-            "attitude": columns(states, 0, 4), "joint_angle": columns(states, 4, 7),
-            "rate": columns(states, 7, 10), "joint_rate": columns(states, 10, 13),
-            "bus_torque": columns(controls, 0, 3), "joint_torque": columns(controls, 3, 6),
+            "attitude_body_to_rtn": columns(states, 0, 4),
+            "joint_angle_rad": columns(states, 4, 7),
+            "rate_rtn_rad_s": columns(states, 7, 10),
+            "joint_rate_rad_s": columns(states, 10, 13),
+            "bus_torque_body_n_m": columns(controls, 0, 3),
+            "joint_torque_n_m": columns(controls, 3, 6),
         },
-        "target": { "attitude": attitude, "rate": rate },
+        "target": { "attitude_body_to_rtn": attitude, "rate_rtn_rad_s": rate },
         "residuals": {
             "dynamics1": 0, "keep_out": 0, "dynamics2": 0, "control": 0, "joint": 0,
             "joint_rate": 0, "pointing": 0, "preset": 0, "terminal_rate": 0,

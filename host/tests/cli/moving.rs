@@ -7,7 +7,7 @@ use serde_json::json;
 fn bench() -> Bench {
     let bench = Bench::new();
     let set = json!({
-        "format": "remora-scenarios/2",
+        "format": "remora-scenarios/1",
         "scenarios": [{
             "id": "later",
             "target": { "attitude": [0.0, 0.0, 0.0, 1.0], "rate": [1e-4, 0.0, -3e-4] },
@@ -77,7 +77,7 @@ fn a_campaign_keeps_the_starts() {
     let arguments = "campaign --scenarios later.scenarios.json --integrator rk4:4 --out runs";
     bench.solves(arguments);
     let kept = bench.json("runs/campaign.scenarios.json");
-    assert_eq!(kept["format"], "remora-scenarios/2");
+    assert_eq!(kept["format"], "remora-scenarios/1");
     assert_eq!(kept["scenarios"][0]["duration_s"], 900.0);
 }
 
@@ -94,7 +94,7 @@ fn nonsense_in_a_start_is_named() {
     refuses("900.0", "0.1", "scenarios[0].duration_s: must lie in [1, 1e6] s");
     refuses("900.0", "900.0, \"nodes\": 61", "scenarios[0].nodes: must lie in [4, 60]");
     refuses("900.0", "900.0, \"nodes\": 3", "scenarios[0].nodes: must lie in [4, 60]");
-    refuses("scenarios/2", "scenarios/1", "scenarios[0]: gives a start, a duration or nodes");
+    refuses("scenarios/1", "scenarios/2", "format: unknown format");
     refuses("0.7,", "700.0,", "scenarios[0].servicer.joint_angle_rad: each component");
     refuses("joint_rate_rad_s", "joint_rate", "scenarios[0].servicer.joint_rate: unknown field");
 }

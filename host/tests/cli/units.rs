@@ -75,7 +75,6 @@ fn a_missions_directions_with_four_decimals_are_normalised_and_said() {
 fn attitudes_of_scenarios_and_plans_with_four_decimals_are_normalised_and_said() {
     let bench = Bench::new();
     let mut set = bench.json("set.scenarios.json");
-    set["format"] = "remora-scenarios/2".into();
     let plan = "plan --integrator euler --mode feasible --id s1-000 --scenarios a.scenarios.json";
     bench.write("a.scenarios.json", &set.to_string());
     let run = bench.run(&format!("{plan} --out exact.plan.json"));

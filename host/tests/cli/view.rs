@@ -82,15 +82,16 @@ fn only_pages_are_replaced_and_nonsense_is_named() {
         assert!(refused.err.starts_with(reason), "{line}: {}", refused.err);
         assert_eq!(refused.err.lines().count(), 1, "{line}: {}", refused.err);
     }
-    let first = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/plans/first-format.plan.json");
-    fs::copy(first, bench.path("first.plan.json")).unwrap();
-    let refused = bench.run("view first.plan.json");
+    let mut bare = bench.json("a.plan.json");
+    bare.as_object_mut().unwrap().remove("inputs").unwrap();
+    bench.write("bare.plan.json", &bare.to_string());
+    let refused = bench.run("view bare.plan.json");
     assert!(
-        refused.err.starts_with("error: first.plan.json: inputs: is missing"),
+        refused.err.starts_with("error: bare.plan.json: missing field `inputs`"),
         "{}",
         refused.err
     );
-    assert!(!bench.path("first.html").exists());
+    assert!(!bench.path("bare.html").exists());
 }
 
 #[test]

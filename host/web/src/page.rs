@@ -71,7 +71,7 @@ struct Of<'a> {
 /// start from. A page of one plan takes 1.1 MB, a flight 0.2 MB more.
 ///
 /// # Errors
-/// A plan of the first format, which does not say what it was made for.
+/// A plan whose inputs are not sound.
 pub fn page(shown: &[Shown<'_>]) -> Result<String, PageError> {
     let mut data =
         Data { format: FORMAT, program: Program::this(), plans: Vec::new(), flights: Vec::new() };
@@ -95,13 +95,10 @@ pub fn page(shown: &[Shown<'_>]) -> Result<String, PageError> {
 
 /// The checksum of what a plan was made for, where its arm is one that the page plans for.
 fn input(plan: &PlanFile) -> Result<Option<String>, FieldError> {
-    let reason =
-        "is missing: a plan of the first format does not say what it was made for; plan again";
-    let inputs = plan.inputs.as_ref().ok_or_else(|| FieldError::new("inputs", reason))?;
-    if inputs.mission.joints() != LINKS {
+    if plan.inputs.mission.joints() != LINKS {
         return Ok(None);
     }
-    let made_for = inputs.read::<LINKS>(&plan.scenario)?;
+    let made_for = plan.inputs.read::<LINKS>(&plan.scenario)?;
     Ok(Some(format!("{:016x}", input_checksum(&made_for.mission, &made_for.scenario))))
 }
 
@@ -128,14 +125,6 @@ mod tests {
         for word in ["<link rel=\"stylesheet", "<script src", "<img", "@import", "url("] {
             assert!(!TEMPLATE.contains(word), "{word}");
         }
-    }
-
-    #[test]
-    fn a_plan_of_the_first_format_is_refused_by_name() {
-        let text = include_str!("../../../fixtures/plans/first-format.plan.json");
-        let plan = PlanFile::parse(text).unwrap();
-        let refused = page(&[Shown { plan: &plan, flights: Vec::new() }]).unwrap_err();
-        assert_eq!((refused.plan, refused.error.field.as_str()), (0, "inputs"));
     }
 
     #[test]

@@ -5,11 +5,10 @@ use super::{Limit, Status, Verdict, as_text, json, read_bytes};
 use crate::error::{Error, FieldError};
 use remora_core::advanced::model::RECOVERY_NAMES;
 use remora_core::advanced::planner::{GuessRecord, SolveRecord, StageSolveRecord};
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// The `format` of the evidence this version reads and writes.
+/// The `format` of evidence.
 pub const FORMAT: &str = "remora-evidence/2";
 
 /// What a plan was made from, by what, and what came out. It holds no times: the same plan has
@@ -37,9 +36,8 @@ pub struct EvidenceFile {
     pub status: Status,
     /// Whether the verifier found every residual within its tolerance.
     pub is_verified: bool,
-    /// What the plan is good for; records of older versions do not say.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub verdict: Option<Verdict>,
+    /// What the plan is good for.
+    pub verdict: Verdict,
     /// Limits that the scenario's start violates and the plan leads back into, by the residuals' names.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub recovered: Vec<String>,
@@ -51,9 +49,6 @@ pub struct EvidenceFile {
     pub stage1: StageSolveRecord,
     /// Stage 2.
     pub stage2: StageSolveRecord,
-    /// Feedback gains, which older versions wrote and nothing may fly.
-    #[serde(default, skip_serializing)]
-    pub(super) gains: IgnoredAny,
 }
 
 /// A model, and why it was refused if it was.
@@ -88,13 +83,12 @@ impl EvidenceFile {
             output: checksum(evidence.output),
             status: evidence.status,
             is_verified: evidence.is_verified,
-            verdict: Some(Verdict::of(evidence.is_verified, evidence.status)),
+            verdict: Verdict::of(evidence.is_verified, evidence.status),
             recovered: recovered(evidence.recovery),
             start: evidence.start,
             model,
             stage1: evidence.translation,
             stage2: evidence.reorientation,
-            gains: IgnoredAny,
         }
     }
 
@@ -243,14 +237,16 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_record_of_an_older_version_is_read() {
-        let mut old = serde_json::to_value(record(true)).unwrap();
-        let entries = old.as_object_mut().unwrap();
-        let verdict = entries.remove("verdict");
-        entries.insert("gains".into(), serde_json::json!([[[0.5]]]));
-        assert_eq!(verdict, Some("verified_not_converged".into()));
-        let read = EvidenceFile::parse(&old.to_string()).unwrap();
-        assert_eq!(read, EvidenceFile { verdict: None, ..record(true) });
+    fn a_record_says_its_verdict_and_nothing_unknown() {
+        let mut record = serde_json::to_value(record(true)).unwrap();
+        assert_eq!(record["verdict"], "verified_not_converged");
+        record["gains"] = serde_json::json!([[[0.5]]]);
+        assert_eq!(EvidenceFile::parse(&record.to_string()).unwrap_err().field, "gains");
+        let entries = record.as_object_mut().unwrap();
+        entries.remove("gains");
+        entries.remove("verdict");
+        let error = EvidenceFile::parse(&record.to_string()).unwrap_err();
+        assert!(error.reason.contains("missing field `verdict`"), "{}", error.reason);
     }
 
     #[test]

@@ -131,7 +131,6 @@ impl MissionFile {
                 format!("must lie in [{MIN_NODES}, {NODES}], what this program is built for");
             return Err(FieldError::new("horizon.nodes", reason));
         }
-        self.approach.validate(nodes)?;
         let axis = self.servicer.capture_axis()?;
         let mut mission = self.convert()?;
         validate(&mission)?;

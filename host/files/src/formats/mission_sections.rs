@@ -136,18 +136,12 @@ pub struct Approach {
     /// horizon below 1200 s in proportion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep_out_near_s: Option<f64>,
-    /// The same in older missions: the fraction of the duration up to which the far distance holds.
-    #[serde(skip_serializing)]
-    pub keep_out_far_until: Option<f64>,
     /// Half angle of the field of view [deg].
     pub field_of_view_half_angle_deg: f64,
     /// Time before the end from which the arm is in its capture configuration [s]; where it is not given
     /// 80, likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset_s: Option<f64>,
-    /// The same in older missions: intervals before the end.
-    #[serde(skip_serializing)]
-    pub preset_lead_intervals: Option<usize>,
     /// Time within which a start beyond a limit is led back into it [s]; 80 where it is not given,
     /// likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -268,48 +262,22 @@ impl Orbit {
 }
 
 impl Approach {
-    /// Refuses what is said twice, and what older missions could not say.
-    pub(super) fn validate(&self, nodes: usize) -> Result<(), FieldError> {
-        let twice = |new: &str, old: &str| {
-            Err(FieldError::new(format!("approach.{old}"), format!("{new} says it already")))
-        };
-        if self.keep_out_near_s.and(self.keep_out_far_until).is_some() {
-            return twice("keep_out_near_s", "keep_out_far_until");
-        }
-        if self.preset_s.is_some() && self.preset_lead_intervals.is_some() {
-            return twice("preset_s", "preset_lead_intervals");
-        }
-        if self.keep_out_far_until.is_some_and(|share| !(0.0..=1.0).contains(&share)) {
-            return Err(FieldError::new("approach.keep_out_far_until", "must lie in [0, 1]"));
-        }
-        let lead = 1..=nodes - 2;
-        if self.preset_lead_intervals.is_some_and(|intervals| !lead.contains(&intervals)) {
-            let reason = format!("must lie in [1, {}]", lead.end());
-            return Err(FieldError::new("approach.preset_lead_intervals", reason));
-        }
-        Ok(())
-    }
-
     /// The approach without its keep-out distances, which follow from the servicer. On a horizon shorter
     /// than the usual one, phases that are not given are shorter too.
     pub(super) fn convert(&self, horizon: &Horizon) -> model::Approach {
         let Horizon { nodes, duration_s: duration } = *horizon;
         let usual = model::Approach::default();
         let shorter = (duration / usual.duration).min(1.0);
-        let near = self.keep_out_far_until.map(|share| (1.0 - share) * duration);
-        let interval = duration / (nodes - 1) as f64;
-        let preset = self.preset_lead_intervals.map(|intervals| intervals as f64 * interval);
-        let given =
-            |new: Option<f64>, old: Option<f64>, usual: f64| new.or(old).unwrap_or(usual * shorter);
+        let given = |time: Option<f64>, usual: f64| time.unwrap_or(usual * shorter);
         model::Approach {
             duration,
             nodes,
             keep_out_far: 0.0,
             keep_out_near: 0.0,
-            keep_out_near_time: given(self.keep_out_near_s, near, usual.keep_out_near_time),
+            keep_out_near_time: given(self.keep_out_near_s, usual.keep_out_near_time),
             field_of_view_half_angle: radians(self.field_of_view_half_angle_deg),
-            preset_time: given(self.preset_s, preset, usual.preset_time),
-            recovery_time: given(self.recovery_s, None, usual.recovery_time),
+            preset_time: given(self.preset_s, usual.preset_time),
+            recovery_time: given(self.recovery_s, usual.recovery_time),
             clearance: self.clearance,
             between_nodes: self.between_nodes,
         }

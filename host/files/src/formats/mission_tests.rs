@@ -246,25 +246,19 @@ fn a_file_may_change_one_number() {
 }
 
 #[test]
-fn older_missions_say_when_in_fractions_and_intervals() {
+fn phases_are_shorter_on_short_horizons_unless_given() {
     let approach = |text: &str| {
         let file = MissionFile::parse(&format!("[horizon]\nduration_s = 600\n{text}")).unwrap();
         file.mission().unwrap().approach
     };
-    let old = approach("[approach]\nkeep_out_far_until = 0.75\npreset_lead_intervals = 5");
-    assert_eq!((old.keep_out_near_time, old.preset_time), (150.0, 5.0 * 600.0 / 59.0));
-    let new = approach("[approach]\nkeep_out_near_s = 150\npreset_s = 70\nrecovery_s = 30");
-    assert_eq!((new.keep_out_near_time, new.preset_time), (150.0, 70.0));
-    assert_eq!(new.recovery_time, 30.0);
+    let given = approach("[approach]\nkeep_out_near_s = 150\npreset_s = 70\nrecovery_s = 30");
+    assert_eq!((given.keep_out_near_time, given.preset_time), (150.0, 70.0));
+    assert_eq!(given.recovery_time, 30.0);
     let usual = approach("");
     assert_eq!((usual.keep_out_near_time, usual.preset_time), (180.0, 40.0));
     let long = MissionFile::parse("[horizon]\nduration_s = 3600").unwrap().mission().unwrap();
     let phases = (long.approach.keep_out_near_time, long.approach.recovery_time);
     assert_eq!(phases, (360.0, 80.0));
-    let twice = "[approach]\npreset_s = 70\npreset_lead_intervals = 4";
-    let error = MissionFile::parse(twice).and_then(|file| file.mission()).unwrap_err();
-    assert_eq!(error.field, "approach.preset_lead_intervals");
-    assert_eq!(error.reason, "preset_s says it already");
 }
 
 #[test]
@@ -280,11 +274,10 @@ fn nonsense_is_named_by_the_files_keys() {
     assert_eq!(field("[horizon]\nnodes = 61"), "horizon.nodes");
     assert_eq!(field("[horizon]\nnodes = 3"), "horizon.nodes");
     assert_eq!(field("[horizon]\nduration_s = 1e5"), "horizon.duration_s");
-    assert_eq!(field("[approach]\npreset_lead_intervals = 59"), "approach.preset_lead_intervals");
-    assert_eq!(field("[approach]\npreset_lead_intervals = 0"), "approach.preset_lead_intervals");
+    assert_eq!(field("[approach]\npreset_lead_intervals = 4"), "approach.preset_lead_intervals");
     assert_eq!(field("[approach]\npreset_s = 0"), "approach.preset_s");
     assert_eq!(field("[approach]\nkeep_out_near_s = -1"), "approach.keep_out_near_s");
-    assert_eq!(field("[approach]\nkeep_out_far_until = 2"), "approach.keep_out_far_until");
+    assert_eq!(field("[approach]\nkeep_out_far_until = 0.5"), "approach.keep_out_far_until");
     assert_eq!(field("[approach]\nrecovery_s = nan"), "approach.recovery_s");
     assert_eq!(field("[orbit]\nspeed = 1"), "orbit.speed");
     assert_eq!(field("[orbit]\neccentricity = \"low\""), "orbit.eccentricity");

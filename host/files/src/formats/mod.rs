@@ -26,7 +26,6 @@ mod output;
 mod packet;
 mod plan_convert;
 mod plan_file;
-mod plan_first;
 mod plan_inputs;
 mod plan_read;
 mod quantities;
@@ -86,8 +85,7 @@ pub use results_about::about;
 pub use results_read::{MOST_ROWS, read_rows};
 pub use row::{Flight, Row, StageRow, residual_limits};
 pub use scenario_set::{
-    FIRST_FORMAT as FIRST_SCENARIO_FORMAT, FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet,
-    ServicerStart, TargetStart,
+    FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet, ServicerStart, TargetStart,
 };
 pub use table::{Cell, Column, TableWriter, parquet as parquet_table};
 pub use table_read::{Numbers, TableReader};
@@ -136,12 +134,9 @@ mod tests {
             if let Ok(record) = EvidenceFile::parse(&damaged(&evidence, at, with)) {
                 prop_assert_eq!(record.output.len(), 16);
             }
-            let first = include_str!("../../../../fixtures/plans/first-format.plan.json");
             let plan = json::to_text(&plan_read::tests::plan()).unwrap();
-            for text in [first, &plan] {
-                if let Ok(plan) = PlanFile::parse(&damaged(text, at, with)) {
-                    prop_assert!(plan.stage1.position.as_flattened().iter().all(|x| x.is_finite()));
-                }
+            if let Ok(plan) = PlanFile::parse(&damaged(&plan, at, with)) {
+                prop_assert!(plan.stage1.position.as_flattened().iter().all(|x| x.is_finite()));
             }
         }
 

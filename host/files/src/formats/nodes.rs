@@ -46,7 +46,7 @@ pub fn node_columns(joints: usize) -> Vec<(String, &'static str)> {
 /// The numbers of a plan, a row a node, time first. Nothing is done at the last node: zero.
 pub fn node_numbers(plan: &PlanFile) -> Vec<Vec<f64>> {
     let (one, two, target) = (&plan.stage1, &plan.stage2, &plan.target);
-    let dt = plan.grid.map_or(f64::NAN, |grid| grid.dt_s);
+    let dt = plan.grid.dt_s;
     let joints = two.joint_angle.first().map_or(0, Vec::len);
     (0..one.position.len())
         .map(|k| {

@@ -14,7 +14,7 @@ use super::{
 use crate::error::FieldError;
 use crate::method::{Integrator, Mode};
 use remora_core::advanced::nn::Crc32;
-use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -150,8 +150,8 @@ impl PlanFile {
             integrator: plan.integrator,
             time_s: plan.time_s,
             cpu_time_s: plan.cpu_time_s,
-            inputs: plan.inputs.map(InputsPacket::new).transpose()?,
-            grid: plan.grid,
+            inputs: Some(InputsPacket::new(plan.inputs)?),
+            grid: Some(plan.grid),
             stage1: plan.stage1,
             stage2: plan.stage2,
             target: plan.target,
@@ -164,7 +164,9 @@ impl PlanFile {
     /// The plan of a packet, not judged yet.
     pub(super) fn from_packet(bytes: &[u8]) -> Result<Self, FieldError> {
         let packet: PlanPacket = decode(PLAN_MAGIC, "a plan", bytes)?;
-        let inputs = packet.inputs.map(InputsPacket::read).transpose()?;
+        let missing = |field: &str| FieldError::new(field, "is missing");
+        let inputs = packet.inputs.ok_or_else(|| missing("inputs"))?.read()?;
+        let grid = packet.grid.ok_or_else(|| missing("grid"))?;
         let pair = |(distance, time_s, body)| Closest { distance, time_s, body };
         let clearances = packet.clearances.map(|pairs| pairs.map(pair));
         Ok(Self {
@@ -180,7 +182,7 @@ impl PlanFile {
             time_s: packet.time_s,
             cpu_time_s: packet.cpu_time_s,
             inputs,
-            grid: packet.grid,
+            grid,
             frames: Some(frames()),
             stage1: packet.stage1,
             stage2: packet.stage2,
@@ -278,7 +280,7 @@ impl EvidenceFile {
             qp: record.qp,
             status: record.status,
             is_verified: record.is_verified,
-            verdict: record.verdict,
+            verdict: Some(record.verdict),
             recovered: record.recovered,
             start: record.start,
             model: record.model,
@@ -292,9 +294,10 @@ impl EvidenceFile {
         let packet: EvidencePacket = decode(EVIDENCE_MAGIC, "a record of evidence", bytes)?;
         let [input, settings, output] = packet.checksums.map(|sum| format!("{sum:016x}"));
         let [stage1, stage2] = packet.stages;
+        let missing = || FieldError::new("verdict", "is missing");
+        let verdict = packet.verdict.ok_or_else(missing)?;
         Ok(Self {
             format: EVIDENCE_FORMAT.into(),
-            gains: IgnoredAny,
             scenario: packet.scenario,
             core_version: packet.core_version,
             host_version: packet.host_version,
@@ -304,7 +307,7 @@ impl EvidenceFile {
             output,
             status: packet.status,
             is_verified: packet.is_verified,
-            verdict: packet.verdict,
+            verdict,
             recovered: packet.recovered,
             start: packet.start,
             model: packet.model,

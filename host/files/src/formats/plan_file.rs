@@ -6,17 +6,16 @@ use crate::method::{Integrator, Mode};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The `format` of the plans this version writes. It reads `remora-plan/1` too.
+/// The `format` of plans.
 pub const FORMAT: &str = "remora-plan/2";
 
-/// A plan, as in its file. States have `NODES` rows, controls one less. What is optional is missing
-/// in plans of the first format, and required in all others.
+/// A plan, as in its file. States have a row a node, controls one less.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a plan")]
 pub struct PlanFile {
     /// [`FORMAT`].
     pub format: String,
-    /// What wrote it.
+    /// What wrote it; plans of other planners need not say.
     pub program: Option<Program>,
     /// Id of the scenario.
     pub scenario: String,
@@ -38,9 +37,9 @@ pub struct PlanFile {
     /// Processor time of the planning thread [s]; none where the system does not tell.
     pub cpu_time_s: Option<f64>,
     /// Scenario and mission.
-    pub inputs: Option<PlanInputs>,
+    pub inputs: PlanInputs,
     /// The times of rows.
-    pub grid: Option<PlanGrid>,
+    pub grid: PlanGrid,
     /// The frames that keys name, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<BTreeMap<String, String>>,

@@ -1,10 +1,9 @@
-//! Reading plans of either format, and writing them.
+//! Reading plans and writing them.
 
 use super::packet::{is_named_packet, is_packet};
 use super::plan_file::{FORMAT, PlanFile};
-use super::{Kind, Limit, PLANNED_JOINTS, Residuals, as_text, check_id, json, plan_first, unit};
+use super::{Kind, Limit, PLANNED_JOINTS, Residuals, as_text, check_id, json, unit};
 use crate::error::{Error, FieldError};
-use remora_core::advanced::stages::{LINKS, NODES};
 use std::path::Path;
 
 impl PlanFile {
@@ -14,14 +13,8 @@ impl PlanFile {
     /// The first field found wrong: unknown format or field, numbers that are not, numbers of
     /// rows that do not fit the horizon, quaternions not of unit length.
     pub fn parse(text: &str) -> Result<Self, FieldError> {
-        let mut plan = match json::format_of(text).as_deref() {
-            Some(plan_first::FIRST_FORMAT) => plan_first::parse(text)?,
-            _ => {
-                let plan: Self = json::parse(text, FORMAT)?;
-                plan.check_head()?;
-                plan
-            }
-        };
+        let mut plan: Self = json::parse(text, FORMAT)?;
+        plan.check_head()?;
         plan.normalise()?;
         plan.validate()?;
         Ok(plan)
@@ -83,11 +76,9 @@ impl PlanFile {
         json::to_text(self).map_err(|error| FieldError::new("", error.to_string()))
     }
 
-    /// What plans of the first format lack is required, and inputs must be sound.
+    /// Refuses inputs that are not sound, and a grid that is not theirs.
     fn check_head(&self) -> Result<(), FieldError> {
-        let missing = |field: &str| FieldError::new(field, "is missing");
-        let inputs = self.inputs.as_ref().ok_or_else(|| missing("inputs"))?;
-        let grid = self.grid.as_ref().ok_or_else(|| missing("grid"))?;
+        let Self { inputs, grid, .. } = self;
         check_id(&self.scenario, || "scenario".into())?;
         crate::with_joints!(inputs.mission.joints(), NL => {
             let made_for = inputs.read::<NL>(&self.scenario)?;
@@ -100,41 +91,37 @@ impl PlanFile {
 
     /// Quaternions that are nearly of unit length are normalised; any other is refused.
     fn normalise(&mut self) -> Result<(), FieldError> {
-        let attitude = if self.inputs.is_some() { "attitude_body_to_rtn" } else { "attitude" };
         let (two, target) = (&mut self.stage2.attitude, &mut self.target.attitude);
         for (part, rows) in [("stage2", two), ("target", target)] {
             for (k, q) in rows.iter_mut().enumerate() {
-                *q = unit::quaternion(q, || format!("{part}.{attitude}[{k}]"))?;
+                *q = unit::quaternion(q, || format!("{part}.attitude_body_to_rtn[{k}]"))?;
             }
         }
         Ok(())
     }
 
     fn validate(&self) -> Result<(), FieldError> {
-        check_id(&self.scenario, || "scenario".into())?;
         self.check_rows()?;
         self.check_numbers()
     }
 
     fn check_rows(&self) -> Result<(), FieldError> {
         let (one, two, target) = (&self.stage1, &self.stage2, &self.target);
-        // Plans of the first format have no grid and one number of nodes.
-        let nodes = self.grid.map_or(NODES, |grid| grid.nodes);
-        for (section, first_key, key, found, expected) in [
-            ("stage1", "position", "position_rtn_m", one.position.len(), nodes),
-            ("stage1", "velocity", "velocity_rtn_m_s", one.velocity.len(), nodes),
-            ("stage1", "force", "force_rtn_n", one.force.len(), nodes - 1),
-            ("stage2", "attitude", "attitude_body_to_rtn", two.attitude.len(), nodes),
-            ("stage2", "joint_angle", "joint_angle_rad", two.joint_angle.len(), nodes),
-            ("stage2", "rate", "rate_rtn_rad_s", two.rate.len(), nodes),
-            ("stage2", "joint_rate", "joint_rate_rad_s", two.joint_rate.len(), nodes),
-            ("stage2", "bus_torque", "bus_torque_body_n_m", two.bus_torque.len(), nodes - 1),
-            ("stage2", "joint_torque", "joint_torque_n_m", two.joint_torque.len(), nodes - 1),
-            ("target", "attitude", "attitude_body_to_rtn", target.attitude.len(), nodes),
-            ("target", "rate", "rate_rtn_rad_s", target.rate.len(), nodes),
+        let nodes = self.grid.nodes;
+        for (section, key, found, expected) in [
+            ("stage1", "position_rtn_m", one.position.len(), nodes),
+            ("stage1", "velocity_rtn_m_s", one.velocity.len(), nodes),
+            ("stage1", "force_rtn_n", one.force.len(), nodes - 1),
+            ("stage2", "attitude_body_to_rtn", two.attitude.len(), nodes),
+            ("stage2", "joint_angle_rad", two.joint_angle.len(), nodes),
+            ("stage2", "rate_rtn_rad_s", two.rate.len(), nodes),
+            ("stage2", "joint_rate_rad_s", two.joint_rate.len(), nodes),
+            ("stage2", "bus_torque_body_n_m", two.bus_torque.len(), nodes - 1),
+            ("stage2", "joint_torque_n_m", two.joint_torque.len(), nodes - 1),
+            ("target", "attitude_body_to_rtn", target.attitude.len(), nodes),
+            ("target", "rate_rtn_rad_s", target.rate.len(), nodes),
         ] {
             if found != expected {
-                let key = if self.inputs.is_some() { key } else { first_key };
                 let reason = format!("has {found} rows; the horizon has {expected}");
                 return Err(FieldError::new(format!("{section}.{key}"), reason));
             }
@@ -145,7 +132,7 @@ impl PlanFile {
     /// Rows of joints have as many numbers as the mission has joints.
     fn check_joints(&self) -> Result<(), FieldError> {
         let two = &self.stage2;
-        let joints = self.inputs.as_ref().map_or(LINKS, |inputs| inputs.mission.joints());
+        let joints = self.inputs.mission.joints();
         for (key, rows) in [
             ("joint_angle_rad", &two.joint_angle),
             ("joint_rate_rad_s", &two.joint_rate),
@@ -198,7 +185,7 @@ pub(super) mod tests {
     use crate::method::{Integrator, Mode};
     use remora_core::advanced::model::{Mission, Scenario, TargetState};
     use remora_core::advanced::stages::{
-        Clearances, Closest, ReorientationTrajectory, TranslationTrajectory,
+        Clearances, Closest, LINKS, NODES, ReorientationTrajectory, TranslationTrajectory,
     };
 
     pub(crate) fn plan() -> PlanFile {
@@ -212,8 +199,8 @@ pub(super) mod tests {
             format: FORMAT.into(),
             program: Some(Program::this()),
             scenario: "a".into(),
-            inputs: Some(PlanInputs::new(&Mission::default(), scenario, Integrator::RK4)),
-            grid: Some(PlanGrid::of(&Mission::default(), &Scenario::default())),
+            inputs: PlanInputs::new(&Mission::default(), scenario, Integrator::RK4),
+            grid: PlanGrid::of(&Mission::default(), &Scenario::default()),
             frames: None,
             time_s: Some(0.25),
             cpu_time_s: None,
@@ -260,10 +247,9 @@ pub(super) mod tests {
         scenario.duration_s = Some(1100.0);
         let inputs = PlanInputs::new(&mission, &scenario, Integrator::RK4);
         let grid = PlanGrid::of(&mission, &scenario.scenario());
-        let moved =
-            PlanFile { frames: Some(crate::formats::frames()), inputs: Some(inputs), ..plan() };
-        let moved = PlanFile { grid: Some(grid), verdict: None, clearances: None, ..moved };
         let usual = PlanFile { frames: Some(crate::formats::frames()), ..plan() };
+        let moved = PlanFile { inputs, grid, ..usual.clone() };
+        let moved = PlanFile { verdict: None, clearances: None, ..moved };
         for plan in [usual, moved] {
             plan.write(&json).unwrap();
             plan.write(&packet).unwrap();
@@ -322,13 +308,11 @@ pub(super) mod tests {
         assert_eq!(field(|p| p.target.attitude[59] = [0.0; 4]), "target.attitude_body_to_rtn[59]");
         assert_eq!(field(|p| p.stage2.time_s = -1.0), "stage2.time_s");
         assert_eq!(field(|p| p.residuals.preset = -1.0), "residuals.preset");
-        assert_eq!(field(|p| p.inputs = None), "inputs");
-        assert_eq!(field(|p| p.grid = None), "grid");
-        assert_eq!(field(|p| p.grid.as_mut().unwrap().preset_node = 7), "grid.preset_node");
-        assert_eq!(field(|p| p.grid.as_mut().unwrap().dt_s *= 1.001), "grid.dt_s");
+        assert_eq!(field(|p| p.grid.preset_node = 7), "grid.preset_node");
+        assert_eq!(field(|p| p.grid.dt_s *= 1.001), "grid.dt_s");
         let field = |change: fn(&mut PlanInputs)| {
             let mut plan = plan();
-            change(plan.inputs.as_mut().unwrap());
+            change(&mut plan.inputs);
             PlanFile::parse(&json::to_text(&plan).unwrap()).unwrap_err().field
         };
         let checksum = "inputs.scenario_checksum";
@@ -345,5 +329,11 @@ pub(super) mod tests {
         assert_eq!(field("\"status\": \"solved\"", "\"status\": \"fine\""), "status");
         assert_eq!(field("\"verdict\": \"optimal\"", "\"verdict\": \"good\""), "verdict");
         assert_eq!(field("\"body\": 3", "\"body\": -1"), "clearances.arm.body");
+        for key in ["inputs", "grid"] {
+            let mut plan: serde_json::Value = serde_json::from_str(&text).unwrap();
+            plan.as_object_mut().unwrap().remove(key).unwrap();
+            let error = PlanFile::parse(&plan.to_string()).unwrap_err();
+            assert!(error.reason.contains(&format!("missing field `{key}`")), "{error:?}");
+        }
     }
 }

@@ -14,12 +14,8 @@ use std::collections::HashSet;
 use std::fmt;
 use std::path::Path;
 
-/// The `format` of scenario sets whose scenarios give what version 1 could not say: how bus and arm
-/// move at t = 0, and the time to capture.
-pub const FORMAT: &str = "remora-scenarios/2";
-
-/// The `format` of sets without that, written so that older programs read them.
-pub const FIRST_FORMAT: &str = "remora-scenarios/1";
+/// The `format` of scenario sets.
+pub const FORMAT: &str = "remora-scenarios/1";
 
 /// Farthest start that is still an approach [m]; the relative motion model ends long before.
 const MAX_POSITION: f64 = 1e6;
@@ -37,7 +33,7 @@ const DURATION: std::ops::RangeInclusive<f64> = 1.0..=1e6;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a scenario set")]
 pub struct ScenarioSet {
-    /// [`FORMAT`] or [`FIRST_FORMAT`].
+    /// [`FORMAT`].
     pub format: String,
     /// The scenarios; ids are unique.
     pub scenarios: Vec<NamedScenario>,
@@ -176,14 +172,6 @@ impl NamedScenario {
         }
     }
 
-    /// Whether it gives what the first format could not say.
-    fn is_of_second_format(&self) -> bool {
-        let ServicerStart { position, velocity, .. } = self.servicer.clone();
-        self.duration_s.is_some()
-            || self.nodes.is_some()
-            || self.servicer != ServicerStart { position, velocity, ..ServicerStart::default() }
-    }
-
     /// Refuses numbers that are no start of an approach.
     ///
     /// # Errors
@@ -232,10 +220,9 @@ fn within(values: &[f64], most: f64, field: &str, unit: &str) -> Result<(), Fiel
 }
 
 impl ScenarioSet {
-    /// A set, of the first format where that says all.
+    /// A set.
     pub fn new(scenarios: Vec<NamedScenario>) -> Self {
-        let is_second = scenarios.iter().any(NamedScenario::is_of_second_format);
-        Self { format: if is_second { FORMAT } else { FIRST_FORMAT }.into(), scenarios }
+        Self { format: FORMAT.into(), scenarios }
     }
 
     /// Parses and validates a set. Memory: the scenarios, 16 bytes each beside.
@@ -244,11 +231,7 @@ impl ScenarioSet {
     /// The first field found wrong: unknown format or field, numbers that are not, quaternions
     /// not of unit length, ids used twice or unfit for a file name, no scenario at all.
     pub fn parse(text: &str) -> Result<Self, FieldError> {
-        let format = match json::format_of(text).as_deref() {
-            Some(FIRST_FORMAT) => FIRST_FORMAT,
-            _ => FORMAT,
-        };
-        json::check_header(text, format)?;
+        json::check_header(text, FORMAT)?;
         let written: Written<'_> = json::deserialize(text)?;
         let parse = |(i, scenario)| json::parse_element(text, scenario, &format!("scenarios[{i}]"));
         let scenarios = written.scenarios.into_iter().enumerate().map(parse);
@@ -294,11 +277,6 @@ impl ScenarioSet {
         }
         let mut ids = HashSet::new();
         for (i, scenario) in self.scenarios.iter().enumerate() {
-            if self.format == FIRST_FORMAT && scenario.is_of_second_format() {
-                let reason =
-                    format!("gives a start, a duration or nodes: the format must be {FORMAT:?}");
-                return Err(FieldError::new(format!("scenarios[{i}]"), reason));
-            }
             check_id(&scenario.id, || format!("scenarios[{i}].id"))?;
             scenario.validate().map_err(|error| {
                 FieldError::new(format!("scenarios[{i}].{}", error.field), error.reason)
@@ -365,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_and_a_duration_need_the_second_format() {
+    fn a_start_and_a_duration_are_read_and_checked() {
         let moving = |s: &mut NamedScenario| {
             s.servicer.bus_attitude_body_to_rtn = Some([0.0, 0.6, 0.0, 0.8]);
             s.servicer.bus_rate_rtn_rad_s = Some([1e-4, 0.0, -2e-4]);
@@ -380,10 +358,8 @@ mod tests {
         assert_eq!(scenario.duration, Some(700.0));
         assert_eq!(scenario.start.joint_angle, Some([-0.5, 0.4, 0.3].into()));
         assert_eq!(scenario.start.bus_rate, Vector3::new(1e-4, 0.0, -2e-4));
-        assert_eq!(ScenarioSet::parse(&text(|_| ())).unwrap().format, FIRST_FORMAT);
-        let error = ScenarioSet::parse(&written.replace(FORMAT, FIRST_FORMAT)).unwrap_err();
-        assert_eq!(error.field, "scenarios[0]");
-        assert!(error.reason.contains(FORMAT), "{}", error.reason);
+        assert_eq!(scenario.start.joint_rate, Vector3::new(1e-3, 0.0, 0.0));
+        assert_eq!(json::to_text(&set).unwrap(), written);
 
         let field = |change| ScenarioSet::parse(&text(change)).unwrap_err().field;
         let servicer = "scenarios[0].servicer";
@@ -418,7 +394,9 @@ mod tests {
         let servicer = good.find("\"servicer\"").unwrap();
         let rows = format!("{}\"servicer\": [[0,0,5],[0,0,0]]}}]}}", &good[..servicer]);
         assert_eq!(parse(&rows).field, "scenarios[0].servicer");
-        assert_eq!(parse(&good.replace(FIRST_FORMAT, "remora-scenarios/3")).field, "format");
+        for other in ["remora-scenarios/2", "remora-scenarios/3"] {
+            assert_eq!(parse(&good.replace(FORMAT, other)).field, "format");
+        }
         let empty = json::to_text(&ScenarioSet::new(Vec::new())).unwrap();
         assert_eq!(parse(&empty).field, "scenarios");
     }

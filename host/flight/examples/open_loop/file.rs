@@ -147,12 +147,9 @@ impl OpenLoopFile {
     /// Flies a plan's forces and torques in each of the worlds.
     ///
     /// # Errors
-    /// A plan that does not say what it was made for; a truth that cannot be integrated.
+    /// A plan whose inputs are not sound; a truth that cannot be integrated.
     pub fn fly(file: &Path, plan: &PlanFile, cases: &[Case]) -> Result<Self, Error> {
-        let Some(inputs) = &plan.inputs else {
-            let reason = "is missing: a plan of the first format cannot be flown; plan again";
-            return Err(Error::input(file, "inputs", reason));
-        };
+        let inputs = &plan.inputs;
         remora_host::with_joints!(inputs.mission.joints(), NL => {
             let made = inputs.read::<NL>(&plan.scenario).map_err(|error| error.at(file))?;
             Self::of(file, plan, (&made.mission, &made.scenario), cases)
@@ -264,19 +261,4 @@ fn row(v: &Vector3<f64>) -> [f64; 3] {
 
 fn rows(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
     core::array::from_fn(|i| core::array::from_fn(|j| m[(i, j)]))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A plan that does not say what it was made for is refused by the field.
-    #[test]
-    fn a_plan_of_the_first_format_is_refused() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../../fixtures/plans/first-format.plan.json");
-        let plan = PlanFile::read(&file).unwrap();
-        let error = OpenLoopFile::fly(&file, &plan, &Case::ALL).unwrap_err();
-        assert!(error.to_string().contains("inputs: is missing"), "{error}");
-    }
 }

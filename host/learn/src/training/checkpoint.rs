@@ -29,7 +29,6 @@ pub struct LossRow {
     /// The next state's.
     pub validation_state: f64,
     /// Roll-outs of validation scenarios, where they were measured.
-    #[serde(default)]
     pub rollout: Option<RolloutError>,
     /// Mean norm of the gradient before clipping.
     pub gradient_norm: f64,
@@ -48,7 +47,7 @@ pub struct Checkpoint {
     pub digest: String,
     /// Which network: one line a tensor.
     pub shape: String,
-    /// Where the parameters came from; empty in a checkpoint of before this was kept.
+    /// Where the parameters came from.
     pub origin: Origin,
     /// Normalisation.
     pub statistics: Statistics,
@@ -69,7 +68,6 @@ pub struct Checkpoint {
 struct Head {
     digest: String,
     shape: String,
-    #[serde(default)]
     origin: Origin,
     features: Vec<[f32; 2]>,
     actions: Vec<[f32; 2]>,

@@ -19,16 +19,12 @@ pub struct Origin {
     /// What the training started from, checksum or digest and name; empty where from nothing.
     pub parent: String,
     /// Datasets of this training alone; empty where these are all.
-    #[serde(default)]
     pub own: String,
     /// Trajectories of a step.
-    #[serde(default)]
     pub batch: Option<u64>,
     /// The trainings before this one, the first ancestor's first.
-    #[serde(default)]
     pub ancestors: Vec<Training>,
     /// What the first of them started from, where no more is known of it.
-    #[serde(default)]
     pub before: Option<String>,
 }
 
@@ -61,10 +57,8 @@ impl Origin {
             steps,
             batch: self.batch,
         };
-        // A checkpoint of before ancestors were kept names its parent alone.
-        let unknown = self.ancestors.is_empty() && !self.parent.is_empty();
-        let before = self.before.clone().or_else(|| unknown.then(|| self.parent.clone()));
         let trainings = self.ancestors.iter().cloned().chain([last]).collect();
+        let before = self.before.clone();
         Lineage { trainings, before, sources: Source::parse_all(&self.dataset).unwrap_or_default() }
     }
 

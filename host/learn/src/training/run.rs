@@ -111,12 +111,9 @@ impl Run<'_> {
         let (digest, shape) = (self.config.digest(), shape_text(table));
         let file = self.out.join(checkpoint::FILE);
         if self.resume && file.exists() {
-            let mut found = Checkpoint::read(&file)?;
+            let found = Checkpoint::read(&file)?;
             if found.digest != digest || found.shape != shape {
                 return Err(Error::input(&file, "", "belongs to another configuration"));
-            }
-            if found.origin == Origin::default() {
-                found.origin = self.origin();
             }
             return Ok(found);
         }

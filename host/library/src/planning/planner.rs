@@ -278,8 +278,8 @@ impl<const NL: usize> PlanRequest<'_, NL> {
             integrator: method.integrator,
             time_s: Some(spent.wall_s),
             cpu_time_s: spent.cpu_s,
-            inputs: Some(PlanInputs::new(mission, scenario, method.integrator)),
-            grid: Some(grid),
+            inputs: PlanInputs::new(mission, scenario, method.integrator),
+            grid,
             frames: Some(formats::frames()),
             stage1: PlanStage1::new(end(translation), nodes, engine.workspace.translation()),
             stage2: PlanStage2::new(

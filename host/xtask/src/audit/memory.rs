@@ -26,8 +26,7 @@ use std::path::Path;
 pub struct Memory {
     /// Static memory of the planner by part, on a 64-bit machine.
     pub parts: Vec<Part>,
-    /// What flying a plan needs besides; empty in findings of before it was looked at.
-    #[serde(default)]
+    /// What flying a plan needs besides.
     pub guidance: Vec<Part>,
     /// The built-in models.
     pub models: Vec<Part>,

@@ -2,7 +2,7 @@
 
 use remora_core::advanced::planner::output_checksum;
 use remora_host::error::Error;
-use remora_host::formats::{MadeFor, PLANNED_JOINTS, PlanFile, PlanInputs};
+use remora_host::formats::{MadeFor, PLANNED_JOINTS, PlanFile};
 use remora_host::learned::Learned;
 use remora_host::method::{Method, Qp, WarmStart};
 use remora_host::planning::PlanJob;
@@ -33,13 +33,7 @@ impl Input {
     pub fn read(file: &Path, model: Option<PathBuf>) -> Result<Self, Error> {
         let plan = PlanFile::read(file)?;
         let wrong = |field: &str, reason: String| Err(Error::input(file, field, reason));
-        let Some(inputs) = &plan.inputs else {
-            return wrong(
-                "inputs",
-                "is missing: a plan of the first format cannot be made again".into(),
-            );
-        };
-        let joints = inputs.mission.joints();
+        let joints = plan.inputs.mission.joints();
         let warm_start = match plan.warm_start.as_str() {
             "heuristic" => WarmStart::Heuristic,
             // What was asked for was a model that was then of no use.
@@ -68,12 +62,7 @@ impl Input {
     /// # Errors
     /// The first field found wrong.
     pub fn made_for<const NL: usize>(&self) -> Result<MadeFor<NL>, Error> {
-        self.inputs()?.read(&self.plan.scenario).map_err(|error| error.at(&self.file))
-    }
-
-    fn inputs(&self) -> Result<&PlanInputs, Error> {
-        let missing = || Error::input(&self.file, "inputs", "is missing");
-        self.plan.inputs.as_ref().ok_or_else(missing)
+        self.plan.inputs.read(&self.plan.scenario).map_err(|error| error.at(&self.file))
     }
 
     /// Checksum of the numbers in the file.
@@ -93,7 +82,7 @@ impl Input {
         let model = Learned::chosen(warm_start, self.model.as_deref(), integrator)?;
         let planned = with_joints!(self.joints, NL => {
             PlanJob::<NL> {
-                scenario: self.inputs()?.scenario.named(&self.plan.scenario),
+                scenario: self.plan.inputs.scenario.named(&self.plan.scenario),
                 mission: self.made_for()?.mission,
                 method: self.method,
                 model,
