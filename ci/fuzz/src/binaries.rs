@@ -3,7 +3,7 @@
 use crate::{taken, with_checksum};
 use remora_core::advanced::nn::{Memory, Model, Network, Precision, ReferenceMemory, Storage};
 use remora_core::advanced::warmstart::check_model;
-use remora_host::formats::{EvidenceFile, ModelFile, Numbers, PLAN_FORMAT, PlanFile, json};
+use remora_host::formats::{EvidenceFile, ModelFile, PLAN_FORMAT, PlanFile, json};
 use remora_host::memory::on_heap;
 use remora_learn::dataset::Manifest;
 use std::cell::RefCell;
@@ -79,11 +79,4 @@ pub(crate) fn shard(bytes: &[u8]) {
     let manifest = Manifest::parse(MANIFEST).expect("it is checked in");
     let Ok(kept) = manifest.shard::<3>(0, &with_checksum(bytes)) else { return };
     assert!(kept.iter().all(|t| t.position.as_flattened().iter().all(|x| x.is_finite())));
-}
-
-pub(crate) fn table(bytes: &[u8]) {
-    let Some(table) = taken(Numbers::parse(bytes.to_vec())) else { return };
-    let mut lengths = table.columns.values().map(Vec::len);
-    let first = lengths.next();
-    assert!(lengths.all(|length| Some(length) == first));
 }

@@ -6,7 +6,7 @@
 //! forges a file does so too.
 //!
 //! - `texts`: JSON, TOML, XML;
-//! - `binaries`: packets, models, shards, tables;
+//! - `binaries`: packets, models, shards;
 //! - `door`: the functions for C;
 //! - [`seeds`]: what a fuzzer begins with, and files that are hostile to all readers.
 
@@ -31,7 +31,7 @@ const fn target(name: &'static str, run: fn(&[u8])) -> Target {
 }
 
 /// All readers.
-pub const TARGETS: [Target; 16] = [
+pub const TARGETS: [Target; 15] = [
     target("chief", texts::chief),
     target("door", door::run),
     target("errors", texts::errors),
@@ -46,7 +46,6 @@ pub const TARGETS: [Target; 16] = [
     target("qp", texts::qp),
     target("scenarios", texts::scenarios),
     target("shard", binaries::shard),
-    target("table", binaries::table),
     target("urdf", texts::urdf),
 ];
 

@@ -7,7 +7,7 @@ use remora_core::advanced::warmstart::Encoding;
 use remora_flight::errors_file;
 use remora_flight::flights_file::FlightsFile;
 use remora_host::draw::draw_one;
-use remora_host::formats::{Cell, Column, ScenarioSet, json, parquet_table};
+use remora_host::formats::{ScenarioSet, json};
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method, Mode};
 use remora_host::planning::{PlanOutcome, Planner};
@@ -74,7 +74,6 @@ pub fn seeds(target: &str) -> Vec<Vec<u8>> {
         "qp" => vec![PROGRAM.into()],
         "scenarios" => vec![scenarios(), fixtures("doors", ".scenarios.json").concat()],
         "shard" => vec![shard()],
-        "table" => vec![table()],
         _ => Vec::new(),
     }
 }
@@ -125,20 +124,6 @@ fn shard() -> Vec<u8> {
     let manifest = Manifest::parse(&String::from_utf8_lossy(&manifest)).expect("checked in");
     let all = manifest.shard::<3>(0, &whole).expect("checked in");
     manifest.shard_of(0, &all[..2]).expect("sound")
-}
-
-fn table() -> Vec<u8> {
-    let column = |name: &str, cell| Column { name: name.into(), unit: "m", cell };
-    let row = |i: i64| {
-        vec![
-            column("x[0]", Cell::Number(i as f64 * 0.1)),
-            column("n", Cell::Integer(i)),
-            column("word", Cell::Text("a".into())),
-            column("flag", Cell::Flag(i > 3)),
-        ]
-    };
-    let rows: Vec<_> = (0..5).map(row).collect();
-    parquet_table(&rows, vec![("remora.format", "a/1".to_string())]).expect("sound")
 }
 
 /// Small models of each precision, layout and decoder.

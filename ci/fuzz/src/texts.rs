@@ -5,10 +5,12 @@ use remora_core::advanced::model::{Orbit, Tolerances};
 use remora_export::chief::Chief;
 use remora_flight::errors_file;
 use remora_flight::flights_file::FlightsFile;
+use remora_host::fingerprint::Fnv;
 use remora_host::formats::{MissionFile, Row, ScenarioSet, json};
 use remora_host::importing::{self, Request};
 use remora_host::journal::{Heading, Journal};
 use remora_host::qp_file::QpFile;
+use remora_host::rows_file::RowsFile;
 use remora_host::with_joints;
 use remora_learn::dataset::Manifest;
 use serde::de::DeserializeOwned;
@@ -145,6 +147,23 @@ fn rows<R: Serialize + DeserializeOwned>(bytes: &[u8], check: remora_host::journ
             assert!(whole <= journal.len() as u64);
             rows.iter().for_each(|row| check(row).expect("a row that was taken passes"));
         }
+        Err(error) => one_line(&error.to_string()),
+    }
+    done::<R>(bytes, check);
+}
+
+/// The same rows in a file of work that is done, whose end says of them what is right.
+fn done<R: DeserializeOwned>(bytes: &[u8], check: remora_host::journal::Check<'_, R>) {
+    let mut file = serde_json::to_vec(&Header).expect("a unit");
+    file.extend(b"\n{}\n");
+    file.extend(bytes);
+    let (mut hash, rows) = (Fnv::default(), bytes.split(|byte| *byte == b'\n').count() - 1);
+    hash.add(&file);
+    file.extend(format!("{{\"rows\":{rows},\"checksum\":\"{hash}\",\"tables\":{{}}}}\n").bytes());
+    let read = RowsFile::<Header, _>::of(Path::new("rows"), &*file)
+        .and_then(|opened| opened.each(|row: R| check(&row)));
+    match read {
+        Ok(count) => assert_eq!(count, rows as u64),
         Err(error) => one_line(&error.to_string()),
     }
 }

@@ -6,7 +6,8 @@
 //! DIR/flights.parquet          a row a run, when all are there
 //! DIR/flights.summary.json     statistics over the rows
 //! DIR/flights.html             all of it as one page
-//! DIR/history/RUN.parquet      runs that are kept, a row a second
+//! DIR/history/RUN.jsonl        runs that are kept, a row a second
+//! DIR/history/RUN.parquet      the same as a table, for other programs
 //! DIR/pages/RUN.html           those of them that the page shows, in three dimensions
 //! ```
 

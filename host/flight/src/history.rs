@@ -3,8 +3,10 @@
 use crate::flight::Moment;
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
-use remora_host::error::Error;
-use remora_host::formats::{Cell, Column, Numbers, parquet_table, write_atomically};
+use remora_host::error::{Error, FieldError};
+use remora_host::formats::{Cell, Column, Kind, parquet_table, write_atomically};
+use remora_host::journal::Heading;
+use remora_host::rows_file::{self, Entries, RowsFile};
 use remora_web::{FlightTrack, Instant};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -20,6 +22,7 @@ const XYZ: [&str; 3] = ["x", "y", "z"];
 
 /// One instant of a flight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Sample {
     /// When [s].
     pub time_s: f64,
@@ -141,72 +144,68 @@ pub fn shown(run: u64, history: &[Sample]) -> FlightTrack {
     FlightTrack::new(format!("run {run}"), &instants)
 }
 
-/// Writes a history as a Parquet file, whole or not at all.
+/// A history's first line.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HistoryHeader {
+    format: String,
+    run: u64,
+    scenario: String,
+}
+
+impl Heading for HistoryHeader {
+    const FORMAT: &'static str = FORMAT;
+    const WORK: &'static str = "flight";
+
+    fn format(&self) -> &str {
+        &self.format
+    }
+
+    fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
+        let is_other = (self.run, &self.scenario) != (begun.run, &begun.scenario);
+        is_other.then(|| ("run", "is of another flight".into()))
+    }
+}
+
+/// Writes a history as a Parquet file, and beside it as rows (`*.jsonl`) for [`read`]; each whole or not at all.
 ///
 /// # Errors
 /// The file with the reason why it cannot be written.
-pub fn write(file: &Path, history: &[Sample], (run, scenario): (u64, &str)) -> Result<(), Error> {
-    let table: Vec<Vec<Column>> = history.iter().map(Sample::columns).collect();
+pub fn write(table: &Path, history: &[Sample], (run, scenario): (u64, &str)) -> Result<(), Error> {
+    let columns: Vec<Vec<Column>> = history.iter().map(Sample::columns).collect();
     let entries = vec![
         ("remora.format", FORMAT.to_string()),
         ("remora.run", run.to_string()),
         ("remora.scenario", scenario.to_string()),
     ];
-    let bytes = parquet_table(&table, entries)
-        .map_err(|error| Error::Output { file: file.into(), reason: error.to_string() })?;
-    write_atomically(file, &bytes)
+    let bytes = parquet_table(&columns, entries)
+        .map_err(|error| Error::Output { file: table.into(), reason: error.to_string() })?;
+    write_atomically(table, &bytes)?;
+    let header = HistoryHeader { format: FORMAT.into(), run, scenario: scenario.into() };
+    let rows = history.iter().map(Ok);
+    rows_file::write(&table.with_extension("jsonl"), &header, &Entries::new(), &[], rows)
 }
 
 /// A history as pages show it, with its scenario's id.
 ///
 /// # Errors
-/// The file with what is wrong with it: no table, another format, a column that is missing.
+/// The file with what is wrong with it: another kind of file, another format, damage.
 pub fn read(file: &Path) -> Result<(String, FlightTrack), Error> {
-    let table = Numbers::read(file)?;
-    let entry = |key: &str| table.entries.get(key).cloned().unwrap_or_default();
-    let format = entry("remora.format");
-    if format != FORMAT {
-        let reason = format!("is {format:?}: this reader understands {FORMAT:?}; fly it again");
-        return Err(Error::input(file, "remora.format", reason));
-    }
-    let instants = instants(file, &table)?;
-    Ok((
-        entry("remora.scenario"),
-        FlightTrack::new(format!("run {}", entry("remora.run")), &instants),
-    ))
+    read_rows(file).map_err(|error| Kind::History.unless_other(file, error))
 }
 
-fn instants(file: &Path, table: &Numbers) -> Result<Vec<Instant>, Error> {
-    let column = |name: String| table.column(file, &name);
-    let triple = |names: [String; 3]| -> Result<[&[f64]; 3], Error> {
-        let [a, b, c] = names.map(column);
-        Ok([a?, b?, c?])
-    };
-    let attitude = |body: &str| -> Result<[&[f64]; 4], Error> {
-        let [x, y, z, w] = QUATERNION.map(|part| column(format!("{body}_attitude_{part}")));
-        Ok([x?, y?, z?, w?])
-    };
-    let joints = (0..).take_while(|i| table.columns.contains_key(&format!("joint_angle[{i}]")));
-    let count = joints.count();
-    let of_joints = |name: &str| -> Result<Vec<&[f64]>, Error> {
-        (0..count).map(|i| column(format!("{name}[{i}]"))).collect()
-    };
-    let times = column("time_s".into())?;
-    let bus = triple(RTN.map(|axis| format!("bus_{axis}_m")))?;
-    let force = triple(RTN.map(|axis| format!("force_{axis}_n")))?;
-    let torque = triple(XYZ.map(|axis| format!("bus_torque_{axis}_n_m")))?;
-    let (bus_attitude, target_attitude) = (attitude("bus")?, attitude("target")?);
-    let [angle, rate, joint_torque] =
-        [of_joints("joint_angle")?, of_joints("joint_rate")?, of_joints("joint_torque")?];
-    let row = |k: usize| Instant {
-        time_s: times[k],
-        bus_m: bus.map(|axis| axis[k]),
-        bus_attitude: bus_attitude.map(|part| part[k]),
-        target_attitude: target_attitude.map(|part| part[k]),
-        joints: [&angle, &rate, &joint_torque]
-            .map(|columns| columns.iter().map(|column| column[k]).collect()),
-        force_n: force.map(|axis| axis[k]),
-        bus_torque_n_m: torque.map(|axis| axis[k]),
-    };
-    Ok((0..times.len()).map(row).collect())
+fn read_rows(file: &Path) -> Result<(String, FlightTrack), Error> {
+    let rows = RowsFile::<HistoryHeader>::open(file)?;
+    let HistoryHeader { run, scenario, .. } = &rows.header;
+    let (name, scenario) = (format!("run {run}"), scenario.clone());
+    let mut instants: Vec<Instant> = Vec::new();
+    rows.each(|sample: Sample| {
+        let count = instants.first().map_or(sample.joints[0].len(), |first| first.joints[0].len());
+        if sample.joints.iter().any(|joints| joints.len() != count) {
+            return Err(FieldError::new("joints", format!("has not {count} numbers of each")));
+        }
+        instants.push(Instant::from(&sample));
+        Ok(())
+    })?;
+    Ok((scenario, FlightTrack::new(name, &instants)))
 }

@@ -34,7 +34,6 @@ pub mod pilot;
 pub mod report;
 pub mod results;
 pub mod row;
-mod row_read;
 pub mod run;
 pub mod statistics;
 pub mod until;

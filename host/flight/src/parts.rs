@@ -3,8 +3,9 @@
 //!
 //! ```text
 //! DIR/flights.json                        what is flown: the same for all parts
-//! DIR/part-00003-of-00010.parquet         a row a run of the part, when all are there
-//! DIR/part-00003-of-00010.journal.jsonl   until then
+//! DIR/part-00003-of-00010.journal.jsonl   a row a run of the part, until all are there
+//! DIR/part-00003-of-00010.jsonl           from then on, with checksums
+//! DIR/part-00003-of-00010.parquet         the same as a table, for other programs
 //! DIR/flights.summary.json                statistics over all rows, by whoever gathers
 //! ```
 
@@ -16,19 +17,19 @@ use crate::run::{Plan, failed, is_captured, of_folder};
 use crate::statistics::Summary;
 use remora_host::error::{Error, FieldError};
 use remora_host::fingerprint::fingerprint;
-use remora_host::formats::{Column, TableReader, json, make_directory, write_first};
+use remora_host::formats::{Column, json, make_directory, write_first};
 use remora_host::part::{self, Part};
 use remora_host::parts::{
-    Checksum, Difference, GatheredParts, KEY, PartSummary, Sample, Then, Work, again, differing,
-    make,
+    Checksum, Difference, GatheredParts, PartSummary, Sample, Then, Work, again, differing, make,
 };
 use remora_host::progress::Progress;
+use remora_host::rows_file::RowsFile;
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// Most rows that are read at once.
-const GROUP: usize = 1 << 16;
+/// What a part keeps the names of what was drawn under, as an array in JSON.
+const DRAWN: &str = "remora.drawn";
 
 /// Flights as work that is shared out.
 struct FlightsWork<'a> {
@@ -48,7 +49,7 @@ impl<'a> FlightsWork<'a> {
 
 impl Work for FlightsWork<'_> {
     type Worker = Pilot;
-    type Header = FlightsHeader;
+    type FlightsHeader = FlightsHeader;
     type Kept = Row;
     const COUNTED: &'static str = "runs";
 
@@ -61,7 +62,10 @@ impl Work for FlightsWork<'_> {
     }
 
     fn entries(&self) -> Vec<(&'static str, String)> {
-        self.flights.table_entries()
+        let names: Vec<&str> = self.drawn.iter().map(|drawn| drawn.name.as_str()).collect();
+        let mut entries = self.flights.table_entries();
+        entries.push((DRAWN, serde_json::json!(names).to_string()));
+        entries
     }
 
     fn run(&self, pilot: &mut Pilot, run: u64) -> Result<Row, Error> {
@@ -126,52 +130,57 @@ fn agree(flights: &Flights) -> Result<(), Error> {
 /// A folder without parts; one that is damaged or of other flights than the folder's.
 pub fn gather(folder: &Path) -> Result<GatheredParts<Summary>, Error> {
     let asked = FlightsFile::read(folder)?;
-    let tables = part::tables(folder)?;
-    let (mut rows, mut names, mut program) = (Vec::new(), Vec::new(), None);
+    let files = part::files(folder)?;
+    let (mut rows, mut drawn, mut program) = (Vec::new(), Vec::new(), None);
     let mut checksum = Checksum::default();
-    for (part, file) in &tables {
-        let table = TableReader::open(file)?;
-        let header: FlightsHeader = part::said(file, &table, KEY)?;
-        let first = program.get_or_insert_with(|| header.clone());
-        if let Some(reason) = header.mismatch(first, *part, &fingerprint(&asked)) {
-            return Err(Error::input(file, KEY, reason));
+    for (part, file) in &files {
+        let own = RowsFile::<FlightsHeader>::open(file)?;
+        let first = program.get_or_insert_with(|| own.header.clone());
+        if let Some(reason) = own.header.mismatch(first, *part, &fingerprint(&asked)) {
+            return Err(Error::input(file, "part", reason));
         }
-        rows.extend(read(file, &table, *part, &asked, &mut checksum)?);
-        names = table.names;
+        drawn = names(&own)?;
+        read(file, own, *part, &asked, |row| {
+            checksum.add(&row.columns(&drawn));
+            rows.push(row);
+        })?;
     }
-    let summary = Summary::of(&rows, &drawn(&names));
-    GatheredParts::new(tables, &checksum, summary, Vec::new(), &folder.join(SUMMARY))
+    let summary = Summary::of(&rows, &drawn);
+    GatheredParts::new(files, &checksum, summary, Vec::new(), &folder.join(SUMMARY))
 }
 
-/// Names of what was drawn, by those of columns.
-fn drawn(names: &[String]) -> Vec<ErrorColumn> {
-    let drawn = names.iter().filter_map(|name| name.strip_prefix("drawn."));
-    drawn.map(|name| ErrorColumn { name: name.into(), unit: "" }).collect()
-}
-
-/// The rows of a part, once they are its runs and have its checksum; `all` is that of what is read.
+/// Hands on the rows of a part, once they are its runs; then the file must be as it was written.
 fn read(
     file: &Path,
-    table: &TableReader,
+    rows: RowsFile<FlightsHeader>,
     part: Part,
     asked: &FlightsFile,
-    all: &mut Checksum,
-) -> Result<Vec<Row>, Error> {
-    let damaged = |reason: String| Error::input(file, "", format!("is damaged: {reason}"));
-    let (mut rows, mut checksum) = (Vec::new(), Checksum::default());
-    for group in 0..table.groups() {
-        for cells in table.group(group, GROUP).map_err(|error| damaged(error.to_string()))? {
-            let row = Row::of_cells(&cells).ok_or_else(|| damaged("holds no flights".into()))?;
-            row.check(asked.count()).map_err(|error| error.at(file))?;
-            checksum.add_cells(&cells);
-            all.add_cells(&cells);
-            rows.push(row);
+    mut each: impl FnMut(Row),
+) -> Result<(), Error> {
+    let mut runs = part.range(asked.count());
+    let names = names(&rows)?.len();
+    rows.each(|row: Row| {
+        row.check(asked.count())?;
+        if runs.next() != Some(row.run) {
+            return Err(FieldError::new("run", format!("{} is not the part's next", row.run)));
         }
+        let drawn = row.flown.as_ref().map_or(names, |flown| flown.drawn.len());
+        if drawn != names {
+            return Err(FieldError::new("flown.drawn", format!("has {drawn} numbers of {names}")));
+        }
+        each(row);
+        Ok(())
+    })?;
+    match runs.next() {
+        None => Ok(()),
+        Some(run) => Err(Error::input(file, "run", format!("{run} is missing"))),
     }
-    if !rows.iter().map(|row| row.run).eq(part.range(asked.count())) {
-        return Err(damaged("has not the runs of this part".into()));
-    }
-    checksum.check(file, table).map(|()| rows)
+}
+
+/// Names of what was drawn.
+fn names(rows: &RowsFile<FlightsHeader>) -> Result<Vec<ErrorColumn>, Error> {
+    let names: Vec<String> = rows.said(DRAWN)?;
+    Ok(names.into_iter().map(|name| ErrorColumn { name, unit: "" }).collect())
 }
 
 /// Flies `sample` of the runs again, spread evenly; those that come to something else.
@@ -189,18 +198,18 @@ pub fn recompute(
     let shared = FlightsWork::new(&flights).map_err(|error| of_folder(folder, error))?;
     let mut rows = BTreeMap::new();
     let mut picked = Sample::of(sample, shared.count());
-    for (part, file) in &gathered.tables {
+    for (part, file) in &gathered.files {
         let here = picked.within(&part.range(shared.count()));
         if here.is_empty() {
             continue;
         }
-        let table = TableReader::open(file)?;
-        let all = read(file, &table, *part, &flights.asked, &mut Checksum::default())?;
-        let sampled = all.into_iter().filter(|row| here.binary_search(&row.run).is_ok());
-        rows.extend(sampled.map(|row| {
-            let scenario = format!("{}, run {}", row.scenario, row.run);
-            (row.run, Then { part: *part, scenario, value: shared.columns(&row) })
-        }));
+        read(file, RowsFile::open(file)?, *part, &flights.asked, |row| {
+            if here.binary_search(&row.run).is_ok() {
+                let scenario = format!("{}, run {}", row.scenario, row.run);
+                let value = shared.columns(&row);
+                rows.insert(row.run, Then { part: *part, scenario, value });
+            }
+        })?;
     }
     let run = |pilot: &mut Pilot, run: u64| {
         shared.run(pilot, run).map_err(|error| of_folder(folder, error))

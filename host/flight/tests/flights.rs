@@ -211,5 +211,12 @@ fn a_history_says_where_bodies_are_and_is_read_again() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("7.parquet");
     history::write(&file, &history, (7, "a")).unwrap();
-    assert_eq!(history::read(&file).unwrap(), ("a".to_string(), history::shown(7, &history)));
+    let rows = file.with_extension("jsonl");
+    assert_eq!(history::read(&rows).unwrap(), ("a".to_string(), history::shown(7, &history)));
+    let error = history::read(&file).unwrap_err().to_string();
+    assert!(error.contains("this is a Parquet table"), "{error}");
+    let whole = std::fs::read_to_string(&rows).unwrap();
+    std::fs::write(&rows, whole.replacen("\"mode\":", "\"mode\":1", 1)).unwrap();
+    let error = history::read(&rows).unwrap_err().to_string();
+    assert!(error.ends_with("7.jsonl: checksum: does not match the rows: the file is damaged"));
 }

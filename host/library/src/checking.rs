@@ -138,7 +138,11 @@ impl Check {
         })
     }
 
-    fn read_for<const NL: usize>(&self, file: &Path, plan: PlanFile) -> Result<PlanCase<NL>, Error> {
+    fn read_for<const NL: usize>(
+        &self,
+        file: &Path,
+        plan: PlanFile,
+    ) -> Result<PlanCase<NL>, Error> {
         let MadeFor { mission, scenario } =
             plan.inputs.read(&plan.scenario).map_err(|error| error.at(file))?;
         self.compare_scenario(file, &plan.scenario, &scenario)?;

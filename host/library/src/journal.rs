@@ -193,7 +193,7 @@ fn read_lines<H: Heading, R: DeserializeOwned>(
 }
 
 /// The next line with its end, none where there is no more.
-fn next_line(
+pub(crate) fn next_line(
     path: &Path,
     lines: &mut impl BufRead,
     number: usize,
@@ -208,7 +208,8 @@ fn next_line(
     Ok(Some(line).filter(|line| !line.is_empty()))
 }
 
-fn wrong(path: &Path, line: usize, error: FieldError) -> Error {
+/// An error of a part at a line.
+pub(crate) fn wrong(path: &Path, line: usize, error: FieldError) -> Error {
     // The position that the parser adds is that within the line.
     within(path, &format!("line {line}"), error)
 }

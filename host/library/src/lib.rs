@@ -29,7 +29,7 @@
 //! - [`fingerprint`], [`provenance`]: what a report was made by, of what and on what;
 //! - [`progress`]: who watches long work;
 //! - [`interrupt`]: whether the program was asked to end;
-//! - [`journal`], [`pool`]: work that resumes, on several threads;
+//! - [`journal`], [`pool`]: work that resumes, on several threads; [`rows_file`]: what came of it;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;
 //! - [`part`], [`parts`]: one of many parts of the same work; campaigns in parts, gathered and planned again;
 //! - [`envelope`]: where the planner works: maps over tumble rate, distance and horizon.
@@ -65,6 +65,7 @@ pub mod pool;
 pub mod progress;
 pub mod provenance;
 pub mod qp_file;
+pub mod rows_file;
 pub mod settings;
 pub mod stoppable;
 pub mod stopwatch;

@@ -1,7 +1,6 @@
 //! One of several parts of the same work: which share is its own, and what its files are called.
 
 use crate::error::Error;
-use crate::formats::{TableReader, json};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
@@ -12,6 +11,9 @@ use std::str::FromStr;
 
 /// Most parts of a work.
 pub const MOST: u64 = 100_000;
+
+/// End of the names of files of rows.
+const ROWS: &str = ".jsonl";
 
 /// Part `number` of `of`, counted from 1; written `17/1000`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -71,6 +73,11 @@ impl Part {
     pub fn table(self, directory: &Path) -> PathBuf {
         directory.join(format!("{}.parquet", self.stem()))
     }
+
+    /// Its rows in a directory.
+    pub fn rows(self, directory: &Path) -> PathBuf {
+        directory.join(self.stem() + ROWS)
+    }
 }
 
 impl Display for Part {
@@ -110,11 +117,11 @@ impl From<Part> for String {
     }
 }
 
-/// The tables of parts in a directory, in order.
+/// The files of rows of the parts in a directory, in order.
 ///
 /// # Errors
 /// A directory that cannot be read or holds none; parts of several numbers.
-pub fn tables(directory: &Path) -> Result<Vec<(Part, PathBuf)>, Error> {
+pub fn files(directory: &Path) -> Result<Vec<(Part, PathBuf)>, Error> {
     let entries = std::fs::read_dir(directory)
         .map_err(|cause| Error::input(directory, "", crate::error::io_reason(&cause)))?;
     let mut found: Vec<(Part, PathBuf)> = entries
@@ -123,7 +130,7 @@ pub fn tables(directory: &Path) -> Result<Vec<(Part, PathBuf)>, Error> {
         .collect();
     found.sort();
     let Some((first, _)) = found.first().cloned() else {
-        return Err(Error::input(directory, "", "holds no part: there is no part-*-of-*.parquet"));
+        return Err(Error::input(directory, "", "holds no part: there is no part-*-of-*.jsonl"));
     };
     match found.iter().find(|(part, _)| part.of != first.of) {
         Some((other, file)) => {
@@ -140,7 +147,7 @@ pub fn tables(directory: &Path) -> Result<Vec<(Part, PathBuf)>, Error> {
 /// The file; `what` it is of.
 pub fn alone(directory: &Path, others: &[&str], what: &str) -> Result<(), Error> {
     let there = others.iter().map(|name| directory.join(name)).find(|file| file.exists());
-    match there.filter(|_| tables(directory).is_ok()) {
+    match there.filter(|_| files(directory).is_ok()) {
         Some(file) => {
             let reason = format!(
                 "is of {what}, and there are parts of a campaign beside it: move either elsewhere"
@@ -152,33 +159,16 @@ pub fn alone(directory: &Path, others: &[&str], what: &str) -> Result<(), Error>
 }
 
 fn of_name(name: &str) -> Option<Part> {
-    let (number, of) = name.strip_prefix("part-")?.strip_suffix(".parquet")?.split_once("-of-")?;
+    let (number, of) = name.strip_prefix("part-")?.strip_suffix(ROWS)?.split_once("-of-")?;
     let part = format!("{number}/{of}").parse::<Part>().ok()?;
-    (part.stem() + ".parquet" == name).then_some(part)
+    (part.stem() + ROWS == name).then_some(part)
 }
 
-/// Those of `of` that are not among the tables.
-pub fn missing(tables: &[(Part, PathBuf)], of: u64) -> Vec<Part> {
+/// Those of `of` that are not among the files.
+pub fn missing(files: &[(Part, PathBuf)], of: u64) -> Vec<Part> {
     Part::all(of)
-        .filter(|part| tables.binary_search_by_key(part, |(there, _)| *there).is_err())
+        .filter(|part| files.binary_search_by_key(part, |(there, _)| *there).is_err())
         .collect()
-}
-
-/// What a table says of itself under `key`, as JSON.
-///
-/// # Errors
-/// A table that does not say it.
-pub fn said<T: serde::de::DeserializeOwned>(
-    file: &Path,
-    table: &TableReader,
-    key: &str,
-) -> Result<T, Error> {
-    let missing = || Error::input(file, key, "is missing: this is no part");
-    let text = table.entries.get(key).ok_or_else(missing)?;
-    json::parse_value(text.as_bytes()).map_err(|error| {
-        let dot = if error.field.is_empty() { "" } else { "." };
-        Error::input(file, format!("{key}{dot}{}", error.field), error.reason)
-    })
 }
 
 /// Indices of a sample: one of each of as many equal shares, by a draw that is always the same.
@@ -207,7 +197,7 @@ mod tests {
                 let size = range.end - range.start;
                 prop_assert!(size == count / of || size == count / of + 1);
                 next = range.end;
-                prop_assert_eq!(of_name(&(part.stem() + ".parquet")), Some(part));
+                prop_assert_eq!(of_name(&(part.stem() + ROWS)), Some(part));
             }
             prop_assert_eq!(next, count);
         }
@@ -231,17 +221,18 @@ mod tests {
     fn what_is_missing_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let touch = |name: &str| std::fs::write(folder.path().join(name), "").unwrap();
-        let reason = tables(folder.path()).unwrap_err().to_string();
+        let reason = files(folder.path()).unwrap_err().to_string();
         assert!(reason.contains("holds no part"), "{reason}");
-        touch("part-00002-of-00004.parquet");
-        touch("part-00004-of-00004.parquet");
-        touch("part-4-of-4.parquet");
+        touch("part-00002-of-00004.jsonl");
+        touch("part-00004-of-00004.jsonl");
+        touch("part-4-of-4.jsonl");
         touch("part-00003-of-00004.journal.jsonl");
-        let found = tables(folder.path()).unwrap();
+        touch("part-00003-of-00004.parquet");
+        let found = files(folder.path()).unwrap();
         let missing: Vec<String> = missing(&found, 4).iter().map(Part::to_string).collect();
         assert_eq!((found.len(), missing), (2, vec!["1/4".to_string(), "3/4".to_string()]));
-        touch("part-00001-of-00003.parquet");
-        let reason = tables(folder.path()).unwrap_err().to_string();
+        touch("part-00001-of-00003.jsonl");
+        let reason = files(folder.path()).unwrap_err().to_string();
         assert!(reason.contains("is one of") && reason.contains("others are of"), "{reason}");
     }
 

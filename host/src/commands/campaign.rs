@@ -90,10 +90,11 @@ With --report every plan is kept, and DIR/report.html links those worth a look t
 of `remora view`. With --fly every plan is kept and flown --runs times, and DIR gets what `remora
 fly` writes; the seed of the errors is that of the scenarios.
 
-With --part DIR gets part-00017-of-01000.parquet, whole or not at all, and programs on many machines
-may share it: `remora submit` prints their jobs, `remora gather DIR` puts the parts together. Rows
-are kept on the disk, not in memory: more than 50,000 scenarios are planned in parts alone, be it
-part 1/1. SIGTERM ends a part after the plans in hand; the same command goes on.
+With --part DIR gets part-00017-of-01000.jsonl, the rows, and part-00017-of-01000.parquet, the same as
+a table; whole or not at all. Programs on many machines may share it: `remora submit` prints their
+jobs, `remora gather DIR` puts the parts together. Rows are kept on the disk, not in memory: more than
+50,000 scenarios are planned in parts alone, be it part 1/1. SIGTERM ends a part after the plans in
+hand; the same command goes on.
 
 Exit status: with --part 0 written, 143 (130) ended by SIGTERM (SIGINT); without it 0 all optimal,
 1 some are not flyable (with --fly: not all captured), 2 bad input, 3 all verified but some not

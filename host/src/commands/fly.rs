@@ -65,7 +65,7 @@ Examples:
   remora fly --errors mine.errors.toml --runs 5000 --until 'miss_m<=0.02 p>=0.9973 conf>=0.95' --out runs/b
 
 DIR gets the plan, flights.json (all that a run depends on), flights.parquet (a row a run),
-flights.summary.json, flights.html, and history/RUN.parquet of the runs that --keep names, a row a second
+flights.summary.json, flights.html, and history/RUN.jsonl and RUN.parquet of the runs that --keep names, a row a second
 or with --history a row a step. The first twelve of these runs have pages/RUN.html, flown against planned in
 three dimensions. Interrupt it at any time: the same command goes on where it stopped. Rows do not depend on the number of threads.
 `remora rerun DIR --run N` flies one run again, with its history. With --part DIR gets a table of a share of the

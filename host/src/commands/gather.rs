@@ -42,7 +42,7 @@ Examples:
   remora gather shared --json
 
 All parts must be of one program, mission, method and set of scenarios, each with its own scenarios
-and the checksum of its rows. Where none is missing DIR gets summary.json. The checksum that is
+and its rows and tables as they were written. Where none is missing DIR gets summary.json. The checksum that is
 printed is of all columns but times: the same plans have the same, however many parts there were.
 
 --recompute takes its sample evenly over the scenarios and compares all columns but times, the

@@ -26,7 +26,7 @@ Examples:
   remora rerun runs/mine --run 417
   remora rerun runs/mine --run 417 --json
 
-DIR/history/RUN.parquet gets a row a second, or a row a step where the flights were flown with --history.
+DIR/history/RUN.jsonl and RUN.parquet get a row a second, or a row a step where the flights were flown with --history.
 
 Exit status: 0 flown again, 2 bad input.";
 

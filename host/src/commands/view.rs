@@ -18,7 +18,7 @@ pub(super) struct Args {
     /// Plan files (*.plan.json)
     #[arg(required = true, value_name = "PLAN")]
     plans: Vec<PathBuf>,
-    /// Flight of one of the plans (DIR/history/RUN.parquet), shown against what was planned; may be
+    /// Flight of one of the plans (DIR/history/RUN.jsonl), shown against what was planned; may be
     /// given several times
     #[arg(long, value_name = "HISTORY")]
     flight: Vec<PathBuf>,
@@ -32,7 +32,7 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   remora view runs/pub-000.plan.json
-  remora view runs/pub-000.plan.json --flight runs/flown/history/0.parquet --out flown.html
+  remora view runs/pub-000.plan.json --flight runs/flown/history/0.jsonl --out flown.html
   remora view runs/a/plans/*.plan.json --out runs/a/plans.html
 
 Without --out the page of a.plan.json is a.html beside it. A file that is there is replaced only where it
@@ -51,7 +51,7 @@ impl Args {
             let (scenario, flown) = history::read(file)?;
             let of = shown.iter_mut().find(|shown| shown.plan.scenario == scenario);
             let reason = || format!("is a flight of {scenario:?}: none of the plans is for that");
-            of.ok_or_else(|| Error::input(file, "remora.scenario", reason()))?.flights.push(flown);
+            of.ok_or_else(|| Error::input(file, "scenario", reason()))?.flights.push(flown);
         }
         let wrong = |error: PageError| error.error.at(&self.plans[error.plan]);
         let text = page(&shown).map_err(wrong)?;

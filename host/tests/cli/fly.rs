@@ -50,6 +50,7 @@ fn threads_kills_and_reruns_change_no_row() {
     let again = bench.solves("rerun runs/1 --run 2 --json");
     assert_eq!(serde_json::from_str::<Value>(&again.out).unwrap(), first[2]);
     assert!(bench.path("runs/1/history/2.parquet").is_file());
+    assert!(bench.path("runs/1/history/2.jsonl").is_file());
     let page = bench.read("runs/1/flights.html");
     // Four runs are too few to show the share of any error.
     assert!(page.contains("Here nothing stands out in 4 runs"));

@@ -76,7 +76,7 @@ const TAKES: [(&str, &str, &str); 22] = [
     ("plan --model {}", "plan --model", "a model"),
     ("quantise {} b.model", "quantise", "a model"),
     ("import {}", "import", "a URDF file"),
-    ("view a.plan.json --flight {} --out b.html", "view --flight", "a Parquet table"),
+    ("view a.plan.json --flight {} --out b.html", "view --flight", "the history of a flight"),
 ];
 
 /// A file of each kind, and the name of the kind.
@@ -114,6 +114,7 @@ fn kinds(bench: &Bench) -> Vec<(&'static str, &'static str)> {
         ("rk4.lineage.toml", "a model's lineage"),
         ("planar.urdf", "a URDF file"),
         ("flown/flights.parquet", "a Parquet table"),
+        ("flown/history/0.jsonl", "the history of a flight"),
         ("flown/flights.json", "the settings of a folder of flights"),
         ("a.html", "a page"),
         ("a.vehicle.json", "the output of mission"),

@@ -2,7 +2,6 @@
 
 use super::bench::Bench;
 use serde_json::Value;
-use std::fs;
 use std::path::Path;
 
 const PLAN: &str = "plan --scenarios set.scenarios.json --out a.plan.json";
@@ -50,14 +49,11 @@ fn only_pages_are_replaced_and_nonsense_is_named() {
     assert_eq!(refused.err, "error: mine.html: exists; --force replaces it\n");
     assert_eq!(bench.read("mine.html"), "<p>mine</p>");
     bench.solves("view a.plan.json --out mine.html --force");
-    // The library of Parquet would panic on the first, and does on the second: its page goes by a dictionary that is
-    // not there.
-    let corpus = concat!(env!("CARGO_MANIFEST_DIR"), "/../ci/fuzz/corpus/table/");
-    for (file, name) in
-        [("crash-ac7f224bc6", "header.parquet"), ("seed-no-dictionary", "page.parquet")]
-    {
-        fs::copy(format!("{corpus}{file}"), bench.path(name)).unwrap();
-    }
+    bench.write("a.parquet", "PAR1");
+    bench
+        .write("cut.jsonl", "{\"format\":\"remora-history/2\",\"run\":0,\"scenario\":\"a\"}\n{}\n");
+    bench
+        .write("old.jsonl", "{\"format\":\"remora-history/1\",\"run\":0,\"scenario\":\"a\"}\n{}\n");
     for (line, reason) in [
         (
             "view a.plan.json a.plan.json",
@@ -66,15 +62,19 @@ fn only_pages_are_replaced_and_nonsense_is_named() {
         ("view none.plan.json", "error: none.plan.json: no such file or directory\n"),
         (
             "view a.plan.json --flight a.plan.json",
-            "error: a.plan.json: this is a plan; view --flight takes a Parquet table\n",
+            "error: a.plan.json: this is a plan; view --flight takes the history of a flight\n",
         ),
         (
-            "view a.plan.json --flight header.parquet",
-            "error: header.parquet: is no table: a field 19 of type 4, which the format has not\n",
+            "view a.plan.json --flight a.parquet",
+            "error: a.parquet: this is a Parquet table; view --flight takes the history of a flight\n",
         ),
         (
-            "view a.plan.json --flight page.parquet",
-            "error: page.parquet: is no table: Parquet error: it is damaged\n",
+            "view a.plan.json --flight cut.jsonl",
+            "error: cut.jsonl: ends before its last line: the file is damaged\n",
+        ),
+        (
+            "view a.plan.json --flight old.jsonl",
+            "error: old.jsonl: format: unknown format \"remora-history/1\"",
         ),
     ] {
         let refused = bench.run(line);
@@ -99,7 +99,7 @@ fn flights_are_shown_against_their_plan() {
     let bench = Bench::new();
     bench.solves(PLAN);
     bench.solves("fly a.plan.json --guidance-rate 1 --keep all --out flown");
-    bench.solves("view a.plan.json --flight flown/history/0.parquet");
+    bench.solves("view a.plan.json --flight flown/history/0.jsonl");
     let flights = &data(&bench.read("a.html"))["flights"];
     assert_eq!((&flights[0]["name"], &flights[0]["plan"]), (&"run 0".into(), &0.into()));
     let rows = &flights[0]["rows"];
@@ -117,7 +117,7 @@ fn flights_are_shown_against_their_plan() {
         "b.plan.json",
         &bench.read("a.plan.json").replace("\"scenario\": \"", "\"scenario\": \"b"),
     );
-    let refused = bench.run("view b.plan.json --flight flown/history/0.parquet");
+    let refused = bench.run("view b.plan.json --flight flown/history/0.jsonl");
     assert_eq!(refused.status, 2);
     assert!(refused.err.contains("none of the plans is for that"), "{}", refused.err);
 }

@@ -24,14 +24,14 @@ pub enum Kind {
     Model,
     /// `*.urdf`
     Urdf,
-    /// `*.parquet`
-    Table,
+    /// `history/RUN.jsonl`
+    History,
     /// A file that no command takes by name, in words.
     Other(&'static str),
 }
 
 /// Formats that texts name, up to the `/`.
-const DOCUMENTS: [(&str, Kind); 22] = [
+const DOCUMENTS: [(&str, Kind); 24] = [
     ("remora-plan", Kind::Plan),
     ("remora-scenarios", Kind::Scenarios),
     ("remora-mission", Kind::Mission),
@@ -42,7 +42,9 @@ const DOCUMENTS: [(&str, Kind); 22] = [
     ("remora-flights", Kind::Other("the settings of a folder of flights")),
     ("remora-flights-journal", Kind::Other("a journal of flights")),
     ("remora-flights-summary", Kind::Other("a summary of flights")),
+    ("remora-history", Kind::History),
     ("remora-journal", Kind::Other("a journal of a campaign")),
+    ("remora-part", Kind::Other("a part of a campaign")),
     ("remora-summary", Kind::Other("a summary of a campaign")),
     ("remora-check", Kind::Other("the output of check")),
     ("remora-vehicle", Kind::Other("the output of mission")),
@@ -63,7 +65,7 @@ const BEGINNINGS: [(&[u8], Kind); 9] = [
     (b"RMRN", Kind::Model),
     (b"REMORA\0D", Kind::Other("a part of a dataset")),
     (b"REMORACK", Kind::Other("a checkpoint of a training")),
-    (b"PAR1", Kind::Table),
+    (b"PAR1", Kind::Other("a Parquet table")),
     (b"\x7fELF", Kind::Other("a program")),
     (b"<!doctype html", Kind::Other("a page")),
     (b"<svg", Kind::Other("a picture")),
@@ -124,7 +126,7 @@ impl Kind {
             Self::Chief => "a chief file",
             Self::Model => "a model",
             Self::Urdf => "a URDF file",
-            Self::Table => "a Parquet table",
+            Self::History => "the history of a flight",
             Self::Other(name) => name,
         }
     }
@@ -252,7 +254,8 @@ mod tests {
             ("<?xml version=\"1.0\"?>\n<robot name=\"a\">", Some(Kind::Urdf)),
             ("<!DOCTYPE html>", Some(Kind::Other("a page"))),
             ("scenario,status,cost[0]\na,b,1", Some(Kind::Other("a CSV table"))),
-            ("PAR1", Some(Kind::Table)),
+            ("PAR1", Some(Kind::Other("a Parquet table"))),
+            ("{\"format\":\"remora-history/2\",\"run\":7}\n{}\n", Some(Kind::History)),
             ("RMRN", Some(Kind::Model)),
             ("", None),
             ("some words", None),

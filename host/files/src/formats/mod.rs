@@ -32,13 +32,10 @@ mod quantities;
 mod radius;
 mod results;
 mod results_about;
-mod results_read;
 mod row;
 mod scenario_set;
 mod strict;
 mod table;
-mod table_read;
-mod thrift;
 pub mod toml_text;
 mod unit;
 
@@ -82,13 +79,11 @@ pub use remora_core::advanced::{
 };
 pub use results::{COLUMNS, TIMES, TableOrigin, columns, csv, csv_metadata, parquet_bytes};
 pub use results_about::about;
-pub use results_read::{MOST_ROWS, read_rows};
 pub use row::{Flight, Row, StageRow, residual_limits};
 pub use scenario_set::{
     FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet, ServicerStart, TargetStart,
 };
 pub use table::{Cell, Column, TableWriter, parquet as parquet_table};
-pub use table_read::{Numbers, TableReader};
 pub use unit::QUATERNION_TOLERANCE;
 
 use crate::error::FieldError;

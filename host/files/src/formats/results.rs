@@ -164,7 +164,7 @@ pub(super) mod tests {
     use parquet::record::Field;
     use remora_core::advanced::model::Refusal;
 
-    pub(in crate::formats) fn origin() -> TableOrigin {
+    fn origin() -> TableOrigin {
         TableOrigin {
             method: Method::default(),
             seed: Some(7),

@@ -116,14 +116,11 @@ impl<W: Write + Send> TableWriter<W> {
         group.close().map(drop)
     }
 
-    /// Ends the file, with what only the last row could tell; the sink.
+    /// Ends the file; the sink.
     ///
     /// # Errors
     /// Where the sink cannot be written.
-    pub fn end(mut self, entries: Vec<(&'static str, String)>) -> Result<W, ParquetError> {
-        for (key, value) in entries {
-            self.0.append_key_value_metadata(KeyValue::new(key.to_string(), value));
-        }
+    pub fn end(self) -> Result<W, ParquetError> {
         self.0.into_inner()
     }
 }
@@ -139,7 +136,7 @@ pub fn parquet(
     let first = table.first().ok_or_else(|| ParquetError::General("no rows".into()))?;
     let mut writer = TableWriter::begin(Vec::new(), first, entries, false)?;
     writer.write(table)?;
-    writer.end(Vec::new())
+    writer.end()
 }
 
 fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
@@ -182,4 +179,52 @@ fn write_column<'a, W: Write + Send>(
         column.typed::<DoubleType>().write_batch(&numbers, None, None)?;
     }
     column.close()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+
+    fn row(x: f64, n: i64) -> Vec<Column> {
+        let column = |name: &str, cell| Column { name: name.into(), unit: "", cell };
+        vec![
+            column("x[0]", Cell::Number(x)),
+            column("n", Cell::Integer(n)),
+            column("word", Cell::Text("a".into())),
+        ]
+    }
+
+    /// Nothing in a table says of its rows what they themselves say, and groups hold all of them.
+    #[test]
+    fn a_table_has_no_statistics() {
+        let table: Vec<_> = (0..300).map(|i| row(0.5, i)).collect();
+        for is_compressed in [false, true] {
+            let mut file = tempfile::tempfile().unwrap();
+            let sink = file.try_clone().unwrap();
+            let mut writer =
+                TableWriter::begin(sink, &table[0], Vec::new(), is_compressed).unwrap();
+            writer.write(&table[..200]).unwrap();
+            writer.write(&table[200..]).unwrap();
+            writer.end().unwrap();
+            std::io::Seek::rewind(&mut file).unwrap();
+            let reader = SerializedFileReader::new(file).unwrap();
+            let columns = reader.metadata().row_groups().iter().flat_map(|group| group.columns());
+            for column in columns {
+                assert_eq!(column.statistics(), None);
+                assert_eq!(column.column_index_offset(), None);
+                assert_eq!(column.offset_index_offset(), None);
+                assert_eq!(column.bloom_filter_offset(), None);
+            }
+            let read: Vec<i64> = reader
+                .get_row_iter(None)
+                .unwrap()
+                .map(|row| match row.unwrap().get_column_iter().nth(1) {
+                    Some((_, parquet::record::Field::Long(n))) => *n,
+                    other => panic!("{other:?}"),
+                })
+                .collect();
+            assert_eq!(read, (0..300).collect::<Vec<_>>());
+        }
+    }
 }

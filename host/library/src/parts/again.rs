@@ -2,15 +2,15 @@
 
 use super::gather::read_part;
 use super::job::{self, Job};
-use super::nodes::Numbers;
 use super::work::Work;
-use super::{GatheredParts, KEY, PartHeader};
+use super::{GatheredParts, PartHeader};
 use crate::campaign::Summary;
 use crate::error::Error;
-use crate::formats::{Cell, Column, TIMES, TableReader, node_columns};
-use crate::part::{self, Part, picked};
+use crate::formats::{Cell, Column, TIMES};
+use crate::part::{Part, picked};
 use crate::pool;
 use crate::progress::Progress;
+use crate::rows_file::RowsFile;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -24,7 +24,7 @@ pub struct Difference {
     pub part: Part,
     /// What it is of: id of the scenario.
     pub scenario: String,
-    /// The first column that differs; of a table of nodes with the node before it.
+    /// The first column that differs.
     pub column: String,
 }
 
@@ -85,8 +85,8 @@ impl Sample {
     }
 }
 
-/// Plans `sample` of the rows again, spread evenly over the scenarios, and compares all columns but times,
-/// and what stands at the nodes where there is a table of them. Another build of the program may do it; mission, settings and scenarios must be the parts' own.
+/// Plans `sample` of the rows again, spread evenly over the scenarios, and compares all columns but times.
+/// Another build of the program may do it; mission, settings and scenarios must be the parts' own.
 ///
 /// # Errors
 /// A job that is not the parts'; a part that has changed since; a thread that cannot be started.
@@ -99,25 +99,17 @@ pub fn recompute<const NL: usize>(
 ) -> Result<Vec<Difference>, Error> {
     let mut rows = BTreeMap::new();
     let mut picked = Sample::of(sample, job.count());
-    for (part, file) in &gathered.tables {
+    for (part, file) in &gathered.files {
         let range = part.range(job.count());
         let here = picked.within(&range);
         if !here.is_empty() {
             read_sampled(job, (*part, file), &here, &mut rows)?;
         }
     }
-    let differs = |then: &Kept, again: &job::Kept| {
-        let row = differing(&then.row, &job.columns(again), |name| !TIMES.contains(&name));
-        row.or_else(|| differing_nodes::<NL>(&then.nodes, &again.nodes))
+    let differs = |then: &Vec<Column>, again: &job::Kept| {
+        differing(then, &job.columns(again), |name| !TIMES.contains(&name))
     };
     again(&rows, jobs, |planner, number| job.run(planner, number), differs, progress)
-}
-
-/// What a part's tables have of a scenario.
-struct Kept {
-    row: Vec<Column>,
-    /// What stands at each node, time first; nothing in a part without nodes.
-    nodes: Numbers,
 }
 
 /// Reads the rows of a part that are sampled.
@@ -125,45 +117,19 @@ fn read_sampled<const NL: usize>(
     job: &Job<NL>,
     (part, file): (Part, &Path),
     here: &[u64],
-    rows: &mut BTreeMap<u64, Then<Kept>>,
+    sampled: &mut BTreeMap<u64, Then<Vec<Column>>>,
 ) -> Result<(), Error> {
-    let table = TableReader::open(file)?;
-    let header: PartHeader = part::said(file, &table, KEY)?;
-    if let Some((field, reason)) = other(job, &header) {
+    let rows = RowsFile::<PartHeader>::open(file)?;
+    if let Some((field, reason)) = other(job, &rows.header) {
         return Err(Error::input(file, field, reason));
     }
     let mut numbers = part.range(job.count());
-    read_part(file, &table, &header, |row, nodes| {
+    read_part(file, rows, |row| {
         let number = numbers.next().filter(|number| here.binary_search(number).is_ok());
-        let value = || Kept { row: job.columns_of(row), nodes };
-        let then = |value| Then { part, scenario: row.scenario.clone(), value };
-        rows.extend(number.map(|number| (number, then(value()))));
+        let then = || Then { part, scenario: row.scenario.clone(), value: job.columns_of(row) };
+        sampled.extend(number.map(|number| (number, then())));
         Ok(())
     })
-}
-
-/// The first number at a node that has other bits: node and column.
-fn differing_nodes<const NL: usize>(
-    one: &[Vec<f64>],
-    other: &[Vec<Option<f64>>],
-) -> Option<String> {
-    if one.len() != other.len() {
-        return Some(format!("nodes: {}, not {}", one.len(), other.len()));
-    }
-    let is_other = |x: f64, y: Option<f64>| match y {
-        Some(y) => x.to_bits() != y.to_bits(),
-        None => !x.is_nan(),
-    };
-    let at = |(node, (one, other)): (usize, (&Vec<f64>, &Vec<Option<f64>>))| {
-        let column = match one.len() == other.len() {
-            true => one.iter().zip(other).position(|(x, y)| is_other(*x, *y))?,
-            false => 0,
-        };
-        let names = node_columns(NL);
-        let name = column.checked_sub(1).and_then(|column| names.get(column));
-        Some(format!("node {node}: {}", name.map_or("time_s", |(name, _)| name.as_str())))
-    };
-    one.iter().zip(other).enumerate().find_map(at)
 }
 
 /// The first column that is meant and has other bits.

@@ -1,15 +1,14 @@
 //! Gathering parts: whether all are there and of one kind, and what they come to together.
 
-use super::nodes::{Nodes, Numbers};
+use super::job::Kept;
 use super::write::Checksum;
-use super::{COMMAND, KEY, PartHeader, TOLERANCES};
+use super::{COMMAND, PartHeader, TOLERANCES};
 use crate::campaign::{JOURNAL, Run, Summary, Tally};
 use crate::error::{Error, FieldError};
-use crate::formats::{
-    Residuals, Row, TIMES, TableReader, columns, json, read_rows, write_atomically,
-};
+use crate::formats::{Residuals, Row, TIMES, columns, json, write_atomically};
 use crate::method::Method;
 use crate::part::{self, Part};
+use crate::rows_file::RowsFile;
 use serde::Serialize;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -32,31 +31,31 @@ pub struct GatheredParts<S> {
     /// Arguments by which the parts were made, where they say so.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub command: Vec<String>,
-    /// The tables, in order.
+    /// Their files of rows, in order.
     #[serde(skip)]
-    pub tables: Vec<(Part, PathBuf)>,
+    pub files: Vec<(Part, PathBuf)>,
 }
 
 impl<S: Serialize> GatheredParts<S> {
-    /// Puts together what the tables of a directory came to; where none is missing, the summary goes to `file`.
+    /// Puts together what the parts of a directory came to; where none is missing, the summary goes to `file`.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn new(
-        tables: Vec<(Part, PathBuf)>,
+        files: Vec<(Part, PathBuf)>,
         checksum: &Checksum,
         summary: S,
         command: Vec<String>,
         file: &Path,
     ) -> Result<Self, Error> {
-        let parts = tables.first().map_or(0, |(part, _)| part.of());
-        let missing = part::missing(&tables, parts);
+        let parts = files.first().map_or(0, |(part, _)| part.of());
+        let missing = part::missing(&files, parts);
         if missing.is_empty() {
             let text = json::to_text(&summary);
             let text = text.map_err(|error| Error::output(file, &error.into()))?;
             write_atomically(file, text.as_bytes())?;
         }
-        Ok(Self { parts, missing, checksum: checksum.to_string(), summary, command, tables })
+        Ok(Self { parts, missing, checksum: checksum.to_string(), summary, command, files })
     }
 }
 
@@ -66,23 +65,23 @@ impl<S: Serialize> GatheredParts<S> {
 /// A directory without parts, or with a campaign in one piece; a part that is damaged, has not its own scenarios, or is
 /// of another kind than the first.
 pub fn gather(directory: &Path) -> Result<GatheredParts<Summary>, Error> {
-    let tables = part::tables(directory)?;
+    let files = part::files(directory)?;
     part::alone(directory, &OF_ONE_PIECE, "a campaign in one piece")?;
     let mut found: Option<(PartHeader, Vec<String>)> = None;
     let mut same = Checksum::default();
     let mut tally = Tally::default();
     let mut method = Method::default();
     let mut ids = HashSet::new();
-    for (part, file) in &tables {
-        let table = TableReader::open(file)?;
-        let header: PartHeader = part::said(file, &table, KEY)?;
+    for (part, file) in &files {
+        let rows = RowsFile::<PartHeader>::open(file)?;
+        let header = rows.header.clone();
         if header.part != *part {
             return Err(Error::input(file, "part", format!("is {}", header.part)));
         }
         match &found {
             None => {
                 method = method_of(&header);
-                found = Some((header.clone(), part::said(file, &table, COMMAND)?));
+                found = Some((header.clone(), rows.said(COMMAND)?));
             }
             Some((first, _)) => {
                 if let Some((field, reason)) = header.differs_from(first) {
@@ -91,10 +90,10 @@ pub fn gather(directory: &Path) -> Result<GatheredParts<Summary>, Error> {
                 }
             }
         }
-        read_part(file, &table, &header, |row, _| {
+        read_part(file, rows, |row| {
             // Those that are drawn are known by their number.
             if header.seed.is_none() {
-                first_of(&mut ids, row).map_err(|error| error.at(file))?;
+                first_of(&mut ids, row)?;
             }
             tally.add(row);
             same.add_some(&columns(row, &method), |name| !TIMES.contains(&name));
@@ -104,7 +103,7 @@ pub fn gather(directory: &Path) -> Result<GatheredParts<Summary>, Error> {
     let command = found.map(|(_, command)| command).unwrap_or_default();
     let run = Run { planned: 0, resumed: tally.rows(), wall_s: 0.0 };
     let summary = tally.summary(&method, run);
-    GatheredParts::new(tables, &same, summary, command, &directory.join("summary.json"))
+    GatheredParts::new(files, &same, summary, command, &directory.join("summary.json"))
 }
 
 /// Refuses a scenario's second row.
@@ -122,49 +121,32 @@ fn method_of(header: &PartHeader) -> Method {
     Method { mode, warm_start, qp, integrator, ..Method::default() }
 }
 
-/// Hands the rows of a part on with what stands at their nodes, once each of its scenarios has one. Then they must
-/// have the part's checksum.
+/// Hands the rows of a part on, once they are those of its scenarios; then the file must be as it was written.
 pub(super) fn read_part(
     file: &Path,
-    table: &TableReader,
-    header: &PartHeader,
-    mut each: impl FnMut(&Row, Numbers) -> Result<(), Error>,
+    part: RowsFile<PartHeader>,
+    mut each: impl FnMut(&Row) -> Result<(), FieldError>,
 ) -> Result<(), Error> {
-    let range = header.part.range(header.count);
-    let expected = range.end - range.start;
-    if table.rows() != expected {
-        let reason = format!("has {} rows instead of {expected}", table.rows());
-        return Err(Error::input(file, "", reason));
-    }
-    let (method, limits) = (method_of(header), limits(file, table)?);
-    let mut nodes = header.nodes.then(|| Nodes::open(file, header)).transpose()?;
-    let mut checksum = Checksum::default();
-    let mut indices = range;
-    read_rows(file, table, &method, |row| {
-        let index = indices.next();
-        let drawn = header.seed.zip(index).map(|(seed, index)| crate::draw::id(seed, index));
-        if drawn.is_some_and(|id| id != row.scenario) {
+    let PartHeader { part: which, count, seed, .. } = part.header;
+    let limits: [f64; Residuals::COUNT] = part.said(TOLERANCES)?;
+    let mut indices = which.range(count);
+    let expected = indices.end - indices.start;
+    let found = part.each(|Kept { index, row, .. }| {
+        let id = seed.map(|seed| crate::draw::id(seed, index));
+        if indices.next() != Some(index) || id.is_some_and(|id| id != row.scenario) {
             let reason = format!("{:?} is not the part's next", row.scenario);
-            return Err(Error::input(file, "scenario", reason));
+            return Err(FieldError::new("scenario", reason));
         }
-        checksum.add(&columns(&row, &method));
-        let named = |error: FieldError| {
-            let reason = format!("{}, of {}", error.reason, row.scenario);
-            Error::input(file, error.field, reason)
-        };
-        row.check_within(&limits).map_err(named)?;
-        let at_nodes = nodes.as_mut().map(|nodes| nodes.of(&row)).transpose()?;
-        each(&row, at_nodes.unwrap_or_default())
+        row.check_within(&limits).map_err(|error| {
+            FieldError::new(error.field, format!("{}, of {}", error.reason, row.scenario))
+        })?;
+        each(&row)
     })?;
-    nodes.map_or(Ok(()), Nodes::end)?;
-    checksum.check(file, table)
-}
-
-/// How large residuals of the part's plans may be, as far as it says so.
-fn limits(file: &Path, table: &TableReader) -> Result<[f64; Residuals::COUNT], Error> {
-    match table.entries.get(TOLERANCES) {
-        Some(text) => json::parse_value(text.as_bytes())
-            .map_err(|error| Error::input(file, TOLERANCES, error.reason)),
-        None => Ok([f64::MAX; Residuals::COUNT]),
+    match found == expected {
+        true => Ok(()),
+        false => {
+            let reason = format!("has {found} rows instead of {expected}");
+            Err(Error::input(file, "", reason))
+        }
     }
 }

@@ -33,15 +33,6 @@ impl PartHeader {
         Self { format: FORMAT.into(), part, ..of }
     }
 
-    /// What makes a table of nodes that says this of itself another than a part's, if it is.
-    pub(super) fn mismatch(&self, part: &Self) -> Option<String> {
-        match self == part {
-            true => None,
-            false if self.part == part.part => Some("is of another kind than the part".into()),
-            false => Some(format!("is {}", self.part)),
-        }
-    }
-
     /// The first difference from another part of the same campaign.
     pub fn differs_from(&self, other: &Self) -> Option<(&'static str, String)> {
         if self.format != other.format {

@@ -42,7 +42,7 @@ pub struct Job<const NL: usize = LINKS> {
 #[serde(deny_unknown_fields)]
 pub struct Kept {
     /// Index of the scenario.
-    index: u64,
+    pub(super) index: u64,
     /// The row.
     pub(super) row: Row,
     /// What stands at each node, time first; none stands for what is no number, of a plan that cannot be flown.
@@ -115,6 +115,11 @@ impl<const NL: usize> Work for Job<NL> {
         }
         row.check(&self.mission.tolerances)?;
         self.check_nodes(kept)
+    }
+
+    /// The table of nodes has what stands there.
+    fn lasting(kept: Kept) -> Kept {
+        Kept { nodes: Vec::new(), ..kept }
     }
 
     fn columns(&self, kept: &Kept) -> Vec<Column> {

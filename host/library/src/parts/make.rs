@@ -1,16 +1,15 @@
-//! Making a part: doing what is not in its journal yet, then writing its table.
+//! Making a part: doing what is not in its journal yet, then writing its tables and its rows.
 
 use super::KEY;
 use super::work::Work;
 use super::write::write_rows;
 use crate::error::Error;
-use crate::formats::{
-    TableReader, check_writable, make_directory, remove_file, remove_partials_of,
-};
+use crate::formats::{check_writable, make_directory, remove_file, remove_partials_of};
 use crate::journal::{Heading, Journal};
-use crate::part::{self, Part};
+use crate::part::Part;
 use crate::pool;
 use crate::progress::Progress;
+use crate::rows_file::{self, RowsFile};
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -59,10 +58,12 @@ type Places = Vec<Option<u64>>;
 struct PartMaker<'a, W: Work> {
     work: &'a W,
     part: Part,
-    header: W::Header,
+    header: W::PartHeader,
     range: Range<u64>,
+    /// The rows, which are there when all files are.
+    rows: PathBuf,
     table: PathBuf,
-    /// The table and those beside it.
+    /// The rows, their table and those beside it.
     files: Vec<PathBuf>,
     log: PathBuf,
 }
@@ -70,21 +71,21 @@ struct PartMaker<'a, W: Work> {
 impl<'a, W: Work> PartMaker<'a, W> {
     fn new(work: &'a W, part: Part, out: &Path) -> Self {
         let (header, range) = (work.header(part), part.range(work.count()));
-        let table = part.table(out);
-        let files = [table.clone()].into_iter().chain(work.beside(&table)).collect();
+        let (rows, table) = (part.rows(out), part.table(out));
+        let files = [rows.clone(), table.clone()].into_iter().chain(work.beside(&table)).collect();
         let log = out.join(format!("{}.journal.jsonl", part.stem()));
-        Self { work, part, header, range, table, files, log }
+        Self { work, part, header, range, rows, table, files, log }
     }
 
     /// The part, if it is there already.
     fn there(&self) -> Result<Option<PartSummary>, Error> {
-        if !self.table.exists() {
+        if !self.rows.exists() {
             return Ok(None);
         }
-        check_same(&self.table, &self.header)?;
+        check_same(&self.rows, &self.header)?;
         if let Some(gone) = self.files.iter().find(|file| !file.exists()) {
-            let name = self.table.file_name().unwrap_or_default().to_string_lossy();
-            let reason = format!("no such file: remove {name} to make both again");
+            let name = self.rows.file_name().unwrap_or_default().to_string_lossy();
+            let reason = format!("no such file: remove {name} to make the part again");
             return Err(Error::input(gone, "", reason));
         }
         Ok(Some(self.made(0)))
@@ -95,7 +96,7 @@ impl<'a, W: Work> PartMaker<'a, W> {
         PartSummary { part: self.part, rows, planned, files: self.files.clone() }
     }
 
-    /// Does what is not in the journal, whose lock keeps other programs from it, and writes the tables.
+    /// Does what is not in the journal, whose lock keeps other programs from it, and writes the files.
     fn go_on(&self, jobs: NonZeroUsize, progress: &mut dyn Progress) -> Result<PartSummary, Error> {
         let (mut journal, mut places) = self.open()?;
         // Another program may have ended the part before this one had the lock.
@@ -111,14 +112,23 @@ impl<'a, W: Work> PartMaker<'a, W> {
 
         let planned = self.finish(jobs, &mut journal, &mut places, progress)?;
         let places: Vec<u64> = places.into_iter().flatten().collect();
-        let mut entries = self.work.entries();
-        let said = serde_json::to_string(&self.header);
-        entries.push((KEY, said.map_err(|error| Error::output(&self.table, &error.into()))?));
-        self.work.write_beside(&self.table, &entries, &journal, &places)?;
-        write_rows(self.work, &self.table, entries, &journal, &places)?;
-        // The table says it all from now on.
+        self.write(&journal, &places)?;
+        // The rows say it all from now on.
         self.remove_journal()?;
         Ok(self.made(planned))
+    }
+
+    /// Writes the tables of what stands in the journal at `places`, then the rows.
+    fn write(&self, journal: &Journal<W::Kept>, places: &[u64]) -> Result<(), Error> {
+        let entries = self.work.entries();
+        let said = serde_json::to_string(&self.header);
+        let said = (KEY, said.map_err(|error| Error::output(&self.table, &error.into()))?);
+        let of_table = entries.iter().cloned().chain([said]).collect::<Vec<_>>();
+        self.work.write_beside(&self.table, &of_table, journal, places)?;
+        write_rows(self.work, &self.table, of_table, journal, places)?;
+        let entries = entries.into_iter().map(|(key, value)| (key.to_string(), value)).collect();
+        let rows = places.iter().map(|place| journal.read(*place).map(W::lasting));
+        rows_file::write(&self.rows, &self.header, &entries, &self.files[1..], rows)
     }
 
     /// The journal, and what is in it.
@@ -180,10 +190,9 @@ impl<'a, W: Work> PartMaker<'a, W> {
 }
 
 /// Refuses a part that is there and is another's.
-fn check_same<H: Heading>(table: &Path, header: &H) -> Result<(), Error> {
-    let found: H = part::said(table, &TableReader::open(table)?, KEY)?;
-    match header.difference(&found) {
-        Some((field, reason)) => Err(Error::input(table, field, reason)),
+fn check_same<H: Heading>(rows: &Path, header: &H) -> Result<(), Error> {
+    match header.difference(&RowsFile::<H>::open(rows)?.header) {
+        Some((field, reason)) => Err(Error::input(rows, field, reason)),
         None => Ok(()),
     }
 }
@@ -216,7 +225,7 @@ mod tests {
 
     impl Work for Words {
         type Worker = ();
-        type Header = Word;
+        type PartHeader = Word;
         type Kept = u64;
         const COUNTED: &'static str = "numbers";
 
@@ -269,7 +278,10 @@ mod tests {
 
     fn names(out: &Path) -> Vec<String> {
         let entries = std::fs::read_dir(out).unwrap();
-        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<_> = names.collect();
+        names.sort();
+        names
     }
 
     // Verifies REM-CMP-001.
@@ -277,16 +289,17 @@ mod tests {
     fn a_part_that_another_program_ended_meanwhile_is_left_as_it_is() {
         let dir = tempfile::tempdir().unwrap();
         assert_eq!(made("a", dir.path()).unwrap().planned, 3);
-        let table = Part::all(1).next().unwrap().table(dir.path());
-        let whole = std::fs::read(&table).unwrap();
+        let rows = Part::all(1).next().unwrap().rows(dir.path());
+        let whole = std::fs::read(&rows).unwrap();
         let reason = late("b", dir.path()).unwrap_err().to_string();
-        assert!(reason.ends_with("part-00001-of-00001.parquet: word: another"), "{reason}");
+        assert!(reason.ends_with("part-00001-of-00001.jsonl: word: another"), "{reason}");
         assert_eq!(late("a", dir.path()).unwrap().planned, 0);
-        assert_eq!(std::fs::read(&table).unwrap(), whole);
-        assert_eq!(names(dir.path()), ["part-00001-of-00001.parquet"]);
+        assert_eq!(std::fs::read(&rows).unwrap(), whole);
+        let there = ["part-00001-of-00001.jsonl", "part-00001-of-00001.parquet"];
+        assert_eq!(names(dir.path()), there);
     }
 
-    /// Who was killed after the table was there has left a journal.
+    /// Who was killed after the rows were there has left a journal.
     #[test]
     fn a_journal_beside_its_part_is_removed_and_no_others() {
         let dir = tempfile::tempdir().unwrap();

@@ -2,8 +2,9 @@
 //! what it was made from; gathered, they are one. Campaigns are such work ([`Job`]), and flights elsewhere.
 //!
 //! ```text
-//! DIR/part-00017-of-01000.parquet          rows of its scenarios, in their order, when all are there
-//! DIR/part-00017-of-01000.journal.jsonl    until then: what was asked for, then a line a finished row
+//! DIR/part-00017-of-01000.journal.jsonl    what was asked for, then a line a finished row, until all are there
+//! DIR/part-00017-of-01000.jsonl            from then on: rows of its scenarios, in their order, with checksums
+//! DIR/part-00017-of-01000.parquet          the same as a table, for other programs
 //! DIR/nodes-part-00017-of-01000.parquet    with nodes: a row a node
 //! DIR/summary.json                         statistics over all rows, by whoever gathers
 //! ```
@@ -15,7 +16,6 @@ mod gather;
 mod header;
 mod job;
 mod make;
-mod nodes;
 mod scenarios;
 mod work;
 mod write;
@@ -31,9 +31,7 @@ pub use write::Checksum;
 
 /// What a part keeps the arguments under that it was made with, as an array in JSON.
 pub const COMMAND: &str = "remora.command";
-/// What a part keeps the checksum of all its rows under.
-const CHECKSUM: &str = "remora.checksum";
-/// What a part keeps the limits of its rows' residuals under, as an array in JSON; parts had none at first.
+/// What a part keeps the limits of its rows' residuals under, as an array in JSON.
 const TOLERANCES: &str = "remora.tolerances";
 /// What a table keeps its format under.
 const FORMAT: &str = "remora.format";

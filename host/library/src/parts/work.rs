@@ -25,7 +25,7 @@ pub trait Work: Sync {
     /// What a part says of itself.
     fn header(&self, part: Part) -> Self::Header;
 
-    /// What a part's table says besides, by its keys.
+    /// What rows and table of a part say besides, by its keys.
     fn entries(&self) -> Vec<(&'static str, String)>;
 
     /// Does a number.
@@ -45,6 +45,11 @@ pub trait Work: Sync {
     /// # Errors
     /// The field and what is wrong with it.
     fn check(&self, part: Part, kept: &Self::Kept) -> Result<(), FieldError>;
+
+    /// What stays of it in the part's rows, once its tables are written.
+    fn lasting(kept: Self::Kept) -> Self::Kept {
+        kept
+    }
 
     /// The row.
     fn columns(&self, kept: &Self::Kept) -> Vec<Column>;

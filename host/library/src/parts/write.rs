@@ -2,12 +2,11 @@
 
 use super::job::Kept;
 use super::work::Work;
-use super::{CHECKSUM, FORMAT, NODES, NODES_FORMAT};
+use super::{FORMAT, NODES, NODES_FORMAT};
 use crate::error::Error;
 use crate::fingerprint::Fnv;
 use crate::formats::{
-    ABOUT_NODES, Cell, Column, Row, TableReader, TableWriter, about, node_columns, node_row,
-    write_as_it_comes,
+    ABOUT_NODES, Cell, Column, Row, TableWriter, about, node_columns, node_row, write_as_it_comes,
 };
 use crate::journal::Journal;
 use std::fmt::Display;
@@ -65,7 +64,7 @@ pub(super) fn write_nodes(
     write_table(file, &like, groups, entries.into_iter().chain(said).collect())
 }
 
-/// Writes groups of rows with columns as in the row `like`, and behind them their checksum.
+/// Writes groups of rows with columns as in the row `like`.
 fn write_table(
     file: &Path,
     like: &[Column],
@@ -74,13 +73,11 @@ fn write_table(
 ) -> Result<(), Error> {
     write_as_it_comes(file, |handle| {
         let mut writer = TableWriter::begin(handle, like, entries, true).map_err(other)?;
-        let mut checksum = Checksum::default();
         for group in groups {
             let group = group.map_err(other)?;
-            group.iter().for_each(|row| checksum.add(row));
             writer.write(&group).map_err(other)?;
         }
-        writer.end(vec![(CHECKSUM, checksum.to_string())]).map_err(other)?;
+        writer.end().map_err(other)?;
         Ok(())
     })
 }
@@ -98,7 +95,7 @@ pub struct Checksum {
 
 impl Checksum {
     /// Adds a row.
-    pub(super) fn add(&mut self, row: &[Column]) {
+    pub fn add(&mut self, row: &[Column]) {
         self.add_some(row, |_| true);
     }
 
@@ -108,25 +105,10 @@ impl Checksum {
         self.add_cells(meant.map(|column| &column.cell));
     }
 
-    /// Adds cells.
-    pub fn add_cells<'a>(&mut self, cells: impl IntoIterator<Item = &'a Cell>) {
+    fn add_cells<'a>(&mut self, cells: impl IntoIterator<Item = &'a Cell>) {
         self.bytes.clear();
         cells.into_iter().for_each(|cell| cell.add_to(&mut self.bytes));
         self.hash.add(&self.bytes);
-    }
-
-    /// Refuses a table that says another of its rows.
-    ///
-    /// # Errors
-    /// The file.
-    pub fn check(&self, file: &Path, table: &TableReader) -> Result<(), Error> {
-        match table.entries.get(CHECKSUM) == Some(&self.to_string()) {
-            true => Ok(()),
-            false => {
-                let reason = "does not match the rows: the part is damaged";
-                Err(Error::input(file, CHECKSUM, reason))
-            }
-        }
     }
 }
 

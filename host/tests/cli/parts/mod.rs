@@ -6,8 +6,7 @@ mod submit;
 mod table;
 
 use super::bench::Bench;
-use remora_host::formats::Cell;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs;
 
 const CAMPAIGN: &str = "campaign --count 6 --seed 3 --integrator euler";
@@ -43,13 +42,26 @@ fn parts_together_are_the_campaign() {
         let again = bench.solves(&format!("{CAMPAIGN} --part 1/{of} --out {out}"));
         assert!(again.out.contains("rows, 0 planned now"), "{}", again.out);
     }
-    let names = (1..=4).map(|i| format!("part-0000{i}-of-00004.parquet"));
-    let expected: Vec<String> = names.chain(["summary.json".to_string()]).collect();
+    let files = |i| ["jsonl", "parquet"].map(|end| format!("part-0000{i}-of-00004.{end}"));
+    let expected: Vec<String> =
+        (1..=4).flat_map(files).chain(["summary.json".to_string()]).collect();
     assert_eq!(bench.names("parts/4"), expected);
     let (one, four) = (gathered(&bench, "parts/1"), gathered(&bench, "parts/4"));
     assert_eq!(one["checksum"], four["checksum"]);
     assert_eq!(table::rows(&bench, "parts/1"), table::rows(&bench, "parts/4"));
     assert_eq!(table::rows(&bench, "parts/1").len(), 6);
+    // The table says the same as the rows.
+    let rows = table::rows_of(&bench, "parts/1/part-00001-of-00001.jsonl");
+    let (columns, entries) = table::columns(&bench, "parts/1/part-00001-of-00001.parquet");
+    for (column, path) in
+        [("stage2_cost", "/row/stage2/cost"), ("residual_pointing", "/row/residuals/6")]
+    {
+        let said: Vec<f64> =
+            rows.iter().map(|row| row.pointer(path).unwrap().as_f64().unwrap()).collect();
+        assert_eq!(columns[column], said, "{column}");
+    }
+    let header = table::header(&bench, "parts/1/part-00001-of-00001.jsonl");
+    assert_eq!(entries["remora.part"], header);
     // A set of a file is made in parts too.
     let listed = "campaign --scenarios set.scenarios.json --integrator euler";
     make(&bench, listed, 2, "listed");
@@ -78,7 +90,7 @@ fn what_is_missing_is_named() {
 fn parts_of_another_kind_are_refused() {
     let bench = Bench::new();
     bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
-    let second = "parts/part-00002-of-00002.parquet";
+    let second = "parts/part-00002-of-00002.jsonl";
     for (other, field) in [
         (CAMPAIGN.replace("--seed 3", "--seed 4"), "seed"),
         (CAMPAIGN.replace("--count 6", "--count 7"), "count"),
@@ -115,17 +127,27 @@ fn parts_of_another_kind_are_refused() {
 fn a_damaged_part_is_named() {
     let bench = Bench::new();
     make(&bench, CAMPAIGN, 2, "parts");
-    let file = "parts/part-00002-of-00002.parquet";
+    let file = "parts/part-00002-of-00002.jsonl";
     let whole = fs::read(bench.path(file)).unwrap();
     bench.write(file, &whole[..whole.len() - 9]);
-    bench.refuses("gather parts", &format!("{file}: is no table: "));
-    let first = fs::read(bench.path("parts/part-00001-of-00002.parquet")).unwrap();
+    bench.refuses("gather parts", &format!("{file}: line 6: is cut off"));
+    bench.write(file, "PAR1 is no part");
+    bench.refuses("gather parts", &format!("{file}: line 1: is cut off"));
+    let first = fs::read(bench.path("parts/part-00001-of-00002.jsonl")).unwrap();
     bench.write(file, &first);
     bench.refuses("gather parts", &format!("{file}: part: is 1/2"));
     bench.write(file, &whole);
     // A cost that somebody has made better.
-    table::plant(&bench, file, "stage1_cost", table::Sum::Stale);
-    bench.refuses("gather parts", &format!("{file}: remora.checksum: does not match the rows"));
+    table::plant(&bench, file, "/row/stage1/cost", table::Sum::Stale);
+    bench.refuses("gather parts", &format!("{file}: checksum: does not match the rows"));
+    bench.write(file, &whole);
+    let table = "parts/part-00002-of-00002.parquet";
+    let mut damaged = fs::read(bench.path(table)).unwrap();
+    damaged[99] ^= 1;
+    bench.write(table, &damaged);
+    bench.refuses("gather parts", &format!("{table}: is not as it was written"));
+    fs::remove_file(bench.path(table)).unwrap();
+    bench.refuses("gather parts", &format!("{table}: no such file"));
 }
 
 /// A machine that computes wrongly writes a part that is sound in itself.
@@ -133,10 +155,12 @@ fn a_damaged_part_is_named() {
 #[test]
 fn a_wrong_row_is_found_by_planning_again() {
     let bench = Bench::new();
-    for column in ["plan_checksum", "stage2_cost"] {
+    for (column, path) in
+        [("plan_checksum", "/row/plan_checksum"), ("stage2_cost", "/row/stage2/cost")]
+    {
         make(&bench, CAMPAIGN, 3, column);
-        let file = format!("{column}/part-00002-of-00003.parquet");
-        table::plant(&bench, &file, column, table::Sum::Right);
+        let file = format!("{column}/part-00002-of-00003.jsonl");
+        table::plant(&bench, &file, path, table::Sum::Right);
         bench.solves(&format!("gather {column}"));
         let run = bench.run(&format!("gather {column} --recompute 6"));
         assert_eq!(run.status, 1, "{}", run.err);
@@ -151,33 +175,39 @@ fn a_wrong_row_is_found_by_planning_again() {
 fn a_forged_row_is_refused() {
     let bench = Bench::new();
     make(&bench, CAMPAIGN, 2, "parts");
-    let file = "parts/part-00002-of-00002.parquet";
+    let file = "parts/part-00002-of-00002.jsonl";
     let whole = fs::read(bench.path(file)).unwrap();
-    let word = |text: &str| Cell::Text(text.into());
-    for (column, cell, field) in [
-        ("residual_dynamics1", Cell::Number(1e9), "residuals.dynamics1"),
-        ("residual_dynamics1", Cell::Number(f64::NAN), "residuals.dynamics1"),
-        ("residual_dynamics1", Cell::Number(-1.0), "residuals.dynamics1"),
-        ("stage2_cost", Cell::Number(f64::NAN), "stage2.cost"),
-        ("stage2_cost", Cell::Number(-1.0), "stage2.cost"),
-        ("stage2_cost", Cell::Number(1e308), "stage2.cost"),
-        ("status", word("infeasible"), "verdict"),
-        ("reason", word("keep_out"), "reason"),
-        ("time_s", Cell::Number(-1.0), "time_s"),
-        ("stage1_time_s", Cell::Number(f64::INFINITY), "stage1.time_s"),
-        ("plan_checksum", word("zz"), "plan_checksum"),
-        ("warm_start", word("warm"), "warm_start"),
-        ("stage1_iterations", Cell::Integer(1 << 40), "stage1.iterations"),
+    // JSON has no other word for what is no number.
+    for (path, value, field) in [
+        ("/row/residuals/0", json!(1e9), "residuals.dynamics1"),
+        ("/row/residuals/0", Value::Null, "residuals.dynamics1"),
+        ("/row/residuals/0", json!(-1.0), "residuals.dynamics1"),
+        ("/row/stage2/cost", Value::Null, "stage2.cost"),
+        ("/row/stage2/cost", json!(-1.0), "stage2.cost"),
+        ("/row/stage2/cost", json!(1e308), "stage2.cost"),
+        ("/row/status", json!("infeasible"), "verdict"),
+        ("/row/reason", json!("keep_out"), "reason"),
+        ("/row/time_s", json!(-1.0), "time_s"),
+        ("/row/stage1/time_s", Value::Null, "stage1.time_s"),
+        ("/row/plan_checksum", json!("zz"), "plan_checksum"),
+        ("/row/warm_start", json!("warm"), "warm_start"),
+        ("/row/stage1/iterations", json!(1_u64 << 40), "stage1.iterations"),
+        ("/row/status", json!("fine"), "row.status"),
+        ("/row/scenario", json!("s3-009"), "scenario"),
+        ("/index", json!(5), "scenario"),
     ] {
         bench.write(file, &whole);
-        table::put(&bench, file, column, cell);
-        bench.refuses("gather parts", &format!("{file}: {field}: "));
+        table::put(&bench, file, path, &value);
+        bench.refuses("gather parts", &format!("{file}: line 3: {field}: "));
     }
     // A scenario of a list that has two rows.
     make(&bench, "campaign --scenarios set.scenarios.json --integrator euler", 2, "listed");
-    let file = "listed/part-00002-of-00002.parquet";
-    table::put(&bench, file, "scenario", word("s1-000"));
-    bench.refuses("gather listed", &format!("{file}: scenario: \"s1-000\" has a row already"));
+    let file = "listed/part-00002-of-00002.jsonl";
+    table::put(&bench, file, "/row/scenario", &json!("s1-000"));
+    bench.refuses(
+        "gather listed",
+        &format!("{file}: line 3: scenario: \"s1-000\" has a row already"),
+    );
 }
 
 /// Who gathers a directory does not write over other work's files.
@@ -207,41 +237,12 @@ fn a_journal_beside_its_part_goes() {
     let bench = Bench::new();
     let line = format!("{CAMPAIGN} --part 1/6 --out parts");
     bench.solves(&line);
-    let (table, log) =
-        ("parts/part-00001-of-00006.parquet", "parts/part-00001-of-00006.journal.jsonl");
-    let header = table::entry(&bench, table, "remora.part");
-    bench.write(log, &format!("{header}\n"));
+    let (rows, log) =
+        ("parts/part-00001-of-00006.jsonl", "parts/part-00001-of-00006.journal.jsonl");
+    bench.write(log, &format!("{}\n", table::header(&bench, rows)));
     bench.solves(&line);
-    assert_eq!(bench.names("parts"), ["part-00001-of-00006.parquet"]);
-}
-
-/// Nodes that a machine has kept wrongly are found as its rows are, and those of no plan refused.
-// Verifies REM-CMP-003.
-#[test]
-fn wrong_nodes_are_found() {
-    let bench = Bench::new();
-    make(&bench, &format!("{CAMPAIGN} --nodes"), 2, "parts");
-    let run = bench.solves("gather parts --recompute 6");
-    assert!(run.out.contains("planned again: 6, of which 0 differ"), "{}", run.out);
-    let file = "parts/nodes-part-00002-of-00002.parquet";
-    let whole = fs::read(bench.path(file)).unwrap();
-    for (column, cell, reason) in [
-        ("scenario", Cell::Text("s3-009".into()), "s3-003: has 0 nodes where its plan is next"),
-        ("node", Cell::Integer(3), "s3-003: has 0 nodes where its plan is next"),
-        ("force_r_n", Cell::Number(f64::NAN), "s3-003: holds no number at node 0 of it"),
-        ("time_s", Cell::Number(f64::INFINITY), "s3-003: holds no number at node 0 of it"),
-    ] {
-        bench.write(file, &whole);
-        table::put(&bench, file, column, cell);
-        bench.refuses("gather parts", &format!("{file}: {reason}"));
-    }
-    bench.write(file, &whole);
-    table::plant(&bench, file, "force_r_n", table::Sum::Right);
-    bench.solves("gather parts");
-    let run = bench.run("gather parts --recompute 6");
-    assert_eq!(run.status, 1, "{}", run.err);
-    let told = "planned again: 6, of which 1 differ\n  part 2/2: s3-003: node 0: force_r_n\n";
-    assert!(run.out.contains(told), "{}", run.out);
+    let there = ["part-00001-of-00006.jsonl", "part-00001-of-00006.parquet"];
+    assert_eq!(bench.names("parts"), there);
 }
 
 #[test]
@@ -252,9 +253,8 @@ fn nodes_are_a_table_of_their_own() {
     let names = bench.names("parts");
     let nodes = "nodes-part-00001-of-00002.parquet";
     assert!(names.contains(&nodes.to_string()), "{names:?}");
-    let table =
-        remora_host::formats::Numbers::read(&bench.path(&format!("parts/{nodes}"))).unwrap();
-    let column = |name: &str| &table.columns[name];
+    let (columns, entries) = table::columns(&bench, &format!("parts/{nodes}"));
+    let column = |name: &str| &columns[name];
     assert_eq!(column("node").len(), 3 * 60);
     assert_eq!((column("node")[59], column("node")[60]), (59.0, 0.0));
     bench.solves(
@@ -270,53 +270,50 @@ fn nodes_are_a_table_of_their_own() {
     assert_eq!(plan["stage2"]["joint_angle_rad"][59][2], column("joint_angle_2_rad")[59]);
     assert_eq!(plan["target"]["rate_rtn_rad_s"][1][1], column("target_rate_t_rad_s")[1]);
     assert_eq!(column("force_r_n")[59], 0.0);
-    let units: Value = serde_json::from_str(&table.entries["remora.units"]).unwrap();
+    let units: Value = serde_json::from_str(&entries["remora.units"]).unwrap();
     assert_eq!(units["joint_torque_0_n_m"], "N m");
-    let about: Value = serde_json::from_str(&table.entries["remora.about"]).unwrap();
+    let about: Value = serde_json::from_str(&entries["remora.about"]).unwrap();
     assert_eq!(about["bus_attitude_*"], "quaternion, body to RTN");
     fs::remove_file(bench.path(&format!("parts/{nodes}"))).unwrap();
     bench.refuses("gather parts", &format!("parts/{nodes}: no such file"));
     // Nor is the part taken for whole: its rows alone say nothing of the nodes.
     let again = format!("{CAMPAIGN} --nodes --part 1/2 --out parts");
-    let told = "no such file: remove part-00001-of-00002.parquet to make both again";
+    let told = "no such file: remove part-00001-of-00002.jsonl to make the part again";
     bench.refuses(&again, &format!("parts/{nodes}: {told}"));
-    fs::remove_file(bench.path("parts/part-00001-of-00002.parquet")).unwrap();
+    fs::remove_file(bench.path("parts/part-00001-of-00002.jsonl")).unwrap();
     bench.solves(&again);
     bench.solves("gather parts");
 }
 
 /// Tables of nodes are the parts' own, and as they were written.
-// Verifies REM-CMP-001.
+// Verifies REM-CMP-001, REM-CMP-003.
 #[test]
 fn a_damaged_table_of_nodes_is_named() {
     let bench = Bench::new();
     make(&bench, &format!("{CAMPAIGN} --nodes"), 2, "parts");
+    let run = bench.solves("gather parts --recompute 6");
+    assert!(run.out.contains("planned again: 6, of which 0 differ"), "{}", run.out);
     let file = "parts/nodes-part-00002-of-00002.parquet";
     let whole = fs::read(bench.path(file)).unwrap();
-    for (bytes, reason) in [
-        (vec![], "is no table: "),
-        (whole[..whole.len() - 9].to_vec(), "is no table: "),
-        (
-            fs::read(bench.path("parts/part-00002-of-00002.parquet")).unwrap(),
-            "remora.format: is not",
-        ),
-        (fs::read(bench.path("parts/nodes-part-00001-of-00002.parquet")).unwrap(), "part: is 1/2"),
-    ] {
-        bench.write(file, &bytes);
-        bench.refuses("gather parts", &format!("{file}: {reason}"));
-    }
     // The same part with another mission's nodes.
     bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
     let heavy = format!("{CAMPAIGN} --mission heavy.mission.toml --nodes --part 2/2 --out heavy");
     bench.solves(&heavy);
-    bench.write(file, &fs::read(bench.path(&file.replace("parts", "heavy"))).unwrap());
-    bench.refuses("gather parts", &format!("{file}: part: is of another kind than the part"));
+    let read = |name: &str| fs::read(bench.path(name)).unwrap();
+    let mut flipped = whole.clone();
+    flipped[whole.len() / 2] ^= 1;
+    for bytes in [
+        vec![],
+        whole[..whole.len() - 9].to_vec(),
+        flipped,
+        read("parts/part-00002-of-00002.parquet"),
+        read("parts/nodes-part-00001-of-00002.parquet"),
+        read("heavy/nodes-part-00002-of-00002.parquet"),
+    ] {
+        bench.write(file, &bytes);
+        bench.refuses("gather parts", &format!("{file}: is not as it was written"));
+    }
     bench.write(file, &whole);
-    bench.solves("gather parts");
-    // A force that somebody has made smaller; a table that says nothing of its rows is as old as that.
-    table::plant(&bench, file, "force_r_n", table::Sum::Stale);
-    bench.refuses("gather parts", &format!("{file}: remora.checksum: does not match the rows"));
-    table::plant(&bench, file, "force_r_n", table::Sum::Missing);
     bench.solves("gather parts");
 }
 

@@ -79,10 +79,10 @@ fn parts_of_flights_are_the_flights() {
         "{}",
         run.err
     );
-    let file = "parts/part-00003-of-00003.parquet";
-    table::plant(&bench, file, "miss_m", table::Sum::Stale);
-    bench.refuses("gather parts", &format!("{file}: remora.checksum: does not match the rows"));
-    table::plant(&bench, file, "miss_m", table::Sum::Right);
+    let file = "parts/part-00003-of-00003.jsonl";
+    table::plant(&bench, file, "/flown/arrival/miss_m", table::Sum::Stale);
+    bench.refuses("gather parts", &format!("{file}: checksum: does not match the rows"));
+    table::plant(&bench, file, "/flown/arrival/miss_m", table::Sum::Right);
     let run = bench.run("gather parts --recompute 4");
     assert_eq!(run.status, 1, "{}", run.err);
     assert!(

@@ -1,35 +1,50 @@
-//! Tables of parts, read and forged.
+//! Rows of parts, read and forged, and their tables.
 
 use super::Bench;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
 use remora_host::fingerprint::Fnv;
-use remora_host::formats::{Cell, Column, TIMES, TableReader, TableWriter};
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fs;
 
-fn cells(bench: &Bench, file: &str) -> (TableReader, Vec<Vec<Cell>>) {
-    let table = TableReader::open(&bench.path(file)).unwrap();
-    let groups = 0..table.groups();
-    let rows = groups.flat_map(|group| table.group(group, 1 << 16).unwrap()).collect();
-    (table, rows)
+/// Lines of a file before its rows: what was asked for, and what else is said of them.
+const HEAD: usize = 2;
+
+/// Times of the machine in a row.
+const TIMES: [&str; 5] = [
+    "/row/stage1/time_s",
+    "/row/stage2/time_s",
+    "/row/inference_s",
+    "/row/time_s",
+    "/row/cpu_time_s",
+];
+
+fn lines(bench: &Bench, file: &str) -> Vec<String> {
+    bench.read(file).lines().map(String::from).collect()
 }
 
-/// What a table says of itself under a key.
-pub fn entry(bench: &Bench, file: &str, key: &str) -> String {
-    cells(bench, file).0.entries[key].clone()
+/// What was asked for.
+pub fn header(bench: &Bench, file: &str) -> String {
+    lines(bench, file).swap_remove(0)
 }
 
-/// Rows of all parts but for times, bit by bit, sorted.
-pub fn rows(bench: &Bench, out: &str) -> Vec<Vec<u8>> {
-    let names = bench.names(out).into_iter();
-    let mut all: Vec<Vec<u8>> = Vec::new();
-    for name in names.filter(|name| name.starts_with("part-") && name.ends_with(".parquet")) {
-        let (table, rows) = cells(bench, &format!("{out}/{name}"));
-        let is_kept: Vec<bool> =
-            table.names.iter().map(|name| !TIMES.contains(&name.as_str())).collect();
-        for row in rows {
-            let mut bytes = Vec::new();
-            let kept = row.iter().zip(&is_kept).filter(|(_, is_kept)| **is_kept);
-            kept.for_each(|(cell, _)| cell.add_to(&mut bytes));
-            all.push(bytes);
+/// Rows of a part.
+pub fn rows_of(bench: &Bench, file: &str) -> Vec<Value> {
+    let lines = lines(bench, file);
+    lines[HEAD..lines.len() - 1].iter().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// Rows of all parts but for times, sorted.
+pub fn rows(bench: &Bench, out: &str) -> Vec<String> {
+    let is_part = |name: &String| {
+        name.starts_with("part-") && name.ends_with(".jsonl") && !name.contains(".journal.")
+    };
+    let mut all = Vec::new();
+    for name in bench.names(out).into_iter().filter(is_part) {
+        for mut row in rows_of(bench, &format!("{out}/{name}")) {
+            TIMES.iter().for_each(|path| *row.pointer_mut(path).unwrap() = Value::Null);
+            all.push(row.to_string());
         }
     }
     all.sort();
@@ -41,51 +56,56 @@ pub fn rows(bench: &Bench, out: &str) -> Vec<Vec<u8>> {
 pub enum Sum {
     Stale,
     Right,
-    Missing,
 }
 
-/// Changes a column of a part's first row.
-pub fn plant(bench: &Bench, file: &str, column: &str, sum: Sum) {
-    change(bench, file, column, sum, |cell| match cell {
-        Cell::Number(x) => Cell::Number(0.5 * x),
-        Cell::Text(_) => Cell::Text("0123456789abcdef".into()),
-        other => other.clone(),
+/// Changes what stands at a path in a part's first row.
+pub fn plant(bench: &Bench, file: &str, path: &str, sum: Sum) {
+    change(bench, file, path, sum, |value| match value.as_f64() {
+        Some(x) => (0.5 * x).into(),
+        None => "0123456789abcdef".into(),
     });
 }
 
-/// Puts a cell into a part's first row, and the checksum that it then has.
-pub fn put(bench: &Bench, file: &str, column: &str, cell: Cell) {
-    change(bench, file, column, Sum::Right, |_| cell);
+/// Puts a value into a part's first row, and the checksum that it then has.
+pub fn put(bench: &Bench, file: &str, path: &str, value: &Value) {
+    change(bench, file, path, Sum::Right, |_| value.clone());
 }
 
-fn change(bench: &Bench, file: &str, column: &str, sum: Sum, to: impl FnOnce(&Cell) -> Cell) {
-    let (table, mut rows) = cells(bench, file);
-    let at = table.names.iter().position(|name| name == column).unwrap();
-    rows[0][at] = to(&rows[0][at]);
+fn change(bench: &Bench, file: &str, path: &str, sum: Sum, to: impl FnOnce(&Value) -> Value) {
+    let mut lines = lines(bench, file);
+    let end = lines.pop().unwrap();
+    let mut row: Value = serde_json::from_str(&lines[HEAD]).unwrap();
+    let place = row.pointer_mut(path).unwrap();
+    *place = to(place);
+    lines[HEAD] = row.to_string();
+    let text = lines.join("\n") + "\n";
     let mut hash = Fnv::default();
-    let named = |row: &Vec<Cell>| -> Vec<Column> {
-        let pairs = row.iter().zip(&table.names);
-        pairs
-            .map(|(cell, name)| Column { name: name.clone(), unit: "", cell: cell.clone() })
-            .collect()
-    };
-    for row in &rows {
-        let mut bytes = Vec::new();
-        row.iter().for_each(|cell| cell.add_to(&mut bytes));
-        hash.add(&bytes);
+    hash.add(text.as_bytes());
+    let said =
+        serde_json::from_str::<Value>(&end).unwrap()["checksum"].as_str().unwrap().to_string();
+    let end = if sum == Sum::Right { end.replacen(&said, &hash.to_string(), 1) } else { end };
+    bench.write(file, &format!("{text}{end}\n"));
+}
+
+/// Columns of numbers of a Parquet table, and what it says of itself.
+pub fn columns(
+    bench: &Bench,
+    file: &str,
+) -> (BTreeMap<String, Vec<f64>>, BTreeMap<String, String>) {
+    let reader = SerializedFileReader::new(fs::File::open(bench.path(file)).unwrap()).unwrap();
+    let metadata = reader.metadata().file_metadata();
+    let entries = metadata.key_value_metadata().unwrap().iter();
+    let entries = entries.map(|entry| (entry.key.clone(), entry.value.clone().unwrap())).collect();
+    let mut columns = BTreeMap::<String, Vec<f64>>::new();
+    for row in reader.get_row_iter(None).unwrap() {
+        for (name, field) in row.unwrap().get_column_iter() {
+            let number = match field {
+                Field::Double(x) => *x,
+                Field::Long(n) => *n as f64,
+                _ => continue,
+            };
+            columns.entry(name.clone()).or_default().push(number);
+        }
     }
-    let rows: Vec<Vec<Column>> = rows.iter().map(named).collect();
-    let is_kept = |key: &str| match key {
-        "remora.units" => false,
-        "remora.checksum" => sum != Sum::Missing,
-        _ => true,
-    };
-    let entries = table.entries.iter().filter(|(key, _)| is_kept(key)).map(|(key, value)| {
-        let is_new = sum == Sum::Right && key == "remora.checksum";
-        let value = if is_new { hash.to_string() } else { value.clone() };
-        (&*key.clone().leak(), value)
-    });
-    let mut writer = TableWriter::begin(Vec::new(), &rows[0], entries.collect(), true).unwrap();
-    writer.write(&rows).unwrap();
-    fs::write(bench.path(file), writer.end(Vec::new()).unwrap()).unwrap();
+    (columns, entries)
 }
