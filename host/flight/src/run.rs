@@ -37,7 +37,7 @@ pub(crate) fn planned(folder: &Path, file: &Path, joints: usize) -> Result<Plan,
     Ok(Plan { file, id, sortie: Some(sortie) })
 }
 
-/// Flies one run of a folder's flights again; its history goes to `history/RUN.parquet`.
+/// Flies one run of a folder's flights again; its history goes to `history/RUN.jsonl` and `RUN.parquet`.
 ///
 /// # Errors
 /// A folder without flights; a run that it does not have; a plan that is gone or cannot be flown.

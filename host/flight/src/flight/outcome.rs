@@ -19,11 +19,6 @@ pub enum Ending {
     Aborted,
 }
 
-impl Ending {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Captured, Self::Missed, Self::Collided, Self::Aborted];
-}
-
 /// What came of a flight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightOutcome {
