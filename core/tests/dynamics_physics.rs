@@ -84,7 +84,7 @@ fn balance<const NL: usize, const NX: usize, const NU: usize>(
         jacobi += mass * (v.dot(v) - n * n * (3.0 * s.x * s.x - s.z * s.z)) / 2.0;
     }
     for (link, rate) in case.servicer.links.iter().zip(&state.joint_rate) {
-        jacobi += link.armature * rate * rate / 2.0;
+        jacobi += link.armature_kg_m2 * rate * rate / 2.0;
     }
     // The force acts at the bus centre of mass.
     moment += torque - center.position.cross(&case.force);
@@ -210,7 +210,7 @@ fn newtons_law_holds_for_every_point_mass<const NL: usize, const NX: usize, cons
         let mut work: f64 = displaced.iter().zip(&left_over).map(|(d, f)| d.velocity.dot(f)).sum();
         // The rotors' share: on each joint the torque that turns its own.
         for (i, link) in case.servicer.links.iter().enumerate() {
-            work += link.armature * rates.joint_rate[i] * unit.joint_rate[i];
+            work += link.armature_kg_m2 * rates.joint_rate[i] * unit.joint_rate[i];
         }
         let error = (work - expected).abs();
         assert!(error < tolerance, "degree of freedom {j}: {error:e} N m");
@@ -257,12 +257,12 @@ fn axes_of_the_bus_are_a_matter_of_taste<const NL: usize, const NX: usize, const
     let turn = quaternion::exp(&Vector3::new(1.1, -0.7, 1.6));
     let (to, mut other) = (quaternion::rotation_matrix(&turn), case.clone());
     let s = &mut other.servicer;
-    s.bus_inertia = to * s.bus_inertia * to.transpose();
-    s.arm_base = to * s.arm_base;
+    s.bus_inertia_kg_m2 = to * s.bus_inertia_kg_m2 * to.transpose();
+    s.arm_base_m = to * s.arm_base_m;
     for link in &mut s.links {
-        link.inertia = to * link.inertia * to.transpose();
-        (link.tip, link.axis) = (to * link.tip, to * link.axis);
-        link.center_of_mass = to * link.center_of_mass;
+        link.inertia_kg_m2 = to * link.inertia_kg_m2 * to.transpose();
+        (link.tip_m, link.axis) = (to * link.tip_m, to * link.axis);
+        link.center_of_mass_m = to * link.center_of_mass_m;
     }
     other.control.bus_torque = to * other.control.bus_torque;
     let state = &mut other.state;

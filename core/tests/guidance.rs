@@ -117,7 +117,7 @@ impl<'m> World<'m> {
         let (center, _) = self.body.center_of_mass(&self.servicer.internal);
         let tip = self.body.end_effector(&self.servicer.internal).position;
         let target = quaternion::rotation_matrix(&self.target.attitude);
-        let port = target * self.mission.target.port_position;
+        let port = target * self.mission.target.port_position_m;
         self.servicer.position + center + tip - port
     }
 }

@@ -26,13 +26,13 @@ const TURNS: [f64; 2] = [0.003, 0.006];
 fn off_target(mission: &Mission) -> Box<Solution<NODES, NX, NU, NG>> {
     let typical = mission.typical();
     let mut step = Box::new(Solution::ZERO);
-    let joint_rate = typical.joint_rate.min(mission.servicer.max_joint_rate[0]);
-    let ends = [(1, NODES - 1, TURNS[0], typical.rate), (3, PRESET, TURNS[1], joint_rate)];
+    let joint_rate = typical.joint_rate_rad_s.min(mission.servicer.joint_rate_limit_rad_s[0]);
+    let ends = [(1, NODES - 1, TURNS[0], typical.rate_rad_s), (3, PRESET, TURNS[1], joint_rate)];
     for (pose, end, turn, scale) in ends {
-        let interval = mission.approach.duration / (NODES - 1) as f64;
+        let interval = mission.approach.duration_s / (NODES - 1) as f64;
         let rate = turn / (end as f64 * interval);
         for k in 1..end {
-            step.x[k][pose] = (k - 1) as f64 * interval * rate / typical.angle;
+            step.x[k][pose] = (k - 1) as f64 * interval * rate / typical.angle_rad;
             step.x[k][pose + 3 + LINKS] = rate / scale;
         }
     }
@@ -76,7 +76,7 @@ fn pinned_poses_are_reached() {
         let mut residuals = Residuals::ZERO;
         problem.residuals(&to, &mut residuals);
         let missed = residuals.defect.iter().map(SVector::amax).fold(0.0, f64::max);
-        let missed = missed * mission.typical().angle;
+        let missed = missed * mission.typical().angle_rad;
         assert!(missed < 0.03 * TURNS[1], "{integrator}: {missed:e} rad");
     }
 }

@@ -132,8 +132,8 @@ pub fn acceleration<const NL: usize>(
 ) -> Acceleration<NL> {
     let bus_rotation = quaternion::rotation_matrix(&state.attitude);
     let bus = Body {
-        mass: servicer.bus_mass,
-        inertia: rotated_inertia(&bus_rotation, &servicer.bus_inertia),
+        mass: servicer.bus_mass_kg,
+        inertia: rotated_inertia(&bus_rotation, &servicer.bus_inertia_kg_m2),
         center: Vector3::zeros(),
         velocity: spatial(state.rate, Vector3::zeros()),
     };
@@ -169,7 +169,7 @@ fn outward<const NL: usize>(
 ) -> [Joint; NL] {
     let mut joints = [Joint::ZERO; NL];
     let mut attitude = state.attitude;
-    let mut position = quaternion::rotation_matrix(&attitude) * servicer.arm_base;
+    let mut position = quaternion::rotation_matrix(&attitude) * servicer.arm_base_m;
     let mut velocity = bus.velocity;
     for (i, (joint, link)) in joints.iter_mut().zip(&servicer.links).enumerate() {
         let turn = quaternion::exp(&(link.axis * state.joint_angle[i]));
@@ -181,15 +181,15 @@ fn outward<const NL: usize>(
         velocity += turning;
         joint.bias_acceleration = cross_motion(&velocity, &turning);
         let body = Body {
-            mass: link.mass,
-            inertia: rotated_inertia(&rotation, &link.inertia),
-            center: position + rotation * link.center_of_mass,
+            mass: link.mass_kg,
+            inertia: rotated_inertia(&rotation, &link.inertia_kg_m2),
+            center: position + rotation * link.center_of_mass_m,
             velocity,
         };
-        joint.inertia = link.armature;
+        joint.inertia = link.armature_kg_m2;
         joint.link_inertia = body.spatial_inertia();
         joint.link_bias = body.bias(n);
-        position += rotation * link.tip;
+        position += rotation * link.tip_m;
     }
     joints
 }

@@ -229,7 +229,7 @@ impl<const NL: usize> Multibody<'_, NL> {
             out.moments[i] = subtree;
             subtree.shift(link.lever);
         }
-        let second = second_moment(&self.servicer.bus_inertia);
+        let second = second_moment(&self.servicer.bus_inertia_kg_m2);
         subtree.gradient += Mat3::cross_matrix(bus_mu).product(&second);
         subtree.linear = total;
         out.bus = subtree;
@@ -497,14 +497,15 @@ mod tests {
         let tilt = |a: f64| Vector3::new(libm::sin(a), libm::cos(a), 0.0);
         for (i, link) in mission.servicer.links.iter_mut().enumerate() {
             link.axis = tilt(0.7 * i as f64);
-            link.inertia += Matrix3::new(0.1, 0.02, -0.03, 0.02, 0.0, 0.01, -0.03, 0.01, 0.05);
-            link.armature = 0.2;
-            link.center_of_mass.x += 0.04;
+            link.inertia_kg_m2 +=
+                Matrix3::new(0.1, 0.02, -0.03, 0.02, 0.0, 0.01, -0.03, 0.01, 0.05);
+            link.armature_kg_m2 = 0.2;
+            link.center_of_mass_m.x += 0.04;
         }
-        mission.servicer.bus_inertia =
+        mission.servicer.bus_inertia_kg_m2 =
             Matrix3::new(80.0, 6.0, -9.0, 6.0, 95.0, 4.0, -9.0, 4.0, 110.0);
         // A fast orbit, so that the tidal terms count.
-        mission.orbit.semi_major_axis = 1.5e5;
+        mission.orbit.semi_major_axis_m = 1.5e5;
         mission
     }
 

@@ -140,14 +140,14 @@ impl<const NL: usize> Multibody<'_, NL> {
                 // About the joint before, and at last about the bus centre of mass.
                 angular += other.lever.cross(link.momentum);
             }
-            joint[(k, k)] += self.servicer.links[k].armature;
+            joint[(k, k)] += self.servicer.links[k].armature_kg_m2;
             let row = angular - h.cross(recoil);
             coupling.set_row(k, &row.to_vector().transpose());
         }
         let columns = [Vec3([1.0, 0.0, 0.0]), Vec3([0.0, 1.0, 0.0]), Vec3([0.0, 0.0, 1.0])]
             .map(|e| kinematics.whole.inertia(e) + h.cross(h.cross(e)).scaled(inverse_mass));
         let mut bus = Matrix3::from_columns(&columns.map(Vec3::to_vector));
-        bus += self.servicer.bus_inertia;
+        bus += self.servicer.bus_inertia_kg_m2;
         // Inertia matrices are positive definite for every valid servicer; where the input is
         // not finite the factors are not either, and the caller sees it in the result.
         let _ = cholesky_in_place(&mut joint);

@@ -159,7 +159,7 @@ impl<const NL: usize> Multibody<'_, NL> {
     ) -> GeneralizedForce<f64, NL> {
         let gradient = self.bus_gradient(frame, motion);
         let mut spatial = SpatialAcceleration { rate: frame.rate, gradient, at: Vec3::ZERO };
-        let second = second_moment(&self.servicer.bus_inertia);
+        let second = second_moment(&self.servicer.bus_inertia_kg_m2);
         let bus = spatial.moment(&second);
         let mut wrenches = [Wrench::ZERO; NL];
         for (i, link) in kinematics.links.iter().enumerate() {
@@ -177,7 +177,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         for (i, link) in kinematics.links.iter().enumerate() {
             let moment = wrenches[i].moment + link.subtree.first.cross(base);
             joint[i] = link.axis.dot(moment)
-                + self.servicer.links[i].armature * motion.joint_acceleration[i];
+                + self.servicer.links[i].armature_kg_m2 * motion.joint_acceleration[i];
         }
         let moment = wrench.moment + kinematics.whole.first.cross(base);
         GeneralizedForce { bus: bus + moment, joint }

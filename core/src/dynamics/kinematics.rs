@@ -109,13 +109,13 @@ impl<const NL: usize> Multibody<'_, NL> {
             let before = if i == 0 { Vec3::ZERO } else { poses[i - 1].joint };
             let lever = pose.joint - before;
             let offset = pose.center - pose.joint;
-            let second_moment = turned(&pose.rotation, &second_moment(&link.inertia));
-            subtree.add(link.mass, &second_moment, offset);
+            let second_moment = turned(&pose.rotation, &second_moment(&link.inertia_kg_m2));
+            subtree.add(link.mass_kg, &second_moment, offset);
             kinematics.links[i] = LinkKinematics {
                 axis: pose.axis,
                 lever,
                 offset,
-                mass: link.mass,
+                mass: link.mass_kg,
                 second_moment,
                 subtree,
                 momentum: pose.axis.cross(subtree.first),

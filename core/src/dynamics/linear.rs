@@ -227,7 +227,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         }
         let mut bus = wrench.moment + kinematics.whole.first.lift().cross(base);
         if seed.joint.is_none() {
-            bus += seed.spatial.moment(&second_moment(&self.servicer.bus_inertia));
+            bus += seed.spatial.moment(&second_moment(&self.servicer.bus_inertia_kg_m2));
         }
         GeneralizedForce { bus, joint }
     }

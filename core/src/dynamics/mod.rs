@@ -117,8 +117,8 @@ impl<const NL: usize> Control<NL> {
     pub(crate) fn within_limits(&self, servicer: &Servicer<NL>) -> Self {
         let within = |torque: f64, limit: f64| clamp(torque, -limit, limit);
         Self {
-            bus_torque: self.bus_torque.zip_map(&servicer.max_bus_torque, within),
-            joint_torque: self.joint_torque.zip_map(&servicer.max_joint_torque, within),
+            bus_torque: self.bus_torque.zip_map(&servicer.bus_torque_limit_n_m, within),
+            joint_torque: self.joint_torque.zip_map(&servicer.joint_torque_limit_n_m, within),
         }
     }
 

@@ -91,15 +91,15 @@ impl<'a, const NL: usize> Multibody<'a, NL> {
     pub(super) fn link_poses_of<T: Scalar>(&self, turns: &[(T, T); NL]) -> [LinkPose<T>; NL] {
         let mut poses = [LinkPose::ZERO; NL];
         let mut rotation = Mat3::constant(&Matrix3::identity());
-        let mut joint = Vec3::constant(&self.servicer.arm_base);
+        let mut joint = Vec3::constant(&self.servicer.arm_base_m);
         // By index: borrowed, the array would be built here and then copied to the caller.
         for (i, (link, turn)) in self.servicer.links.iter().zip(turns).enumerate() {
             // The axis is the same in the link's axes and in those of the body before it.
             let axis = rotation.apply_constant(&link.axis);
             rotation = rotation.product(&Mat3::rotation(&link.axis, *turn));
-            let center = joint + rotation.apply_constant(&link.center_of_mass);
+            let center = joint + rotation.apply_constant(&link.center_of_mass_m);
             poses[i] = LinkPose { rotation, axis, joint, center };
-            joint += rotation.apply_constant(&link.tip);
+            joint += rotation.apply_constant(&link.tip_m);
         }
         poses
     }
@@ -108,7 +108,7 @@ impl<'a, const NL: usize> Multibody<'a, NL> {
     pub(super) fn first_moment(&self, poses: &[LinkPose<f64>; NL]) -> Vec3<f64> {
         let mut moment = Vec3::ZERO;
         for (link, pose) in self.servicer.links.iter().zip(poses) {
-            moment += pose.center * link.mass;
+            moment += pose.center * link.mass_kg;
         }
         moment
     }

@@ -43,7 +43,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         let mut pose = ArmPose::<NL> {
             joint: core::array::from_fn(|i| poses[i].joint.to_vector()),
             axis: core::array::from_fn(|i| poses[i].axis.to_vector()),
-            end: self.servicer.arm_base,
+            end: self.servicer.arm_base_m,
             center: self.first_moment(&poses).to_vector() / self.total_mass,
             center_by_joint: SMatrix::zeros(),
         };
@@ -51,10 +51,10 @@ impl<const NL: usize> Multibody<'_, NL> {
         let (mut mass, mut moment) = (0.0, Vector3::zeros());
         for (i, (link, at)) in self.servicer.links.iter().zip(&poses).enumerate().rev() {
             if i + 1 == NL {
-                pose.end = pose.joint[i] + at.rotation.apply_constant(&link.tip).to_vector();
+                pose.end = pose.joint[i] + at.rotation.apply_constant(&link.tip_m).to_vector();
             }
-            mass += link.mass;
-            moment += at.center.to_vector() * link.mass;
+            mass += link.mass_kg;
+            moment += at.center.to_vector() * link.mass_kg;
             let subtree = moment - pose.joint[i] * mass;
             let drift: Vector3<f64> = pose.axis[i].cross(&subtree) / self.total_mass;
             pose.center_by_joint.set_column(i, &drift);

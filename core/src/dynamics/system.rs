@@ -51,7 +51,7 @@ impl<const NL: usize> Multibody<'_, NL> {
             let axis = pose.axis.to_vector() * state.joint_rate[j];
             for (link, subtree) in self.servicer.links.iter().zip(&poses).skip(j) {
                 let lever = (subtree.center - pose.joint).to_vector();
-                drift += axis.cross(&lever) * (link.mass / self.total_mass);
+                drift += axis.cross(&lever) * (link.mass_kg / self.total_mass);
             }
         }
         (r * center, state.rate.cross(&(r * center)) + r * drift)
@@ -62,11 +62,11 @@ impl<const NL: usize> Multibody<'_, NL> {
         let r = quaternion::rotation_matrix(&state.attitude);
         let poses = self.link_poses(&Self::angles(&state.joint_angle));
         let center = self.first_moment(&poses).to_vector() / self.total_mass;
-        let mut tip = self.servicer.arm_base;
+        let mut tip = self.servicer.arm_base_m;
         let mut rotation = Matrix3::identity();
         for (link, pose) in self.servicer.links.iter().zip(&poses) {
             rotation = Matrix3::from_columns(&pose.rotation.0.map(|c| c.to_vector()));
-            tip = pose.joint.to_vector() + rotation * link.tip;
+            tip = pose.joint.to_vector() + rotation * link.tip_m;
         }
         EndEffectorPose { position: r * (tip - center), rotation: r * rotation }
     }
@@ -111,7 +111,7 @@ impl<const NL: usize> Multibody<'_, NL> {
             rate += axis * state.joint_rate[k];
             let lever = r * (pose.center - pose.joint).to_vector();
             let center = linear + angular.cross(&lever) + rate.cross(&rate.cross(&lever));
-            sum += center * self.servicer.links[k].mass;
+            sum += center * self.servicer.links[k].mass_kg;
         }
         sum / self.total_mass
     }

@@ -71,9 +71,9 @@ impl<const NL: usize> Limits<NL> {
     /// Those of a servicer in full.
     pub fn of(servicer: &Servicer<NL>) -> Self {
         Self {
-            force: servicer.max_force,
-            bus_torque: servicer.max_bus_torque,
-            joint_torque: servicer.max_joint_torque,
+            force: servicer.force_limit_n,
+            bus_torque: servicer.bus_torque_limit_n_m,
+            joint_torque: servicer.joint_torque_limit_n_m,
         }
     }
 

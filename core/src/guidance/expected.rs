@@ -58,7 +58,7 @@ mod tests {
             e.position + center + body.end_effector(&e.state).position
         };
         let port =
-            quaternion::rotation_matrix(&estimate.target.attitude) * mission.target.port_position;
+            quaternion::rotation_matrix(&estimate.target.attitude) * mission.target.port_position_m;
         let off = at(estimate) - port;
         let h = 1e-3;
         let mut later = *estimate;
@@ -96,14 +96,14 @@ mod tests {
     /// The default vehicle and others, at several rates and from several times on.
     #[test]
     fn what_guidance_expects_is_flown_to_a_capture() {
-        let heavy = |mission: &mut Mission<3>| mission.servicer.bus_mass = 700.0;
+        let heavy = |mission: &mut Mission<3>| mission.servicer.bus_mass_kg = 700.0;
         let short_arm = |mission: &mut Mission<3>| {
             for link in &mut mission.servicer.links {
-                link.mass *= 0.7;
-                link.inertia *= 0.7;
+                link.mass_kg *= 0.7;
+                link.inertia_kg_m2 *= 0.7;
             }
         };
-        let high = |mission: &mut Mission<3>| mission.orbit.semi_major_axis = 7.4e6;
+        let high = |mission: &mut Mission<3>| mission.orbit.semi_major_axis_m = 7.4e6;
         let vehicles: [fn(&mut Mission<3>); 4] = [|_| {}, heavy, short_arm, high];
         let mut planner = Box::new(Planner::new());
         for (i, change) in vehicles.into_iter().enumerate() {

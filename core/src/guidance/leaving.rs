@@ -190,7 +190,7 @@ impl<const NL: usize> Tracking<'_, NL> {
         let (center, drift) = self.body.center_of_mass(&estimate.state);
         let effector = self.body.end_effector(&estimate.state).position;
         let tip = estimate.position + center + effector;
-        let distance = signed_distance_to_box(&mission.target.half_extents, &target.tr_mul(&tip));
+        let distance = signed_distance_to_box(&mission.target.half_extents_m, &target.tr_mul(&tip));
         let has_to = without.dot(&(target * mission.target.port_normal)).abs() > ALONG;
         // Joints move slowly beside the bus.
         let moving = estimate.velocity + drift + estimate.state.rate.cross(&effector);

@@ -531,5 +531,5 @@ fn seen_by_camera<const NL: usize>(
     let (center, _) = body.center_of_mass(&estimate.state);
     let tip = estimate.position + center + body.end_effector(&estimate.state).position;
     let target = quaternion::rotation_matrix(&estimate.target.attitude);
-    Some(seen - (tip - target * mission.target.port_position))
+    Some(seen - (tip - target * mission.target.port_position_m))
 }

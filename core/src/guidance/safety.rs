@@ -104,7 +104,7 @@ impl<const NL: usize> Flight<'_, NL> {
     /// Distance of a point from the target's box [m].
     fn distance(&self, position: &Vector3<f64>, target: &TargetState) -> f64 {
         let to_target = quaternion::rotation_matrix(&target.attitude).transpose();
-        signed_distance_to_box(&self.mission.target.half_extents, &(to_target * position)).value
+        signed_distance_to_box(&self.mission.target.half_extents_m, &(to_target * position)).value
     }
 
     /// The target after `time`.
@@ -126,7 +126,7 @@ impl<const NL: usize> Flight<'_, NL> {
             limits,
             since: ESCAPE_STEP,
         };
-        let far = self.mission.approach.keep_out_far;
+        let far = self.mission.approach.keep_out_far_m;
         let mut clearance = f64::INFINITY;
         let mut leaving = Leaving::without(Vector3::zeros());
         // Bound: steps of an escape.
@@ -177,7 +177,7 @@ impl<const NL: usize> Flight<'_, NL> {
             x = along * x;
             target = self.target_after(&target, DRIFT_STEP);
         }
-        let tolerance = self.mission.tolerances.keep_out;
+        let tolerance = self.mission.tolerances.keep_out_m;
         Drift { clears: distance >= keep_out - tolerance, distance }
     }
 

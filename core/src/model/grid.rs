@@ -44,9 +44,9 @@ impl Grid {
         Self {
             duration,
             nodes: nodes.max(2),
-            keep_out: [approach.keep_out_far, approach.keep_out_near],
-            near_time: approach.keep_out_near_time,
-            preset_time: approach.preset_time,
+            keep_out: [approach.keep_out_far_m, approach.keep_out_near_m],
+            near_time: approach.keep_out_near_s,
+            preset_time: approach.preset_s,
             recovery_time: None,
             arm_time: 0.0,
         }
@@ -138,14 +138,14 @@ impl Grid {
 impl<const NL: usize> Mission<NL> {
     /// The grid of a scenario's plan.
     pub fn grid(&self, scenario: &Scenario<NL>) -> Grid {
-        let duration = scenario.duration.unwrap_or(self.approach.duration);
+        let duration = scenario.duration.unwrap_or(self.approach.duration_s);
         let nodes = scenario.nodes.unwrap_or(self.approach.nodes);
         let grid = Grid::new(&self.approach, duration, nodes);
         if !scenario.start.is_given() {
             return grid;
         }
         Grid {
-            recovery_time: Some(self.approach.recovery_time),
+            recovery_time: Some(self.approach.recovery_s),
             arm_time: self.arm_time(scenario),
             ..grid
         }
@@ -156,11 +156,11 @@ impl<const NL: usize> Mission<NL> {
     /// straight [s].
     fn arm_time(&self, scenario: &Scenario<NL>) -> f64 {
         let s = &self.servicer;
-        let way = s.capture_joint_angle - self.joint_angle_at_start(scenario);
+        let way = s.capture_joint_angle_rad - self.joint_angle_at_start(scenario);
         let mut slowest = 0.0;
         for (i, travel) in way.iter().enumerate() {
-            let acceleration = 0.5 * s.max_joint_torque[i] / s.inertia_beyond(i);
-            let rate = s.max_joint_rate[i] * (1.0 - self.margins.joint_rate);
+            let acceleration = 0.5 * s.joint_torque_limit_n_m[i] / s.inertia_beyond(i);
+            let rate = s.joint_rate_limit_rad_s[i] * (1.0 - self.margins.joint_rate);
             let speed = rate.min(libm::sqrt(acceleration * travel.abs()));
             let now = scenario.start.joint_rate[i] * travel.signum();
             let missing = speed - clamp(now, -speed, speed);
@@ -174,7 +174,7 @@ impl<const NL: usize> Mission<NL> {
 
     /// The grid of plans of the mission's duration from the default start.
     pub fn own_grid(&self) -> Grid {
-        Grid::new(&self.approach, self.approach.duration, self.approach.nodes)
+        Grid::new(&self.approach, self.approach.duration_s, self.approach.nodes)
     }
 }
 
@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn the_arm_is_set_once_recovery_is_over_and_at_the_end_at_the_latest() {
         let mission = Mission::default();
-        let there = Some(mission.servicer.capture_joint_angle);
+        let there = Some(mission.servicer.capture_joint_angle_rad);
         let start = Start { joint_angle: there, ..Start::default() };
         let of = |duration: f64| {
             let scenario = Scenario { start, duration: Some(duration), ..Scenario::default() };

@@ -6,6 +6,9 @@
 
 mod capture;
 mod feasibility;
+mod fields;
+#[cfg(feature = "serde")]
+pub mod forms;
 mod formulation;
 mod grid;
 mod keep_out;
@@ -22,11 +25,12 @@ mod typical;
 
 pub use capture::{CAPTURE_ALIGNMENT, CaptureFailure, CaptureSearch, CaptureViolation};
 pub use feasibility::{MAX_ECCENTRICITY_STEPS, MAX_NODE_TURN, MIN_NODES, Needs};
+pub use fields::{Field, FieldVisitor, InvalidField, Range};
 pub use formulation::{Integrator, InvalidIntegrator, Switch};
 pub use grid::Grid;
 pub use keep_out::{SignedDistance, signed_distance_to_box};
 pub use mission::{
-    Approach, Corridor, InvalidField, Margins, Mission, Roll, ScenarioRanges, Tolerances, Weights,
+    Approach, Corridor, Margins, Mission, Roll, ScenarioRanges, Tolerances, Weights,
 };
 pub use orbit::{Body, HcwTransition, Orbit, hcw_acceleration};
 pub use recovery::{RECOVERY_NAMES, Recovery};

@@ -1,6 +1,6 @@
 //! The target's orbit and relative motion about it (Hill-Clohessy-Wiltshire).
 
-use core::fmt;
+use super::fields::{BELOW_ONE, Field, FieldVisitor, Range, Value};
 use nalgebra::{SMatrix, Vector3};
 
 /// The body that an orbit is about, beside its gravity. No plan depends on it.
@@ -9,14 +9,14 @@ pub struct Body {
     /// Name in ASCII, filled up with zeros; zeros alone where it is not known.
     pub name: [u8; 16],
     /// Radius of its surface [m]; zero where it is not known.
-    pub radius: f64,
+    pub radius_m: f64,
 }
 
 impl Body {
     /// The Earth, with its equatorial radius (WGS84).
-    pub const EARTH: Self = Self { name: *b"EARTH\0\0\0\0\0\0\0\0\0\0\0", radius: 6_378_137.0 };
+    pub const EARTH: Self = Self { name: *b"EARTH\0\0\0\0\0\0\0\0\0\0\0", radius_m: 6_378_137.0 };
     /// An unknown body.
-    pub const UNKNOWN: Self = Self { name: [0; 16], radius: 0.0 };
+    pub const UNKNOWN: Self = Self { name: [0; 16], radius_m: 0.0 };
 
     /// The Earth, if this is its gravitational parameter [m^3/s^2]; else an unknown body.
     pub fn with(gravitational_parameter: f64) -> Self {
@@ -33,51 +33,56 @@ const EARTH_MU: f64 = 3.986_004_418e14;
 const EARTH_MU_SPREAD: f64 = 1e-5;
 
 /// The target's orbit. The planner sees only its mean motion; the rest matters to a truth model.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     /// The body's gravitational parameter [m^3/s^2].
-    pub gravitational_parameter: f64,
+    pub gravitational_parameter_m3_s2: f64,
     /// Semi-major axis [m].
-    pub semi_major_axis: f64,
+    pub semi_major_axis_m: f64,
     /// Eccentricity.
     pub eccentricity: f64,
     /// Inclination [rad].
-    pub inclination: f64,
+    pub inclination_rad: f64,
     /// The body that it is about.
     pub body: Body,
 }
 
 impl Orbit {
+    /// The radius of the body's surface, which no plan depends on.
+    pub(super) const BODY_RADIUS: Field =
+        Field { key: "orbit.body_radius_m", range: Range::NotNegative, link: None };
+
+    /// Visits the fields that plans depend on, in their order.
+    pub(super) fn visit(&mut self, visitor: &mut dyn FieldVisitor) {
+        let Self { gravitational_parameter_m3_s2, semi_major_axis_m, .. } = self;
+        let mut number = |key, range, value: &mut f64| {
+            value.visit(Field { key, range, link: None }, visitor);
+        };
+        let eccentricity = Range::Within(-0.0, BELOW_ONE, "must lie in [0, 1)");
+        number(
+            "orbit.gravitational_parameter_m3_s2",
+            Range::Positive,
+            gravitational_parameter_m3_s2,
+        );
+        number("orbit.semi_major_axis_m", Range::Positive, semi_major_axis_m);
+        number("orbit.eccentricity", eccentricity, &mut self.eccentricity);
+        number("orbit.inclination_rad", Range::Finite, &mut self.inclination_rad);
+    }
+
     /// Mean motion `n = sqrt(mu / a^3)` [rad/s].
     pub fn mean_motion(&self) -> f64 {
-        let a = self.semi_major_axis;
-        libm::sqrt(self.gravitational_parameter / (a * a * a))
-    }
-}
-
-impl fmt::Debug for Orbit {
-    /// Shows the body unless it is the Earth: fingerprints of missions are made of this text.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut shown = f.debug_struct("Orbit");
-        shown
-            .field("gravitational_parameter", &self.gravitational_parameter)
-            .field("semi_major_axis", &self.semi_major_axis)
-            .field("eccentricity", &self.eccentricity)
-            .field("inclination", &self.inclination);
-        if self.body != Body::EARTH {
-            shown.field("body", &self.body);
-        }
-        shown.finish()
+        let a = self.semi_major_axis_m;
+        libm::sqrt(self.gravitational_parameter_m3_s2 / (a * a * a))
     }
 }
 
 impl Default for Orbit {
     fn default() -> Self {
         Self {
-            gravitational_parameter: EARTH_MU,
-            semi_major_axis: 6.8e6,
+            gravitational_parameter_m3_s2: EARTH_MU,
+            semi_major_axis_m: 6.8e6,
             eccentricity: 1e-3,
-            inclination: 97.0 * core::f64::consts::PI / 180.0,
+            inclination_rad: 97.0 * core::f64::consts::PI / 180.0,
             body: Body::EARTH,
         }
     }

@@ -1,7 +1,7 @@
 //! An arm in a build with room for more joints.
 
 use super::{Link, Mission, Scenario, Servicer, Start};
-use nalgebra::{Matrix3, SVector, Vector3};
+use nalgebra::SVector;
 
 /// The first `M` of `values`; `rest` where there are no more.
 fn resized<const NL: usize, const M: usize>(
@@ -11,45 +11,31 @@ fn resized<const NL: usize, const M: usize>(
     SVector::from_fn(|i, _| values.iter().nth(i).copied().unwrap_or(rest))
 }
 
-impl Link {
-    /// A link that is not there: without mass, length or radius, on a rotor of this inertia [kg m^2] that
-    /// no other body feels.
-    const fn absent(armature: f64) -> Self {
-        Self {
-            tip: Vector3::new(0.0, 0.0, 0.0),
-            center_of_mass: Vector3::new(0.0, 0.0, 0.0),
-            mass: 0.0,
-            inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-            axis: Vector3::new(0.0, 0.0, 1.0),
-            armature,
-            radius: 0.0,
-        }
-    }
-}
-
 impl<const NL: usize> Servicer<NL> {
     /// The same servicer for a build with room for `M` joints. Those beyond its own are at the tip, turn
     /// nothing, and stand at zero from start to capture, with the limits of its first; where `M` is
     /// smaller, the joints beyond it are cut off.
     pub fn resized<const M: usize>(&self) -> Servicer<M> {
         let first = |limits: &SVector<f64, NL>| limits.iter().next().copied().unwrap_or(1.0);
-        let (rate, torque) = (first(&self.max_joint_rate), first(&self.max_joint_torque));
-        let absent = Link::absent(self.inertia_beyond(0));
+        let (rate, torque) =
+            (first(&self.joint_rate_limit_rad_s), first(&self.joint_torque_limit_n_m));
+        // Its rotor is felt by no other body.
+        let absent = Link { armature_kg_m2: self.inertia_beyond(0), ..Link::default() };
         Servicer {
-            bus_mass: self.bus_mass,
-            bus_inertia: self.bus_inertia,
-            bus_half_extents: self.bus_half_extents,
+            bus_mass_kg: self.bus_mass_kg,
+            bus_inertia_kg_m2: self.bus_inertia_kg_m2,
+            bus_half_extents_m: self.bus_half_extents_m,
             boresight: self.boresight,
-            arm_base: self.arm_base,
+            arm_base_m: self.arm_base_m,
             links: core::array::from_fn(|i| self.links.get(i).copied().unwrap_or(absent)),
-            min_joint_angle: resized(&self.min_joint_angle, -1.0),
-            max_joint_angle: resized(&self.max_joint_angle, 1.0),
-            max_joint_rate: resized(&self.max_joint_rate, rate),
-            initial_joint_angle: resized(&self.initial_joint_angle, 0.0),
-            capture_joint_angle: resized(&self.capture_joint_angle, 0.0),
-            max_force: self.max_force,
-            max_bus_torque: self.max_bus_torque,
-            max_joint_torque: resized(&self.max_joint_torque, torque),
+            min_joint_angle_rad: resized(&self.min_joint_angle_rad, -1.0),
+            max_joint_angle_rad: resized(&self.max_joint_angle_rad, 1.0),
+            joint_rate_limit_rad_s: resized(&self.joint_rate_limit_rad_s, rate),
+            initial_joint_angle_rad: resized(&self.initial_joint_angle_rad, 0.0),
+            capture_joint_angle_rad: resized(&self.capture_joint_angle_rad, 0.0),
+            force_limit_n: self.force_limit_n,
+            bus_torque_limit_n_m: self.bus_torque_limit_n_m,
+            joint_torque_limit_n_m: resized(&self.joint_torque_limit_n_m, torque),
         }
     }
 }

@@ -34,9 +34,9 @@ impl<const NL: usize> Recovery<NL> {
     ) -> Self {
         let (s, t) = (&mission.servicer, &mission.tolerances);
         for (i, is_beyond) in self.joint.iter_mut().enumerate() {
-            *is_beyond |= s.beyond_stop(i, joint_angle[i]) > t.joint;
+            *is_beyond |= s.beyond_stop(i, joint_angle[i]) > t.joint_rad;
         }
-        let cosine = libm::cos(mission.approach.field_of_view_half_angle);
+        let cosine = libm::cos(mission.approach.field_of_view_half_angle_rad);
         self.pointing |= seen < cosine - t.pointing;
         self
     }
@@ -64,20 +64,20 @@ impl<const NL: usize> Mission<NL> {
 
     /// Joint angles of a scenario at t = 0 [rad].
     pub fn joint_angle_at_start(&self, scenario: &Scenario<NL>) -> SVector<f64, NL> {
-        scenario.start.joint_angle.unwrap_or(self.servicer.initial_joint_angle)
+        scenario.start.joint_angle.unwrap_or(self.servicer.initial_joint_angle_rad)
     }
 
     /// Signed distance of the centre of mass from the target's box at t = 0 [m].
     pub fn distance_at_start(&self, scenario: &Scenario<NL>) -> f64 {
         let rotation = quaternion::rotation_matrix(&scenario.target_attitude);
         let local = rotation.transpose() * scenario.position;
-        signed_distance_to_box(&self.target.half_extents, &local).value
+        signed_distance_to_box(&self.target.half_extents_m, &local).value
     }
 
     /// Cosine of the angle between boresight and port at t = 0.
     pub fn pointing_at_start(&self, scenario: &Scenario<NL>) -> f64 {
         let rotation = quaternion::rotation_matrix(&scenario.target_attitude);
-        let sight: Vector3<f64> = rotation * self.target.port_position - scenario.position;
+        let sight: Vector3<f64> = rotation * self.target.port_position_m - scenario.position;
         let bus = quaternion::rotation_matrix(&self.bus_attitude_at_start(scenario));
         sight.dot(&(bus * self.servicer.boresight)) / divisor(libm::sqrt(sight.dot(&sight)))
     }
@@ -93,10 +93,10 @@ impl<const NL: usize> Mission<NL> {
         let start_only = Recovery {
             joint: [false; NL],
             joint_rate: core::array::from_fn(|i| {
-                start.joint_rate[i].abs() > s.max_joint_rate[i] * (1.0 + t.joint_rate)
+                start.joint_rate[i].abs() > s.joint_rate_limit_rad_s[i] * (1.0 + t.joint_rate)
             }),
             pointing: false,
-            keep_out: self.distance_at_start(scenario) < keep_out - t.keep_out,
+            keep_out: self.distance_at_start(scenario) < keep_out - t.keep_out_m,
         };
         let seen = self.pointing_at_start(scenario);
         start_only.and_pose(self, &self.joint_angle_at_start(scenario), seen)

@@ -1,50 +1,73 @@
 //! The servicer: bus, arm and actuators as data.
 
+use super::fields::{Field, FieldVisitor, Judge, Range, Value, judge_inertia, section};
+#[cfg(feature = "serde")]
+use super::forms;
 use super::segment_to_box;
 use crate::math::quaternion;
 use nalgebra::{Matrix3, SVector, Vector3};
-use remora_qp::dense::{clamp, divisor};
+use remora_qp::dense::{clamp, divisor, is_positive, is_within};
 
-/// One link of the arm. Its frame sits at its own joint, which turns it relative to the body
-/// before it; at zero angle all frames are parallel to the bus body frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Link {
-    /// Vector from this joint to the next one (for the last link, to the end effector), in link
-    /// axes [m].
-    pub tip: Vector3<f64>,
-    /// Centre of mass in link axes, from the joint [m].
-    pub center_of_mass: Vector3<f64>,
-    /// Mass [kg].
-    pub mass: f64,
-    /// Inertia tensor about the centre of mass, link axes [kg m^2]; symmetric.
-    pub inertia: Matrix3<f64>,
-    /// Unit joint axis, in link axes.
-    pub axis: Vector3<f64>,
-    /// Inertia of the joint's rotor about the joint axis, times the gear ratio squared [kg m^2]: what it
-    /// adds to the joint's own inertia.
-    pub armature: f64,
-    /// Radius of the capsule about the line from joint to tip that holds the link [m].
-    pub radius: f64,
+section! {
+    /// One link of the arm. Its frame sits at its own joint, which turns it relative to the body
+    /// before it; at zero angle all frames are parallel to the bus body frame. By default it has neither
+    /// length nor mass, and turns about +z.
+    Link in "servicer.links" {
+        /// Vector from this joint to the next one (for the last link, to the end effector), in link
+        /// axes [m].
+        #[cfg_attr(feature = "serde", serde(with = "forms::vector"))]
+        tip_m: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0), Finite;
+        /// Centre of mass in link axes, from the joint [m].
+        #[cfg_attr(feature = "serde", serde(with = "forms::vector"))]
+        center_of_mass_m: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0), Finite;
+        /// Mass [kg].
+        mass_kg: f64 = 0.0, NotNegative;
+        /// Inertia tensor about the centre of mass, link axes [kg m^2]; symmetric.
+        #[cfg_attr(feature = "serde", serde(with = "forms::inertia"))]
+        inertia_kg_m2: Matrix3<f64> = Matrix3::zeros(), Finite;
+        /// Unit joint axis, in link axes.
+        #[cfg_attr(feature = "serde", serde(with = "forms::vector"))]
+        axis: Vector3<f64> = Vector3::new(0.0, 0.0, 1.0), Unit;
+        /// Inertia of the joint's rotor about the joint axis, times the gear ratio squared [kg m^2]: what it
+        /// adds to the joint's own inertia.
+        #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "is_zero"))]
+        armature_kg_m2: f64 = 0.0, NotNegative;
+        /// Radius of the capsule about the line from joint to tip that holds the link [m].
+        #[cfg_attr(feature = "serde", serde(default = "radius_of_thin_links"))]
+        radius_m: f64 = 0.0, NotNegative;
+    }
+}
+
+/// Whether a file may leave a number out.
+#[cfg(feature = "serde")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// Radius of a link where a file gives none [m].
+#[cfg(feature = "serde")]
+fn radius_of_thin_links() -> f64 {
+    0.05
 }
 
 impl Link {
     /// Whether it reaches from its joint to another point: one that does not has no body. Joints whose
     /// axes meet have such links between them.
     pub fn has_length(&self) -> bool {
-        self.tip.amax() > 0.0
+        self.tip_m.amax() > 0.0
     }
 
     /// A uniform cylinder along +z, turning about +y.
     pub fn cylinder(length: f64, mass: f64, radius: f64) -> Self {
         let across = mass * (3.0 * radius * radius + length * length) / 12.0;
         Self {
-            tip: Vector3::new(0.0, 0.0, length),
-            center_of_mass: Vector3::new(0.0, 0.0, 0.5 * length),
-            mass,
-            inertia: principal_inertia(across, across, 0.5 * mass * radius * radius),
+            tip_m: Vector3::new(0.0, 0.0, length),
+            center_of_mass_m: Vector3::new(0.0, 0.0, 0.5 * length),
+            mass_kg: mass,
+            inertia_kg_m2: principal_inertia(across, across, 0.5 * mass * radius * radius),
             axis: Vector3::y(),
-            armature: 0.0,
-            radius,
+            armature_kg_m2: 0.0,
+            radius_m: radius,
         }
     }
 }
@@ -79,33 +102,33 @@ pub(super) fn largest_and_shares(limits: &Vector3<f64>) -> (f64, Vector3<f64>) {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Servicer<const NL: usize> {
     /// Bus mass [kg].
-    pub bus_mass: f64,
+    pub bus_mass_kg: f64,
     /// Bus inertia tensor about its centre of mass, body axes [kg m^2]; symmetric.
-    pub bus_inertia: Matrix3<f64>,
+    pub bus_inertia_kg_m2: Matrix3<f64>,
     /// Half edge lengths of the box about the bus's centre of mass that holds it [m].
-    pub bus_half_extents: Vector3<f64>,
+    pub bus_half_extents_m: Vector3<f64>,
     /// Unit boresight of the camera, bus axes.
     pub boresight: Vector3<f64>,
     /// First joint, from the bus centre of mass, bus axes [m].
-    pub arm_base: Vector3<f64>,
+    pub arm_base_m: Vector3<f64>,
     /// The arm, from the bus outwards.
     pub links: [Link; NL],
     /// Lower stops: least joint angles [rad].
-    pub min_joint_angle: SVector<f64, NL>,
+    pub min_joint_angle_rad: SVector<f64, NL>,
     /// Upper stops: largest joint angles [rad].
-    pub max_joint_angle: SVector<f64, NL>,
+    pub max_joint_angle_rad: SVector<f64, NL>,
     /// Joint rates are kept within plus and minus these [rad/s].
-    pub max_joint_rate: SVector<f64, NL>,
+    pub joint_rate_limit_rad_s: SVector<f64, NL>,
     /// Joint angles at the start of the approach, at rest [rad].
-    pub initial_joint_angle: SVector<f64, NL>,
+    pub initial_joint_angle_rad: SVector<f64, NL>,
     /// Joint angles at capture [rad].
-    pub capture_joint_angle: SVector<f64, NL>,
+    pub capture_joint_angle_rad: SVector<f64, NL>,
     /// Largest force along each axis, RTN axes [N].
-    pub max_force: Vector3<f64>,
+    pub force_limit_n: Vector3<f64>,
     /// Largest bus torque about each axis, body axes [N m].
-    pub max_bus_torque: Vector3<f64>,
+    pub bus_torque_limit_n_m: Vector3<f64>,
     /// Largest joint torques [N m].
-    pub max_joint_torque: SVector<f64, NL>,
+    pub joint_torque_limit_n_m: SVector<f64, NL>,
 }
 
 impl Default for Servicer<3> {
@@ -113,21 +136,76 @@ impl Default for Servicer<3> {
     fn default() -> Self {
         use core::f64::consts::PI;
         Self {
-            bus_mass: 500.0,
-            bus_inertia: principal_inertia(83.3, 83.3, 83.3),
-            bus_half_extents: Vector3::new(0.5, 0.5, 0.5),
+            bus_mass_kg: 500.0,
+            bus_inertia_kg_m2: principal_inertia(83.3, 83.3, 83.3),
+            bus_half_extents_m: Vector3::new(0.5, 0.5, 0.5),
             boresight: Vector3::z(),
-            arm_base: Vector3::new(0.0, 0.0, 0.116),
+            arm_base_m: Vector3::new(0.0, 0.0, 0.116),
             links: [0.75, 0.75, 0.30].map(|length| Link::cylinder(length, 10.0, 0.05)),
-            min_joint_angle: SVector::from([-PI, -PI / 2.0, -1.75]),
-            max_joint_angle: SVector::from([PI, PI / 2.0, 1.75]),
-            max_joint_rate: SVector::repeat(5e-3),
-            initial_joint_angle: SVector::from([-PI / 9.0, PI / 5.0, 0.0]),
-            capture_joint_angle: SVector::from([-0.752_793_7, 1.505_587_4, -0.752_793_7]),
-            max_force: Vector3::repeat(2.5),
-            max_bus_torque: Vector3::repeat(5e-3),
-            max_joint_torque: SVector::repeat(5e-3),
+            min_joint_angle_rad: SVector::from([-PI, -PI / 2.0, -1.75]),
+            max_joint_angle_rad: SVector::from([PI, PI / 2.0, 1.75]),
+            joint_rate_limit_rad_s: SVector::repeat(5e-3),
+            initial_joint_angle_rad: SVector::from([-PI / 9.0, PI / 5.0, 0.0]),
+            capture_joint_angle_rad: SVector::from([-0.752_793_7, 1.505_587_4, -0.752_793_7]),
+            force_limit_n: Vector3::repeat(2.5),
+            bus_torque_limit_n_m: Vector3::repeat(5e-3),
+            joint_torque_limit_n_m: SVector::repeat(5e-3),
         }
+    }
+}
+
+impl<const NL: usize> Servicer<NL> {
+    /// Visits the fields in their order.
+    pub(super) fn visit(&mut self, visitor: &mut dyn FieldVisitor) {
+        macro_rules! fields {
+            ($($field:ident: $range:ident),*) => {$(
+                let key = concat!("servicer.", stringify!($field));
+                let field = Field { key, range: Range::$range, link: None };
+                self.$field.visit(field, visitor);
+            )*};
+        }
+        fields!(bus_mass_kg: Positive, bus_inertia_kg_m2: Inertia, bus_half_extents_m: Positive);
+        fields!(boresight: Unit, arm_base_m: Finite);
+        for (i, link) in self.links.iter_mut().enumerate() {
+            link.visit(Some(i), visitor);
+        }
+        fields!(min_joint_angle_rad: Finite, max_joint_angle_rad: Finite);
+        fields!(joint_rate_limit_rad_s: Positive, initial_joint_angle_rad: Finite);
+        fields!(capture_joint_angle_rad: Finite, force_limit_n: Positive);
+        fields!(bus_torque_limit_n_m: Positive, joint_torque_limit_n_m: Positive);
+    }
+
+    /// Judges what ranges of single fields cannot say: links with and without mass, stops, the reach.
+    #[inline(never)]
+    pub(super) fn judge(&self, judge: &mut Judge) {
+        for (i, link) in self.links.iter().enumerate() {
+            let (index, inertia) = (Some(i), "servicer.links.inertia_kg_m2");
+            if link.mass_kg > 0.0 {
+                let found = judge_inertia(&link.inertia_kg_m2);
+                judge.that(found.is_ok(), inertia, index, found.err().unwrap_or_default());
+                continue;
+            }
+            let reason = "must be zero for a link without mass";
+            judge.that(link.inertia_kg_m2.amax() == 0.0, inertia, index, reason);
+            let reason = "must be positive for a link without mass";
+            let is_driven = link.armature_kg_m2 > 0.0;
+            judge.that(is_driven, "servicer.links.armature_kg_m2", index, reason);
+        }
+        for i in 0..NL {
+            let (index, lower, upper) =
+                (Some(i), self.min_joint_angle_rad[i], self.max_joint_angle_rad[i]);
+            let reason = "the lower stop must be below the upper one";
+            judge.that(lower < upper, "servicer.max_joint_angle_rad", index, reason);
+            let within = |angle: f64| is_within(angle, lower, upper);
+            let reason = "must lie within the joint's stops";
+            let is_within = within(self.initial_joint_angle_rad[i]);
+            judge.that(is_within, "servicer.initial_joint_angle_rad", index, reason);
+            let is_within = within(self.capture_joint_angle_rad[i]);
+            judge.that(is_within, "servicer.capture_joint_angle_rad", index, reason);
+        }
+        let reason = "must leave the end effector away from the system's centre of mass";
+        let reaches = is_positive(self.capture_geometry().reach);
+        judge.that(reaches, "servicer.capture_joint_angle_rad", None, reason);
     }
 }
 
@@ -143,7 +221,7 @@ pub struct CaptureGeometry {
 impl<const NL: usize> Servicer<NL> {
     /// Mass of bus and arm together [kg].
     pub fn total_mass(&self) -> f64 {
-        self.bus_mass + self.links.iter().map(|link| link.mass).sum::<f64>()
+        self.bus_mass_kg + self.links.iter().map(|link| link.mass_kg).sum::<f64>()
     }
 
     /// System centre of mass and end effector for joint angles `angles`, both from the bus centre
@@ -153,13 +231,13 @@ impl<const NL: usize> Servicer<NL> {
         angles: &SVector<f64, NL>,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let mut moment = Vector3::zeros();
-        let mut joint = self.arm_base;
+        let mut joint = self.arm_base_m;
         let mut attitude = quaternion::IDENTITY;
         for (link, angle) in self.links.iter().zip(angles.iter()) {
             attitude = quaternion::product(&attitude, &quaternion::exp(&(link.axis * *angle)));
             let rotation = quaternion::rotation_matrix(&attitude);
-            moment += (joint + rotation * link.center_of_mass) * link.mass;
-            joint += rotation * link.tip;
+            moment += (joint + rotation * link.center_of_mass_m) * link.mass_kg;
+            joint += rotation * link.tip_m;
         }
         (moment / self.total_mass(), joint)
     }
@@ -168,7 +246,7 @@ impl<const NL: usize> Servicer<NL> {
     // Not inlined, as `moment_bounds`.
     #[inline(never)]
     pub fn in_bus_axes_at_capture(&self, vector: &Vector3<f64>) -> Vector3<f64> {
-        let joints = self.links.iter().zip(self.capture_joint_angle.iter());
+        let joints = self.links.iter().zip(self.capture_joint_angle_rad.iter());
         let attitude = joints.fold(quaternion::IDENTITY, |attitude, (link, angle)| {
             quaternion::product(&attitude, &quaternion::exp(&(link.axis * *angle)))
         });
@@ -182,15 +260,15 @@ impl<const NL: usize> Servicer<NL> {
         let about = |own: Matrix3<f64>, mass: f64, at: Vector3<f64>| {
             own + (Matrix3::identity() * at.dot(&at) - at * at.transpose()) * mass
         };
-        let mut sum = about(self.bus_inertia, self.bus_mass, -com);
-        let mut joint = self.arm_base;
+        let mut sum = about(self.bus_inertia_kg_m2, self.bus_mass_kg, -com);
+        let mut joint = self.arm_base_m;
         let mut attitude = quaternion::IDENTITY;
         for (link, angle) in self.links.iter().zip(angles.iter()) {
             attitude = quaternion::product(&attitude, &quaternion::exp(&(link.axis * *angle)));
             let rotation = quaternion::rotation_matrix(&attitude);
-            let own = rotation * link.inertia * rotation.transpose();
-            sum += about(own, link.mass, joint + rotation * link.center_of_mass - com);
-            joint += rotation * link.tip;
+            let own = rotation * link.inertia_kg_m2 * rotation.transpose();
+            sum += about(own, link.mass_kg, joint + rotation * link.center_of_mass_m - com);
+            joint += rotation * link.tip_m;
         }
         sum
     }
@@ -202,13 +280,13 @@ impl<const NL: usize> Servicer<NL> {
     pub fn inertia_beyond(&self, i: usize) -> f64 {
         let (mut joint, mut sum) = (Vector3::zeros(), 0.0);
         if let Some(link) = self.links.get(i) {
-            sum += link.armature;
+            sum += link.armature_kg_m2;
         }
         for link in self.links.iter().skip(i) {
-            let center = joint + link.center_of_mass;
-            let [_, largest] = moment_bounds(&link.inertia);
-            sum += largest + link.mass * center.dot(&center);
-            joint += link.tip;
+            let center = joint + link.center_of_mass_m;
+            let [_, largest] = moment_bounds(&link.inertia_kg_m2);
+            sum += largest + link.mass_kg * center.dot(&center);
+            joint += link.tip_m;
         }
         sum
     }
@@ -226,12 +304,13 @@ impl<const NL: usize> Servicer<NL> {
     #[inline(never)]
     pub(super) fn distance_from_own_bus(&self, angles: &SVector<f64, NL>) -> (usize, f64) {
         let [mounted, _] = self.ends_with_length();
-        let (mut joint, mut attitude) = (self.arm_base, quaternion::IDENTITY);
+        let (mut joint, mut attitude) = (self.arm_base_m, quaternion::IDENTITY);
         let (mut nearest, mut least) = (0, f64::INFINITY);
         for (i, (link, angle)) in self.links.iter().zip(angles.iter()).enumerate() {
             attitude = quaternion::product(&attitude, &quaternion::exp(&(link.axis * *angle)));
-            let tip = joint + quaternion::rotation_matrix(&attitude) * link.tip;
-            let distance = segment_to_box(&self.bus_half_extents, &joint, &tip).value - link.radius;
+            let tip = joint + quaternion::rotation_matrix(&attitude) * link.tip_m;
+            let distance =
+                segment_to_box(&self.bus_half_extents_m, &joint, &tip).value - link.radius_m;
             if i > mounted && link.has_length() && distance < least {
                 (nearest, least) = (i + 1, distance);
             }
@@ -242,7 +321,7 @@ impl<const NL: usize> Servicer<NL> {
 
     /// How far joint `i` is beyond the nearer of its stops at `angle`; negative within them [rad].
     pub(super) fn beyond_stop(&self, i: usize, angle: f64) -> f64 {
-        (angle - self.max_joint_angle[i]).max(self.min_joint_angle[i] - angle)
+        (angle - self.max_joint_angle_rad[i]).max(self.min_joint_angle_rad[i] - angle)
     }
 
     /// Farthest that the end effector gets from the system's centre of mass [m]: joint by joint
@@ -257,10 +336,10 @@ impl<const NL: usize> Servicer<NL> {
             libm::sqrt((tip - com).dot(&(tip - com)))
         };
         let mut farthest = 0.0;
-        let (lower, upper) = (&self.min_joint_angle, &self.max_joint_angle);
+        let (lower, upper) = (&self.min_joint_angle_rad, &self.max_joint_angle_rad);
         let straight = SVector::from_fn(|i, _| clamp(0.0, lower[i], upper[i]));
         let (middle, half) = ((upper + lower) * 0.5, (upper - lower) * 0.5);
-        for start in [straight, self.initial_joint_angle, self.capture_joint_angle] {
+        for start in [straight, self.initial_joint_angle_rad, self.capture_joint_angle_rad] {
             let mut best = start;
             let mut reached = distance(&best);
             for _ in 0..ROUNDS {
@@ -289,7 +368,7 @@ impl<const NL: usize> Servicer<NL> {
 
     /// Reach and direction of the end effector at capture.
     pub fn capture_geometry(&self) -> CaptureGeometry {
-        let (com, tip) = self.center_of_mass_and_end_effector(&self.capture_joint_angle);
+        let (com, tip) = self.center_of_mass_and_end_effector(&self.capture_joint_angle_rad);
         let arm = tip - com;
         let reach = libm::sqrt(arm.dot(&arm));
         CaptureGeometry { reach, direction: arm / divisor(reach) }
@@ -314,7 +393,7 @@ mod tests {
     #[test]
     fn an_arm_that_is_bent_at_zero_extends_farther_than_that() {
         let mut servicer = Servicer::default();
-        servicer.links[1].tip = Vector3::new(0.75, 0.0, 0.0);
+        servicer.links[1].tip_m = Vector3::new(0.75, 0.0, 0.0);
         let (com, tip) = servicer.center_of_mass_and_end_effector(&SVector::zeros());
         let straight = Servicer::default().extension();
         assert!(servicer.extension() > (tip - com).norm() + 0.1);
@@ -324,7 +403,7 @@ mod tests {
     #[test]
     fn an_arm_whose_stops_hold_no_zero_extends_within_them() {
         let mut servicer = Servicer::default();
-        servicer.min_joint_angle[1] = 0.5;
+        servicer.min_joint_angle_rad[1] = 0.5;
         let bent = SVector::from([0.0, 0.5, 0.0]);
         let (com, tip) = servicer.center_of_mass_and_end_effector(&bent);
         let (extension, straight) = (servicer.extension(), Servicer::default().extension());
@@ -343,13 +422,13 @@ mod tests {
     #[test]
     fn a_joint_carries_what_comes_after_it() {
         let servicer = Servicer::default();
-        let own = |i: usize| servicer.links[i].inertia[(0, 0)];
+        let own = |i: usize| servicer.links[i].inertia_kg_m2[(0, 0)];
         let last = own(2) + 10.0 * 0.15 * 0.15;
         assert!((servicer.inertia_beyond(2) - last).abs() < 1e-12);
         let two = own(1) + own(2) + 10.0 * (0.375_f64.powi(2) + 0.9 * 0.9);
         assert!((servicer.inertia_beyond(1) - two).abs() < 1e-12);
         let mut geared = servicer;
-        geared.links[1].armature = 0.7;
+        geared.links[1].armature_kg_m2 = 0.7;
         assert!((geared.inertia_beyond(1) - two - 0.7).abs() < 1e-12);
         assert_eq!(geared.inertia_beyond(0), servicer.inertia_beyond(0));
     }
@@ -362,7 +441,7 @@ mod tests {
         // The straight arm along z: centres of mass at 0.491, 1.241 and 1.766 m.
         let across = 500.0 * com.z * com.z
             + [0.491, 1.241, 1.766].map(|z: f64| 10.0 * (z - com.z).powi(2)).iter().sum::<f64>();
-        let own = 83.3 + servicer.links.iter().map(|link| link.inertia[(0, 0)]).sum::<f64>();
+        let own = 83.3 + servicer.links.iter().map(|link| link.inertia_kg_m2[(0, 0)]).sum::<f64>();
         assert!((inertia[(0, 0)] - across - own).abs() < 1e-9, "{inertia}");
         assert!((inertia[(2, 2)] - 83.3 - 0.0375).abs() < 1e-9, "{inertia}");
     }

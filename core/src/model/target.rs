@@ -1,37 +1,33 @@
 //! The tumbling target: geometry, port, and rotation.
 
+use super::fields::section;
+#[cfg(feature = "serde")]
+use super::forms;
 use super::{Integrator, Switch};
 use crate::math::quaternion;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use remora_qp::dense::count;
 
-/// The dead satellite, in its own body frame at its centre of mass.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Target {
-    /// Half edge lengths of its box [m].
-    pub half_extents: Vector3<f64>,
-    /// Principal moments of inertia [kg m^2].
-    pub inertia: Vector3<f64>,
-    /// Mass [kg].
-    pub mass: f64,
-    /// Docking port position `p_d` [m].
-    pub port_position: Vector3<f64>,
-    /// Outward unit normal of the port `n_d`.
-    pub port_normal: Vector3<f64>,
-    /// Whether the gravity gradient turns it; free of torques otherwise, as in the paper.
-    pub gravity_gradient: Switch,
-}
-
-impl Default for Target {
-    fn default() -> Self {
-        Self {
-            half_extents: Vector3::new(0.4, 0.4, 0.2),
-            inertia: Vector3::new(2.5, 3.0, 2.0),
-            mass: 50.0,
-            port_position: Vector3::new(0.0, 0.0, 0.2),
-            port_normal: Vector3::z(),
-            gravity_gradient: Switch::Auto,
-        }
+section! {
+    /// The dead satellite, in its own body frame at its centre of mass.
+    #[cfg_attr(feature = "serde", serde(default))]
+    Target in "target" {
+        /// Whether the gravity gradient turns it; free of torques otherwise, as in the paper.
+        gravity_gradient: Switch = Switch::Auto, Code(3);
+        /// Half edge lengths of its box [m].
+        #[cfg_attr(feature = "serde", serde(with = "forms::vector"))]
+        half_extents_m: Vector3<f64> = Vector3::new(0.4, 0.4, 0.2), Positive;
+        /// Principal moments of inertia [kg m^2].
+        #[cfg_attr(feature = "serde", serde(with = "forms::vector"))]
+        inertia_kg_m2: Vector3<f64> = Vector3::new(2.5, 3.0, 2.0), Moments;
+        /// Mass [kg].
+        mass_kg: f64 = 50.0, Positive;
+        /// Docking port position `p_d` [m].
+        #[cfg_attr(feature = "serde", serde(with = "forms::vector"))]
+        port_position_m: Vector3<f64> = Vector3::new(0.0, 0.0, 0.2), Finite;
+        /// Outward unit normal of the port `n_d`.
+        #[cfg_attr(feature = "serde", serde(with = "forms::vector"))]
+        port_normal: Vector3<f64> = Vector3::new(0.0, 0.0, 1.0), Unit;
     }
 }
 
@@ -138,8 +134,8 @@ impl Target {
     ) -> f64 {
         let to_body = quaternion::rotation_matrix(attitude).transpose();
         let (radial, normal) = (to_body * Vector3::x(), to_body * Vector3::z());
-        let twice = |v: &Vector3<f64>| v.dot(&self.inertia.component_mul(v));
-        let (a, b, c) = (self.inertia.x, self.inertia.y, self.inertia.z);
+        let twice = |v: &Vector3<f64>| v.dot(&self.inertia_kg_m2.component_mul(v));
+        let (a, b, c) = (self.inertia_kg_m2.x, self.inertia_kg_m2.y, self.inertia_kg_m2.z);
         let (least, most) = (a.min(b).min(c), a.max(b).max(c));
         if self.gravity_gradient.is_on(integrator) {
             let gained = 3.0 * (twice(&radial) - least) + (most - twice(&normal));
@@ -189,12 +185,12 @@ impl Target {
         rotation: &Matrix3<f64>,
         w: &Vector3<f64>,
     ) -> Vector3<f64> {
-        let momentum = self.inertia.component_mul(w);
-        let mut turned = -w.cross(&momentum).component_div(&self.inertia);
+        let momentum = self.inertia_kg_m2.component_mul(w);
+        let mut turned = -w.cross(&momentum).component_div(&self.inertia_kg_m2);
         if has_gradient {
             let radial = rotation.transpose() * Vector3::x();
-            let torque = radial.cross(&self.inertia.component_mul(&radial)) * (3.0 * n * n);
-            turned += torque.component_div(&self.inertia);
+            let torque = radial.cross(&self.inertia_kg_m2.component_mul(&radial)) * (3.0 * n * n);
+            turned += torque.component_div(&self.inertia_kg_m2);
         }
         turned
     }
@@ -240,7 +236,7 @@ mod tests {
         let integrals = |k: usize| {
             let r = quaternion::rotation_matrix(&nodes[k].attitude);
             let w = r.transpose() * (nodes[k].rate + Vector3::new(0.0, 0.0, n));
-            let momentum = target.inertia.component_mul(&w);
+            let momentum = target.inertia_kg_m2.component_mul(&w);
             // RTN itself turns by n t about +N relative to inertial space.
             let spin = quaternion::exp(&Vector3::new(0.0, 0.0, n * dt * k as f64));
             (quaternion::rotation_matrix(&spin) * r * momentum, w.dot(&momentum))
@@ -291,7 +287,7 @@ mod tests {
         for round in 0..100 {
             let inertia = Vector3::from(BODIES[round % BODIES.len()]);
             let gravity_gradient = Switch::On;
-            let target = Target { inertia, gravity_gradient, ..Target::default() };
+            let target = Target { inertia_kg_m2: inertia, gravity_gradient, ..Target::default() };
             let (start, along) = (attitude(&mut draw), vector(&mut draw));
             let rate = along / along.norm() * libm::pow(10.0, -2.0 + draw());
             let (dt, nodes) = (10.0 + 9.0 * draw(), 60);
@@ -333,7 +329,7 @@ mod tests {
         let (n, dt, mut draw) = (Orbit::default().mean_motion(), 60.0, drawn());
         for round in 0..50 {
             let target = Target {
-                inertia: Vector3::from(BODIES[round % BODIES.len()]),
+                inertia_kg_m2: Vector3::from(BODIES[round % BODIES.len()]),
                 gravity_gradient: if round % 2 == 0 { Switch::On } else { Switch::Off },
                 ..Target::default()
             };
@@ -346,7 +342,7 @@ mod tests {
                 let inertial = node.rate + Vector3::new(0.0, 0.0, n);
                 assert!(inertial.norm() <= fastest * (1.0 + 1e-9));
                 let to_body = quaternion::rotation_matrix(&node.attitude).transpose();
-                let twice = |v: Vector3<f64>| v.dot(&target.inertia.component_mul(&v));
+                let twice = |v: Vector3<f64>| v.dot(&target.inertia_kg_m2.component_mul(&v));
                 let (radial, normal) = (to_body * Vector3::x(), to_body * Vector3::z());
                 let tides = 3.0 * twice(radial) - twice(normal);
                 let kept = if target.gravity_gradient == Switch::On {
@@ -354,7 +350,7 @@ mod tests {
                 } else {
                     twice(to_body * inertial)
                 };
-                let scale = target.inertia.max() * fastest * fastest;
+                let scale = target.inertia_kg_m2.max() * fastest * fastest;
                 assert!((kept - *first.get_or_insert(kept)).abs() < 1e-10 * scale);
             }
         }

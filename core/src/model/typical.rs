@@ -1,28 +1,30 @@
 //! Typical magnitudes of an approach: what steps of the optimisation are divided by.
 
+use super::fields::section;
 use super::{Mission, moment_bounds};
 use nalgebra::{SVector, Vector3};
 
-/// Typical magnitudes. They follow from time, travel and inertia, not from limits: a stronger
-/// servicer moves no faster for it, and its subproblems look the same.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Typical {
-    /// Position [m].
-    pub length: f64,
-    /// Velocity [m/s].
-    pub velocity: f64,
-    /// Force [N].
-    pub force: f64,
-    /// Attitude and joint angles [rad].
-    pub angle: f64,
-    /// Bus rate [rad/s].
-    pub rate: f64,
-    /// Joint rates [rad/s].
-    pub joint_rate: f64,
-    /// Bus torque [N m].
-    pub bus_torque: f64,
-    /// Joint torques [N m].
-    pub joint_torque: f64,
+section! {
+    /// Typical magnitudes. They follow from time, travel and inertia, not from limits: a stronger
+    /// servicer moves no faster for it, and its subproblems look the same. By default one each.
+    Typical in "typical" {
+        /// Position [m].
+        length_m: f64 = 1.0, Positive;
+        /// Velocity [m/s].
+        velocity_m_s: f64 = 1.0, Positive;
+        /// Force [N].
+        force_n: f64 = 1.0, Positive;
+        /// Attitude and joint angles [rad].
+        angle_rad: f64 = 1.0, Positive;
+        /// Bus rate [rad/s].
+        rate_rad_s: f64 = 1.0, Positive;
+        /// Joint rates [rad/s].
+        joint_rate_rad_s: f64 = 1.0, Positive;
+        /// Bus torque [N m].
+        bus_torque_n_m: f64 = 1.0, Positive;
+        /// Joint torques [N m].
+        joint_torque_n_m: f64 = 1.0, Positive;
+    }
 }
 
 /// Dimensionless factors, such that the problem definition's servicer has the magnitudes seen in
@@ -64,47 +66,47 @@ impl<const NL: usize> Mission<NL> {
     pub fn cost_units(&self) -> CostUnits<NL> {
         let (typical, servicer) = (self.typical(), &self.servicer);
         CostUnits {
-            force: servicer.max_force.map(|f| f.min(factor::MOST_FORCE * typical.force)),
+            force: servicer.force_limit_n.map(|f| f.min(factor::MOST_FORCE * typical.force_n)),
             bus_torque: servicer
-                .max_bus_torque
-                .map(|t| t.min(factor::MOST_TORQUE * typical.bus_torque)),
+                .bus_torque_limit_n_m
+                .map(|t| t.min(factor::MOST_TORQUE * typical.bus_torque_n_m)),
             joint_torque: servicer
-                .max_joint_torque
-                .map(|t| t.min(factor::MOST_TORQUE * typical.joint_torque)),
+                .joint_torque_limit_n_m
+                .map(|t| t.min(factor::MOST_TORQUE * typical.joint_torque_n_m)),
         }
     }
 
     /// Typical magnitudes: the mission's own, or those that follow from it. None is above the
     /// largest limit that concerns it; what an axis or a joint is scaled by is not above its own.
     pub fn typical(&self) -> Typical {
-        let (servicer, time) = (&self.servicer, self.approach.duration);
-        let (mut arm, mut whole) = (0.0, moment_bounds(&servicer.bus_inertia)[1]);
-        let mut joint = servicer.arm_base;
+        let (servicer, time) = (&self.servicer, self.approach.duration_s);
+        let (mut arm, mut whole) = (0.0, moment_bounds(&servicer.bus_inertia_kg_m2)[1]);
+        let mut joint = servicer.arm_base_m;
         for link in &servicer.links {
-            let center = joint + link.center_of_mass;
-            let [_, own] = moment_bounds(&link.inertia);
-            arm += own + link.mass * (center - servicer.arm_base).norm_squared();
-            whole += own + link.mass * center.norm_squared();
-            joint += link.tip;
+            let center = joint + link.center_of_mass_m;
+            let [_, own] = moment_bounds(&link.inertia_kg_m2);
+            arm += own + link.mass_kg * (center - servicer.arm_base_m).norm_squared();
+            whole += own + link.mass_kg * center.norm_squared();
+            joint += link.tip_m;
         }
         let length = 1.0;
         let per_square = 1.0 / (time * time);
         let derived = Typical {
-            length,
-            velocity: factor::VELOCITY * length / time,
-            force: factor::FORCE * servicer.total_mass() * length * per_square,
-            angle: 0.1,
-            rate: factor::RATE / time,
-            joint_rate: factor::JOINT_RATE / time,
-            bus_torque: factor::BUS_TORQUE * whole * per_square,
-            joint_torque: factor::JOINT_TORQUE * arm * per_square,
+            length_m: length,
+            velocity_m_s: factor::VELOCITY * length / time,
+            force_n: factor::FORCE * servicer.total_mass() * length * per_square,
+            angle_rad: 0.1,
+            rate_rad_s: factor::RATE / time,
+            joint_rate_rad_s: factor::JOINT_RATE / time,
+            bus_torque_n_m: factor::BUS_TORQUE * whole * per_square,
+            joint_torque_n_m: factor::JOINT_TORQUE * arm * per_square,
         };
         let t = self.typical_magnitudes.unwrap_or(derived);
         Typical {
-            force: t.force.min(servicer.max_force.max()),
-            joint_rate: t.joint_rate.min(servicer.max_joint_rate.max()),
-            bus_torque: t.bus_torque.min(servicer.max_bus_torque.max()),
-            joint_torque: t.joint_torque.min(servicer.max_joint_torque.max()),
+            force_n: t.force_n.min(servicer.force_limit_n.max()),
+            joint_rate_rad_s: t.joint_rate_rad_s.min(servicer.joint_rate_limit_rad_s.max()),
+            bus_torque_n_m: t.bus_torque_n_m.min(servicer.bus_torque_limit_n_m.max()),
+            joint_torque_n_m: t.joint_torque_n_m.min(servicer.joint_torque_limit_n_m.max()),
             ..t
         }
     }
@@ -118,9 +120,9 @@ mod tests {
     fn the_default_servicer_has_what_is_seen_in_its_plans() {
         let t = Mission::default().typical();
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.01;
-        assert!(near(t.velocity, 1e-2) && near(t.force, 2e-2), "{t:?}");
-        assert!(near(t.rate, 1e-3) && near(t.joint_rate, 5e-3), "{t:?}");
-        assert!(near(t.bus_torque, 5e-4) && near(t.joint_torque, 5e-4), "{t:?}");
+        assert!(near(t.velocity_m_s, 1e-2) && near(t.force_n, 2e-2), "{t:?}");
+        assert!(near(t.rate_rad_s, 1e-3) && near(t.joint_rate_rad_s, 5e-3), "{t:?}");
+        assert!(near(t.bus_torque_n_m, 5e-4) && near(t.joint_torque_n_m, 5e-4), "{t:?}");
     }
 
     #[test]
@@ -132,8 +134,8 @@ mod tests {
             joint_torque: SVector::repeat(5e-3),
         };
         assert_eq!(mission.cost_units(), paper);
-        mission.servicer.max_joint_torque[1] = 20.0;
-        mission.servicer.max_bus_torque.z = 1e-3;
+        mission.servicer.joint_torque_limit_n_m[1] = 20.0;
+        mission.servicer.bus_torque_limit_n_m.z = 1e-3;
         let units = mission.cost_units();
         assert!(units.joint_torque[1] < 6e-3 && units.joint_torque[2] == 5e-3);
         assert_eq!(units.bus_torque, Vector3::new(5e-3, 5e-3, 1e-3));
@@ -143,11 +145,11 @@ mod tests {
     #[test]
     fn strength_does_not_matter_but_weakness_does() {
         let (mut strong, mut weak) = (Mission::default(), Mission::default());
-        strong.servicer.max_joint_torque.fill(20.0);
-        strong.servicer.max_bus_torque.fill(5.0);
-        strong.servicer.max_force.fill(100.0);
+        strong.servicer.joint_torque_limit_n_m.fill(20.0);
+        strong.servicer.bus_torque_limit_n_m.fill(5.0);
+        strong.servicer.force_limit_n.fill(100.0);
         assert_eq!(strong.typical(), Mission::default().typical());
-        weak.servicer.max_force.fill(1e-3);
-        assert_eq!(weak.typical().force, 1e-3);
+        weak.servicer.force_limit_n.fill(1e-3);
+        assert_eq!(weak.typical().force_n, 1e-3);
     }
 }

@@ -5,13 +5,10 @@
 
 use super::{GuessRecord, PlanSettings, StageReport};
 use crate::dynamics::Integrator;
-use crate::model::{
-    Approach, Corridor, Grid, Link, Margins, Mission, Orbit, Roll, Scenario, Servicer, Start,
-    Target, Tolerances, Typical, Weights,
-};
+use crate::model::{Field, FieldVisitor, Mission, Scenario, Start};
 use crate::scp::{Log, Settings, Status};
 use crate::stages::{Mode, NODES, ReorientationTrajectory, TranslationTrajectory};
-use nalgebra::{Matrix3, SVector};
+use nalgebra::SVector;
 use remora_qp::Checksum;
 use remora_qp::{QpOutcome, QpStatus};
 
@@ -166,7 +163,8 @@ pub fn output_checksum<const N: usize, const NL: usize>(
 /// Checksum of mission and scenario together, the inputs of a plan.
 pub fn input_checksum<const NL: usize>(mission: &Mission<NL>, scenario: &Scenario<NL>) -> u64 {
     let mut sum = Checksum::new();
-    add_mission(&mut sum, mission);
+    let mut mission = *mission;
+    mission.visit(&mut sum);
     add_scenario(&mut sum, scenario);
     sum.value()
 }
@@ -174,7 +172,8 @@ pub fn input_checksum<const NL: usize>(mission: &Mission<NL>, scenario: &Scenari
 /// Checksum of a mission without its scenario ranges, which no plan depends on.
 pub fn mission_checksum<const NL: usize>(mission: &Mission<NL>) -> u64 {
     let mut sum = Checksum::new();
-    add_mission(&mut sum, mission);
+    let mut mission = *mission;
+    mission.visit(&mut sum);
     sum.value()
 }
 
@@ -185,40 +184,13 @@ pub fn scenario_checksum<const NL: usize>(scenario: &Scenario<NL>) -> u64 {
     sum.value()
 }
 
-/// Adds a mission. Fields are destructured here and below, so that a new one cannot be forgotten.
-fn add_mission<const NL: usize>(sum: &mut Checksum, mission: &Mission<NL>) {
-    let Mission {
-        orbit,
-        target,
-        servicer,
-        approach,
-        weights,
-        tolerances,
-        margins,
-        corridor,
-        // Scenarios are sampled from these; a plan has one.
-        scenarios: _,
-        typical_magnitudes,
-        roll,
-    } = mission;
-    add_orbit(sum, orbit);
-    add_target(sum, target);
-    add_servicer(sum, servicer);
-    add_approach(sum, approach, &mission.own_grid());
-    add_weights(sum, weights);
-    add_tolerances(sum, tolerances);
-    let Margins { joint_angle, joint_rate, keep_out, field_of_view, clearance } = margins;
-    sum.numbers([joint_angle, joint_rate, keep_out, field_of_view, clearance]);
-    let Corridor { half_angle, mouth_radius, end_effector_length } = corridor;
-    sum.numbers([half_angle, mouth_radius, end_effector_length]);
-    if let Some(typical) = typical_magnitudes {
-        let Typical { length, velocity, force, angle, rate, joint_rate, bus_torque, joint_torque } =
-            typical;
-        sum.numbers([length, velocity, force, angle, rate, joint_rate, bus_torque, joint_torque]);
+impl FieldVisitor for Checksum {
+    fn numbers(&mut self, _: Field, values: &mut [f64]) {
+        Self::numbers(self, &*values);
     }
-    if let Some(Roll { end_effector, port }) = roll {
-        sum.numbers(end_effector);
-        sum.numbers(port);
+
+    fn word(&mut self, _: Field, value: &mut u32) {
+        self.integer(u64::from(*value));
     }
 }
 
@@ -300,149 +272,4 @@ fn add_settings(sum: &mut Checksum, settings: &Settings) {
         curvature_below,
         correct_below,
     ]);
-}
-
-fn add_orbit(sum: &mut Checksum, orbit: &Orbit) {
-    // No plan depends on the body's name and radius.
-    let Orbit { gravitational_parameter, semi_major_axis, eccentricity, inclination, body: _ } =
-        orbit;
-    sum.numbers([gravitational_parameter, semi_major_axis, eccentricity, inclination]);
-}
-
-fn add_target(sum: &mut Checksum, target: &Target) {
-    let Target { half_extents, inertia, mass, port_position, port_normal, gravity_gradient } =
-        target;
-    sum.integer(*gravity_gradient as u64);
-    sum.numbers(half_extents);
-    sum.numbers(inertia);
-    sum.numbers([mass]);
-    sum.numbers(port_position);
-    sum.numbers(port_normal);
-}
-
-fn add_servicer<const NL: usize>(sum: &mut Checksum, servicer: &Servicer<NL>) {
-    let Servicer {
-        bus_mass,
-        bus_inertia,
-        bus_half_extents,
-        boresight,
-        arm_base,
-        links,
-        min_joint_angle,
-        max_joint_angle,
-        max_joint_rate,
-        initial_joint_angle,
-        capture_joint_angle,
-        max_force,
-        max_bus_torque,
-        max_joint_torque,
-    } = servicer;
-    sum.numbers([bus_mass]);
-    sum.numbers(&bus_inertia.diagonal());
-    sum.numbers(bus_half_extents);
-    sum.numbers(boresight);
-    sum.numbers(arm_base);
-    for Link { tip, center_of_mass, mass, inertia, axis, armature: _, radius } in links {
-        sum.numbers([radius]);
-        sum.numbers(tip);
-        sum.numbers(center_of_mass);
-        sum.numbers([mass]);
-        sum.numbers(&inertia.diagonal());
-        sum.numbers(axis);
-    }
-    sum.numbers(max_joint_angle);
-    sum.numbers(initial_joint_angle);
-    sum.numbers(capture_joint_angle);
-    // As one limit for all joints and axes, as older records have them: the first.
-    sum.numbers([&max_joint_rate[0], &max_force[0], &max_bus_torque[0], &max_joint_torque[0]]);
-    // What older missions could not say.
-    add_new(sum, 1, min_joint_angle.as_slice(), (-max_joint_angle).as_slice());
-    let joints = [max_joint_rate.as_slice(), max_joint_torque.as_slice()];
-    let axes = [max_force.as_slice(), max_bus_torque.as_slice()];
-    let limits = joints.into_iter().chain(axes);
-    for (tag, limits) in (2..).zip(limits) {
-        add_new(sum, tag, limits, limits.get(..1).unwrap_or_default());
-    }
-    add_new(sum, 6, &products(bus_inertia), &[0.0]);
-    for (tag, link) in (10..).zip(links) {
-        add_new_of_link(sum, tag, link);
-    }
-}
-
-/// Products of inertia.
-fn products(inertia: &Matrix3<f64>) -> [f64; 3] {
-    [inertia[(0, 1)], inertia[(0, 2)], inertia[(1, 2)]]
-}
-
-#[inline(never)]
-fn add_new_of_link(sum: &mut Checksum, tag: u64, link: &Link) {
-    add_new(sum, tag, &products(&link.inertia), &[0.0]);
-    add_new(sum, 100 + tag, &[link.armature], &[0.0]);
-}
-
-/// Adds numbers that older missions could not say, after one that tells them apart, where they are not
-/// what those meant, one for each or one for all: checksums of older missions stay.
-#[inline(never)]
-fn add_new(sum: &mut Checksum, tag: u64, numbers: &[f64], meant: &[f64]) {
-    if numbers.iter().zip(meant.iter().cycle()).any(|(number, meant)| number != meant) {
-        sum.integer(tag);
-        sum.numbers(numbers);
-    }
-}
-
-fn add_approach(sum: &mut Checksum, approach: &Approach, grid: &Grid) {
-    let Approach {
-        duration,
-        nodes,
-        keep_out_far,
-        keep_out_near,
-        keep_out_near_time,
-        field_of_view_half_angle,
-        preset_time,
-        recovery_time,
-        clearance,
-        between_nodes,
-    } = approach;
-    sum.integer(*clearance as u64);
-    sum.integer(*between_nodes as u64);
-    // As fraction and intervals of the mission's own horizon, as older records have them.
-    let near = 1.0 - keep_out_near_time / duration;
-    let lead = grid.preset_lead();
-    sum.numbers([duration, keep_out_far, keep_out_near, &near]);
-    sum.numbers([field_of_view_half_angle]);
-    sum.integer(lead as u64);
-    // What older missions could not say.
-    let usual = Approach::default();
-    if *preset_time != usual.preset_time && *preset_time != lead as f64 * grid.interval() {
-        sum.numbers([preset_time]);
-    }
-    if *nodes != usual.nodes {
-        sum.integer(*nodes as u64);
-    }
-    if *recovery_time != usual.recovery_time {
-        sum.numbers([recovery_time]);
-    }
-}
-
-fn add_weights(sum: &mut Checksum, weights: &Weights) {
-    let Weights { force, force_change, bus_torque, joint_torque } = weights;
-    sum.numbers([force, force_change, bus_torque, joint_torque]);
-}
-
-fn add_tolerances(sum: &mut Checksum, tolerances: &Tolerances) {
-    let Tolerances {
-        dynamics,
-        control,
-        joint,
-        joint_rate,
-        pointing,
-        preset,
-        terminal_rate,
-        keep_out,
-        end_effector_position,
-        end_effector_angle,
-        clearance,
-    } = tolerances;
-    sum.numbers([dynamics, control, joint, joint_rate, pointing, preset, terminal_rate]);
-    sum.numbers([keep_out, end_effector_position, end_effector_angle, clearance]);
 }

@@ -288,7 +288,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         match reorientation {
             Status::Solved | Status::IterationLimit => {
                 self.formulation = tightened(&self.formulation, &found.residuals)?;
-                let both = found.residuals.keep_out > limits.keep_out;
+                let both = found.residuals.keep_out > limits.keep_out_m;
                 Some(if both { Change::BothStages } else { Change::ReorientationMargins })
             }
             Status::Infeasible if found.residuals.dynamics2 > limits.dynamics => {

@@ -299,8 +299,8 @@ mod tests {
         let damaged = |what| Some(Refusal::Damaged { what });
         assert_eq!(found(|_, _, _| ()), None);
         let input = damaged("mission or scenario");
-        assert_eq!(found(|mission, _, _| mission.servicer.max_joint_rate[1] *= 1.5), input);
-        assert_eq!(found(|mission, _, _| mission.tolerances.clearance *= 2.0), input);
+        assert_eq!(found(|mission, _, _| mission.servicer.joint_rate_limit_rad_s[1] *= 1.5), input);
+        assert_eq!(found(|mission, _, _| mission.tolerances.clearance_m *= 2.0), input);
         assert_eq!(found(|_, scenario, _| scenario.velocity.z = 1e-300), input);
         let other = damaged("options, guess or solver");
         assert_eq!(found(|_, _, options| options.deadline_s = 1.0), other);

@@ -27,7 +27,7 @@ pub(super) fn tightened<'a, const NL: usize>(
     let tolerances = &mission.tolerances;
     let mut wider = *formulation;
     let margins = &mut wider.margins;
-    let half_angle = approach.field_of_view_half_angle;
+    let half_angle = approach.field_of_view_half_angle_rad;
     let mut passed = false;
     for (name, value, tolerance) in found.against(tolerances) {
         // NaN is handled below.
@@ -37,14 +37,14 @@ pub(super) fn tightened<'a, const NL: usize>(
         let more = FACTOR * value;
         match name {
             _ if !value.is_finite() => return None,
-            "joint" if between => margins.joint_angle += more,
+            "joint" if between => margins.joint_angle_rad += more,
             "joint_rate" if between => {
                 margins.joint_rate = clamp(margins.joint_rate + more, 0.0, WIDEST);
             }
-            "keep_out" if between => margins.keep_out += more,
+            "keep_out" if between => margins.keep_out_m += more,
             "pointing" if between => {
-                let angle = margins.field_of_view + more / libm::sin(half_angle).max(more);
-                margins.field_of_view = clamp(angle, 0.0, WIDEST * half_angle);
+                let angle = margins.field_of_view_rad + more / libm::sin(half_angle).max(more);
+                margins.field_of_view_rad = clamp(angle, 0.0, WIDEST * half_angle);
             }
             "clearance" if clear => wider.extra_clearance += more,
             "dynamics2" if value <= COARSE * tolerance => match &mut wider.integrator {
@@ -85,13 +85,13 @@ pub(super) fn force_limit_of_wheels<const NL: usize>(
 ) -> Option<[f64; 2]> {
     let (mission, scenario) = (formulation.mission, formulation.scenario);
     let servicer = &mission.servicer;
-    let lever = [&mission.joint_angle_at_start(scenario), &servicer.capture_joint_angle]
+    let lever = [&mission.joint_angle_at_start(scenario), &servicer.capture_joint_angle_rad]
         .map(|angles| servicer.center_of_mass_and_end_effector(angles).0)
         .iter()
         .map(|center| libm::sqrt(center.dot(center)))
         .fold(0.0, f64::max);
     // The moment may be about any of the bus's axes.
-    let weakest = servicer.max_bus_torque.min();
+    let weakest = servicer.bus_torque_limit_n_m.min();
     let moment = translation.force.iter().map(|force| lever * libm::sqrt(force.dot(force)));
     if !(moment.fold(0.0, f64::max) > weakest) {
         return None;
@@ -116,7 +116,7 @@ mod tests {
         let mut found = Residuals::default();
         change(&mut found);
         tightened(&Formulation::new(&mission, &scenario, integrator), &found)
-            .map(|wider| Margins { clearance: 0.03 + wider.extra_clearance, ..wider.margins })
+            .map(|wider| Margins { clearance_m: 0.03 + wider.extra_clearance, ..wider.margins })
     }
 
     #[test]
@@ -127,12 +127,12 @@ mod tests {
         let rate = wider(|r| r.joint_rate = 0.02, rk4).unwrap();
         assert_eq!(rate, Margins { joint_rate: margins.joint_rate + 1.5 * 0.02, ..margins });
         let body = wider(|r| r.clearance = 0.01, rk4).unwrap();
-        assert_eq!(body, Margins { clearance: margins.clearance + 0.015, ..margins });
+        assert_eq!(body, Margins { clearance_m: margins.clearance_m + 0.015, ..margins });
         assert_eq!(wider(|r| r.joint_rate = 0.02, euler), None);
         assert_eq!(wider(|r| r.dynamics2 = 1.0, rk4), None);
         assert_eq!(wider(|r| (r.joint, r.dynamics2) = (0.1, 1.0), rk4), None);
         assert_eq!(wider(|r| r.joint = f64::NAN, rk4), None);
-        assert!(wider(|r| r.pointing = 2.0, rk4).unwrap().field_of_view < 0.35);
+        assert!(wider(|r| r.pointing = 2.0, rk4).unwrap().field_of_view_rad < 0.35);
     }
 
     #[test]
@@ -159,9 +159,9 @@ mod tests {
         let [force, largest] = force_limit_of_wheels(&formulation, &translation, 0.01).unwrap();
         let center = |q| mission.servicer.center_of_mass_and_end_effector(q).0.norm();
         let servicer = &mission.servicer;
-        let lever =
-            center(&servicer.initial_joint_angle).max(center(&servicer.capture_joint_angle));
-        assert!((force * lever / servicer.max_bus_torque.x - 1.0).abs() < 1e-12);
+        let lever = center(&servicer.initial_joint_angle_rad)
+            .max(center(&servicer.capture_joint_angle_rad));
+        assert!((force * lever / servicer.bus_torque_limit_n_m.x - 1.0).abs() < 1e-12);
         assert_eq!(
             force_limit_of_wheels(&formulation, &translation, 0.4),
             Some([1.2 * 0.4, largest])

@@ -83,29 +83,29 @@ impl<const NL: usize> Bodies<NL> {
         let (servicer, target) = (&mission.servicer, &mission.target);
         let norm = |v: &Vector3<f64>| libm::sqrt(v.dot(v));
         let [mounted, last] = servicer.ends_with_length();
-        let last_length = servicer.links.get(last).map_or(0.0, |link| norm(&link.tip));
-        let cut = mission.corridor.end_effector_length;
+        let last_length = servicer.links.get(last).map_or(0.0, |link| norm(&link.tip_m));
+        let cut = mission.corridor.end_effector_length_m;
         // The bus's centre is nowhere further from the system's than the arm's moment can put it.
-        let (mut arm, mut moment, mut wide) = (norm(&servicer.arm_base), 0.0, 0.0);
+        let (mut arm, mut moment, mut wide) = (norm(&servicer.arm_base_m), 0.0, 0.0);
         for link in &servicer.links {
-            moment += link.mass * (arm + norm(&link.center_of_mass));
-            arm += norm(&link.tip);
-            wide = f64::max(wide, link.radius);
+            moment += link.mass_kg * (arm + norm(&link.center_of_mass_m));
+            arm += norm(&link.tip_m);
+            wide = f64::max(wide, link.radius_m);
         }
-        let body = norm(&servicer.bus_half_extents).max(arm + wide);
+        let body = norm(&servicer.bus_half_extents_m).max(arm + wide);
         Self {
-            target_half: target.half_extents,
-            bus_half: servicer.bus_half_extents,
-            radius: core::array::from_fn(|i| servicer.links[i].radius),
+            target_half: target.half_extents_m,
+            bus_half: servicer.bus_half_extents_m,
+            radius: core::array::from_fn(|i| servicer.links[i].radius_m),
             has_length: core::array::from_fn(|i| servicer.links[i].has_length()),
             mounted,
             last,
             last_share: if last_length > cut { 1.0 - cut / divisor(last_length) } else { 0.0 },
-            port: target.port_position,
+            port: target.port_position_m,
             normal: target.port_normal,
             corridor: mission.corridor,
             reach: body + moment / servicer.total_mass(),
-            target_radius: norm(&target.half_extents),
+            target_radius: norm(&target.half_extents_m),
         }
     }
 
@@ -181,13 +181,13 @@ impl<const NL: usize> Bodies<NL> {
     /// How far a point (target axes) is within the corridor: from the cone's side, or above the
     /// port's plane.
     fn corridor(&self, point: &Vector3<f64>) -> SignedDistance {
-        let (sin, cos) = libm::sincos(self.corridor.half_angle);
+        let (sin, cos) = libm::sincos(self.corridor.half_angle_rad);
         let from_port = point - self.port;
         let height = self.normal.dot(&from_port);
         let across = from_port - self.normal * height;
         let radius = libm::sqrt(across.dot(&across));
         let outward = if radius > 0.0 { across / divisor(radius) } else { Vector3::zeros() };
-        let apex = self.corridor.mouth_radius * cos / sin;
+        let apex = self.corridor.mouth_radius_m * cos / sin;
         let side = (height + apex) * sin - radius * cos;
         if side < height {
             SignedDistance { value: side, gradient: self.normal * sin - outward * cos }
@@ -337,7 +337,7 @@ mod tests {
         let geometry = mission.servicer.capture_geometry();
         let turn = quaternion::between(&geometry.direction, &-Vector3::z());
         let mut state = State { attitude: turn, ..State::ZERO };
-        state.joint_angle = mission.servicer.capture_joint_angle;
+        state.joint_angle = mission.servicer.capture_joint_angle_rad;
         let position = Vector3::new(0.0, 0.0, 0.2 + geometry.reach);
         let at = Instant { state: &state, position, target: quaternion::IDENTITY };
         let [effector, others] = bodies.clearances(&body, &at, 1.0);

@@ -24,7 +24,7 @@ pub fn warm_start<const N: usize, const NL: usize>(
     let grid = mission.grid(scenario);
     let (preset, dt, nodes) = (grid.preset_node(), grid.interval(), grid.nodes.min(N));
     let initial = State::at_start(mission, scenario);
-    let way = servicer.capture_joint_angle - initial.joint_angle;
+    let way = servicer.capture_joint_angle_rad - initial.joint_angle;
     let lightness = SVector::<usize, NL>::from_fn(|i, _| decades_lighter(servicer, i));
     let mut attitude = initial.attitude;
     for k in 0..nodes {
@@ -100,7 +100,7 @@ pub fn line_of_sight<const NL: usize>(
     position: &Vector3<f64>,
     target: &TargetState,
 ) -> Vector3<f64> {
-    let port = quaternion::rotation_matrix(&target.attitude) * mission.target.port_position;
+    let port = quaternion::rotation_matrix(&target.attitude) * mission.target.port_position_m;
     let sight = port - position;
     sight / libm::sqrt(sight.dot(&sight))
 }
@@ -142,7 +142,7 @@ mod tests {
     fn four_decades_are_the_most() {
         let mut servicer = Mission::default().servicer;
         let gripper = &mut servicer.links[2];
-        (gripper.mass, gripper.inertia) = (0.0, nalgebra::Matrix3::zeros());
+        (gripper.mass_kg, gripper.inertia_kg_m2) = (0.0, nalgebra::Matrix3::zeros());
         assert_eq!(decades_lighter(&servicer, 2), 4);
     }
 }

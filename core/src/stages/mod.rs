@@ -62,7 +62,7 @@ impl<'a, const NL: usize> Formulation<'a, NL> {
             integrator,
             margins: mission.margins,
             extra_clearance: 0.0,
-            max_force: mission.servicer.max_force.max(),
+            max_force: mission.servicer.force_limit_n.max(),
             deadline: Deadline::never(),
         }
     }

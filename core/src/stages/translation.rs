@@ -152,7 +152,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         let last = grid.last().min(N - 1);
         let end = &target[last];
         let capture = mission.servicer.capture_geometry();
-        let port = mission.target.port_position + mission.target.port_normal * capture.reach;
+        let port = mission.target.port_position_m + mission.target.port_normal * capture.reach;
         let position = quaternion::rotation_matrix(&end.attitude) * port;
         let (approach, n) = (&mission.approach, mission.mean_motion());
         let dt = grid.interval();
@@ -163,23 +163,23 @@ impl<'a, const N: usize> Translation<'a, N> {
             let (at, before) = (grid.keep_out(k), grid.keep_out(k.max(1) - 1));
             [at, if k == last { at_end } else { at.min(before) }]
         });
-        let limits = &mission.servicer.max_force;
-        let force_scale = limits.map(|limit| typical.force.min(limit));
+        let limits = &mission.servicer.force_limit_n;
+        let force_scale = limits.map(|limit| typical.force_n.min(limit));
         let inverse_unit = cost_unit.component_div(&force_scale).min();
         Self {
             is_recovering: mission.recovery(scenario, grid.keep_out(0)).keep_out,
             grid,
-            margin: approach.between_nodes.is_on(integrator).then_some(margins.keep_out),
+            margin: approach.between_nodes.is_on(integrator).then_some(margins.keep_out_m),
             back: WITHIN.map(|share| HcwTransition::new(n, -share * dt)),
             dt,
-            scale: [typical.length, typical.velocity],
+            scale: [typical.length_m, typical.velocity_m_s],
             force_scale,
             cost_unit,
             cost_scale: TYPICAL_COST * inverse_unit * inverse_unit,
             target,
-            half_extents: mission.target.half_extents,
+            half_extents: mission.target.half_extents_m,
             keep_out,
-            keep_out_tolerance: mission.tolerances.keep_out,
+            keep_out_tolerance: mission.tolerances.keep_out_m,
             end_tolerance: mission.tolerances.dynamics,
             transition: HcwTransition::new(n, dt),
             mass: mission.servicer.total_mass(),

@@ -110,7 +110,7 @@ impl<const NL: usize> Scene<'_, NL> {
         rate: Vector3<f64>,
         joint_rate: SVector<f64, NL>,
     ) -> (Vector3<f64>, SVector<f64, NL>) {
-        let limits = &self.mission.servicer.max_joint_rate;
+        let limits = &self.mission.servicer.joint_rate_limit_rad_s;
         let last = self.target.len() - 1;
         (
             if k >= last { self.target[last].rate } else { rate },

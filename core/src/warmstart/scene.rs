@@ -84,7 +84,7 @@ impl<'a, const NL: usize> Scene<'a, NL> {
             return f64::NAN;
         };
         let port =
-            quaternion::rotation_matrix(&target.attitude) * self.mission.target.port_position;
+            quaternion::rotation_matrix(&target.attitude) * self.mission.target.port_position_m;
         let arm = self.body.end_effector(last).position;
         let miss = position + arm - port;
         libm::sqrt(miss.dot(&miss))

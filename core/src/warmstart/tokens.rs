@@ -135,16 +135,16 @@ impl<const NL: usize> Scene<'_, NL> {
     /// The servicer's numbers, the same at each node.
     fn servicer_features(&self, out: &mut Writer<'_>) {
         let servicer = &self.mission.servicer;
-        out.put(servicer.bus_mass);
-        out.put_all(servicer.bus_inertia.diagonal().as_slice());
-        out.put_all(servicer.max_bus_torque.as_slice());
+        out.put(servicer.bus_mass_kg);
+        out.put_all(servicer.bus_inertia_kg_m2.diagonal().as_slice());
+        out.put_all(servicer.bus_torque_limit_n_m.as_slice());
         for link in &servicer.links {
-            out.put(libm::sqrt(link.tip.norm_squared()));
+            out.put(libm::sqrt(link.tip_m.norm_squared()));
         }
-        servicer.links.iter().for_each(|link| out.put(link.mass));
-        out.put_all(servicer.max_joint_rate.as_slice());
-        out.put_all(servicer.max_joint_torque.as_slice());
-        out.put_all(servicer.capture_joint_angle.as_slice());
+        servicer.links.iter().for_each(|link| out.put(link.mass_kg));
+        out.put_all(servicer.joint_rate_limit_rad_s.as_slice());
+        out.put_all(servicer.joint_torque_limit_n_m.as_slice());
+        out.put_all(servicer.capture_joint_angle_rad.as_slice());
     }
 
     fn paper_features(&self, k: usize, state: &State<NL>, out: &mut Writer<'_>) {
@@ -210,7 +210,7 @@ impl<const NL: usize> Scene<'_, NL> {
         let turn = quaternion::log(&quaternion::between(&self.arm, &(to_body * self.approach)));
         out.put_all(turn.as_slice());
         out.put_all((turn / time).as_slice());
-        let travel = self.mission.servicer.capture_joint_angle - state.joint_angle;
+        let travel = self.mission.servicer.capture_joint_angle_rad - state.joint_angle;
         let time = self.preset.saturating_sub(k).max(1) as f64 * self.dt;
         let open = if k < self.preset { 1.0 } else { 0.0 };
         out.put_all((travel * (open / time)).as_slice());

@@ -23,8 +23,8 @@ impl<const NL: usize, const NX: usize, const NU: usize> Case<NL, NX, NU> {
     pub fn mission(&self) -> Mission<NL> {
         let Mission { target, approach, weights, tolerances, .. } = Mission::default();
         let orbit = Orbit {
-            gravitational_parameter: self.mean_motion * self.mean_motion,
-            semi_major_axis: 1.0,
+            gravitational_parameter_m3_s2: self.mean_motion * self.mean_motion,
+            semi_major_axis_m: 1.0,
             ..Orbit::default()
         };
         let servicer = self.servicer;
@@ -131,13 +131,13 @@ fn inertia(low: f64, high: f64) -> impl Strategy<Value = Matrix3<f64>> {
 fn link() -> impl Strategy<Value = Link> {
     (vector(0.8), vector(0.4), 5.0..20.0, inertia(0.2, 1.0), unit_vector(), 0.0..2.0).prop_map(
         |(tip, center_of_mass, mass, inertia, axis, armature)| Link {
-            tip,
-            center_of_mass,
-            mass,
-            inertia,
+            tip_m: tip,
+            center_of_mass_m: center_of_mass,
+            mass_kg: mass,
+            inertia_kg_m2: inertia,
             axis,
-            armature,
-            radius: 0.05,
+            armature_kg_m2: armature,
+            radius_m: 0.05,
         },
     )
 }
@@ -146,20 +146,20 @@ fn servicer<const NL: usize>() -> impl Strategy<Value = Servicer<NL>> {
     let links = prop::array::uniform::<_, NL>(link());
     (100.0..500.0, inertia(10.0, 40.0), vector(0.5), links).prop_map(
         |(bus_mass, bus_inertia, arm_base, links)| Servicer {
-            bus_mass,
-            bus_inertia,
-            bus_half_extents: Vector3::repeat(0.5),
+            bus_mass_kg: bus_mass,
+            bus_inertia_kg_m2: bus_inertia,
+            bus_half_extents_m: Vector3::repeat(0.5),
             boresight: Vector3::z(),
-            arm_base,
+            arm_base_m: arm_base,
             links,
-            min_joint_angle: SVector::repeat(-3.0),
-            max_joint_angle: SVector::repeat(3.0),
-            max_joint_rate: SVector::repeat(1.0),
-            initial_joint_angle: SVector::zeros(),
-            capture_joint_angle: SVector::zeros(),
-            max_force: Vector3::repeat(1.0),
-            max_bus_torque: Vector3::repeat(1.0),
-            max_joint_torque: SVector::repeat(1.0),
+            min_joint_angle_rad: SVector::repeat(-3.0),
+            max_joint_angle_rad: SVector::repeat(3.0),
+            joint_rate_limit_rad_s: SVector::repeat(1.0),
+            initial_joint_angle_rad: SVector::zeros(),
+            capture_joint_angle_rad: SVector::zeros(),
+            force_limit_n: Vector3::repeat(1.0),
+            bus_torque_limit_n_m: Vector3::repeat(1.0),
+            joint_torque_limit_n_m: SVector::repeat(1.0),
         },
     )
 }
@@ -226,16 +226,16 @@ pub fn cloud<const NL: usize>(servicer: &Servicer<NL>, state: &State<NL>) -> Vec
     };
     let mut turn = UnitQuaternion::new_normalize(Quaternion::from(state.attitude));
     let (mut rate, origin) = (state.rate, Vector3::zeros());
-    add(servicer.bus_mass, servicer.bus_inertia, turn, origin, origin, rate);
-    let mut joint = turn * servicer.arm_base;
+    add(servicer.bus_mass_kg, servicer.bus_inertia_kg_m2, turn, origin, origin, rate);
+    let mut joint = turn * servicer.arm_base_m;
     let mut joint_velocity = rate.cross(&joint);
     for (i, link) in servicer.links.iter().enumerate() {
         rate += turn * link.axis * state.joint_rate[i];
         let axis = Unit::new_unchecked(link.axis);
         turn *= UnitQuaternion::from_axis_angle(&axis, state.joint_angle[i]);
-        let (center, tip) = (turn * link.center_of_mass, turn * link.tip);
+        let (center, tip) = (turn * link.center_of_mass_m, turn * link.tip_m);
         let velocity = joint_velocity + rate.cross(&center);
-        add(link.mass, link.inertia, turn, joint + center, velocity, rate);
+        add(link.mass_kg, link.inertia_kg_m2, turn, joint + center, velocity, rate);
         joint += tip;
         joint_velocity += rate.cross(&tip);
     }

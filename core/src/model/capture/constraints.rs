@@ -50,7 +50,10 @@ impl<'a, const NL: usize> Constraints<'a, NL> {
     /// Least and largest angle of joint `i`, off its stops by the margin [rad].
     pub fn stops(&self, i: usize) -> (f64, f64) {
         let margin = self.search.stop_margin;
-        (self.servicer.min_joint_angle[i] + margin, self.servicer.max_joint_angle[i] - margin)
+        (
+            self.servicer.min_joint_angle_rad[i] + margin,
+            self.servicer.max_joint_angle_rad[i] - margin,
+        )
     }
 
     pub fn pose(&self, angles: &SVector<f64, NL>) -> Pose<NL> {
@@ -106,13 +109,13 @@ impl<'a, const NL: usize> Constraints<'a, NL> {
 
     /// The arm, but for its first link, which is mounted there, off its own bus.
     fn own_bus(&self, pose: &Pose<NL>, to: &mut impl Take<NL>) {
-        let half = &self.servicer.bus_half_extents;
+        let half = &self.servicer.bus_half_extents_m;
         for (i, link) in self.servicer.links.iter().enumerate() {
             if i <= self.first || !link.has_length() {
                 continue;
             }
             let near = segment_to_box(half, &pose.start[i], &pose.end[i]);
-            let beyond = link.radius + self.search.clearance - near.value;
+            let beyond = link.radius_m + self.search.clearance - near.value;
             let gradient = |j| -near.gradient.dot(&pose.point_by_joint(i, &near.point, j));
             to.take(Limit::Bus, beyond, gradient);
         }
@@ -121,7 +124,7 @@ impl<'a, const NL: usize> Constraints<'a, NL> {
     /// Bus and links, all but the last, behind the plane through the end effector and across the
     /// direction. Links after the last of any length are part of the end effector.
     fn behind_the_port(&self, pose: &Pose<NL>, to: &mut impl Take<NL>) {
-        let (half, clearance) = (&self.servicer.bus_half_extents, self.search.clearance);
+        let (half, clearance) = (&self.servicer.bus_half_extents_m, self.search.clearance);
         let (direction, tip) = (&pose.direction, &pose.tip);
         // The corner of the box that is farthest along the direction.
         let corner =
@@ -133,7 +136,7 @@ impl<'a, const NL: usize> Constraints<'a, NL> {
         for (i, link) in self.servicer.links.iter().enumerate().take(self.last) {
             for end in [pose.start[i], pose.end[i]] {
                 let from_tip = end - tip.value;
-                let beyond = from_tip.dot(&direction.value) + link.radius + clearance;
+                let beyond = from_tip.dot(&direction.value) + link.radius_m + clearance;
                 to.take(Limit::Port, beyond, |j| {
                     let moved = pose.point_by_joint(i, &end, j) - tip.by_joint[j];
                     direction.value.dot(&moved) + from_tip.dot(&direction.by_joint[j])

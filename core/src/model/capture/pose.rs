@@ -34,14 +34,14 @@ impl<const NL: usize> Pose<NL> {
         let (mut axis, mut start, mut end) =
             ([Vector3::zeros(); NL], [Vector3::zeros(); NL], [Vector3::zeros(); NL]);
         let mut moment = [Vector3::zeros(); NL];
-        let mut joint = servicer.arm_base;
+        let mut joint = servicer.arm_base_m;
         let mut attitude = quaternion::IDENTITY;
         for (i, link) in servicer.links.iter().enumerate() {
             attitude = quaternion::product(&attitude, &quaternion::exp(&(link.axis * angles[i])));
             let rotation = quaternion::rotation_matrix(&attitude);
             (axis[i], start[i]) = (rotation * link.axis, joint);
-            moment[i] = (joint + rotation * link.center_of_mass) * link.mass;
-            joint += rotation * link.tip;
+            moment[i] = (joint + rotation * link.center_of_mass_m) * link.mass_kg;
+            joint += rotation * link.tip_m;
             end[i] = joint;
         }
         let tool = quaternion::rotation_matrix(&attitude) * tool;
@@ -52,7 +52,7 @@ impl<const NL: usize> Pose<NL> {
         let mut center_by_joint = [Vector3::zeros(); NL];
         let total = servicer.total_mass();
         for (i, link) in servicer.links.iter().enumerate().rev() {
-            mass += link.mass;
+            mass += link.mass_kg;
             carried += moment[i];
             center_by_joint[i] = turned(i, &(carried - start[i] * mass)) / total;
         }

@@ -116,7 +116,7 @@ fn travel<const NL: usize>(
 ) -> f64 {
     let mut longest = 0.0;
     for i in 0..NL {
-        let time = (angles[i] - near[i]).abs() / constraints.servicer.max_joint_rate[i];
+        let time = (angles[i] - near[i]).abs() / constraints.servicer.joint_rate_limit_rad_s[i];
         if time > longest {
             longest = time;
         }
@@ -197,7 +197,7 @@ impl<const NL: usize> Room<NL> {
 
     /// What of it is reached from `near` within `time` [s]; the nearest to it where that is nothing.
     fn within(&self, constraints: &Constraints<NL>, near: &SVector<f64, NL>, time: f64) -> Self {
-        let way = constraints.servicer.max_joint_rate * time;
+        let way = constraints.servicer.joint_rate_limit_rad_s * time;
         Self { least: self.nearest(&(near - way)), largest: self.nearest(&(near + way)) }
     }
 

@@ -25,21 +25,21 @@ fn independent<const NL: usize>(
 ) -> [f64; 5] {
     let mut turn = Matrix3::identity();
     let (mut joint, mut moment, mut mass) =
-        (servicer.arm_base, Vector3::zeros(), servicer.bus_mass);
+        (servicer.arm_base_m, Vector3::zeros(), servicer.bus_mass_kg);
     let mut ends = Vec::new();
     for (i, link) in servicer.links.iter().enumerate() {
         let axis = Unit::new_normalize(link.axis);
         turn *= Rotation3::from_axis_angle(&axis, angles[i]).into_inner();
-        moment += (joint + turn * link.center_of_mass) * link.mass;
-        mass += link.mass;
-        ends.push((joint, joint + turn * link.tip, link.radius));
-        joint += turn * link.tip;
+        moment += (joint + turn * link.center_of_mass_m) * link.mass_kg;
+        mass += link.mass_kg;
+        ends.push((joint, joint + turn * link.tip_m, link.radius_m));
+        joint += turn * link.tip_m;
     }
     let toward = (joint - moment / mass).normalize();
     let is_long = |(start, end, _): &(Vector3<f64>, Vector3<f64>, f64)| start != end;
     let first = ends.iter().position(is_long).unwrap();
     let last = ends.iter().rposition(is_long).unwrap();
-    let half = servicer.bus_half_extents;
+    let half = servicer.bus_half_extents_m;
     let (mut bus, mut port) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     for (i, (start, end, radius)) in ends.iter().enumerate() {
         let room = radius + search.clearance;
@@ -61,8 +61,8 @@ fn independent<const NL: usize>(
     }
     let stop = (0..NL).map(|i| {
         let angle = angles[i] + search.stop_margin;
-        (angle - servicer.max_joint_angle[i])
-            .max(servicer.min_joint_angle[i] + 2.0 * search.stop_margin - angle)
+        (angle - servicer.max_joint_angle_rad[i])
+            .max(servicer.min_joint_angle_rad[i] + 2.0 * search.stop_margin - angle)
     });
     let axis = 2.0 * (0.5 * (turn * search.axis - toward).norm()).asin();
     let view = servicer.boresight.angle(&toward) - search.max_off_boresight;
@@ -74,7 +74,7 @@ fn checked<const NL: usize>(
     servicer: &Servicer<NL>,
     search: &CaptureSearch,
 ) -> Result<SVector<f64, NL>, CaptureFailure> {
-    let found = servicer.capture_configuration(search, &servicer.initial_joint_angle)?;
+    let found = servicer.capture_configuration(search, &servicer.initial_joint_angle_rad)?;
     let [axis, others @ ..] = independent(servicer, search, &found);
     assert!(axis < CAPTURE_ALIGNMENT, "{axis:e}");
     assert!(others.iter().all(|beyond| *beyond <= 1e-12), "{others:?}");
@@ -82,8 +82,8 @@ fn checked<const NL: usize>(
 }
 
 fn time<const NL: usize>(servicer: &Servicer<NL>, angles: &SVector<f64, NL>) -> f64 {
-    let way = (angles - servicer.initial_joint_angle).abs();
-    way.component_div(&servicer.max_joint_rate).max()
+    let way = (angles - servicer.initial_joint_angle_rad).abs();
+    way.component_div(&servicer.joint_rate_limit_rad_s).max()
 }
 
 /// What is taken of one inequality: its number, and its gradient if it has one.
@@ -110,7 +110,7 @@ fn the_default_arm_finds_one_near_its_start() {
     let found = checked(&mission.servicer, &SEARCH).unwrap();
     // The mission's own takes three minutes.
     assert!(time(&mission.servicer, &found) < 45.0, "{found}");
-    mission.servicer.capture_joint_angle = found;
+    mission.servicer.capture_joint_angle_rad = found;
     remora_qp::Validate::validate(&mission).unwrap();
     let direction = mission.servicer.capture_geometry().direction;
     assert!(direction.angle(&Vector3::z()) < SEARCH.max_off_boresight);
@@ -120,12 +120,12 @@ fn the_default_arm_finds_one_near_its_start() {
 #[test]
 fn the_missions_own_capture_satisfies_all_but_the_last_half_degree() {
     let servicer = Servicer::default();
-    let violation = servicer.capture_violation(&SEARCH, &servicer.capture_joint_angle);
+    let violation = servicer.capture_violation(&SEARCH, &servicer.capture_joint_angle_rad);
     assert!((violation.axis - 6.6266e-3).abs() < 1e-7, "{violation:?}");
     assert_eq!(violation.worst(0.01), None);
     let failure = violation.worst(CAPTURE_ALIGNMENT).unwrap();
     assert_eq!(failure.constraint, "the end effector's axis");
-    let own = independent(&servicer, &SEARCH, &servicer.capture_joint_angle);
+    let own = independent(&servicer, &SEARCH, &servicer.capture_joint_angle_rad);
     let CaptureViolation { axis, view, stop, bus, port } = violation;
     for (ours, theirs) in [axis, view, stop, bus, port].into_iter().zip(own) {
         assert!((ours - theirs).abs() < 1e-9, "{violation:?} {own:?}");
@@ -138,8 +138,8 @@ fn arms_with_wrists_find_one_from_anywhere() {
     let mut draw = Draw(7);
     let (mut seven, mut six) = (seven(), six());
     for _ in 0..40 {
-        seven.initial_joint_angle = SVector::from_fn(|_, _| draw.between(-3.0, 3.0));
-        six.initial_joint_angle = SVector::from_fn(|_, _| draw.between(-3.0, 3.0));
+        seven.initial_joint_angle_rad = SVector::from_fn(|_, _| draw.between(-3.0, 3.0));
+        six.initial_joint_angle_rad = SVector::from_fn(|_, _| draw.between(-3.0, 3.0));
         let found = checked(&seven, &SEARCH).unwrap();
         assert!(seven.capture_violation(&SEARCH, &found).axis < 1e-12);
         let found = checked(&six, &SEARCH).unwrap();
@@ -176,7 +176,7 @@ fn none_that_is_known_is_nearer() {
         let nearest = time(servicer, &checked(servicer, &SEARCH).unwrap());
         let mut draw = Draw(seed);
         for _ in 0..100 {
-            let start = servicer.initial_joint_angle;
+            let start = servicer.initial_joint_angle_rad;
             let other = start.map(|angle| angle + draw.between(-0.6, 0.6));
             let other = servicer.capture_configuration(&SEARCH, &other).unwrap();
             assert!(time(servicer, &other) > 0.99 * nearest, "{nearest} {other}");
@@ -190,21 +190,21 @@ fn none_that_is_known_is_nearer() {
 #[test]
 fn an_arm_that_is_there_stays() {
     let mut servicer = seven();
-    servicer.initial_joint_angle = checked(&servicer, &SEARCH).unwrap();
+    servicer.initial_joint_angle_rad = checked(&servicer, &SEARCH).unwrap();
     let again = checked(&servicer, &SEARCH).unwrap();
-    assert!((again - servicer.initial_joint_angle).amax() < 1e-8, "{again}");
+    assert!((again - servicer.initial_joint_angle_rad).amax() < 1e-8, "{again}");
 }
 
 #[test]
 fn the_same_search_has_the_same_bits() {
     let bits = |angles: SVector<f64, 6>| angles.map(f64::to_bits);
-    let near = six().initial_joint_angle;
+    let near = six().initial_joint_angle_rad;
     let first = six().capture_configuration(&SEARCH, &near).unwrap();
     assert_eq!(bits(first), bits(six().capture_configuration(&SEARCH, &near).unwrap()));
 }
 
 fn refused<const NL: usize>(servicer: &Servicer<NL>, search: &CaptureSearch) -> CaptureFailure {
-    servicer.capture_configuration(search, &servicer.initial_joint_angle).unwrap_err()
+    servicer.capture_configuration(search, &servicer.initial_joint_angle_rad).unwrap_err()
 }
 
 #[test]
@@ -233,7 +233,7 @@ fn arms_of_two_one_and_no_joints_are_answered() {
     let y = |length: f64| link(Vector3::y(), Vector3::z() * length, 10.0);
     checked(&servicer(0.5, [y(0.8), y(0.6)]), &SEARCH).unwrap();
     // A link that leans at the root of a straight one: its one joint cannot make up for it.
-    let bent = Link { tip: Vector3::new(0.3, 0.0, 0.5), ..y(0.6) };
+    let bent = Link { tip_m: Vector3::new(0.3, 0.0, 0.5), ..y(0.6) };
     assert_eq!(refused(&servicer(0.5, [bent]), &SEARCH).constraint, "the end effector's axis");
     let failure = refused(&servicer(0.5, []), &SEARCH);
     assert_eq!(failure.constraint, "clearance of the port's plane");
@@ -247,10 +247,10 @@ fn numbers_that_are_none_end_in_an_answer() {
     let nan = SVector::repeat(f64::NAN);
     assert!(servicer.capture_violation(&SEARCH, &nan).worst(1.0).is_some());
     let _ = servicer.capture_configuration(&SEARCH, &nan);
-    servicer.max_joint_angle[3] = f64::NAN;
+    servicer.max_joint_angle_rad[3] = f64::NAN;
     assert_eq!(refused(&servicer, &SEARCH).constraint, "the joints' stops");
     servicer = seven();
-    servicer.links[2].tip.x = f64::NAN;
+    servicer.links[2].tip_m.x = f64::NAN;
     assert!(refused(&servicer, &SEARCH).violation.is_nan());
 }
 

@@ -13,7 +13,7 @@ impl<const NL: usize> Mission<NL> {
     fn goal(&self, last: &TargetState) -> (Vector3<f64>, Vector3<f64>) {
         let d = self.servicer.capture_geometry().reach;
         let goal = quaternion::rotation_matrix(&last.attitude)
-            * (self.target.port_position + self.target.port_normal * d);
+            * (self.target.port_position_m + self.target.port_normal * d);
         (goal, last.rate.cross(&goal))
     }
 
@@ -24,21 +24,21 @@ impl<const NL: usize> Mission<NL> {
         let [.., previous, last] = target else { return Ok(()) };
         let box_distance = |state: &TargetState, position: &Vector3<f64>| {
             let local = quaternion::rotation_matrix(&state.attitude).transpose() * position;
-            signed_distance_to_box(&self.target.half_extents, &local).value
+            signed_distance_to_box(&self.target.half_extents_m, &local).value
         };
         let (n, interval) = (self.mean_motion(), grid.interval());
         let (goal, velocity) = self.goal(last);
         let back = HcwTransition::new(n, -interval).state;
         let coasting = back * stacked(&goal, &velocity);
         let thrust = back * HcwTransition::new(n, interval).input / self.servicer.total_mass();
-        let (force, shares) = largest_and_shares(&self.servicer.max_force);
+        let (force, shares) = largest_and_shares(&self.servicer.force_limit_n);
         let reach = |i: usize| (0..3).map(|j| thrust[(i, j)].abs() * shares[j]).sum::<f64>();
         let most = Vector3::from_fn(|i, _| reach(i) * force);
         let coasting = Vector3::new(coasting[0], coasting[1], coasting[2]);
-        let most = norm(&most).min(self.typical().velocity * interval);
+        let most = norm(&most).min(self.typical().velocity_m_s * interval);
         let before = box_distance(previous, &coasting) + most;
         let limit = grid.keep_out(grid.last() - 1);
-        if before < limit - self.tolerances.keep_out - SLACK {
+        if before < limit - self.tolerances.keep_out_m - SLACK {
             let distance = box_distance(last, &goal);
             return Err(Refusal::Reach { distance, before, limit });
         }
@@ -64,7 +64,7 @@ impl<const NL: usize> Mission<NL> {
         let (position, velocity) = self.goal(last);
         let goal = stacked(&position, &velocity);
         let start = stacked(&scenario.position, &scenario.velocity);
-        let (_, shares) = largest_and_shares(&self.servicer.max_force);
+        let (_, shares) = largest_and_shares(&self.servicer.force_limit_n);
         let needed = |direction: Vector6<f64>| {
             let (mut c, mut effect) = (direction, 0.0);
             for _ in 0..grid.last() {
@@ -100,23 +100,23 @@ impl<const NL: usize> Mission<NL> {
         let (s, n) = (&self.servicer, self.mean_motion());
         let orbit = Vector3::new(0.0, 0.0, n);
         // The system's least moment of inertia is not below its bus's.
-        let [least, bus_largest] = moment_bounds(&s.bus_inertia);
+        let [least, bus_largest] = moment_bounds(&s.bus_inertia_kg_m2);
         let after = least * norm(&(last.rate + orbit));
         let bus = quaternion::rotation_matrix(&self.bus_attitude_at_start(scenario));
         let inertia = s.system_inertia(&self.joint_angle_at_start(scenario));
         let before = norm(&(inertia * (bus.transpose() * (scenario.start.bus_rate + orbit))));
         // Over all angles of the arm: the bus from the centre of mass, and the largest inertia.
         let (mut lever, mut largest) = (0.0, bus_largest);
-        let mut out = norm(&s.arm_base);
+        let mut out = norm(&s.arm_base_m);
         for link in &s.links {
-            let at = out + norm(&link.center_of_mass);
-            lever += link.mass * at / s.total_mass();
-            let [_, own] = moment_bounds(&link.inertia);
-            largest += own + link.mass * at * at;
-            out += norm(&link.tip);
+            let at = out + norm(&link.center_of_mass_m);
+            lever += link.mass_kg * at / s.total_mass();
+            let [_, own] = moment_bounds(&link.inertia_kg_m2);
+            largest += own + link.mass_kg * at * at;
+            out += norm(&link.tip_m);
         }
         let ((force, thrust), (_, torque)) =
-            (largest_and_shares(&s.max_force), largest_and_shares(&s.max_bus_torque));
+            (largest_and_shares(&s.force_limit_n), largest_and_shares(&s.bus_torque_limit_n_m));
         let others = 1.5 * n * n * largest + norm(&thrust) * force * lever;
         // The arm's own motion adds no more than as much as if all of it turned about its base.
         let arm = largest * scenario.start.joint_rate.iter().map(|rate| rate.abs()).sum::<f64>();

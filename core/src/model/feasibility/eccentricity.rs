@@ -44,7 +44,7 @@ impl<const NL: usize> Mission<NL> {
     ///
     /// Guidance corrects the error on the way. Beyond this limit HCW does not predict the path at all.
     pub fn hcw_error_limit(&self, range: f64) -> f64 {
-        (range - self.approach.keep_out_far).max(self.approach.keep_out_near)
+        (range - self.approach.keep_out_far_m).max(self.approach.keep_out_near_m)
     }
 }
 
@@ -131,7 +131,7 @@ mod tests {
     fn the_error_is_that_of_a_fine_integration_in_time() {
         // By another program, in time and true anomaly, at the worst of many places.
         let low = |eccentricity| Orbit { eccentricity, ..Orbit::default() };
-        let high = Orbit { semi_major_axis: 2.4e7, eccentricity: 0.6, ..Orbit::default() };
+        let high = Orbit { semi_major_axis_m: 2.4e7, eccentricity: 0.6, ..Orbit::default() };
         for (orbit, duration, share) in [
             (low(1e-3), 1200.0, 0.01134),
             (low(0.01), 1200.0, 0.1153),

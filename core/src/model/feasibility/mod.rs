@@ -80,12 +80,12 @@ impl<const NL: usize> Mission<NL> {
         if !scenario.start.is_given() {
             self.check_reach(&grid, target)?;
         }
-        let limit = self.servicer.max_force.max();
+        let limit = self.servicer.force_limit_n.max();
         let needed = self.least_force(scenario, &grid, target);
         if needed > limit * (1.0 + SHARE) {
             return Err(Refusal::Force { needed, limit });
         }
-        let limit = self.servicer.max_bus_torque.max();
+        let limit = self.servicer.bus_torque_limit_n_m.max();
         let needed = self.least_bus_torque(scenario, &grid, target);
         if needed > limit * (1.0 + SHARE) {
             return Err(Refusal::BusTorque { needed, limit });
@@ -140,7 +140,7 @@ impl<const NL: usize> Mission<NL> {
 
     /// Fastest that plans let each joint turn [rad/s].
     pub fn planned_joint_rate(&self, integrator: Integrator) -> SVector<f64, NL> {
-        let limit = self.servicer.max_joint_rate;
+        let limit = self.servicer.joint_rate_limit_rad_s;
         match self.approach.between_nodes.is_on(integrator) {
             true => limit * (1.0 - self.margins.joint_rate),
             false => limit,
@@ -173,9 +173,9 @@ impl<const NL: usize> Mission<NL> {
         }
         // Over the first interval of Euler an arm goes on as it began.
         let lost = if integrator.is_flown() { 0.0 } else { grid.interval() };
-        let way = self.servicer.capture_joint_angle - self.joint_angle_at_start(scenario);
+        let way = self.servicer.capture_joint_angle_rad - self.joint_angle_at_start(scenario);
         let rates = match is_given {
-            true => self.servicer.max_joint_rate,
+            true => self.servicer.joint_rate_limit_rad_s,
             false => self.planned_joint_rate(integrator),
         };
         let time = self.time_to_preset(integrator, grid);
@@ -201,7 +201,7 @@ impl<const NL: usize> Mission<NL> {
     /// At capture the arm's direction is the approach's, so that boresight and bus are known up to
     /// the roll about it.
     fn check_capture(&self, integrator: Integrator) -> Result<(), Refusal> {
-        let (s, limit) = (&self.servicer, self.approach.field_of_view_half_angle);
+        let (s, limit) = (&self.servicer, self.approach.field_of_view_half_angle_rad);
         let direction = s.capture_geometry().direction;
         let seen = direction.dot(&s.boresight);
         if !(seen >= libm::cos(limit) - self.tolerances.pointing - 2.0 * SLACK) {
@@ -210,14 +210,14 @@ impl<const NL: usize> Mission<NL> {
         if !self.approach.clearance.is_on(integrator) {
             return Ok(());
         }
-        let (_, tip) = s.center_of_mass_and_end_effector(&s.capture_joint_angle);
+        let (_, tip) = s.center_of_mass_and_end_effector(&s.capture_joint_angle_rad);
         let distance = self.farthest_bus(&tip, &direction);
-        let limit = s.bus_half_extents.x.min(s.bus_half_extents.y).min(s.bus_half_extents.z);
-        if distance < limit - self.tolerances.clearance - SLACK {
+        let limit = s.bus_half_extents_m.x.min(s.bus_half_extents_m.y).min(s.bus_half_extents_m.z);
+        if distance < limit - self.tolerances.clearance_m - SLACK {
             return Err(Refusal::Clearance { distance, limit });
         }
-        let (link, distance) = s.distance_from_own_bus(&s.capture_joint_angle);
-        if distance < -self.tolerances.clearance - SLACK {
+        let (link, distance) = s.distance_from_own_bus(&s.capture_joint_angle_rad);
+        if distance < -self.tolerances.clearance_m - SLACK {
             return Err(Refusal::OwnBus { link, depth: -distance });
         }
         Ok(())
@@ -236,8 +236,8 @@ impl<const NL: usize> Mission<NL> {
             let angle = 2.0 * core::f64::consts::PI * roll as f64 / ROLLS as f64;
             let (sin, cos) = libm::sincos(angle);
             let bus =
-                t.port_position + t.port_normal * along + (first * cos + second * sin) * across;
-            farthest = farthest.max(signed_distance_to_box(&t.half_extents, &bus).value);
+                t.port_position_m + t.port_normal * along + (first * cos + second * sin) * across;
+            farthest = farthest.max(signed_distance_to_box(&t.half_extents_m, &bus).value);
         }
         // Between two of these rolls the bus is nearer to one of them than this.
         farthest + across * core::f64::consts::PI / ROLLS as f64
@@ -250,11 +250,11 @@ impl<const NL: usize> Mission<NL> {
             return self.check_stops(grid, scenario);
         }
         let (distance, limit) = (self.distance_at_start(scenario), grid.keep_out(0));
-        if !(distance >= limit - self.tolerances.keep_out) {
+        if !(distance >= limit - self.tolerances.keep_out_m) {
             return Err(Refusal::KeepOut { distance, limit });
         }
         let seen = self.pointing_at_start(scenario);
-        let limit = self.approach.field_of_view_half_angle;
+        let limit = self.approach.field_of_view_half_angle_rad;
         if !(seen >= libm::cos(limit) - self.tolerances.pointing) {
             return Err(Refusal::FieldOfView { angle: libm::acos(clamp(seen, -1.0, 1.0)), limit });
         }
@@ -266,7 +266,7 @@ impl<const NL: usize> Mission<NL> {
         let angle = self.joint_angle_at_start(scenario);
         for i in 0..NL {
             let beyond = s.beyond_stop(i, angle[i]);
-            let rate = s.max_joint_rate[i].max(scenario.start.joint_rate[i].abs());
+            let rate = s.joint_rate_limit_rad_s[i].max(scenario.start.joint_rate[i].abs());
             if beyond > rate * time + SLACK {
                 return Err(Refusal::JointStop { joint: i + 1, beyond, time });
             }

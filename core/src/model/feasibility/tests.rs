@@ -34,7 +34,7 @@ fn what_can_be_planned_passes() {
 #[test]
 fn an_orbit_that_is_no_circle_is_refused_with_the_error_that_it_makes() {
     let refusal = refused(|mission, _| {
-        (mission.orbit.semi_major_axis, mission.orbit.eccentricity) = (2.4e7, 0.6);
+        (mission.orbit.semi_major_axis_m, mission.orbit.eccentricity) = (2.4e7, 0.6);
     });
     assert_eq!((refusal.name(), refusal.code()), ("eccentricity", 20));
     assert!(refusal.is_invalid_input());
@@ -63,9 +63,9 @@ fn input_that_is_none_is_refused_as_such() {
     assert_eq!(refused(|_, s| s.target_attitude = Vector4::zeros()).name(), "attitude");
     let centre = refused(|_, s| s.position = Vector3::zeros());
     assert_eq!(centre.name(), "position");
-    let coarse = refused(|m, _| m.approach.duration = 1e5);
+    let coarse = refused(|m, _| m.approach.duration_s = 1e5);
     assert_eq!(coarse.name(), "node_interval");
-    let early = refused(|m, _| m.approach.preset_time = 1190.0);
+    let early = refused(|m, _| m.approach.preset_s = 1190.0);
     assert_eq!(early.name(), "preset_lead");
     let short = refused(|_, s| s.duration = Some(0.5));
     assert_eq!(short.to_string(), "duration: 0.5 s is no time to capture: from 1 s to 1e6 s");
@@ -92,30 +92,33 @@ fn what_is_impossible_is_named_with_its_numbers() {
     told(&|_, s| s.position = Vector3::new(0.0, 0.0, 2.0), "keep_out: the start is 1.800 m from");
     told(&|_, s| s.position = Vector3::new(0.0, 0.0, 0.1), "keep_out: the start is -0.100 m");
     told(
-        &|m, _| m.target.port_position.x = 4.0,
+        &|m, _| m.target.port_position_m.x = 4.0,
         "field_of_view: at the start the port is 39.8 deg",
     );
     // Behind the line of sight, where a start that follows it turns on the spot.
-    told(&|m, _| m.target.port_position.z = 9.0, "field_of_view: at the start the port is 17");
-    told(&|m, _| m.servicer.max_joint_rate.fill(5e-4), "joint_rate: joint 2 has to turn 50.3 deg");
-    told(&|m, _| m.servicer.max_joint_rate.fill(5e-4), "lengthen the horizon to 2");
+    told(&|m, _| m.target.port_position_m.z = 9.0, "field_of_view: at the start the port is 17");
+    told(
+        &|m, _| m.servicer.joint_rate_limit_rad_s.fill(5e-4),
+        "joint_rate: joint 2 has to turn 50.3 deg",
+    );
+    told(&|m, _| m.servicer.joint_rate_limit_rad_s.fill(5e-4), "lengthen the horizon to 2");
     told(&|m, _| m.servicer.boresight = Vector3::x(), "capture_view: in the capture configuration");
     told(&|_, s| s.target_rate.x = 0.052, "tumble: the target turns 60.");
     told(&|_, s| s.target_rate.x = 0.052, "at most 30.0 deg can be followed: shorten the");
     told(
-        &|m, _| m.servicer.max_force.fill(1e-4),
+        &|m, _| m.servicer.force_limit_n.fill(1e-4),
         "force: to be in front of the port in time takes",
     );
     told(&|_, s| s.velocity.y = 10.0, "force: ");
-    told(&|m, _| m.servicer.arm_base.z = -1.1, "clearance: in the capture configuration");
+    told(&|m, _| m.servicer.arm_base_m.z = -1.1, "clearance: in the capture configuration");
 }
 
 #[test]
 fn reach_is_refused_where_the_last_interval_cannot_close_the_gap() {
     let near = |keep_out: f64, force: f64| {
         let mut mission = Mission::default();
-        mission.approach.keep_out_near = keep_out;
-        mission.servicer.max_force.fill(force);
+        mission.approach.keep_out_near_m = keep_out;
+        mission.servicer.force_limit_n.fill(force);
         mission.check::<60>(&scenario(), RK4)
     };
     // Reach is 1.46 m.
@@ -128,9 +131,9 @@ fn reach_is_refused_where_the_last_interval_cannot_close_the_gap() {
 #[test]
 fn bus_torque_is_refused_where_nothing_else_can_turn_the_bus() {
     let heavy = |m: &mut Mission<3>| {
-        m.servicer.bus_mass = 5000.0;
-        m.servicer.bus_inertia = principal_inertia(3000.0, 3000.0, 3000.0);
-        m.servicer.max_force.fill(1.0);
+        m.servicer.bus_mass_kg = 5000.0;
+        m.servicer.bus_inertia_kg_m2 = principal_inertia(3000.0, 3000.0, 3000.0);
+        m.servicer.force_limit_n.fill(1.0);
     };
     let refusal = refused(|m, s| {
         heavy(m);
@@ -141,7 +144,7 @@ fn bus_torque_is_refused_where_nothing_else_can_turn_the_bus() {
     let (mut mission, mut fast) = (Mission::default(), scenario());
     heavy(&mut mission);
     fast.target_rate.z = 0.02;
-    mission.servicer.max_bus_torque.fill(1.05 * needed);
+    mission.servicer.bus_torque_limit_n_m.fill(1.05 * needed);
     mission.check::<60>(&fast, RK4).unwrap();
 }
 
@@ -150,12 +153,12 @@ fn the_switches_decide_what_holds() {
     let mut mission = Mission::default();
     // 90 % of this rate is too little, all of it is not.
     let time = mission.time_to_preset(RK4, &mission.own_grid());
-    mission.servicer.max_joint_rate.fill(1.05 * 0.877 / time);
+    mission.servicer.joint_rate_limit_rad_s.fill(1.05 * 0.877 / time);
     assert_eq!(mission.check_vehicle::<60>(RK4).unwrap_err().name(), "joint_rate");
     mission.approach.between_nodes = Switch::Off;
     mission.check_vehicle::<60>(RK4).unwrap();
     let mut mission = Mission::default();
-    mission.servicer.arm_base.z = -1.1;
+    mission.servicer.arm_base_m.z = -1.1;
     assert_eq!(mission.check_vehicle::<60>(RK4).unwrap_err().name(), "clearance");
     mission.check_vehicle::<60>(Integrator::Euler).unwrap();
 }
@@ -164,7 +167,7 @@ fn the_switches_decide_what_holds() {
 #[test]
 fn the_least_force_is_that_of_bang_bang() {
     let mut mission = Mission::default();
-    mission.orbit.semi_major_axis = 1e9;
+    mission.orbit.semi_major_axis_m = 1e9;
     let start = Scenario { target_rate: Vector3::zeros(), ..scenario() };
     let needs = mission.needs::<60>(&start, RK4).unwrap();
     let way = start.position.z - 0.2 - mission.servicer.capture_geometry().reach;

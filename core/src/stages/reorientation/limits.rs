@@ -13,9 +13,9 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     /// within the mission's own angles. Behind a given start the margin fades in; behind one beyond a
     /// stop there is no limit.
     pub(super) fn joint_limits(&self, k: usize, i: usize) -> (f64, f64) {
-        let (s, margin) = (&self.mission.servicer, self.margins.joint_angle);
-        let (least, most) = (s.min_joint_angle[i], s.max_joint_angle[i]);
-        let (initial, capture) = (s.initial_joint_angle[i], s.capture_joint_angle[i]);
+        let (s, margin) = (&self.mission.servicer, self.margins.joint_angle_rad);
+        let (least, most) = (s.min_joint_angle_rad[i], s.max_joint_angle_rad[i]);
+        let (initial, capture) = (s.initial_joint_angle_rad[i], s.capture_joint_angle_rad[i]);
         let (lower, upper) = match self.has_margins {
             true => (
                 (least + margin).min(initial).min(capture),
@@ -38,7 +38,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     /// is led back at an even pace.
     pub(super) fn joint_rate_limit(&self, k: usize, i: usize) -> f64 {
         let margin = if self.has_margins { self.margins.joint_rate } else { 0.0 };
-        let limit = self.mission.servicer.max_joint_rate[i] * (1.0 - margin);
+        let limit = self.mission.servicer.joint_rate_limit_rad_s[i] * (1.0 - margin);
         match self.share_of_start(k) {
             Some(share) => limit + (self.initial.joint_rate[i].abs() - limit).max(0.0) * share,
             None => limit,
@@ -65,7 +65,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     /// Sets the arm of `state` at node `k` to the values that are fixed there.
     pub(super) fn fix_arm(&self, k: usize, state: &mut State<NL>) {
         if self.is_fixed(k, 3) {
-            state.joint_angle = self.mission.servicer.capture_joint_angle;
+            state.joint_angle = self.mission.servicer.capture_joint_angle_rad;
         }
         if self.is_fixed(k, 6 + NL) {
             state.joint_rate.fill(0.0);

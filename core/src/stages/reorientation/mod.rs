@@ -146,7 +146,7 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
             terminal_axes: Matrix3::from_columns(&[approach, across, approach.cross(&across)]),
             target,
             bodies: Bodies::new(mission),
-            clearance: switches.clearance.is_on(integrator).then_some(margins.clearance),
+            clearance: switches.clearance.is_on(integrator).then_some(margins.clearance_m),
             is_held: integrator.is_flown(),
             has_margins,
             cost_unit,
@@ -161,11 +161,11 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
     pub fn scales(mission: &Mission<NL>) -> (SVector<f64, NX>, SVector<f64, NU>) {
         let t = mission.typical();
         let s = &mission.servicer;
-        let joint_rate = s.max_joint_rate.map(|limit| t.joint_rate.min(limit));
-        let bus_torque = s.max_bus_torque.map(|limit| t.bus_torque.min(limit));
-        let joint_torque = s.max_joint_torque.map(|limit| t.joint_torque.min(limit));
+        let joint_rate = s.joint_rate_limit_rad_s.map(|limit| t.joint_rate_rad_s.min(limit));
+        let bus_torque = s.bus_torque_limit_n_m.map(|limit| t.bus_torque_n_m.min(limit));
+        let joint_torque = s.joint_torque_limit_n_m.map(|limit| t.joint_torque_n_m.min(limit));
         (
-            Self::by_kind(t.angle, t.angle, t.rate, &joint_rate),
+            Self::by_kind(t.angle_rad, t.angle_rad, t.rate_rad_s, &joint_rate),
             Self::stacked_torque(&bus_torque, &joint_torque),
         )
     }
@@ -210,7 +210,7 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
 
     fn max_torque(mission: &Mission<NL>, i: usize) -> f64 {
         let s = &mission.servicer;
-        if i < 3 { s.max_bus_torque[i] } else { s.max_joint_torque[i - 3] }
+        if i < 3 { s.bus_torque_limit_n_m[i] } else { s.joint_torque_limit_n_m[i - 3] }
     }
 
     /// Derivative of the scaled cost by torque `i` [1/(N m)].

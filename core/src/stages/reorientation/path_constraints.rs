@@ -96,7 +96,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         let t = &self.mission.tolerances;
         let share = self.grid.margin_share(k as f64 * self.stepping.dt);
         let clearance = self.clearance.unwrap_or(0.0) * share * SHARE_OF_MARGIN;
-        let mut out = SVector::repeat(t.clearance.max(clearance) / CLEARANCE_SCALE);
+        let mut out = SVector::repeat(t.clearance_m.max(clearance) / CLEARANCE_SCALE);
         out[0] = t.pointing / COSINE_SCALE;
         out
     }
@@ -104,9 +104,9 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     /// Cosine of the field of view's half angle in planning at node `k`.
     fn cos_field_of_view(&self, k: usize) -> f64 {
         let approach = &self.mission.approach;
-        let margin = if self.has_margins { self.margins.field_of_view } else { 0.0 };
+        let margin = if self.has_margins { self.margins.field_of_view_rad } else { 0.0 };
         let share = self.grid.margin_share(k as f64 * self.stepping.dt);
-        libm::cos(approach.field_of_view_half_angle - margin * share)
+        libm::cos(approach.field_of_view_half_angle_rad - margin * share)
     }
 
     /// Pointing constraint `cos(fov) - sight . R b` and its gradient by the attitude step, scaled;

@@ -188,7 +188,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
     /// poses to `gap`.
     fn project_state(&self, k: usize, state: &mut State<NL>, gap: &mut RateOffset<NL>) {
         if k == self.preset {
-            gap.joint = state.joint_angle - self.mission.servicer.capture_joint_angle;
+            gap.joint = state.joint_angle - self.mission.servicer.capture_joint_angle_rad;
         }
         self.fix_arm(k, state);
         if k == self.last() {

@@ -43,8 +43,8 @@ impl<'a, const NL: usize> Bodies<'a, NL> {
         let center = to_target * at.position - rotation * posture.center;
         let placed = |p: &Vector3<f64>| center + rotation * p;
 
-        let bus = Placed { half: &servicer.bus_half_extents, rotation, center };
-        let distance = box_to_box(&target.half_extents, &bus, self.found.bus.distance);
+        let bus = Placed { half: &servicer.bus_half_extents_m, rotation, center };
+        let distance = box_to_box(&target.half_extents_m, &bus, self.found.bus.distance);
         let closest = |distance, body| Closest { distance, time_s: at.time_s, body };
         self.found.bus = self.found.bus.or(closest(distance, 0));
 
@@ -57,20 +57,20 @@ impl<'a, const NL: usize> Bodies<'a, NL> {
             if !has_length(link) {
                 continue;
             }
-            (last, radius) = (body, link.radius);
+            (last, radius) = (body, link.radius_m);
             let is_last = body as usize == gripping;
-            let gripper = if is_last { self.mission.corridor.end_effector_length } else { 0.0 };
+            let gripper = if is_last { self.mission.corridor.end_effector_length_m } else { 0.0 };
             let short = shortened(joint, &end, gripper);
-            let cutoff = self.arm.links.distance + link.radius;
+            let cutoff = self.arm.links.distance + link.radius_m;
             let (a, b) = (placed(joint), placed(&short));
-            let distance = segment_to_box(&target.half_extents, &a, &b, cutoff) - link.radius;
+            let distance = segment_to_box(&target.half_extents_m, &a, &b, cutoff) - link.radius_m;
             self.arm.links = self.arm.links.or(closest(distance, body));
             self.found.arm = self.found.arm.or(closest(distance, body));
             // The first link that reaches anywhere is mounted on the bus.
             if !is_mounted {
-                let cutoff = self.found.own.distance + link.radius;
-                let half = &servicer.bus_half_extents;
-                let distance = segment_to_box(half, joint, &end, cutoff) - link.radius;
+                let cutoff = self.found.own.distance + link.radius_m;
+                let half = &servicer.bus_half_extents_m;
+                let distance = segment_to_box(half, joint, &end, cutoff) - link.radius_m;
                 self.found.own = self.found.own.or(closest(distance, body));
             }
             is_mounted = false;
@@ -84,16 +84,16 @@ impl<'a, const NL: usize> Bodies<'a, NL> {
     /// it may be as far from the box as a link of `radius`; in the corridor, in front of the port.
     pub(super) fn end_effector(&self, tip: &Vector3<f64>, radius: f64) -> f64 {
         let (target, corridor) = (&self.mission.target, &self.mission.corridor);
-        let (free, _) = point_to_box(&target.half_extents, tip, tip);
+        let (free, _) = point_to_box(&target.half_extents_m, tip, tip);
         let normal = &target.port_normal;
-        let (sin, cos) = libm::sincos(corridor.half_angle);
-        let apex = target.port_position - normal * (corridor.mouth_radius * cos / sin);
+        let (sin, cos) = libm::sincos(corridor.half_angle_rad);
+        let apex = target.port_position_m - normal * (corridor.mouth_radius_m * cos / sin);
         let from_apex = tip - apex;
         let along = from_apex.dot(normal);
         let across = from_apex - normal * along;
         let cone = along * sin - libm::sqrt(across.dot(&across)) * cos;
-        let height = (tip - target.port_position).dot(normal);
-        let before = height + self.mission.tolerances.end_effector_position;
+        let height = (tip - target.port_position_m).dot(normal);
+        let before = height + self.mission.tolerances.ee_position_m;
         let inside = -worse(-cone, -before);
         worse(free - radius, inside)
     }
@@ -101,7 +101,7 @@ impl<'a, const NL: usize> Bodies<'a, NL> {
 
 /// Whether a link reaches from its joint to another point: one that does not has no body.
 fn has_length(link: &Link) -> bool {
-    link.tip.amax() > 0.0
+    link.tip_m.amax() > 0.0
 }
 
 /// The end of a link less `gripper` of its length, its joint where it is no longer than that.

@@ -238,8 +238,9 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
     ) {
         let (servicer, dt) = (&self.mission.servicer, self.path.dt());
         let control = held.control;
-        let bus = excess(control.bus_torque.as_slice(), servicer.max_bus_torque.as_slice());
-        let joint = excess(control.joint_torque.as_slice(), servicer.max_joint_torque.as_slice());
+        let bus = excess(control.bus_torque.as_slice(), servicer.bus_torque_limit_n_m.as_slice());
+        let joint =
+            excess(control.joint_torque.as_slice(), servicer.joint_torque_limit_n_m.as_slice());
         out.control = worse(out.control, worse(bus, joint));
 
         let (mission, integrator) = (self.mission, self.integrator);
@@ -266,12 +267,13 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
         let is_recovering = self.path.grid.is_recovering(at.time_s);
         for i in 0..NL {
             if !(is_recovering && self.beyond.joint[i]) {
-                let (lower, upper) = (servicer.min_joint_angle[i], servicer.max_joint_angle[i]);
+                let (lower, upper) =
+                    (servicer.min_joint_angle_rad[i], servicer.max_joint_angle_rad[i]);
                 let beyond = beyond_stops(at.state.joint_angle[i], lower, upper);
                 out.joint = worse(out.joint, worse(0.0, beyond));
             }
             if !(is_recovering && self.beyond.joint_rate[i]) {
-                let rate = excess(&[at.state.joint_rate[i]], &[servicer.max_joint_rate[i]]);
+                let rate = excess(&[at.state.joint_rate[i]], &[servicer.joint_rate_limit_rad_s[i]]);
                 out.joint_rate = worse(out.joint_rate, rate);
             }
         }
@@ -281,7 +283,7 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
         let sight = self.port(at.target) - at.position;
         let boresight = quaternion::rotation_matrix(&at.state.attitude) * servicer.boresight;
         let seen = sight.dot(&boresight) / libm::sqrt(sight.dot(&sight));
-        let cosine = libm::cos(self.mission.approach.field_of_view_half_angle);
+        let cosine = libm::cos(self.mission.approach.field_of_view_half_angle_rad);
         out.pointing = worse(out.pointing, worse(0.0, cosine - seen));
     }
 
@@ -318,7 +320,7 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
     /// preset on and its rates at the end; the paper's problem its angles at the preset and its rates
     /// from there on.
     fn held(&self) -> f64 {
-        let capture = &self.mission.servicer.capture_joint_angle;
+        let capture = &self.mission.servicer.capture_joint_angle_rad;
         let (preset, last) = (self.path.grid.preset_node(), self.path.last());
         let (angles_until, rates_from) =
             if self.integrator.is_flown() { (last, last) } else { (preset, preset) };
@@ -338,6 +340,6 @@ impl<'a, const N: usize, const NL: usize> Checked<'a, N, NL> {
 
     /// Docking port, RTN [m].
     fn port(&self, target: &TargetState) -> Vector3<f64> {
-        quaternion::rotation_matrix(&target.attitude) * self.mission.target.port_position
+        quaternion::rotation_matrix(&target.attitude) * self.mission.target.port_position_m
     }
 }

@@ -19,23 +19,23 @@ impl<const NL: usize> Posture<NL> {
     /// By the links' rotation matrices, with Rodrigues' formula for each joint.
     pub fn new(servicer: &Servicer<NL>, angles: &SVector<f64, NL>) -> Self {
         let mut joints = [Vector3::zeros(); NL];
-        let (mut rotation, mut tip) = (Matrix3::identity(), servicer.arm_base);
-        let (mut mass, mut moment) = (servicer.bus_mass, Vector3::zeros());
+        let (mut rotation, mut tip) = (Matrix3::identity(), servicer.arm_base_m);
+        let (mut mass, mut moment) = (servicer.bus_mass_kg, Vector3::zeros());
         for ((link, angle), joint) in servicer.links.iter().zip(angles.iter()).zip(&mut joints) {
             *joint = tip;
             let (sin, cos) = libm::sincos(*angle);
             let cross = link.axis.cross_matrix();
             rotation *= Matrix3::identity() + cross * sin + cross * cross * (1.0 - cos);
-            moment += (tip + rotation * link.center_of_mass) * link.mass;
-            mass += link.mass;
-            tip += rotation * link.tip;
+            moment += (tip + rotation * link.center_of_mass_m) * link.mass_kg;
+            mass += link.mass_kg;
+            tip += rotation * link.tip_m;
         }
         Self { joints, tip, center: moment / mass, last_axes: rotation }
     }
 
     /// The arm at capture.
     pub fn at_capture(servicer: &Servicer<NL>) -> Self {
-        Self::new(servicer, &servicer.capture_joint_angle)
+        Self::new(servicer, &servicer.capture_joint_angle_rad)
     }
 
     /// The end effector from the system's centre of mass.

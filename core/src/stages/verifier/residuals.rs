@@ -180,17 +180,17 @@ impl Residuals {
     pub fn against(&self, t: &Tolerances) -> [(&'static str, f64, f64); Self::COUNT] {
         [
             ("dynamics1", self.dynamics1, t.dynamics),
-            ("keep_out", self.keep_out, t.keep_out),
+            ("keep_out", self.keep_out, t.keep_out_m),
             ("dynamics2", self.dynamics2, t.dynamics),
             ("control", self.control, t.control),
-            ("joint", self.joint, t.joint),
+            ("joint", self.joint, t.joint_rad),
             ("joint_rate", self.joint_rate, t.joint_rate),
             ("pointing", self.pointing, t.pointing),
             ("preset", self.preset, t.preset),
             ("terminal_rate", self.terminal_rate, t.terminal_rate),
-            ("ee_position", self.ee_position, t.end_effector_position),
-            ("ee_angle", self.ee_angle, t.end_effector_angle),
-            ("clearance", self.clearance, t.clearance),
+            ("ee_position", self.ee_position, t.ee_position_m),
+            ("ee_angle", self.ee_angle, t.ee_angle_rad),
+            ("clearance", self.clearance, t.clearance_m),
         ]
     }
 

@@ -17,7 +17,7 @@ pub(super) fn initial_state<const NL: usize>(
     let start = &scenario.start;
     State {
         attitude: start.bus_attitude.unwrap_or_else(|| initial_bus_attitude(&scenario.position)),
-        joint_angle: start.joint_angle.unwrap_or(mission.servicer.initial_joint_angle),
+        joint_angle: start.joint_angle.unwrap_or(mission.servicer.initial_joint_angle_rad),
         rate: start.bus_rate,
         joint_rate: start.joint_rate,
     }
@@ -47,8 +47,8 @@ impl<const NL: usize> Beyond<NL> {
         let x = initial_state(mission, scenario);
         for i in 0..NL {
             let angle = x.joint_angle[i] + dt * x.joint_rate[i];
-            let (lower, upper) = (s.min_joint_angle[i], s.max_joint_angle[i]);
-            self.joint[i] |= beyond_stops(angle, lower, upper) > t.joint;
+            let (lower, upper) = (s.min_joint_angle_rad[i], s.max_joint_angle_rad[i]);
+            self.joint[i] |= beyond_stops(angle, lower, upper) > t.joint_rad;
         }
         // A chord of the quaternion's circle, back on it: less than the rate's own turn.
         let speed = libm::sqrt(x.rate.dot(&x.rate));
@@ -57,7 +57,7 @@ impl<const NL: usize> Beyond<NL> {
         let turned = quaternion::rotation_matrix(&quaternion::exp(&(axis * turn)))
             * quaternion::rotation_matrix(&x.attitude);
         let seen = seen(mission, &target.attitude, position, &turned);
-        let cosine = libm::cos(mission.approach.field_of_view_half_angle);
+        let cosine = libm::cos(mission.approach.field_of_view_half_angle_rad);
         self.pointing |= cosine - seen > t.pointing;
         self
     }
@@ -68,20 +68,21 @@ impl<const NL: usize> Beyond<NL> {
         let x = initial_state(mission, scenario);
         let target = quaternion::rotation_matrix(&scenario.target_attitude);
         let local = target.transpose() * scenario.position;
-        let (distance, _) = point_to_box(&mission.target.half_extents, &local, &local);
+        let (distance, _) = point_to_box(&mission.target.half_extents_m, &local, &local);
         let bus = quaternion::rotation_matrix(&x.attitude);
         let seen = seen(mission, &scenario.target_attitude, &scenario.position, &bus);
-        let cosine = libm::cos(mission.approach.field_of_view_half_angle);
+        let cosine = libm::cos(mission.approach.field_of_view_half_angle_rad);
         Self {
             joint: core::array::from_fn(|i| {
-                let (lower, upper) = (s.min_joint_angle[i], s.max_joint_angle[i]);
-                is_given && beyond_stops(x.joint_angle[i], lower, upper) > t.joint
+                let (lower, upper) = (s.min_joint_angle_rad[i], s.max_joint_angle_rad[i]);
+                is_given && beyond_stops(x.joint_angle[i], lower, upper) > t.joint_rad
             }),
             joint_rate: core::array::from_fn(|i| {
-                is_given && excess(&[x.joint_rate[i]], &[s.max_joint_rate[i]]) > t.joint_rate
+                is_given
+                    && excess(&[x.joint_rate[i]], &[s.joint_rate_limit_rad_s[i]]) > t.joint_rate
             }),
             pointing: is_given && cosine - seen > t.pointing,
-            keep_out: is_given && grid.keep_out(0) - distance > t.keep_out,
+            keep_out: is_given && grid.keep_out(0) - distance > t.keep_out_m,
         }
     }
 }
@@ -93,6 +94,6 @@ fn seen<const NL: usize>(
     position: &Vector3<f64>,
     bus: &Matrix3<f64>,
 ) -> f64 {
-    let sight = quaternion::rotation_matrix(target) * mission.target.port_position - position;
+    let sight = quaternion::rotation_matrix(target) * mission.target.port_position_m - position;
     sight.dot(&(bus * mission.servicer.boresight)) / divisor(libm::sqrt(sight.dot(&sight)))
 }

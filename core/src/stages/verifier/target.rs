@@ -71,11 +71,11 @@ impl<'a> Tumbling<'a> {
         let (target, n) = (&mission.target, mission.mean_motion());
         let rotation = quaternion::rotation_matrix(&scenario.target_attitude);
         let inertial = scenario.target_rate + rotation.transpose() * Vector3::new(0.0, 0.0, n);
-        let momentum = rotation * target.inertia.component_mul(&inertial);
+        let momentum = rotation * target.inertia_kg_m2.component_mul(&inertial);
         let mut motion = Motion::zeros();
         motion.fixed_rows_mut::<4>(0).copy_from(&scenario.target_attitude);
         motion.fixed_rows_mut::<3>(4).copy_from(&momentum);
-        let scale = n * worst(target.inertia.as_slice()) + worst(momentum.as_slice());
+        let scale = n * worst(target.inertia_kg_m2.as_slice()) + worst(momentum.as_slice());
         let has_gradient = target.gravity_gradient.is_on(integrator);
         Self { target, has_gradient, n, time: 0.0, motion, scale, step: f64::INFINITY }
     }
@@ -158,7 +158,8 @@ impl<'a> Tumbling<'a> {
             let (sin, cos) = libm::sincos(self.n * time);
             let radial = Vector3::new(cos, sin, 0.0);
             let rotation = quaternion::rotation_matrix(&attitude);
-            let weighted = self.target.inertia.component_mul(&(rotation.transpose() * radial));
+            let weighted =
+                self.target.inertia_kg_m2.component_mul(&(rotation.transpose() * radial));
             let torque = radial.cross(&(rotation * weighted)) * (3.0 * self.n * self.n);
             out.fixed_rows_mut::<3>(4).copy_from(&torque);
         }
@@ -168,7 +169,7 @@ impl<'a> Tumbling<'a> {
     /// Angular velocity, inertial axes [rad/s].
     fn rate(&self, attitude: &Vector4<f64>, momentum: &Vector3<f64>) -> Vector3<f64> {
         let rotation = quaternion::rotation_matrix(attitude);
-        rotation * (rotation.transpose() * momentum).component_div(&self.target.inertia)
+        rotation * (rotation.transpose() * momentum).component_div(&self.target.inertia_kg_m2)
     }
 }
 

@@ -76,7 +76,7 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
         let defect = error(r - leg.position.1, v - leg.velocity.1);
         out.dynamics1 = worse(out.dynamics1, defect);
         out.control =
-            worse(out.control, excess(force.as_slice(), mission.servicer.max_force.as_slice()));
+            worse(out.control, excess(force.as_slice(), mission.servicer.force_limit_n.as_slice()));
 
         let (at_node, within) = (self.grid.keep_out(leg.k), self.radius_after(leg.k));
         for part in 0..if self.between { PARTS } else { 1 } {
@@ -97,7 +97,7 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
         let (here, there) = if k + 1 < self.last() {
             (self.grid.keep_out(k), self.grid.keep_out(k + 1))
         } else {
-            (approach.keep_out_near, Posture::at_capture(servicer).reach())
+            (approach.keep_out_near_m, Posture::at_capture(servicer).reach())
         };
         if there < here { there } else { here }
     }
@@ -110,7 +110,7 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
         out: &mut Residuals,
     ) {
         let local = quaternion::rotation_matrix(&target.attitude).transpose() * position;
-        let (distance, _) = point_to_box(&self.mission.target.half_extents, &local, &local);
+        let (distance, _) = point_to_box(&self.mission.target.half_extents_m, &local, &local);
         out.keep_out = worse(out.keep_out, worse(0.0, radius - distance));
     }
 
@@ -119,7 +119,7 @@ impl<'a, const N: usize, const NL: usize> Path<'a, N, NL> {
         let (body, t) = (&self.mission.target, self.trajectory);
         let reach = Posture::at_capture(&self.mission.servicer).reach();
         let goal = quaternion::rotation_matrix(&target.attitude)
-            * (body.port_position + body.port_normal * reach);
+            * (body.port_position_m + body.port_normal * reach);
         let miss = error(
             t.position[self.last()] - goal,
             t.velocity[self.last()] - target.rate.cross(&goal),

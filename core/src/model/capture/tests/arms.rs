@@ -7,26 +7,26 @@ use nalgebra::{SVector, Vector3};
 pub fn servicer<const NL: usize>(base: f64, links: [Link; NL]) -> Servicer<NL> {
     let bus = Servicer::<3>::default();
     Servicer {
-        bus_mass: bus.bus_mass,
-        bus_inertia: bus.bus_inertia,
-        bus_half_extents: bus.bus_half_extents,
+        bus_mass_kg: bus.bus_mass_kg,
+        bus_inertia_kg_m2: bus.bus_inertia_kg_m2,
+        bus_half_extents_m: bus.bus_half_extents_m,
         boresight: bus.boresight,
-        arm_base: Vector3::new(0.0, 0.0, base),
+        arm_base_m: Vector3::new(0.0, 0.0, base),
         links,
-        min_joint_angle: SVector::repeat(-core::f64::consts::PI),
-        max_joint_angle: SVector::repeat(core::f64::consts::PI),
-        max_joint_rate: SVector::repeat(0.005),
-        initial_joint_angle: SVector::from_fn(|i, _| 0.3 - 0.1 * i as f64),
-        capture_joint_angle: SVector::zeros(),
-        max_force: bus.max_force,
-        max_bus_torque: bus.max_bus_torque,
-        max_joint_torque: SVector::repeat(0.005),
+        min_joint_angle_rad: SVector::repeat(-core::f64::consts::PI),
+        max_joint_angle_rad: SVector::repeat(core::f64::consts::PI),
+        joint_rate_limit_rad_s: SVector::repeat(0.005),
+        initial_joint_angle_rad: SVector::from_fn(|i, _| 0.3 - 0.1 * i as f64),
+        capture_joint_angle_rad: SVector::zeros(),
+        force_limit_n: bus.force_limit_n,
+        bus_torque_limit_n_m: bus.bus_torque_limit_n_m,
+        joint_torque_limit_n_m: SVector::repeat(0.005),
     }
 }
 
 pub fn link(axis: Vector3<f64>, tip: Vector3<f64>, mass: f64) -> Link {
     let half = tip * 0.5;
-    Link { axis, tip, center_of_mass: half, ..Link::cylinder(0.5, mass, 0.05) }
+    Link { axis, tip_m: tip, center_of_mass_m: half, ..Link::cylinder(0.5, mass, 0.05) }
 }
 
 /// Shoulder and wrist of three joints each at a point, an elbow between, and a twist in the wrist.
@@ -95,7 +95,7 @@ pub fn chain<const NL: usize>(draw: &mut Draw) -> Servicer<NL> {
         link(draw.direction(), along * length, draw.between(5.0, 20.0))
     });
     let mut servicer = servicer(0.5, links);
-    servicer.max_joint_rate = SVector::from_fn(|_, _| draw.between(2e-3, 2e-2));
-    servicer.initial_joint_angle = SVector::from_fn(|_, _| draw.between(-3.0, 3.0));
+    servicer.joint_rate_limit_rad_s = SVector::from_fn(|_, _| draw.between(2e-3, 2e-2));
+    servicer.initial_joint_angle_rad = SVector::from_fn(|_, _| draw.between(-3.0, 3.0));
     servicer
 }

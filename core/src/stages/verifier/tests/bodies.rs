@@ -10,7 +10,7 @@ use nalgebra::{SVector, Vector3};
 /// The servicer aligned with RTN with its bus at `bus`, its arm at `angles`, for a second.
 fn placed(bus: [f64; 3], angles: [f64; 3], clearance: Switch) -> Verification {
     let mut mission = Mission::default();
-    mission.approach.duration = 1.0;
+    mission.approach.duration_s = 1.0;
     mission.approach.clearance = clearance;
     let joint_angle = SVector::from(angles);
     let (center, _) = mission.servicer.center_of_mass_and_end_effector(&joint_angle);
@@ -63,7 +63,7 @@ fn a_bus_in_the_target_and_an_arm_in_the_bus_are_seen() {
 #[test]
 fn they_are_told_where_they_are_not_judged() {
     let mut mission = Mission::default();
-    mission.approach.duration = 20.0;
+    mission.approach.duration_s = 20.0;
     let start = scenario(Vector3::new(0.0, 0.0, -1.5), Vector3::zeros());
     let plan = rolled_out::<2>(&mission, FREE, &start, posed([0.0; 3]), Control::ZERO);
     let found = verified(&mission, FREE, &start, &plan);
@@ -76,7 +76,7 @@ fn they_are_told_where_they_are_not_judged() {
 #[test]
 fn bodies_are_looked_at_between_the_nodes() {
     let mut mission = Mission::default();
-    mission.approach.duration = 20.0;
+    mission.approach.duration_s = 20.0;
     let start = scenario(Vector3::new(-3.2, 0.0, 0.0), Vector3::new(0.4, 0.0, 0.0));
     let plan = rolled_out::<2>(&mission, FLOWN, &start, posed([0.0; 3]), Control::ZERO);
     let Clearances { bus, .. } = verified(&mission, FLOWN, &start, &plan).clearances;
@@ -87,8 +87,8 @@ fn bodies_are_looked_at_between_the_nodes() {
 #[test]
 fn the_end_effector_comes_to_the_port_by_the_corridor_only() {
     let mut mission = Mission::default();
-    mission.corridor.half_angle = core::f64::consts::FRAC_PI_4;
-    mission.corridor.mouth_radius = 0.05;
+    mission.corridor.half_angle_rad = core::f64::consts::FRAC_PI_4;
+    mission.corridor.mouth_radius_m = 0.05;
     let bodies = Bodies::new(&mission);
     let at = |x: f64, z: f64| bodies.end_effector(&Vector3::new(x, 0.0, z), 0.05);
     let (tolerance, root) = (1e-3, 0.5_f64.sqrt());

@@ -19,8 +19,8 @@ use remora_qp::time::{Clock, Deadline};
 /// A mission of `seconds`, with limits between the nodes or without.
 fn mission(seconds: f64, between_nodes: Switch) -> Mission<3> {
     let mut mission = Mission::default();
-    mission.approach.duration = seconds;
-    mission.approach.keep_out_near_time = 0.3 * seconds;
+    mission.approach.duration_s = seconds;
+    mission.approach.keep_out_near_s = 0.3 * seconds;
     mission.approach.between_nodes = between_nodes;
     mission.approach.clearance = Switch::Off;
     mission
@@ -61,7 +61,7 @@ fn the_radius_between_nodes_is_the_smaller_and_at_the_end_that_of_the_terminal_s
     let reach = mission.servicer.capture_geometry().reach;
     assert!((path.radius_after(58) - reach.min(1.46)).abs() < 1e-14);
     let mut short = mission;
-    short.approach.keep_out_near = 2.0;
+    short.approach.keep_out_near_m = 2.0;
     let path = Path { mission: &short, ..path };
     assert!((path.radius_after(58) - reach).abs() < 1e-14);
 }
@@ -125,7 +125,7 @@ fn too_few_substeps_are_seen_and_enough_are_too() {
         let (control, force) = (Control::ZERO, Vector3::zeros());
         let plan = rolled_out::<2>(&mission, integrator, &start, state, control);
         let found = verified(&mission, integrator, &start, &plan).residuals.dynamics2;
-        let dt = mission.approach.duration;
+        let dt = mission.approach.duration_s;
         let held = Interval { mission: &mission, integrator, dt, control: &control, force: &force };
         let flown = held.fly(&state);
         assert_eq!(flown.unresolved, 0.0);

@@ -39,7 +39,7 @@ fn rolled_out<const N: usize>(
     state: State<3>,
     control: Control<3>,
 ) -> Plan<N> {
-    let dt = mission.approach.duration / (N - 1) as f64;
+    let dt = mission.approach.duration_s / (N - 1) as f64;
     let coast = HcwTransition::new(mission.mean_motion(), dt).state;
     let body = Multibody::new(mission);
     let mut path = TranslationTrajectory::ZERO;

@@ -149,16 +149,16 @@ fn limits_count_joint_by_joint_and_axis_by_axis() {
         verified(&mission, FREE, &start, &feasible).residuals
     };
     // The first joint ends at -0.753 rad; that is below this stop, and above no upper one.
-    let low = found(&|m| m.servicer.min_joint_angle[0] = -0.5);
+    let low = found(&|m| m.servicer.min_joint_angle_rad[0] = -0.5);
     let (value, tolerance) = residual(&low, "joint");
     assert!((value - 0.252_793_7).abs() < 1e-6 && value > tolerance, "{value}");
     assert!(!low.are_within(&Mission::default().tolerances));
     let others = Residuals { joint: 0.0, ..low };
     assert!(others.are_within(&Mission::default().tolerances), "{others:?}");
     // The second one ends at 1.506 rad.
-    let high = found(&|m| m.servicer.max_joint_angle[1] = 1.5);
+    let high = found(&|m| m.servicer.max_joint_angle_rad[1] = 1.5);
     assert!((high.joint - 5.587_4e-3).abs() < 1e-6, "{}", high.joint);
-    assert_eq!(found(&|m| m.servicer.min_joint_angle[1] = 0.5).joint, 0.0);
+    assert_eq!(found(&|m| m.servicer.min_joint_angle_rad[1] = 0.5).joint, 0.0);
 
     let (path, motion) = &feasible;
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
@@ -168,17 +168,17 @@ fn limits_count_joint_by_joint_and_axis_by_axis() {
         largest(&mut motion.controls.iter().take(NODES - 1).map(|u| u.joint_torque[2].abs()));
     let rate = largest(&mut motion.states.iter().map(|x| x.joint_rate[1].abs()));
     let near_one = |value: f64| assert!((value - 1.0).abs() < 1e-12, "{value}");
-    near_one(found(&|m| m.servicer.max_force.y = force / 2.0).control);
-    near_one(found(&|m| m.servicer.max_bus_torque.x = bus / 2.0).control);
-    near_one(found(&|m| m.servicer.max_joint_torque[2] = joint / 2.0).control);
-    near_one(found(&|m| m.servicer.max_joint_rate[1] = rate / 2.0).joint_rate);
+    near_one(found(&|m| m.servicer.force_limit_n.y = force / 2.0).control);
+    near_one(found(&|m| m.servicer.bus_torque_limit_n_m.x = bus / 2.0).control);
+    near_one(found(&|m| m.servicer.joint_torque_limit_n_m[2] = joint / 2.0).control);
+    near_one(found(&|m| m.servicer.joint_rate_limit_rad_s[1] = rate / 2.0).joint_rate);
 }
 
 /// To fly the arm is held by its angles, in the paper's problem by its rates.
 #[test]
 fn the_arm_is_held_as_the_problem_says() {
     let mission = Mission::default();
-    let capture = mission.servicer.capture_joint_angle;
+    let capture = mission.servicer.capture_joint_angle_rad;
     let start = scenario(Vector3::new(0.0, 0.0, -5.0), Vector3::zeros());
     let angles = [capture[0], capture[1], capture[2]];
     let (path, mut motion) =

@@ -32,7 +32,7 @@ fn keep_out_and_preset_are_those_of_the_problem() {
 #[test]
 fn relative_motion_is_that_of_two_masses() {
     let mission = Mission::<3>::default();
-    let (mu, a) = (mission.orbit.gravitational_parameter, mission.orbit.semi_major_axis);
+    let (mu, a) = (mission.orbit.gravitational_parameter_m3_s2, mission.orbit.semi_major_axis_m);
     // Kepler's third law, from the period.
     let period = core::f64::consts::TAU * libm::pow(a, 1.5) / libm::sqrt(mu);
     let n = core::f64::consts::TAU / period;
@@ -62,8 +62,8 @@ fn relative_motion_is_that_of_two_masses() {
 #[test]
 fn the_total_mass_is_that_of_all_bodies() {
     let servicer = Mission::<3>::default().servicer;
-    let [one, two, three] = servicer.links.map(|link| link.mass);
-    let sum = one + two + three + servicer.bus_mass;
+    let [one, two, three] = servicer.links.map(|link| link.mass_kg);
+    let sum = one + two + three + servicer.bus_mass_kg;
     assert!((servicer.total_mass() - sum).abs() < 1e-12);
     assert!((sum - 530.0).abs() < 1e-9, "{sum}");
 }

@@ -90,12 +90,12 @@ fn states_within_an_interval_are_where_they_belong() {
 #[test]
 fn a_symmetric_target_moves_as_the_textbook_says() {
     let mut mission = Mission::default();
-    mission.target.inertia = Vector3::new(2.0, 2.0, 3.0);
+    mission.target.inertia_kg_m2 = Vector3::new(2.0, 2.0, 3.0);
     let s = scenario(Vector3::new(0.02, -0.03, 0.04));
     let n = mission.mean_motion();
     let start = quaternion::rotation_matrix(&s.target_attitude);
     let rate = s.target_rate + start.transpose() * Vector3::new(0.0, 0.0, n);
-    let momentum = start * mission.target.inertia.component_mul(&rate);
+    let momentum = start * mission.target.inertia_kg_m2.component_mul(&rate);
     for states in [planned(&mission, &s, FREE, 20.0), verified(&mission, &s, FREE, 20.0)] {
         for (k, state) in states.iter().enumerate() {
             let t = 20.0 * k as f64;
@@ -115,7 +115,7 @@ fn a_symmetric_target_moves_as_the_textbook_says() {
 #[test]
 fn small_librations_have_the_known_frequency() {
     let mut mission = Mission::default();
-    mission.target.inertia = Vector3::new(1.5, 2.5, 3.0);
+    mission.target.inertia_kg_m2 = Vector3::new(1.5, 2.5, 3.0);
     let (angle, n) = (1e-4, mission.mean_motion());
     let frequency = n * (3.0 * (2.5 - 1.5) / 3.0_f64).sqrt();
     let mut s = scenario(Vector3::zeros());
