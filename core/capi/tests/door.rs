@@ -293,7 +293,7 @@ fn a_mission_of_the_callers_is_planned() {
     assert_eq!(caller.opens(REMORA_ABI), RemoraStatus::Ok);
     assert_eq!(caller.plans(), RemoraStatus::Ok);
     let mut mission = Mission::default();
-    mission.servicer.bus_mass = 350.0;
+    mission.servicer.bus_mass_kg = 350.0;
     let scenario = Scenario { position: Vector3::new(8.0, 0.0, 0.0), ..Scenario::default() };
     let options = Options::builder().mode(Mode::Feasible).build().unwrap();
     let mut planner = Box::new(Planner::new());

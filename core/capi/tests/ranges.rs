@@ -6,6 +6,8 @@ mod caller;
 
 use caller::{Caller, sized};
 use remora_capi::*;
+use remora_core::advanced::model::{Field, FieldVisitor, Range};
+use remora_core::prelude::Mission;
 use std::mem::offset_of;
 
 /// A member: its name, offset and bytes.
@@ -21,6 +23,43 @@ macro_rules! members {
         ];
         members
     }};
+}
+
+/// Fields of a mission with their places in the structure of C.
+struct Fields {
+    at: usize,
+    doubles: Vec<(Field, usize, usize)>,
+    words: Vec<(Field, usize)>,
+}
+
+impl FieldVisitor for Fields {
+    fn numbers(&mut self, field: Field, values: &mut [f64]) {
+        self.doubles.push((field, self.at, size_of_val(values)));
+        self.at += size_of_val(values);
+    }
+
+    fn word(&mut self, field: Field, _: &mut u32) {
+        self.words.push((field, self.at));
+        self.at += 4;
+    }
+}
+
+impl Fields {
+    fn members(&self) -> Vec<Member> {
+        self.doubles.iter().map(|(field, at, bytes)| (field.key, *at, *bytes)).collect()
+    }
+
+    /// What is accepted of a field by its range.
+    fn accepted(&self, key: &str) -> &'static str {
+        let range = self.doubles.iter().find(|(field, ..)| field.key == key).map(|(f, ..)| f.range);
+        match range {
+            Some(Range::Finite) => "nz",
+            Some(Range::Unit) => "n",
+            Some(Range::NotNegative) => "z",
+            Some(Range::Within(least, ..)) if least == 0.0 => "z",
+            _ => "",
+        }
+    }
 }
 
 /// Values that are tried, and the letter by which a table below accepts each.
@@ -98,59 +137,29 @@ fn every_number_of_a_mission_out_of_range_is_refused() {
     (sound.typical_force_n, sound.typical_angle_rad, sound.typical_rate_rad_s) = (1.0, 1.0, 1e-3);
     sound.typical_joint_rate_rad_s = 1e-3;
     (sound.typical_bus_torque_n_m, sound.typical_joint_torque_n_m) = (1e-3, 1e-3);
-    let doubles = members!(RemoraMission:
-        gravitational_parameter_m3_s2 semi_major_axis_m eccentricity inclination_rad
-        target_half_extents_body_m target_inertia_body_kg_m2 target_mass_kg port_position_target_m
-        port_normal_target bus_mass_kg bus_inertia_body_kg_m2 bus_half_extents_body_m boresight_bus
-        arm_base_bus_m links min_joint_angle_rad max_joint_angle_rad max_joint_rate_rad_s
-        initial_joint_angle_rad capture_joint_angle_rad max_bus_force_rtn_n max_bus_torque_body_n_m
-        max_joint_torque_n_m duration_s keep_out_far_m keep_out_near_m keep_out_near_time_s
-        field_of_view_half_angle_rad preset_time_s recovery_time_s weight_force weight_force_change
-        weight_bus_torque weight_joint_torque tolerance_dynamics tolerance_control
-        tolerance_joint_rad tolerance_joint_rate tolerance_pointing tolerance_preset
-        tolerance_terminal_rate tolerance_keep_out_m tolerance_ee_position_m tolerance_ee_angle_rad
-        tolerance_clearance_m margin_joint_angle_rad margin_joint_rate margin_keep_out_m
-        margin_field_of_view_rad margin_clearance_m corridor_half_angle_rad corridor_mouth_radius_m
-        ee_length_m typical_length_m typical_velocity_m_s typical_force_n typical_angle_rad
-        typical_rate_rad_s typical_joint_rate_rad_s typical_bus_torque_n_m typical_joint_torque_n_m
-        roll_ee_link roll_port_target);
-    let switches = members!(RemoraMission: gravity_gradient clearance between_nodes);
-    let flags = members!(RemoraMission: has_typical has_roll);
-    let counts = members!(RemoraMission: nodes);
-    are_all::<RemoraMission>(&[&doubles, &switches, &flags, &counts], 4);
-    // Angles, directions and positions have signs. Zero is allowed where a part may be absent.
-    let accepted = |name: &str| match name {
-        "inclination_rad" | "port_position_target_m" | "arm_base_bus_m" => "nz",
-        "initial_joint_angle_rad" | "capture_joint_angle_rad" => "nz",
-        "min_joint_angle_rad" | "max_joint_angle_rad" => "nz",
-        "port_normal_target" | "boresight_bus" | "roll_ee_link" | "roll_port_target" => "n",
-        // Tip and centre of mass have signs, the axis too; armature and radius may be zero. The members of a
-        // link that must be positive are walked below.
-        "links" => "nz",
-        "eccentricity" | "recovery_time_s" | "weight_force_change" | "ee_length_m" => "z",
-        "keep_out_far_m" | "keep_out_near_m" | "keep_out_near_time_s" => "z",
-        name if name.starts_with("margin_") => "z",
-        _ => "",
+    let mut fields = Fields { at: 4, doubles: Vec::new(), words: Vec::new() };
+    let mut mission: Mission = Mission::default();
+    mission.visit(&mut fields);
+    assert_eq!(fields.at + 4, size_of::<RemoraMission>(), "members are missing");
+    // Angles, directions and positions have signs; zero is allowed where a part may be absent.
+    let accepted = |key: &str| match key {
+        "servicer.links.mass_kg" | "servicer.links.inertia_kg_m2" => "",
+        "approach.recovery_s" | "weights.force_change" => "z",
+        _ => fields.accepted(key),
     };
     let mut opens = |mission: &RemoraMission| {
         caller.mission = *mission;
         caller.opens(REMORA_ABI)
     };
     assert_eq!(opens(&sound), RemoraStatus::Ok);
-    assert_eq!(walk(&sound, &doubles, accepted, &mut opens), [""; 0]);
-    walk_codes(&sound, &switches, &[3, u32::MAX], &mut opens);
-    walk_codes(&sound, &flags, &[2, u32::MAX], &mut opens);
-    walk_codes(&sound, &counts, &[0, 3, 61, u32::MAX], &mut opens);
-    let links = members!(RemoraLink: mass_kg inertia_about_com_link_kg_m2 armature_kg_m2 radius_m);
-    let accepted =
-        |name: &str| if name == "armature_kg_m2" || name == "radius_m" { "z" } else { "" };
-    let link = sound.links[1];
-    let in_mission = |link: &RemoraLink| {
-        let mut mission = sound;
-        mission.links[1] = *link;
-        opens(&mission)
-    };
-    assert_eq!(walk(&link, &links, accepted, in_mission), [""; 0]);
+    assert_eq!(walk(&sound, &fields.members(), accepted, &mut opens), [""; 0]);
+    for (field, at) in &fields.words {
+        let wrong: &[u32] = match field.range {
+            Range::Code(codes) => &[codes, u32::MAX],
+            _ => &[0, 3, 61, u32::MAX],
+        };
+        walk_codes(&sound, &[(field.key, *at, 4)], wrong, &mut opens);
+    }
 }
 
 #[test]

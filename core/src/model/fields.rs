@@ -104,7 +104,7 @@ impl Value for Switch {
     }
 }
 
-/// Visits a part that may be missing: whether it is given, and its fields, those of `blank` where it is not.
+/// Visits a part that may be missing: its fields, those of `blank` where it is, then whether it is given.
 pub(super) fn optional<T>(
     part: &mut Option<T>,
     key: &'static str,
@@ -113,9 +113,9 @@ pub(super) fn optional<T>(
     visit: impl FnOnce(&mut T, &mut dyn FieldVisitor),
 ) {
     let mut is_given = u32::from(part.is_some());
-    visitor.word(Field { key, range: Range::Code(2), link: None }, &mut is_given);
     let mut fields = part.take().unwrap_or(blank);
     visit(&mut fields, visitor);
+    visitor.word(Field { key, range: Range::Code(2), link: None }, &mut is_given);
     *part = Some(fields).filter(|_| is_given == 1);
 }
 

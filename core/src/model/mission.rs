@@ -17,6 +17,12 @@ use remora_qp::{Valid, Validate};
 section! {
     /// The approach itself: how long, how far off, how well seen.
     Approach in "approach" {
+        /// Nodes of a plan, from [`MIN_NODES`] to what a build has room for.
+        nodes: usize = 60, Count;
+        /// Whether bus and arm must stay clear of the target, and the arm of its own bus.
+        clearance: Switch = Switch::Auto, Code(3);
+        /// Whether limits hold between the nodes too, and planning keeps [`Margins`] from them.
+        between_nodes: Switch = Switch::Auto, Code(3);
         /// Time from the first node to the last [s].
         duration_s: f64 = 1200.0, Positive;
         /// Keep-out distance of the system centre of mass from the target's box while far [m].
@@ -32,12 +38,6 @@ section! {
         preset_s: f64 = 80.0, Positive;
         /// Time within which a given [start](super::Start) is led back into limits that it violates [s].
         recovery_s: f64 = 80.0, NotNegative;
-        /// Nodes of a plan, from [`MIN_NODES`] to what a build has room for.
-        nodes: usize = 60, Count;
-        /// Whether bus and arm must stay clear of the target, and the arm of its own bus.
-        clearance: Switch = Switch::Auto, Code(3);
-        /// Whether limits hold between the nodes too, and planning keeps [`Margins`] from them.
-        between_nodes: Switch = Switch::Auto, Code(3);
     }
 }
 
@@ -263,9 +263,9 @@ impl<const NL: usize> Mission<NL> {
         self.target.visit(None, visitor);
         self.orbit.visit(visitor);
         self.servicer.visit(visitor);
-        self.approach.visit(None, visitor);
         let typical = &mut self.typical_magnitudes;
         optional(typical, "typical", Typical::default(), visitor, |part, v| part.visit(None, v));
+        self.approach.visit(None, visitor);
         self.weights.visit(None, visitor);
         self.tolerances.visit(None, visitor);
         self.margins.visit(None, visitor);

@@ -1,25 +1,12 @@
-//! From the core's mission to C's and back.
-#![allow(unsafe_code, reason = "makes a structure of zeros")]
+//! From the core's mission to C's and back: both have their fields in one order.
+#![allow(unsafe_code, reason = "sees a structure of numbers as words of 32 bits")]
 
-use super::{RemoraLink, RemoraMission};
+use super::RemoraMission;
 use crate::RemoraStatus;
-use crate::abi::{REMORA_JOINTS, REMORA_NODES};
-use remora_core::advanced::model::{
-    Approach, Body, Corridor, Link, Margins, Orbit, Roll, Servicer, Switch, Target, Tolerances,
-    Typical, Weights,
-};
+use crate::abi::REMORA_NODES;
+use remora_core::advanced::model::{Body, Field, FieldVisitor, Range};
 use remora_core::advanced::qp::{Valid, Validate};
-use remora_core::nalgebra::Matrix3;
 use remora_core::prelude::Mission;
-
-fn switch(code: u32) -> Result<Switch, RemoraStatus> {
-    match code {
-        0 => Ok(Switch::Auto),
-        1 => Ok(Switch::On),
-        2 => Ok(Switch::Off),
-        _ => Err(RemoraStatus::InvalidMission),
-    }
-}
 
 /// Flag of the caller, 0 or 1.
 pub(crate) fn flag(code: u32, otherwise: RemoraStatus) -> Result<bool, RemoraStatus> {
@@ -30,289 +17,111 @@ pub(crate) fn flag(code: u32, otherwise: RemoraStatus) -> Result<bool, RemoraSta
     }
 }
 
-/// The matrix of these rows.
-fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
-    Matrix3::from(*rows).transpose()
+/// Words of the structure of C after its size: a number has two of them, in the processor's order.
+struct Words<'a>(&'a mut [u32]);
+
+impl<'a> Words<'a> {
+    fn of(mission: &'a mut RemoraMission) -> Self {
+        let words = size_of::<RemoraMission>() / size_of::<u32>();
+        // SAFETY: the structure consists of words and pairs of words without gaps, and every pattern is a value.
+        let all = unsafe { core::slice::from_raw_parts_mut((&raw mut *mission).cast(), words) };
+        Self(all.get_mut(1..).unwrap_or_default())
+    }
+
+    /// The next words; fewer only after the last member.
+    fn next(&mut self, count: usize) -> &'a mut [u32] {
+        let rest = core::mem::take(&mut self.0);
+        let (next, rest) = rest.split_at_mut(count.min(rest.len()));
+        self.0 = rest;
+        next
+    }
 }
 
-fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
-    matrix.transpose().into()
-}
+/// Writes fields into the structure of C.
+struct Writer<'a>(Words<'a>);
 
-impl RemoraLink {
-    fn of(link: &Link) -> Self {
-        let Link { tip, center_of_mass, mass, inertia, axis, armature, radius } = *link;
-        Self {
-            tip_from_joint_link_m: tip.into(),
-            com_from_joint_link_m: center_of_mass.into(),
-            mass_kg: mass,
-            inertia_about_com_link_kg_m2: rows(&inertia),
-            axis_link: axis.into(),
-            armature_kg_m2: armature,
-            radius_m: radius,
+impl FieldVisitor for Writer<'_> {
+    fn numbers(&mut self, _: Field, values: &mut [f64]) {
+        let pairs = self.0.next(2 * values.len()).as_chunks_mut().0;
+        for (pair, value) in pairs.iter_mut().zip(values) {
+            *pair = pair_of(*value);
         }
     }
 
-    fn link(&self) -> Link {
-        Link {
-            tip: self.tip_from_joint_link_m.into(),
-            center_of_mass: self.com_from_joint_link_m.into(),
-            mass: self.mass_kg,
-            inertia: matrix(&self.inertia_about_com_link_kg_m2),
-            axis: self.axis_link.into(),
-            armature: self.armature_kg_m2,
-            radius: self.radius_m,
+    fn word(&mut self, _: Field, value: &mut u32) {
+        self.0.next(1).fill(*value);
+    }
+}
+
+/// Reads fields from the structure of C; tells whether all codes have a meaning.
+struct Reader<'a> {
+    words: Words<'a>,
+    is_sound: bool,
+}
+
+impl FieldVisitor for Reader<'_> {
+    fn numbers(&mut self, _: Field, values: &mut [f64]) {
+        let pairs = self.words.next(2 * values.len()).as_chunks().0;
+        for (value, pair) in values.iter_mut().zip(pairs) {
+            *value = number_of(*pair);
         }
     }
+
+    fn word(&mut self, field: Field, value: &mut u32) {
+        for word in self.words.next(1) {
+            *value = *word;
+        }
+        self.is_sound &= !matches!(field.range, Range::Code(codes) if *value >= codes);
+    }
+}
+
+fn pair_of(value: f64) -> [u32; 2] {
+    let [a, b, c, d, e, f, g, h] = value.to_ne_bytes();
+    [u32::from_ne_bytes([a, b, c, d]), u32::from_ne_bytes([e, f, g, h])]
+}
+
+fn number_of([first, second]: [u32; 2]) -> f64 {
+    let ([a, b, c, d], [e, f, g, h]) = (first.to_ne_bytes(), second.to_ne_bytes());
+    f64::from_ne_bytes([a, b, c, d, e, f, g, h])
 }
 
 impl RemoraMission {
-    /// C's structure of a mission: all zeros first, then its members part by part.
+    /// C's structure of a mission. Members of parts that are not given have values without a meaning.
     pub(crate) fn of(mission: &Mission) -> Self {
         // SAFETY: numbers only, so all zeros is a value.
         let mut told: Self = unsafe { core::mem::zeroed() };
         told.size = size_of::<Self>() as u32;
-        told.tell_world(mission);
-        told.tell_servicer(&mission.servicer);
-        told.tell_approach(&mission.approach);
-        told.tell_quality(mission);
-        told.tell_typical(mission.typical_magnitudes.as_ref());
-        if let Some(Roll { end_effector, port }) = mission.roll {
-            told.has_roll = 1;
-            told.roll_ee_link = end_effector.into();
-            told.roll_port_target = port.into();
-        }
+        let mut mission = *mission;
+        mission.visit(&mut Writer(Words::of(&mut told)));
         told
-    }
-
-    fn tell_world(&mut self, mission: &Mission) {
-        let Mission { orbit: o, target: t, .. } = mission;
-        self.gravity_gradient = t.gravity_gradient as u32;
-        self.gravitational_parameter_m3_s2 = o.gravitational_parameter;
-        self.semi_major_axis_m = o.semi_major_axis;
-        self.eccentricity = o.eccentricity;
-        self.inclination_rad = o.inclination;
-        self.target_half_extents_body_m = t.half_extents.into();
-        self.target_inertia_body_kg_m2 = t.inertia.into();
-        self.target_mass_kg = t.mass;
-        self.port_position_target_m = t.port_position.into();
-        self.port_normal_target = t.port_normal.into();
-    }
-
-    fn tell_servicer(&mut self, s: &Servicer<REMORA_JOINTS>) {
-        self.bus_mass_kg = s.bus_mass;
-        self.bus_inertia_body_kg_m2 = rows(&s.bus_inertia);
-        self.bus_half_extents_body_m = s.bus_half_extents.into();
-        self.boresight_bus = s.boresight.into();
-        self.arm_base_bus_m = s.arm_base.into();
-        self.links = s.links.each_ref().map(RemoraLink::of);
-        self.min_joint_angle_rad = s.min_joint_angle.into();
-        self.max_joint_angle_rad = s.max_joint_angle.into();
-        self.max_joint_rate_rad_s = s.max_joint_rate.into();
-        self.initial_joint_angle_rad = s.initial_joint_angle.into();
-        self.capture_joint_angle_rad = s.capture_joint_angle.into();
-        self.max_bus_force_rtn_n = s.max_force.into();
-        self.max_bus_torque_body_n_m = s.max_bus_torque.into();
-        self.max_joint_torque_n_m = s.max_joint_torque.into();
-    }
-
-    fn tell_approach(&mut self, a: &Approach) {
-        self.duration_s = a.duration;
-        self.nodes = a.nodes as u32;
-        self.clearance = a.clearance as u32;
-        self.between_nodes = a.between_nodes as u32;
-        self.keep_out_far_m = a.keep_out_far;
-        self.keep_out_near_m = a.keep_out_near;
-        self.keep_out_near_time_s = a.keep_out_near_time;
-        self.field_of_view_half_angle_rad = a.field_of_view_half_angle;
-        self.preset_time_s = a.preset_time;
-        self.recovery_time_s = a.recovery_time;
-    }
-
-    fn tell_quality(&mut self, mission: &Mission) {
-        let Mission { weights: w, tolerances: e, margins: m, corridor: c, .. } = mission;
-        self.weight_force = w.force;
-        self.weight_force_change = w.force_change;
-        self.weight_bus_torque = w.bus_torque;
-        self.weight_joint_torque = w.joint_torque;
-        self.tolerance_dynamics = e.dynamics;
-        self.tolerance_control = e.control;
-        self.tolerance_joint_rad = e.joint;
-        self.tolerance_joint_rate = e.joint_rate;
-        self.tolerance_pointing = e.pointing;
-        self.tolerance_preset = e.preset;
-        self.tolerance_terminal_rate = e.terminal_rate;
-        self.tolerance_keep_out_m = e.keep_out;
-        self.tolerance_ee_position_m = e.end_effector_position;
-        self.tolerance_ee_angle_rad = e.end_effector_angle;
-        self.tolerance_clearance_m = e.clearance;
-        self.margin_joint_angle_rad = m.joint_angle;
-        self.margin_joint_rate = m.joint_rate;
-        self.margin_keep_out_m = m.keep_out;
-        self.margin_field_of_view_rad = m.field_of_view;
-        self.margin_clearance_m = m.clearance;
-        self.corridor_half_angle_rad = c.half_angle;
-        self.corridor_mouth_radius_m = c.mouth_radius;
-        self.ee_length_m = c.end_effector_length;
-    }
-
-    fn tell_typical(&mut self, typical: Option<&Typical>) {
-        let Some(t) = typical else { return };
-        self.has_typical = 1;
-        self.typical_length_m = t.length;
-        self.typical_velocity_m_s = t.velocity;
-        self.typical_force_n = t.force;
-        self.typical_angle_rad = t.angle;
-        self.typical_rate_rad_s = t.rate;
-        self.typical_joint_rate_rad_s = t.joint_rate;
-        self.typical_bus_torque_n_m = t.bus_torque;
-        self.typical_joint_torque_n_m = t.joint_torque;
     }
 
     /// Converts C's mission, if every number is in its range.
     #[inline(never)]
     pub(crate) fn validated(&self) -> Result<Valid<Mission>, RemoraStatus> {
-        let invalid = RemoraStatus::InvalidMission;
-        let roll =
-            Roll { end_effector: self.roll_ee_link.into(), port: self.roll_port_target.into() };
-        let mission = Mission {
-            orbit: self.orbit(),
-            target: self.target()?,
-            servicer: self.servicer(),
-            approach: self.approach()?,
-            weights: self.weights(),
-            tolerances: self.tolerances(),
-            margins: self.margins(),
-            corridor: Corridor {
-                half_angle: self.corridor_half_angle_rad,
-                mouth_radius: self.corridor_mouth_radius_m,
-                end_effector_length: self.ee_length_m,
-            },
-            typical_magnitudes: flag(self.has_typical, invalid)?.then(|| self.typical()),
-            roll: flag(self.has_roll, invalid)?.then_some(roll),
-            ..Mission::default()
-        };
-        if self.nodes as usize > REMORA_NODES {
-            return Err(invalid);
+        let (mut told, mut mission) = (*self, Mission::default());
+        let mut reader = Reader { words: Words::of(&mut told), is_sound: true };
+        mission.visit(&mut reader);
+        mission.orbit.body = Body::with(mission.orbit.gravitational_parameter_m3_s2);
+        if !reader.is_sound || mission.approach.nodes > REMORA_NODES {
+            return Err(RemoraStatus::InvalidMission);
         }
-        mission.validated().map_err(|_| invalid)
-    }
-
-    fn orbit(&self) -> Orbit {
-        Orbit {
-            gravitational_parameter: self.gravitational_parameter_m3_s2,
-            semi_major_axis: self.semi_major_axis_m,
-            eccentricity: self.eccentricity,
-            inclination: self.inclination_rad,
-            body: Body::with(self.gravitational_parameter_m3_s2),
-        }
-    }
-
-    fn target(&self) -> Result<Target, RemoraStatus> {
-        Ok(Target {
-            half_extents: self.target_half_extents_body_m.into(),
-            inertia: self.target_inertia_body_kg_m2.into(),
-            mass: self.target_mass_kg,
-            port_position: self.port_position_target_m.into(),
-            port_normal: self.port_normal_target.into(),
-            gravity_gradient: switch(self.gravity_gradient)?,
-        })
-    }
-
-    fn servicer(&self) -> Servicer<REMORA_JOINTS> {
-        Servicer {
-            bus_mass: self.bus_mass_kg,
-            bus_inertia: matrix(&self.bus_inertia_body_kg_m2),
-            bus_half_extents: self.bus_half_extents_body_m.into(),
-            boresight: self.boresight_bus.into(),
-            arm_base: self.arm_base_bus_m.into(),
-            links: self.links.each_ref().map(RemoraLink::link),
-            min_joint_angle: self.min_joint_angle_rad.into(),
-            max_joint_angle: self.max_joint_angle_rad.into(),
-            max_joint_rate: self.max_joint_rate_rad_s.into(),
-            initial_joint_angle: self.initial_joint_angle_rad.into(),
-            capture_joint_angle: self.capture_joint_angle_rad.into(),
-            max_force: self.max_bus_force_rtn_n.into(),
-            max_bus_torque: self.max_bus_torque_body_n_m.into(),
-            max_joint_torque: self.max_joint_torque_n_m.into(),
-        }
-    }
-
-    fn approach(&self) -> Result<Approach, RemoraStatus> {
-        Ok(Approach {
-            duration: self.duration_s,
-            nodes: self.nodes as usize,
-            keep_out_far: self.keep_out_far_m,
-            keep_out_near: self.keep_out_near_m,
-            keep_out_near_time: self.keep_out_near_time_s,
-            field_of_view_half_angle: self.field_of_view_half_angle_rad,
-            preset_time: self.preset_time_s,
-            recovery_time: self.recovery_time_s,
-            clearance: switch(self.clearance)?,
-            between_nodes: switch(self.between_nodes)?,
-        })
-    }
-
-    fn weights(&self) -> Weights {
-        Weights {
-            force: self.weight_force,
-            force_change: self.weight_force_change,
-            bus_torque: self.weight_bus_torque,
-            joint_torque: self.weight_joint_torque,
-        }
-    }
-
-    fn tolerances(&self) -> Tolerances {
-        Tolerances {
-            dynamics: self.tolerance_dynamics,
-            control: self.tolerance_control,
-            joint: self.tolerance_joint_rad,
-            joint_rate: self.tolerance_joint_rate,
-            pointing: self.tolerance_pointing,
-            preset: self.tolerance_preset,
-            terminal_rate: self.tolerance_terminal_rate,
-            keep_out: self.tolerance_keep_out_m,
-            end_effector_position: self.tolerance_ee_position_m,
-            end_effector_angle: self.tolerance_ee_angle_rad,
-            clearance: self.tolerance_clearance_m,
-        }
-    }
-
-    fn margins(&self) -> Margins {
-        Margins {
-            joint_angle: self.margin_joint_angle_rad,
-            joint_rate: self.margin_joint_rate,
-            keep_out: self.margin_keep_out_m,
-            field_of_view: self.margin_field_of_view_rad,
-            clearance: self.margin_clearance_m,
-        }
-    }
-
-    fn typical(&self) -> Typical {
-        Typical {
-            length: self.typical_length_m,
-            velocity: self.typical_velocity_m_s,
-            force: self.typical_force_n,
-            angle: self.typical_angle_rad,
-            rate: self.typical_rate_rad_s,
-            joint_rate: self.typical_joint_rate_rad_s,
-            bus_torque: self.typical_bus_torque_n_m,
-            joint_torque: self.typical_joint_torque_n_m,
-        }
+        mission.validated().map_err(|_| RemoraStatus::InvalidMission)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use remora_core::advanced::model::{Roll, Switch};
     use remora_core::nalgebra::Vector3;
 
     #[test]
     fn a_mission_goes_to_c_and_back_number_by_number() {
         let mut mission = Mission::default();
-        mission.servicer.links[1].inertia[(0, 1)] = 1e-3;
-        mission.servicer.links[1].inertia[(1, 0)] = 1e-3;
-        mission.servicer.max_joint_rate[2] = 4e-3;
+        mission.servicer.links[1].inertia_kg_m2[(0, 1)] = 1e-3;
+        mission.servicer.links[1].inertia_kg_m2[(1, 0)] = 1e-3;
+        mission.servicer.joint_rate_limit_rad_s[2] = 4e-3;
         mission.target.gravity_gradient = Switch::On;
         mission.approach.clearance = Switch::Off;
         let (end_effector, port) = (Vector3::x(), Vector3::y());
@@ -322,6 +131,15 @@ mod tests {
             let there = RemoraMission::of(&mission);
             assert_eq!(*there.validated().unwrap(), mission);
         }
+    }
+
+    #[test]
+    fn fields_fill_the_structure() {
+        let mut told = RemoraMission::of(&Mission::default());
+        let mut writer = Writer(Words::of(&mut told));
+        let mut mission: Mission = Mission::default();
+        mission.visit(&mut writer);
+        assert_eq!(writer.0.0.len(), 1, "the member `reserved` is left");
     }
 
     /// Finds two members of one type swapped in both directions, which the test above cannot.

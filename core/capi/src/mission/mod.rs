@@ -38,15 +38,6 @@ pub struct RemoraMission {
     pub size: u32,
     /// Whether the gravity gradient turns the target.
     pub gravity_gradient: RemoraSwitchCode,
-    /// The body's gravitational parameter [m^3/s^2].
-    pub gravitational_parameter_m3_s2: f64,
-    /// Semi-major axis of the target's orbit [m].
-    pub semi_major_axis_m: f64,
-    /// Eccentricity of the orbit.
-    pub eccentricity: f64,
-    /// Inclination of the orbit [rad].
-    pub inclination_rad: f64,
-
     /// Half edge lengths of the box about the target's centre of mass, target axes [m].
     pub target_half_extents_body_m: [f64; 3],
     /// Principal moments of inertia of the target, about its axes [kg m^2].
@@ -57,6 +48,15 @@ pub struct RemoraMission {
     pub port_position_target_m: [f64; 3],
     /// Outward unit normal of the port, target axes.
     pub port_normal_target: [f64; 3],
+
+    /// The body's gravitational parameter [m^3/s^2].
+    pub gravitational_parameter_m3_s2: f64,
+    /// Semi-major axis of the target's orbit [m].
+    pub semi_major_axis_m: f64,
+    /// Eccentricity of the orbit.
+    pub eccentricity: f64,
+    /// Inclination of the orbit [rad].
+    pub inclination_rad: f64,
 
     /// Mass of the bus [kg].
     pub bus_mass_kg: f64,
@@ -87,16 +87,32 @@ pub struct RemoraMission {
     /// Largest joint torques [N m].
     pub max_joint_torque_n_m: [f64; REMORA_JOINTS],
 
-    /// Time from the first node to the last [s].
-    pub duration_s: f64,
+    /// Typical length, by which steps are divided [m].
+    pub typical_length_m: f64,
+    /// Typical velocity [m/s].
+    pub typical_velocity_m_s: f64,
+    /// Typical force [N].
+    pub typical_force_n: f64,
+    /// Typical angle [rad].
+    pub typical_angle_rad: f64,
+    /// Typical angular rate [rad/s].
+    pub typical_rate_rad_s: f64,
+    /// Typical joint rate [rad/s].
+    pub typical_joint_rate_rad_s: f64,
+    /// Typical bus torque [N m].
+    pub typical_bus_torque_n_m: f64,
+    /// Typical joint torque [N m].
+    pub typical_joint_torque_n_m: f64,
+    /// Whether the members `typical_...` are given; otherwise they are not read, and follow from the rest.
+    pub has_typical: u32,
     /// Nodes of a plan, 4 to REMORA_NODES.
     pub nodes: u32,
     /// Whether bodies must stay clear of each other.
     pub clearance: RemoraSwitchCode,
     /// Whether limits hold between nodes too.
     pub between_nodes: RemoraSwitchCode,
-    /// Whether the members `typical_...` are given; otherwise they are not read, and follow from the rest.
-    pub has_typical: u32,
+    /// Time from the first node to the last [s].
+    pub duration_s: f64,
     /// Keep-out distance of the system's centre of mass from the target's box before the switch [m].
     pub keep_out_far_m: f64,
     /// Keep-out distance after the switch [m].
@@ -156,30 +172,14 @@ pub struct RemoraMission {
     pub corridor_mouth_radius_m: f64,
     /// Length of the end effector [m].
     pub ee_length_m: f64,
-    /// Typical length, by which steps are divided [m].
-    pub typical_length_m: f64,
-    /// Typical velocity [m/s].
-    pub typical_velocity_m_s: f64,
-    /// Typical force [N].
-    pub typical_force_n: f64,
-    /// Typical angle [rad].
-    pub typical_angle_rad: f64,
-    /// Typical angular rate [rad/s].
-    pub typical_rate_rad_s: f64,
-    /// Typical joint rate [rad/s].
-    pub typical_joint_rate_rad_s: f64,
-    /// Typical bus torque [N m].
-    pub typical_bus_torque_n_m: f64,
-    /// Typical joint torque [N m].
-    pub typical_joint_torque_n_m: f64,
-    /// Whether the roll at capture is given by the two directions below; otherwise they are not read.
-    pub has_roll: u32,
-    /// Not read.
-    pub reserved: u32,
     /// Unit vector in the last link's axes; at capture it is parallel to `roll_port_target`.
     pub roll_ee_link: [f64; 3],
     /// Unit vector in the target's axes.
     pub roll_port_target: [f64; 3],
+    /// Whether the roll at capture is given by the two directions above; otherwise they are not read.
+    pub has_roll: u32,
+    /// Not read.
+    pub reserved: u32,
 }
 
 // SAFETY: begins with its size, and holds numbers only.
