@@ -5,7 +5,7 @@ use super::quantities::rotation;
 use super::unit;
 use crate::error::FieldError;
 use nalgebra::{SVector, Vector3};
-use remora_core::advanced::model::{self, CaptureFailure, CaptureSearch, Mission};
+use remora_core::advanced::model::{CaptureFailure, CaptureSearch, Mission, Roll};
 use serde::{Deserialize, Serialize};
 
 /// How far off the boresight the port may be at capture, as a share of the field of view's half angle.
@@ -29,25 +29,9 @@ pub enum Capture {
 pub fn capture_search<const NL: usize>(mission: &Mission<NL>, axis: Vector3<f64>) -> CaptureSearch {
     CaptureSearch {
         axis,
-        max_off_boresight: OFF_BORESIGHT * mission.approach.field_of_view_half_angle,
-        clearance: mission.margins.clearance,
-        stop_margin: mission.margins.joint_angle,
-    }
-}
-
-/// `[roll]`: two directions that are one at capture, seen along the approach.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Roll {
-    /// Unit vector in the last link's axes.
-    pub end_effector: [f64; 3],
-    /// Unit vector in the target's axes.
-    pub port: [f64; 3],
-}
-
-impl From<&model::Roll> for Roll {
-    fn from(roll: &model::Roll) -> Self {
-        Self { end_effector: roll.end_effector.into(), port: roll.port.into() }
+        max_off_boresight: OFF_BORESIGHT * mission.approach.field_of_view_half_angle_rad,
+        clearance: mission.margins.clearance_m,
+        stop_margin: mission.margins.joint_angle_rad,
     }
 }
 
@@ -56,11 +40,12 @@ impl Servicer {
     ///
     /// # Errors
     /// The arm's base is rotated by no unit quaternion.
-    pub(super) fn roll(&self, roll: &Roll) -> Result<model::Roll, FieldError> {
-        let end_effector = unit::direction(&roll.end_effector, || "roll.end_effector".into())?;
+    pub(super) fn roll(&self, roll: &Roll) -> Result<Roll, FieldError> {
+        let [end_effector, port] = [roll.end_effector.into(), roll.port.into()];
+        let end_effector = unit::direction(&end_effector, || "roll.end_effector".into())?;
         let end_effector = self.in_bus_axes(end_effector.into())?;
-        let port = unit::direction(&roll.port, || "roll.port".into())?;
-        Ok(model::Roll { end_effector, port: port.into() })
+        let port = unit::direction(&port, || "roll.port".into())?;
+        Ok(Roll { end_effector, port: port.into() })
     }
 
     /// A vector of the axes that the links are given in, in bus axes.
@@ -110,7 +95,7 @@ pub(super) fn found<const NL: usize>(
     let servicer = &mission.servicer;
     let search = capture_search(mission, axis);
     servicer
-        .capture_configuration(&search, &servicer.initial_joint_angle)
+        .capture_configuration(&search, &servicer.initial_joint_angle_rad)
         .map_err(|failure| FieldError::new("servicer.capture", reason(&failure)))
 }
 

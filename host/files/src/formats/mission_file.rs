@@ -3,16 +3,16 @@
 //! Sections and keys that a file leaves out keep the problem definition's values, so that a file
 //! may change a single number. `fixtures/missions/default.mission.toml` spells all of them out.
 
-use super::mission_capture::{self, Roll};
-use super::mission_keys::key_of;
-use super::mission_sections::{
-    Approach, Corridor, Horizon, Margins, Orbit, Scenarios, Target, Tolerances, Typical, Weights,
-};
+use super::mission_capture;
+use super::mission_sections::{Approach, Horizon, Orbit};
 use super::mission_servicer::Servicer;
-use super::{Kind, Limit, PLANNED_JOINTS, as_text, toml_text};
+use super::{Kind, Limit, PLANNED_JOINTS, as_text, toml_text, unit};
 use crate::error::{Error, FieldError};
 use crate::with_joints;
-use remora_core::advanced::model::{InvalidField, MIN_NODES, Mission, Orbit as TargetOrbit};
+use remora_core::advanced::model::{
+    Corridor, InvalidField, MIN_NODES, Margins, Mission, Orbit as TargetOrbit, Roll,
+    ScenarioRanges, Target, Tolerances, Typical, Weights,
+};
 use remora_core::advanced::stages::{LINKS, NODES};
 use serde::{Deserialize, Serialize};
 use std::any::Any;
@@ -48,7 +48,7 @@ pub struct MissionFile {
     /// The end effector's way to the port.
     pub corridor: Corridor,
     /// Where scenarios are drawn from.
-    pub scenarios: Scenarios,
+    pub scenarios: ScenarioRanges,
     /// What steps are divided by; left out, it follows from the rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub typical: Option<Typical>,
@@ -137,12 +137,12 @@ impl MissionFile {
         Orbit::check_perigee(&mission.orbit)?;
         // Joint angles at capture and radii follow from a servicer that has been found sound.
         if let Some(axis) = axis {
-            mission.servicer.capture_joint_angle = mission_capture::found(&mission, axis)?;
+            mission.servicer.capture_joint_angle_rad = mission_capture::found(&mission, axis)?;
         }
         mission.roll = self.roll.as_ref().map(|roll| self.servicer.roll(roll)).transpose()?;
         let a = &self.approach;
-        mission.approach.keep_out_far = a.keep_out_far_m.far(&mission.servicer);
-        mission.approach.keep_out_near = a.keep_out_near_m.near(&mission.servicer);
+        mission.approach.keep_out_far_m = a.keep_out_far_m.far(&mission.servicer);
+        mission.approach.keep_out_near_m = a.keep_out_near_m.near(&mission.servicer);
         validate(&mission)?;
         let step = mission.mean_motion() * self.horizon.duration_s / (nodes - 1) as f64;
         if step > MAX_NODE_INTERVAL {
@@ -161,25 +161,86 @@ impl MissionFile {
     }
 
     fn convert<const NL: usize>(&self) -> Result<Mission<NL>, FieldError> {
+        let port_normal = self.target.port_normal.into();
+        let port_normal = unit::direction(&port_normal, || "target.port_normal".into())?.into();
         Ok(Mission {
             orbit: self.orbit.convert()?,
-            target: self.target.convert()?,
+            target: Target { port_normal, ..self.target },
             servicer: self.servicer.convert()?,
             approach: self.approach.convert(&self.horizon),
-            weights: self.weights.convert(),
-            tolerances: self.tolerances.convert(),
-            margins: self.margins.convert(),
-            corridor: self.corridor.convert(),
-            scenarios: self.scenarios.convert(),
-            typical_magnitudes: self.typical.as_ref().map(Typical::convert),
+            weights: self.weights,
+            tolerances: self.tolerances,
+            margins: self.margins,
+            corridor: self.corridor,
+            scenarios: self.scenarios,
+            typical_magnitudes: self.typical,
             // Looked at where the joint angles at capture are known.
             roll: None,
         })
+    }
+
+    /// The file of a mission with every number given: nothing is left to be derived but whether a
+    /// part that is `auto` is in force.
+    pub fn of<const NL: usize>(mission: &Mission<NL>) -> Self {
+        Self {
+            format: FORMAT.into(),
+            horizon: Horizon {
+                nodes: mission.approach.nodes,
+                duration_s: mission.approach.duration_s,
+            },
+            orbit: Orbit::from(&mission.orbit),
+            target: mission.target,
+            approach: Approach::from(&mission.approach),
+            weights: mission.weights,
+            tolerances: mission.tolerances,
+            margins: mission.margins,
+            corridor: mission.corridor,
+            scenarios: mission.scenarios,
+            typical: mission.typical_magnitudes,
+            roll: mission.roll,
+            servicer: Servicer::from(&mission.servicer),
+        }
+    }
+}
+
+impl Default for MissionFile {
+    fn default() -> Self {
+        let mut file = Self::of(&Mission::<LINKS>::default());
+        // Its keep-out distances follow from the servicer.
+        file.approach = Approach::default();
+        file.servicer = Servicer::default();
+        file
     }
 }
 
 /// Refuses the first field, by its key in the file, whose value makes no sense.
 fn validate<const NL: usize>(mission: &Mission<NL>) -> Result<(), FieldError> {
-    let named = |error: InvalidField| FieldError::new(key_of(error.field, mission), error.reason);
-    mission.validate().map_err(named)
+    mission.validate().map_err(|error| FieldError::new(key_of(&error), error.reason))
+}
+
+/// Angles and rates that files give in degrees.
+const IN_DEGREES: [&str; 5] = [
+    "orbit.inclination_rad",
+    "approach.field_of_view_half_angle_rad",
+    "margins.field_of_view_rad",
+    "corridor.half_angle_rad",
+    "scenarios.rate_norm_rad_s",
+];
+
+/// The file's key for a field of the core.
+fn key_of(error: &InvalidField) -> String {
+    let key = match error.field {
+        "approach.duration_s" => "horizon.duration_s".into(),
+        "approach.nodes" => "horizon.nodes".into(),
+        "servicer.min_joint_angle_rad" | "servicer.max_joint_angle_rad" => {
+            "servicer.joint_angle_limit_rad".into()
+        }
+        field if IN_DEGREES.contains(&field) => field.replace("_rad", "_deg"),
+        field => field.to_string(),
+    };
+    match (error.index, key.strip_prefix("servicer.links.")) {
+        (None, _) => key,
+        (Some(i), Some(of_link)) => format!("servicer.links[{i}].{of_link}"),
+        (Some(i), None) => format!("{key}[{i}]"),
+    }
 }

@@ -1,11 +1,12 @@
 //! The servicer of mission files.
 
 use super::mission_capture::Capture;
-use super::quantities::{Inertia, Limits, Stops, rotation};
+use super::quantities::{Limits, Stops, rotation};
 use super::unit;
 use crate::error::FieldError;
 use nalgebra::{Matrix3, SVector, Vector3};
-use remora_core::advanced::model;
+use remora_core::advanced::model::forms::inertia;
+use remora_core::advanced::model::{self, Link};
 use serde::{Deserialize, Serialize};
 
 /// `[servicer]` and `[[servicer.links]]`
@@ -15,7 +16,8 @@ pub struct Servicer {
     /// Bus mass [kg].
     pub bus_mass_kg: f64,
     /// Bus inertia about its centre of mass, bus axes [kg m^2].
-    pub bus_inertia_kg_m2: Inertia,
+    #[serde(with = "inertia")]
+    pub bus_inertia_kg_m2: Matrix3<f64>,
     /// Half edge lengths of the box that holds the bus [m].
     pub bus_half_extents_m: [f64; 3],
     /// Unit boresight, bus axes.
@@ -51,28 +53,6 @@ pub struct Servicer {
     pub links: Vec<Link>,
 }
 
-/// One of `[[servicer.links]]`; no key but armature and radius may be left out.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Link {
-    /// From this joint to the next one or the end effector, link axes [m].
-    pub tip_m: [f64; 3],
-    /// Centre of mass from the joint, link axes [m].
-    pub center_of_mass_m: [f64; 3],
-    /// Mass [kg].
-    pub mass_kg: f64,
-    /// Inertia about the centre of mass, link axes [kg m^2].
-    pub inertia_kg_m2: Inertia,
-    /// Unit joint axis, link axes.
-    pub axis: [f64; 3],
-    /// Inertia of the joint's rotor about the joint axis, times the gear ratio squared [kg m^2].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub armature_kg_m2: f64,
-    /// Radius of the capsule that holds the link [m].
-    #[serde(default = "Link::default_radius")]
-    pub radius_m: f64,
-}
-
 impl Servicer {
     /// The servicer; joint angles at capture that are to be found are those of the start.
     pub(super) fn convert<const NL: usize>(&self) -> Result<model::Servicer<NL>, FieldError> {
@@ -80,62 +60,49 @@ impl Servicer {
             Some(q) => Some(rotation(q, "servicer.arm_base_rotation")?),
             None => None,
         };
-        let convert = |(i, link): (usize, &Link)| -> Result<model::Link, FieldError> {
-            let link = link.convert(&format!("servicer.links[{i}]"))?;
+        let convert = |(i, link): (usize, &Link)| -> Result<Link, FieldError> {
+            let axis = unit::direction(&link.axis.into(), || format!("servicer.links[{i}].axis"))?;
+            let link = Link { axis: axis.into(), ..*link };
             Ok(mount.map_or(link, |mount| turned(&link, &mount)))
         };
         let links = self.links.iter().enumerate().map(convert);
-        let links: Vec<model::Link> = links.collect::<Result<_, _>>()?;
-        let links: [model::Link; NL] = links.try_into().map_err(|links: Vec<_>| {
+        let links: Vec<Link> = links.collect::<Result<_, _>>()?;
+        let links: [Link; NL] = links.try_into().map_err(|links: Vec<_>| {
             FieldError::new("servicer.links", format!("has {} entries, not {NL}", links.len()))
         })?;
         let key = "servicer.joint_angle_limit_rad";
         let [min_joint_angle, max_joint_angle] = Stops::all(&self.joint_angle_limit_rad, key)?;
         Ok(model::Servicer {
-            bus_mass: self.bus_mass_kg,
-            bus_inertia: self.bus_inertia_kg_m2.tensor("servicer.bus_inertia_kg_m2")?,
-            bus_half_extents: Vector3::from(self.bus_half_extents_m),
+            bus_mass_kg: self.bus_mass_kg,
+            bus_inertia_kg_m2: self.bus_inertia_kg_m2,
+            bus_half_extents_m: Vector3::from(self.bus_half_extents_m),
             boresight: unit::direction(&self.boresight, || "servicer.boresight".into())?.into(),
-            arm_base: Vector3::from(self.arm_base_m),
+            arm_base_m: Vector3::from(self.arm_base_m),
             links,
-            min_joint_angle,
-            max_joint_angle,
-            max_joint_rate: self.joint_rate_limit_rad_s.each("servicer.joint_rate_limit_rad_s")?,
-            initial_joint_angle: each(&self.initial_joint_angle_rad, "initial")?,
-            capture_joint_angle: self.capture_angles()?,
-            max_force: self.force_limit_n.each("servicer.force_limit_n")?,
-            max_bus_torque: self.bus_torque_limit_n_m.each("servicer.bus_torque_limit_n_m")?,
-            max_joint_torque: self
+            min_joint_angle_rad: min_joint_angle,
+            max_joint_angle_rad: max_joint_angle,
+            joint_rate_limit_rad_s: self
+                .joint_rate_limit_rad_s
+                .each("servicer.joint_rate_limit_rad_s")?,
+            initial_joint_angle_rad: each(&self.initial_joint_angle_rad, "initial")?,
+            capture_joint_angle_rad: self.capture_angles()?,
+            force_limit_n: self.force_limit_n.each("servicer.force_limit_n")?,
+            bus_torque_limit_n_m: self
+                .bus_torque_limit_n_m
+                .each("servicer.bus_torque_limit_n_m")?,
+            joint_torque_limit_n_m: self
                 .joint_torque_limit_n_m
                 .each("servicer.joint_torque_limit_n_m")?,
         })
     }
 
     fn capture_angles<const NL: usize>(&self) -> Result<SVector<f64, NL>, FieldError> {
-        let usual = model::Servicer::default().capture_joint_angle;
+        let usual = model::Servicer::default().capture_joint_angle_rad;
         match (self.capture, &self.capture_joint_angle_rad) {
             (Capture::Pose, _) => each(&self.initial_joint_angle_rad, "initial"),
             (Capture::Joints, Some(angles)) => each(angles, "capture"),
             (Capture::Joints, None) => each(usual.as_slice(), "capture"),
         }
-    }
-}
-
-impl Link {
-    fn default_radius() -> f64 {
-        0.05
-    }
-
-    fn convert(&self, key: &str) -> Result<model::Link, FieldError> {
-        Ok(model::Link {
-            tip: Vector3::from(self.tip_m),
-            center_of_mass: Vector3::from(self.center_of_mass_m),
-            mass: self.mass_kg,
-            inertia: self.inertia_kg_m2.tensor(&format!("{key}.inertia_kg_m2"))?,
-            axis: unit::direction(&self.axis, || format!("{key}.axis"))?.into(),
-            armature: self.armature_kg_m2,
-            radius: self.radius_m,
-        })
     }
 }
 
@@ -151,56 +118,37 @@ fn each<const NL: usize>(angles: &[f64], when: &str) -> Result<SVector<f64, NL>,
 }
 
 /// A link in axes from which `rotation` leads to those it is given in now.
-fn turned(link: &model::Link, rotation: &Matrix3<f64>) -> model::Link {
-    let inertia = rotation * link.inertia * rotation.transpose();
-    model::Link {
-        tip: rotation * link.tip,
-        center_of_mass: rotation * link.center_of_mass,
+fn turned(link: &Link, rotation: &Matrix3<f64>) -> Link {
+    let inertia = rotation * link.inertia_kg_m2 * rotation.transpose();
+    Link {
+        tip_m: rotation * link.tip_m,
+        center_of_mass_m: rotation * link.center_of_mass_m,
         // Rounding leaves it not quite symmetric.
-        inertia: (inertia + inertia.transpose()) * 0.5,
+        inertia_kg_m2: (inertia + inertia.transpose()) * 0.5,
         axis: rotation * link.axis,
         ..*link
     }
 }
 
-/// Whether a number may be left out.
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
 impl<const NL: usize> From<&model::Servicer<NL>> for Servicer {
     fn from(s: &model::Servicer<NL>) -> Self {
         Self {
-            bus_mass_kg: s.bus_mass,
-            bus_inertia_kg_m2: Inertia::from(&s.bus_inertia),
-            bus_half_extents_m: s.bus_half_extents.into(),
+            bus_mass_kg: s.bus_mass_kg,
+            bus_inertia_kg_m2: s.bus_inertia_kg_m2,
+            bus_half_extents_m: s.bus_half_extents_m.into(),
             boresight: s.boresight.into(),
-            arm_base_m: s.arm_base.into(),
+            arm_base_m: s.arm_base_m.into(),
             arm_base_rotation: None,
-            joint_angle_limit_rad: Stops::of(&s.min_joint_angle, &s.max_joint_angle),
-            joint_rate_limit_rad_s: Limits::from(&s.max_joint_rate),
-            initial_joint_angle_rad: s.initial_joint_angle.as_slice().into(),
+            joint_angle_limit_rad: Stops::of(&s.min_joint_angle_rad, &s.max_joint_angle_rad),
+            joint_rate_limit_rad_s: Limits::from(&s.joint_rate_limit_rad_s),
+            initial_joint_angle_rad: s.initial_joint_angle_rad.as_slice().into(),
             capture: Capture::Joints,
-            capture_joint_angle_rad: Some(s.capture_joint_angle.as_slice().into()),
+            capture_joint_angle_rad: Some(s.capture_joint_angle_rad.as_slice().into()),
             end_effector_axis: None,
-            force_limit_n: Limits::from(&s.max_force),
-            bus_torque_limit_n_m: Limits::from(&s.max_bus_torque),
-            joint_torque_limit_n_m: Limits::from(&s.max_joint_torque),
-            links: s.links.iter().map(Link::from).collect(),
-        }
-    }
-}
-
-impl From<&model::Link> for Link {
-    fn from(link: &model::Link) -> Self {
-        Self {
-            tip_m: link.tip.into(),
-            center_of_mass_m: link.center_of_mass.into(),
-            mass_kg: link.mass,
-            inertia_kg_m2: Inertia::from(&link.inertia),
-            axis: link.axis.into(),
-            armature_kg_m2: link.armature,
-            radius_m: link.radius,
+            force_limit_n: Limits::from(&s.force_limit_n),
+            bus_torque_limit_n_m: Limits::from(&s.bus_torque_limit_n_m),
+            joint_torque_limit_n_m: Limits::from(&s.joint_torque_limit_n_m),
+            links: s.links.to_vec(),
         }
     }
 }

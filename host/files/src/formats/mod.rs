@@ -12,9 +12,7 @@ mod json_text;
 mod kind;
 mod lock;
 mod mission_capture;
-mod mission_convert;
 mod mission_file;
-mod mission_keys;
 mod mission_sections;
 mod mission_servicer;
 #[cfg(test)]
@@ -46,15 +44,13 @@ pub use input::{Limit, as_text, open_regular, open_to_write, read_bytes, read_te
 pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
 pub use kind::Kind;
 pub use lock::{lock, lock_shared};
-pub use mission_capture::{Capture as MissionCapture, Roll as MissionRoll, capture_search};
-pub use mission_convert::name_of as body_name;
+pub use mission_capture::{Capture as MissionCapture, capture_search};
 pub use mission_file::{FORMAT as MISSION_FORMAT, MissionFile, read_mission, read_mission_file};
 pub use mission_sections::{
     Approach as MissionApproach, Horizon as MissionHorizon, Orbit as MissionOrbit,
-    Target as MissionTarget, Tolerances as MissionTolerances, Typical as MissionTypical,
-    Weights as MissionWeights,
+    name_of as body_name,
 };
-pub use mission_servicer::{Link as MissionLink, Servicer as MissionServicer};
+pub use mission_servicer::Servicer as MissionServicer;
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout};
 pub use nearest::Nearest;
 pub use nodes::{ABOUT_NODES, node_columns, node_numbers, node_row};
@@ -69,7 +65,7 @@ pub use plan_inputs::{
     InForce, MadeFor, PlanGrid, PlanInputs, PlanScenario, Program, VERSION, checksum_of_mission,
     checksum_of_scenario, frames,
 };
-pub use quantities::{Inertia, Limits, Stops};
+pub use quantities::{Limits, Stops};
 pub use radius::Radius;
 /// The core's own types stand in files.
 pub use remora_core::advanced::{

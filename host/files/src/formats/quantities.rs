@@ -2,48 +2,10 @@
 
 use super::unit;
 use crate::error::FieldError;
-use nalgebra::{Matrix3, SVector, Vector3, Vector4};
+use nalgebra::{Matrix3, SVector, Vector4};
 use remora_core::advanced::math::quaternion;
 use serde::{Deserialize, Serialize};
 use std::fmt;
-
-/// An inertia tensor [kg m^2]: three principal moments, along the axes that it is resolved in, or
-/// `[xx, yy, zz, xy, xz, yz]`, elements of the tensor (products of inertia with the tensor's sign).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Inertia(Vec<f64>);
-
-impl Inertia {
-    /// The tensor.
-    ///
-    /// # Errors
-    /// Neither three numbers nor six.
-    pub(super) fn tensor(&self, key: &str) -> Result<Matrix3<f64>, FieldError> {
-        match *self.0.as_slice() {
-            [x, y, z] => Ok(Matrix3::from_diagonal(&Vector3::new(x, y, z))),
-            [xx, yy, zz, xy, xz, yz] => Ok(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)),
-            _ => {
-                let count = self.0.len();
-                let reason = format!(
-                    "3 principal moments or 6 elements, [xx, yy, zz, xy, xz, yz], not {count} numbers"
-                );
-                Err(FieldError::new(key, reason))
-            }
-        }
-    }
-}
-
-impl From<&Matrix3<f64>> for Inertia {
-    /// Three numbers where they say it all.
-    fn from(m: &Matrix3<f64>) -> Self {
-        let products = [m[(0, 1)], m[(0, 2)], m[(1, 2)]];
-        let mut numbers: Vec<f64> = m.diagonal().iter().copied().collect();
-        if products != [0.0; 3] {
-            numbers.extend(products);
-        }
-        Self(numbers)
-    }
-}
 
 /// Limits of joints or axes: one number for all of them, or one each.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -23,7 +23,7 @@ impl Radius {
     pub fn far<const NL: usize>(self, servicer: &Servicer<NL>) -> f64 {
         match self {
             Self::Metres(radius) => radius,
-            Self::Auto if is_published(servicer) => Approach::default().keep_out_far,
+            Self::Auto if is_published(servicer) => Approach::default().keep_out_far_m,
             Self::Auto => servicer.extension(),
         }
     }
@@ -32,7 +32,7 @@ impl Radius {
     pub fn near<const NL: usize>(self, servicer: &Servicer<NL>) -> f64 {
         match self {
             Self::Metres(radius) => radius,
-            Self::Auto if is_published(servicer) => Approach::default().keep_out_near,
+            Self::Auto if is_published(servicer) => Approach::default().keep_out_near_m,
             Self::Auto => servicer.capture_geometry().reach,
         }
     }
@@ -41,13 +41,13 @@ impl Radius {
 /// Whether all that the radii follow from is as published.
 fn is_published<const NL: usize>(servicer: &Servicer<NL>) -> bool {
     let (s, published) = (servicer, Servicer::default());
-    let link = |link: &Link| (link.tip, link.center_of_mass, link.mass, link.axis);
+    let link = |link: &Link| (link.tip_m, link.center_of_mass_m, link.mass_kg, link.axis);
     let same = |a: &[f64], b: &[f64]| a == b;
-    (s.bus_mass, s.arm_base) == (published.bus_mass, published.arm_base)
+    (s.bus_mass_kg, s.arm_base_m) == (published.bus_mass_kg, published.arm_base_m)
         && s.links.iter().map(link).eq(published.links.iter().map(link))
-        && same(s.min_joint_angle.as_slice(), published.min_joint_angle.as_slice())
-        && same(s.max_joint_angle.as_slice(), published.max_joint_angle.as_slice())
-        && same(s.capture_joint_angle.as_slice(), published.capture_joint_angle.as_slice())
+        && same(s.min_joint_angle_rad.as_slice(), published.min_joint_angle_rad.as_slice())
+        && same(s.max_joint_angle_rad.as_slice(), published.max_joint_angle_rad.as_slice())
+        && same(s.capture_joint_angle_rad.as_slice(), published.capture_joint_angle_rad.as_slice())
 }
 
 impl Serialize for Radius {
@@ -99,7 +99,7 @@ mod tests {
 
     fn radii(text: &str) -> (f64, f64) {
         let mission = MissionFile::parse(text).and_then(|file| file.mission()).unwrap();
-        (mission.approach.keep_out_far, mission.approach.keep_out_near)
+        (mission.approach.keep_out_far_m, mission.approach.keep_out_near_m)
     }
 
     #[test]
@@ -109,7 +109,7 @@ mod tests {
         assert_eq!(radii("[servicer]\nforce_limit_n = 1.0"), (1.85, 1.46));
         let (far, near) = radii("[servicer]\nbus_mass_kg = 60");
         let mut light = Mission::default().servicer;
-        light.bus_mass = 60.0;
+        light.bus_mass_kg = 60.0;
         assert_eq!((far, near), (light.extension(), light.capture_geometry().reach));
         assert!(far < 1.85 && near < 1.46, "{far} {near}");
     }
