@@ -10,6 +10,8 @@ pub struct ArmPose<const NL: usize> {
     pub joint: [Vector3<f64>; NL],
     /// Their axes.
     pub axis: [Vector3<f64>; NL],
+    /// Ends of the links' capsules [m].
+    pub capsule: [[Vector3<f64>; 2]; NL],
     /// The end effector [m].
     pub end: Vector3<f64>,
     /// The system's centre of mass [m].
@@ -43,6 +45,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         let mut pose = ArmPose::<NL> {
             joint: core::array::from_fn(|i| poses[i].joint.to_vector()),
             axis: core::array::from_fn(|i| poses[i].axis.to_vector()),
+            capsule: [[Vector3::zeros(); 2]; NL],
             end: self.servicer.arm_base_m,
             center: self.first_moment(&poses).to_vector() / self.total_mass,
             center_by_joint: SMatrix::zeros(),
@@ -53,6 +56,8 @@ impl<const NL: usize> Multibody<'_, NL> {
             if i + 1 == NL {
                 pose.end = pose.joint[i] + at.rotation.apply_constant(&link.tip_m).to_vector();
             }
+            let turned = |v: &Vector3<f64>| at.rotation.apply_constant(v).to_vector();
+            pose.capsule[i] = link.capsule(&pose.joint[i], &pose.tip(i), turned);
             mass += link.mass_kg;
             moment += at.center.to_vector() * link.mass_kg;
             let subtree = moment - pose.joint[i] * mass;

@@ -32,9 +32,17 @@ section! {
         /// adds to the joint's own inertia.
         #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "is_zero"))]
         armature_kg_m2: f64 = 0.0, NotNegative;
-        /// Radius of the capsule about the line from joint to tip that holds the link [m].
+        /// Radius of the capsule that holds the link [m]; it runs from joint to tip but for the next two.
         #[cfg_attr(feature = "serde", serde(default = "radius_of_thin_links"))]
         radius_m: f64 = 0.0, NotNegative;
+        /// The capsule's near end from the joint, link axes [m].
+        #[cfg_attr(feature = "serde", serde(default, with = "forms::vector"))]
+        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero_vector"))]
+        capsule_start_m: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0), Finite;
+        /// The capsule's far end from the tip, link axes [m].
+        #[cfg_attr(feature = "serde", serde(default, with = "forms::vector"))]
+        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_zero_vector"))]
+        capsule_end_m: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0), Finite;
     }
 }
 
@@ -42,6 +50,12 @@ section! {
 #[cfg(feature = "serde")]
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
+}
+
+/// Whether a file may leave a vector out.
+#[cfg(feature = "serde")]
+fn is_zero_vector(value: &Vector3<f64>) -> bool {
+    value.amax() == 0.0
 }
 
 /// Radius of a link where a file gives none [m].
@@ -57,6 +71,22 @@ impl Link {
         self.tip_m.amax() > 0.0
     }
 
+    /// Ends of its capsule, where the link's joint and tip are `joint` and `tip`, and `turned` gives a vector in
+    /// their axes.
+    // Nothing is added to ends that are joint and tip: their bits stay.
+    pub fn capsule(
+        &self,
+        joint: &Vector3<f64>,
+        tip: &Vector3<f64>,
+        turned: impl Fn(&Vector3<f64>) -> Vector3<f64>,
+    ) -> [Vector3<f64>; 2] {
+        let shifted = |end: &Vector3<f64>, by: &Vector3<f64>| match by.amax() > 0.0 {
+            true => end + turned(by),
+            false => *end,
+        };
+        [shifted(joint, &self.capsule_start_m), shifted(tip, &self.capsule_end_m)]
+    }
+
     /// A uniform cylinder along +z, turning about +y.
     pub fn cylinder(length: f64, mass: f64, radius: f64) -> Self {
         let across = mass * (3.0 * radius * radius + length * length) / 12.0;
@@ -66,8 +96,8 @@ impl Link {
             mass_kg: mass,
             inertia_kg_m2: principal_inertia(across, across, 0.5 * mass * radius * radius),
             axis: Vector3::y(),
-            armature_kg_m2: 0.0,
             radius_m: radius,
+            ..Self::default()
         }
     }
 }
@@ -308,9 +338,11 @@ impl<const NL: usize> Servicer<NL> {
         let (mut nearest, mut least) = (0, f64::INFINITY);
         for (i, (link, angle)) in self.links.iter().zip(angles.iter()).enumerate() {
             attitude = quaternion::product(&attitude, &quaternion::exp(&(link.axis * *angle)));
-            let tip = joint + quaternion::rotation_matrix(&attitude) * link.tip_m;
+            let rotation = quaternion::rotation_matrix(&attitude);
+            let tip = joint + rotation * link.tip_m;
+            let [near, far] = link.capsule(&joint, &tip, |v| rotation * v);
             let distance =
-                segment_to_box(&self.bus_half_extents_m, &joint, &tip).value - link.radius_m;
+                segment_to_box(&self.bus_half_extents_m, &near, &far).value - link.radius_m;
             if i > mounted && link.has_length() && distance < least {
                 (nearest, least) = (i + 1, distance);
             }

@@ -12,7 +12,9 @@
 
 use crate::dynamics::{ArmPose, Multibody, State};
 use crate::math::quaternion;
-use crate::model::{Corridor, Mission, SignedDistance, segment_to_box, signed_distance_to_box};
+use crate::model::{
+    Corridor, Link, Mission, SignedDistance, segment_to_box, signed_distance_to_box,
+};
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 use remora_qp::dense::divisor;
 
@@ -83,14 +85,19 @@ impl<const NL: usize> Bodies<NL> {
         let (servicer, target) = (&mission.servicer, &mission.target);
         let norm = |v: &Vector3<f64>| libm::sqrt(v.dot(v));
         let [mounted, last] = servicer.ends_with_length();
-        let last_length = servicer.links.get(last).map_or(0.0, |link| norm(&link.tip_m));
+        let length = |link: &Link| {
+            let [near, far] = link.capsule(&Vector3::zeros(), &link.tip_m, |v| *v);
+            norm(&(far - near))
+        };
+        let last_length = servicer.links.get(last).map_or(0.0, length);
         let cut = mission.corridor.end_effector_length_m;
         // The bus's centre is nowhere further from the system's than the arm's moment can put it.
         let (mut arm, mut moment, mut wide) = (norm(&servicer.arm_base_m), 0.0, 0.0);
         for link in &servicer.links {
             moment += link.mass_kg * (arm + norm(&link.center_of_mass_m));
             arm += norm(&link.tip_m);
-            wide = f64::max(wide, link.radius_m);
+            let off = f64::max(norm(&link.capsule_start_m), norm(&link.capsule_end_m));
+            wide = f64::max(wide, link.radius_m + off);
         }
         let body = norm(&servicer.bus_half_extents_m).max(arm + wide);
         Self {
@@ -142,7 +149,8 @@ impl<const NL: usize> Bodies<NL> {
             if i <= self.mounted || !self.has_length[i] {
                 continue;
             }
-            let near = segment_to_box(&self.bus_half, &arm.joint[i], &arm.tip(i));
+            let [start, end] = &arm.capsule[i];
+            let near = segment_to_box(&self.bus_half, start, end);
             if !(near.value - self.radius[i] >= nearest.distance) {
                 nearest = Clearance {
                     distance: near.value - self.radius[i],
@@ -157,7 +165,8 @@ impl<const NL: usize> Bodies<NL> {
     /// Ends of a link's capsule before the target, bus axes.
     fn capsule(&self, arm: &ArmPose<NL>, i: usize) -> (Vector3<f64>, Vector3<f64>) {
         let share = if i == self.last { self.last_share } else { 1.0 };
-        (arm.joint[i], arm.joint[i] + (arm.tip(i) - arm.joint[i]) * share)
+        let [start, end] = arm.capsule[i];
+        (start, start + (end - start) * share)
     }
 
     /// The last link and the end effector against the target.
@@ -313,6 +322,8 @@ impl<const NL: usize> Frame<'_, NL> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::TargetState;
+    use crate::stages::clearances_at;
     use proptest::prelude::*;
 
     type Body<'a> = (Bodies<3>, Multibody<'a, 3>);
@@ -345,6 +356,24 @@ mod tests {
         assert!(others.distance > 0.1);
     }
 
+    /// Planner and verifier find a capsule beside its joints where it is.
+    #[test]
+    fn a_capsule_beside_its_joints_is_where_the_link_says() {
+        let mut mission = Mission::default();
+        let link = &mut mission.servicer.links[1];
+        (link.capsule_start_m, link.capsule_end_m) =
+            (Vector3::new(0.6, 0.0, -0.5), Vector3::new(0.6, 0.0, 0.0));
+        let (bodies, body) = body(&mission);
+        let (state, target) = (State::ZERO, TargetState::ZERO);
+        let position = Vector3::new(0.0, 0.0, -50.0);
+        let at = Instant { state: &state, position, target: target.attitude };
+        let [_, others] = bodies.clearances(&body, &at, 1.0);
+        // The joint is 0.866 m above the bus's centre: 0.366 m is within its height, and 0.1 m beside it.
+        assert!((others.distance - 0.05).abs() < 1e-12, "{}", others.distance);
+        let found = clearances_at(&mission, 0.0, &target, &position, &state);
+        assert!((found.own.distance - 0.05).abs() < 1e-12, "{}", found.own.distance);
+    }
+
     fn directional(
         (bodies, body): &Body,
         state: &State<3>,
@@ -368,8 +397,14 @@ mod tests {
             r in prop::array::uniform3(-2.0..2.0f64),
             turn in prop::array::uniform3(-1.0..1.0f64),
             bend in prop::array::uniform3(-1.0..1.0f64),
+            ends in prop::array::uniform6(-0.3..0.3f64),
         ) {
-            let mission = Mission::default();
+            let mut mission = Mission::default();
+            let [a, b, c, d, e, f] = ends;
+            for link in &mut mission.servicer.links[1..] {
+                (link.capsule_start_m, link.capsule_end_m) =
+                    (Vector3::new(a, b, c), Vector3::new(d, e, f));
+            }
             let b = body(&mission);
             let state = state(q, angle);
             let target = quaternion::normalized(&Vector4::from(p));

@@ -138,6 +138,7 @@ fn link() -> impl Strategy<Value = Link> {
             axis,
             armature_kg_m2: armature,
             radius_m: 0.05,
+            ..Link::default()
         },
     )
 }

@@ -24,8 +24,12 @@ pub struct RemoraLink {
     pub axis_link: [f64; 3],
     /// Inertia of the joint's rotor, times the gear ratio squared [kg m^2].
     pub armature_kg_m2: f64,
-    /// Radius of the capsule that holds the link [m].
+    /// Radius of the capsule that holds the link [m]; it runs from joint to tip but for the next two.
     pub radius_m: f64,
+    /// The capsule's near end from the joint [m].
+    pub capsule_start_from_joint_link_m: [f64; 3],
+    /// The capsule's far end from the tip [m].
+    pub capsule_end_from_tip_link_m: [f64; 3],
 }
 
 /// Everything that is the same for every approach: orbit, target, servicer, limits, tolerances. docs/problem.md

@@ -114,7 +114,8 @@ impl<'a, const NL: usize> Constraints<'a, NL> {
             if i <= self.first || !link.has_length() {
                 continue;
             }
-            let near = segment_to_box(half, &pose.start[i], &pose.end[i]);
+            let [start, end] = &pose.capsule[i];
+            let near = segment_to_box(half, start, end);
             let beyond = link.radius_m + self.search.clearance - near.value;
             let gradient = |j| -near.gradient.dot(&pose.point_by_joint(i, &near.point, j));
             to.take(Limit::Bus, beyond, gradient);
@@ -134,7 +135,7 @@ impl<'a, const NL: usize> Constraints<'a, NL> {
             (corner - tip.value).dot(&direction.by_joint[j]) - direction.value.dot(&tip.by_joint[j])
         });
         for (i, link) in self.servicer.links.iter().enumerate().take(self.last) {
-            for end in [pose.start[i], pose.end[i]] {
+            for end in pose.capsule[i] {
                 let from_tip = end - tip.value;
                 let beyond = from_tip.dot(&direction.value) + link.radius_m + clearance;
                 to.take(Limit::Port, beyond, |j| {

@@ -16,10 +16,10 @@ pub(super) struct Moving<const NL: usize> {
 pub(super) struct Pose<const NL: usize> {
     /// Joint axes.
     axis: [Vector3<f64>; NL],
-    /// Near ends of the links, their joints [m].
-    pub start: [Vector3<f64>; NL],
-    /// Far ends of the links [m].
-    pub end: [Vector3<f64>; NL],
+    /// The joints [m].
+    joint: [Vector3<f64>; NL],
+    /// Ends of the links' capsules [m].
+    pub capsule: [[Vector3<f64>; 2]; NL],
     /// The end effector [m].
     pub tip: Moving<NL>,
     /// The end effector's axis.
@@ -31,22 +31,21 @@ pub(super) struct Pose<const NL: usize> {
 impl<const NL: usize> Pose<NL> {
     /// The arm at `angles` [rad], `tool` the end effector's axis in the last link's axes.
     pub fn new(servicer: &Servicer<NL>, tool: &Vector3<f64>, angles: &SVector<f64, NL>) -> Self {
-        let (mut axis, mut start, mut end) =
-            ([Vector3::zeros(); NL], [Vector3::zeros(); NL], [Vector3::zeros(); NL]);
-        let mut moment = [Vector3::zeros(); NL];
-        let mut joint = servicer.arm_base_m;
+        let [mut axis, mut joint, mut moment] = [[Vector3::zeros(); NL]; 3];
+        let mut capsule = [[Vector3::zeros(); 2]; NL];
+        let mut tip = servicer.arm_base_m;
         let mut attitude = quaternion::IDENTITY;
         for (i, link) in servicer.links.iter().enumerate() {
             attitude = quaternion::product(&attitude, &quaternion::exp(&(link.axis * angles[i])));
             let rotation = quaternion::rotation_matrix(&attitude);
-            (axis[i], start[i]) = (rotation * link.axis, joint);
-            moment[i] = (joint + rotation * link.center_of_mass_m) * link.mass_kg;
-            joint += rotation * link.tip_m;
-            end[i] = joint;
+            (axis[i], joint[i]) = (rotation * link.axis, tip);
+            moment[i] = (tip + rotation * link.center_of_mass_m) * link.mass_kg;
+            tip += rotation * link.tip_m;
+            capsule[i] = link.capsule(&joint[i], &tip, |v| rotation * v);
         }
         let tool = quaternion::rotation_matrix(&attitude) * tool;
         let turned = |i: usize, arm: &Vector3<f64>| -> Vector3<f64> { axis[i].cross(arm) };
-        let tip_by_joint = core::array::from_fn(|i| turned(i, &(joint - start[i])));
+        let tip_by_joint = core::array::from_fn(|i| turned(i, &(tip - joint[i])));
         // Mass and first moment of what a joint carries.
         let (mut mass, mut carried) = (0.0, Vector3::zeros());
         let mut center_by_joint = [Vector3::zeros(); NL];
@@ -54,21 +53,21 @@ impl<const NL: usize> Pose<NL> {
         for (i, link) in servicer.links.iter().enumerate().rev() {
             mass += link.mass_kg;
             carried += moment[i];
-            center_by_joint[i] = turned(i, &(carried - start[i] * mass)) / total;
+            center_by_joint[i] = turned(i, &(carried - joint[i] * mass)) / total;
         }
         Self {
-            tip: Moving { value: joint, by_joint: tip_by_joint },
+            tip: Moving { value: tip, by_joint: tip_by_joint },
             tool: Moving { value: tool, by_joint: core::array::from_fn(|i| turned(i, &tool)) },
-            direction: direction(joint - carried / total, |i| tip_by_joint[i] - center_by_joint[i]),
+            direction: direction(tip - carried / total, |i| tip_by_joint[i] - center_by_joint[i]),
             axis,
-            start,
-            end,
+            joint,
+            capsule,
         }
     }
 
     /// What joint `j` does to a `point` fixed to link `i` [m/rad].
     pub fn point_by_joint(&self, i: usize, point: &Vector3<f64>, j: usize) -> Vector3<f64> {
-        if j > i { Vector3::zeros() } else { self.axis[j].cross(&(point - self.start[j])) }
+        if j > i { Vector3::zeros() } else { self.axis[j].cross(&(point - self.joint[j])) }
     }
 }
 

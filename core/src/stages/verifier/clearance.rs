@@ -52,7 +52,7 @@ impl<'a, const NL: usize> Bodies<'a, NL> {
         let of = |found: Option<usize>| found.map_or(NL, |i| i + 1);
         let gripping = of(servicer.links.iter().rposition(has_length));
         let mut radius = 0.0;
-        for ((link, joint), end) in servicer.links.iter().zip(&posture.joints).zip(posture.ends()) {
+        for (link, [start, end]) in servicer.links.iter().zip(&posture.capsules) {
             body += 1;
             if !has_length(link) {
                 continue;
@@ -60,9 +60,9 @@ impl<'a, const NL: usize> Bodies<'a, NL> {
             (last, radius) = (body, link.radius_m);
             let is_last = body as usize == gripping;
             let gripper = if is_last { self.mission.corridor.end_effector_length_m } else { 0.0 };
-            let short = shortened(joint, &end, gripper);
+            let short = shortened(start, end, gripper);
             let cutoff = self.arm.links.distance + link.radius_m;
-            let (a, b) = (placed(joint), placed(&short));
+            let (a, b) = (placed(start), placed(&short));
             let distance = segment_to_box(&target.half_extents_m, &a, &b, cutoff) - link.radius_m;
             self.arm.links = self.arm.links.or(closest(distance, body));
             self.found.arm = self.found.arm.or(closest(distance, body));
@@ -70,7 +70,7 @@ impl<'a, const NL: usize> Bodies<'a, NL> {
             if !is_mounted {
                 let cutoff = self.found.own.distance + link.radius_m;
                 let half = &servicer.bus_half_extents_m;
-                let distance = segment_to_box(half, joint, &end, cutoff) - link.radius_m;
+                let distance = segment_to_box(half, start, end, cutoff) - link.radius_m;
                 self.found.own = self.found.own.or(closest(distance, body));
             }
             is_mounted = false;

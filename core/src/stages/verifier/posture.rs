@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 
 /// The arm at one set of joint angles, bus axes, from the bus centre of mass [m].
 pub(super) struct Posture<const NL: usize> {
-    /// The joints.
-    pub joints: [Vector3<f64>; NL],
+    /// Ends of the links' capsules.
+    pub capsules: [[Vector3<f64>; 2]; NL],
     /// The end effector.
     pub tip: Vector3<f64>,
     /// The centre of mass of bus and arm.
@@ -18,19 +18,21 @@ pub(super) struct Posture<const NL: usize> {
 impl<const NL: usize> Posture<NL> {
     /// By the links' rotation matrices, with Rodrigues' formula for each joint.
     pub fn new(servicer: &Servicer<NL>, angles: &SVector<f64, NL>) -> Self {
-        let mut joints = [Vector3::zeros(); NL];
+        let mut capsules = [[Vector3::zeros(); 2]; NL];
         let (mut rotation, mut tip) = (Matrix3::identity(), servicer.arm_base_m);
         let (mut mass, mut moment) = (servicer.bus_mass_kg, Vector3::zeros());
-        for ((link, angle), joint) in servicer.links.iter().zip(angles.iter()).zip(&mut joints) {
-            *joint = tip;
+        for ((link, angle), capsule) in servicer.links.iter().zip(angles.iter()).zip(&mut capsules)
+        {
+            let joint = tip;
             let (sin, cos) = libm::sincos(*angle);
             let cross = link.axis.cross_matrix();
             rotation *= Matrix3::identity() + cross * sin + cross * cross * (1.0 - cos);
             moment += (tip + rotation * link.center_of_mass_m) * link.mass_kg;
             mass += link.mass_kg;
             tip += rotation * link.tip_m;
+            *capsule = link.capsule(&joint, &tip, |v| rotation * v);
         }
-        Self { joints, tip, center: moment / mass, last_axes: rotation }
+        Self { capsules, tip, center: moment / mass, last_axes: rotation }
     }
 
     /// The arm at capture.
@@ -47,11 +49,6 @@ impl<const NL: usize> Posture<NL> {
     pub fn reach(&self) -> f64 {
         let arm = self.arm();
         libm::sqrt(arm.dot(&arm))
-    }
-
-    /// Where each link ends.
-    pub fn ends(&self) -> impl Iterator<Item = Vector3<f64>> {
-        self.joints.iter().skip(1).copied().chain([self.tip])
     }
 }
 
