@@ -97,7 +97,7 @@ section! {
 }
 
 section! {
-    /// Weights of the cost, on controls divided by their limits (sections 5 and 6).
+    /// Weights of the cost, on what [`Mission::cost_units`] divides (sections 5 and 6).
     #[cfg_attr(feature = "serde", serde(default))]
     Weights in "weights" {
         /// `W1`: force.
@@ -108,6 +108,8 @@ section! {
         bus_torque: f64 = 0.5, Positive;
         /// `W3`, second block: joint torque.
         joint_torque: f64 = 1.0, Positive;
+        /// Of joint rates over typical ones, a node: what moves less costs less. The paper has no such term.
+        joint_motion: f64 = 0.0, NotNegative;
     }
 }
 

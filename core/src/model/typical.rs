@@ -46,7 +46,7 @@ mod factor {
     pub const MOST_TORQUE: f64 = 10.5;
 }
 
-/// What controls are divided by in the cost [N, N m].
+/// What controls and joint rates are divided by in the cost [N, N m, rad/s].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostUnits<const NL: usize> {
     /// Force, RTN axes.
@@ -55,12 +55,15 @@ pub struct CostUnits<const NL: usize> {
     pub bus_torque: Vector3<f64>,
     /// Joint torques.
     pub joint_torque: SVector<f64, NL>,
+    /// Joint rates.
+    pub joint_rate: SVector<f64, NL>,
 }
 
 impl<const NL: usize> Mission<NL> {
     /// What controls are divided by in the cost: their limits, as in the paper, but no more than a
     /// multiple of what is typical. A limit that is never near is no measure, and were it one, the
-    /// stronger actuator would be free to chatter.
+    /// stronger actuator would be free to chatter. Joint rates are divided by what is typical, which is no
+    /// more than their limits.
     // Not inlined: both stages ask once, before they begin.
     #[inline(never)]
     pub fn cost_units(&self) -> CostUnits<NL> {
@@ -73,6 +76,7 @@ impl<const NL: usize> Mission<NL> {
             joint_torque: servicer
                 .joint_torque_limit_n_m
                 .map(|t| t.min(factor::MOST_TORQUE * typical.joint_torque_n_m)),
+            joint_rate: servicer.joint_rate_limit_rad_s.map(|q| q.min(typical.joint_rate_rad_s)),
         }
     }
 
@@ -132,6 +136,7 @@ mod tests {
             force: Vector3::repeat(2.5),
             bus_torque: Vector3::repeat(5e-3),
             joint_torque: SVector::repeat(5e-3),
+            ..mission.cost_units()
         };
         assert_eq!(mission.cost_units(), paper);
         mission.servicer.joint_torque_limit_n_m[1] = 20.0;

@@ -543,6 +543,6 @@ pub(super) fn reorient<
     solver.reset();
     let outcome = scp::solve(&mut problem, solver, settings, &deadline, w, z);
     z.trajectory.clear_from(formulation.grid().nodes);
-    let cost = problem.cost(&z.trajectory.controls);
+    let cost = problem.cost(&z.trajectory);
     StageReport { outcome, cost, time_s: deadline.seconds() - started }
 }

@@ -138,6 +138,8 @@ pub struct RemoraMission {
     pub weight_bus_torque: f64,
     /// Weight of the joint torques.
     pub weight_joint_torque: f64,
+    /// Weight of the joint rates, over typical ones.
+    pub weight_joint_motion: f64,
     /// Tolerance of the dynamics of both stages, over the units of RemoraVerification.
     pub tolerance_dynamics: f64,
     /// Tolerance of controls, over their limits.

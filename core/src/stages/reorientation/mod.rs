@@ -19,6 +19,7 @@ use crate::math::quaternion;
 use crate::model::{Grid, Margins, Mission, Recovery, TargetState};
 use crate::scp::Residuals;
 use nalgebra::{Matrix3, SVector, Vector3};
+use remora_qp::QpStage;
 use rollout::RateOffset;
 pub use trajectory::ReorientationTrajectory;
 
@@ -180,18 +181,45 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
         self.grid.last().min(N - 1)
     }
 
-    /// Cost of a torque profile, as section 6 defines it.
-    pub fn cost(&self, controls: &[Control<NL>; N]) -> f64 {
+    /// Cost of a trajectory, as section 6 defines it.
+    pub fn cost(&self, z: &ReorientationTrajectory<N, NL>) -> f64 {
+        let motion = if self.counts_motion() { self.motion_cost(z) } else { 0.0 };
         let w = &self.mission.weights;
         let bus = Vector3::from_fn(|i, _| self.cost_unit[i]);
         let joint = SVector::<f64, NL>::from_fn(|i, _| self.cost_unit[3 + i]);
-        controls[..self.last()]
+        let torque: f64 = z.controls[..self.last()]
             .iter()
             .map(|u| {
                 w.bus_torque * u.bus_torque.component_div(&bus).norm_squared()
                     + w.joint_torque * u.joint_torque.component_div(&joint).norm_squared()
             })
-            .sum()
+            .sum();
+        torque + motion
+    }
+
+    /// Whether joint rates cost anything.
+    fn counts_motion(&self) -> bool {
+        self.mission.weights.joint_motion > 0.0
+    }
+
+    /// Cost of the joint rates, but for those of the last node, which are fixed.
+    // Not inlined: most missions have none.
+    #[inline(never)]
+    fn motion_cost(&self, z: &ReorientationTrajectory<N, NL>) -> f64 {
+        let unit = SVector::<f64, NL>::from_fn(|i, _| self.scale_x[6 + NL + i]);
+        let states = z.states[..self.last()].iter();
+        let squares: f64 = states.map(|x| x.joint_rate.component_div(&unit).norm_squared()).sum();
+        self.mission.weights.joint_motion * squares
+    }
+
+    /// Adds the gradient and curvature of the joint rates' cost at a node.
+    #[inline(never)]
+    fn add_motion_cost(&self, state: &State<NL>, stage: &mut QpStage<NX, NU, NG>) {
+        let factor = 2.0 * self.cost_scale * self.mission.weights.joint_motion;
+        for (i, rate) in (6 + NL..).zip(state.joint_rate.iter()) {
+            stage.gradient_x[i] += factor * rate / self.scale_x[i];
+            stage.hessian_xx[(i, i)] += factor;
+        }
     }
 
     fn by_kind(
@@ -267,7 +295,7 @@ impl<'a, P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU
     /// Writes the cost of a trajectory and what its merit ignores; no defects or path constraints yet.
     fn begin_residuals(&self, z: &ReorientationTrajectory<N, NL>, out: &mut Residuals<N, NX, NG>) {
         out.cost = match self.mode {
-            Mode::Optimal => self.cost_scale * self.cost(&z.controls),
+            Mode::Optimal => self.cost_scale * self.cost(z),
             Mode::Feasible => 0.0,
         };
         out.ignored_defect = self.tolerance_x.component_div(&self.scale_x) * IGNORED;

@@ -98,6 +98,9 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
             self.add_curvature(k, inputs, &next, &last.defect_multiplier[k], stage);
         }
         self.apply_chart(k, &next, at, stage);
+        if self.counts_motion() && self.mode == Mode::Optimal {
+            self.add_motion_cost(state, stage);
+        }
         let control = Self::stacked_control(control);
         for i in 0..NU {
             if self.mode == Mode::Optimal {
