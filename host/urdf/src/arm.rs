@@ -1,7 +1,7 @@
 //! A serial arm in parallel frames.
 
 use crate::body::Body;
-use crate::hull::Bounds;
+use crate::hull::{Bounds, Capsule};
 use crate::note::Note;
 use crate::options::Limits;
 use crate::pose::Pose;
@@ -56,8 +56,8 @@ pub struct Joint {
     pub limits: Limits,
     /// Inertia of rotor and gear about the axis [kg m^2]. URDF has no word for it: 0.
     pub armature: f64,
-    /// Radius of the capsule about the line from joint to tip that holds the link [m].
-    pub radius: f64,
+    /// The capsule that holds the link, in link axes from the joint: from joint to tip, or where its shapes are.
+    pub capsule: Capsule,
 }
 
 /// A link of the file, as it is written there: a row of the explanation.

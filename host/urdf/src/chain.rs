@@ -3,7 +3,7 @@
 use crate::arm::{Arm, Base, Joint, LinkRow};
 use crate::body::Body;
 use crate::fault::{Fault, Place};
-use crate::hull::{Bounds, Hull};
+use crate::hull::{Bounds, Capsule, Hull};
 use crate::limits::{limits, near_pi};
 use crate::links::Links;
 use crate::note::{Findings, MAX_REACH, Note};
@@ -15,7 +15,7 @@ use crate::written::Written;
 use nalgebra::{Matrix3, Vector3};
 use urdf_rs::JointType;
 
-/// Ratio of the joint-to-joint capsule to the one that the shapes need, above which a note is given.
+/// Ratio of the joint-to-joint capsule to the one that the shapes need, above which it is where they are.
 const WIDE: f64 = 1.5;
 
 /// All that an arm is made of.
@@ -167,28 +167,36 @@ impl Chain<'_> {
         Some(Base { link, body: carrier.body, bounds: Bounds::of(&carrier.hulls) })
     }
 
-    /// Radius of the capsule from the carrier's joint to the next one. Where not all shapes are known
-    /// it holds the centre of mass at least.
-    fn radius(
+    /// The capsule that holds the carrier, in its axes from its joint. It runs from there to the next joint, or
+    /// where the shapes are. Where not all shapes are known it holds the centre of mass at least.
+    fn capsule(
         &self,
         carrier: &Carrier,
         link: &str,
         next: &Vector3<f64>,
         notes: &mut Vec<Note>,
-    ) -> f64 {
+    ) -> Capsule {
+        let tip = next - carrier.joint;
+        let between = |radius| Capsule { start: Vector3::zeros(), end: tip, radius };
         let own = |hull: &Hull| hull.capsule_radius(&carrier.joint, next);
         let known = carrier.hulls.iter().map(own).fold(0.0, f64::max);
         if !carrier.hulls.is_empty() && !carrier.has_meshes {
-            let (link, own) = (link.to_owned(), Hull::free_capsule_radius(&carrier.hulls));
-            if known > WIDE * own {
-                notes.push(Note::WideCapsule { link, radius: known, own });
+            let fitted = Hull::fitted_capsule(&carrier.hulls);
+            // A link whose joints' axes meet has no body.
+            if known <= WIDE * fitted.radius || tip.amax() == 0.0 {
+                return between(known);
             }
-            return known;
+            let (link, own) = (link.to_owned(), fitted.radius);
+            notes.push(Note::CapsuleAside { link, radius: known, own });
+            let ends = [fitted.start - carrier.joint, fitted.end - carrier.joint];
+            let is_turned = (ends[1] - ends[0]).dot(&tip) < 0.0;
+            let [start, end] = if is_turned { [ends[1], ends[0]] } else { ends };
+            return Capsule { start, end, radius: own };
         }
         let center = own(&Hull::point(carrier.body.center_of_mass));
         let radius = known.max(center).max(self.options.default_radius);
         notes.push(Note::RadiusAssumed { link: link.to_owned(), radius });
-        radius
+        between(radius)
     }
 
     fn joint(
@@ -211,12 +219,12 @@ impl Chain<'_> {
         }
         let limits = limits(joint, self.written, self.options, found)?;
         let link = self.tree.name(carrier.link);
-        let radius = self.radius(carrier, &link, &next, &mut found.notes);
+        let capsule = self.capsule(carrier, &link, &next, &mut found.notes);
         let body =
             Body { center_of_mass: carrier.body.center_of_mass - carrier.joint, ..carrier.body };
         let axis = (rotation * unit(&joint.axis.xyz)).normalize();
         let tip = next - carrier.joint;
-        Some(Joint { name, link, axis, tip, body, limits, armature: 0.0, radius })
+        Some(Joint { name, link, axis, tip, body, limits, armature: 0.0, capsule })
     }
 }
 

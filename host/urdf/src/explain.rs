@@ -34,7 +34,7 @@ fn arm_text(arm: &Arm) -> String {
     text += "\nbodies, with all that is fixed to them, in their own frames\n\n";
     let base = arm.base.as_ref().map(|base| body_cells("bus", &base.link, &base.body, ""));
     let bodies = joints().map(|(i, joint)| {
-        body_cells(&number(i), &joint.link, &joint.body, &format!("{:.4}", joint.radius))
+        body_cells(&number(i), &joint.link, &joint.body, &format!("{:.4}", joint.capsule.radius))
     });
     text += &table(
         &[

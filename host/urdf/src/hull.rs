@@ -65,14 +65,35 @@ impl Hull {
         (middle, axes.column(squares.imax()).into_owned())
     }
 
-    /// Radius of a capsule about the middle line that holds the shapes [m].
-    pub fn free_capsule_radius(hulls: &[Self]) -> f64 {
+    /// The capsule about the middle line that holds the shapes: of the least radius there, and then of the least
+    /// length.
+    pub fn fitted_capsule(hulls: &[Self]) -> Capsule {
         let (middle, along) = Self::middle_line(hulls);
-        let points = hulls.iter().flat_map(|hull| &hull.points);
-        // A capsule that is long enough ends beyond all of them.
-        let length = points.map(|point| (point - middle).norm()).fold(0.0, f64::max);
-        let (from, to) = (middle - along * length, middle + along * length);
-        hulls.iter().map(|hull| hull.capsule_radius(&from, &to)).fold(0.0, f64::max)
+        // Place along the line, distance from it, and margin of each point.
+        let places = || {
+            hulls.iter().flat_map(|hull| hull.points.iter().map(|point| (point, hull.margin))).map(
+                |(point, margin)| {
+                    let place = (point - middle).dot(&along);
+                    (place, (point - middle - along * place).norm(), margin)
+                },
+            )
+        };
+        let radius = places().map(|(_, off, margin)| off + margin).fold(0.0, f64::max);
+        // The segment may end this far before a point, whose ball the end's ball still holds.
+        let before =
+            |off: f64, margin: f64| ((radius - margin).powi(2) - off * off).max(0.0).sqrt();
+        let ends = places().fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), place| {
+            let (place, off, margin) = place;
+            let before = before(off, margin);
+            (start.min(place + before), end.max(place - before))
+        });
+        let (start, end) = match ends {
+            (start, end) if start <= end => (start, end),
+            // A ball.
+            (start, end) if start.is_finite() => (0.5 * (start + end), 0.5 * (start + end)),
+            _ => (0.0, 0.0),
+        };
+        Capsule { start: middle + along * start, end: middle + along * end, radius }
     }
 
     /// The box along the axes that holds the shape.
@@ -85,6 +106,17 @@ impl Hull {
             });
         Bounds { lower: bounds.lower - margin, upper: bounds.upper + margin }
     }
+}
+
+/// All that is within a distance of a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capsule {
+    /// One end of the segment [m].
+    pub start: Vector3<f64>,
+    /// The other end [m].
+    pub end: Vector3<f64>,
+    /// The distance [m].
+    pub radius: f64,
 }
 
 /// A box along the axes of a frame.
@@ -150,8 +182,16 @@ mod tests {
     fn a_tube_fits_a_capsule_of_its_own_radius_wherever_it_is() {
         let pose = Pose::from_xyz_rpy([0.3, -0.2, 0.7], [0.4, 1.0, -0.6]);
         let tube = Geometry::Cylinder { radius: 0.055, length: 0.6 };
-        let radius = Hull::free_capsule_radius(&[Hull::new(&tube, &pose).unwrap()]);
-        assert!((0.055..0.0552).contains(&radius), "{radius}");
-        assert_eq!(Hull::free_capsule_radius(&[]), 0.0);
+        let hull = Hull::new(&tube, &pose).unwrap();
+        let fitted = Hull::fitted_capsule(std::slice::from_ref(&hull));
+        assert!((0.055..0.0552).contains(&fitted.radius), "{}", fitted.radius);
+        let length = (fitted.end - fitted.start).norm();
+        assert!((length - 0.6).abs() < 1e-9, "flat ends need the whole length: {length}");
+        assert!(hull.capsule_radius(&fitted.start, &fitted.end) < fitted.radius + 1e-12);
+        assert_eq!(Hull::fitted_capsule(&[]).radius, 0.0);
+        let rod = Geometry::Capsule { radius: 0.05, length: 0.4 };
+        let fitted = Hull::fitted_capsule(&[Hull::new(&rod, &pose).unwrap()]);
+        let length = (fitted.end - fitted.start).norm();
+        assert!((fitted.radius - 0.05).abs() < 1e-9 && (length - 0.4).abs() < 1e-9, "{fitted:?}");
     }
 }

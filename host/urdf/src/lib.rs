@@ -21,7 +21,7 @@ mod written;
 pub use arm::{Arm, Base, Joint};
 pub use body::Body;
 pub use fault::{Fault, Place, Refusal};
-pub use hull::Bounds;
+pub use hull::{Bounds, Capsule};
 pub use note::Note;
 pub use options::{DEFAULT_RADIUS, Limits, MAX_ANGLE, OptionError, Options};
 pub use pose::Pose;

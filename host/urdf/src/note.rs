@@ -83,10 +83,10 @@ pub enum Note {
     )]
     RadiusAssumed { link: String, radius: f64 },
     #[error(
-        "link `{link}`: beside the line between its joints its shapes fit a capsule of radius {own:.3} m, but the \
-         capsule from joint to joint has {radius:.3} m"
+        "link `{link}`: its shapes are beside the line between its joints: its capsule is there, of radius {own:.3} m, \
+         not {radius:.3} m from joint to joint"
     )]
-    WideCapsule { link: String, radius: f64, own: f64 },
+    CapsuleAside { link: String, radius: f64, own: f64 },
     #[error(
         "link `{link}`: the largest radius of gyration is {gyration:.4} m, the link's extent {extent:.4} m: is the \
          inertia given about the link's frame instead of the centre of mass?"

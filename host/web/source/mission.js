@@ -27,6 +27,8 @@ function link(l) {
     axis_link: l.axis,
     armature_kg_m2: l.armature_kg_m2 ?? 0,
     radius_m: l.radius_m,
+    capsule_start_from_joint_link_m: l.capsule_start_m ?? [0, 0, 0],
+    capsule_end_from_tip_link_m: l.capsule_end_m ?? [0, 0, 0],
   };
 }
 
@@ -66,39 +68,18 @@ function approach(a, horizon) {
   };
 }
 
-function tolerances(t) {
-  return {
-    tolerance_dynamics: t.dynamics,
-    tolerance_control: t.control,
-    tolerance_joint_rad: t.joint_rad,
-    tolerance_joint_rate: t.joint_rate,
-    tolerance_pointing: t.pointing,
-    tolerance_preset: t.preset,
-    tolerance_terminal_rate: t.terminal_rate,
-    tolerance_keep_out_m: t.keep_out_m,
-    tolerance_ee_position_m: t.ee_position_m,
-    tolerance_ee_angle_rad: t.ee_angle_rad,
-    tolerance_clearance_m: t.clearance_m,
-  };
-}
-
-function typical(t) {
-  return {
-    has_typical: t ? 1 : 0,
-    typical_length_m: t?.length_m ?? 0,
-    typical_velocity_m_s: t?.velocity_m_s ?? 0,
-    typical_force_n: t?.force_n ?? 0,
-    typical_angle_rad: t?.angle_rad ?? 0,
-    typical_rate_rad_s: t?.rate_rad_s ?? 0,
-    typical_joint_rate_rad_s: t?.joint_rate_rad_s ?? 0,
-    typical_bus_torque_n_m: t?.bus_torque_n_m ?? 0,
-    typical_joint_torque_n_m: t?.joint_torque_n_m ?? 0,
-  };
+/** A section's numbers by their names in remora.h: with a prefix, angles in radians. */
+function section(prefix, numbers) {
+  const named = ([key, value]) =>
+    key.endsWith("_deg")
+      ? [`${prefix}_${key.replace(/_deg$/, "_rad")}`, radians(value)]
+      : [`${prefix}_${key}`, value];
+  return Object.fromEntries(Object.entries(numbers).map(named));
 }
 
 /** The mission that stands in a plan, where every number is given. */
 export function missionOf(file) {
-  const { orbit, target, weights, margins, corridor, roll } = file;
+  const { orbit, target, weights, tolerances, margins, corridor, typical, roll } = file;
   return {
     gravity_gradient: switchCode(target.gravity_gradient),
     gravitational_parameter_m3_s2: orbit.gravitational_parameter_m3_s2,
@@ -112,20 +93,12 @@ export function missionOf(file) {
     port_normal_target: target.port_normal,
     ...servicer(file.servicer),
     ...approach(file.approach, file.horizon),
-    weight_force: weights.force,
-    weight_force_change: weights.force_change,
-    weight_bus_torque: weights.bus_torque,
-    weight_joint_torque: weights.joint_torque,
-    ...tolerances(file.tolerances),
-    margin_joint_angle_rad: margins.joint_angle_rad,
-    margin_joint_rate: margins.joint_rate,
-    margin_keep_out_m: margins.keep_out_m,
-    margin_field_of_view_rad: radians(margins.field_of_view_deg),
-    margin_clearance_m: margins.clearance_m,
-    corridor_half_angle_rad: radians(corridor.half_angle_deg),
-    corridor_mouth_radius_m: corridor.mouth_radius_m,
-    ee_length_m: corridor.end_effector_length_m,
-    ...typical(file.typical),
+    ...section("weight", weights),
+    ...section("tolerance", tolerances),
+    ...section("margin", margins),
+    ...section("corridor", corridor),
+    has_typical: typical ? 1 : 0,
+    ...(typical ? section("typical", typical) : {}),
     has_roll: roll ? 1 : 0,
     roll_ee_link: roll?.end_effector ?? [0, 0, 0],
     roll_port_target: roll?.port ?? [0, 0, 0],

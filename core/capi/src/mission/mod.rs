@@ -176,8 +176,8 @@ pub struct RemoraMission {
     pub corridor_half_angle_rad: f64,
     /// Radius of the corridor at the port [m].
     pub corridor_mouth_radius_m: f64,
-    /// Length of the end effector [m].
-    pub ee_length_m: f64,
+    /// Length of the end effector, which only the corridor concerns [m].
+    pub corridor_end_effector_length_m: f64,
     /// Unit vector in the last link's axes; at capture it is parallel to `roll_port_target`.
     pub roll_ee_link: [f64; 3],
     /// Unit vector in the target's axes.

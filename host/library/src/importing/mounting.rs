@@ -40,6 +40,10 @@ fn fit_link(
     decided: &mut Vec<String>,
 ) {
     let Some(link) = file.servicer.links.get_mut(at) else { return };
+    // A capsule that begins elsewhere is not held at the bus by its joint.
+    if link.capsule_start_m.amax() > 0.0 {
+        return;
+    }
     let gap = far - link.radius_m;
     // Rounding must leave the search room.
     if gap >= margin + STEP {

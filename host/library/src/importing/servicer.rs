@@ -3,9 +3,10 @@
 use super::bus::ArmOnBus;
 use crate::error::Error;
 use crate::formats::{
-    Inertia, Limits, MissionCapture, MissionFile, MissionLink, MissionServicer, Radius, Stops,
+    Limits, MissionCapture, MissionFile, MissionServicer, Radius, Stops,
 };
 use nalgebra::Vector3;
+use remora_core::advanced::model::Link;
 use remora_urdf::Joint;
 
 /// The mission file: the arm starts straight, as far as its stops let it, and finds its joint angles at
@@ -20,7 +21,7 @@ pub(super) fn mission_file(settled: &ArmOnBus, axis: &Vector3<f64>) -> MissionFi
     let joints = &arm.joints;
     file.servicer = MissionServicer {
         bus_mass_kg: body.mass,
-        bus_inertia_kg_m2: Inertia::from(&body.inertia),
+        bus_inertia_kg_m2: body.inertia,
         bus_half_extents_m: (*half_extents).into(),
         boresight: (*boresight).into(),
         arm_base_m: (arm.arm_base - body.center_of_mass).into(),
@@ -58,15 +59,17 @@ pub(super) fn give_rotors(file: &mut MissionFile, armature: &[f64]) -> Result<()
     Ok(())
 }
 
-fn link(joint: &Joint) -> MissionLink {
-    MissionLink {
-        tip_m: joint.tip.into(),
-        center_of_mass_m: joint.body.center_of_mass.into(),
+fn link(joint: &Joint) -> Link {
+    Link {
+        tip_m: joint.tip,
+        center_of_mass_m: joint.body.center_of_mass,
         mass_kg: joint.body.mass,
-        inertia_kg_m2: Inertia::from(&joint.body.inertia),
-        axis: joint.axis.into(),
+        inertia_kg_m2: joint.body.inertia,
+        axis: joint.axis,
         armature_kg_m2: joint.armature,
-        radius_m: joint.radius,
+        radius_m: joint.capsule.radius,
+        capsule_start_m: joint.capsule.start,
+        capsule_end_m: joint.capsule.end - joint.tip,
     }
 }
 

@@ -88,7 +88,9 @@ fn read_and_explain(text: &[u8]) {
                 for joint in &arm.joints {
                     let body = &joint.body;
                     assert!(body.mass > 0.0 && body.inertia.iter().all(|entry| entry.is_finite()));
-                    assert!((joint.axis.norm() - 1.0).abs() < 1e-12 && joint.radius.is_finite());
+                    assert!(
+                        (joint.axis.norm() - 1.0).abs() < 1e-12 && joint.capsule.radius.is_finite()
+                    );
                     assert!(joint.limits.lower < joint.limits.upper);
                 }
             }

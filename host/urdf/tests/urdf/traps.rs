@@ -21,8 +21,8 @@ fn a_planar_arm_is_what_its_file_says() {
     let limits = shoulder.limits;
     assert_eq!((limits.lower, limits.upper, limits.rate, limits.torque), (-1.5, 1.5, 0.05, 10.0));
     // The cylinder's rim is a polygon outside of it.
-    assert!((0.08..0.0801).contains(&shoulder.radius), "{}", shoulder.radius);
-    assert_eq!(elbow.radius, remora_urdf::DEFAULT_RADIUS);
+    assert!((0.08..0.0801).contains(&shoulder.capsule.radius), "{}", shoulder.capsule.radius);
+    assert_eq!(elbow.capsule.radius, remora_urdf::DEFAULT_RADIUS);
     assert!(says(&arm.notes, "link `lower`: its collision shapes are not all known"));
 }
 
@@ -145,7 +145,7 @@ fn a_mesh_beside_a_shape_does_not_shrink_the_link() {
     let both = text("planar.urdf")
         .replace("<link name=\"tool\"/>", &format!("<link name='tool'>{shape}{mesh}"));
     let arm = read(&both, "").unwrap();
-    assert_eq!(arm.joints[1].radius, remora_urdf::DEFAULT_RADIUS);
+    assert_eq!(arm.joints[1].capsule.radius, remora_urdf::DEFAULT_RADIUS);
     assert!(says(&arm.notes, "link `tool`: collision meshes that are not read: 1"));
 }
 
@@ -291,11 +291,16 @@ fn an_inertia_that_six_digits_make_impossible_is_mended_and_said() {
     assert!(!says(&read(&planar, "").unwrap().notes, "triangle"));
 }
 
-/// A tube beside the line between its joints gets a wide capsule, and a note with the radius of the tube.
+/// A tube beside the line between its joints has its capsule there, of its own radius.
 #[test]
-fn a_tube_beside_the_line_between_its_joints_is_noted() {
+fn a_tube_beside_the_line_between_its_joints_has_its_capsule_there() {
     let arm = read(&text("offset.urdf"), "").unwrap();
-    let told = "link `upper_arm`: beside the line between its joints its shapes fit a capsule of radius 0.055 m";
+    let told =
+        "link `upper_arm`: its shapes are beside the line between its joints: its capsule is there";
     assert!(says(&arm.notes, told), "{:?}", arm.notes);
-    assert!((0.17..0.2).contains(&arm.joints[1].radius), "{}", arm.joints[1].radius);
+    let (capsule, tip) = (&arm.joints[1].capsule, arm.joints[1].tip);
+    assert!((0.055..0.0552).contains(&capsule.radius), "{}", capsule.radius);
+    assert!((tip - Vector3::new(0.0, -0.1325, 0.612)).norm() < 1e-12, "{tip}");
+    assert!(capsule.start.norm() < 1e-9, "{capsule:?}");
+    assert!((capsule.end - Vector3::new(0.0, 0.0, 0.612)).norm() < 1e-9, "{capsule:?}");
 }

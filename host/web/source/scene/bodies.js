@@ -15,7 +15,7 @@ import {
   Vector3,
 } from "three";
 import { posture } from "../kinematics.js";
-import { norm, sub, turned } from "../vectors.js";
+import { add, norm, sub, turned } from "../vectors.js";
 
 const UP = new Vector3(0, 1, 0);
 const FORWARD = new Vector3(0, 0, 1);
@@ -97,18 +97,23 @@ export class Servicer {
 }
 
 /** A link as its capsule, the last one with the end effector at its end. */
-function makeLink(mission, link, i, { body, joint, tip }) {
+function makeLink(mission, link, i, looks) {
   const group = new Group();
-  const [whole, radius] = [norm(link.tip_from_joint_link_m), Math.max(link.radius_m, 0.01)];
+  const [tip, start] = [link.tip_from_joint_link_m, link.capsule_start_from_joint_link_m];
+  const way = sub(add(tip, link.capsule_end_from_tip_link_m), start);
+  const [whole, radius] = [norm(way), Math.max(link.radius_m, 0.01)];
   const isLast = i === mission.links.length - 1;
-  const length = isLast ? Math.max(whole - mission.ee_length_m, 0) : whole;
+  const gripper = isLast ? mission.corridor_end_effector_length_m : 0;
+  const length = Math.max(whole - gripper, 0);
   if (length > 0) {
-    group.add(along(new CapsuleGeometry(radius, length, 6, 20), body, link.tip_from_joint_link_m, length));
+    const capsule = along(new CapsuleGeometry(radius, length, 6, 20), looks.body, way, length);
+    capsule.position.add(new Vector3(...start));
+    group.add(capsule);
   }
   const housing = new CylinderGeometry(1.35 * radius, 1.35 * radius, 3 * radius, 28);
-  group.add(along(housing, joint, link.axis_link, 0));
+  group.add(along(housing, looks.joint, link.axis_link, 0));
   if (isLast) {
-    group.add(endEffector(link.tip_from_joint_link_m, whole, Math.min(whole, mission.ee_length_m), radius, tip));
+    group.add(endEffector(tip, norm(tip), Math.min(norm(tip), gripper), radius, looks.tip));
   }
   return group;
 }

@@ -1,11 +1,9 @@
 //! A plan's input as numbers in the order of `remora.h`, for doors that read no JSON: the members of
 //! `RemoraMission` and `RemoraScenario` after their sizes, then mode, integrator and substeps.
 
-use nalgebra::{Matrix3, SVector};
+use nalgebra::SVector;
 use remora_core::advanced::dynamics::Integrator;
-use remora_core::advanced::model::{
-    Link, Mission, Roll, Scenario, Servicer, Start, Target, Typical,
-};
+use remora_core::advanced::model::{Field, FieldVisitor, Mission, Scenario, Start};
 use remora_core::advanced::stages::{LINKS, Mode};
 use std::fmt;
 
@@ -36,6 +34,16 @@ impl fmt::Display for Numbers {
     }
 }
 
+impl FieldVisitor for Numbers {
+    fn numbers(&mut self, _: Field, values: &mut [f64]) {
+        self.0.extend(values.iter().map(|value| Number::Float(*value)));
+    }
+
+    fn word(&mut self, _: Field, value: &mut u32) {
+        self.0.push(Number::Integer(*value));
+    }
+}
+
 impl Numbers {
     /// All as doubles, for images.
     pub fn floats(&self) -> impl Iterator<Item = f64> {
@@ -55,73 +63,12 @@ impl Numbers {
         self
     }
 
-    /// A matrix, row by row.
-    fn matrix(self, matrix: &Matrix3<f64>) -> Self {
-        self.add(&matrix.transpose())
-    }
-
     /// Of a mission.
     pub fn mission(mission: &Mission<LINKS>) -> Self {
-        let Mission { orbit: o, approach: a, weights: w, margins: m, corridor: c, .. } = mission;
-        let typical = mission.typical_magnitudes;
-        let of_scale = |t: Typical| {
-            let Typical { length, velocity, force, angle, rate, .. } = t;
-            [length, velocity, force, angle, rate, t.joint_rate, t.bus_torque, t.joint_torque]
-        };
-        let directions = mission
-            .roll
-            .map_or([0.0; 6], |Roll { end_effector: e, port: p }| [e.x, e.y, e.z, p.x, p.y, p.z]);
-        Self::default()
-            .count(mission.target.gravity_gradient as u32)
-            .add(&[o.gravitational_parameter, o.semi_major_axis, o.eccentricity, o.inclination])
-            .target(&mission.target)
-            .servicer(&mission.servicer)
-            .add(&[a.duration])
-            .count(a.nodes as u32)
-            .count(a.clearance as u32)
-            .count(a.between_nodes as u32)
-            .count(u32::from(typical.is_some()))
-            .add(&[a.keep_out_far, a.keep_out_near, a.keep_out_near_time])
-            .add(&[a.field_of_view_half_angle, a.preset_time, a.recovery_time])
-            .add(&[w.force, w.force_change, w.bus_torque, w.joint_torque])
-            .add(&tolerances(mission))
-            .add(&[m.joint_angle, m.joint_rate, m.keep_out, m.field_of_view, m.clearance])
-            .add(&[c.half_angle, c.mouth_radius, c.end_effector_length])
-            .add(&typical.map_or([0.0; 8], of_scale))
-            .count(u32::from(mission.roll.is_some()))
-            .count(0)
-            .add(&directions)
-    }
-
-    fn target(self, target: &Target) -> Self {
-        self.add(&target.half_extents)
-            .add(&target.inertia)
-            .add(&[target.mass])
-            .add(&target.port_position)
-            .add(&target.port_normal)
-    }
-
-    fn servicer(self, servicer: &Servicer<LINKS>) -> Self {
-        let s = servicer;
-        let bus = self.add(&[s.bus_mass]).matrix(&s.bus_inertia);
-        let bus = bus.add(&s.bus_half_extents).add(&s.boresight).add(&s.arm_base);
-        s.links
-            .iter()
-            .fold(bus, Self::link)
-            .add(&s.min_joint_angle)
-            .add(&s.max_joint_angle)
-            .add(&s.max_joint_rate)
-            .add(&s.initial_joint_angle)
-            .add(&s.capture_joint_angle)
-            .add(&s.max_force)
-            .add(&s.max_bus_torque)
-            .add(&s.max_joint_torque)
-    }
-
-    fn link(self, link: &Link) -> Self {
-        let Link { tip, center_of_mass, mass, inertia, axis, armature, radius } = link;
-        let so_far = self.add(tip).add(center_of_mass).add([mass]).matrix(inertia);
-        so_far.add(axis).add([armature, radius])
+        let (mut numbers, mut mission) = (Self::default(), *mission);
+        mission.visit(&mut numbers);
+        // A member of the structure that is not read.
+        numbers.count(0)
     }
 
     /// Of a scenario.
@@ -157,23 +104,6 @@ impl Numbers {
         };
         Self::default().count(mode).count(code).count(substeps as u32)
     }
-}
-
-fn tolerances(mission: &Mission<LINKS>) -> [f64; 11] {
-    let t = &mission.tolerances;
-    [
-        t.dynamics,
-        t.control,
-        t.joint,
-        t.joint_rate,
-        t.pointing,
-        t.preset,
-        t.terminal_rate,
-        t.keep_out,
-        t.end_effector_position,
-        t.end_effector_angle,
-        t.clearance,
-    ]
 }
 
 #[cfg(test)]
