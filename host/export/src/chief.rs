@@ -129,7 +129,7 @@ impl Chief {
     /// # Errors
     /// The first key that is wrong.
     pub fn new(file: ChiefFile, orbit: &model::Orbit) -> Result<Self, FieldError> {
-        let mu = orbit.gravitational_parameter;
+        let mu = orbit.gravitational_parameter_m3_s2;
         let (key, (position, velocity)) = match (&file.elements, &file.state) {
             (Some(elements), None) => ("elements.semi_major_axis_m", elements.state(orbit)?),
             (None, Some(state)) => {
@@ -142,9 +142,9 @@ impl Chief {
                 return Err(FieldError::new("state", "stands beside [elements]: give one"));
             }
         };
-        check_same_orbit(key, mu, (&position, &velocity), orbit.semi_major_axis)?;
+        check_same_orbit(key, mu, (&position, &velocity), orbit.semi_major_axis_m)?;
         let shape = if file.state.is_some() { "state" } else { "elements.eccentricity" };
-        check_perigee(shape, mu, (&position, &velocity), orbit.body.radius)?;
+        check_perigee(shape, mu, (&position, &velocity), orbit.body.radius_m)?;
         let frame = file.frame.unwrap_or_else(|| "EME2000".into());
         check_word("frame", &frame)?;
         for (key, named) in [("target", &file.target), ("servicer", &file.servicer)] {
@@ -164,7 +164,7 @@ impl Chief {
         let Self { mu, position, velocity, .. } = self;
         let e = eccentricity(position, velocity, *mu);
         let flown = model::Orbit {
-            semi_major_axis: semi_major_axis(*mu, position, velocity),
+            semi_major_axis_m: semi_major_axis(*mu, position, velocity),
             eccentricity: libm::sqrt(e.dot(&e)),
             ..motion.orbit
         };
@@ -226,7 +226,7 @@ impl Place {
 impl Elements {
     /// Position and velocity.
     fn state(&self, orbit: &model::Orbit) -> Result<(Vector3<f64>, Vector3<f64>), FieldError> {
-        let inclination = self.inclination_deg.map_or(orbit.inclination, f64::to_radians);
+        let inclination = self.inclination_deg.map_or(orbit.inclination_rad, f64::to_radians);
         let e = self.eccentricity.unwrap_or(orbit.eccentricity);
         let angles = [self.ascending_node_deg, self.argument_of_perigee_deg, self.true_anomaly_deg];
         if !(0.0..1.0).contains(&e) {
@@ -237,14 +237,14 @@ impl Elements {
         }
         let [node, perigee, anomaly] = angles.map(f64::to_radians);
         let flat = Orbit {
-            semi_major_axis: self.semi_major_axis_m.unwrap_or(orbit.semi_major_axis),
+            semi_major_axis: self.semi_major_axis_m.unwrap_or(orbit.semi_major_axis_m),
             eccentricity: e,
             inclination,
             argument_of_latitude: perigee + anomaly,
             argument_of_perigee: perigee,
         };
         let turn = about(&Vector3::z(), node);
-        let (position, velocity) = flat.state(orbit.gravitational_parameter);
+        let (position, velocity) = flat.state(orbit.gravitational_parameter_m3_s2);
         Ok((turn * position, turn * velocity))
     }
 }
@@ -342,7 +342,7 @@ mod tests {
     #[test]
     fn velocity_and_rate_are_rates_of_change() {
         let chief = chief(&format!("{ELEMENTS}eccentricity = 0.01\n")).unwrap();
-        let a = model::Orbit::default().semi_major_axis;
+        let a = model::Orbit::default().semi_major_axis_m;
         let period = core::f64::consts::TAU * a * (a / chief.mu).sqrt();
         assert!((chief.at(period).position - chief.position).norm() < 1e-6);
         let (before, now, after) = (chief.at(599.5), chief.at(600.0), chief.at(600.5));

@@ -254,23 +254,23 @@ impl<const M: usize> Track<M> {
             target_attitude: target.attitude,
             force,
             bus_torque: control.bus_torque,
-            tip: tip - self.mission.target.port_position,
+            tip: tip - self.mission.target.port_position_m,
         }
     }
 
     fn bodies(&self) -> Bodies {
         let (target, servicer) = (&self.mission.target, &self.mission.servicer);
-        let mut joint = servicer.arm_base;
+        let mut joint = servicer.arm_base_m;
         let links = servicer.links.iter().take(self.joints).map(|link| {
-            let here = Link { joint, axis: link.axis, tip: link.tip, radius: link.radius };
-            joint = link.tip;
+            let here = Link { joint, axis: link.axis, tip: link.tip_m, radius: link.radius_m };
+            joint = link.tip_m;
             here
         });
         Bodies {
-            target_half_extents: target.half_extents,
-            port: target.port_position,
+            target_half_extents: target.half_extents_m,
+            port: target.port_position_m,
             port_normal: target.port_normal,
-            bus_half_extents: servicer.bus_half_extents,
+            bus_half_extents: servicer.bus_half_extents_m,
             links: links.collect(),
         }
     }

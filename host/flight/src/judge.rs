@@ -127,8 +127,8 @@ impl<'a, const NL: usize> Judge<'a, NL> {
     /// that is the distance of capture itself.
     pub fn new(mission: &'a Mission<NL>, planned: &Vector3<f64>, grid: &'a Grid) -> Self {
         let target = &mission.target;
-        let deeper = f64::max(0.0, (planned - target.port_position).dot(&target.port_normal));
-        let widest = libm::cos(mission.approach.field_of_view_half_angle);
+        let deeper = f64::max(0.0, (planned - target.port_position_m).dot(&target.port_normal));
+        let widest = libm::cos(mission.approach.field_of_view_half_angle_rad);
         Self {
             mission,
             body: Multibody::new(mission),
@@ -164,7 +164,7 @@ impl<'a, const NL: usize> Judge<'a, NL> {
         least(&mut room.bus_m, found.bus.distance);
         least(&mut room.own_m, found.own.distance);
         let to_target = quaternion::rotation_matrix(&target.attitude).transpose();
-        let half = &self.mission.target.half_extents;
+        let half = &self.mission.target.half_extents_m;
         let distance = signed_distance_to_box(half, &(to_target * position)).value;
         least(&mut room.keep_out_m, distance - keep_out(self.grid, view.time) + self.deeper);
         least(&mut self.nearest_m, distance);
@@ -176,9 +176,12 @@ impl<'a, const NL: usize> Judge<'a, NL> {
         let servicer = &self.mission.servicer;
         for i in 0..NL {
             let angle = view.joint_angle[i];
-            least(&mut room.joint_rad, servicer.max_joint_angle[i] - angle);
-            least(&mut room.joint_rad, angle - servicer.min_joint_angle[i]);
-            most(&mut room.joint_rate, view.joint_rate[i].abs() / servicer.max_joint_rate[i]);
+            least(&mut room.joint_rad, servicer.max_joint_angle_rad[i] - angle);
+            least(&mut room.joint_rad, angle - servicer.min_joint_angle_rad[i]);
+            most(
+                &mut room.joint_rate,
+                view.joint_rate[i].abs() / servicer.joint_rate_limit_rad_s[i],
+            );
         }
     }
 

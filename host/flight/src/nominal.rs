@@ -34,13 +34,14 @@ pub fn setup<const NL: usize>(
     surroundings: &Surroundings,
 ) -> Setup<NL> {
     let orbit = Orbit {
-        semi_major_axis: mission.orbit.semi_major_axis,
+        semi_major_axis: mission.orbit.semi_major_axis_m,
         eccentricity: mission.orbit.eccentricity,
-        inclination: mission.orbit.inclination,
+        inclination: mission.orbit.inclination_rad,
         argument_of_latitude: surroundings.argument_of_latitude,
         argument_of_perigee: 0.0,
     };
-    let mut environment = surroundings.environment.about(mission.orbit.gravitational_parameter);
+    let mut environment =
+        surroundings.environment.about(mission.orbit.gravitational_parameter_m3_s2);
     environment.target_gravity_gradient &= mission.target.gravity_gradient != Switch::Off;
     let (r, v) = orbit.state(environment.mu);
     let frame = Rtn::of(&r, &v);
@@ -62,8 +63,8 @@ pub fn setup<const NL: usize>(
     Setup {
         vehicle,
         target: Target {
-            inertia: mission.target.inertia,
-            port: mission.target.port_position,
+            inertia: mission.target.inertia_kg_m2,
+            port: mission.target.port_position_m,
             normal: mission.target.port_normal,
             attitude,
             rate: scenario.target_rate + to_body * spin,
@@ -88,27 +89,28 @@ fn vehicle<const NL: usize>(mission: &Mission<NL>) -> Vehicle<NL> {
     let joints = core::array::from_fn(|i| {
         let link = &servicer.links[i];
         let pivot = match i.checked_sub(1) {
-            None => servicer.arm_base,
-            Some(before) => servicer.links[before].tip,
+            None => servicer.arm_base_m,
+            Some(before) => servicer.links[before].tip_m,
         };
-        let body = Body { mass: link.mass, center: link.center_of_mass, inertia: link.inertia };
-        Joint { pivot, axis: link.axis, link: body, armature: link.armature }
+        let body =
+            Body { mass: link.mass_kg, center: link.center_of_mass_m, inertia: link.inertia_kg_m2 };
+        Joint { pivot, axis: link.axis, link: body, armature: link.armature_kg_m2 }
     });
     Vehicle {
         bus: Body {
-            mass: servicer.bus_mass,
+            mass: servicer.bus_mass_kg,
             center: Vector3::zeros(),
-            inertia: servicer.bus_inertia,
+            inertia: servicer.bus_inertia_kg_m2,
         },
         force_point: Vector3::zeros(),
         joints,
-        tip: servicer.links.last().map_or(servicer.arm_base, |link| link.tip),
+        tip: servicer.links.last().map_or(servicer.arm_base_m, |link| link.tip_m),
         approach: approach(mission),
         limits: Limits {
-            force: servicer.max_force.data.0[0],
-            bus_torque: servicer.max_bus_torque.data.0[0],
+            force: servicer.force_limit_n.data.0[0],
+            bus_torque: servicer.bus_torque_limit_n_m.data.0[0],
             wheel_momentum: [f64::INFINITY; 3],
-            joint_torque: servicer.max_joint_torque.data.0[0],
+            joint_torque: servicer.joint_torque_limit_n_m.data.0[0],
         },
         servo: [Servo::DEFAULT; NL],
     }
@@ -117,7 +119,8 @@ fn vehicle<const NL: usize>(mission: &Mission<NL>) -> Vehicle<NL> {
 /// The axis of the last link that the plan points at the port: from the centre of mass to the end
 /// effector in the capture configuration.
 fn approach<const NL: usize>(mission: &Mission<NL>) -> Vector3<f64> {
-    let captured = State { joint_angle: mission.servicer.capture_joint_angle, ..State::<NL>::ZERO };
+    let captured =
+        State { joint_angle: mission.servicer.capture_joint_angle_rad, ..State::<NL>::ZERO };
     let EndEffectorPose { position, rotation } = Multibody::new(mission).end_effector(&captured);
     let along = rotation.tr_mul(&position);
     along / libm::sqrt(along.dot(&along))

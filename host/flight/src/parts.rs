@@ -49,7 +49,7 @@ impl<'a> FlightsWork<'a> {
 
 impl Work for FlightsWork<'_> {
     type Worker = Pilot;
-    type FlightsHeader = FlightsHeader;
+    type Header = FlightsHeader;
     type Kept = Row;
     const COUNTED: &'static str = "runs";
 

@@ -66,12 +66,12 @@ impl<const M: usize> Parts<M> {
         let of = |values: &[f64]| values.iter().take(joints).copied().collect::<Vec<_>>();
         Bounds {
             joint_angle: [
-                of(servicer.min_joint_angle.as_slice()),
-                of(servicer.max_joint_angle.as_slice()),
+                of(servicer.min_joint_angle_rad.as_slice()),
+                of(servicer.max_joint_angle_rad.as_slice()),
             ],
-            joint_rate: of(servicer.max_joint_rate.as_slice()),
-            joint_torque: of(servicer.max_joint_torque.as_slice()),
-            bus_torque: servicer.max_bus_torque.max(),
+            joint_rate: of(servicer.joint_rate_limit_rad_s.as_slice()),
+            joint_torque: of(servicer.joint_torque_limit_n_m.as_slice()),
+            bus_torque: servicer.bus_torque_limit_n_m.max(),
         }
     }
 

@@ -204,7 +204,7 @@ fn a_history_says_where_bodies_are_and_is_read_again() {
         let angles = Vector3::from_column_slice(&sample.joints[0]);
         let (_, tip) = mission.servicer.center_of_mass_and_end_effector(&angles);
         let tip = Vector3::from(sample.bus_m) + axes(sample.bus_attitude) * tip;
-        let seen = axes(sample.target_attitude).tr_mul(&tip) - mission.target.port_position;
+        let seen = axes(sample.target_attitude).tr_mul(&tip) - mission.target.port_position_m;
         let told = Vector3::from(sample.tip_target_m);
         assert!((seen - told).norm() < 1e-9, "{} s: {seen} {told}", sample.time_s);
     }

@@ -57,18 +57,18 @@ fn they_are_plans() {
             for k in 0..NODES {
                 for i in 0..LINKS {
                     let (angle, torque) = (f64::from(t.joint_angle[k][i]), t.joint_torque[k][i]);
-                    assert!(angle < servicer.max_joint_angle[i] + 1e-3);
-                    assert!(angle > servicer.min_joint_angle[i] - 1e-3);
-                    assert!(f64::from(torque.abs()) < servicer.max_joint_torque[i] * 1.001);
+                    assert!(angle < servicer.max_joint_angle_rad[i] + 1e-3);
+                    assert!(angle > servicer.min_joint_angle_rad[i] - 1e-3);
+                    assert!(f64::from(torque.abs()) < servicer.joint_torque_limit_n_m[i] * 1.001);
                 }
                 for i in 0..3 {
-                    assert!(f64::from(t.force[k][i].abs()) < servicer.max_force[i] * 1.001);
+                    assert!(f64::from(t.force[k][i].abs()) < servicer.force_limit_n[i] * 1.001);
                     let torque = f64::from(t.bus_torque[k][i].abs());
-                    assert!(torque < servicer.max_bus_torque[i] * 1.001);
+                    assert!(torque < servicer.bus_torque_limit_n_m[i] * 1.001);
                 }
             }
             let held: Vec<f64> = t.joint_angle[last].map(f64::from).to_vec();
-            let capture = servicer.capture_joint_angle.as_slice();
+            let capture = servicer.capture_joint_angle_rad.as_slice();
             assert!(held.iter().zip(capture).all(|(a, b)| (a - b).abs() < 1e-5), "{held:?}");
         }
     }

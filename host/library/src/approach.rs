@@ -60,7 +60,7 @@ impl<const NL: usize> Approach<NL> {
     /// Largest torques: of the bus, then of the joints [N m].
     pub fn torque_limits(&self) -> impl Iterator<Item = f64> {
         let servicer = &self.mission.servicer;
-        servicer.max_bus_torque.iter().chain(servicer.max_joint_torque.iter()).copied()
+        servicer.bus_torque_limit_n_m.iter().chain(servicer.joint_torque_limit_n_m.iter()).copied()
     }
 
     /// What Stage 2's cost counts for a torque held over an interval.

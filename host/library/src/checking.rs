@@ -285,12 +285,15 @@ impl<const NL: usize> PlanCase<NL> {
         let (force_unit, bus_unit, joint_unit) =
             (units.force.as_slice(), units.bus_torque.as_slice(), units.joint_torque.as_slice());
         let force = &plan.stage1.force;
+        // The last node's rates are given.
+        let moving = plan.stage2.joint_rate.split_last().map_or(&[][..], |(_, before)| before);
         let changes: Vec<[f64; 3]> =
             force.windows(2).map(|pair| std::array::from_fn(|i| pair[1][i] - pair[0][i])).collect();
         let translation =
             w.force * squares(force, force_unit) + w.force_change * squares(&changes, force_unit);
         let reorientation = w.bus_torque * squares(&plan.stage2.bus_torque, bus_unit)
-            + w.joint_torque * squares(&plan.stage2.joint_torque, joint_unit);
+            + w.joint_torque * squares(&plan.stage2.joint_torque, joint_unit)
+            + w.joint_motion * squares(moving, units.joint_rate.as_slice());
         for (field, said, is) in [
             ("stage1.cost", plan.stage1.cost, translation),
             ("stage2.cost", plan.stage2.cost, reorientation),

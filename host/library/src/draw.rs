@@ -119,13 +119,13 @@ fn candidate<const NL: usize>(
 ) -> NamedScenario {
     let from = &mission.scenarios;
     let attitude = numbers.attitude();
-    let rate = match from.rate_norm {
+    let rate = match from.rate_norm_rad_s {
         Some(norm) => numbers.direction() * norm,
-        None => numbers.vector([from.rate; 3]),
+        None => numbers.vector([from.rate_rad_s; 3]),
     };
     let normal = quaternion::rotation_matrix(&attitude) * mission.target.port_normal;
-    let position = normal * from.standoff + numbers.vector(from.offset.into());
-    let velocity = numbers.vector([from.velocity; 3]);
+    let position = normal * from.standoff_m + numbers.vector(from.offset_m.into());
+    let velocity = numbers.vector([from.velocity_m_s; 3]);
     NamedScenario {
         id,
         target: TargetStart { attitude: attitude.into(), rate: rate.into() },
@@ -144,14 +144,14 @@ pub fn starts_well<const NL: usize>(scenario: &NamedScenario, mission: &Mission<
     let start = scenario.scenario::<NL>();
     let rotation = quaternion::rotation_matrix(&start.target_attitude);
     let local = rotation.transpose() * start.position;
-    let clearance = signed_distance_to_box(&mission.target.half_extents, &local).value;
+    let clearance = signed_distance_to_box(&mission.target.half_extents_m, &local).value;
 
     let target = TargetState { attitude: start.target_attitude, rate: Vector3::zeros() };
     let sight = heuristic::line_of_sight(mission, &start.position, &target);
     let bus = quaternion::rotation_matrix(&initial_bus_attitude(&start.position));
     let seen = sight.dot(&(bus * mission.servicer.boresight));
     // The core's cosine has the same bits everywhere.
-    let (_, cosine) = Scalar::sin_cos(mission.approach.field_of_view_half_angle);
+    let (_, cosine) = Scalar::sin_cos(mission.approach.field_of_view_half_angle_rad);
     clearance >= mission.grid(&start).keep_out(0) && seen >= cosine
 }
 
@@ -195,12 +195,12 @@ mod tests {
             let scenario = draw_one(seed, index, &mission).unwrap();
             let start = scenario.scenario::<3>();
             let from = Mission::default().scenarios;
-            prop_assert!(start.target_rate.amax() <= from.rate);
-            prop_assert!(start.velocity.amax() <= from.velocity);
+            prop_assert!(start.target_rate.amax() <= from.rate_rad_s);
+            prop_assert!(start.velocity.amax() <= from.velocity_m_s);
             let normal = quaternion::rotation_matrix(&start.target_attitude) * Vector3::z();
-            let offset = start.position - normal * from.standoff;
+            let offset = start.position - normal * from.standoff_m;
             for i in 0..3 {
-                prop_assert!(offset[i].abs() <= from.offset[i] + 1e-12);
+                prop_assert!(offset[i].abs() <= from.offset_m[i] + 1e-12);
             }
             prop_assert!(starts_well(&scenario, &mission));
         }
@@ -216,10 +216,10 @@ mod tests {
         let n = set.len() as f64;
         let mean = |f: &dyn Fn(&NamedScenario) -> f64| set.iter().map(f).sum::<f64>() / n;
         for i in 0..3 {
-            let rate = |s: &NamedScenario| s.target.rate[i] / from.rate;
+            let rate = |s: &NamedScenario| s.target.rate[i] / from.rate_rad_s;
             assert!(mean(&rate).abs() < 5.0 * (1.0 / 3.0 / n).sqrt());
             assert!((mean(&|s| rate(s).powi(2)) - 1.0 / 3.0).abs() < 5.0 * (0.09 / n).sqrt());
-            let velocity = |s: &NamedScenario| s.servicer.velocity[i] / from.velocity;
+            let velocity = |s: &NamedScenario| s.servicer.velocity[i] / from.velocity_m_s;
             assert!(mean(&velocity).abs() < 5.0 * (1.0 / 3.0 / n).sqrt());
             for j in 0..3 {
                 let entry = |s: &NamedScenario| {
@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn a_mission_without_any_start_is_told_from_a_rare_one() {
         let mut mission = Mission::default();
-        mission.approach.keep_out_far = 50.0;
+        mission.approach.keep_out_far_m = 50.0;
         assert_eq!(draw(1, 1, &mission), None);
     }
 }

@@ -100,7 +100,7 @@ impl View<'_> {
     /// Force and distance of the centre of mass.
     fn translation_panels(&self) -> Vec<Panel> {
         let force = &self.plan.stage1.force;
-        let limits = &self.mission.servicer.max_force;
+        let limits = &self.mission.servicer.force_limit_n;
         vec![
             panel(
                 "force [N], RTN",
@@ -124,19 +124,19 @@ impl View<'_> {
     fn reorientation_panels(&self) -> Vec<Panel> {
         let (reorientation, s) = (&self.plan.stage2, &self.mission.servicer);
         let preset = Some(self.time(self.grid.preset_node()));
-        let stops = s.min_joint_angle.iter().zip(&s.max_joint_angle).take(self.joints);
+        let stops = s.min_joint_angle_rad.iter().zip(&s.max_joint_angle_rad).take(self.joints);
         let stops = stops.flat_map(|(lower, upper)| [lower.to_degrees(), upper.to_degrees()]);
-        let view = self.mission.approach.field_of_view_half_angle.to_degrees();
+        let view = self.mission.approach.field_of_view_half_angle_rad.to_degrees();
         vec![
             panel(
                 "bus torque [mN m], bus axes",
-                both(MILLI, s.max_bus_torque.as_slice()),
+                both(MILLI, s.bus_torque_limit_n_m.as_slice()),
                 self.held_axes(axes(), &|k, i| MILLI * reorientation.bus_torque[k][i]),
                 None,
             ),
             panel(
                 "joint torque [mN m]",
-                both(MILLI, &s.max_joint_torque.as_slice()[..self.joints]),
+                both(MILLI, &s.joint_torque_limit_n_m.as_slice()[..self.joints]),
                 self.held_axes(joints(self.joints), &|k, i| {
                     MILLI * reorientation.joint_torque[k][i]
                 }),
@@ -152,7 +152,7 @@ impl View<'_> {
             ),
             panel(
                 "joint rate [mrad/s]",
-                both(MILLI, &s.max_joint_rate.as_slice()[..self.joints]),
+                both(MILLI, &s.joint_rate_limit_rad_s.as_slice()[..self.joints]),
                 self.node_axes(joints(self.joints), &|k, i| MILLI * reorientation.joint_rate[k][i]),
                 preset,
             ),
@@ -198,12 +198,12 @@ impl View<'_> {
     /// Centre of mass to the target's box [m].
     fn distance(&self, node: usize) -> f64 {
         let local = self.target(node).transpose() * self.position(node);
-        signed_distance_to_box(&self.mission.target.half_extents, &local).value
+        signed_distance_to_box(&self.mission.target.half_extents_m, &local).value
     }
 
     /// Angle between the boresight and the line of sight to the port [deg].
     fn off_boresight(&self, node: usize) -> f64 {
-        let port = self.target(node) * self.mission.target.port_position;
+        let port = self.target(node) * self.mission.target.port_position_m;
         let sight = (port - self.position(node)).normalize();
         let boresight = self.bus(node) * self.mission.servicer.boresight;
         sight.dot(&boresight).clamp(-1.0, 1.0).acos().to_degrees()
@@ -240,7 +240,7 @@ impl View<'_> {
             outlines.push(line(&arm, Some(2), 3));
         }
         // Last, so that nothing hides it: the port and where it looks.
-        let (port, normal) = (self.mission.target.port_position, self.mission.target.port_normal);
+        let (port, normal) = (self.mission.target.port_position_m, self.mission.target.port_normal);
         let last = self.target(self.grid.last());
         outlines.push(line(&[last * port, last * (port + 0.4 * normal)], Some(1), 2));
         outlines
@@ -249,7 +249,7 @@ impl View<'_> {
     /// The edges of the target's box at capture.
     fn target_edges(&self) -> Vec<[Vector3<f64>; 2]> {
         let turn = self.target(self.grid.last());
-        edges(&self.mission.target.half_extents, |corner| turn * corner)
+        edges(&self.mission.target.half_extents_m, |corner| turn * corner)
     }
 
     /// Edges of the bus, and the arm from its base to the end effector.
@@ -260,12 +260,12 @@ impl View<'_> {
         let center = servicer.center_of_mass_and_end_effector(&angles).0;
         let (turn, position) = (self.bus(node), self.position(node));
         let place = |point: Vector3<f64>| position + turn * (point - center);
-        let bus = edges(&servicer.bus_half_extents, place);
-        let (mut at, mut pose) = (servicer.arm_base, Rotation3::identity());
+        let bus = edges(&servicer.bus_half_extents_m, place);
+        let (mut at, mut pose) = (servicer.arm_base_m, Rotation3::identity());
         let mut arm = vec![place(at)];
         for (link, angle) in servicer.links.iter().zip(given) {
             pose *= Rotation3::from_axis_angle(&Unit::new_normalize(link.axis), *angle);
-            at += pose * link.tip;
+            at += pose * link.tip_m;
             arm.push(place(at));
         }
         (bus, arm)
@@ -311,7 +311,7 @@ mod tests {
         let grid = mission.own_grid();
         let view = View { plan: &plan, mission: &mission.resized(), joints: 3, grid };
         let tip = *view.servicer(view.grid.last()).1.last().unwrap();
-        let port = view.target(view.grid.last()) * mission.target.port_position;
+        let port = view.target(view.grid.last()) * mission.target.port_position_m;
         assert!((tip - port).norm() < 1e-3, "{tip} {port}");
         assert_eq!(view.target_edges().len(), 12);
     }

@@ -1,11 +1,10 @@
 //! What follows from a mission's numbers: how far the arm reaches, what its actuators leave to
 //! spare, and whether an approach can end at all.
 
-use crate::formats::MissionTypical;
 use crate::method::Integrator;
 use nalgebra::{Matrix3, Vector3};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{MAX_NODE_TURN, Mission, Refusal, Scenario};
+use remora_core::advanced::model::{MAX_NODE_TURN, Mission, Refusal, Scenario, Typical};
 use remora_core::advanced::stages::NODES;
 use serde::Serialize;
 
@@ -40,7 +39,7 @@ pub struct Vehicle {
     /// The way of each joint.
     pub joints: Vec<Joint>,
     /// What steps of the optimisation are divided by, the mission's own or derived.
-    pub typical: MissionTypical,
+    pub typical: Typical,
     /// Torque that reaches the target's rate within the horizon, about the axis with the least margin [N m].
     pub spin_up: Margin,
     /// Angular momentum of the bus at the target's rate [N m s].
@@ -100,21 +99,21 @@ impl Vehicle {
     pub fn of<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Self {
         let s = &mission.servicer;
         let rows = |m: Matrix3<f64>| std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]));
-        let bus_mass_kg = s.bus_mass;
+        let bus_mass_kg = s.bus_mass_kg;
         Self {
             format: FORMAT,
             integrator,
             reach_m: s.capture_geometry().reach,
             extension_m: s.extension(),
-            keep_out_far_m: mission.approach.keep_out_far,
-            keep_out_near_m: mission.approach.keep_out_near,
+            keep_out_far_m: mission.approach.keep_out_far_m,
+            keep_out_near_m: mission.approach.keep_out_near_m,
             bus_mass_kg,
             arm_mass_kg: s.total_mass() - bus_mass_kg,
             system_mass_kg: s.total_mass(),
-            inertia_at_start_kg_m2: rows(s.system_inertia(&s.initial_joint_angle)),
-            inertia_at_capture_kg_m2: rows(s.system_inertia(&s.capture_joint_angle)),
+            inertia_at_start_kg_m2: rows(s.system_inertia(&s.initial_joint_angle_rad)),
+            inertia_at_capture_kg_m2: rows(s.system_inertia(&s.capture_joint_angle_rad)),
             joints: (0..NL).map(|i| joint(mission, integrator, i)).collect(),
-            typical: MissionTypical::from(&mission.typical()),
+            typical: mission.typical(),
             spin_up: spin_up(mission),
             momentum: momentum(mission),
             force: force(mission, integrator),
@@ -126,7 +125,7 @@ impl Vehicle {
 
 fn joint<const NL: usize>(mission: &Mission<NL>, integrator: Integrator, i: usize) -> Joint {
     let s = &mission.servicer;
-    let travel_rad = (s.capture_joint_angle[i] - s.initial_joint_angle[i]).abs();
+    let travel_rad = (s.capture_joint_angle_rad[i] - s.initial_joint_angle_rad[i]).abs();
     Joint {
         travel_rad,
         needed_s: travel_rad / mission.planned_joint_rate(integrator)[i],
@@ -137,20 +136,20 @@ fn joint<const NL: usize>(mission: &Mission<NL>, integrator: Integrator, i: usiz
 /// Fastest tumble of the scenarios that are drawn, relative to RTN [rad/s].
 fn fastest<const NL: usize>(mission: &Mission<NL>) -> f64 {
     let from = &mission.scenarios;
-    from.rate_norm.unwrap_or(3f64.sqrt() * from.rate)
+    from.rate_norm_rad_s.unwrap_or(3f64.sqrt() * from.rate_rad_s)
 }
 
 /// Angular momentum of the system that turns as fast as the target may [N m s].
 fn fastest_momentum<const NL: usize>(mission: &Mission<NL>) -> f64 {
     let s = &mission.servicer;
-    let inertia = s.system_inertia(&s.capture_joint_angle);
+    let inertia = s.system_inertia(&s.capture_joint_angle_rad);
     inertia.symmetric_eigenvalues().max() * fastest(mission)
 }
 
 /// Spin-up of the bus from rest to the target's fastest rate, by torque alone over the whole horizon.
 fn spin_up<const NL: usize>(mission: &Mission<NL>) -> Margin {
-    let needed = fastest_momentum(mission) / mission.approach.duration;
-    Margin::new(needed, mission.servicer.max_bus_torque.min())
+    let needed = fastest_momentum(mission) / mission.approach.duration_s;
+    Margin::new(needed, mission.servicer.bus_torque_limit_n_m.min())
 }
 
 /// A mission limits the wheels' torque, not their momentum.
@@ -166,14 +165,14 @@ fn middle<const NL: usize>(mission: &Mission<NL>) -> Scenario<NL> {
     Scenario {
         target_attitude: quaternion::IDENTITY,
         target_rate: Vector3::repeat(rate),
-        position: mission.target.port_position
-            + mission.target.port_normal * mission.scenarios.standoff,
+        position: mission.target.port_position_m
+            + mission.target.port_normal * mission.scenarios.standoff_m,
         ..Scenario::default()
     }
 }
 
 fn force<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Margin {
-    let available = mission.servicer.max_force.max();
+    let available = mission.servicer.force_limit_n.max();
     match mission.needs::<NODES>(&middle(mission), integrator) {
         Ok(needs) => Margin::new(needs.force, available),
         Err(refusal) => {
@@ -222,12 +221,12 @@ mod tests {
     #[test]
     fn a_servicer_that_cannot_end_is_refused() {
         let mut mission = Mission::default();
-        mission.servicer.max_joint_rate.fill(5e-4);
+        mission.servicer.joint_rate_limit_rad_s.fill(5e-4);
         let refused = Vehicle::of(&mission, Integrator::RK4).refused.unwrap();
         assert_eq!(refused.constraint, "joint_rate");
         assert!(refused.reason.starts_with("joint_rate: joint 2"), "{}", refused.reason);
         let mut mission = Mission::default();
-        mission.scenarios.rate_norm = Some(3f64.to_radians());
+        mission.scenarios.rate_norm_rad_s = Some(3f64.to_radians());
         let vehicle = Vehicle::of(&mission, Integrator::RK4);
         assert_eq!(vehicle.refused.unwrap().constraint, "tumble");
         assert_eq!((vehicle.force.needed, vehicle.force.factor()), (None, None));

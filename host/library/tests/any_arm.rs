@@ -37,12 +37,12 @@ fn narrow() -> Mission<LINKS> {
     let mut mission = Mission::default();
     let s = &mut mission.servicer;
     // The second joint's stops do not hold zero, the first one's not even the other sign.
-    s.min_joint_angle = SVector::from([-0.80, 0.55, -0.80]);
-    s.max_joint_angle = SVector::from([-0.30, 1.57, 0.05]);
-    s.max_joint_rate = SVector::from([5e-3, 1.2e-3, 4e-3]);
-    s.max_joint_torque = SVector::from([5e-3, 5e-3, 2e-5]);
-    s.max_bus_torque = Vector3::new(5e-3, 2e-4, 4e-3);
-    s.max_force = Vector3::new(0.012, 2.5, 1.0);
+    s.min_joint_angle_rad = SVector::from([-0.80, 0.55, -0.80]);
+    s.max_joint_angle_rad = SVector::from([-0.30, 1.57, 0.05]);
+    s.joint_rate_limit_rad_s = SVector::from([5e-3, 1.2e-3, 4e-3]);
+    s.joint_torque_limit_n_m = SVector::from([5e-3, 5e-3, 2e-5]);
+    s.bus_torque_limit_n_m = Vector3::new(5e-3, 2e-4, 4e-3);
+    s.force_limit_n = Vector3::new(0.012, 2.5, 1.0);
     mission
 }
 
@@ -57,16 +57,16 @@ fn beyond(workspace: &Workspace) -> [usize; 5] {
     let (path, motion) = (workspace.translation(), workspace.reorientation());
     let mut count = [0; 5];
     for (state, control) in motion.states.iter().zip(&motion.controls).take(NODES - 1) {
-        let stops = s.min_joint_angle.iter().zip(&s.max_joint_angle);
+        let stops = s.min_joint_angle_rad.iter().zip(&s.max_joint_angle_rad);
         let is_stopped = |(angle, (lower, upper)): (&f64, (&f64, &f64))| {
             (lower - 1e-6..=upper + 1e-6).contains(angle)
         };
         count[0] += usize::from(!state.joint_angle.iter().zip(stops).all(is_stopped));
-        count[1] += usize::from(!within(&state.joint_rate, &s.max_joint_rate));
-        count[2] += usize::from(!within(&control.joint_torque, &s.max_joint_torque));
-        count[3] += usize::from(!within(&control.bus_torque, &s.max_bus_torque));
+        count[1] += usize::from(!within(&state.joint_rate, &s.joint_rate_limit_rad_s));
+        count[2] += usize::from(!within(&control.joint_torque, &s.joint_torque_limit_n_m));
+        count[3] += usize::from(!within(&control.bus_torque, &s.bus_torque_limit_n_m));
     }
-    count[4] = path.force.iter().filter(|force| !within(*force, &s.max_force)).count();
+    count[4] = path.force.iter().filter(|force| !within(*force, &s.force_limit_n)).count();
     count
 }
 
@@ -93,7 +93,7 @@ LINKS";
 /// The default link of this length, in those axes.
 fn turned_link(length: f64) -> String {
     let link = Mission::default().servicer.links[if length < 0.5 { 2 } else { 0 }];
-    let [across, along] = [link.inertia[(0, 0)], link.inertia[(2, 2)]];
+    let [across, along] = [link.inertia_kg_m2[(0, 0)], link.inertia_kg_m2[(2, 2)]];
     format!(
         "[[servicer.links]]
 tip_m = [0.0, 0.0, {length}]
@@ -115,8 +115,8 @@ fn an_arm_given_in_turned_axes_is_the_same_arm() {
     let default = Mission::default();
     for (ours, other) in turned.servicer.links.iter().zip(&default.servicer.links) {
         assert!((ours.axis - other.axis).norm() < 1e-15, "{}", ours.axis);
-        assert!((ours.inertia - other.inertia).norm() < 1e-15);
-        assert_eq!((ours.tip, ours.center_of_mass), (other.tip, other.center_of_mass));
+        assert!((ours.inertia_kg_m2 - other.inertia_kg_m2).norm() < 1e-15);
+        assert_eq!((ours.tip_m, ours.center_of_mass_m), (other.tip_m, other.center_of_mass_m));
     }
     // Rounding of the axes makes the radii others than the published ones.
     turned.approach = default.approach;
@@ -136,12 +136,12 @@ fn an_arm_given_in_turned_axes_is_the_same_arm() {
 fn an_arm_with_rotors_and_a_skew_bus_is_planned() {
     let mut mission = Mission::default();
     let s = &mut mission.servicer;
-    s.bus_inertia[(0, 1)] = 6.0;
-    s.bus_inertia[(1, 0)] = 6.0;
+    s.bus_inertia_kg_m2[(0, 1)] = 6.0;
+    s.bus_inertia_kg_m2[(1, 0)] = 6.0;
     for link in &mut s.links {
-        link.armature = 3.0;
-        link.inertia[(0, 2)] = 0.01;
-        link.inertia[(2, 0)] = 0.01;
+        link.armature_kg_m2 = 3.0;
+        link.inertia_kg_m2[(0, 2)] = 0.01;
+        link.inertia_kg_m2[(2, 0)] = 0.01;
     }
     let (report, _) = planned(&mission, &scenario(2), RK4);
     assert_eq!((report.status, report.is_verified()), (Status::Solved, true));

@@ -32,28 +32,28 @@ fn with_arm<const NL: usize>(links: [Link; NL], start: [f64; NL]) -> Mission<NL>
     let s = base.servicer;
     let start = SVector::from(start);
     let mut servicer = Servicer {
-        bus_mass: s.bus_mass,
-        bus_inertia: s.bus_inertia,
-        bus_half_extents: s.bus_half_extents,
+        bus_mass_kg: s.bus_mass_kg,
+        bus_inertia_kg_m2: s.bus_inertia_kg_m2,
+        bus_half_extents_m: s.bus_half_extents_m,
         boresight: s.boresight,
-        arm_base: Vector3::new(0.0, 0.0, 0.5),
+        arm_base_m: Vector3::new(0.0, 0.0, 0.5),
         links,
-        min_joint_angle: SVector::repeat(-2.8),
-        max_joint_angle: SVector::repeat(2.8),
-        max_joint_rate: SVector::repeat(5e-3),
-        initial_joint_angle: start,
-        capture_joint_angle: start,
-        max_force: s.max_force,
-        max_bus_torque: s.max_bus_torque,
-        max_joint_torque: SVector::repeat(5e-3),
+        min_joint_angle_rad: SVector::repeat(-2.8),
+        max_joint_angle_rad: SVector::repeat(2.8),
+        joint_rate_limit_rad_s: SVector::repeat(5e-3),
+        initial_joint_angle_rad: start,
+        capture_joint_angle_rad: start,
+        force_limit_n: s.force_limit_n,
+        bus_torque_limit_n_m: s.bus_torque_limit_n_m,
+        joint_torque_limit_n_m: SVector::repeat(5e-3),
     };
     let search = CaptureSearch {
         axis: Vector3::z(),
-        max_off_boresight: 0.1 * base.approach.field_of_view_half_angle,
+        max_off_boresight: 0.1 * base.approach.field_of_view_half_angle_rad,
         clearance: 0.05,
         stop_margin: 0.02,
     };
-    servicer.capture_joint_angle = servicer.capture_configuration(&search, &start).unwrap();
+    servicer.capture_joint_angle_rad = servicer.capture_configuration(&search, &start).unwrap();
     let mission = base.with_servicer(servicer);
     mission.validate().unwrap();
     mission

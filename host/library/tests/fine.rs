@@ -36,7 +36,7 @@ fn rk4<const D: usize>(
 /// Target attitude, body to RTN, at the last node. RTN coincides with the inertial axes at first
 /// and turns about the third.
 fn target_at_end(mission: &Mission<LINKS>, scenario: &Scenario) -> Matrix3<f64> {
-    let (n, j) = (mission.mean_motion(), mission.target.inertia);
+    let (n, j) = (mission.mean_motion(), mission.target.inertia_kg_m2);
     let start = quaternion::rotation_matrix(&scenario.target_attitude);
     let rate = scenario.target_rate + start.transpose() * Vector3::new(0.0, 0.0, n);
     let mut x = SVector::<f64, 12>::zeros();
@@ -56,7 +56,7 @@ fn target_at_end(mission: &Mission<LINKS>, scenario: &Scenario) -> Matrix3<f64> 
         out.rows_mut(9, 3).copy_from(&torque.component_div(&j));
         out
     };
-    let (steps, duration) = (SUBSTEPS * (NODES - 1), mission.approach.duration);
+    let (steps, duration) = (SUBSTEPS * (NODES - 1), mission.approach.duration_s);
     let h = duration / steps as f64;
     for i in 0..steps {
         x = rk4(&x, i as f64 * h, h, rates);
@@ -123,8 +123,8 @@ fn misses(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &Workspace) 
     let (center, tip) = mission.servicer.center_of_mass_and_end_effector(&last.joint_angle);
     let bus = quaternion::rotation_matrix(&last.attitude);
     let tip = path_at_end(mission, scenario, &path.force) + bus * (tip - center);
-    let port = target_at_end(mission, scenario) * mission.target.port_position;
-    [worst, (tip - port).norm() / mission.tolerances.end_effector_position]
+    let port = target_at_end(mission, scenario) * mission.target.port_position_m;
+    [worst, (tip - port).norm() / mission.tolerances.ee_position_m]
 }
 
 // Verifies REM-PLN-011.
@@ -144,10 +144,10 @@ fn plans_called_verified_hold_under_finer_integration() {
         ("5 deg/s", shipped("tumble-5.mission.toml")),
         ("strong", shipped("strong.mission.toml")),
         ("small", shipped("small.mission.toml")),
-        ("tumble x 7", changed(|m| m.scenarios.rate *= 7.0)),
-        ("30 m", changed(|m| m.scenarios.standoff = 30.0)),
-        ("5,000 s", changed(|m| m.approach.duration = 5e3)),
-        ("20,000 s", changed(|m| m.approach.duration = 2e4)),
+        ("tumble x 7", changed(|m| m.scenarios.rate_rad_s *= 7.0)),
+        ("30 m", changed(|m| m.scenarios.standoff_m = 30.0)),
+        ("5,000 s", changed(|m| m.approach.duration_s = 5e3)),
+        ("20,000 s", changed(|m| m.approach.duration_s = 2e4)),
     ];
     let (mut workspace, mut solver) = (Box::new(Workspace::new()), Box::new(EmbeddedSolver::new()));
     let options = PlanSettings::new(Mode::Optimal, RK4);

@@ -28,36 +28,36 @@ fn servicer<const NL: usize>(arm: &Arm) -> Servicer<NL> {
     let bus = &arm.base.as_ref().unwrap().body;
     let joint = |i: usize| &arm.joints[i];
     Servicer {
-        bus_mass: bus.mass,
-        bus_inertia: bus.inertia,
-        bus_half_extents: Vector3::repeat(1.0),
+        bus_mass_kg: bus.mass,
+        bus_inertia_kg_m2: bus.inertia,
+        bus_half_extents_m: Vector3::repeat(1.0),
         boresight: Vector3::z(),
-        arm_base: arm.arm_base - bus.center_of_mass,
+        arm_base_m: arm.arm_base - bus.center_of_mass,
         links: std::array::from_fn(|i| Link {
-            tip: joint(i).tip,
-            center_of_mass: joint(i).body.center_of_mass,
-            mass: joint(i).body.mass,
-            inertia: joint(i).body.inertia,
+            tip_m: joint(i).tip,
+            center_of_mass_m: joint(i).body.center_of_mass,
+            mass_kg: joint(i).body.mass,
+            inertia_kg_m2: joint(i).body.inertia,
             axis: joint(i).axis,
-            armature: joint(i).armature,
-            radius: joint(i).capsule.radius,
+            armature_kg_m2: joint(i).armature,
+            radius_m: joint(i).capsule.radius,
             capsule_start_m: joint(i).capsule.start,
             capsule_end_m: joint(i).capsule.end - joint(i).tip,
         }),
-        min_joint_angle: SVector::from_fn(|i, _| joint(i).limits.lower),
-        max_joint_angle: SVector::from_fn(|i, _| joint(i).limits.upper),
-        max_joint_rate: SVector::from_fn(|i, _| joint(i).limits.rate),
-        initial_joint_angle: SVector::zeros(),
-        capture_joint_angle: SVector::zeros(),
-        max_force: Vector3::repeat(1.0),
-        max_bus_torque: Vector3::repeat(1.0),
-        max_joint_torque: SVector::from_fn(|i, _| joint(i).limits.torque),
+        min_joint_angle_rad: SVector::from_fn(|i, _| joint(i).limits.lower),
+        max_joint_angle_rad: SVector::from_fn(|i, _| joint(i).limits.upper),
+        joint_rate_limit_rad_s: SVector::from_fn(|i, _| joint(i).limits.rate),
+        initial_joint_angle_rad: SVector::zeros(),
+        capture_joint_angle_rad: SVector::zeros(),
+        force_limit_n: Vector3::repeat(1.0),
+        bus_torque_limit_n_m: Vector3::repeat(1.0),
+        joint_torque_limit_n_m: SVector::from_fn(|i, _| joint(i).limits.torque),
     }
 }
 
 /// A mission far from any planet, where RTN axes are inertial.
 fn mission<const NL: usize>(servicer: Servicer<NL>) -> Mission<NL> {
-    let orbit = Orbit { gravitational_parameter: 0.0, ..Orbit::default() };
+    let orbit = Orbit { gravitational_parameter_m3_s2: 0.0, ..Orbit::default() };
     Mission { orbit, ..Mission::default().with_servicer(servicer) }
 }
 

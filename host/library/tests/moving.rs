@@ -103,7 +103,7 @@ impl Bench {
     fn in_force(&mut self, k: usize, integrator: Integrator) -> InForce {
         let scenario = self.set.scenarios[k].scenario();
         let report = self.plan(&scenario, integrator, InitialGuess::Heuristic);
-        let duration = self.mission.approach.duration;
+        let duration = self.mission.approach.duration_s;
         InForce {
             nominal: Nominal {
                 reorientation: *self.workspace.reorientation(),
@@ -210,7 +210,7 @@ fn starting(change: impl FnOnce(&mut Start)) -> Scenario {
 #[test]
 fn a_joint_measured_beyond_its_stop_is_no_reason_to_have_no_plan() {
     let mut bench = Bench::new();
-    let stop = bench.mission.servicer.max_joint_angle[1];
+    let stop = bench.mission.servicer.max_joint_angle_rad[1];
     let beyond = starting(|start| start.joint_angle = Some([-0.3, stop + 1e-4, 0.0].into()));
     let report = bench.plan(&beyond, RK4, InitialGuess::Heuristic);
     assert!(report.is_verified(), "{:?}", report.residuals);
@@ -228,7 +228,7 @@ fn a_joint_measured_beyond_its_stop_is_no_reason_to_have_no_plan() {
 #[test]
 fn a_start_too_fast_or_out_of_view_is_led_back_and_the_record_says_so() {
     let mut bench = Bench::new();
-    let limit = bench.mission.servicer.max_joint_rate[2];
+    let limit = bench.mission.servicer.joint_rate_limit_rad_s[2];
     let fast = starting(|start| start.joint_rate[2] = 1.5 * limit);
     let report = bench.plan(&fast, RK4, InitialGuess::Heuristic);
     assert!(report.is_verified(), "{:?}", report.residuals);

@@ -335,7 +335,7 @@ fn evidence_follows_what_it_is_evidence_of() {
     let other = bench.plan(3, &options).record;
     assert!(other.input != first.input && other.output != first.output);
     assert_eq!(other.settings, first.settings);
-    bench.mission.servicer.links[2].inertia[(1, 1)] *= 1.0 + f64::EPSILON;
+    bench.mission.servicer.links[2].inertia_kg_m2[(1, 1)] *= 1.0 + f64::EPSILON;
     assert_ne!(bench.plan(2, &options).record.input, first.input);
     let changed = |change: fn(&mut PlanSettings)| {
         let mut options = options;

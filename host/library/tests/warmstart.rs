@@ -248,8 +248,8 @@ fn the_servicers_numbers_stand_beside_the_time() {
     bench.plan(2, Integrator::Euler, &InitialGuess::Heuristic);
     let Workspace { target, translation, reorientation, .. } = &*bench.workspace;
     let mut other = bench.mission;
-    other.servicer.links[1].mass *= 1.25;
-    other.servicer.max_joint_torque[2] *= 0.5;
+    other.servicer.links[1].mass_kg *= 1.25;
+    other.servicer.joint_torque_limit_n_m[2] *= 0.5;
     let time = ACTION + 1;
     let own = 7 + 5 * LINKS;
     let seen = |mission| {
@@ -341,10 +341,10 @@ fn a_model_is_not_used_where_it_has_not_learnt() {
     let own = Mission::default();
     assert_eq!(begin(&own), GuessRecord::Learned);
     let mut fast = own;
-    fast.scenarios.rate_norm = Some(1f64.to_radians());
+    fast.scenarios.rate_norm_rad_s = Some(1f64.to_radians());
     assert_eq!(begin(&fast), GuessRecord::Unfit);
     let mut long = own;
-    long.approach.duration = 7200.0;
+    long.approach.duration_s = 7200.0;
     assert_eq!(begin(&long), GuessRecord::Unfit);
     let roll = Roll { end_effector: Vector3::x(), port: Vector3::y() };
     assert_eq!(begin(&Mission { roll: Some(roll), ..own }), GuessRecord::Unfit);

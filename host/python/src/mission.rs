@@ -252,7 +252,7 @@ impl Mission {
     fn torque_limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let limits: Vec<f64> = with_joints!(self.joints(), NL => {
             let servicer = &self.of::<NL>().map_err(raised)?.servicer;
-            let (bus, joints) = (&servicer.max_bus_torque, &servicer.max_joint_torque);
+            let (bus, joints) = (&servicer.bus_torque_limit_n_m, &servicer.joint_torque_limit_n_m);
             bus.iter().chain(joints.iter()).copied().collect()
         } else { Vec::new() });
         Ok(arrays::vector(py, &limits))

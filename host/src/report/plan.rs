@@ -93,7 +93,7 @@ fn recovered<const NL: usize>(planned: &PlanOutcome, mission: &Mission<NL>) -> S
     match planned.evidence.recovered.as_slice() {
         [] => String::new(),
         limits => {
-            let time = mission.approach.recovery_time;
+            let time = mission.approach.recovery_s;
             format!("start beyond limits, led back: {} (within {time} s)\n", limits.join(", "))
         }
     }

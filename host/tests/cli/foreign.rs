@@ -21,7 +21,7 @@ fn columns(rows: &Value, from: usize, to: usize) -> Value {
 fn tumble(set: &ScenarioSet, id: &str) -> (Value, Value) {
     let (mission, scenario) = (Mission::default(), set.get(id).unwrap().scenario::<3>());
     let mut nodes = [TargetState::ZERO; 60];
-    let dt = mission.approach.duration / 59.0;
+    let dt = mission.approach.duration_s / 59.0;
     let (attitude, rate) = (&scenario.target_attitude, &scenario.target_rate);
     let (euler, n) = (Integrator::Euler, mission.mean_motion());
     mission.target.tumble(euler, n, attitude, rate, dt, &mut nodes);

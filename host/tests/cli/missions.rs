@@ -23,7 +23,7 @@ fn each_lets_scenarios_be_drawn() {
         let set = ScenarioSet::read(&bench.path("a.scenarios.json")).unwrap();
         assert_eq!(set.scenarios.len(), 20, "{file}");
         let mission = read_mission::<3>(Some(Path::new(&file.to_string()))).unwrap();
-        let Some(norm) = mission.scenarios.rate_norm else { continue };
+        let Some(norm) = mission.scenarios.rate_norm_rad_s else { continue };
         for scenario in &set.scenarios {
             let rate = scenario.scenario::<3>().target_rate.norm();
             assert!((rate - norm).abs() < 1e-12, "{file}: {rate} is not {norm}");
@@ -40,9 +40,9 @@ fn keep_out_distances_fit_the_reach() {
         let (com, tip) = servicer.center_of_mass_and_end_effector(&SVector::zeros());
         let straight = (tip - com).norm();
         let file = file.display();
-        assert!((approach.keep_out_far - straight).abs() < 2e-3, "{file}: far is {straight}");
+        assert!((approach.keep_out_far_m - straight).abs() < 2e-3, "{file}: far is {straight}");
         let capture = servicer.capture_geometry();
-        let spare = capture.reach - approach.keep_out_near;
+        let spare = capture.reach - approach.keep_out_near_m;
         assert!((-1e-4..2e-3).contains(&spare), "{file}: near is {}", capture.reach);
         // The end effector is ahead of the centre of mass: what the camera sees at capture.
         assert!(capture.direction.dot(&servicer.boresight) > 0.999, "{file}");

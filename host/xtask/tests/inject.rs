@@ -357,7 +357,7 @@ fn the_judge_knows_the_scenario() {
 #[test]
 fn scenarios_that_are_not_solved_without_a_fault_are_refused() {
     let mut injector = injector(1);
-    injector.mission.approach.duration = 60.0;
+    injector.mission.approach.duration_s = 60.0;
     let id = injector.scenarios[0].id.clone();
     let error = injector.replay(0).unwrap_err().to_string();
     assert_eq!(error, format!("--scenarios: scenario {id} is not solved without a fault"));

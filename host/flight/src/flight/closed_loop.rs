@@ -80,9 +80,9 @@ impl<const NL: usize> Flight<'_, NL> {
 /// The mission with the port and the arm's base where they really are.
 fn with_true_geometry<const NL: usize>(mission: &Mission<NL>, real: &Setup<NL>) -> Mission<NL> {
     let mut known = *mission;
-    known.target.port_position = real.target.port;
+    known.target.port_position_m = real.target.port;
     if let Some(first) = real.vehicle.joints.first() {
-        known.servicer.arm_base = first.pivot;
+        known.servicer.arm_base_m = first.pivot;
     }
     known
 }
@@ -142,7 +142,7 @@ impl<'a, const NL: usize> Loop<'a, NL> {
             navigation: Navigation::new(settings.filters),
             guidance: Guidance::new(Valid::of_constant(guidance)),
             limits: Limits::of(&flight.mission.servicer),
-            judge: Judge::new(known, &flight.mission.target.port_position, flight.plan.grid()),
+            judge: Judge::new(known, &flight.mission.target.port_position_m, flight.plan.grid()),
             plan: *flight.plan,
             next: None,
             drawn,
@@ -330,7 +330,7 @@ impl<'a, const NL: usize> Loop<'a, NL> {
             Ending::Collided
         } else if self.flown.aborted.is_some() {
             // Left clear only where it is beyond the far keep-out distance by now.
-            let far = self.flight.mission.approach.keep_out_far;
+            let far = self.flight.mission.approach.keep_out_far_m;
             if arrival.miss_m >= far { Ending::Aborted } else { Ending::Missed }
         } else if arrival.is_captured(&self.flight.settings.criteria) {
             Ending::Captured

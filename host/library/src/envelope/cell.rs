@@ -313,7 +313,7 @@ mod tests {
     #[test]
     fn a_cell_nearer_than_keep_out_has_no_start() {
         let mut mission = Mission::default();
-        mission.approach.keep_out_far = 50.0;
+        mission.approach.keep_out_far_m = 50.0;
         let prepared = CellWork::drawn(place(), Box::new(mission), 1, 2);
         assert_eq!(prepared.cell().unwrap().state, State::NoStart);
         let prepared = CellWork::drawn(place(), Box::default(), 1, 2);

@@ -30,7 +30,7 @@ pub(super) fn is_proved(
 ) -> bool {
     // The planner refuses a force that is too small, so that there may be no program to look at.
     let needs = mission.needs::<NODES>(&scenario.scenario(), method.integrator);
-    if needs.is_ok_and(|needs| needs.force > 1.01 * mission.servicer.max_force.max()) {
+    if needs.is_ok_and(|needs| needs.force > 1.01 * mission.servicer.force_limit_n.max()) {
         return true;
     }
     let is_over = AtomicBool::new(false);
@@ -56,9 +56,9 @@ mod tests {
     fn a_force_that_is_too_small_is_proved_to_be() {
         let is_out_of_reach = |force: f64| {
             let mut mission = Mission::default();
-            mission.approach.duration = 120.0;
-            mission.scenarios.standoff = 30.0;
-            mission.servicer.max_force.fill(force);
+            mission.approach.duration_s = 120.0;
+            mission.scenarios.standoff_m = 30.0;
+            mission.servicer.force_limit_n.fill(force);
             let scenario = draw_one(1, 0, &mission).unwrap();
             let method = Method::default();
             on_large_stack(|| is_proved(&mut Planner::new(), &mission, &scenario, &method)).unwrap()

@@ -4,6 +4,7 @@ use super::cell::{CellPlace, State};
 use crate::error::{Error, FieldError};
 use crate::formats::{MissionFile, read_mission_file};
 use remora_core::advanced::model::Mission;
+use remora_core::advanced::model::forms::degrees::radians;
 use remora_core::advanced::stages::LINKS;
 use std::path::{Path, PathBuf};
 
@@ -64,7 +65,7 @@ impl Vehicle {
 
     /// Keep-out distances, far and near [m]; not numbers where the file says none that are any.
     pub(super) fn keep_out(&self) -> [f64; 2] {
-        let radii = |m: Mission<LINKS>| [m.approach.keep_out_far, m.approach.keep_out_near];
+        let radii = |m: Mission<LINKS>| [m.approach.keep_out_far_m, m.approach.keep_out_near_m];
         self.mission.mission().map_or([f64::NAN; 2], radii)
     }
 
@@ -73,7 +74,7 @@ impl Vehicle {
         let mut file = self.mission.clone();
         file.horizon.duration_s = place.horizon_s;
         file.scenarios.standoff_m = place.distance_m;
-        file.scenarios.rate_norm_deg_s = Some(place.rate_deg_s);
+        file.scenarios.rate_norm_rad_s = Some(radians(place.rate_deg_s));
         let refused = |e: FieldError| State::Refused { why: format!("{}: {}", e.field, e.reason) };
         let mission = file.mission().map_err(refused)?;
         match too_slow(&mission) {
@@ -87,9 +88,9 @@ impl Vehicle {
 fn too_slow(mission: &Mission<LINKS>) -> Option<String> {
     let (s, grid) = (&mission.servicer, mission.own_grid());
     let time = grid.time(grid.preset_node());
-    let needed = (s.capture_joint_angle - s.initial_joint_angle).abs() / time;
-    let joint = needed.component_div(&s.max_joint_rate).imax();
-    let (needed, limit) = (needed[joint], s.max_joint_rate[joint]);
+    let needed = (s.capture_joint_angle_rad - s.initial_joint_angle_rad).abs() / time;
+    let joint = needed.component_div(&s.joint_rate_limit_rad_s).imax();
+    let (needed, limit) = (needed[joint], s.joint_rate_limit_rad_s[joint]);
     (needed > limit).then(|| {
         let joint = joint + 1;
         format!(
@@ -122,13 +123,13 @@ mod tests {
         let names: Vec<&str> = vehicles.iter().map(|vehicle| vehicle.name.as_str()).collect();
         assert_eq!(names, ["default", "strong", "small"]);
         let mut expected = Mission::default();
-        expected.approach.duration = 600.0;
+        expected.approach.duration_s = 600.0;
         // What the vehicle does not say of phases shrinks with its horizon.
-        expected.approach.keep_out_near_time /= 2.0;
-        expected.approach.preset_time /= 2.0;
-        expected.approach.recovery_time /= 2.0;
-        expected.scenarios.standoff = 30.0;
-        expected.scenarios.rate_norm = Some(1.0 * std::f64::consts::PI / 180.0);
+        expected.approach.keep_out_near_s /= 2.0;
+        expected.approach.preset_s /= 2.0;
+        expected.approach.recovery_s /= 2.0;
+        expected.scenarios.standoff_m = 30.0;
+        expected.scenarios.rate_norm_rad_s = Some(1.0 * std::f64::consts::PI / 180.0);
         assert_eq!(*vehicles[0].at(&place(600.0)).unwrap(), expected);
     }
 

@@ -17,13 +17,13 @@ fn scale_to(file: &mut MissionFile, [mass, inertia]: [f64; 2], decided: &mut Vec
     let (usual, servicer) = (Servicer::default(), &mut file.servicer);
     let (mass, inertia) = (mass / usual.total_mass(), inertia / largest_moment(&usual));
     if mass > 1.0 {
-        let limit = rounded(usual.max_force.max() * mass);
+        let limit = rounded(usual.force_limit_n.max() * mass);
         servicer.force_limit_n = Limits::Same(limit);
         decided
             .push(format!("thrusters of {limit} N: the built-in mission's, as the mass is larger"));
     }
     if inertia > 1.0 {
-        let limit = rounded(usual.max_bus_torque.max() * inertia);
+        let limit = rounded(usual.bus_torque_limit_n_m.max() * inertia);
         servicer.bus_torque_limit_n_m = Limits::Same(limit);
         decided.push(format!(
             "wheels of {limit} N m: the built-in mission's, as the inertia is larger"
@@ -33,7 +33,7 @@ fn scale_to(file: &mut MissionFile, [mass, inertia]: [f64; 2], decided: &mut Vec
 
 /// Largest moment of inertia of bus and arm at the start [kg m^2].
 fn largest_moment<const NL: usize>(servicer: &Servicer<NL>) -> f64 {
-    servicer.system_inertia(&servicer.initial_joint_angle).symmetric_eigenvalues().max()
+    servicer.system_inertia(&servicer.initial_joint_angle_rad).symmetric_eigenvalues().max()
 }
 
 /// Two digits.

@@ -186,9 +186,9 @@ impl BusProperties {
         with_joints!(file.joints(), NL => {
             let s = file.mission_of::<NL>()?.servicer;
             Ok(Self {
-                mass: s.bus_mass,
-                inertia: s.bus_inertia,
-                half_extents: s.bus_half_extents,
+                mass: s.bus_mass_kg,
+                inertia: s.bus_inertia_kg_m2,
+                half_extents: s.bus_half_extents_m,
                 boresight: s.boresight,
             })
         } else {

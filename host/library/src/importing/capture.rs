@@ -49,19 +49,21 @@ fn tried<const NL: usize>(file: &MissionFile) -> Option<Trial<NL>> {
 }
 
 fn works<const NL: usize>((servicer, search): &Trial<NL>) -> bool {
-    servicer.capture_configuration(search, &servicer.initial_joint_angle).is_ok()
+    servicer.capture_configuration(search, &servicer.initial_joint_angle_rad).is_ok()
 }
 
 /// The links that are in the way, and the radius at which they would not be.
 fn thinner_links<const NL: usize>(tried: &[Trial<NL>], arm: &Arm) -> Option<String> {
     let thinned = |tried: &Trial<NL>, links: &[usize], most: f64| {
         let (mut servicer, search) = *tried;
-        links.iter().for_each(|i| servicer.links[*i].radius = servicer.links[*i].radius.min(most));
+        links
+            .iter()
+            .for_each(|i| servicer.links[*i].radius_m = servicer.links[*i].radius_m.min(most));
         works(&(servicer, search))
     };
     let mut links: Vec<usize> = (0..NL).collect();
     let place = tried.iter().find(|tried| thinned(tried, &links, 0.0))?;
-    let widest = place.0.links.iter().map(|link| link.radius).fold(0.0, f64::max);
+    let widest = place.0.links.iter().map(|link| link.radius_m).fold(0.0, f64::max);
     let most = bisected((0.0, widest), |most| thinned(place, &links, most));
     let most = (most / STEP).floor() * STEP;
     // Links that may stay as they are, are not in the way.
@@ -71,7 +73,7 @@ fn thinner_links<const NL: usize>(tried: &[Trial<NL>], arm: &Arm) -> Option<Stri
             links = others;
         }
     }
-    let link = |i: &usize| Some((&arm.joints.get(*i)?.link, place.0.links.get(*i)?.radius));
+    let link = |i: &usize| Some((&arm.joints.get(*i)?.link, place.0.links.get(*i)?.radius_m));
     let named: Vec<String> = links
         .iter()
         .filter_map(link)
@@ -91,17 +93,17 @@ fn longer_tool<const NL: usize>(tried: &[Trial<NL>], arm: &Arm) -> Option<String
     let last = NL.checked_sub(1)?;
     let longer = |tried: &Trial<NL>, by: f64| {
         let (mut servicer, search) = *tried;
-        servicer.links[last].tip += search.axis * by;
+        servicer.links[last].tip_m += search.axis * by;
         works(&(servicer, search))
     };
     let (servicer, search) = tried.first()?;
-    let whole: f64 = servicer.links.iter().map(|link| link.tip.norm()).sum();
+    let whole: f64 = servicer.links.iter().map(|link| link.tip_m.norm()).sum();
     let found = |by: f64| tried.iter().find(|tried| longer(tried, by)).map(|place| (place, by));
     let mut lengths = (0..=HALVINGS).rev().map(|halvings| whole * 0.5_f64.powi(halvings));
     let (place, by) = lengths.find_map(found)?;
     // Bisection keeps the end of the interval that works.
     let shorter = bisected((by, 0.0), |by| longer(place, by));
-    let now = servicer.links[last].tip.dot(&search.axis);
+    let now = servicer.links[last].tip_m.dot(&search.axis);
     let length = ((now + shorter) / STEP).ceil() * STEP;
     let joint = arm.joints.get(last)?;
     longer(place, length - now).then(|| {

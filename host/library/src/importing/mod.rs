@@ -290,7 +290,7 @@ fn unsearched<const NL: usize>(file: &MissionFile) -> Result<Mission<NL>, FieldE
 
 fn joints<const NL: usize>(arm: &Arm, mission: &Mission<NL>) -> Vec<Joint> {
     let s = &mission.servicer;
-    let angles = s.initial_joint_angle.iter().zip(s.capture_joint_angle.iter());
+    let angles = s.initial_joint_angle_rad.iter().zip(s.capture_joint_angle_rad.iter());
     let joint = |(joint, (start, capture)): (&remora_urdf::Joint, (&f64, &f64))| Joint {
         name: joint.name.clone(),
         start_rad: *start,

@@ -28,7 +28,7 @@ pub(super) fn fit<const NL: usize>(
     let (Some(first), Some(second)) = (long.next(), long.next()) else { return };
     if let Some(name) = names.get(second) {
         let far = farthest(mission, first);
-        fit_link(file, (second, name), (far, mission.margins.clearance), decided);
+        fit_link(file, (second, name), (far, mission.margins.clearance_m), decided);
     }
 }
 
@@ -75,19 +75,19 @@ fn farthest<const NL: usize>(mission: &Mission<NL>, last: usize) -> f64 {
     let s = &mission.servicer;
     let mut arm = *s;
     // What comes after it is drawn in: the end effector is the end of the link.
-    arm.links.iter_mut().skip(last + 1).for_each(|link| link.tip.fill(0.0));
+    arm.links.iter_mut().skip(last + 1).for_each(|link| link.tip_m.fill(0.0));
     let moving = last.min(MOST - 1) + 1;
     let count = (STEPS + 1).pow(moving as u32);
     let distance = |index: usize| {
         let mut angles = SVector::<f64, NL>::zeros();
         for i in 0..NL {
             let share = (index / (STEPS + 1).pow(i.min(MOST) as u32)) % (STEPS + 1);
-            let way = s.max_joint_angle[i] - s.min_joint_angle[i];
-            let turned = s.min_joint_angle[i] + way * share as f64 / STEPS as f64;
-            angles[i] = if i < moving { turned } else { s.initial_joint_angle[i] };
+            let way = s.max_joint_angle_rad[i] - s.min_joint_angle_rad[i];
+            let turned = s.min_joint_angle_rad[i] + way * share as f64 / STEPS as f64;
+            angles[i] = if i < moving { turned } else { s.initial_joint_angle_rad[i] };
         }
         let (_, end) = arm.center_of_mass_and_end_effector(&angles);
-        signed_distance_to_box(&s.bus_half_extents, &end).value
+        signed_distance_to_box(&s.bus_half_extents_m, &end).value
     };
     (0..count).map(distance).fold(f64::NEG_INFINITY, f64::max)
 }

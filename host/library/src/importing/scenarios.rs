@@ -12,7 +12,7 @@ pub(super) fn keep_off(
     (approach, scenarios): (&Approach, &ScenarioRanges),
     decided: &mut Vec<String>,
 ) {
-    let least = approach.keep_out_far + scenarios.offset.max() + BEYOND;
+    let least = approach.keep_out_far_m + scenarios.offset_m.max() + BEYOND;
     let given = file.scenarios.standoff_m;
     if given >= least {
         return;
@@ -21,6 +21,6 @@ pub(super) fn keep_off(
     file.scenarios.standoff_m = least;
     decided.push(format!(
         "scenarios start about {least} m in front of the port, not {given} m: the arm extends {:.2} m",
-        approach.keep_out_far
+        approach.keep_out_far_m
     ));
 }

@@ -2,9 +2,7 @@
 
 use super::bus::ArmOnBus;
 use crate::error::Error;
-use crate::formats::{
-    Limits, MissionCapture, MissionFile, MissionServicer, Radius, Stops,
-};
+use crate::formats::{Limits, MissionCapture, MissionFile, MissionServicer, Radius, Stops};
 use nalgebra::Vector3;
 use remora_core::advanced::model::Link;
 use remora_urdf::Joint;

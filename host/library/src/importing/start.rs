@@ -39,8 +39,8 @@ pub(super) fn choose<const NL: usize>(
         // What costs little comes first: a mission is not had without its angles at capture, which are
         // searched for.
         let mut begun = straight;
-        begun.servicer.initial_joint_angle = start;
-        if depth(&begun, begun.margins.clearance) > 0.0 {
+        begun.servicer.initial_joint_angle_rad = start;
+        if depth(&begun, begun.margins.clearance_m) > 0.0 {
             continue;
         }
         file.servicer.initial_joint_angle_rad = start.as_slice().into();
@@ -54,7 +54,7 @@ pub(super) fn choose<const NL: usize>(
     }
     let reason = "none of the arms that were tried is clear of its own bus: give one";
     let mission = clear.ok_or_else(|| within(reason.into()))?;
-    let start = mission.servicer.initial_joint_angle.as_slice();
+    let start = mission.servicer.initial_joint_angle_rad.as_slice();
     file.servicer.initial_joint_angle_rad = start.into();
     let why = "is clear of its own bus, though not all the way to its angles at capture";
     decided.push(said(start, why));
@@ -64,9 +64,9 @@ pub(super) fn choose<const NL: usize>(
 /// As straight as the stops let it be, in the middle of the stops, and with one joint bent, or the first
 /// and another.
 fn candidates<const NL: usize>(mission: &Mission<NL>) -> Vec<SVector<f64, NL>> {
-    let (s, margin) = (&mission.servicer, mission.margins.joint_angle);
-    let middle = (s.min_joint_angle + s.max_joint_angle) * 0.5;
-    let room = (s.max_joint_angle - s.min_joint_angle) * 0.5;
+    let (s, margin) = (&mission.servicer, mission.margins.joint_angle_rad);
+    let middle = (s.min_joint_angle_rad + s.max_joint_angle_rad) * 0.5;
+    let room = (s.max_joint_angle_rad - s.min_joint_angle_rad) * 0.5;
     let room = room.map(|half| (half - margin).max(0.0));
     let within = |angles: SVector<f64, NL>| {
         SVector::from_fn(|i, _| angles[i].clamp(middle[i] - room[i], middle[i] + room[i]))
@@ -86,15 +86,15 @@ fn candidates<const NL: usize>(mission: &Mission<NL>) -> Vec<SVector<f64, NL>> {
 fn depth<const NL: usize>(mission: &Mission<NL>, clearance: f64) -> f64 {
     let search = search(mission, clearance);
     let servicer = &mission.servicer;
-    servicer.capture_violation(&search, &servicer.initial_joint_angle).bus
+    servicer.capture_violation(&search, &servicer.initial_joint_angle_rad).bus
 }
 
 fn is_way_clear<const NL: usize>(mission: &Mission<NL>) -> bool {
     let s = &mission.servicer;
     let search = search(mission, 0.0);
-    let way = s.capture_joint_angle - s.initial_joint_angle;
+    let way = s.capture_joint_angle_rad - s.initial_joint_angle_rad;
     (0..=WAY).all(|step| {
-        let angles = s.initial_joint_angle + way * (step as f64 / WAY as f64);
+        let angles = s.initial_joint_angle_rad + way * (step as f64 / WAY as f64);
         s.capture_violation(&search, &angles).bus <= 0.0
     })
 }

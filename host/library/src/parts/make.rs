@@ -58,7 +58,7 @@ type Places = Vec<Option<u64>>;
 struct PartMaker<'a, W: Work> {
     work: &'a W,
     part: Part,
-    header: W::PartHeader,
+    header: W::Header,
     range: Range<u64>,
     /// The rows, which are there when all files are.
     rows: PathBuf,
@@ -225,7 +225,7 @@ mod tests {
 
     impl Work for Words {
         type Worker = ();
-        type PartHeader = Word;
+        type Header = Word;
         type Kept = u64;
         const COUNTED: &'static str = "numbers";
 

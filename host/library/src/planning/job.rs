@@ -140,12 +140,12 @@ mod tests {
         let travel = 0.877_268_9;
         type Change<'a> = &'a dyn Fn(&mut Mission<LINKS>);
         let cases: [(&str, Change<'_>); 4] = [
-            ("joint_rate", &|m| m.servicer.max_joint_rate.fill(0.98 * travel / time)),
-            ("force", &|m| m.servicer.max_force.fill(0.98 * needs.force)),
-            ("keep_out", &|m| m.approach.keep_out_far = 9.0),
+            ("joint_rate", &|m| m.servicer.joint_rate_limit_rad_s.fill(0.98 * travel / time)),
+            ("force", &|m| m.servicer.force_limit_n.fill(0.98 * needs.force)),
+            ("keep_out", &|m| m.approach.keep_out_far_m = 9.0),
             // Angles that the pointing tolerance lets pass are not refused.
             ("field_of_view", &|m| {
-                m.approach.field_of_view_half_angle = 1e-3;
+                m.approach.field_of_view_half_angle_rad = 1e-3;
                 m.tolerances.pointing = 1e-9;
             }),
         ];
