@@ -135,7 +135,7 @@ impl<B: Board> Flight<'_, B> {
             let (center, _) = body.center_of_mass(&estimate.state);
             let tip = estimate.position + center + body.end_effector(&estimate.state).position;
             let target = quaternion::rotation_matrix(&estimate.target.attitude);
-            let port = target * self.mission.target.port_position;
+            let port = target * self.mission.target.port_position_m;
             estimate.wrist = Some(tip - port + off.vector(4e-3));
         }
         estimate
