@@ -75,7 +75,7 @@ pub fn quantise_file(input: &Path, out: &Path) -> Result<(Vec<Quantised>, Option
 }
 
 /// A model file's last four bytes.
-pub(crate) fn checksum(bytes: &[u8]) -> u32 {
+pub fn checksum(bytes: &[u8]) -> u32 {
     bytes.last_chunk().map_or(0, |last| u32::from_le_bytes(*last))
 }
 

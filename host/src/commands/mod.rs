@@ -11,10 +11,6 @@ mod fly;
 mod flying;
 mod gather;
 mod import;
-#[cfg(feature = "training")]
-mod learn;
-#[cfg(not(feature = "training"))]
-mod left_out;
 mod mission;
 mod parts;
 mod plan;
@@ -23,8 +19,6 @@ mod quantise;
 mod rerun;
 mod safety;
 mod submit;
-#[cfg(feature = "training")]
-mod train;
 mod view;
 
 use crate::cli::options::QuietArgs;
@@ -82,16 +76,6 @@ enum Command {
     QpExport(qp_export::Args),
     Quantise(quantise::Args),
     Dataset(dataset::Args),
-    #[cfg(feature = "training")]
-    Train(train::Args),
-    #[cfg(not(feature = "training"))]
-    #[command(hide = true)]
-    Train(left_out::Train),
-    #[cfg(feature = "training")]
-    Learn(learn::Args),
-    #[cfg(not(feature = "training"))]
-    #[command(hide = true)]
-    Learn(left_out::Learn),
 }
 
 /// Runs the program with its arguments, the first of which is its name; returns the exit status.
@@ -146,8 +130,6 @@ impl Command {
             Self::QpExport(args) => args.run(),
             Self::Quantise(args) => args.run(),
             Self::Dataset(args) => args.run(),
-            Self::Train(args) => args.run(),
-            Self::Learn(args) => args.run(),
         }
     }
 }

@@ -25,8 +25,13 @@ pub const SLOW: &str = "--mission strong.mission.toml --scenarios slow.scenarios
                         --integrator euler --warm-start heuristic";
 
 impl Bench {
+    /// A bench with nothing on it.
+    pub fn empty() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
     pub fn new() -> Self {
-        let bench = Self(tempfile::tempdir().unwrap());
+        let bench = Self::empty();
         bench.draw(3, 1, "set.scenarios.json");
         bench
     }

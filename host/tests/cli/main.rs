@@ -16,8 +16,6 @@ mod foreign;
 mod hostile;
 mod import;
 mod kinds;
-#[cfg(feature = "training")]
-mod learn;
 mod mission;
 mod missions;
 mod moving;

@@ -256,14 +256,9 @@ fn every_command_has_help_with_an_example() {
     assert!(version.starts_with("remora ") && version.contains(" ("), "{version}");
 }
 
-/// Help lists the commands that this build has, and headings stand over what they name.
 #[test]
-fn help_lists_what_there_is_under_its_own_heading() {
+fn headings_of_help_stand_over_what_they_name() {
     let bench = Bench::new();
-    let help = bench.solves("--help").out;
-    assert!(!help.contains("left out"), "{help}");
-    #[cfg(not(feature = "training"))]
-    assert!(bench.solves("train --help").out.contains("--features training"));
     for command in ["fly", "campaign"] {
         let help = bench.solves(&format!("{command} --help")).out;
         let (before, flights) = help.split_once("\nFlights:\n").unwrap();

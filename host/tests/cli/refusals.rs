@@ -184,16 +184,6 @@ fn arguments() {
         let message = format!("invalid value '{threads}' for '--threads <N>' [possible values: 1");
         bench.refuses(&format!("plan --threads {threads}"), &message);
     }
-    #[cfg(not(feature = "training"))]
-    bench.refuses(
-        "train --config a.toml",
-        "train: is left out of this build; `remora train --help`",
-    );
-    #[cfg(not(feature = "training"))]
-    bench.refuses(
-        "learn a.mission.toml --hours 1 --out a.model",
-        "learn: is left out of this build; `remora learn --help`",
-    );
     bench.refuses("dance", "unrecognized subcommand 'dance'");
     bench.refuses("plan --fast", "unexpected argument '--fast' found");
     bench.refuses("draw --count 0 --seed 1 --out a.json", "invalid value '0' for '--count <N>'");

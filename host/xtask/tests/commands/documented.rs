@@ -1,143 +1,25 @@
 //! Commands that pages and help texts name are commands of the program that they name.
 
+#[path = "../../../tests/documents/commands.rs"]
+mod commands;
 #[path = "../../../tests/documents/pages.rs"]
 mod pages;
 
 use super::programs;
-use clap::Command;
-use clap::error::ErrorKind;
-
-/// Whether a command is written out in full, or only mentioned.
-#[derive(Clone, Copy, PartialEq)]
-enum Written {
-    Whole,
-    Mention,
-}
-
-/// A call of a program.
-struct Call {
-    program: &'static str,
-    arguments: Vec<String>,
-}
-
-/// What is wrong with a command line, if it calls a program of ours.
-fn fault(line: &str, written: Written) -> Option<String> {
-    let Call { program, arguments } = call(line)?;
-    let program = programs().into_iter().find(|known| known.get_name() == program)?;
-    let command = arguments.first().and_then(|word| program.find_subcommand(word));
-    // One that this build leaves out.
-    if command.is_some_and(Command::is_hide_set) {
-        return None;
-    }
-    let words = std::iter::once(program.get_name().to_string()).chain(arguments);
-    let kind = match program.clone().try_get_matches_from(words) {
-        Ok(_) => return None,
-        Err(error) => error.kind(),
-    };
-    let is_fine = match kind {
-        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => true,
-        ErrorKind::MissingRequiredArgument | ErrorKind::MissingSubcommand => {
-            written == Written::Mention
-        }
-        // The shell puts the value there.
-        ErrorKind::InvalidValue | ErrorKind::ValueValidation => line.contains('$'),
-        _ => false,
-    };
-    (!is_fine).then(|| format!("{line}: {kind}"))
-}
-
-/// The call that a line of a shell makes, if it is one of ours.
-fn call(line: &str) -> Option<Call> {
-    let line = line.split(" #").next()?.trim();
-    let line = first_command(line).trim();
-    let (program, rest) = match line.strip_prefix("cargo run") {
-        Some(rest) => {
-            let (own, rest) = rest.split_once(" -- ").unwrap_or((rest, ""));
-            let is_tool = own.split_whitespace().any(|word| word == "xtask");
-            if !is_tool && (own.contains("--bin") || own.contains("--example")) {
-                return None;
-            }
-            (if is_tool { "xtask" } else { "remora" }, rest)
-        }
-        None => {
-            let plain = line.strip_prefix("target/release/").unwrap_or(line);
-            match plain.strip_prefix("remora") {
-                Some(rest) => ("remora", rest),
-                // By itself it is the name of a crate.
-                None if line.starts_with("xtask") => return None,
-                None => {
-                    ("xtask", line.strip_prefix("cargo ").unwrap_or(plain).strip_prefix("xtask")?)
-                }
-            }
-        }
-    };
-    // Another word that begins so, such as `remora-core`.
-    if !rest.is_empty() && !rest.starts_with(' ') && !line.starts_with("cargo run") {
-        return None;
-    }
-    let words = words(rest).into_iter().filter(|word| word != "...");
-    let arguments = words.map(|word| word.trim_matches('"').to_string()).collect();
-    Some(Call { program, arguments })
-}
-
-/// A line up to what a shell takes for another command or a file, outside of single quotes.
-fn first_command(line: &str) -> &str {
-    let mut is_quoted = false;
-    let end = line.find(|c: char| {
-        is_quoted ^= c == '\'';
-        !is_quoted && matches!(c, ';' | '|' | '>' | '&')
-    });
-    &line[..end.unwrap_or(line.len())]
-}
-
-/// The words of a line; what stands in single quotes is one.
-fn words(line: &str) -> Vec<String> {
-    let mut words = Vec::new();
-    for (i, part) in line.split('\'').enumerate() {
-        match i % 2 {
-            0 => words.extend(part.split_whitespace().map(String::from)),
-            _ => words.push(part.to_string()),
-        }
-    }
-    words
-}
+use commands::{Written, fault, in_help, on_pages};
 
 #[test]
 fn pages_name_commands_that_exist() {
-    let mut faults = Vec::new();
-    let mut seen = [0, 0];
-    for page in pages::all().iter().filter(|page| page.is_current()) {
-        let mut look = |line: &str, written| {
-            if let Some(call) = call(line) {
-                seen[usize::from(call.program == "xtask")] += 1;
-            }
-            faults.extend(fault(line, written).map(|text| format!("{}: {text}", page.path)));
-        };
-        for fence in page.fences().iter().filter(|fence| fence.language == "sh") {
-            let text = fence.lines.join("\n").replace("\\\n", " ");
-            text.lines().for_each(|line| look(line.trim(), Written::Whole));
-        }
-        page.inline_code().iter().for_each(|code| look(code, Written::Mention));
-    }
+    let (faults, called) = on_pages();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
-    assert!(seen[0] + seen[1] > 80 && seen[1] > 10, "only {seen:?} commands were found");
+    let tools = called.iter().filter(|program| **program == "xtask").count();
+    assert!(called.len() > 80 && tools > 10, "only {called:?} were found");
 }
 
 #[test]
 fn help_names_commands_that_exist() {
-    let mut seen = 0;
-    for program in programs() {
-        for command in program.get_subcommands().chain([&program]) {
-            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-            let is_example =
-                |line: &&str| line.starts_with("  remora") || line.starts_with("  cargo xtask");
-            for line in help.lines().filter(is_example) {
-                let line = line.trim().split("  ").next().unwrap_or_default();
-                assert_eq!(fault(line, Written::Whole), None);
-                seen += 1;
-            }
-        }
-    }
+    let (faults, seen) = in_help();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
     assert!(seen > 20, "only {seen} examples were found");
 }
 

@@ -1,0 +1,73 @@
+//! What a model is worth where it is used: its roll-outs through the dynamics.
+
+use crate::examples;
+use remora_core::advanced::dynamics::Integrator;
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::nn::{Model, Network, ReferenceMemory};
+use remora_core::advanced::stages::{NODES, ReorientationTrajectory};
+use remora_core::advanced::warmstart::{NetworkPolicy, Scene, rollout};
+use remora_host::memory::on_heap;
+use remora_learn::dataset::Trajectory;
+use serde::{Deserialize, Serialize};
+
+/// End-effector position error of roll-outs at the final time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RolloutError {
+    /// Mean [m].
+    pub mean_m: f64,
+    /// 95th percentile [m].
+    pub p95_m: f64,
+    /// Mean distance of the controls from the plan's [N m].
+    pub torque_n_m: f64,
+    /// Roll-outs that did not end, or not in numbers.
+    pub failed: usize,
+}
+
+/// Memory for the largest network that is rolled out.
+type Memory = ReferenceMemory<6, 384, 300>;
+
+/// Rolls a model out on the scenarios of some trajectories, each with its mission. `None` where it cannot be opened or is
+/// too large.
+pub fn measure<const NL: usize>(
+    model: &[u8],
+    integrator: Integrator,
+    trajectories: &[(&Mission<NL>, &Trajectory<NL>)],
+) -> Option<RolloutError> {
+    let model = Model::open(model).ok()?;
+    let mut memory = on_heap(Memory::new);
+    let network = Network::new(&model, &mut *memory).ok()?;
+    let policy = NetworkPolicy::new(network).ok()?;
+    let mut errors = Vec::new();
+    let mut torque = 0.0;
+    let mut out = on_heap(|| ReorientationTrajectory::ZERO);
+    for (mission, trajectory) in trajectories {
+        let recorded = examples::Recorded::new(trajectory);
+        let scene =
+            Scene::new(mission, &recorded.scenario, &recorded.path, &recorded.target, integrator);
+        if rollout(&scene, &policy, trajectory.scenario, &mut out) {
+            errors.push(scene.miss(&out.states[NODES - 1]));
+            torque += distance(&out, &recorded.motion);
+        }
+    }
+    let count = errors.len();
+    errors.sort_by(f64::total_cmp);
+    Some(RolloutError {
+        mean_m: errors.iter().sum::<f64>() / count as f64,
+        p95_m: errors.get(count * 95 / 100).copied().unwrap_or(f64::NAN),
+        torque_n_m: torque / count as f64,
+        failed: trajectories.len() - count,
+    })
+}
+
+/// Root mean square distance of the controls [N m].
+fn distance<const NL: usize>(
+    a: &ReorientationTrajectory<NODES, NL>,
+    b: &ReorientationTrajectory<NODES, NL>,
+) -> f64 {
+    let square = |k: usize| {
+        let (a, b) = (&a.controls[k], &b.controls[k]);
+        (a.bus_torque - b.bus_torque).norm_squared()
+            + (a.joint_torque - b.joint_torque).norm_squared()
+    };
+    ((0..NODES - 1).map(square).sum::<f64>() / (NODES - 1) as f64).sqrt()
+}

@@ -1,0 +1,109 @@
+//! Learning for the arm of a mission: from nothing to a model that the planner uses for it, and for no other.
+
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::planner::GuessRecord;
+use remora_core::advanced::stages::NODES;
+use remora_host::draw::draw_one;
+use remora_host::error::Error;
+use remora_host::formats::{ModelFile, read_mission};
+use remora_host::learned::Learned;
+use remora_host::memory::on_large_stack;
+use remora_host::method::{Integrator, Method, WarmStart};
+use remora_host::planning::Planner;
+use remora_training::checkpoint::LossRow;
+use remora_training::learning::{Hands, Learning, Learnt};
+use remora_training::network::Losses;
+use remora_training::{Cpu, Observer};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+struct Silent;
+
+impl Observer for Silent {
+    fn begin(&mut self, _: u64, _: u64, _: usize) {}
+    fn step(&mut self, _: u64, _: Losses, _: f64) {}
+    fn validated(&mut self, _: &LossRow) {}
+}
+
+fn arm(name: &str) -> PathBuf {
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../fixtures/arms");
+    fixtures.join(format!("{name}.mission.toml"))
+}
+
+/// Hours so few that only the least is done.
+fn learning<const NL: usize>(mission: Mission<NL>, out: &Path) -> Learning<NL> {
+    Learning {
+        mission,
+        hours: 1e-6,
+        integrator: Integrator::Euler,
+        seed: 7001,
+        anew: false,
+        jobs: NonZeroUsize::new(2).unwrap(),
+        work: out.with_extension("work"),
+        out: out.into(),
+    }
+}
+
+fn learn<const NL: usize>(learning: &Learning<NL>) -> Result<Learnt, Error> {
+    learning.run(&mut Hands {
+        tell: &|_| (),
+        dataset: &mut (),
+        train: &mut |run| run.train::<Cpu>(Default::default(), &mut Silent),
+        test: &mut (),
+    })
+}
+
+/// What a plan of a mission starts from where a model is offered to it.
+fn start<const NL: usize>(mission: &Mission<NL>, model: &Learned) -> GuessRecord {
+    let scenario = draw_one(1, 0, mission).unwrap();
+    let integrator = Integrator::Euler;
+    let method = Method { integrator, warm_start: WarmStart::Model, ..Method::default() };
+    let plan = || Planner::new().plan(mission, &scenario, &method, Some(model));
+    on_large_stack(plan).unwrap().evidence.start
+}
+
+#[test]
+fn a_model_of_two_joints_serves_two_joints() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("two.model");
+    let mission: Mission<2> = read_mission(Some(&arm("two"))).unwrap();
+    let learnt = learn(&learning(mission, &out)).unwrap();
+    assert!(learnt.trajectories > 100, "{}", learnt.trajectories);
+    assert!(learnt.test.before.is_none(), "the built-in model is for three joints");
+
+    let file = ModelFile::read(&out).unwrap();
+    let header = file.header();
+    assert_eq!((header.version, header.action, usize::from(header.nodes)), (2, 5, NODES));
+    assert!(file.bytes() == std::fs::read(&out).unwrap());
+    let model = Learned::usable(&out).unwrap();
+    let own = start(&mission, &model);
+    assert!(
+        !matches!(own, GuessRecord::Unfit | GuessRecord::Refused | GuessRecord::NotFinite),
+        "{own:?}"
+    );
+
+    // Neither for fewer joints nor for more, whatever build they are planned in.
+    assert_eq!(start(&Mission::<3>::default(), &model), GuessRecord::Unfit);
+    let one: Mission<1> = read_mission(Some(&arm("one"))).unwrap();
+    assert_eq!(start(&one, &model), GuessRecord::Unfit);
+    let seven: Mission<7> = read_mission(Some(&arm("seven"))).unwrap();
+    assert_eq!(start(&seven, &model), GuessRecord::Unfit);
+    assert_eq!(start(&mission, &Learned::built_in(Integrator::Euler)), GuessRecord::Unfit);
+
+    // It goes on where it is, and with no other arm.
+    let reason = learn(&learning(one, &out)).unwrap_err().to_string();
+    assert!(reason.contains("mission: "), "{reason}");
+    assert_eq!(learn(&learning(mission, &out)).unwrap().checksum, learnt.checksum);
+}
+
+#[test]
+fn a_roll_that_is_given_is_not_learnt() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("a.model");
+    let mut mission = Mission::<3>::default();
+    let axis = nalgebra::Vector3::x();
+    mission.roll = Some(remora_core::advanced::model::Roll { end_effector: axis, port: axis });
+    let reason = learn(&learning(mission, &out)).unwrap_err().to_string();
+    assert!(reason.contains("roll"), "{reason}");
+    assert!(!out.exists() && !out.with_extension("work").exists());
+}
