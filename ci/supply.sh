@@ -16,4 +16,7 @@ if [ "${1:-}" = --advisories ]; then
     checks+=(advisories)
     offline=()
 fi
-cargo deny "${offline[@]}" --log-level error --config ci/deny.toml check "${checks[@]}"
+for workspace in . host/learn/training; do
+    cargo deny --manifest-path "$workspace/Cargo.toml" "${offline[@]}" --log-level error --config ci/deny.toml \
+        check "${checks[@]}"
+done

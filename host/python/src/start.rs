@@ -26,7 +26,7 @@ type Pickle = (Py<PyAny>, (String, Py<PyBytes>));
 ///
 /// Parameters
 /// ----------
-/// path : the file (`*.model`), such as `remora learn` makes.
+/// path : the file (`*.model`), such as `remora-train` makes.
 ///
 /// Raises
 /// ------
