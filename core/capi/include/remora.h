@@ -590,8 +590,12 @@ typedef struct RemoraLink {
   double axis_link[3];
   // Inertia of the joint's rotor, times the gear ratio squared [kg m^2].
   double armature_kg_m2;
-  // Radius of the capsule that holds the link [m].
+  // Radius of the capsule that holds the link [m]; it runs from joint to tip but for the next two.
   double radius_m;
+  // The capsule's near end from the joint [m].
+  double capsule_start_from_joint_link_m[3];
+  // The capsule's far end from the tip [m].
+  double capsule_end_from_tip_link_m[3];
 } RemoraLink;
 
 // Everything that is the same for every approach: orbit, target, servicer, limits, tolerances. docs/problem.md
@@ -602,14 +606,6 @@ typedef struct RemoraMission {
   uint32_t size;
   // Whether the gravity gradient turns the target.
   RemoraSwitch gravity_gradient;
-  // The body's gravitational parameter [m^3/s^2].
-  double gravitational_parameter_m3_s2;
-  // Semi-major axis of the target's orbit [m].
-  double semi_major_axis_m;
-  // Eccentricity of the orbit.
-  double eccentricity;
-  // Inclination of the orbit [rad].
-  double inclination_rad;
   // Half edge lengths of the box about the target's centre of mass, target axes [m].
   double target_half_extents_body_m[3];
   // Principal moments of inertia of the target, about its axes [kg m^2].
@@ -620,6 +616,14 @@ typedef struct RemoraMission {
   double port_position_target_m[3];
   // Outward unit normal of the port, target axes.
   double port_normal_target[3];
+  // The body's gravitational parameter [m^3/s^2].
+  double gravitational_parameter_m3_s2;
+  // Semi-major axis of the target's orbit [m].
+  double semi_major_axis_m;
+  // Eccentricity of the orbit.
+  double eccentricity;
+  // Inclination of the orbit [rad].
+  double inclination_rad;
   // Mass of the bus [kg].
   double bus_mass_kg;
   // Inertia of the bus about its centre of mass, bus axes [kg m^2]; symmetric.
@@ -648,16 +652,32 @@ typedef struct RemoraMission {
   double max_bus_torque_body_n_m[3];
   // Largest joint torques [N m].
   double max_joint_torque_n_m[REMORA_JOINTS];
-  // Time from the first node to the last [s].
-  double duration_s;
+  // Typical length, by which steps are divided [m].
+  double typical_length_m;
+  // Typical velocity [m/s].
+  double typical_velocity_m_s;
+  // Typical force [N].
+  double typical_force_n;
+  // Typical angle [rad].
+  double typical_angle_rad;
+  // Typical angular rate [rad/s].
+  double typical_rate_rad_s;
+  // Typical joint rate [rad/s].
+  double typical_joint_rate_rad_s;
+  // Typical bus torque [N m].
+  double typical_bus_torque_n_m;
+  // Typical joint torque [N m].
+  double typical_joint_torque_n_m;
+  // Whether the members `typical_...` are given; otherwise they are not read, and follow from the rest.
+  uint32_t has_typical;
   // Nodes of a plan, 4 to REMORA_NODES.
   uint32_t nodes;
   // Whether bodies must stay clear of each other.
   RemoraSwitch clearance;
   // Whether limits hold between nodes too.
   RemoraSwitch between_nodes;
-  // Whether the members `typical_...` are given; otherwise they are not read, and follow from the rest.
-  uint32_t has_typical;
+  // Time from the first node to the last [s].
+  double duration_s;
   // Keep-out distance of the system's centre of mass from the target's box before the switch [m].
   double keep_out_far_m;
   // Keep-out distance after the switch [m].
@@ -678,6 +698,8 @@ typedef struct RemoraMission {
   double weight_bus_torque;
   // Weight of the joint torques.
   double weight_joint_torque;
+  // Weight of the joint rates, over typical ones.
+  double weight_joint_motion;
   // Tolerance of the dynamics of both stages, over the units of RemoraVerification.
   double tolerance_dynamics;
   // Tolerance of controls, over their limits.
@@ -714,32 +736,16 @@ typedef struct RemoraMission {
   double corridor_half_angle_rad;
   // Radius of the corridor at the port [m].
   double corridor_mouth_radius_m;
-  // Length of the end effector [m].
-  double ee_length_m;
-  // Typical length, by which steps are divided [m].
-  double typical_length_m;
-  // Typical velocity [m/s].
-  double typical_velocity_m_s;
-  // Typical force [N].
-  double typical_force_n;
-  // Typical angle [rad].
-  double typical_angle_rad;
-  // Typical angular rate [rad/s].
-  double typical_rate_rad_s;
-  // Typical joint rate [rad/s].
-  double typical_joint_rate_rad_s;
-  // Typical bus torque [N m].
-  double typical_bus_torque_n_m;
-  // Typical joint torque [N m].
-  double typical_joint_torque_n_m;
-  // Whether the roll at capture is given by the two directions below; otherwise they are not read.
-  uint32_t has_roll;
-  // Not read.
-  uint32_t reserved;
+  // Length of the end effector, which only the corridor concerns [m].
+  double corridor_end_effector_length_m;
   // Unit vector in the last link's axes; at capture it is parallel to `roll_port_target`.
   double roll_ee_link[3];
   // Unit vector in the target's axes.
   double roll_port_target[3];
+  // Whether the roll at capture is given by the two directions above; otherwise they are not read.
+  uint32_t has_roll;
+  // Not read.
+  uint32_t reserved;
 } RemoraMission;
 
 // One approach: the target's tumble, where the servicer starts, and how long it has. RTN is radial, along

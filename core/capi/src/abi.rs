@@ -6,7 +6,7 @@ use core::ffi::c_char;
 use remora_core::advanced::stages::{LINKS, NODES};
 
 /// Number of this interface. It grows with every change of a structure, a function or a meaning.
-pub const REMORA_ABI: u32 = 2;
+pub const REMORA_ABI: u32 = 3;
 /// Bytes of a workspace: planner, solver, network, the mission and the last plan.
 pub const REMORA_WORKSPACE_BYTES: usize = 1_058_816;
 /// Bytes of a flight: guidance with the mission and the plan that it flies.
