@@ -57,7 +57,7 @@ seq "$parts" | xargs -P "$jobs" -I '{}' \
     "$remora" --quiet "${campaign[@]}" --jobs 1 --part "{}/$parts" --out "$work"
 echo "parts: $((SECONDS - began)) s in this run"
 
-"$remora" gather "$work" --recompute "$recompute" --jobs "$jobs" --json >"$work/gathered.json"
+"$remora" campaign gather "$work" --recompute "$recompute" --jobs "$jobs" --json >"$work/gathered.json"
 
 # The hardest and those that failed, again from the heuristic start: what was the start's fault, what the problem's.
 "$venv/bin/python" ci/atlas.py hard "$work" >"$work/hard.txt"

@@ -42,7 +42,7 @@ flights() {
     rm -rf "${work:?}/plans-$name" "${work:?}/flights-$name"
     # Status 3 or 1: some plan is not converged, or not flyable. Here any will do.
     "$release/remora" --quiet campaign "$@" --count "$number" --seed 1 --integrator rk4 \
-        --warm-start heuristic --plans --out "$work/plans-$name" || [[ $? -ne 2 ]]
+        --warm-start heuristic --write plans --out "$work/plans-$name" || [[ $? -ne 2 ]]
     "$release/examples/open_loop" "$work/flights-$name" "$work/plans-$name"/plans/*.plan.json > "$work/$name.log"
     "$work/venv/bin/python" ci/cross_flight.py "$work/flights-$name"/*.open-loop.json \
         --jobs "$(nproc)" --out "$work/$name.md"

@@ -6,7 +6,8 @@
     JOBS=1 REMORA=remora ci/flights.py runs/flights
 
 Plans of drawn scenarios (seed 1), from the learned start. Each class gets a folder with its CLASS.errors.toml beside
-it, made of what `remora errors --none` and `--default` print. Needs the program built (`cargo build --release`).
+it, made of what `remora mission errors` prints of `none` and `typical`. Needs the program built (`cargo build
+--release`).
 Exit status: 0, whatever became of the flights; 2 where the program refuses.
 """
 
@@ -18,18 +19,18 @@ from pathlib import Path
 
 REMORA = os.environ.get("REMORA", str(Path(__file__).resolve().parent.parent / "target/release/remora"))
 AT_ANY_TIME = "\n[faults]\ndrawn_within_s = 1200.0\n"
-REPLAN = ["--controller", "replan", "--replan-every", "100"]
+REPLAN = ["--controller", "replan:100"]
 
 
 def printed(which):
-    return subprocess.run([REMORA, "errors", which], check=True, stdout=subprocess.PIPE, text=True).stdout
+    return subprocess.run([REMORA, "mission", "errors", which], check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
 def with_typical(*sections):
     """No errors but the typical ones of these sections."""
-    typical, section = iter(printed("--default").splitlines()), ""
+    typical, section = iter(printed("typical").splitlines()), ""
     lines = []
-    for line in printed("--none").splitlines():
+    for line in printed("none").splitlines():
         other = next(typical)
         section = line.strip("[]") if line.startswith("[") else section
         lines.append(other if section in sections else line)
@@ -50,7 +51,7 @@ def changed(text, section, change):
 
 
 def typical(faults="\n[faults]\n"):
-    return printed("--default").replace("\n[faults]\n", faults)
+    return printed("typical").replace("\n[faults]\n", faults)
 
 
 def twice(key, value):
@@ -65,9 +66,9 @@ def fast_tumble(key, value):
     return {"rate": 0.1, "rate_direction_rad": 0.17453292519943295}.get(key, value)
 
 
-# Class: what the table calls it; scenarios; runs of each; errors; flags of `remora campaign`.
+# Class: what the table calls it; scenarios; runs of each; errors; flags of `remora fly`.
 CLASSES = {
-    "none": ("none", 100, 1, lambda: printed("--none"), []),
+    "none": ("none", 100, 1, lambda: printed("none"), []),
     "thrusters": ("thrusters", 100, 1, lambda: with_typical("thrusters"), []),
     "actuators": ("wheels and joints", 100, 1, lambda: with_typical("wheels", "joints"), []),
     "mass": ("mass", 100, 1, lambda: with_typical("mass"), []),
@@ -105,12 +106,13 @@ def fly(folder, name):
     _, count, runs, errors, flags = CLASSES[name]
     file = folder / f"{name}.errors.toml"
     file.write_text(errors())
-    command = [REMORA, "--quiet", "campaign", "--count", str(count), "--seed", "1", "--runs", str(runs)]
-    command += ["--fly", str(file), "--out", str(folder / name), *flags]
-    if "JOBS" in os.environ:
-        command += ["--jobs", os.environ["JOBS"]]
-    if subprocess.run(command).returncode == 2:
-        sys.exit(2)
+    out, draw = str(folder / name), ["--count", str(count), "--seed", "1"]
+    plan = [REMORA, "--quiet", "campaign", *draw, "--write", "plans", "--out", out]
+    flight = [REMORA, "--quiet", "fly", out, "--runs", str(runs), "--seed", "1", "--errors", str(file), "--out", out]
+    jobs = ["--jobs", os.environ["JOBS"]] if "JOBS" in os.environ else []
+    for command in [plan + jobs, flight + flags + jobs]:
+        if subprocess.run(command).returncode == 2:
+            sys.exit(2)
     return json.loads((folder / name / "flights.summary.json").read_text())
 
 

@@ -68,7 +68,7 @@ campaigns() {
     local mission=$work/$name.mission.toml
     echo "=== $name: $flags"
     # shellcheck disable=SC2086 # The flags are words.
-    "$remora" import "$urdf" $flags --out "$mission" --force
+    "$remora" mission import "$urdf" $flags --out "$mission" --force
     for integrator in euler rk4; do
         local out=$work/campaign-$name-$integrator
         rm -rf "$out"

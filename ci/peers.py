@@ -296,8 +296,9 @@ def solvers():
 
 def exported(ids, folder):
     for name in ids:
-        command = ["cargo", "run", "--release", "--quiet", "--locked", "-p", "remora", "--", "qp-export", "--quiet",
-                   "--integrator", "euler", "--warm-start", "heuristic", "--id", name, "--out", f"{folder}/{name}"]
+        command = ["cargo", "run", "--release", "--quiet", "--locked", "-p", "remora", "--", "export", "--quiet",
+                   "--format", "qp", "--integrator", "euler", "--warm-start", "heuristic", "--id", name,
+                   "--out", f"{folder}/{name}"]
         subprocess.run(command, cwd=ROOT, check=True)
     return [Program(path) for name in ids for path in sorted(Path(folder, name).glob("stage2-*.qp.json"))]
 

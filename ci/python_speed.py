@@ -43,7 +43,7 @@ def against(program: str, cases: list[remora.Scenario]) -> None:
         table = remora.plan_many(cases, jobs=1)
         wheel.append(table["cpu_time_s"])
         with tempfile.TemporaryDirectory() as folder:
-            command = [program, "--quiet", "campaign", "--jobs", "1", "--csv", "--out", f"{folder}/a"]
+            command = [program, "--quiet", "campaign", "--jobs", "1", "--write", "csv", "--out", f"{folder}/a"]
             subprocess.run(command, check=True)
             lines = Path(folder, "a/results.csv").read_text().splitlines()
         at = lines[0].split(",").index("cpu_time_s")

@@ -96,10 +96,18 @@ start slurmctld slurmctld -D
 start slurmd slurmd -D
 await 20 sh -c 'sinfo --noheader --states=idle --format=%n | grep -q .'
 
-campaign=(campaign --count 40 --seed 3 --integrator euler)
-"$remora" --quiet "${campaign[@]}" --part 1/1 --out "$scratch/whole"
-"$remora" submit --slurm --parts 8 --program "$remora" -- "${campaign[@]}" --out "$scratch/parts" >"$scratch/job.sh"
+"$remora" --quiet campaign --count 40 --seed 3 --integrator euler --part 1/1 --out "$scratch/whole"
+# The job of docs/campaigns.md, with this program and a small campaign.
+awk '/^```/ { inside = 0 } /^#!\/bin\/sh$/ { inside = 1 } inside' docs/campaigns.md |
+    sed -e "s|exec remora |exec $remora |" -e 's/--count 1000000 --seed 9 /--count 40 --seed 3 /' \
+        -e 's/--array=1-1000$/--array=1-8/' -e 's|/1000"|/8"|' -e "s|/shared/a|$scratch/parts|" >"$scratch/job.sh"
 cat "$scratch/job.sh"
+for word in "$remora" --count\ 40 --array=1-8 '/8"' "$scratch/parts"; do
+    grep -qF -- "$word" "$scratch/job.sh" || {
+        echo "error: docs/campaigns.md: the job lacks what $word stands for" >&2
+        exit 1
+    }
+done
 submit() {
     sbatch --parsable --chdir="$scratch" --output="$scratch/task-%a.out" "$@" "$scratch/job.sh"
 }
@@ -108,12 +116,12 @@ job=$(submit)
 await 20 sh -c "cat '$scratch'/parts/part-*.journal.jsonl"
 scancel --signal=TERM --batch "${job}_1" || true
 await 120 sh -c "! squeue --noheader --job=$job 2>/dev/null | grep -q ."
-"$remora" gather "$scratch/parts" || echo "not all yet: submitted again"
+"$remora" campaign gather "$scratch/parts" || echo "not all yet: submitted again"
 job=$(submit)
 await 120 sh -c "! squeue --noheader --job=$job 2>/dev/null | grep -q ."
 
 checksum() {
-    "$remora" gather "$1" --recompute 4 --json | sed -n 's/.*"checksum": "\(.*\)".*/\1/p'
+    "$remora" campaign gather "$1" --recompute 4 --json | sed -n 's/.*"checksum": "\(.*\)".*/\1/p'
 }
 whole=$(checksum "$scratch/whole")
 parts=$(checksum "$scratch/parts")

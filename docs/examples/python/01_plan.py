@@ -1,4 +1,4 @@
-"""One plan: path, bus and arm, and all that has limits, as `remora plan --plot` draws it."""
+"""One plan: path, bus and arm, and all that has limits, as `remora plan --write svg` draws it."""
 
 import sys
 from pathlib import Path

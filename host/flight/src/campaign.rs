@@ -159,7 +159,7 @@ impl Flights {
         let planned = |file: &PathBuf| {
             let plan = planned(&self.out, file, *joints)?;
             let fits = plan.sortie.as_ref().map_or(Ok(()), |sortie| sortie.check(options));
-            fits.map_err(|error| Error::argument("--j2", error.reason)).map(|()| plan)
+            fits.map_err(|error| Error::argument("--gravity", error.reason)).map(|()| plan)
         };
         plans.iter().map(planned).collect()
     }

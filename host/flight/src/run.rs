@@ -110,7 +110,7 @@ pub(crate) fn failed(file: &Path, error: &dyn std::fmt::Display) -> Error {
 /// A world that cannot be flown in is one of errors that nobody could mean.
 pub(crate) fn wrong_world(run: u64, error: &WorldError) -> Error {
     let reason = format!("run {run}: the world cannot be flown in: {error}");
-    Error::argument("--errors (campaign: --fly)", reason)
+    Error::argument("--errors", reason)
 }
 
 /// The same where a folder says what the errors are, and no argument does.

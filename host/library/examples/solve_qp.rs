@@ -1,11 +1,11 @@
-//! The embedded solver on subproblems in files, as `remora qp-export` writes them.
+//! The embedded solver on subproblems in files, as `remora export --format qp` writes them.
 //!
 //! For each line of standard input, the path of a `*.qp.json`, it solves that program from nothing and
 //! prints a line of JSON: time, iterations, status and solution. `ci/peers.py` runs it beside solvers that
 //! others have published.
 //!
 //! ```sh
-//! remora qp-export --integrator euler --out programs
+//! remora export --format qp --integrator euler --out programs
 //! ls programs/stage2-*.qp.json | cargo run --release -p remora-host --example solve_qp
 //! ```
 

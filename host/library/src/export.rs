@@ -13,7 +13,7 @@ use remora_core::advanced::stages::LINKS;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
-/// One plan whose subproblems are to be written: the input of `remora qp-export`.
+/// One plan whose subproblems are to be written: the input of `remora export --format qp`.
 #[derive(Clone, Debug)]
 pub struct ExportJob {
     /// The scenario.

@@ -8,7 +8,7 @@ use remora_core::advanced::model::{MAX_NODE_TURN, Mission, Refusal, Scenario, Ty
 use remora_core::advanced::stages::NODES;
 use serde::Serialize;
 
-/// The `format` of `remora mission --json`.
+/// The `format` of `remora mission show --json`.
 pub const FORMAT: &str = "remora-vehicle/1";
 
 /// The numbers of a mission that follow from others.

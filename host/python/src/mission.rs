@@ -95,7 +95,7 @@ impl Mission {
         Self::new(file, &path).map_err(raised)
     }
 
-    /// A mission for the arm of a URDF, as `remora import` makes it.
+    /// A mission for the arm of a URDF, as `remora mission import` makes it.
     ///
     /// Parameters
     /// ----------

@@ -10,6 +10,7 @@ use remora_host::error::Error;
 use remora_host::formats::{Verdict, json};
 use remora_host::notes;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -175,10 +176,9 @@ fn refuse(message: &str) -> u8 {
 /// Message of an error. For a file of another kind it names the kind that the command or its option takes.
 fn told(error: &Error, cli: &clap::Command, args: &[OsString]) -> String {
     let Error::WrongKind { file, found, expected } = error else { return error.to_string() };
-    let words = || args.iter().map(|arg| arg.to_string_lossy());
-    let name = words().skip(1).find(|word| !word.starts_with('-')).unwrap_or_default();
-    let command = cli.find_subcommand(&*name);
     let file_name = file.to_string_lossy();
+    let words = || args.iter().map(|arg| arg.to_string_lossy());
+    let (name, command) = named(cli, &words().skip(1).collect::<Vec<_>>());
     let is_named = |option: &&str| {
         let with_equals = format!("--{option}={file_name}");
         let mut pairs = words().zip(words().skip(1));
@@ -187,10 +187,21 @@ fn told(error: &Error, cli: &clap::Command, args: &[OsString]) -> String {
                 .any(|(flag, value)| flag.strip_prefix("--") == Some(*option) && value == file_name)
     };
     let takes_values = |arg: &&clap::Arg| arg.get_action().takes_values();
-    let options = command.iter().flat_map(|command| command.get_arguments()).filter(takes_values);
+    let options = command.get_arguments().filter(takes_values);
     let option = options.filter_map(clap::Arg::get_long).find(is_named);
     let option = option.map_or(String::new(), |option| format!(" --{option}"));
     format!("{}: this is {found}; {name}{option} takes {expected}", file.display())
+}
+
+/// The command that arguments begin with, and its name after the program's.
+fn named<'a>(cli: &'a clap::Command, words: &[Cow<'_, str>]) -> (String, &'a clap::Command) {
+    let (mut names, mut command) = (Vec::new(), cli);
+    for word in words.iter().filter(|word| !word.starts_with('-')) {
+        let Some(found) = command.find_subcommand(word.as_ref()) else { break };
+        command = found;
+        names.push(word.as_ref());
+    }
+    (names.join(" "), command)
 }
 
 /// The message of a usage error in one line, with clap's suggestions and without the usage.

@@ -21,6 +21,8 @@ use std::path::{Path, PathBuf};
 pub const COUNT: &str = "Number of scenarios to draw";
 /// Help of `--seed`.
 pub const SEED: &str = "Seed of the draw";
+/// Help of `--write`, wherever more than the results can be written.
+pub const WRITE: &str = "Files to write too, with commas";
 
 /// Parses a choice by its names, which stand in the help.
 pub fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
@@ -262,11 +264,6 @@ impl SetArgs {
             (None, Some(_)) => Err(Error::argument("--seed", "needs --count N")),
             (count, seed) => Ok(count.zip(seed)),
         }
-    }
-
-    /// How many are to be drawn; an error where the seed is missing, or the count.
-    pub fn drawn(&self) -> Result<Option<u64>, Error> {
-        self.draw().map(|draw| draw.map(|(count, _)| count))
     }
 
     /// The scenarios of the file, of the draw, or of the built-in set.

@@ -1,22 +1,24 @@
 //! `remora campaign`
 
-use super::Output;
-use super::flying::{FlyingArgs, Ready, RunsArgs};
-use super::options::{Chosen, DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SetArgs};
+use super::options::{
+    Chosen, DeadlineArgs, JobsArgs, JsonArgs, MethodArgs, MissionArgs, SetArgs, WRITE, choice,
+};
 use super::parts::{PartArgs, arguments, end_when_asked};
 use super::progress::Bar;
+use super::{Output, envelope, gather};
 use crate::report;
+use clap::Subcommand;
 use remora_core::advanced::model::Mission;
-use remora_host::campaign::{Campaign, Results, Summary};
+use remora_host::campaign::{Campaign, Summary};
+use remora_host::choice::Choice;
 use remora_host::error::Error;
-use remora_host::formats::{Row, Verdict};
+use remora_host::formats::Verdict;
 use remora_host::learned::Learned;
 use remora_host::parts::{self, Difference, GatheredParts, Job, Scenarios};
 use remora_host::with_joints;
-use remora_truth::Errors;
 use std::io::{Write, stderr};
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Most plan files that a directory gets.
 const MOST_PLAN_FILES: usize = 10_000;
@@ -26,7 +28,10 @@ const MOST_IN_ONE_PIECE: u64 = 50_000;
 /// Plan many scenarios over several threads; resumes what was interrupted.
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(super) struct Args {
+    #[command(subcommand)]
+    command: Option<After>,
     #[command(flatten)]
     set: SetArgs,
     #[command(flatten)]
@@ -37,47 +42,69 @@ pub(super) struct Args {
     deadline: DeadlineArgs,
     #[command(flatten)]
     jobs: JobsArgs,
-    /// Write DIR/plans/ID.plan.json too
-    #[arg(long, conflicts_with = "part")]
-    plans: bool,
-    /// Write the table as CSV too
-    #[arg(long, conflicts_with = "part")]
-    csv: bool,
-    /// Write DIR/report.html too, and pages of notable plans in three dimensions
-    #[arg(long, conflicts_with = "part")]
-    report: bool,
     #[command(flatten)]
     part: PartArgs,
-    /// Write a table of trajectories too, a row a node
-    #[arg(long, requires = "part")]
-    nodes: bool,
-    /// Fly the plans too, in a world with these errors: a file (*.errors.toml), typical or none
-    #[arg(long, value_name = "ERRORS", conflicts_with = "part")]
-    fly: Option<PathBuf>,
-    #[command(flatten)]
-    runs: RunsArgs,
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', help = WRITE)]
+    #[arg(value_parser = choice::<CampaignFile>())]
+    write: Vec<CampaignFile>,
     #[command(flatten)]
     json: JsonArgs,
     /// Directory of the results; made where it does not exist
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
-    // Kept last: its heading holds for all options below it.
-    #[command(flatten)]
-    flying: FlyingArgs,
+    #[arg(long, value_name = "DIR", required = true)]
+    out: Option<PathBuf>,
+}
+
+/// Commands beside a campaign, of many plans too.
+#[derive(Debug, Subcommand)]
+enum After {
+    Gather(gather::Args),
+    Envelope(envelope::Args),
+}
+
+/// Files beside the results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum CampaignFile {
+    Plans,
+    Csv,
+    Report,
+    Nodes,
+}
+
+impl Choice for CampaignFile {
+    const ALL: &'static [Self] = &[Self::Plans, Self::Csv, Self::Report, Self::Nodes];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Plans => "plans",
+            Self::Csv => "csv",
+            Self::Report => "report",
+            Self::Nodes => "nodes",
+        }
+    }
+
+    fn help(self) -> &'static str {
+        match self {
+            Self::Plans => "DIR/plans/ID.plan.json",
+            Self::Csv => "The table as CSV",
+            Self::Report => "DIR/report.html, and pages of notable plans in three dimensions",
+            Self::Nodes => "A table of trajectories, a row a node; with --part",
+        }
+    }
 }
 
 const AFTER_HELP: &str = "\
 Examples:
   remora campaign --scenarios a.scenarios.json --out runs/a
-  remora campaign --count 300 --seed 1 --integrator euler --jobs 8 --plans --csv --out runs/b
+  remora campaign --count 300 --seed 1 --integrator euler --jobs 8 --write plans,csv --out runs/b
   remora campaign --count 300 --seed 7 --warm-start model --model mine.model --out runs/mine
   remora campaign --count 300 --seed 1 --deadline 0.5 --jobs 1 --out runs/c
-  remora campaign --count 300 --seed 1 --report --out runs/d
-  remora campaign --count 300 --seed 1 --fly mine.errors.toml --runs 4 --out runs/flown
+  remora campaign --count 300 --seed 1 --write report --out runs/d
   remora campaign --count 1000000 --seed 9 --integrator euler --part 17/1000 --out shared
+  remora campaign gather shared
+  remora campaign envelope --coarse
 
-DIR gets results.parquet (--csv: results.csv too), summary.json, the scenarios and, with --plans, a
-plan a scenario. Interrupt it at any time: the same command goes on where it stopped. Results do not
+DIR gets results.parquet (--write csv: results.csv too), summary.json, the scenarios and, with --write plans,
+a plan a scenario. Interrupt it at any time: the same command goes on where it stopped. Results do not
 depend on the number of threads, but for times. A campaign with --deadline is not reproducible bit
 by bit: where a plan stops depends on the machine, its load and --jobs.
 
@@ -86,22 +113,25 @@ the constraint's name as its reason.
 
 Scenarios that the model, or one that it descends from, has learnt from are refused.
 
-With --report every plan is kept, and DIR/report.html links those worth a look to pages like those
-of `remora view`. With --fly every plan is kept and flown --runs times, and DIR gets what `remora
-fly` writes; the seed of the errors is that of the scenarios.
+With --write report every plan is kept, and DIR/report.html links those worth a look to pages like those
+of `remora view`. With --write plans `remora fly DIR --errors FILE --out DIR` flies them all.
 
 With --part DIR gets part-00017-of-01000.jsonl, the rows, and part-00017-of-01000.parquet, the same as
-a table; whole or not at all. Programs on many machines may share it: `remora submit` prints their
-jobs, `remora gather DIR` puts the parts together. Rows are kept on the disk, not in memory: more than
+a table; whole or not at all. Programs on many machines may share it: docs/campaigns.md has their job,
+`remora campaign gather DIR` puts the parts together. Rows are kept on the disk, not in memory: more than
 50,000 scenarios are planned in parts alone, be it part 1/1. SIGTERM ends a part after the plans in
 hand; the same command goes on.
 
 Exit status: with --part 0 written, 143 (130) ended by SIGTERM (SIGINT); without it 0 all optimal,
-1 some are not flyable (with --fly: not all captured), 2 bad input, 3 all verified but some not
-converged.";
+1 some are not flyable, 2 bad input, 3 all verified but some not converged.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
+        match self.command {
+            Some(After::Gather(args)) => return args.run(),
+            Some(After::Envelope(args)) => return args.run(),
+            None => self.check_files()?,
+        }
         let mission = self.mission.any()?;
         with_joints!(mission.joints(), NL => {
             self.run_for::<NL>(mission.of()?)
@@ -110,25 +140,40 @@ impl Args {
         })
     }
 
+    /// Whether such files are to be written.
+    fn writes(&self, file: CampaignFile) -> bool {
+        self.write.contains(&file)
+    }
+
+    /// Refuses files that a campaign in parts, or in one piece, has not.
+    fn check_files(&self) -> Result<(), Error> {
+        let other =
+            |file: &&CampaignFile| (**file == CampaignFile::Nodes) != self.part.part.is_some();
+        let Some(file) = self.write.iter().find(other) else { return Ok(()) };
+        let reason = match file {
+            CampaignFile::Nodes => "nodes needs --part I/N".into(),
+            file => format!("{} cannot be used with --part", file.name()),
+        };
+        Err(Error::argument("--write", reason))
+    }
+
     fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
         end_when_asked();
+        let out = self.out.clone().unwrap_or_default();
         if let Some(part) = self.part.part {
             let job = self.job(mission, arguments()?)?;
-            let made =
-                parts::make(&job, part, self.jobs.jobs(), &self.out, &mut Bar::named("part"))?;
+            let made = parts::make(&job, part, self.jobs.jobs(), &out, &mut Bar::named("part"))?;
             warn_of(job.model.as_ref());
             return Output::new(report::part_report(&made), true).or_json(self.json.json, &made);
         }
         let chosen = self.in_one_piece(&mission)?;
-        let errors = self.fly.as_deref().map(|file| errors_of_flights(file, &self.method, NL));
-        let errors = errors.transpose()?;
-        let save_plans = self.plans || self.report || errors.is_some();
+        let save_plans = self.writes(CampaignFile::Plans) || self.writes(CampaignFile::Report);
         let count = chosen.scenarios.len();
         if save_plans && count > MOST_PLAN_FILES {
             let reason = format!(
-                "{count} plan files are too many for a directory: --part I/N --nodes writes all of them as tables"
+                "{count} plan files are too many for a directory: --part I/N --write nodes writes all of them as tables"
             );
-            return Err(Error::argument("--plans", reason));
+            return Err(Error::argument("--write", reason));
         }
         let campaign = Campaign {
             mission,
@@ -138,16 +183,13 @@ impl Args {
             seed: chosen.seed,
             jobs: self.jobs.jobs(),
             save_plans,
-            csv: self.csv,
-            out: self.out.clone(),
+            csv: self.writes(CampaignFile::Csv),
+            out,
         };
         let mut results = campaign.run(&mut Bar::named("campaign"))?;
         warn_of(campaign.model.as_ref());
-        if self.report {
-            results.files.push(report::write_campaign_page(&self.out, &results)?);
-        }
-        if let Some(errors) = errors {
-            return self.flown(&campaign, &results, errors);
+        if self.writes(CampaignFile::Report) {
+            results.files.push(report::write_campaign_page(&campaign.out, &results)?);
         }
         let worst = results.rows.iter().map(|row| row.verdict).max().unwrap_or(Verdict::Optimal);
         Output::judged(report::campaign_report(&results), worst)
@@ -186,12 +228,14 @@ impl Args {
         };
         let (method, model) =
             (self.method.method_until(&self.deadline), self.method.model_to_judge(met)?);
-        Ok(Job { scenarios, mission, method, model, nodes: self.nodes, command })
-    }
-
-    /// How many scenarios it draws; none where they are of a file, which need not be here.
-    pub(super) fn drawn(&self) -> Result<Option<u64>, Error> {
-        self.set.drawn()
+        Ok(Job {
+            scenarios,
+            mission,
+            method,
+            model,
+            nodes: self.writes(CampaignFile::Nodes),
+            command,
+        })
     }
 
     /// Plans a sample of the parts that this command made again.
@@ -209,28 +253,6 @@ impl Args {
             Err(mission.wrong_joints())
         })
     }
-
-    /// Flies what was planned.
-    fn flown<const NL: usize>(
-        &self,
-        campaign: &Campaign<NL>,
-        results: &Results,
-        errors: Errors,
-    ) -> Result<Output, Error> {
-        let there = |row: &&Row| !row.is_refused();
-        let plan = |row: &Row| Path::new("plans").join(format!("{}.plan.json", row.scenario));
-        let ready = Ready {
-            out: self.out.clone(),
-            plans: results.rows.iter().filter(there).map(plan).collect(),
-            joints: NL,
-            integrator: campaign.method.integrator,
-            runs: (self.runs.runs, campaign.seed.unwrap_or(0)),
-            jobs: campaign.jobs,
-        };
-        let (flown, is_well) = self.flying.fly(ready, errors)?;
-        let text = report::campaign_report(results) + "\n" + &report::flights_report(&flown);
-        Output::new(text, is_well).or_json(self.json.json, &flown.summary)
-    }
 }
 
 /// Says, quiet or not, that no plan of the campaign started from its model.
@@ -239,13 +261,4 @@ fn warn_of(model: Option<&Learned>) {
     if let Some((name, reason)) = refused {
         let _ = writeln!(stderr(), "warning: heuristic start instead of {name}: {reason}");
     }
-}
-
-/// Errors of the flights of a campaign, whose plans can be flown.
-fn errors_of_flights(file: &Path, method: &MethodArgs, joints: usize) -> Result<Errors, Error> {
-    if !method.method().integrator.is_flown() {
-        let reason = "euler plans say nothing between their nodes; --fly takes rk4's";
-        return Err(Error::argument("--integrator", reason));
-    }
-    FlyingArgs::errors(Some(file), joints)
 }

@@ -1,4 +1,4 @@
-//! `remora dataset`
+//! `remora learn dataset`
 
 use super::Output;
 use super::options::{COUNT, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED};
@@ -50,24 +50,19 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora dataset --count 10000 --seed 1000 --integrator euler --out data/euler-10k
-  remora dataset --count 12000 --seed 2000 --jobs 8 --out data/rk4-12k
-  remora dataset --count 30000 --seed 1000 --integrator euler --model first.model --sharp --out data/own
-  remora dataset --count 30000 --seed 1000 --integrator euler --part 3/20 --out data/shared
+  remora learn dataset --count 10000 --seed 1000 --integrator euler --out data/euler-10k
+  remora learn dataset --count 12000 --seed 2000 --jobs 8 --out data/rk4-12k
+  remora learn dataset --count 30000 --seed 1000 --integrator euler --model first.model --sharp --out data/own
+  remora learn dataset --count 30000 --seed 1000 --integrator euler --part 3/20 --out data/shared
 
 Scenarios whose plans are solved and verified are kept. Interrupt it at any time: the same command goes on where it stopped, after the last file of 500
 scenarios (--shard). The bytes do not depend on the number of threads. Choose a seed of which nothing will be
 evaluated: a model is not to be judged on scenarios it was trained on. --part makes a share of the files, into a
-directory that programs on many machines may share; `remora gather DIR` names what is missing.
+directory that programs on many machines may share; `remora campaign gather DIR` names what is missing.
 
 Exit status: 0 done, 2 bad input.";
 
 impl Args {
-    /// How many files it is made of.
-    pub(super) fn files(&self) -> u64 {
-        self.count.div_ceil(self.shard.get().into())
-    }
-
     pub(super) fn run(self) -> Result<Output, Error> {
         let mission = self.mission.any()?;
         with_joints!(mission.joints(), NL => {

@@ -1,4 +1,4 @@
-//! `remora envelope`
+//! `remora campaign envelope`
 
 use super::Output;
 use super::options::{COUNT, JobsArgs, JsonArgs, SEED, choice};
@@ -55,10 +55,10 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora envelope                                   three vehicles, an hour or so on two cores
-  remora envelope --coarse                          a small part of it, as CI does
-  remora envelope --mission mine.mission.toml --horizon 90,180 --count 30 --out runs/mine
-  remora envelope --rate 0.06 --distance 5 --horizon 1200 --count 300
+  remora campaign envelope                          three vehicles, an hour or so on two cores
+  remora campaign envelope --coarse                 a small part of it, as CI does
+  remora campaign envelope --mission mine.mission.toml --horizon 90,180 --count 30 --out runs/mine
+  remora campaign envelope --rate 0.06 --distance 5 --horizon 1200 --count 300
 
 A cell is the vehicle's mission with duration, standoff and rate replaced; keep-out, margins and all
 else stay. Built-in models know the built-in mission alone, so that plans start from the heuristic

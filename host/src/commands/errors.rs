@@ -1,7 +1,9 @@
-//! `remora errors`
+//! `remora mission errors`
 
 use super::Output;
+use super::options::choice;
 use remora_flight::errors_file;
+use remora_host::choice::Choice;
 use remora_host::error::Error;
 use remora_truth::Errors;
 
@@ -9,18 +11,40 @@ use remora_truth::Errors;
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Typical errors, all of them assumed; this is what it prints unless told otherwise
-    #[arg(long, conflicts_with = "none")]
-    default: bool,
-    /// No errors at all: a file to switch single ones on
-    #[arg(long)]
-    none: bool,
+    /// Which errors
+    #[arg(value_name = "WHICH", value_parser = choice::<ErrorsName>(), default_value = "typical")]
+    which: ErrorsName,
+}
+
+/// Errors that have a name, by which `--errors` takes them too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ErrorsName {
+    Typical,
+    None,
+}
+
+impl Choice for ErrorsName {
+    const ALL: &'static [Self] = &[Self::Typical, Self::None];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Typical => "typical",
+            Self::None => "none",
+        }
+    }
+
+    fn help(self) -> &'static str {
+        match self {
+            Self::Typical => "Typical errors, all of them assumed",
+            Self::None => "No errors at all: a file to switch single ones on",
+        }
+    }
 }
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora errors --default > mine.errors.toml
-  remora errors --none > one.errors.toml
+  remora mission errors typical > mine.errors.toml
+  remora mission errors none > one.errors.toml
 
 Every key must be in a file, and no other; docs/flights.md tells what each of them does.
 
@@ -28,7 +52,10 @@ Exit status: 0.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let errors = if self.none { Errors::none() } else { Errors::typical() };
+        let errors = match self.which {
+            ErrorsName::Typical => Errors::typical(),
+            ErrorsName::None => Errors::none(),
+        };
         errors_file::text(&errors).map(Output::data)
     }
 }

@@ -1,45 +1,36 @@
-//! What `fly` and `campaign --fly` share: how plans are flown, and what is said of it.
+//! How `remora fly` flies plans.
 
-use super::options::choice;
+use super::options::{WRITE, choice};
 use super::progress::Bar;
+use clap::builder::{PossibleValue, TypedValueParser};
 use remora_core::advanced::model::Orbit;
 use remora_flight::campaign::Flights;
 use remora_flight::errors_file;
 use remora_flight::flight::{Controller, Ending, JointControl};
-use remora_flight::flights_file::{FlightsFile, MAX_RUNS};
+use remora_flight::flights_file::FlightsFile;
 use remora_flight::keep::Keep;
 use remora_flight::options::{Options, RATES_HZ};
 use remora_flight::parts;
 use remora_flight::results::Results;
 use remora_flight::row::Row;
 use remora_flight::until::Until;
+use remora_host::choice::Choice;
 use remora_host::error::Error;
 use remora_host::method::Integrator;
 use remora_host::part::Part;
 use remora_host::parts::PartSummary;
 use remora_truth::Errors;
+use std::ffi::OsStr;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-
-/// Runs of each plan.
-#[derive(Clone, Copy, Debug, clap::Args)]
-pub(super) struct RunsArgs {
-    /// Runs of each plan, each with a draw of errors of its own
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_RUNS))]
-    pub(super) runs: u64,
-}
 
 /// How plans are flown.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Flights")]
 pub(super) struct FlyingArgs {
-    /// Who flies
-    #[arg(long, value_parser = choice::<Controller>(), default_value = "track")]
-    controller: Controller,
-    /// Age of a plan at which another is made, with --controller replan
-    #[arg(long, value_name = "SECONDS", default_value_t = 100.0, value_parser = positive)]
-    replan_every: f64,
+    /// Controller; replan:SECONDS says at which age of a plan another is made, 100 otherwise
+    #[arg(long, value_parser = Pilots, default_value = "track")]
+    controller: (Controller, f64),
     /// How joints are driven
     #[arg(long, value_parser = choice::<JointControl>(), default_value = "torque")]
     joints: JointControl,
@@ -49,21 +40,96 @@ pub(super) struct FlyingArgs {
     /// Time before capture from which the wrist camera is used; 0: never
     #[arg(long, value_name = "SECONDS", default_value_t = 150.0, value_parser = not_negative)]
     camera: f64,
-    /// Let the Earth's oblateness act (J2)
-    #[arg(long)]
-    j2: bool,
-    /// Fly without any gravity
-    #[arg(long, conflicts_with = "j2")]
-    no_gravity: bool,
+    /// Gravity of the world
+    #[arg(long, value_parser = choice::<Gravity>(), default_value = "central")]
+    gravity: Gravity,
     /// Stop when a share is shown: 'miss_m<=0.02 p>=0.9973 conf>=0.95'
     #[arg(long, value_name = "CONDITION", conflicts_with = "part")]
     until: Option<Until>,
-    /// Give histories a row a step of guidance, not a row a second
-    #[arg(long)]
-    history: bool,
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', help = WRITE)]
+    #[arg(value_parser = choice::<FlightFile>())]
+    write: Vec<FlightFile>,
     /// Runs whose histories are kept: all, failures, worst=N, sample=N, with commas
     #[arg(long, value_name = "WHICH", default_value = "failures,worst=3")]
     keep: Keep,
+}
+
+/// Gravity that acts in the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Gravity {
+    Central,
+    Oblate,
+    None,
+}
+
+impl Choice for Gravity {
+    const ALL: &'static [Self] = &[Self::Central, Self::Oblate, Self::None];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Central => "central",
+            Self::Oblate => "j2",
+            Self::None => "none",
+        }
+    }
+
+    fn help(self) -> &'static str {
+        match self {
+            Self::Central => "That of a point mass",
+            Self::Oblate => "The Earth's oblateness acts too",
+            Self::None => "No gravity at all",
+        }
+    }
+}
+
+/// Files beside the results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FlightFile {
+    Steps,
+}
+
+impl Choice for FlightFile {
+    const ALL: &'static [Self] = &[Self::Steps];
+
+    fn name(self) -> &'static str {
+        "steps"
+    }
+
+    fn help(self) -> &'static str {
+        "Histories with a row a step of guidance, not a row a second"
+    }
+}
+
+/// Parses a controller, and how often it plans again.
+#[derive(Clone, Copy, Debug)]
+struct Pilots;
+
+/// Age of a plan at which another is made, unless told otherwise [s].
+const REPLAN_EVERY_S: f64 = 100.0;
+
+impl TypedValueParser for Pilots {
+    type Value = (Controller, f64);
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        arg: Option<&clap::Arg>,
+        value: &OsStr,
+    ) -> Result<Self::Value, clap::Error> {
+        let text = value.to_string_lossy();
+        let (name, every) = match text.split_once(':') {
+            Some((name, every)) if name == Controller::Replan.name() => (name, Some(every)),
+            _ => (&*text, None),
+        };
+        let controller = choice::<Controller>().parse_ref(command, arg, OsStr::new(name))?;
+        let every = every.map(|every| positive.parse_ref(command, arg, OsStr::new(every)));
+        Ok((controller, every.transpose()?.unwrap_or(REPLAN_EVERY_S)))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let values = Controller::ALL.iter();
+        Some(Box::new(values.map(|of| PossibleValue::new(of.name()).help(of.help()))))
+    }
 }
 
 fn number(text: &str) -> Result<f64, String> {
@@ -127,21 +193,23 @@ impl FlyingArgs {
 
     /// Refuses effects that the body of a mission's orbit does not have.
     pub(super) fn check_orbit(&self, orbit: &Orbit) -> Result<(), Error> {
-        let options = Options { j2: self.j2, ..Options::default() };
-        options.check_orbit(orbit).map_err(|error| Error::argument("--j2", error.reason))
+        let j2 = self.gravity == Gravity::Oblate;
+        let options = Options { j2, ..Options::default() };
+        options.check_orbit(orbit).map_err(|error| Error::argument("--gravity", error.reason))
     }
 
     fn flights(&self, ready: Ready, errors: Errors) -> Flights {
+        let (controller, replan_every_s) = self.controller;
         let options = Options {
             rate_hz: self.guidance_rate,
-            controller: self.controller,
+            controller,
             joints: self.joints,
             camera_s: self.camera,
-            replan_every_s: self.replan_every,
-            j2: self.j2,
-            gravity: !self.no_gravity,
+            replan_every_s,
+            j2: self.gravity == Gravity::Oblate,
+            gravity: self.gravity != Gravity::None,
             integrator: ready.integrator,
-            every_step: self.history,
+            every_step: self.write.contains(&FlightFile::Steps),
         };
         Flights {
             asked: FlightsFile::new(ready.plans, ready.runs, ready.joints, options, errors),

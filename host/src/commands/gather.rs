@@ -1,4 +1,4 @@
-//! `remora gather`
+//! `remora campaign gather`
 
 use super::options::{JobsArgs, JsonArgs};
 use super::parts::{command, end_when_asked};
@@ -36,10 +36,10 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora gather shared
-  remora gather shared --recompute 1000 --jobs 8
-  remora gather data/own --recompute 100 --model first.model
-  remora gather shared --json
+  remora campaign gather shared
+  remora campaign gather shared --recompute 1000 --jobs 8
+  remora campaign gather data/own --recompute 100 --model first.model
+  remora campaign gather shared --json
 
 All parts must be of one program, mission, method and set of scenarios, each with its own scenarios
 and its rows and tables as they were written. Where none is missing DIR gets summary.json. The checksum that is

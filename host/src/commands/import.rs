@@ -1,4 +1,4 @@
-//! `remora import`
+//! `remora mission import`
 
 use super::Output;
 use super::options::{ForceArgs, JsonArgs, is_stdout};
@@ -69,11 +69,11 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora import arm.urdf --explain
-  remora import servicer.urdf --out mine.mission.toml
-  remora import arm.urdf --bus bus.mission.toml --mount 0,0,0.5
-  remora import arm.urdf --end-effector tool0 --hold finger=0.02 --limit elbow=-2,2,0.05,10
-  remora import arm.urdf --axis 1,0,0 --start 0,-1.2,1.2 --armature 0.4,0.4,0.1 --json
+  remora mission import arm.urdf --explain
+  remora mission import servicer.urdf --out mine.mission.toml
+  remora mission import arm.urdf --bus bus.mission.toml --mount 0,0,0.5
+  remora mission import arm.urdf --end-effector tool0 --hold finger=0.02 --limit elbow=-2,2,0.05,10
+  remora mission import arm.urdf --axis 1,0,0 --start 0,-1.2,1.2 --armature 0.4,0.4,0.1 --json
 
 What the file leaves open is refused, all of it at once, with the flag that mends it; or it is decided
 and said. No xacro, no SDF, no meshes.

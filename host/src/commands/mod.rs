@@ -10,19 +10,21 @@ mod export;
 mod fly;
 mod flying;
 mod gather;
+mod groups;
 mod import;
-mod mission;
 mod parts;
 mod plan;
-mod qp_export;
+mod programs;
 mod quantise;
+#[cfg(test)]
+mod refusals;
 mod rerun;
 mod safety;
-mod submit;
+mod show;
 mod view;
 
 use crate::cli::options::QuietArgs;
-use crate::cli::{self, Output, Program, options, progress, usage_line};
+use crate::cli::{self, Output, Program, options, progress};
 use clap::{ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use remora_host::error::Error;
 use remora_host::formats::VERSION;
@@ -47,6 +49,7 @@ Examples:
   remora check runs/pub-000.plan.json                verify a plan, whoever wrote it
   remora view runs/pub-000.plan.json                 look at it, and plan on, in a browser
   remora fly runs/pub-000.plan.json --out runs/a     fly it in a world that it does not know
+  remora mission show                                what follows from a mission's numbers
 
 A plan is one of three:
   optimal                     verified, and what was asked for was reached            exit status 0
@@ -60,22 +63,13 @@ command. Colours follow the terminal; NO_COLOR=1 turns them off.";
 enum Command {
     Plan(plan::Args),
     Campaign(campaign::Args),
-    Gather(gather::Args),
-    Submit(submit::Args),
     Check(check::Args),
     View(view::Args),
     Fly(fly::Args),
-    Rerun(rerun::Args),
-    Safety(safety::Args),
-    Errors(errors::Args),
     Draw(draw::Args),
-    Mission(mission::Args),
-    Import(import::Args),
-    Envelope(envelope::Args),
+    Mission(groups::MissionArgs),
     Export(export::Args),
-    QpExport(qp_export::Args),
-    Quantise(quantise::Args),
-    Dataset(dataset::Args),
+    Learn(groups::LearnArgs),
 }
 
 /// Runs the program with its arguments, the first of which is its name; returns the exit status.
@@ -114,22 +108,13 @@ impl Command {
         match self {
             Self::Plan(args) => args.run(),
             Self::Campaign(args) => args.run(),
-            Self::Gather(args) => args.run(),
-            Self::Submit(args) => args.run(),
             Self::Check(args) => args.run(),
             Self::View(args) => args.run(),
             Self::Fly(args) => args.run(),
-            Self::Rerun(args) => args.run(),
-            Self::Safety(args) => args.run(),
-            Self::Errors(args) => args.run(),
             Self::Draw(args) => args.run(),
             Self::Mission(args) => args.run(),
-            Self::Import(args) => args.run(),
-            Self::Envelope(args) => args.run(),
             Self::Export(args) => args.run(),
-            Self::QpExport(args) => args.run(),
-            Self::Quantise(args) => args.run(),
-            Self::Dataset(args) => args.run(),
+            Self::Learn(args) => args.run(),
         }
     }
 }

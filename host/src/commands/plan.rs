@@ -2,15 +2,14 @@
 
 use super::Output;
 use super::options::{
-    DeadlineArgs, ForceArgs, JsonArgs, MethodArgs, MissionArgs, ScenarioArgs, choice, is_stdout,
+    DeadlineArgs, ForceArgs, JsonArgs, MethodArgs, MissionArgs, ScenarioArgs, WRITE, choice,
+    is_stdout,
 };
 use crate::report;
 use remora_core::advanced::model::Mission;
 use remora_host::choice::Choice;
 use remora_host::error::Error;
-use remora_host::formats::{
-    PlanFile, check_writable, is_named_packet, make_directory, write_atomically,
-};
+use remora_host::formats::{PlanFile, check_writable, make_directory, plan_stem, write_atomically};
 use remora_host::picture;
 use remora_host::planning::{PlanJob, PlanOutcome};
 use remora_host::report::iteration_log;
@@ -30,54 +29,45 @@ pub(super) struct Args {
     method: MethodArgs,
     #[command(flatten)]
     deadline: DeadlineArgs,
-    /// Threads that work on the plan; it is the same with either, but for times
-    #[arg(long, value_parser = choice::<Threads>(), value_name = "N", default_value = "1")]
-    #[arg(allow_negative_numbers = true)]
-    threads: Threads,
+    /// Worker threads [default: 1; the plan is the same with 2, but for times]
+    #[arg(long, value_parser = choice::<Threads>(), value_name = "J", default_value = "1")]
+    #[arg(allow_negative_numbers = true, hide_default_value = true)]
+    jobs: Threads,
     /// Hold mission, options and model against checksums between iterations, and verify twice: refused where
     /// memory was damaged meanwhile; otherwise the same plan
     #[arg(long)]
     scrub: bool,
-    /// Plan file to write, - for standard output [default: runs/ID.plan.json]
+    /// Plan file to write (*.plan.json or *.plan.postcard), - for standard output [default:
+    /// runs/ID.plan.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Kind of file
-    #[arg(long, value_parser = choice::<Format>(), value_name = "FORMAT", default_value = "json")]
-    format: Format,
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', help = WRITE)]
+    #[arg(value_parser = choice::<Beside>())]
+    write: Vec<Beside>,
     #[command(flatten)]
     force: ForceArgs,
     #[command(flatten)]
     json: JsonArgs,
-    /// Draw the plan too: path, bus and arm, and all that has limits over time
-    #[arg(long, value_name = "FILE.svg")]
-    plot: Option<PathBuf>,
     /// Show the iterations of both stages
     #[arg(short, long)]
     verbose: bool,
 }
 
-/// How plan and evidence are written.
+/// Files beside the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
-    Json,
-    Postcard,
+enum Beside {
+    Svg,
 }
 
-impl Choice for Format {
-    const ALL: &'static [Self] = &[Self::Json, Self::Postcard];
+impl Choice for Beside {
+    const ALL: &'static [Self] = &[Self::Svg];
 
     fn name(self) -> &'static str {
-        match self {
-            Self::Json => "json",
-            Self::Postcard => "postcard",
-        }
+        "svg"
     }
 
     fn help(self) -> &'static str {
-        match self {
-            Self::Json => "Text, with names and units",
-            Self::Postcard => "What a spacecraft would send down, in a third of the bytes",
-        }
+        "A drawing: path, bus and arm, and all that has limits over time"
     }
 }
 
@@ -94,10 +84,10 @@ Examples:
   remora plan --mission light.mission.toml --mode feasible
   remora plan --warm-start heuristic
   remora plan --integrator euler --model mine.model
-  remora plan --deadline 0.5 --threads 2
+  remora plan --deadline 0.5 --jobs 2
   remora plan --scrub
-  remora plan --plot plan.svg
-  remora plan --format postcard
+  remora plan --write svg
+  remora plan --out runs/pub-000.plan.postcard
 
 With --mission and neither --scenarios nor --id, a scenario of that mission is drawn: s1-000, the first of
 `remora draw --seed 1`, or the next that is not refused.
@@ -105,9 +95,12 @@ With --mission and neither --scenarios nor --id, a scenario of that mission is d
 What no plan can end well is refused before planning, with the constraint's name; then no file is
 written. Clearances are smallest distances of bodies, negative where they overlap.
 
-Each command that reads plans reads either kind of file. The plan file holds scenario and mission; its
-evidence goes beside it (not with --out -). A file of --out that is there is replaced only where it is a
-plan of the same scenario, or with --force.
+A file whose name ends in .postcard gets what a spacecraft would send down, in a third of the bytes; others
+get text, with names and units. Each command that reads plans reads either kind of file.
+
+The plan file holds scenario and mission; its evidence goes beside it (not with --out -), and with --write
+svg a.svg beside a.plan.json. A file of --out that is there is replaced only where it is a plan of the same
+scenario, or with --force.
 
 Exit status: 0 optimal, 1 not flyable (the plan file holds the best iterate) or refused, 2 bad input,
 3 verified but not converged.";
@@ -135,9 +128,9 @@ impl Args {
         if let Some(refusal) = &planned.refusal {
             return Ok(Output::new(report::refusal_report(&job.scenario.id, refusal), false));
         }
-        if let Some(plot) = &self.plot {
+        if let Some(drawing) = self.drawing(&job.out)? {
             let svg = picture::svg(&planned.file, &job.mission)?;
-            write_atomically(plot, svg.as_bytes())?;
+            write_atomically(&drawing, svg.as_bytes())?;
         }
         let verdict = planned.file.verdict.unwrap_or_default();
         let is_data = self.json.json || is_stdout(&job.out);
@@ -147,21 +140,14 @@ impl Args {
     fn job<const NL: usize>(&self, mission: Mission<NL>) -> Result<PlanJob<NL>, Error> {
         let integrator = self.method.method().integrator;
         let scenario = self.scenario.scenario(&self.mission, &mission, integrator)?;
-        let extension = self.format.name();
-        let out = match &self.out {
-            Some(out) if self.format == Format::Postcard && !is_named_packet(out) => {
-                let reason = "postcard goes into a file whose name ends in .postcard";
-                return Err(Error::argument("--format", reason));
-            }
-            Some(out) => out.clone(),
-            None => Path::new(FOLDER).join(format!("{}.plan.{extension}", scenario.id)),
-        };
+        let default = || Path::new(FOLDER).join(format!("{}.plan.json", scenario.id));
+        let out = self.out.clone().unwrap_or_else(default);
         Ok(PlanJob {
             scenario,
             mission,
             method: self.method.method_until(&self.deadline),
             model: self.method.model()?,
-            threads: self.threads,
+            threads: self.jobs,
             is_scrubbed: self.scrub,
             out,
         })
@@ -176,7 +162,19 @@ impl Args {
             }
             Some(_) => {}
         }
-        self.plot.as_deref().map_or(Ok(()), check_writable)
+        self.drawing(&job.out)?.map_or(Ok(()), |drawing| check_writable(&drawing))
+    }
+
+    /// Where the drawing of a plan goes, beside it, if one is asked for.
+    fn drawing(&self, plan: &Path) -> Result<Option<PathBuf>, Error> {
+        match self.write.contains(&Beside::Svg) {
+            true if is_stdout(plan) => {
+                let reason = "svg goes beside the plan's file, and --out - has none";
+                Err(Error::argument("--write", reason))
+            }
+            true => Ok(Some(plan.with_file_name(format!("{}.svg", plan_stem(plan))))),
+            false => Ok(None),
+        }
     }
 
     fn report<const NL: usize>(
@@ -191,8 +189,8 @@ impl Args {
             text.push_str(&report::evidence(planned));
         }
         text.push_str(&report::plan_report(planned, &job.mission, &job.out));
-        if let Some(plot) = &self.plot {
-            text += &format!("written: {}\n", plot.display());
+        if let Some(drawing) = self.drawing(&job.out)? {
+            text += &format!("written: {}\n", drawing.display());
         }
         text += &report::packet_report(planned, &job.out)?;
         text += &format!("look at it: {} view {}\n", called(), job.out.display());

@@ -1,4 +1,4 @@
-//! `remora quantise`
+//! `remora learn quantise`
 
 use super::Output;
 use super::options::{ForceArgs, JsonArgs};
@@ -26,7 +26,7 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora quantise small.f32.model small.model
+  remora learn quantise small.f32.model small.model
 
 Prints every tensor with its bytes before and after, the largest error of a weight relative to the
 largest of its row, and the relative root mean square of all its errors. What the model descends

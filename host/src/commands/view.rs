@@ -36,7 +36,7 @@ Examples:
   remora view runs/a/plans/*.plan.json --out runs/a/plans.html
 
 Without --out the page of a.plan.json is a.html beside it. A file that is there is replaced only where it
-is such a page, or with --force. `remora fly` and `remora campaign --report` make pages of notable runs.
+is such a page, or with --force. `remora fly` and `remora campaign --write report` make pages of notable runs.
 
 Exit status: 0 written, 2 bad input.";
 

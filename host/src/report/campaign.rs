@@ -1,4 +1,4 @@
-//! What `remora campaign` prints.
+//! Report of `remora campaign`.
 
 use super::{Align, Table, number, time};
 use remora_host::campaign::{NearestOf, Results, Statistics, Summary};

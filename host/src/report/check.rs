@@ -1,4 +1,4 @@
-//! What `remora check` prints.
+//! Report of `remora check`.
 
 use super::{Align, Table, clearance_table, residual_table};
 use remora_host::checking::{Disagreement, PlanCheck, share};

@@ -1,4 +1,4 @@
-//! What `remora dataset` prints.
+//! Report of `remora learn dataset`.
 
 use super::time;
 use remora_learn::dataset::{Made, Trajectory};

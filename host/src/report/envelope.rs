@@ -1,4 +1,4 @@
-//! What `remora envelope` prints.
+//! Report of `remora campaign envelope`.
 
 use super::{Align, Table};
 use remora_host::envelope::{EnvelopeResult, Map};

@@ -1,4 +1,4 @@
-//! What `remora qp-export` prints.
+//! Report of `remora export --format qp`.
 
 use super::{Align, Table};
 use remora_host::export::QpExport;

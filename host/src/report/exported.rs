@@ -1,4 +1,4 @@
-//! What `remora export` prints.
+//! Report of `remora export`.
 
 use super::{Align, Table};
 use remora_export::job::ExportSummary;

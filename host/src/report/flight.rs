@@ -1,4 +1,4 @@
-//! What `remora fly` and `remora rerun` print.
+//! Report of `remora fly` and `remora fly --rerun`.
 
 use remora_flight::report::{endings, influences, nothing_stands_out, spread_table};
 use remora_flight::results::Results;

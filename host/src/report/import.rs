@@ -1,4 +1,4 @@
-//! What `remora import` prints.
+//! Report of `remora mission import`.
 
 use super::{Align, Table, vehicle_report};
 use remora_host::importing::ImportedMission;

@@ -1,4 +1,4 @@
-//! What `remora plan` prints.
+//! Report of `remora plan`.
 
 use super::{Align, Table, clearance_table, number, overlap_warning, residual_table, time};
 use remora_core::advanced::model::{Mission, Refusal};

@@ -1,4 +1,4 @@
-//! What `remora safety` prints.
+//! Report of `remora fly --safety`.
 
 use remora_flight::ways_out::{NodeWays, WaysOut};
 use remora_host::report::{Align, Table};

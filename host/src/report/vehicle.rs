@@ -1,4 +1,4 @@
-//! What `remora mission` prints.
+//! Report of `remora mission show`.
 
 use super::{Align, Table, number};
 use remora_host::vehicle::{Margin, Vehicle};

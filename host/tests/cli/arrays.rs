@@ -108,7 +108,7 @@ fn an_array_that_is_too_long_or_too_short_is_refused_in_every_file() {
         |line: &str, document: &Value| each_is_of_its_length(&bench, line, document, toml_text);
     let toml_of = |text: &str| toml::from_str::<Value>(text).unwrap();
 
-    assert_eq!(walk_toml("mission changed", &mission()), 28);
+    assert_eq!(walk_toml("mission show changed", &mission()), 28);
 
     bench.solves("plan --id pub-000 --out a.plan.json");
     let chief = std::fs::read_to_string(fixture("chiefs/state.chief.toml")).unwrap();
@@ -116,7 +116,7 @@ fn an_array_that_is_too_long_or_too_short_is_refused_in_every_file() {
     assert_eq!(walk_toml(&format!("{export} --chief changed"), &toml_of(&chief)), 2);
 
     // These keys have no array; a new one fails here.
-    let errors = toml_of(&bench.solves("errors --default").out);
+    let errors = toml_of(&bench.solves("mission errors typical").out);
     assert_eq!(walk_toml("fly a.plan.json --errors changed --out out", &errors), 0);
 
     let mut set = bench.json("set.scenarios.json");

@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::fs;
 use std::time::Duration;
 
-const CAMPAIGN: &str = "campaign --scenarios set.scenarios.json --integrator euler --csv";
+const CAMPAIGN: &str = "campaign --scenarios set.scenarios.json --integrator euler --write csv";
 
 /// The columns of a CSV file that are not times, and those that are.
 fn columns(bench: &Bench, directory: &str) -> (Vec<Vec<String>>, Vec<Vec<String>>) {
@@ -37,7 +37,8 @@ fn journal(bench: &Bench, directory: &str) -> Vec<String> {
 fn one_thread_or_two_give_the_same_rows_and_plans() {
     let bench = Bench::new();
     for jobs in ["1", "2"] {
-        let run = bench.solves(&format!("{CAMPAIGN} --plans --jobs {jobs} --out runs/{jobs}"));
+        let run =
+            bench.solves(&format!("{CAMPAIGN} --write plans --jobs {jobs} --out runs/{jobs}"));
         assert!(run.out.contains("3 scenarios: 3 solved (100.00 %)"), "{}", run.out);
         assert!(run.out.lines().all(|line| line.len() <= 100), "{}", run.out);
     }
@@ -71,7 +72,7 @@ fn one_thread_or_two_give_the_same_rows_and_plans() {
 #[test]
 fn the_smallest_distance_of_a_campaign_is_not_the_capture_itself() {
     let bench = Bench::new();
-    let run = bench.solves(&format!("{CAMPAIGN} --report --out runs"));
+    let run = bench.solves(&format!("{CAMPAIGN} --write report --out runs"));
     let text = bench.read("runs/results.csv");
     let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let names = lines.next().unwrap();
@@ -108,7 +109,7 @@ fn the_smallest_distance_of_a_campaign_is_not_the_capture_itself() {
 #[test]
 fn a_campaigns_plan_is_a_plan() {
     let bench = Bench::new();
-    bench.solves(&format!("{CAMPAIGN} --plans --jobs 1 --out runs"));
+    bench.solves(&format!("{CAMPAIGN} --write plans --jobs 1 --out runs"));
     bench.solves("plan --scenarios set.scenarios.json --id s1-002 --integrator euler");
     let plan = bench.json("runs/s1-002.plan.json");
     assert_eq!(timeless(plan), timeless(bench.json("runs/plans/s1-002.plan.json")));
@@ -184,7 +185,7 @@ fn forged_rows_are_refused() {
 #[test]
 fn a_killed_campaign_resumes() {
     let bench = Bench::new();
-    let campaign = "campaign --count 6 --seed 3 --integrator euler --jobs 1 --csv --out runs";
+    let campaign = "campaign --count 6 --seed 3 --integrator euler --jobs 1 --write csv --out runs";
     let mut child = bench.command(campaign).stderr(std::process::Stdio::null()).spawn().unwrap();
     let rows = || fs::read_to_string(bench.path("runs/journal.jsonl")).unwrap_or_default();
     while rows().lines().count() < 3 && child.try_wait().unwrap().is_none() {
@@ -235,7 +236,7 @@ fn a_campaign_beside_another_writes_nothing() {
 #[test]
 fn a_campaign_sweeps_up_what_it_writes_itself() {
     let bench = Bench::new();
-    let campaign = "campaign --count 1 --seed 1 --integrator euler --plans --out runs";
+    let campaign = "campaign --count 1 --seed 1 --integrator euler --write plans --out runs";
     fs::create_dir_all(bench.path("runs/plans")).unwrap();
     let own =
         [".summary.json.1.partial", ".results.csv.1.partial", "plans/.s1-000.plan.json.1.partial"];
@@ -255,9 +256,9 @@ fn a_campaign_sweeps_up_what_it_writes_itself() {
 #[test]
 fn a_row_without_its_plan_file_is_planned_again() {
     let bench = Bench::new();
-    bench.solves(&format!("{CAMPAIGN} --plans --out runs"));
+    bench.solves(&format!("{CAMPAIGN} --write plans --out runs"));
     fs::remove_file(bench.path("runs/plans/s1-001.plan.json")).unwrap();
-    let run = bench.solves(&format!("{CAMPAIGN} --plans --out runs"));
+    let run = bench.solves(&format!("{CAMPAIGN} --write plans --out runs"));
     assert!(run.out.contains("1 planned in"), "{}", run.out);
     assert_eq!(bench.names("runs/plans").len(), 3);
 }
@@ -274,7 +275,7 @@ fn another_campaign_is_not_resumed() {
     };
     refuses("campaign --scenarios one.scenarios.json", "integrator");
     refuses(&format!("{one} --mode feasible"), "mode");
-    refuses(&format!("{one} --plans"), "plans");
+    refuses(&format!("{one} --write plans"), "plans");
     refuses(&format!("{one} --deadline 1e3"), "settings");
     refuses(CAMPAIGN, "scenarios");
     bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
@@ -290,7 +291,7 @@ fn what_is_not_solved_is_listed_and_told_by_the_status() {
     bench.write("short.mission.toml", "[horizon]\nduration_s = 60\n");
     let run = bench.run(
         "campaign --scenarios one.scenarios.json --mission short.mission.toml --integrator euler \
-         --csv --plans --out runs",
+         --write csv,plans --out runs",
     );
     assert_eq!(run.status, 1, "{}", run.err);
     assert!(run.out.contains("1 scenarios: 0 solved (0.00 %)"), "{}", run.out);
@@ -310,7 +311,7 @@ fn what_is_not_solved_is_listed_and_told_by_the_status() {
     // It is not looked at again.
     let again = bench.run(
         "campaign --scenarios one.scenarios.json --mission short.mission.toml --integrator euler \
-         --csv --plans --out runs",
+         --write csv,plans --out runs",
     );
     assert!(again.out.contains("0 planned in"), "{}", again.out);
     assert!(run.out.contains("not solved:\n  s1-000\n"), "{}", run.out);

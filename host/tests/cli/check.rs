@@ -141,7 +141,7 @@ fn a_plan_that_was_edited_to_be_optimal_is_not_called_so() {
 fn what_was_planned_is_locally_optimal() {
     let bench = Bench::new();
     for method in ["--integrator euler", "--integrator rk4:4", "--warm-start heuristic"] {
-        let plan = format!("campaign --scenarios set.scenarios.json {method} --plans");
+        let plan = format!("campaign --scenarios set.scenarios.json {method} --write plans");
         let out = format!("runs/{}", method.replace(' ', ""));
         bench.solves(&format!("{plan} --out {out}"));
         let plans = |id: &str| format!("{out}/plans/{id}.plan.json");

@@ -1,4 +1,4 @@
-//! `remora dataset`
+//! `remora learn dataset`
 
 use super::bench::Bench;
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
-const DATASET: &str = "dataset --count 6 --seed 3 --integrator euler --shard 2";
+const DATASET: &str = "learn dataset --count 6 --seed 3 --integrator euler --shard 2";
 const FILES: [&str; 4] = ["dataset.json", "shard-00000.bin", "shard-00001.bin", "shard-00002.bin"];
 
 /// A directory's files with their contents.
@@ -17,8 +17,8 @@ fn contents(bench: &Bench, directory: &str) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn help_shows_how_to_use_it() {
-    let run = Bench::new().solves("dataset --help");
-    assert!(run.out.contains("Examples:\n  remora dataset"), "{}", run.out);
+    let run = Bench::new().solves("learn dataset --help");
+    assert!(run.out.contains("Examples:\n  remora learn dataset"), "{}", run.out);
 }
 
 #[test]
@@ -89,15 +89,15 @@ fn damaged_shards_are_refused() {
 #[test]
 fn another_dataset_is_not_resumed() {
     let bench = Bench::new();
-    let begun = "dataset --count 2 --seed 3 --integrator euler";
+    let begun = "learn dataset --count 2 --seed 3 --integrator euler";
     bench.solves(&format!("{begun} --out set"));
     let refuses = |arguments: &str, field: &str| {
         let message = format!("set/dataset.json: {field}: this dataset was begun with");
         bench.refuses(&format!("{arguments} --out set"), &message);
     };
-    refuses("dataset --count 3 --seed 3 --integrator euler", "count");
-    refuses("dataset --count 2 --seed 4 --integrator euler", "seed");
-    refuses("dataset --count 2 --seed 3", "integrator");
+    refuses("learn dataset --count 3 --seed 3 --integrator euler", "count");
+    refuses("learn dataset --count 2 --seed 4 --integrator euler", "seed");
+    refuses("learn dataset --count 2 --seed 3", "integrator");
     refuses(&format!("{begun} --shard 1"), "shard");
     bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
     refuses(&format!("{begun} --mission heavy.mission.toml"), "mission");
@@ -111,7 +111,7 @@ fn another_dataset_is_not_resumed() {
         );
         let reason = "set/dataset.json: count: must be from 1 to 1000000";
         bench.refuses(&format!("{begun} --out set"), reason);
-        bench.refuses("gather set", reason);
+        bench.refuses("campaign gather set", reason);
     }
 }
 
@@ -119,13 +119,13 @@ fn another_dataset_is_not_resumed() {
 #[test]
 fn shards_are_not_adopted_by_another_dataset() {
     let bench = Bench::new();
-    let begun = "dataset --count 2 --seed 3 --integrator euler";
+    let begun = "learn dataset --count 2 --seed 3 --integrator euler";
     bench.solves(&format!("{begun} --out set"));
     bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
     for other in [
-        "dataset --count 2 --seed 4 --integrator euler",
-        "dataset --count 2 --seed 3 --integrator rk4:4",
-        "dataset --count 2 --seed 3 --integrator euler --mission heavy.mission.toml",
+        "learn dataset --count 2 --seed 4 --integrator euler",
+        "learn dataset --count 2 --seed 3 --integrator rk4:4",
+        "learn dataset --count 2 --seed 3 --integrator euler --mission heavy.mission.toml",
     ] {
         fs::remove_file(bench.path("set/dataset.json")).unwrap();
         let message = "set/shard-00000.bin: is of another dataset";
@@ -142,14 +142,15 @@ fn shards_are_not_adopted_by_another_dataset() {
 #[test]
 fn another_mission_is_not_kept_beside_the_shards() {
     let bench = Bench::new();
-    let own = "dataset --count 1 --seed 3 --integrator euler --mission own.mission.toml --out set";
+    let own =
+        "learn dataset --count 1 --seed 3 --integrator euler --mission own.mission.toml --out set";
     bench.write("own.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
     bench.write("set.mission.toml", "[servicer]\nbus_mass_kg = 502\n");
     fs::create_dir(bench.path("set")).unwrap();
     fs::rename(bench.path("set.mission.toml"), bench.path("set/mission.toml")).unwrap();
     let another = "set/mission.toml: is another mission than this dataset's";
     bench.refuses(own, another);
-    bench.refuses("dataset --count 1 --seed 3 --integrator euler --out set", another);
+    bench.refuses("learn dataset --count 1 --seed 3 --integrator euler --out set", another);
     // The same one in other words is the same.
     bench.write("set/mission.toml", "# mine\n[servicer]\nbus_mass_kg = 501.0\n");
     bench.solves(own);
@@ -162,7 +163,7 @@ fn another_mission_is_not_kept_beside_the_shards() {
 #[test]
 fn a_part_that_is_made_twice_at_once_is_not_swept_away() {
     let bench = Bench::new();
-    let part = "dataset --count 2 --seed 3 --integrator euler --shard 1 --part 1/2 --out set";
+    let part = "learn dataset --count 2 --seed 3 --integrator euler --shard 1 --part 1/2 --out set";
     fs::create_dir(bench.path("set")).unwrap();
     let partial = bench.path("set/.shard-00000.bin.1.partial");
     let writing = fs::File::create(&partial).unwrap();
@@ -178,7 +179,7 @@ fn a_part_that_is_made_twice_at_once_is_not_swept_away() {
 #[test]
 fn one_of_several_makes_it() {
     let bench = Bench::new();
-    let begun = "dataset --count 4 --seed 3 --integrator euler --shard 1 --jobs 1";
+    let begun = "learn dataset --count 4 --seed 3 --integrator euler --shard 1 --jobs 1";
     bench.solves(&format!("{begun} --out whole"));
     for round in 0..4 {
         let line = format!("{begun} --out {round}");
@@ -206,7 +207,7 @@ fn one_of_several_makes_it() {
 fn plans_may_start_from_a_model() {
     let bench = Bench::new();
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/models/euler.model");
-    let set = "dataset --count 2 --seed 3 --integrator euler";
+    let set = "learn dataset --count 2 --seed 3 --integrator euler";
     bench.solves(&format!("{set} --out heuristic"));
     bench.solves(&format!("{set} --model {model} --out own"));
     let [heuristic, own] = ["heuristic", "own"]
@@ -225,7 +226,7 @@ fn plans_may_start_from_a_model() {
 fn arguments() {
     let bench = Bench::new();
     let refuses = |arguments: &str, message: &str| {
-        bench.refuses(&format!("dataset {arguments} --out set"), message);
+        bench.refuses(&format!("learn dataset {arguments} --out set"), message);
     };
     refuses("--seed 1", "the following required arguments were not provided: --count <N>");
     refuses("--count 1", "the following required arguments were not provided: --seed <S>");
@@ -237,7 +238,7 @@ fn arguments() {
     bench.write("wide.mission.toml", "[approach]\nkeep_out_far_m = 50\n");
     refuses("--count 1 --seed 1 --mission wide.mission.toml", "--mission: its geometry lets no");
     bench.write("file", "");
-    bench.refuses("dataset --count 1 --seed 1 --out file", "file: is not a directory");
+    bench.refuses("learn dataset --count 1 --seed 1 --out file", "file: is not a directory");
 }
 
 /// The records of another arm have another size, and are not taken for its neighbour's.
@@ -246,7 +247,7 @@ fn an_arm_of_two_joints_has_a_dataset() {
     let bench = Bench::new();
     let arms = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/arms");
     let two = arms.join("two.mission.toml");
-    let line = "dataset --count 2 --seed 3 --integrator euler --out two";
+    let line = "learn dataset --count 2 --seed 3 --integrator euler --out two";
     let run = bench.solves(&format!("{line} --mission {}", two.display()));
     assert!(run.out.starts_with("2 scenarios: 2 trajectories kept"), "{}", run.out);
     let manifest = bench.json("two/dataset.json");

@@ -1,10 +1,10 @@
-//! `remora envelope`
+//! `remora campaign envelope`
 
 use super::bench::Bench;
 use serde_json::Value;
 
 /// Two cells: one that is planned, one in which the arm is too slow.
-const TWO: &str = "envelope --mission default.mission.toml --rate 0 --distance 5 \
+const TWO: &str = "campaign envelope --mission default.mission.toml --rate 0 --distance 5 \
                    --horizon 60,1200 --count 2 --integrator euler --jobs 1";
 
 /// The cells without their times.
@@ -47,7 +47,8 @@ fn a_map_is_written_with_its_page_and_figures() {
     assert!(page.contains("**60 s**: impossible, joint 2 would have to turn"), "{page}");
     assert!(page.contains("| 0 deg/s | **100 %**; "), "{page}");
     for file in ["map/envelope.md", "map/envelope-default-1200.svg"] {
-        let command = "remora envelope --mission default.mission.toml --rate 0 --distance 5";
+        let command =
+            "remora campaign envelope --mission default.mission.toml --rate 0 --distance 5";
         assert!(bench.read(file).contains(command), "{file}");
     }
     let rows = bench.read("map/envelope.csv");
@@ -80,7 +81,7 @@ fn finished_cells_are_not_planned_again() {
 fn bad_input_is_refused() {
     let bench = bench();
     let refuses = |arguments: &str, message: &str| {
-        bench.refuses(&format!("envelope {arguments} --out map"), message);
+        bench.refuses(&format!("campaign envelope {arguments} --out map"), message);
     };
     refuses("--mission none.toml", "none.toml: no such file or directory");
     bench.write("light.mission.toml", "[servicer]\nbus_mass_kg = -1\n");
@@ -96,7 +97,7 @@ fn bad_input_is_refused() {
     refuses("--integrator rk4:2", "invalid value 'rk4:2' for '--integrator <NAME>'");
     refuses("--coarse --rate 1", "the argument '--coarse' cannot be used with");
     bench.write("file", "");
-    bench.refuses("envelope --coarse --out file", "file");
+    bench.refuses("campaign envelope --coarse --out file", "file");
 }
 
 #[test]
@@ -119,7 +120,7 @@ fn what_is_no_mission_or_has_no_start_is_no_failure() {
     let bench = bench();
     bench.write("default.mission.toml", "[approach]\nkeep_out_far_m = 50\n");
     let run = bench.solves(
-        "envelope --mission default.mission.toml --rate 0 --distance 5 --horizon 1200,100000 \
+        "campaign envelope --mission default.mission.toml --rate 0 --distance 5 --horizon 1200,100000 \
          --count 1 --out map",
     );
     assert!(run.out.contains("2 cells of 1 scenarios: 0 of 0 plans"), "{}", run.out);

@@ -1,4 +1,4 @@
-//! `remora fly`, `remora rerun`, `remora errors`, `remora campaign --fly`
+//! `remora fly`, with `--rerun` and `--safety`, `remora mission errors`
 
 use super::bench::Bench;
 use serde_json::{Value, json};
@@ -11,7 +11,7 @@ const FLY: &str =
 fn flying() -> Bench {
     let bench = Bench::new();
     bench.solves("plan --scenarios set.scenarios.json --out a.plan.json");
-    let errors = bench.solves("errors --default");
+    let errors = bench.solves("mission errors typical");
     bench.write("a.errors.toml", &errors.out);
     bench
 }
@@ -47,7 +47,7 @@ fn threads_kills_and_reruns_change_no_row() {
     bench.run(&format!("{FLY} --out runs/2"));
     assert_eq!(table("runs/1"), table("runs/2"));
     // One of them again.
-    let again = bench.solves("rerun runs/1 --run 2 --json");
+    let again = bench.solves("fly runs/1 --rerun 2 --json");
     assert_eq!(serde_json::from_str::<Value>(&again.out).unwrap(), first[2]);
     assert!(bench.path("runs/1/history/2.parquet").is_file());
     assert!(bench.path("runs/1/history/2.jsonl").is_file());
@@ -80,8 +80,8 @@ fn another_arm_flies_and_plans_again() {
     fs::copy(mission, bench.path("two.mission.toml")).unwrap();
     bench.solves("draw --mission two.mission.toml --count 1 --seed 1 --out two.scenarios.json");
     let run = bench.run(
-        "fly --mission two.mission.toml --scenarios two.scenarios.json --controller replan \
-         --replan-every 400 --warm-start heuristic --out runs/two",
+        "fly --mission two.mission.toml --scenarios two.scenarios.json --controller replan:400 \
+         --warm-start heuristic --out runs/two",
     );
     assert!(run.status < 2, "{}{}", run.out, run.err);
     let row = &rows(&bench, "runs/two")[0]["flown"];
@@ -92,15 +92,47 @@ fn another_arm_flies_and_plans_again() {
 #[test]
 fn a_campaign_flies_what_it_plans() {
     let bench = flying();
-    let run = bench.run(
-        "campaign --scenarios set.scenarios.json --fly a.errors.toml --runs 2 --guidance-rate 1 \
-         --out runs/all",
-    );
+    let planned = bench.run("campaign --scenarios set.scenarios.json --write plans --out runs/all");
+    assert_ne!(planned.status, 2, "{}", planned.err);
+    let fly = "fly runs/all --errors a.errors.toml --runs 2 --guidance-rate 1";
+    let run = bench.run(&format!("{fly} --out runs/all"));
     assert!(run.status < 2, "{}{}", run.out, run.err);
-    let rows = rows(&bench, "runs/all");
-    assert_eq!(rows.len(), 6);
-    assert_eq!(rows[5]["scenario"], "s1-002");
+    let all = rows(&bench, "runs/all");
+    assert_eq!(all.len(), 6);
+    assert_eq!(all[5]["scenario"], "s1-002");
     assert!(run.out.contains("what to improve first"), "{}", run.out);
+    // Elsewhere the same plans have the same flights.
+    assert!(bench.run(&format!("{fly} --out runs/beside")).status < 2);
+    assert_eq!(rows(&bench, "runs/beside"), all);
+    assert_eq!(bench.names("runs/beside/plans"), bench.names("runs/all/plans"));
+}
+
+/// A folder whose plans are not all there is none to fly, nor is one of another kind.
+#[test]
+fn a_campaign_without_its_plans_is_not_flown() {
+    let bench = Bench::new();
+    let campaign = "campaign --scenarios set.scenarios.json --mode feasible";
+    bench.solves(&format!("{campaign} --out runs/none"));
+    let makes = "`remora campaign --write plans` makes them";
+    bench.refuses(
+        "fly runs/none --out runs/flown",
+        &format!("runs/none/plans: holds 0 plans of 3: {makes}"),
+    );
+    bench.solves(&format!("{campaign} --write plans --out runs/all"));
+    fs::remove_file(bench.path("runs/all/plans/s1-001.plan.json")).unwrap();
+    bench.refuses(
+        "fly runs/all --out runs/all",
+        &format!("runs/all/plans: holds 2 plans of 3: {makes}"),
+    );
+    fs::remove_file(bench.path("runs/all/summary.json")).unwrap();
+    bench.refuses("fly runs/all --out runs/all", "runs/all/summary.json: no such file");
+    fs::create_dir(bench.path("empty")).unwrap();
+    bench.refuses("fly empty --out empty", "empty/campaign.scenarios.json: no such file");
+    bench.solves(
+        "campaign --scenarios set.scenarios.json --integrator euler --write plans --out runs/euler",
+    );
+    let euler = "runs/euler/plans/s1-000.plan.json: integrator: is euler";
+    bench.refuses("fly runs/euler --out runs/euler", euler);
 }
 
 // Verifies REM-FLY-002.
@@ -115,7 +147,11 @@ fn bad_input_is_one_line_and_nothing_written() {
     bench.refuses(&format!("{fly} --keep best=3"), "invalid value 'best=3'");
     bench.refuses(&format!("{fly} --until miss_m"), "invalid value 'miss_m'");
     bench.refuses(&format!("{fly} --guidance-rate 50"), "invalid value '50'");
-    bench.refuses("rerun runs --run 3", "runs/flights.json");
+    for option in ["--errors", "--seed"] {
+        let message = format!("{option}: has no use without --safety flown");
+        bench.refuses(&format!("fly a.plan.json --safety planned {option} 1"), &message);
+    }
+    bench.refuses("fly runs --rerun 3", "runs/flights.json");
     let errors = bench.read("a.errors.toml");
     let bad = |from: &str, to: &str, message: &str| {
         assert!(errors.contains(from), "{from}");
@@ -135,7 +171,7 @@ fn bad_input_is_one_line_and_nothing_written() {
     assert_eq!(run.status, 2);
     assert!(run.err.contains("other plans, errors, options or runs"), "{}", run.err);
     bench.refuses(
-        "rerun runs/a --run 1",
+        "fly runs/a --rerun 1",
         "runs/a/flights.json: runs: there is no run 1: runs are 0 to 0",
     );
 }
@@ -213,7 +249,7 @@ fn forged_flights_are_refused() {
         let mut forged = sound.clone();
         *forged.pointer_mut(place).unwrap() = value;
         bench.write("runs/a/flights.json", forged.to_string().as_bytes());
-        for command in ["rerun runs/a --run 0", "gather runs/a"] {
+        for command in ["fly runs/a --rerun 0", "campaign gather runs/a"] {
             bench.refuses(command, &format!("runs/a/flights.json: {reason}"));
         }
     }
@@ -231,9 +267,8 @@ fn a_world_that_moves_too_fast_is_left() {
     let run = bench.run("fly a.plan.json --errors b.errors.toml --out runs/b");
     assert_eq!(run.status, 2, "{}{}", run.out, run.err);
     let told = run.err.lines().last().unwrap();
-    let told = told
-        .strip_prefix("error: --errors (campaign: --fly): run 0: the world cannot be flown in: ")
-        .expect(told);
+    let told =
+        told.strip_prefix("error: --errors: run 0: the world cannot be flown in: ").expect(told);
     assert!(told.ends_with("it takes too many steps"), "{told}");
     // Nothing was flown: the same folder takes the errors that are put right.
     assert!(!bench.path("runs/b/flights.json").exists());
@@ -245,14 +280,14 @@ fn a_world_that_moves_too_fast_is_left() {
     *friction = json!(1e3);
     bench.write("runs/b/flights.json", forged.to_string().as_bytes());
     let message = "runs/b/flights.json: errors: run 0: the world cannot be flown in: ";
-    bench.refuses("rerun runs/b --run 0", message);
+    bench.refuses("fly runs/b --rerun 0", message);
 }
 
 // Verifies REM-GUI-005.
 #[test]
 fn ways_out_are_told_node_by_node_and_flown() {
     let bench = flying();
-    let run = bench.solves("safety a.plan.json --flown --json");
+    let run = bench.solves("fly a.plan.json --safety flown --json");
     let ways: Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(ways["point_of_no_return"], Value::Null);
     let nodes = ways["nodes"].as_array().unwrap();
@@ -266,12 +301,12 @@ fn ways_out_are_told_node_by_node_and_flown() {
         let off = planned.as_f64().unwrap() - flown.as_f64().unwrap();
         assert!(off.abs() < 0.05, "{k}: {off} {node}");
     }
-    let text = bench.solves("safety a.plan.json");
+    let text = bench.solves("fly a.plan.json --safety planned");
     assert!(text.out.contains("point of no return: none"), "{}", text.out);
     let euler =
         bench.run("plan --scenarios set.scenarios.json --integrator euler --out e.plan.json");
     assert_eq!(euler.status, 0, "{}", euler.err);
-    let refused = bench.run("safety e.plan.json");
+    let refused = bench.run("fly e.plan.json --safety planned");
     assert_eq!(refused.status, 2);
     assert!(refused.err.contains("e.plan.json: integrator"), "{}", refused.err);
 }
@@ -290,5 +325,5 @@ fn a_plan_about_the_moon_is_flown_about_the_moon() {
     let row = &rows(&bench, "runs/moon")[0]["flown"];
     assert_eq!(row["ending"], "captured", "{row}");
     assert!(row["arrival"]["miss_m"].as_f64().unwrap() < 3e-4, "{row}");
-    bench.refuses("fly a.plan.json --j2 --out runs/oblate", "--j2: is the Earth's");
+    bench.refuses("fly a.plan.json --gravity j2 --out runs/oblate", "--gravity: is the Earth's");
 }

@@ -16,10 +16,10 @@ const READERS: [&str; 14] = [
     "view {}",
     "fly {} --out runs",
     "fly a.plan.json --errors {} --out runs",
-    "safety {}",
-    "import {}",
-    "mission {}",
-    "quantise {} b.model",
+    "fly {} --safety planned",
+    "mission import {}",
+    "mission show {}",
+    "learn quantise {} b.model",
     "export a.plan.json --epoch 2026-11-23T00:00:00 --chief {} --out out --format oem",
     "export {} --epoch 2026-11-23T00:00:00 --chief a.chief.toml --out out --format oem",
 ];
@@ -65,8 +65,8 @@ fn what_work_left_is_a_file_or_refused() {
     let (bench, _) = hostile();
     for (line, left) in [
         ("campaign --count 1 --seed 1 --out runs", "journal.jsonl"),
-        ("dataset --count 1 --seed 1 --out runs", "dataset.json"),
-        ("rerun runs --run 0", "flights.json"),
+        ("learn dataset --count 1 --seed 1 --out runs", "dataset.json"),
+        ("fly runs --rerun 0", "flights.json"),
     ] {
         drop(fs::remove_dir_all(bench.path("runs")));
         fs::create_dir(bench.path("runs")).unwrap();
@@ -85,9 +85,10 @@ fn what_is_far_too_large_is_not_read() {
     let large = beside.path().join("large");
     File::create(&large).unwrap().set_len((1 << 30) + 1).unwrap();
     // A URDF has a limit of its own, which is told otherwise.
-    let is_asked = |reader: &str| reader != "import {}";
+    let is_asked = |reader: &str| reader != "mission import {}";
     refuse_all(&bench, large.to_str().unwrap(), "large: has 1073741825 bytes; ", is_asked);
-    bench.refuses(&format!("import {}", large.display()), &format!("{}: ", large.display()));
+    bench
+        .refuses(&format!("mission import {}", large.display()), &format!("{}: ", large.display()));
     // A million lines that TOML takes for keys.
     let keys = beside.path().join("keys");
     fs::write(&keys, "=\n".repeat(8 << 20)).unwrap();

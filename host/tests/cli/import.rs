@@ -1,4 +1,4 @@
-//! `remora import`
+//! `remora mission import`
 
 use super::bench::Bench;
 use serde_json::Value;
@@ -13,7 +13,7 @@ const GRIPPER: &str = "--end-effector tool --hold head_turn=0 --hold left=0.01 -
                        --limit forearm_pitch=-2,2,0.05,10 --axis 1,0,0";
 
 fn imported(bench: &Bench, arguments: &str) -> Value {
-    let run = bench.solves(&format!("import {arguments} --json"));
+    let run = bench.solves(&format!("mission import {arguments} --json"));
     serde_json::from_str(&run.out).unwrap()
 }
 
@@ -21,7 +21,7 @@ fn imported(bench: &Bench, arguments: &str) -> Value {
 #[test]
 fn a_bare_arm_gets_a_bus_and_is_planned_for() {
     let bench = Bench::new();
-    let run = bench.solves(&format!("import {}", urdf("planar")));
+    let run = bench.solves(&format!("mission import {}", urdf("planar")));
     for text in [
         "robot planar: an arm of 2 joints\n",
         "\n1      shoulder         0.00           0.00\n",
@@ -35,17 +35,20 @@ fn a_bare_arm_gets_a_bus_and_is_planned_for() {
     }
     let text = bench.read("planar.mission.toml");
     assert!(
-        text.starts_with("# Made by `remora import` of planar.urdf, robot planar.\n"),
+        text.starts_with("# Made by `remora mission import` of planar.urdf, robot planar.\n"),
         "{text}"
     );
     assert!(text.contains("\ncapture = \"pose\"\nend_effector_axis = [0.0, 0.0, 1.0]\n"), "{text}");
     // The same again, and not over what is there.
-    bench.refuses(&format!("import {}", urdf("planar")), "planar.mission.toml: exists; --force");
-    bench.solves(&format!("import {} --out b.mission.toml", urdf("planar")));
+    bench.refuses(
+        &format!("mission import {}", urdf("planar")),
+        "planar.mission.toml: exists; --force",
+    );
+    bench.solves(&format!("mission import {} --out b.mission.toml", urdf("planar")));
     assert_eq!(bench.read("b.mission.toml"), text);
-    let out = bench.solves(&format!("import {} --out -", urdf("planar"))).out;
+    let out = bench.solves(&format!("mission import {} --out -", urdf("planar"))).out;
     assert_eq!(out, text);
-    bench.solves("mission planar.mission.toml");
+    bench.solves("mission show planar.mission.toml");
     let plan =
         "plan --mission planar.mission.toml --scenarios set.scenarios.json --integrator euler";
     bench.solves(&format!("{plan} --warm-start heuristic --out a.plan.json"));
@@ -70,7 +73,7 @@ fn a_whole_servicer_keeps_its_bus() {
     assert!(decided.contains("the camera looks along (1, 0, 0) of the URDF's bus"), "{decided}");
     assert!(decided.contains("scenarios start about 6 m in front of the port"), "{decided}");
     // What it found is what reading the mission finds.
-    let run = bench.solves("mission spatial.mission.toml --json");
+    let run = bench.solves("mission show spatial.mission.toml --json");
     let vehicle: Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(vehicle, told["vehicle"]);
 }
@@ -103,7 +106,7 @@ fn a_bus_of_another_mission_carries_the_arm() {
     assert_eq!(told["mission"]["servicer"]["bus_mass_kg"], 260.0);
     bench.write("bus.mission.toml", "[servicer]\nbus_mass_kg = -1\n");
     bench.refuses(
-        &format!("import {flags} --force"),
+        &format!("mission import {flags} --force"),
         "bus.mission.toml: servicer.bus_mass_kg: must be positive",
     );
 }
@@ -112,21 +115,24 @@ fn a_bus_of_another_mission_carries_the_arm() {
 fn all_faults_are_told_at_once_with_what_mends_them() {
     let bench = Bench::new();
     let gripper = urdf("gripper");
-    bench.refuses(&format!("import {gripper}"), &format!("{gripper}: several links end the tree:"));
-    let run = bench.run(&format!("import {gripper} --end-effector tool"));
+    bench.refuses(
+        &format!("mission import {gripper}"),
+        &format!("{gripper}: several links end the tree:"),
+    );
+    let run = bench.run(&format!("mission import {gripper} --end-effector tool"));
     for flag in ["--hold head_turn=VALUE", "--hold left=VALUE", "--limit forearm_pitch=lower"] {
         assert!(run.err.contains(flag), "{flag} in {}", run.err);
     }
-    let run = bench.run(&format!("import {gripper} --end-effector tool --explain"));
+    let run = bench.run(&format!("mission import {gripper} --end-effector tool --explain"));
     assert_eq!((run.status, run.err.as_str()), (1, ""));
     assert!(run.out.contains("\nfaults\n\n- joint `head_turn`: is continuous"), "{}", run.out);
     assert!(run.out.ends_with("\nnot imported\n"), "{}", run.out);
-    let run = bench.run(&format!("import {gripper} --end-effector tool --explain --json"));
+    let run = bench.run(&format!("mission import {gripper} --end-effector tool --explain --json"));
     let told: Value = serde_json::from_str(&run.out).unwrap();
     assert!(run.status == 1 && told["faults"].as_array().is_some_and(|faults| faults.len() >= 3));
     // An axis that no arm at capture has: the one that would do is named.
     let without_axis = GRIPPER.replace("--axis 1,0,0", "");
-    let run = bench.run(&format!("import {gripper} {without_axis}"));
+    let run = bench.run(&format!("mission import {gripper} {without_axis}"));
     assert!(run.status == 2 && run.err.contains("would do --axis 1,0,0"), "{}", run.err);
 }
 
@@ -134,7 +140,7 @@ fn all_faults_are_told_at_once_with_what_mends_them() {
 fn an_explanation_writes_nothing() {
     let bench = Bench::new();
     let before = bench.names(".");
-    let run = bench.solves(&format!("import {} {GRIPPER} --explain", urdf("gripper")));
+    let run = bench.solves(&format!("mission import {} {GRIPPER} --explain", urdf("gripper")));
     for text in [
         "radii of gyration",
         "\njoints, from the bus outwards",
@@ -155,7 +161,7 @@ fn flags_that_make_no_sense_are_refused() {
     let bench = Bench::new();
     let planar = urdf("planar");
     let refuses = |flags: &str, message: &str| {
-        bench.refuses(&format!("import {planar} {flags}"), message);
+        bench.refuses(&format!("mission import {planar} {flags}"), message);
     };
     refuses("--limit shoulder=1,2", "--limit: `shoulder=1,2`: expects JOINT=lower,upper,rate");
     refuses("--hold shoulder", "--hold: `shoulder`: expects JOINT=angle");
@@ -175,16 +181,16 @@ fn flags_that_make_no_sense_are_refused() {
     );
     refuses("--bus none.toml", "none.toml: no such file or directory");
     refuses("--out no/such.mission.toml", "no/such.mission.toml: ");
-    bench.refuses("import none.urdf", "none.urdf: no such file or directory");
+    bench.refuses("mission import none.urdf", "none.urdf: no such file or directory");
     bench.write("a.xacro", "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\"><xacro:arm/></robot>");
-    bench.refuses("import a.xacro", "a.xacro: a xacro, not yet a URDF");
+    bench.refuses("mission import a.xacro", "a.xacro: a xacro, not yet a URDF");
 }
 
 /// A finger that is held beyond its range, and one with a wider range.
 #[test]
 fn a_finger_held_beyond_its_range_is_refused_and_a_limit_allows_it() {
     let bench = Bench::new();
-    let import = format!("import {} --end-effector tip --explain", urdf("hold4"));
+    let import = format!("mission import {} --end-effector tip --explain", urdf("hold4"));
     bench.refuses(
         &import.replace(" --explain", " --hold finger=0.4"),
         &format!("{}: joint `finger`: held at 0.4 m, beyond its range 0 to 0.04 m", urdf("hold4")),
@@ -202,9 +208,9 @@ fn degrees_are_told_in_the_report_and_beside_an_error() {
     bench.write("degrees.urdf", &degrees);
     let told =
         "joint `shoulder`: the range -90 to 90 rad is more than two turns: is it in degrees?";
-    let run = bench.solves("import degrees.urdf");
+    let run = bench.solves("mission import degrees.urdf");
     assert!(run.out.contains(&format!("\nlook at\n- {told}\n")), "{}", run.out);
-    let run = bench.run("import degrees.urdf --axis 0,1,0 --force");
+    let run = bench.run("mission import degrees.urdf --axis 0,1,0 --force");
     assert!(run.status == 2 && run.err.contains(told), "{}", run.err);
 }
 
@@ -218,10 +224,10 @@ fn a_link_of_the_bus_with_an_impossible_inertia_can_be_a_point() {
                   <parent link='bus'/><child link='bad'/></joint></robot>";
     bench.write("bad.urdf", &spatial.replace("</robot>", camera));
     bench.refuses(
-        "import bad.urdf --end-effector tip",
+        "mission import bad.urdf --end-effector tip",
         "bad.urdf: link `bad`: no body has this inertia",
     );
-    let run = bench.run("import bad.urdf --end-effector tip");
+    let run = bench.run("mission import bad.urdf --end-effector tip");
     assert!(run.err.contains("or take it as a point with `--point-mass bad`"), "{}", run.err);
     let told = imported(&bench, "bad.urdf --end-effector tip --point-mass bad");
     assert_eq!(told["mission"]["servicer"]["bus_mass_kg"], 428.0);
@@ -241,13 +247,16 @@ fn rotors_are_given_by_a_flag() {
     assert_eq!(armatures(""), [0.0, 0.0]);
     assert_eq!(armatures("--armature 0.25"), [0.25, 0.25]);
     assert_eq!(armatures("--armature 0.25,0"), [0.25, 0.0]);
-    bench.solves(&format!("import {} --armature 0.4,0.1 --out a.mission.toml", urdf("planar")));
+    bench.solves(&format!(
+        "mission import {} --armature 0.4,0.1 --out a.mission.toml",
+        urdf("planar")
+    ));
     let text = bench.read("a.mission.toml");
     assert!(
         text.contains("armature_kg_m2 = 0.4\n") && text.contains("armature_kg_m2 = 0.1\n"),
         "{text}"
     );
-    bench.solves("mission a.mission.toml");
+    bench.solves("mission show a.mission.toml");
 }
 
 /// An arm as short as a hand leaves the bus no room: said, and written for whoever mends it.
@@ -255,7 +264,7 @@ fn rotors_are_given_by_a_flag() {
 fn what_cannot_end_is_named() {
     let bench = Bench::new();
     bench.write("fast.mission.toml", "[scenarios]\nrate_norm_deg_s = 3.0\n");
-    let run = bench.run(&format!("import {} --bus fast.mission.toml", urdf("planar")));
+    let run = bench.run(&format!("mission import {} --bus fast.mission.toml", urdf("planar")));
     assert_eq!(run.status, 1, "{}", run.err);
     assert!(run.out.contains("\ninfeasible\ntumble: "), "{}", run.out);
     assert!(run.out.ends_with("written: planar.mission.toml\n"), "{}", run.out);

@@ -12,6 +12,8 @@ fn a_mistyped_word_is_answered_with_the_one_that_was_meant() {
         ("plan --misison a.mission.toml", "'--mission'"),
         ("plan --warm-start heuristik", "'heuristic'"),
         ("fly --controller trak --out out", "'track'"),
+        ("campaign gathr a", "'gather'"),
+        ("mission shwo", "'show'"),
     ] {
         let run = bench.run(line);
         assert_eq!(run.status, 2, "{line}\n{}", run.err);
@@ -25,11 +27,12 @@ fn a_mistyped_word_is_answered_with_the_one_that_was_meant() {
 fn typical_and_none_are_taken_wherever_an_error_file_is() {
     let bench = Bench::new();
     bench.solves("plan --id pub-000 --out a.plan.json");
+    bench.solves("campaign --count 1 --seed 1 --integrator rk4 --write plans --out runs/planned");
     for errors in ["typical", "none"] {
         for line in [
             "fly a.plan.json --out runs/fly-{} --errors {}",
-            "campaign --count 1 --seed 1 --integrator rk4 --out runs/campaign-{} --fly {}",
-            "safety a.plan.json --flown --errors {}",
+            "fly runs/planned --out runs/campaign-{} --errors {}",
+            "fly a.plan.json --safety flown --errors {}",
         ] {
             let line = line.replace("{}", errors);
             let run = bench.run(&line);
@@ -46,7 +49,7 @@ const TAKES: [(&str, &str, &str); 22] = [
     ("check {}", "check", "a plan"),
     ("view {}", "view", "a plan"),
     ("fly {} --out out", "fly", "a plan"),
-    ("safety {}", "safety", "a plan"),
+    ("fly {} --safety planned", "fly", "a plan"),
     (
         "export {} --epoch 2026-11-23T00:00:00 --chief state.chief.toml --format oem --out out",
         "export",
@@ -55,27 +58,23 @@ const TAKES: [(&str, &str, &str); 22] = [
     ("check --scenarios {} a.plan.json", "check --scenarios", "a scenario set"),
     ("plan --scenarios {}", "plan --scenarios", "a scenario set"),
     ("campaign --scenarios={} --out out", "campaign --scenarios", "a scenario set"),
-    ("mission {}", "mission", "a mission file"),
+    ("mission show {}", "mission show", "a mission file"),
     ("plan --mission {}", "plan --mission", "a mission file"),
     ("check --mission {} a.plan.json", "check --mission", "a mission file"),
     ("draw --mission {} --count 1 --seed 1 --out b.json", "draw --mission", "a mission file"),
-    ("envelope --mission {} --out out", "envelope --mission", "a mission file"),
-    ("import planar.urdf --bus {}", "import --bus", "a mission file"),
+    ("campaign envelope --mission {} --out out", "campaign envelope --mission", "a mission file"),
+    ("mission import planar.urdf --bus {}", "mission import --bus", "a mission file"),
     ("fly a.plan.json --errors {} --out out", "fly --errors", "an errors file"),
-    ("safety a.plan.json --flown --errors {}", "safety --errors", "an errors file"),
-    (
-        "campaign --count 1 --seed 1 --integrator rk4 --out out --fly {}",
-        "campaign --fly",
-        "an errors file",
-    ),
+    ("fly a.plan.json --safety flown --errors {}", "fly --errors", "an errors file"),
+    ("fly planned --out out --errors {}", "fly --errors", "an errors file"),
     (
         "export a.plan.json --epoch 2026-11-23T00:00:00 --out out --format oem --chief {}",
         "export --chief",
         "a chief file",
     ),
     ("plan --model {}", "plan --model", "a model"),
-    ("quantise {} b.model", "quantise", "a model"),
-    ("import {}", "import", "a URDF file"),
+    ("learn quantise {} b.model", "learn quantise", "a model"),
+    ("mission import {}", "mission import", "a URDF file"),
     ("view a.plan.json --flight {} --out b.html", "view --flight", "the history of a flight"),
 ];
 
@@ -85,8 +84,9 @@ fn kinds(bench: &Bench) -> Vec<(&'static str, &'static str)> {
     bench.solves("plan --id pub-000 --out a.plan.postcard");
     bench.solves("view a.plan.json --out a.html");
     bench.solves("fly a.plan.json --keep all --out flown");
-    bench.write("a.errors.toml", &bench.solves("errors --default").out);
-    bench.write("a.vehicle.json", &bench.solves("mission --json").out);
+    bench.solves("campaign --count 1 --seed 1 --integrator rk4 --write plans --out planned");
+    bench.write("a.errors.toml", &bench.solves("mission errors typical").out);
+    bench.write("a.vehicle.json", &bench.solves("mission show --json").out);
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures");
     for (name, from) in [
         ("default.mission.toml", "missions/default.mission.toml"),
@@ -117,7 +117,7 @@ fn kinds(bench: &Bench) -> Vec<(&'static str, &'static str)> {
         ("flown/history/0.jsonl", "the history of a flight"),
         ("flown/flights.json", "the settings of a folder of flights"),
         ("a.html", "a page"),
-        ("a.vehicle.json", "the output of mission"),
+        ("a.vehicle.json", "the output of mission show"),
         ("public.csv", "a CSV table"),
     ]
 }

@@ -1,11 +1,11 @@
-//! `remora mission`
+//! `remora mission show`
 
 use super::bench::Bench;
 
 #[test]
 fn the_built_in_mission_is_told_and_can_end() {
     let bench = Bench::new();
-    let run = bench.solves("mission");
+    let run = bench.solves("mission show");
     for text in [
         "\nreach               ",
         "\nextension           ",
@@ -64,20 +64,20 @@ fn no_report_has_what_is_no_number() {
     };
     for text in texts {
         bench.write("a.mission.toml", text);
-        looked_at("mission a.mission.toml");
+        looked_at("mission show a.mission.toml");
     }
     for urdf in ["planar", "spatial", "gripper"] {
         let fixtures = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/urdf");
         let file = format!("{urdf}.urdf");
         std::fs::copy(fixtures.join(&file), bench.path(&file)).unwrap();
-        looked_at(&format!("import {file} --explain"));
+        looked_at(&format!("mission import {file} --explain"));
         for text in texts {
             bench.write("bus.mission.toml", text);
-            looked_at(&format!("import {file} --bus bus.mission.toml --explain"));
+            looked_at(&format!("mission import {file} --bus bus.mission.toml --explain"));
         }
     }
     assert!(told > 20, "{told}");
-    let run = bench.solves("mission");
+    let run = bench.solves("mission show");
     assert!(!run.out.contains("3118"), "{}", run.out);
     assert!(run.out.contains("\nmomentum of the bus: a mission does not say "), "{}", run.out);
 }
@@ -86,7 +86,7 @@ fn no_report_has_what_is_no_number() {
 fn another_servicers_radii_follow_from_it() {
     let bench = Bench::new();
     bench.write("light.mission.toml", "[servicer]\nbus_mass_kg = 60\n");
-    let run = bench.solves("mission light.mission.toml --json --integrator euler");
+    let run = bench.solves("mission show light.mission.toml --json --integrator euler");
     let vehicle: serde_json::Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(vehicle["format"], "remora-vehicle/1");
     assert_eq!((&vehicle["integrator"], &vehicle["refused"]), (&"euler".into(), &().into()));
@@ -99,7 +99,7 @@ fn another_servicers_radii_follow_from_it() {
         "light.mission.toml",
         "[servicer]\nbus_mass_kg = 60\n[approach]\nkeep_out_far_m = 2\n",
     );
-    let run = bench.solves("mission light.mission.toml --json");
+    let run = bench.solves("mission show light.mission.toml --json");
     let vehicle: serde_json::Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(vehicle["keep_out_far_m"], 2.0);
 }
@@ -109,8 +109,8 @@ fn what_cannot_end_is_refused_by_name() {
     let bench = Bench::new();
     let mission = |text: &str, json: bool| {
         bench.write("bad.mission.toml", text);
-        let run =
-            bench.run(&format!("mission bad.mission.toml{}", if json { " --json" } else { "" }));
+        let run = bench
+            .run(&format!("mission show bad.mission.toml{}", if json { " --json" } else { "" }));
         assert_eq!((run.status, run.err.as_str()), (1, ""), "{}", run.out);
         run.out
     };
@@ -119,7 +119,10 @@ fn what_cannot_end_is_refused_by_name() {
     let out = mission("[scenarios]\nrate_norm_deg_s = 3.0\n", true);
     let vehicle: serde_json::Value = serde_json::from_str(&out).unwrap();
     assert_eq!(vehicle["refused"]["constraint"], "tumble");
-    bench.refuses("mission none.toml", "none.toml: no such file or directory");
+    bench.refuses("mission show none.toml", "none.toml: no such file or directory");
     bench.write("bad.mission.toml", "[servicer]\nbus_mass_kg = -1\n");
-    bench.refuses("mission bad.mission.toml", "bad.mission.toml: servicer.bus_mass_kg: must be");
+    bench.refuses(
+        "mission show bad.mission.toml",
+        "bad.mission.toml: servicer.bus_mass_kg: must be",
+    );
 }

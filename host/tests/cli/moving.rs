@@ -68,7 +68,7 @@ fn fewer_nodes_are_planned_checked_and_read_again() {
     assert_eq!(bench.json("b.plan.json")["warm_start"], "fallback", "{}", run.out);
     assert!(run.out.contains("nodes, joints, roll or features differ"), "{}", run.out);
     let refused = "few.mission.toml: horizon.nodes: is 46; this command needs 60";
-    bench.refuses("dataset --count 1 --seed 1 --out d --mission few.mission.toml", refused);
+    bench.refuses("learn dataset --count 1 --seed 1 --out d --mission few.mission.toml", refused);
 }
 
 #[test]

@@ -19,7 +19,7 @@ const WORKS: [(&str, &str); 8] = [
         "a.errors.toml",
         "fly a.plan.json --errors a.errors.toml --guidance-rate 0.2 --keep sample=0 --quiet --out out",
     ),
-    ("runs/flights.json", "rerun runs --run 0"),
+    ("runs/flights.json", "fly runs --rerun 0"),
     (
         "a.mission.toml",
         "plan --mission a.mission.toml --integrator euler --quiet --force --out b.plan.json",
@@ -28,7 +28,7 @@ const WORKS: [(&str, &str); 8] = [
         "set.scenarios.json",
         "plan --scenarios set.scenarios.json --integrator euler --quiet --force --out b.plan.json",
     ),
-    ("set/dataset.json", "gather set --quiet"),
+    ("set/dataset.json", "campaign gather set --quiet"),
     ("rows/journal.jsonl", "campaign --count 2 --seed 1 --integrator euler --quiet --out rows"),
     (
         "a.chief.toml",
@@ -84,12 +84,12 @@ fn ended(mut child: Child) -> Option<(Option<i32>, String)> {
 fn working() -> Bench {
     let bench = Bench::new();
     bench.solves("plan --scenarios set.scenarios.json --integrator rk4:4 --out a.plan.json");
-    let errors = bench.solves("errors --default");
+    let errors = bench.solves("mission errors typical");
     bench.write("a.errors.toml", &errors.out);
     bench.run("fly a.plan.json --guidance-rate 0.2 --keep sample=0 --out runs");
     let mission = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/missions/default.mission.toml");
     bench.write("a.mission.toml", &fs::read(mission).unwrap());
-    bench.solves("dataset --count 2 --seed 1 --integrator euler --out set");
+    bench.solves("learn dataset --count 2 --seed 1 --integrator euler --out set");
     bench.solves("campaign --count 2 --seed 1 --integrator euler --out rows");
     bench.write("a.chief.toml", CHIEF);
     bench

@@ -1,4 +1,4 @@
-//! `remora qp-export`, and `--qp` of the commands that plan.
+//! `remora export --format qp`, and `--qp` of the commands that plan.
 
 use super::bench::{Bench, timeless};
 use remora_core::advanced::qp::QpSolver;
@@ -9,7 +9,8 @@ use remora_host::polish::polish;
 use remora_host::qp_file::QpFile;
 use std::fs;
 
-const EXPORT: &str = "qp-export --scenarios set.scenarios.json --id s1-001 --integrator euler";
+const EXPORT: &str =
+    "export --format qp --scenarios set.scenarios.json --id s1-001 --integrator euler";
 const PLAN: &str = "plan --scenarios set.scenarios.json --id s1-001 --integrator euler";
 
 #[test]
@@ -150,16 +151,31 @@ fn what_is_not_solved_is_written_all_the_same() {
 fn bad_input_is_refused() {
     let bench = Bench::new();
     bench.write("file", "");
-    bench.refuses("qp-export --id s1-000 --out a", "built-in scenarios: scenarios: there is no");
     bench.refuses(
-        "qp-export --scenarios set.scenarios.json --id x --out a",
+        "export --format qp --id s1-000 --out a",
+        "built-in scenarios: scenarios: there is no",
+    );
+    bench.refuses(
+        "export --format qp --scenarios set.scenarios.json --id x --out a",
         "set.scenarios.json: scenarios: there is no scenario with id \"x\"",
     );
-    bench.refuses("qp-export --scenarios none.json --out a", "none.json: no such file");
-    bench.refuses("qp-export --mission none.toml --out a", "none.toml: no such file");
-    bench.refuses("qp-export", "the following required arguments were not provided: --out <DIR>");
-    bench.refuses("qp-export --qp osqp --out a", "invalid value 'osqp' for '--qp <QP>'");
-    bench.refuses("qp-export --out file", "file: is not a directory");
-    bench.refuses("qp-export --out file/a", "file/a: a part of the path is not a directory");
-    bench.refuses("qp-export --out .", ".: holds ");
+    bench.refuses("export --format qp --scenarios none.json --out a", "none.json: no such file");
+    bench.refuses("export --format qp --mission none.toml --out a", "none.toml: no such file");
+    bench.refuses(
+        "export --format qp",
+        "the following required arguments were not provided: --out <DIR>",
+    );
+    bench.refuses("export --format qp --qp osqp --out a", "invalid value 'osqp' for '--qp <QP>'");
+    bench.refuses("export --format qp --out file", "file: is not a directory");
+    bench.refuses(
+        "export --format qp --out file/a",
+        "file/a: a part of the path is not a directory",
+    );
+    bench.refuses("export --format qp --out .", ".: holds ");
+    // Subproblems are of a scenario that is planned, other files of a plan.
+    bench.refuses(
+        "export --format qp,oem --out a",
+        "PLAN: is missing; --format qp alone needs none",
+    );
+    bench.refuses("export a.plan.json --format qp --out a", "--format: qp takes no plan");
 }

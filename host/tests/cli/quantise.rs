@@ -1,4 +1,4 @@
-//! `remora quantise`
+//! `remora learn quantise`
 
 use super::bench::Bench;
 use remora_core::advanced::nn::{
@@ -40,7 +40,7 @@ fn bench() -> Bench {
 #[test]
 fn a_quantised_model_acts_like_the_one_it_was() {
     let bench = bench();
-    let run = bench.solves("quantise in.model out.model");
+    let run = bench.solves("learn quantise in.model out.model");
     assert!(run.out.contains("block.0.qkv.weight"), "{}", run.out);
     assert!(run.out.ends_with("written: out.model\n"), "{}", run.out);
 
@@ -68,7 +68,7 @@ fn a_quantised_model_acts_like_the_one_it_was() {
 #[test]
 fn a_file_taken_apart_and_put_together_is_the_same() {
     let bench = bench();
-    let run = bench.solves("quantise in.model out.model --json");
+    let run = bench.solves("learn quantise in.model out.model --json");
     let tensors: serde_json::Value = serde_json::from_str(&run.out).unwrap();
     assert!(tensors[0]["name"].is_string() && tensors[0]["bytes"][1].is_u64(), "{tensors}");
     for name in ["in.model", "out.model"] {
@@ -105,7 +105,7 @@ fn a_builder_wants_every_tensor_once_in_its_shape_and_finite() {
 #[test]
 fn bad_models_are_refused() {
     let bench = bench();
-    bench.solves("quantise in.model int8.model");
+    bench.solves("learn quantise in.model int8.model");
     let good = fs::read(bench.path("in.model")).unwrap();
     fs::write(bench.path("cut.model"), &good[..good.len() / 2]).unwrap();
     let mut flipped = good.clone();
@@ -113,12 +113,15 @@ fn bad_models_are_refused() {
     fs::write(bench.path("flipped.model"), flipped).unwrap();
     for (file, reason) in [
         ("none.model", "no such file or directory"),
-        ("set.scenarios.json", "this is a scenario set; quantise takes a model"),
+        ("set.scenarios.json", "this is a scenario set; learn quantise takes a model"),
         ("cut.model", "is shorter than its header says"),
         ("flipped.model", "has a wrong checksum"),
         ("int8.model", "precision: is quantised already"),
     ] {
-        bench.refuses(&format!("quantise {file} out.model"), &format!("{file}: {reason}"));
+        bench.refuses(&format!("learn quantise {file} out.model"), &format!("{file}: {reason}"));
     }
-    bench.refuses("quantise in.model none/out.model", "none/out.model: no such file or directory");
+    bench.refuses(
+        "learn quantise in.model none/out.model",
+        "none/out.model: no such file or directory",
+    );
 }

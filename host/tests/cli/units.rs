@@ -31,7 +31,7 @@ fn a_missions_directions_with_four_decimals_are_normalised_and_said() {
     let bench = Bench::new();
     let told = |mission: &Value| {
         bench.write("a.mission.toml", &toml::to_string(mission).unwrap());
-        bench.run("mission a.mission.toml --json")
+        bench.run("mission show a.mission.toml --json")
     };
     for (capture, pointer, key) in [
         ("joints", "/target/port_normal", "target.port_normal"),

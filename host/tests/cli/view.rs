@@ -1,4 +1,4 @@
-//! `remora view`, and the pages that `remora campaign --report` and `remora fly` make.
+//! `remora view`, and the pages that `remora campaign --write report` and `remora fly` make.
 
 use super::bench::Bench;
 use serde_json::Value;
@@ -125,7 +125,8 @@ fn flights_are_shown_against_their_plan() {
 #[test]
 fn a_campaign_links_its_notable_plans() {
     let bench = Bench::new();
-    let said = bench.solves("campaign --count 3 --seed 1 --mode feasible --report --out runs/a");
+    let said =
+        bench.solves("campaign --count 3 --seed 1 --mode feasible --write report --out runs/a");
     assert!(said.out.contains("report.html"), "{}", said.out);
     let page = bench.read("runs/a/report.html");
     let pages: Vec<&str> = links(&page).into_iter().filter(|to| to.starts_with("pages/")).collect();

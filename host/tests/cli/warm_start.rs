@@ -26,7 +26,7 @@ fn the_built_in_model_is_the_one_among_the_fixtures() {
 fn a_model_shortens_the_second_stage() {
     let bench = Bench::new();
     let iterations = |start: &str| {
-        let options = "--count 12 --seed 11 --integrator euler --csv";
+        let options = "--count 12 --seed 11 --integrator euler --write csv";
         bench.solves(&format!("campaign {options} --warm-start {start} --out {start}"));
         let summary = bench.json(&format!("{start}/summary.json"));
         assert_eq!(summary["fallbacks"], 0);

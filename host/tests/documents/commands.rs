@@ -21,11 +21,6 @@ pub struct Call {
 pub fn fault(line: &str, written: Written) -> Option<String> {
     let Call { program, arguments } = call(line)?;
     let program = programs().into_iter().find(|known| known.get_name() == program)?;
-    let command = arguments.first().and_then(|word| program.find_subcommand(word));
-    // One that this build leaves out.
-    if command.is_some_and(Command::is_hide_set) {
-        return None;
-    }
     let words = std::iter::once(program.get_name().to_string()).chain(arguments);
     let kind = match program.clone().try_get_matches_from(words) {
         Ok(_) => return None,
@@ -47,6 +42,7 @@ pub fn fault(line: &str, written: Written) -> Option<String> {
 fn call(line: &str) -> Option<Call> {
     let line = line.split(" #").next()?.trim();
     let line = first_command(line).trim();
+    let line = line.strip_prefix("exec ").unwrap_or(line);
     let (program, rest) = match line.strip_prefix("cargo run") {
         Some(rest) => {
             let (own, rest) = rest.split_once(" -- ").unwrap_or((rest, ""));
@@ -118,11 +114,17 @@ pub fn on_pages() -> (Vec<String>, Vec<&'static str>) {
     (faults, called)
 }
 
+/// A command, and all commands below it.
+fn with_below(command: &Command) -> Vec<&Command> {
+    let below = command.get_subcommands().flat_map(with_below);
+    std::iter::once(command).chain(below).collect()
+}
+
 /// Faults of the examples in the help of the programs, and how many examples there are.
 pub fn in_help() -> (Vec<String>, usize) {
     let (mut faults, mut seen) = (Vec::new(), 0);
     for program in programs() {
-        for command in program.get_subcommands().chain([&program]) {
+        for command in with_below(&program) {
             let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
             let is_example =
                 |line: &&str| line.starts_with("  remora") || line.starts_with("  cargo xtask");

@@ -23,7 +23,7 @@ use std::fs::File;
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
 
-/// A dataset to be made: the input of `remora dataset`.
+/// A dataset to be made: the input of `remora learn dataset`.
 #[derive(Clone, Debug)]
 pub struct Recipe<const NL: usize = LINKS> {
     /// Scenarios `0..count` are tried.

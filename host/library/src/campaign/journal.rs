@@ -88,7 +88,7 @@ impl Heading for CampaignHeader {
     fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
         let named = |now: &str, then: &str| format!("begun with {then}, not {now}");
         let changed = |what: &str| format!("begun with {what}");
-        let yes = |plans: bool| if plans { "--plans" } else { "no --plans" };
+        let yes = |plans: bool| if plans { "--write plans" } else { "no --write plans" };
         let checks = [
             ("version", self.version != begun.version, named(&self.version, &begun.version)),
             ("program", self.program != begun.program, changed("another build of this program")),

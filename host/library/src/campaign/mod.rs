@@ -13,10 +13,12 @@
 //! ```
 
 mod journal;
+mod plans;
 mod summary;
 mod tally;
 
 pub use journal::{CampaignHeader, JOURNAL};
+pub use plans::plans_of;
 pub use summary::{NearestOf, Run, StageSummary, Statistics, Summary};
 pub use tally::Tally;
 

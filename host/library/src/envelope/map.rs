@@ -133,7 +133,7 @@ impl Map {
 /// The command line of a map, what is default left out.
 fn command(envelope: &Envelope) -> String {
     let Envelope { vehicles, grid, count, seed, method, .. } = envelope;
-    let mut line = String::from("remora envelope");
+    let mut line = String::from("remora campaign envelope");
     let mut add = |text: String| line.push_str(&text);
     for file in vehicles.iter().filter_map(|vehicle| vehicle.file.as_ref()) {
         add(format!(" --mission {}", file.display()));
@@ -213,7 +213,7 @@ pub(super) mod tests {
     #[test]
     fn a_map_knows_its_command_and_its_rows() {
         let map = map();
-        let expected = "remora envelope --rate 0,0.5 --distance 2,5 --horizon 60,600 --count 4 \
+        let expected = "remora campaign envelope --rate 0,0.5 --distance 2,5 --horizon 60,600 --count 4 \
                         --seed 1 --integrator rk4";
         assert_eq!(map.command, expected);
         assert!(map.made_by().ends_with("; remora 0.1.0, commit 0123456789ab"));

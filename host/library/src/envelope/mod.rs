@@ -55,7 +55,7 @@ pub const SEED: u64 = 1;
 /// asks whether plans exist, not for their last digit.
 pub const INTEGRATOR: Integrator = Integrator::Rk4 { substeps: 4 };
 
-/// A map to be made: the input of `remora envelope`.
+/// A map to be made: the input of `remora campaign envelope`.
 #[derive(Clone, Debug)]
 pub struct Envelope {
     /// The vehicles, at least one; names are unique.

@@ -22,7 +22,7 @@ impl Map {
     pub fn body(&self) -> Page {
         let mut page = Page::new("envelope", "Where the planner works");
         page.text(
-            "Made by `remora envelope`; not to be edited. What a cell is and how the map is read: \
+            "Made by `remora campaign envelope`; not to be edited. What a cell is and how the map is read: \
              [docs/envelope.md](../envelope.md).",
         );
         let (plans, optimal) = self.totals();
@@ -215,6 +215,8 @@ mod tests {
         }
         let plots: Vec<_> = page.plots().collect();
         assert_eq!(plots.len(), 1);
-        assert!(plots[0].1.contains("remora envelope") && plots[0].1.contains("0123456789ab"));
+        assert!(
+            plots[0].1.contains("remora campaign envelope") && plots[0].1.contains("0123456789ab")
+        );
     }
 }

@@ -26,7 +26,7 @@ use serde::Serialize;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The `format` of `remora import --json`.
+/// The `format` of `remora mission import --json`.
 pub const FORMAT: &str = "remora-import/1";
 
 /// What is imported, and what is said beside the file.
@@ -88,7 +88,7 @@ pub struct Joint {
     pub capture_rad: f64,
 }
 
-/// Why nothing was imported, as `remora import --explain --json` tells it.
+/// Why nothing was imported, as `remora mission import --explain --json` tells it.
 #[derive(Clone, Debug, Serialize)]
 pub struct ImportFaults {
     /// [`FORMAT`].

@@ -12,7 +12,11 @@ impl ImportedMission {
         let joints: Vec<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
         let capture: Vec<f64> = self.joints.iter().map(|joint| joint.capture_rad).collect();
         let mut lines = vec![
-            format!("Made by `remora import` of {}, robot {}.", name(&self.file), self.robot),
+            format!(
+                "Made by `remora mission import` of {}, robot {}.",
+                name(&self.file),
+                self.robot
+            ),
             format!("Joints: {}.", joints.join(", ")),
             format!("Angles at capture, found when it was made: {} rad.", shown_angles(&capture)),
         ];

@@ -48,7 +48,7 @@ impl PartHeader {
             return Some(("seed", format!("{}, not {}", of(self), of(other))));
         }
         if self.nodes != other.nodes {
-            return Some(("nodes", "with and without --nodes".into()));
+            return Some(("nodes", "with and without --write nodes".into()));
         }
         let found = self.campaign.difference(&other.campaign);
         found.map(|(field, _)| (field, another(field)))

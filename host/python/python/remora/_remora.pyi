@@ -69,7 +69,7 @@ class Mission:
         hold: Mapping[str, float] | None = None,
         point_mass: set[str] | None = None,
     ) -> Mission:
-        """A mission for the arm of a URDF, as `remora import` makes it.
+        """A mission for the arm of a URDF, as `remora mission import` makes it.
 
         `tip` and `base` are links, `bus` a mission that gives all else; `limits` are lower, upper, rate and
         torque by joint; the own inertia of the links `point_mass` is left out.

@@ -1,8 +1,7 @@
-//! Parts of a campaign: `--part`, `remora gather`, `remora submit`
+//! Parts of a campaign: `--part`, `remora campaign gather`
 
 mod kills;
 mod others;
-mod submit;
 mod table;
 
 use super::bench::Bench;
@@ -19,7 +18,7 @@ fn make(bench: &Bench, campaign: &str, of: u64, out: &str) {
 }
 
 fn gathered(bench: &Bench, out: &str) -> Value {
-    serde_json::from_str(&bench.run(&format!("gather {out} --json")).out).unwrap()
+    serde_json::from_str(&bench.run(&format!("campaign gather {out} --json")).out).unwrap()
 }
 
 // Verifies REM-CMP-001.
@@ -30,7 +29,7 @@ fn parts_together_are_the_campaign() {
     for of in [1, 4] {
         let out = format!("parts/{of}");
         make(&bench, CAMPAIGN, of, &out);
-        let run = bench.solves(&format!("gather {out} --recompute 3"));
+        let run = bench.solves(&format!("campaign gather {out} --recompute 3"));
         assert!(run.out.starts_with("6 scenarios: 6 solved (100.00 %)"), "{}", run.out);
         assert!(run.out.contains(&format!("parts: {of} of {of}\n")), "{}", run.out);
         assert!(run.out.contains("planned again: 3, of which 0 differ"), "{}", run.out);
@@ -65,7 +64,7 @@ fn parts_together_are_the_campaign() {
     // A set of a file is made in parts too.
     let listed = "campaign --scenarios set.scenarios.json --integrator euler";
     make(&bench, listed, 2, "listed");
-    bench.solves("gather listed --recompute 9");
+    bench.solves("campaign gather listed --recompute 9");
 }
 
 // Verifies REM-CMP-001.
@@ -75,14 +74,14 @@ fn what_is_missing_is_named() {
     for number in [1, 4] {
         bench.solves(&format!("{CAMPAIGN} --part {number}/5 --out parts"));
     }
-    let run = bench.run("gather parts");
+    let run = bench.run("campaign gather parts");
     assert_eq!(run.status, 1, "{}", run.err);
     assert!(run.out.contains("parts: 2 of 5\nmissing: 2, 3, 5\n"), "{}", run.out);
     assert_eq!(gathered(&bench, "parts")["missing"], serde_json::json!(["2/5", "3/5", "5/5"]));
     assert!(!bench.path("parts/summary.json").exists());
-    bench.refuses("gather nowhere", "nowhere: no such file or directory");
+    bench.refuses("campaign gather nowhere", "nowhere: no such file or directory");
     fs::create_dir(bench.path("empty")).unwrap();
-    bench.refuses("gather empty", "empty: holds no part");
+    bench.refuses("campaign gather empty", "empty: holds no part");
 }
 
 // Verifies REM-CMP-001.
@@ -97,13 +96,13 @@ fn parts_of_another_kind_are_refused() {
         (format!("{CAMPAIGN} --mode feasible"), "mode"),
         (format!("{CAMPAIGN} --warm-start heuristic"), "warm_start"),
         (format!("{CAMPAIGN} --mission heavy.mission.toml"), "mission"),
-        (format!("{CAMPAIGN} --nodes"), "nodes"),
+        (format!("{CAMPAIGN} --write nodes"), "nodes"),
         (format!("{CAMPAIGN} --deadline 1000"), "settings"),
     ] {
         bench.solves(&format!("{CAMPAIGN} --part 1/2 --out parts"));
         bench.solves(&format!("{other} --part 2/2 --out parts"));
         let message = format!("{second}: {field}: is of another kind than the first part: ");
-        bench.refuses("gather parts", &message);
+        bench.refuses("campaign gather parts", &message);
         // Nor is it taken for this one's.
         let what = match field {
             "settings" => "another --model, another --deadline or other planner settings",
@@ -114,7 +113,7 @@ fn parts_of_another_kind_are_refused() {
         fs::remove_file(bench.path(second)).unwrap();
     }
     bench.solves(&format!("{CAMPAIGN} --part 2/3 --out parts"));
-    let run = bench.run("gather parts");
+    let run = bench.run("campaign gather parts");
     assert!(
         run.status == 2 && run.err.contains("is one of 3 parts, others are of 2"),
         "{}",
@@ -130,24 +129,24 @@ fn a_damaged_part_is_named() {
     let file = "parts/part-00002-of-00002.jsonl";
     let whole = fs::read(bench.path(file)).unwrap();
     bench.write(file, &whole[..whole.len() - 9]);
-    bench.refuses("gather parts", &format!("{file}: line 6: is cut off"));
+    bench.refuses("campaign gather parts", &format!("{file}: line 6: is cut off"));
     bench.write(file, "PAR1 is no part");
-    bench.refuses("gather parts", &format!("{file}: line 1: is cut off"));
+    bench.refuses("campaign gather parts", &format!("{file}: line 1: is cut off"));
     let first = fs::read(bench.path("parts/part-00001-of-00002.jsonl")).unwrap();
     bench.write(file, &first);
-    bench.refuses("gather parts", &format!("{file}: part: is 1/2"));
+    bench.refuses("campaign gather parts", &format!("{file}: part: is 1/2"));
     bench.write(file, &whole);
     // A cost that somebody has made better.
     table::plant(&bench, file, "/row/stage1/cost", table::Sum::Stale);
-    bench.refuses("gather parts", &format!("{file}: checksum: does not match the rows"));
+    bench.refuses("campaign gather parts", &format!("{file}: checksum: does not match the rows"));
     bench.write(file, &whole);
     let table = "parts/part-00002-of-00002.parquet";
     let mut damaged = fs::read(bench.path(table)).unwrap();
     damaged[99] ^= 1;
     bench.write(table, &damaged);
-    bench.refuses("gather parts", &format!("{table}: is not as it was written"));
+    bench.refuses("campaign gather parts", &format!("{table}: is not as it was written"));
     fs::remove_file(bench.path(table)).unwrap();
-    bench.refuses("gather parts", &format!("{table}: no such file"));
+    bench.refuses("campaign gather parts", &format!("{table}: no such file"));
 }
 
 /// A machine that computes wrongly writes a part that is sound in itself.
@@ -161,8 +160,8 @@ fn a_wrong_row_is_found_by_planning_again() {
         make(&bench, CAMPAIGN, 3, column);
         let file = format!("{column}/part-00002-of-00003.jsonl");
         table::plant(&bench, &file, path, table::Sum::Right);
-        bench.solves(&format!("gather {column}"));
-        let run = bench.run(&format!("gather {column} --recompute 6"));
+        bench.solves(&format!("campaign gather {column}"));
+        let run = bench.run(&format!("campaign gather {column} --recompute 6"));
         assert_eq!(run.status, 1, "{}", run.err);
         let told = format!("planned again: 6, of which 1 differ\n  part 2/3: s3-002: {column}\n");
         assert!(run.out.contains(&told), "{}", run.out);
@@ -198,14 +197,14 @@ fn a_forged_row_is_refused() {
     ] {
         bench.write(file, &whole);
         table::put(&bench, file, path, &value);
-        bench.refuses("gather parts", &format!("{file}: line 3: {field}: "));
+        bench.refuses("campaign gather parts", &format!("{file}: line 3: {field}: "));
     }
     // A scenario of a list that has two rows.
     make(&bench, "campaign --scenarios set.scenarios.json --integrator euler", 2, "listed");
     let file = "listed/part-00002-of-00002.jsonl";
     table::put(&bench, file, "/row/scenario", &json!("s1-000"));
     bench.refuses(
-        "gather listed",
+        "campaign gather listed",
         &format!("{file}: line 3: scenario: \"s1-000\" has a row already"),
     );
 }
@@ -221,13 +220,13 @@ fn a_directory_of_two_kinds_is_refused() {
     let beside = "and there are parts of a campaign beside it: move either elsewhere";
     for name in ["journal.jsonl", "results.parquet"] {
         let told = format!("both/{name}: is of a campaign in one piece, {beside}");
-        bench.refuses("gather both", &told);
+        bench.refuses("campaign gather both", &told);
         fs::remove_file(bench.path(&format!("both/{name}"))).unwrap();
     }
     bench.write("both/dataset.json", "{}");
-    bench.refuses("gather both", &format!("both/dataset.json: is of a dataset, {beside}"));
+    bench.refuses("campaign gather both", &format!("both/dataset.json: is of a dataset, {beside}"));
     fs::remove_file(bench.path("both/dataset.json")).unwrap();
-    bench.solves("gather both");
+    bench.solves("campaign gather both");
 }
 
 /// A journal that a kill has left beside its part goes when the part is asked for again.
@@ -248,8 +247,8 @@ fn a_journal_beside_its_part_goes() {
 #[test]
 fn nodes_are_a_table_of_their_own() {
     let bench = Bench::new();
-    make(&bench, &format!("{CAMPAIGN} --nodes"), 2, "parts");
-    bench.solves("gather parts --recompute 1");
+    make(&bench, &format!("{CAMPAIGN} --write nodes"), 2, "parts");
+    bench.solves("campaign gather parts --recompute 1");
     let names = bench.names("parts");
     let nodes = "nodes-part-00001-of-00002.parquet";
     assert!(names.contains(&nodes.to_string()), "{names:?}");
@@ -275,14 +274,14 @@ fn nodes_are_a_table_of_their_own() {
     let about: Value = serde_json::from_str(&entries["remora.about"]).unwrap();
     assert_eq!(about["bus_attitude_*"], "quaternion, body to RTN");
     fs::remove_file(bench.path(&format!("parts/{nodes}"))).unwrap();
-    bench.refuses("gather parts", &format!("parts/{nodes}: no such file"));
+    bench.refuses("campaign gather parts", &format!("parts/{nodes}: no such file"));
     // Nor is the part taken for whole: its rows alone say nothing of the nodes.
-    let again = format!("{CAMPAIGN} --nodes --part 1/2 --out parts");
+    let again = format!("{CAMPAIGN} --write nodes --part 1/2 --out parts");
     let told = "no such file: remove part-00001-of-00002.jsonl to make the part again";
     bench.refuses(&again, &format!("parts/{nodes}: {told}"));
     fs::remove_file(bench.path("parts/part-00001-of-00002.jsonl")).unwrap();
     bench.solves(&again);
-    bench.solves("gather parts");
+    bench.solves("campaign gather parts");
 }
 
 /// Tables of nodes are the parts' own, and as they were written.
@@ -290,14 +289,15 @@ fn nodes_are_a_table_of_their_own() {
 #[test]
 fn a_damaged_table_of_nodes_is_named() {
     let bench = Bench::new();
-    make(&bench, &format!("{CAMPAIGN} --nodes"), 2, "parts");
-    let run = bench.solves("gather parts --recompute 6");
+    make(&bench, &format!("{CAMPAIGN} --write nodes"), 2, "parts");
+    let run = bench.solves("campaign gather parts --recompute 6");
     assert!(run.out.contains("planned again: 6, of which 0 differ"), "{}", run.out);
     let file = "parts/nodes-part-00002-of-00002.parquet";
     let whole = fs::read(bench.path(file)).unwrap();
     // The same part with another mission's nodes.
     bench.write("heavy.mission.toml", "[servicer]\nbus_mass_kg = 501\n");
-    let heavy = format!("{CAMPAIGN} --mission heavy.mission.toml --nodes --part 2/2 --out heavy");
+    let heavy =
+        format!("{CAMPAIGN} --mission heavy.mission.toml --write nodes --part 2/2 --out heavy");
     bench.solves(&heavy);
     let read = |name: &str| fs::read(bench.path(name)).unwrap();
     let mut flipped = whole.clone();
@@ -311,10 +311,10 @@ fn a_damaged_table_of_nodes_is_named() {
         read("heavy/nodes-part-00002-of-00002.parquet"),
     ] {
         bench.write(file, &bytes);
-        bench.refuses("gather parts", &format!("{file}: is not as it was written"));
+        bench.refuses("campaign gather parts", &format!("{file}: is not as it was written"));
     }
     bench.write(file, &whole);
-    bench.solves("gather parts");
+    bench.solves("campaign gather parts");
 }
 
 #[test]
@@ -330,18 +330,16 @@ fn arguments() {
         &format!("{six} --part 7/7"),
         "--part: is 7/7, and there are 6 scenarios: ask for 6 parts at most",
     );
-    for other in ["--plans", "--csv", "--report", "--fly a.errors.toml"] {
-        let name = other.split(' ').next().unwrap();
-        let run = bench.run(&format!("campaign {six} --part 1/2 {other} --out runs"));
-        assert!(run.status == 2 && run.err.contains("cannot be used with"), "{name}: {}", run.err);
+    for other in ["plans", "csv", "report"] {
+        let message = format!("--write: {other} cannot be used with --part");
+        refuses(&format!("{six} --part 1/2 --write {other}"), &message);
+        refuses(&format!("{six} --part 1/2 --write nodes,{other}"), &message);
     }
+    refuses(&format!("{six} --write nodes"), "--write: nodes needs --part I/N");
+    refuses(&format!("{six} --write csv,plants"), "invalid value 'plants' for '--write <WHAT>'");
     refuses(
-        &format!("{six} --nodes"),
-        "the following required arguments were not provided: --part",
-    );
-    refuses(
-        "--count 10001 --seed 1 --plans",
-        "--plans: 10001 plan files are too many for a directory: --part I/N --nodes writes",
+        "--count 10001 --seed 1 --write plans",
+        "--write: 10001 plan files are too many for a directory: --part I/N --write nodes writes",
     );
     refuses(
         "--count 50001 --seed 1",
@@ -368,5 +366,5 @@ fn arguments_that_are_no_text_are_kept_or_refused() {
 
     // A directory whose name begins as an option does.
     bench.solves(&format!("{CAMPAIGN} --part 1/1 --out=-dash"));
-    assert_eq!(bench.run("gather --recompute 2 -- -dash").status, 0);
+    assert_eq!(bench.run("campaign gather --recompute 2 -- -dash").status, 0);
 }

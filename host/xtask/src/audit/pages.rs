@@ -160,7 +160,7 @@ fn memory_page(memory: &Memory, emulation: Option<&Emulation>) -> Page {
     page.heading("Allocations and panics").text(format!(
         "The images link without any allocator. On the host the program counts its own requests \
          for memory while it plans: {}. An image with a panic put in is refused by the same proof \
-         on every run of `remora firmware`.",
+         on every run of `cargo xtask firmware`.",
         requests(memory)
     ));
     page.table(proofs(memory));

@@ -1,4 +1,4 @@
-//! What `cargo xtask replay` prints.
+//! Report of `cargo xtask replay`.
 
 use super::replay::{Outcome, Replays, Row};
 use remora_host::report::{Align, Table};

@@ -140,7 +140,7 @@ mod tests {
             x: ["2", "5"].map(String::from).into(),
             y: ["0", "7"].map(String::from).into(),
             shares,
-            footer: "remora envelope; 0.1.0, abc".into(),
+            footer: "remora campaign envelope; 0.1.0, abc".into(),
         }
         .svg()
     }
@@ -149,7 +149,9 @@ mod tests {
     fn a_map_holds_what_it_was_given() {
         let cells = vec![vec![None, Some(1.0)], vec![Some(0.0), Some(0.35)]];
         let svg = heat(cells.clone()).unwrap();
-        for text in ["60 s &amp; more", "distance [m]", "deg/s", "100", "35", "remora envelope"] {
+        for text in
+            ["60 s &amp; more", "distance [m]", "deg/s", "100", "35", "remora campaign envelope"]
+        {
             assert!(svg.contains(text), "{text}\n{svg}");
         }
         // Nothing, all, no number.

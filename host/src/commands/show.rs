@@ -1,4 +1,4 @@
-//! `remora mission`
+//! `remora mission show`
 
 use super::Output;
 use super::options::{AnyMission, IntegratorArgs, JsonArgs};
@@ -26,9 +26,9 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora mission
-  remora mission light.mission.toml
-  remora mission light.mission.toml --json
+  remora mission show
+  remora mission show light.mission.toml
+  remora mission show light.mission.toml --json
 
 The integrator decides what is in force where the mission says auto.
 
