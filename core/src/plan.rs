@@ -54,20 +54,20 @@ pub type Planner<S = EmbeddedSolver> = ArmPlanner<LINKS, { size::NX }, { size::N
 /// let base = Mission::default();
 /// let s = base.servicer;
 /// let servicer = Servicer {
-///     bus_mass: s.bus_mass,
-///     bus_inertia: s.bus_inertia,
-///     bus_half_extents: s.bus_half_extents,
+///     bus_mass_kg: s.bus_mass_kg,
+///     bus_inertia_kg_m2: s.bus_inertia_kg_m2,
+///     bus_half_extents_m: s.bus_half_extents_m,
 ///     boresight: s.boresight,
-///     arm_base: s.arm_base,
+///     arm_base_m: s.arm_base_m,
 ///     links: [Link::cylinder(1.1, 15.0, 0.05), Link::cylinder(0.7, 10.0, 0.05)],
-///     min_joint_angle: [-1.5, -1.5].into(),
-///     max_joint_angle: [1.5, 1.5].into(),
-///     max_joint_rate: [5.0e-3, 5.0e-3].into(),
-///     initial_joint_angle: [-0.4, 0.6].into(),
-///     capture_joint_angle: [-0.3, 0.7].into(),
-///     max_force: s.max_force,
-///     max_bus_torque: s.max_bus_torque,
-///     max_joint_torque: [5.0e-3, 5.0e-3].into(),
+///     min_joint_angle_rad: [-1.5, -1.5].into(),
+///     max_joint_angle_rad: [1.5, 1.5].into(),
+///     joint_rate_limit_rad_s: [5.0e-3, 5.0e-3].into(),
+///     initial_joint_angle_rad: [-0.4, 0.6].into(),
+///     capture_joint_angle_rad: [-0.3, 0.7].into(),
+///     force_limit_n: s.force_limit_n,
+///     bus_torque_limit_n_m: s.bus_torque_limit_n_m,
+///     joint_torque_limit_n_m: [5.0e-3, 5.0e-3].into(),
 /// };
 /// let mission = base.with_servicer(servicer).validated()?;
 /// let scenario = Scenario::default().validated()?;

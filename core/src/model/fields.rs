@@ -57,30 +57,30 @@ pub trait FieldVisitor {
 
 /// Types of fields.
 pub(super) trait Value {
-    fn visit(&mut self, field: Field, visitor: &mut dyn FieldVisitor);
+    fn visit(&mut self, field: Field, visitor: &mut impl FieldVisitor);
 }
 
 impl Value for f64 {
-    fn visit(&mut self, field: Field, visitor: &mut dyn FieldVisitor) {
+    fn visit(&mut self, field: Field, visitor: &mut impl FieldVisitor) {
         visitor.numbers(field, core::slice::from_mut(self));
     }
 }
 
 impl<const D: usize> Value for SVector<f64, D> {
-    fn visit(&mut self, field: Field, visitor: &mut dyn FieldVisitor) {
+    fn visit(&mut self, field: Field, visitor: &mut impl FieldVisitor) {
         visitor.numbers(field, self.as_mut_slice());
     }
 }
 
 impl Value for Matrix3<f64> {
-    fn visit(&mut self, field: Field, visitor: &mut dyn FieldVisitor) {
+    fn visit(&mut self, field: Field, visitor: &mut impl FieldVisitor) {
         visitor.numbers(field, self.as_mut_slice());
     }
 }
 
 /// Zero stands for a number that is not given.
 impl Value for Option<f64> {
-    fn visit(&mut self, field: Field, visitor: &mut dyn FieldVisitor) {
+    fn visit(&mut self, field: Field, visitor: &mut impl FieldVisitor) {
         let mut value = self.unwrap_or(0.0);
         value.visit(field, visitor);
         *self = Some(value).filter(|value| *value != 0.0 || self.is_some());
@@ -88,7 +88,7 @@ impl Value for Option<f64> {
 }
 
 impl Value for usize {
-    fn visit(&mut self, field: Field, visitor: &mut dyn FieldVisitor) {
+    fn visit(&mut self, field: Field, visitor: &mut impl FieldVisitor) {
         let mut value = u32::try_from(*self).unwrap_or(u32::MAX);
         visitor.word(field, &mut value);
         *self = value as usize;
@@ -97,7 +97,7 @@ impl Value for usize {
 
 /// An unknown code leaves it as it is.
 impl Value for Switch {
-    fn visit(&mut self, field: Field, visitor: &mut dyn FieldVisitor) {
+    fn visit(&mut self, field: Field, visitor: &mut impl FieldVisitor) {
         let mut code = *self as u32;
         visitor.word(field, &mut code);
         *self = [Self::Auto, Self::On, Self::Off].get(code as usize).copied().unwrap_or(*self);
@@ -105,12 +105,12 @@ impl Value for Switch {
 }
 
 /// Visits a part that may be missing: its fields, those of `blank` where it is, then whether it is given.
-pub(super) fn optional<T>(
+pub(super) fn optional<T, V: FieldVisitor>(
     part: &mut Option<T>,
     key: &'static str,
     blank: T,
-    visitor: &mut dyn FieldVisitor,
-    visit: impl FnOnce(&mut T, &mut dyn FieldVisitor),
+    visitor: &mut V,
+    visit: impl FnOnce(&mut T, &mut V),
 ) {
     let mut is_given = u32::from(part.is_some());
     let mut fields = part.take().unwrap_or(blank);
@@ -148,7 +148,7 @@ macro_rules! section {
             pub(super) fn visit(
                 &mut self,
                 link: Option<usize>,
-                visitor: &mut dyn $crate::model::fields::FieldVisitor,
+                visitor: &mut impl $crate::model::fields::FieldVisitor,
             ) {
                 #[allow(unused_imports, reason = "not every section has ranges with bounds")]
                 use $crate::model::fields::{Field, Range::*, Value};
@@ -229,17 +229,15 @@ const NOT_POSITIVE: &str = "must be positive and finite, from 1e-30 to 1e30";
 
 /// What is wrong with numbers of a range.
 fn judge(range: Range, values: &[f64]) -> Result<(), &'static str> {
-    let all =
-        |is_sound: fn(f64) -> bool, reason| require(values.iter().all(|v| is_sound(*v)), reason);
     match range {
-        Range::Finite | Range::Count | Range::Code(_) => all(is_usable, NOT_FINITE),
-        Range::Positive => all(is_positive, NOT_POSITIVE),
-        Range::NotNegative => all(is_not_negative, "must be finite and not negative, up to 1e30"),
-        Range::Within(least, most, reason) => {
-            require(values.iter().all(|v| is_within(*v, least, most)), reason)
+        Range::Finite | Range::Count | Range::Code(_) => all(values, is_usable, NOT_FINITE),
+        Range::Positive => all(values, is_positive, NOT_POSITIVE),
+        Range::NotNegative => {
+            all(values, is_not_negative, "must be finite and not negative, up to 1e30")
         }
+        Range::Within(least, most, reason) => all(values, |v| is_within(v, least, most), reason),
         Range::Unit => {
-            all(is_usable, NOT_FINITE)?;
+            all(values, is_usable, NOT_FINITE)?;
             let square: f64 = values.iter().map(|v| v * v).sum();
             require((libm::sqrt(square) - 1.0).abs() <= UNIT, "must be a unit vector")
         }
@@ -252,6 +250,14 @@ fn judge(range: Range, values: &[f64]) -> Result<(), &'static str> {
             None => Ok(()),
         },
     }
+}
+
+fn all(
+    values: &[f64],
+    is_sound: impl Fn(f64) -> bool,
+    reason: &'static str,
+) -> Result<(), &'static str> {
+    require(values.iter().all(|v| is_sound(*v)), reason)
 }
 
 fn require(is_met: bool, reason: &'static str) -> Result<(), &'static str> {

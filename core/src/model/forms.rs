@@ -93,7 +93,7 @@ pub mod degrees_if_given {
 pub mod inertia {
     use core::fmt;
     use nalgebra::Matrix3;
-    use serde::de::{Error, SeqAccess, Visitor};
+    use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
     use serde::ser::SerializeSeq;
     use serde::{Deserializer, Serializer};
 
@@ -122,14 +122,16 @@ pub mod inertia {
 
         fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
             let (mut given, mut count) = ([0.0; 6], 0);
-            while let Some(element) = list.next_element::<f64>()? {
-                if let Some(slot) = given.get_mut(count) {
-                    *slot = element;
-                }
+            for slot in &mut given {
+                let Some(element) = list.next_element()? else { break };
+                *slot = element;
                 count += 1;
             }
+            let expected = "3 principal moments or 6 elements, [xx, yy, zz, xy, xz, yz]";
+            if list.next_element::<IgnoredAny>()?.is_some() {
+                return Err(A::Error::custom(format_args!("{expected}, not more")));
+            }
             if count != 3 && count != 6 {
-                let expected = "3 principal moments or 6 elements, [xx, yy, zz, xy, xz, yz]";
                 return Err(A::Error::custom(format_args!("{expected}, not {count} numbers")));
             }
             let [xx, yy, zz, xy, xz, yz] = given;

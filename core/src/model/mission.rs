@@ -261,7 +261,7 @@ impl<const NL: usize> Mission<NL> {
     }
 
     /// Visits the fields in their order: everything that a plan depends on.
-    pub fn visit(&mut self, visitor: &mut dyn FieldVisitor) {
+    pub fn visit(&mut self, visitor: &mut impl FieldVisitor) {
         self.target.visit(None, visitor);
         self.orbit.visit(visitor);
         self.servicer.visit(visitor);

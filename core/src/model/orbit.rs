@@ -53,7 +53,7 @@ impl Orbit {
         Field { key: "orbit.body_radius_m", range: Range::NotNegative, link: None };
 
     /// Visits the fields that plans depend on, in their order.
-    pub(super) fn visit(&mut self, visitor: &mut dyn FieldVisitor) {
+    pub(super) fn visit(&mut self, visitor: &mut impl FieldVisitor) {
         let Self { gravitational_parameter_m3_s2, semi_major_axis_m, .. } = self;
         let mut number = |key, range, value: &mut f64| {
             value.visit(Field { key, range, link: None }, visitor);

@@ -186,7 +186,7 @@ impl Default for Servicer<3> {
 
 impl<const NL: usize> Servicer<NL> {
     /// Visits the fields in their order.
-    pub(super) fn visit(&mut self, visitor: &mut dyn FieldVisitor) {
+    pub(super) fn visit(&mut self, visitor: &mut impl FieldVisitor) {
         macro_rules! fields {
             ($($field:ident: $range:ident),*) => {$(
                 let key = concat!("servicer.", stringify!($field));

@@ -93,6 +93,9 @@ impl Program {
     fn calls(&mut self, elf: &Elf, functions: &[Function], i: usize, code: &Decoded) -> Calls {
         let own = functions[i].address..functions[i].end;
         let mut calls = Calls::default();
+        if is_patch(&functions[i].symbols) {
+            return calls;
+        }
         for transfer in &code.transfers {
             match transfer.flow {
                 Flow::Jump(to) if own.contains(&to) => {}
@@ -252,10 +255,17 @@ fn is_hidden_label(name: &str) -> bool {
     name.is_empty() || name.starts_with(".L") || is_mapping(name)
 }
 
+/// Whether it is the linker's way around an erratum of the Cortex-A53: one instruction of its caller and a jump
+/// back. It calls nothing and uses no stack.
+fn is_patch(symbols: &[String]) -> bool {
+    symbols.iter().any(|name| name.starts_with("__CortexA53843419_"))
+}
+
 fn named(address: u64, end: u64, symbols: &[String], frames: &Frames) -> Function {
     let mut symbols = symbols.to_vec();
     symbols.sort();
     let frame = symbols.iter().filter_map(|name| frames.get(name)).max().copied();
+    let frame = frame.or(is_patch(&symbols).then_some(0));
     let path = symbols.iter().find_map(|name| names::readable(name));
     let path = path.unwrap_or_else(|| symbols.first().cloned().unwrap_or_default());
     Function { address, end, symbols, path, frame, calls: Calls::default() }
@@ -385,4 +395,16 @@ fn literals<'a>(elf: &Elf, section: &'a Section) -> Vec<(&'a Section, u64, u64)>
         literals.push((section, from, section.end()));
     }
     literals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_linkers_patches_use_no_stack() {
+        let of = |symbol: &str| named(0, 8, &[symbol.to_string()], &Frames::default()).frame;
+        assert_eq!(of("__CortexA53843419_40274004"), Some(0));
+        assert_eq!(of("memcpy"), None);
+    }
 }

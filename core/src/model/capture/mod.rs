@@ -129,7 +129,7 @@ impl<const NL: usize> Servicer<NL> {
     ///     clearance: 0.05,
     ///     stop_margin: 0.02,
     /// };
-    /// let angles = servicer.capture_configuration(&search, &servicer.initial_joint_angle)?;
+    /// let angles = servicer.capture_configuration(&search, &servicer.initial_joint_angle_rad)?;
     /// assert!(servicer.capture_violation(&search, &angles).axis < 1e-9);
     /// # Ok::<(), remora_core::advanced::model::CaptureFailure>(())
     /// ```

@@ -26,7 +26,7 @@ fn make_with_kills(bench: &Bench, line: &str, kills: u64, draws: &mut Draws) -> 
     for _ in 0..kills {
         let mut child =
             bench.command(line).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
-        std::thread::sleep(Duration::from_millis(20 + draws.below(200)));
+        std::thread::sleep(Duration::from_millis(5 + draws.below(60)));
         send(["-TERM", "-KILL", "-INT"][draws.below(3) as usize], child.id());
         let status = child.wait().unwrap();
         // A number of their own where the program ended itself, none where it was killed.
