@@ -22,7 +22,7 @@
 
 
 // Number of this interface. It grows with every change of a structure, a function or a meaning.
-#define REMORA_ABI 2
+#define REMORA_ABI 3
 
 // Bytes of a workspace: planner, solver, network, the mission and the last plan.
 #define REMORA_WORKSPACE_BYTES 1058816

@@ -3,7 +3,7 @@
 #include "remora_app_tbl.h"
 
 REMORA_APP_MissionTable_t MissionTable = {
-    .Crc = 0xb381,
+    .Crc = 0xacd2,
     .Mission = {
         .size = sizeof(RemoraMission),
         .gravity_gradient = REMORA_SWITCH_AUTO,
