@@ -4,7 +4,12 @@ use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::advanced::dynamics::{Control, Multibody, State, articulated};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Link, Mission, Orbit, Servicer};
+use remora_host::draw;
+use remora_host::formats::Verdict;
 use remora_host::importing::{self, ImportedMission, Request};
+use remora_host::memory::on_large_stack;
+use remora_host::method::{Method, WarmStart};
+use remora_host::planning::Planner;
 use remora_urdf::{Arm, Options, import};
 use serde_json::Value;
 use std::fs;
@@ -129,6 +134,34 @@ fn imported_arms_move_as_pinocchio_says() {
 fn imported(urdf: &str) -> Result<ImportedMission, String> {
     let request = Request::new("arm.urdf".into(), urdf.as_bytes().to_vec());
     importing::import(&request).map_err(|refusal| refusal.error(&request).to_string())
+}
+
+/// Joints that are strong and fast do not turn for nothing.
+#[test]
+fn joints_of_an_imported_arm_travel_no_more_than_they_must() {
+    let text = fs::read(fixture("spatial.urdf")).unwrap();
+    let mut request = Request::new("spatial.urdf".into(), text);
+    request.options.end_effector = Some("tip".into());
+    let joints = import(&String::from_utf8_lossy(&request.urdf), &request.options).unwrap().joints;
+    for joint in joints {
+        request.options.add_limit(&format!("{}=-3.1,3.1,2,50", joint.name)).unwrap();
+    }
+    let made = importing::import(&request).map_err(|refusal| refusal.error(&request)).unwrap();
+    let mut file = made.mission;
+    (file.horizon.duration_s, file.scenarios.standoff_m) = (300.0, 15.0);
+    file.servicer.bus_mass_kg = 900.0;
+    let mission: Mission<6> = file.mission_of().unwrap();
+    let scenario = draw::draw_one(1, 0, &mission).unwrap();
+    let method = Method { warm_start: WarmStart::Heuristic, ..Method::default() };
+    let plan = on_large_stack(|| Planner::new().plan(&mission, &scenario, &method, None)).unwrap();
+    assert_eq!(plan.file.verdict, Some(Verdict::Optimal));
+    let angles = &plan.file.stage2.joint_angle;
+    for i in 0..6 {
+        let travel: f64 = angles.windows(2).map(|pair| (pair[1][i] - pair[0][i]).abs()).sum();
+        let net = (angles[59][i] - angles[0][i]).abs();
+        // A tenth of a radian for joints that hardly move.
+        assert!(travel <= 2.0 * net + 0.1, "joint {}: {travel} rad for {net}", i + 1);
+    }
 }
 
 /// A tool too short for the links before it: the advice of the message works.

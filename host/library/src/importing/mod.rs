@@ -236,6 +236,8 @@ fn finished<const NL: usize>(
     failed: &mut Vec<(MissionFile, Arm)>,
 ) -> Result<ImportedMission, Error> {
     let ArmOnBus { arm, is_own, mut decided, .. } = settled;
+    let motion = file.weights.joint_motion;
+    decided.push(format!("joint rates cost something: weights.joint_motion is {motion}"));
     let mission = match completed::<NL>(&mut file, request, &arm, is_own, &mut decided) {
         Ok(mission) => mission,
         Err(error) => {

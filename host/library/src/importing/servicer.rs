@@ -7,6 +7,10 @@ use nalgebra::Vector3;
 use remora_core::advanced::model::Link;
 use remora_urdf::Joint;
 
+/// Weight of joint rates where the bus's mission has none: joints that are strong and fast would turn for nothing.
+/// A fifth of it leaves some such turns, five times as much leaves some plans without an end.
+const JOINT_MOTION: f64 = 0.2;
+
 /// The mission file: the arm starts straight, as far as its stops let it, and finds its joint angles at
 /// capture. What follows from an arm follows from this one.
 pub(super) fn mission_file(settled: &ArmOnBus, axis: &Vector3<f64>) -> MissionFile {
@@ -14,6 +18,9 @@ pub(super) fn mission_file(settled: &ArmOnBus, axis: &Vector3<f64>) -> MissionFi
     let mut file = mission.clone();
     file.typical = None;
     file.roll = None;
+    if file.weights.joint_motion == 0.0 {
+        file.weights.joint_motion = JOINT_MOTION;
+    }
     file.approach.keep_out_far_m = Radius::Auto;
     file.approach.keep_out_near_m = Radius::Auto;
     let joints = &arm.joints;
