@@ -27,7 +27,7 @@ if [[ ! -x $work/venv/bin/python ]]; then
     "$work/venv/bin/pip" install --quiet pin==4.1.0 bsk==2.12.1 scipy
 fi
 
-cargo build --quiet --release --locked -p remora
+cargo build --quiet --release --locked -p remora-cli
 cargo build --quiet --release --locked -p remora-flight --example open_loop
 release=${CARGO_TARGET_DIR:-target}/release
 

@@ -18,7 +18,7 @@ if ! cmp --silent "$wanted" "$venv/installed.txt"; then
     "$venv/bin/pip" install --quiet --disable-pip-version-check --requirement "$wanted"
     cp "$wanted" "$venv/installed.txt"
 fi
-cargo build --quiet --release --locked -p remora
+cargo build --quiet --release --locked -p remora-cli
 remora=$target/release/remora
 
 # exported NAME CHIEF EPOCH PLAN-FLAGS...: makes a plan and its files, and checks them.

@@ -59,7 +59,7 @@ check kinova "$robots/kinova_description/robots/kinova.urdf" j2s6s200_end_effect
 check talos_left_arm "$robots/talos_data/robots/talos_left_arm.urdf" arm_left_7_link \
     '--hold gripper_left_joint=-0.3' '--end-effector arm_left_7_link --hold gripper_left_joint=-0.3'
 
-cargo build --quiet --release --locked -p remora
+cargo build --quiet --release --locked -p remora-cli
 remora=${CARGO_TARGET_DIR:-target}/release/remora
 
 # campaigns NAME URDF FLAGS: imports with the flags that `--explain` asks for, then plans.

@@ -296,7 +296,7 @@ def solvers():
 
 def exported(ids, folder):
     for name in ids:
-        command = ["cargo", "run", "--release", "--quiet", "--locked", "-p", "remora", "--", "export", "--quiet",
+        command = ["cargo", "run", "--release", "--quiet", "--locked", "-p", "remora-cli", "--", "export", "--quiet",
                    "--format", "qp", "--integrator", "euler", "--warm-start", "heuristic", "--id", name,
                    "--out", f"{folder}/{name}"]
         subprocess.run(command, cwd=ROOT, check=True)

@@ -40,7 +40,7 @@ else
 fi
 
 echo "--- tests"
-cargo build --release --locked -p remora
+cargo build --release --locked -p remora-cli
 export REMORA_PLANNER=$planner REMORA_PROGRAM=$CARGO_TARGET_DIR/release/remora
 node --test host/web/test/planner.mjs host/web/test/missions.mjs
 # By itself: it measures times.
