@@ -142,7 +142,7 @@ fn joints_of_an_imported_arm_travel_no_more_than_they_must() {
     let text = fs::read(fixture("spatial.urdf")).unwrap();
     let mut request = Request::new("spatial.urdf".into(), text);
     request.options.end_effector = Some("tip".into());
-    let joints = import(&String::from_utf8_lossy(&request.urdf), &request.options).unwrap().joints;
+    let joints = import("spatial.urdf", &request.urdf, &request.options).unwrap().joints;
     for joint in joints {
         request.options.add_limit(&format!("{}=-3.1,3.1,2,50", joint.name)).unwrap();
     }
