@@ -161,7 +161,7 @@ test("public scenarios have the golden bits in the page", async () => {
 
 test("a flight is shown against its plan", async () => {
   bench.run("fly a.plan.json --keep all --quiet --out flown");
-  bench.run("view a.plan.json --flight flown/history/0.parquet --out flown.html");
+  bench.run("view a.plan.json --flight flown/history/0.jsonl --out flown.html");
   const tab = await open("flown.html");
   // On its last way it comes in from farther off on purpose: not looked at in between.
   const off = await tab.evaluate(`[0, 150, 300, 1195].map((time) => {

@@ -2,14 +2,12 @@
 
 use super::device::Device;
 use super::progress::Steps;
+use remora_cli::cli::Output;
+use remora_cli::cli::options::{AnyMission, ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, SEED};
+use remora_cli::cli::progress::{Bar, tell};
 use remora_core::advanced::model::Mission;
 use remora_host::error::Error;
 use remora_host::lineage;
-use remora_cli::cli::Output;
-use remora_cli::cli::options::{
-    AnyMission, ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, SEED,
-};
-use remora_cli::cli::progress::{Bar, tell};
 use remora_host::with_joints;
 use remora_training::learning::{Hands, Learning, Learnt};
 use std::ffi::OsString;

@@ -8,10 +8,10 @@ mod network;
 mod progress;
 
 use clap::{Parser, Subcommand};
+use remora_cli::cli::options::QuietArgs;
+use remora_cli::cli::{self, Output, Program};
 use remora_host::error::Error;
 use remora_host::formats::VERSION;
-use remora_cli::cli::{self, Output, Program};
-use remora_cli::cli::options::QuietArgs;
 use std::ffi::OsString;
 
 /// Trains networks for the learned starts of `remora`.

@@ -2,11 +2,11 @@
 
 use super::device::Device;
 use super::progress::Steps;
+use remora_cli::cli::Output;
+use remora_cli::cli::options::{JsonArgs, MissionArgs, jobs};
 use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::NODES;
 use remora_host::error::Error;
-use remora_cli::cli::Output;
-use remora_cli::cli::options::{JsonArgs, MissionArgs, jobs};
 use remora_host::with_joints;
 use remora_training::model::Origin;
 use remora_training::output::Summary;
