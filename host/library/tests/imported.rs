@@ -1,11 +1,11 @@
 //! Arms read from URDF files: dynamics against Pinocchio, and an arm that finds no angles at capture.
 
-use nalgebra::{SVector, Vector3, Vector4};
+use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 use remora_core::advanced::dynamics::{Control, Multibody, State, articulated};
 use remora_core::advanced::math::quaternion;
 use remora_core::advanced::model::{Link, Mission, Orbit, Servicer};
 use remora_host::draw;
-use remora_host::formats::Verdict;
+use remora_host::formats::{Limits, Verdict};
 use remora_host::importing::{self, ImportedMission, Request};
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Method, WarmStart};
@@ -149,7 +149,10 @@ fn joints_of_an_imported_arm_travel_no_more_than_they_must() {
     let made = importing::import(&request).map_err(|refusal| refusal.error(&request)).unwrap();
     let mut file = made.mission;
     (file.horizon.duration_s, file.scenarios.standoff_m) = (300.0, 15.0);
-    file.servicer.bus_mass_kg = 900.0;
+    (file.servicer.bus_mass_kg, file.servicer.bus_inertia_kg_m2) =
+        (900.0, Matrix3::from_diagonal_element(250.0));
+    (file.servicer.force_limit_n, file.servicer.bus_torque_limit_n_m) =
+        (Limits::Same(20.0), Limits::Same(1.0));
     let mission: Mission<6> = file.mission_of().unwrap();
     let scenario = draw::draw_one(1, 0, &mission).unwrap();
     let method = Method { warm_start: WarmStart::Heuristic, ..Method::default() };
