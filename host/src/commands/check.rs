@@ -17,10 +17,10 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Scenario set (*.scenarios.json) that the plans must have been made for
+    /// Scenario set (*.scenarios.json) [default: what each plan holds; another is an error]
     #[arg(long, value_name = "FILE")]
     scenarios: Option<PathBuf>,
-    /// Mission file (*.mission.toml) that the plans must have been made for
+    /// Mission file (*.mission.toml) [default: what each plan holds; another is an error]
     #[arg(long, value_name = "FILE")]
     mission: Option<PathBuf>,
     /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4 [default: what each plan names]

@@ -76,7 +76,7 @@ fn kinds(bench: &Bench) -> Vec<(&'static str, &'static str)> {
         ("flown/flights.parquet", "a Parquet table"),
         ("flown/flights.json", "the settings of a folder of flights"),
         ("a.html", "a page"),
-        ("a.vehicle.json", "the output of mission"),
+        ("a.vehicle.json", "the output of mission show"),
         ("public.csv", "a CSV table"),
     ]
 }
