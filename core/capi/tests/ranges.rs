@@ -56,7 +56,7 @@ impl Fields {
             Some(Range::Finite) => "nz",
             Some(Range::Unit) => "n",
             Some(Range::NotNegative) => "z",
-            Some(Range::Within(least, ..)) if least == 0.0 => "z",
+            Some(Range::Within(0.0, ..)) => "z",
             _ => "",
         }
     }
