@@ -49,7 +49,7 @@ impl Fields {
         self.doubles.iter().map(|(field, at, bytes)| (field.key, *at, *bytes)).collect()
     }
 
-    /// What is accepted of a field by its range.
+    /// Letters of the values that a field accepts by its range.
     fn accepted(&self, key: &str) -> &'static str {
         let range = self.doubles.iter().find(|(field, ..)| field.key == key).map(|(f, ..)| f.range);
         match range {

@@ -12,7 +12,7 @@ pub(super) const UNIT: f64 = 1e-9;
 pub(super) const ABOVE_ZERO: f64 = 0.0_f64.next_up();
 pub(super) const BELOW_ONE: f64 = 1.0_f64.next_down();
 
-/// What the numbers of a field may be.
+/// Range of a field's numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
     /// Finite, up to 1e30.
@@ -40,7 +40,7 @@ pub enum Range {
 pub struct Field {
     /// Section and name, such as `servicer.bus_mass_kg`; the key in a mission file.
     pub key: &'static str,
-    /// What its values may be.
+    /// Range of its values.
     pub range: Range,
     /// The link that it belongs to, from 0.
     pub link: Option<usize>,
@@ -169,7 +169,7 @@ pub struct InvalidField {
     pub field: &'static str,
     /// The link or joint that it belongs to, from 0, where it belongs to one.
     pub index: Option<usize>,
-    /// What is wrong with it.
+    /// Reason why it makes no sense.
     pub reason: &'static str,
 }
 
@@ -227,7 +227,7 @@ impl FieldVisitor for Judge {
 const NOT_FINITE: &str = "must be finite, up to 1e30";
 const NOT_POSITIVE: &str = "must be positive and finite, from 1e-30 to 1e30";
 
-/// What is wrong with numbers of a range.
+/// Judges numbers by a range; an error is the reason why they are out of it.
 fn judge(range: Range, values: &[f64]) -> Result<(), &'static str> {
     match range {
         Range::Finite | Range::Count | Range::Code(_) => all(values, is_usable, NOT_FINITE),

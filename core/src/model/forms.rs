@@ -72,7 +72,7 @@ pub mod degrees {
     }
 }
 
-/// As [`degrees`](mod@degrees), where it is given.
+/// Form of [`degrees`](mod@degrees) for an angle that may be missing.
 pub mod degrees_if_given {
     use super::degrees::{degrees, radians};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -27,7 +27,7 @@ section! {
         duration_s: f64 = 1200.0, Positive;
         /// Keep-out distance of the system centre of mass from the target's box while far [m].
         keep_out_far_m: f64 = 1.85, NotNegative;
-        /// The same during the last part of the approach [m].
+        /// Keep-out distance during the last part of the approach [m].
         keep_out_near_m: f64 = 1.46, NotNegative;
         /// Time before the end from which the near distance holds [s].
         keep_out_near_s: f64 = 360.0, NotNegative;
