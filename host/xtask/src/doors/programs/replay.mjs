@@ -2,14 +2,14 @@
 // structures filled number by number. Usage: node replay.mjs WASM [MODEL] <INPUT
 
 import { readFileSync } from "node:fs";
-import { hexadecimal } from "../../../web/source/checksum.js";
-import { layoutsOf } from "../../../web/source/layout.js";
-import { Memory } from "../../../web/source/memory.js";
+import { hexadecimal } from "../../../../web/source/checksum.js";
+import { layoutsOf } from "../../../../web/source/layout.js";
+import { Memory } from "../../../../web/source/memory.js";
 
 const [wasm, modelFile] = process.argv.slice(2);
 const { instance } = await WebAssembly.instantiate(readFileSync(wasm), {});
 const remora = instance.exports;
-const header = new URL("../../../../core/capi/include/remora.h", import.meta.url);
+const header = new URL("../../../../../core/capi/include/remora.h", import.meta.url);
 const layouts = layoutsOf(readFileSync(header, "utf8"));
 const [abi, bytes] = ["REMORA_ABI", "REMORA_WORKSPACE_BYTES"].map((name) => Number(layouts.constants[name]));
 const memory = new Memory(remora.memory, layouts);
