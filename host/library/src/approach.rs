@@ -1,55 +1,71 @@
 //! An approach after Stage 1, kept: what a guess of Stage 2 sees, and what torques come to along it.
 
 use crate::engine::{Build, Engine};
+use crate::formats::{MAX_JOINTS, Mission, Motion, Scenario, resized_control, resized_state};
 use crate::method::Integrator;
+use crate::padded::own_features;
 use remora_core::advanced::dynamics::{Control, State};
-use remora_core::advanced::model::{CostUnits, Mission, Refusal, Scenario, TargetState};
-use remora_core::advanced::stages::{
-    LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, size,
-};
-use remora_core::advanced::warmstart::{Action, Scene};
+use remora_core::advanced::model::{self, CostUnits, Refusal, TargetState};
+use remora_core::advanced::stages::{LINKS, NODES, TranslationTrajectory, size};
+use remora_core::advanced::warmstart::{Action, Encoding, MAX_FEATURES, Scene};
 
 /// An approach whose translation is planned.
 #[derive(Clone, Debug)]
-pub struct Approach<const NL: usize = LINKS> {
+pub struct Approach {
     /// The mission; valid.
-    pub mission: Mission<NL>,
+    pub mission: Mission,
     /// The scenario.
-    pub scenario: Scenario<NL>,
+    pub scenario: Scenario,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
     /// Trajectory of the system's centre of mass.
     pub translation: TranslationTrajectory<NODES>,
     /// The target at the nodes.
     pub target: [TargetState; NODES],
-    /// What torques are divided by in the cost.
-    units: CostUnits<NL>,
+    /// Mission and scenario in the size of the built-in arm, where the arm has as many joints.
+    usual: Option<(model::Mission<LINKS>, model::Scenario<LINKS>)>,
+    /// Divisors of torques in the cost.
+    units: CostUnits<MAX_JOINTS>,
 }
 
-impl<const NL: usize> Approach<NL> {
+/// Evaluates an expression in which `$scene` is the approach as the core's learned guess sees it, in the size
+/// that plans for the arm.
+macro_rules! with_scene {
+    ($approach:expr, $scene:ident => $body:expr) => {{
+        let Approach { mission, scenario, integrator, translation, target, usual, .. } = $approach;
+        match usual {
+            Some((mission, scenario)) => {
+                let $scene = Scene::new(mission, scenario, translation, target, *integrator);
+                $body
+            }
+            None => {
+                let $scene = Scene::new(&**mission, scenario, translation, target, *integrator);
+                $body
+            }
+        }
+    }};
+}
+
+impl Approach {
     /// Plans Stage 1 with an engine.
     ///
     /// # Errors
     /// A scenario that is refused before planning.
     pub(crate) fn plan<const M: usize, const NX: usize, const NU: usize>(
         engine: &mut Engine<M, NX, NU>,
-        mission: Mission<NL>,
-        scenario: Scenario<NL>,
+        mission: Mission,
+        scenario: Scenario,
         integrator: Integrator,
     ) -> Result<Self, Refusal>
     where
         Engine<M, NX, NU>: Build<M, NX, NU>,
     {
-        engine.translate(&mission.resized(), &scenario.resized(), integrator)?;
+        engine.translate(&mission.sized(), &scenario.resized(), integrator)?;
         let (translation, target) = (*engine.workspace.translation(), engine.workspace.target);
         let units = mission.cost_units();
-        Ok(Self { mission, scenario, integrator, translation, target, units })
-    }
-
-    /// The approach as the core's learned guess sees it.
-    pub fn scene(&self) -> Scene<'_, NL> {
-        let Self { mission, scenario, integrator, translation, target, .. } = self;
-        Scene::new(mission, scenario, translation, target, *integrator)
+        let is_usual = mission.joints() == LINKS;
+        let usual = is_usual.then(|| (mission.sized(), scenario.resized()));
+        Ok(Self { mission, scenario, integrator, translation, target, usual, units })
     }
 
     /// Number of nodes.
@@ -60,11 +76,62 @@ impl<const NL: usize> Approach<NL> {
     /// Largest torques: of the bus, then of the joints [N m].
     pub fn torque_limits(&self) -> impl Iterator<Item = f64> {
         let servicer = &self.mission.servicer;
-        servicer.bus_torque_limit_n_m.iter().chain(servicer.joint_torque_limit_n_m.iter()).copied()
+        let joints = servicer.joint_torque_limit_n_m.iter().take(self.mission.joints());
+        servicer.bus_torque_limit_n_m.iter().chain(joints).copied()
+    }
+
+    /// Bus and arm at the first node.
+    pub fn initial_state(&self) -> State<MAX_JOINTS> {
+        with_scene!(self, scene => resized_state(&scene.initial_state()))
+    }
+
+    /// Distance of the end effector from the port, were the last node's state this [m].
+    pub fn miss(&self, last: &State<MAX_JOINTS>) -> f64 {
+        with_scene!(self, scene => scene.miss(&resized_state(last)))
+    }
+
+    /// Holds torques from node `k` to the next, a row of bus and joint torques; `held` were held before. Torques
+    /// are kept within their limits; those that are missing are zero [N m].
+    pub fn step(
+        &self,
+        k: usize,
+        state: &State<MAX_JOINTS>,
+        torques: &[f32],
+        held: &Control<MAX_JOINTS>,
+    ) -> (Control<MAX_JOINTS>, State<MAX_JOINTS>) {
+        with_scene!(self, scene => {
+            let (state, held) = (resized_state(state), resized_control(held));
+            let (control, next) = scene.apply(Action::Torque, k, &state, torques, &held);
+            (resized_control(&control), resized_state(&next))
+        })
+    }
+
+    /// What a learned guess of this encoding sees at node `k`; `held` is the row of torques before [N m].
+    pub fn features(
+        &self,
+        encoding: Encoding,
+        k: usize,
+        state: &State<MAX_JOINTS>,
+        held: &[f32],
+        out: &mut [f32],
+    ) {
+        let joints = self.mission.joints();
+        let mut previous = [0.0; size::controls(MAX_JOINTS)];
+        previous.iter_mut().zip(held).for_each(|(x, torque)| *x = *torque);
+        let mut seen = [0.0; MAX_FEATURES];
+        with_scene!(self, scene => {
+            scene.features(encoding, k, &resized_state(state), &previous, &mut seen);
+        });
+        match self.usual {
+            Some(_) => out.copy_from_slice(&seen[..out.len()]),
+            None => {
+                own_features(encoding, joints, MAX_JOINTS, &seen, out);
+            }
+        }
     }
 
     /// What Stage 2's cost counts for a torque held over an interval.
-    pub fn cost(&self, control: &Control<NL>) -> f64 {
+    pub fn cost(&self, control: &Control<MAX_JOINTS>) -> f64 {
         let (weights, units) = (&self.mission.weights, &self.units);
         weights.bus_torque * control.bus_torque.component_div(&units.bus_torque).norm_squared()
             + weights.joint_torque
@@ -73,15 +140,13 @@ impl<const NL: usize> Approach<NL> {
 
     /// The motion that torques make, a row of bus and joint torques an interval one after the other [N m].
     /// Torques are kept within their limits; those that are missing are zero.
-    pub fn roll_out(&self, torques: &[f32]) -> ReorientationTrajectory<NODES, NL> {
-        let scene = self.scene();
-        let mut motion = ReorientationTrajectory::ZERO;
-        motion.states[0] = scene.initial_state();
-        let rows = torques.chunks_exact(size::controls(NL));
+    pub fn roll_out(&self, torques: &[f32]) -> Motion {
+        let mut motion = Motion::ZERO;
+        motion.states[0] = self.initial_state();
+        let rows = torques.chunks_exact(size::controls(self.mission.joints()));
         let rows = rows.chain(std::iter::repeat(&[][..]));
-        for (k, row) in (0..scene.last).zip(rows) {
-            let state: State<NL> = motion.states[k];
-            let (control, next) = scene.apply(Action::Torque, k, &state, row, &Control::ZERO);
+        for (k, row) in (0..self.nodes() - 1).zip(rows) {
+            let (control, next) = self.step(k, &motion.states[k], row, &Control::ZERO);
             motion.controls[k] = control;
             motion.states[k + 1] = next;
         }
@@ -115,8 +180,8 @@ mod tests {
             let approach = planner.approach(&mission, scenario, method.integrator).unwrap();
             assert_eq!(approach.translation, plan.stage1.trajectory());
             let motion = approach.roll_out(&torques(&plan.stage2));
-            let planned = plan.stage2.trajectory::<LINKS>();
-            let miss = approach.scene().miss(&motion.states[NODES - 1]);
+            let planned = plan.stage2.trajectory();
+            let miss = approach.miss(&motion.states[NODES - 1]);
             assert!(miss < 1e-3, "{miss}");
             assert!((motion.states[59].joint_angle - planned.states[59].joint_angle).norm() < 1e-3);
             let cost: f64 = planned.controls[..59].iter().map(|u| approach.cost(u)).sum();

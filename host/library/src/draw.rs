@@ -5,15 +5,13 @@
 //! a ChaCha8 stream of its own, and only additions, multiplications and square roots make numbers
 //! of its bits. A shorter set is the beginning of a longer one, on every machine.
 
-use crate::formats::{NamedScenario, ScenarioSet, ServicerStart, TargetStart};
+use crate::formats::{Mission, NamedScenario, ScenarioSet, ServicerStart, TargetStart};
 use crate::method::Integrator;
 use nalgebra::{Vector3, Vector4};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use remora_core::advanced::math::{Scalar, quaternion};
-use remora_core::advanced::model::{
-    Mission, TargetState, initial_bus_attitude, signed_distance_to_box,
-};
+use remora_core::advanced::model::{TargetState, initial_bus_attitude, signed_distance_to_box};
 use remora_core::advanced::stages::{NODES, heuristic};
 
 /// Most scenarios a set.
@@ -25,7 +23,7 @@ const MAX_DRAWS: usize = 100_000;
 /// Scenarios `0..count` of a seed, called `s{seed}-{index}`.
 ///
 /// `None` where the mission's geometry lets no start pass.
-pub fn draw<const NL: usize>(count: u64, seed: u64, mission: &Mission<NL>) -> Option<ScenarioSet> {
+pub fn draw(count: u64, seed: u64, mission: &Mission) -> Option<ScenarioSet> {
     (0..count)
         .map(|index| draw_one(seed, index, mission))
         .collect::<Option<_>>()
@@ -35,11 +33,7 @@ pub fn draw<const NL: usize>(count: u64, seed: u64, mission: &Mission<NL>) -> Op
 /// Scenario `index` of a seed, called `s{seed}-{index}`.
 ///
 /// `None` where the mission's geometry lets no start pass.
-pub fn draw_one<const NL: usize>(
-    seed: u64,
-    index: u64,
-    mission: &Mission<NL>,
-) -> Option<NamedScenario> {
+pub fn draw_one(seed: u64, index: u64, mission: &Mission) -> Option<NamedScenario> {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
     let mut stream = ChaCha8Rng::from_seed(key);
@@ -55,10 +49,7 @@ pub fn draw_one<const NL: usize>(
 /// planning, or the very first if all are refused.
 ///
 /// `None` where the mission's geometry lets no start pass.
-pub fn first<const NL: usize>(
-    mission: &Mission<NL>,
-    integrator: Integrator,
-) -> Option<NamedScenario> {
+pub fn first(mission: &Mission, integrator: Integrator) -> Option<NamedScenario> {
     const TRIED: u64 = 20;
     let first = draw_one(1, 0, mission)?;
     let can_be_planned =
@@ -112,11 +103,7 @@ impl Uniform {
     }
 }
 
-fn candidate<const NL: usize>(
-    numbers: &mut Uniform,
-    id: String,
-    mission: &Mission<NL>,
-) -> NamedScenario {
+fn candidate(numbers: &mut Uniform, id: String, mission: &Mission) -> NamedScenario {
     let from = &mission.scenarios;
     let attitude = numbers.attitude();
     let rate = match from.rate_norm_rad_s {
@@ -140,8 +127,8 @@ fn candidate<const NL: usize>(
 }
 
 /// Whether neither keep-out nor pointing is violated at the start.
-pub fn starts_well<const NL: usize>(scenario: &NamedScenario, mission: &Mission<NL>) -> bool {
-    let start = scenario.scenario::<NL>();
+pub fn starts_well(scenario: &NamedScenario, mission: &Mission) -> bool {
+    let start = scenario.scenario();
     let rotation = quaternion::rotation_matrix(&start.target_attitude);
     let local = rotation.transpose() * start.position;
     let clearance = signed_distance_to_box(&mission.target.half_extents_m, &local).value;
@@ -193,7 +180,7 @@ mod tests {
         fn every_draw_is_within_its_bounds(seed: u64, index in 0..MAX_COUNT) {
             let mission = Mission::default();
             let scenario = draw_one(seed, index, &mission).unwrap();
-            let start = scenario.scenario::<3>();
+            let start = scenario.scenario();
             let from = Mission::default().scenarios;
             prop_assert!(start.target_rate.amax() <= from.rate_rad_s);
             prop_assert!(start.velocity.amax() <= from.velocity_m_s);

@@ -2,8 +2,8 @@
 //! room for any other. The only module that calls the core's planner.
 
 use crate::backend::{ClarabelQp, Recorder, Solve};
-use crate::formats::MAX_JOINTS;
-use crate::guess::{Guess, resized};
+use crate::formats::{self, MAX_JOINTS, Motion, resized_motion};
+use crate::guess::Guess;
 use crate::learned::Memories;
 use crate::memory::on_heap;
 use crate::method::{Deadline, Integrator, Method, Qp};
@@ -54,13 +54,13 @@ pub struct Engine<const M: usize, const NX: usize, const NU: usize> {
 }
 
 /// How a plan is to be made.
-pub struct Task<'a, const NL: usize> {
+pub struct Task<'a> {
     /// Times and deadline.
     pub clock: &'a dyn Clock,
     /// Threads that work on it.
     pub threads: &'a Threads,
     /// What Stage 2 is to start from.
-    pub guess: Guess<'a, NL>,
+    pub guess: Guess<'a>,
     /// Joints of the arm.
     pub joints: usize,
     /// Memory for models.
@@ -71,15 +71,6 @@ pub struct Task<'a, const NL: usize> {
     pub method: &'a Method,
 }
 
-impl<'a, const NL: usize> Task<'a, NL> {
-    /// The same for an engine with room for `M` joints.
-    fn resized<const M: usize>(self, kept: &'a mut Option<Nominal<M>>) -> Task<'a, M> {
-        let Self { clock, threads, guess, joints, memories, is_scrubbed, method } = self;
-        let guess = guess.resized(kept);
-        Task { clock, threads, guess, joints, memories, is_scrubbed, method }
-    }
-}
-
 /// The core's code in one size. It is implemented for each size by name, so that the core is compiled in
 /// this crate, twice and no more, whoever calls.
 pub trait Build<const M: usize, const NX: usize, const NU: usize> {
@@ -88,7 +79,7 @@ pub trait Build<const M: usize, const NX: usize, const NU: usize> {
         &mut self,
         mission: &Mission<M>,
         scenario: &Scenario<M>,
-        task: Task<'_, M>,
+        task: Task<'_>,
     ) -> Report;
 
     /// Plans with the solver that the method names, watched.
@@ -96,7 +87,7 @@ pub trait Build<const M: usize, const NX: usize, const NU: usize> {
         &mut self,
         mission: &Mission<M>,
         scenario: &Scenario<M>,
-        task: Task<'_, M>,
+        task: Task<'_>,
         watch: &mut dyn FnMut(ArmSubproblem<'_, NX, NU>),
     ) -> Report;
 
@@ -145,7 +136,7 @@ macro_rules! build {
                 &mut self,
                 mission: &Mission<{ $joints }>,
                 scenario: &Scenario<{ $joints }>,
-                task: Task<'_, { $joints }>,
+                task: Task<'_>,
             ) -> Report {
                 run(mission, scenario, task, &mut *self.embedded, &mut self.workspace)
             }
@@ -154,7 +145,7 @@ macro_rules! build {
                 &mut self,
                 mission: &Mission<{ $joints }>,
                 scenario: &Scenario<{ $joints }>,
-                task: Task<'_, { $joints }>,
+                task: Task<'_>,
                 watch: &mut dyn FnMut(
                     ArmSubproblem<'_, { size::states($joints) }, { size::controls($joints) }>,
                 ),
@@ -249,8 +240,8 @@ impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
     }
 
     /// Bus and arm of the last plan.
-    pub fn reorientation<const NL: usize>(&self) -> ReorientationTrajectory<NODES, NL> {
-        resized(self.workspace.reorientation())
+    pub fn reorientation(&self) -> Motion {
+        resized_motion(self.workspace.reorientation())
     }
 }
 
@@ -259,73 +250,66 @@ where
     Self: Build<M, NX, NU>,
 {
     /// Plans with the embedded solver, and nothing else.
-    pub fn plan_in_place<const NL: usize>(
+    pub fn plan_in_place(
         &mut self,
-        mission: &Mission<NL>,
-        scenario: &Scenario<NL>,
-        task: Task<'_, NL>,
+        mission: &formats::Mission,
+        scenario: &formats::Scenario,
+        task: Task<'_>,
     ) -> Report {
-        let mut kept = None;
-        let task = task.resized(&mut kept);
-        let report = self.run_embedded(&mission.resized(), &scenario.resized(), task);
+        let report = self.run_embedded(&mission.sized(), &scenario.resized(), task);
         self.filed(mission, scenario, report)
     }
 
     /// Plans with the solver that the method names; `watch` looks at each subproblem.
-    pub fn plan<const NL: usize>(
+    pub fn plan(
         &mut self,
-        mission: &Mission<NL>,
-        scenario: &Scenario<NL>,
-        task: Task<'_, NL>,
+        mission: &formats::Mission,
+        scenario: &formats::Scenario,
+        task: Task<'_>,
         watch: &mut dyn FnMut(ArmSubproblem<'_, NX, NU>),
     ) -> Report {
-        let mut kept = None;
-        let task = task.resized(&mut kept);
-        let report = self.run(&mission.resized(), &scenario.resized(), task, watch);
+        let report = self.run(&mission.sized(), &scenario.resized(), task, watch);
         self.filed(mission, scenario, report)
     }
 
     /// The report with checksums of what the caller gave and gets, without joints that are not there.
-    fn filed<const NL: usize>(
+    fn filed(
         &self,
-        mission: &Mission<NL>,
-        scenario: &Scenario<NL>,
+        mission: &formats::Mission,
+        scenario: &formats::Scenario,
         mut report: Report,
     ) -> Report {
-        if NL != M {
+        if mission.joints() != M {
             let nodes = mission.grid(scenario).nodes;
             let translation = self.workspace.translation();
-            report.record.input = planner::input_checksum(mission, scenario);
+            report.record.input = mission.input_checksum(scenario);
             report.record.output =
-                planner::output_checksum(nodes, translation, &self.reorientation::<NL>());
+                mission.output_checksum(nodes, translation, &self.reorientation());
         }
         report
     }
 }
 
-/// The core's verifier, in the size that plans for so many joints.
-pub fn verified<const NL: usize>(
-    mission: &Mission<NL>,
-    scenario: &Scenario<NL>,
+/// The core's verifier, in the size that plans for the mission's arm.
+pub fn verified(
+    mission: &formats::Mission,
+    scenario: &formats::Scenario,
     integrator: Integrator,
     translation: &TranslationTrajectory<NODES>,
-    motion: &ReorientationTrajectory<NODES, NL>,
+    motion: &Motion,
 ) -> Verification {
-    match NL {
+    match mission.joints() {
         LINKS => DefaultArmEngine::verify(
-            &mission.resized(),
+            &mission.sized(),
             &scenario.resized(),
             integrator,
             translation,
-            &resized(motion),
+            &resized_motion(motion),
         ),
-        _ => AnyArmEngine::verify(
-            &mission.resized(),
-            &scenario.resized(),
-            integrator,
-            translation,
-            &resized(motion),
-        ),
+        _ => {
+            let mission = &mission.sized();
+            AnyArmEngine::verify(mission, scenario, integrator, translation, motion)
+        }
     }
 }
 
@@ -333,7 +317,7 @@ pub fn verified<const NL: usize>(
 fn run<const M: usize, const NX: usize, const NU: usize>(
     mission: &Mission<M>,
     scenario: &Scenario<M>,
-    task: Task<'_, M>,
+    task: Task<'_>,
     mut solver: &mut dyn Solver<NX, NU>,
     workspace: &mut ArmWorkspace<M, NX, NU>,
 ) -> Report {
@@ -354,8 +338,12 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
     };
     match guess {
         Guess::Heuristic => planned(&InitialGuess::Heuristic),
-        Guess::Given(motion) => planned(&InitialGuess::User(motion)),
-        Guess::Left(plan, elapsed) => planned(&InitialGuess::Nominal { plan, elapsed }),
+        Guess::Given(motion) => planned(&InitialGuess::User(&resized_motion(motion))),
+        Guess::Left(&Nominal { ref reorientation, nodes, duration }, elapsed) => {
+            let reorientation = resized_motion(reorientation);
+            let plan = &Nominal { reorientation, nodes, duration };
+            planned(&InitialGuess::Nominal { plan, elapsed })
+        }
         Guess::Model(model) => model.at_work(memories, |policy| match policy {
             None => planned(&InitialGuess::Refused),
             Some(policy) if joints == M => planned(&InitialGuess::Learned { policy, seed: SEED }),

@@ -2,9 +2,10 @@
 //! end, how far the end effector is from the port. For reinforcement learning.
 
 use crate::approach::Approach;
+use crate::formats::MAX_JOINTS;
 use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::stages::size;
-use remora_core::advanced::warmstart::{Action, Encoding};
+use remora_core::advanced::warmstart::Encoding;
 use std::sync::Arc;
 
 /// Fastest that bus and joints may turn [rad/s]: faster than any scenario may begin, and than steps can follow.
@@ -31,45 +32,24 @@ pub struct Terms {
     pub miss_weight: f64,
 }
 
-/// An episode of an arm of any number of joints.
-pub trait Course: Send + Sync {
-    /// Begins again, on another approach.
-    fn begin(&mut self, approach: usize);
-
-    /// Writes what the policy sees at the node it is at: the scene's features, with the torques of the
-    /// interval before among them [N m].
-    fn observe(&self, out: &mut [f32]);
-
-    /// Holds torques over the next interval: an action from -1 to 1 for each, of its limit. Once the episode
-    /// has ended nothing happens any more.
-    fn step(&mut self, action: &[f32]) -> Step;
-
-    /// Distance of the end effector from the port, were this the last node; that of a lost episode is
-    /// [`LOST_MISS_M`] [m].
-    fn miss(&self) -> f64;
-
-    /// Cost of the torques so far.
-    fn cost(&self) -> f64;
-}
-
 /// An episode on one of several approaches.
 #[derive(Clone)]
-pub struct Episode<const NL: usize> {
-    approaches: Arc<Vec<Approach<NL>>>,
+pub struct Episode {
+    approaches: Arc<Vec<Approach>>,
     terms: Terms,
     /// Which of the approaches is flown.
     at: usize,
     node: usize,
-    state: State<NL>,
+    state: State<MAX_JOINTS>,
     /// The torques held last.
-    held: Control<NL>,
+    held: Control<MAX_JOINTS>,
     is_lost: bool,
     cost: f64,
 }
 
-impl<const NL: usize> Episode<NL> {
+impl Episode {
     /// An episode that has not begun; there is at least one approach.
-    pub fn new(approaches: Arc<Vec<Approach<NL>>>, terms: Terms) -> Self {
+    pub fn new(approaches: Arc<Vec<Approach>>, terms: Terms) -> Self {
         let mut episode = Self {
             approaches,
             terms,
@@ -84,69 +64,69 @@ impl<const NL: usize> Episode<NL> {
         episode
     }
 
-    fn approach(&self) -> &Approach<NL> {
+    fn approach(&self) -> &Approach {
         &self.approaches[self.at]
     }
-}
 
-/// Episodes of the built-in mission's arm: instantiated here, where the code is optimised.
-pub fn usual(approaches: Arc<Vec<Approach>>, terms: Terms) -> Box<dyn Course> {
-    Box::new(Episode::new(approaches, terms))
-}
-
-impl<const NL: usize> Course for Episode<NL> {
-    fn begin(&mut self, approach: usize) {
+    /// Begins again, on another approach.
+    pub fn begin(&mut self, approach: usize) {
         self.at = approach % self.approaches.len();
         self.state = State::at_start(&self.approach().mission, &self.approach().scenario);
         (self.node, self.held, self.is_lost, self.cost) = (0, Control::ZERO, false, 0.0);
     }
 
-    fn observe(&self, out: &mut [f32]) {
+    /// Writes what the policy sees at the node it is at: the scene's features, with the torques of the
+    /// interval before among them [N m].
+    pub fn observe(&self, out: &mut [f32]) {
         let Control { bus_torque, joint_torque } = &self.held;
-        let mut previous = [0.0; size::controls(crate::formats::MAX_JOINTS)];
+        let mut previous = [0.0; size::controls(MAX_JOINTS)];
         let held = bus_torque.iter().chain(joint_torque.iter());
         previous.iter_mut().zip(held).for_each(|(x, torque)| *x = *torque as f32);
-        let scene = self.approach().scene();
-        scene.features(self.terms.encoding, self.node, &self.state, &previous, out);
+        self.approach().features(self.terms.encoding, self.node, &self.state, &previous, out);
     }
 
-    fn step(&mut self, action: &[f32]) -> Step {
+    /// Holds torques over the next interval: an action from -1 to 1 for each, of its limit. Once the episode
+    /// has ended nothing happens any more.
+    pub fn step(&mut self, action: &[f32]) -> Step {
         let (approach, k) = (&self.approaches[self.at], self.node);
-        let scene = approach.scene();
-        if k >= scene.last || self.is_lost {
+        let last = approach.nodes() - 1;
+        if k >= last || self.is_lost {
             return Step { reward: 0.0, is_last: true };
         }
-        let mut torques = [0.0; size::controls(crate::formats::MAX_JOINTS)];
+        let mut torques = [0.0; size::controls(MAX_JOINTS)];
         let scaled = action.iter().zip(approach.torque_limits());
         torques.iter_mut().zip(scaled).for_each(|(torque, (share, limit))| {
             *torque = (f64::from(*share) * limit) as f32;
         });
-        let (held, next) = scene.apply(Action::Torque, k, &self.state, &torques, &self.held);
+        let (held, next) = approach.step(k, &self.state, &torques, &self.held);
         let cost = approach.cost(&held);
         self.is_lost = !is_slow(&next);
         if !self.is_lost {
             (self.node, self.state) = (k + 1, next);
         }
-        let is_last = self.node == scene.last || self.is_lost;
+        let is_last = self.node == last || self.is_lost;
         (self.held, self.cost) = (held, self.cost + cost);
         let miss = if is_last { self.miss() } else { 0.0 };
         Step { reward: -cost - self.terms.miss_weight * miss, is_last }
     }
 
-    fn miss(&self) -> f64 {
+    /// Distance of the end effector from the port, were this the last node; that of a lost episode is
+    /// [`LOST_MISS_M`] [m].
+    pub fn miss(&self) -> f64 {
         match self.is_lost {
             true => LOST_MISS_M,
-            false => self.approach().scene().miss(&self.state),
+            false => self.approach().miss(&self.state),
         }
     }
 
-    fn cost(&self) -> f64 {
+    /// Cost of the torques so far.
+    pub fn cost(&self) -> f64 {
         self.cost
     }
 }
 
 /// Whether nothing turns faster than it may; what is no number does.
-fn is_slow<const NL: usize>(state: &State<NL>) -> bool {
+fn is_slow(state: &State<MAX_JOINTS>) -> bool {
     state.is_finite()
         && state.rate.iter().chain(state.joint_rate.iter()).all(|rate| rate.abs() <= MAX_RATE)
 }
@@ -154,11 +134,10 @@ fn is_slow<const NL: usize>(state: &State<NL>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::ScenarioSet;
+    use crate::formats::{Mission, ScenarioSet};
     use crate::memory::on_large_stack;
     use crate::method::{Integrator, Method};
     use crate::planning::Planner;
-    use remora_core::advanced::model::Mission;
 
     /// A plan's torques, flown as actions, cost what the plan says and end where it ends.
     #[test]

@@ -19,15 +19,28 @@ impl PaddedPolicy<'_> {
     /// Hands the policy the features of its own joints.
     fn ask<T>(&self, features: &[f32], ask: impl FnOnce(&[f32]) -> T) -> T {
         let mut own = [0.0; MAX_FEATURES];
-        let (mut count, mut rest) = (0, features);
-        for gap in self.policy.encoding().gaps() {
-            let (row, others) = rest.split_at(gap + self.room);
-            let kept = gap + self.joints;
-            own[count..count + kept].copy_from_slice(&row[..kept]);
-            (count, rest) = (count + kept, others);
-        }
+        let count =
+            own_features(self.policy.encoding(), self.joints, self.room, features, &mut own);
         ask(&own[..count])
     }
+}
+
+/// Copies the features of an arm's own joints from those of a build with `room` for joints; how many they are.
+pub(crate) fn own_features(
+    encoding: Encoding,
+    joints: usize,
+    room: usize,
+    features: &[f32],
+    own: &mut [f32],
+) -> usize {
+    let (mut count, mut rest) = (0, features);
+    for gap in encoding.gaps() {
+        let (row, others) = rest.split_at(gap + room);
+        let kept = gap + joints;
+        own[count..count + kept].copy_from_slice(&row[..kept]);
+        (count, rest) = (count + kept, others);
+    }
+    count
 }
 
 impl Policy for PaddedPolicy<'_> {

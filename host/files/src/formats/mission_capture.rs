@@ -2,10 +2,10 @@
 
 use super::mission_servicer::Servicer;
 use super::quantities::rotation;
-use super::unit;
+use super::{JointVector, Mission, unit};
 use crate::error::FieldError;
-use nalgebra::{SVector, Vector3};
-use remora_core::advanced::model::{CaptureFailure, CaptureSearch, Mission, Roll};
+use nalgebra::Vector3;
+use remora_core::advanced::model::{CaptureFailure, CaptureSearch, Roll};
 use serde::{Deserialize, Serialize};
 
 /// How far off the boresight the port may be at capture, as a share of the field of view's half angle.
@@ -26,7 +26,7 @@ pub enum Capture {
 
 /// What joint angles at capture have to satisfy in a mission, `axis` the end effector's in the last
 /// link's axes: its margins are kept, and the port is all but on the boresight.
-pub fn capture_search<const NL: usize>(mission: &Mission<NL>, axis: Vector3<f64>) -> CaptureSearch {
+pub fn capture_search(mission: &Mission, axis: Vector3<f64>) -> CaptureSearch {
     CaptureSearch {
         axis,
         max_off_boresight: OFF_BORESIGHT * mission.approach.field_of_view_half_angle_rad,
@@ -88,14 +88,10 @@ impl Servicer {
 ///
 /// # Errors
 /// What the best that were found violate, and by how much.
-pub(super) fn found<const NL: usize>(
-    mission: &Mission<NL>,
-    axis: Vector3<f64>,
-) -> Result<SVector<f64, NL>, FieldError> {
-    let servicer = &mission.servicer;
+pub(super) fn found(mission: &Mission, axis: Vector3<f64>) -> Result<JointVector, FieldError> {
     let search = capture_search(mission, axis);
-    servicer
-        .capture_configuration(&search, &servicer.initial_joint_angle_rad)
+    mission
+        .capture_configuration(&search, &mission.servicer.initial_joint_angle_rad)
         .map_err(|failure| FieldError::new("servicer.capture", reason(&failure)))
 }
 

@@ -6,16 +6,14 @@
 use super::mission_capture;
 use super::mission_sections::{Approach, Horizon, Orbit};
 use super::mission_servicer::Servicer;
-use super::{Kind, Limit, PLANNED_JOINTS, as_text, toml_text, unit};
+use super::{Kind, Limit, MAX_JOINTS, Mission, PLANNED_JOINTS, as_text, toml_text, unit};
 use crate::error::{Error, FieldError};
-use crate::with_joints;
 use remora_core::advanced::model::{
-    Corridor, InvalidField, MIN_NODES, Margins, Mission, Orbit as TargetOrbit, Roll,
-    ScenarioRanges, Target, Tolerances, Typical, Weights,
+    self, Corridor, InvalidField, MIN_NODES, Margins, Orbit as TargetOrbit, Roll, ScenarioRanges,
+    Target, Tolerances, Typical, Weights,
 };
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::NODES;
 use serde::{Deserialize, Serialize};
-use std::any::Any;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -68,13 +66,13 @@ pub fn read_mission_file(file: Option<&Path>) -> Result<MissionFile, Error> {
     Kind::Mission.read(file, Limit::TEXT, |bytes| MissionFile::parse(as_text(bytes)?))
 }
 
-/// The mission of a file, or the built-in one without a file, with an arm of `NL` joints.
+/// The mission of a file, or the built-in one without a file.
 ///
 /// # Errors
-/// The file with the first field found wrong and the reason; another number of joints.
-pub fn read_mission<const NL: usize>(file: Option<&Path>) -> Result<Mission<NL>, Error> {
+/// The file with the first field found wrong and the reason.
+pub fn read_mission(file: Option<&Path>) -> Result<Mission, Error> {
     let read = read_mission_file(file)?;
-    read.mission_of().map_err(|error| error.at(file.unwrap_or(Path::new("built-in mission"))))
+    read.mission().map_err(|error| error.at(file.unwrap_or(Path::new("built-in mission"))))
 }
 
 impl MissionFile {
@@ -91,40 +89,15 @@ impl MissionFile {
         self.servicer.links.len()
     }
 
-    /// What refuses a number of joints.
-    pub fn wrong_joints(&self, planned: &str) -> FieldError {
-        let reason = format!("has {} entries; {planned}", self.joints());
-        FieldError::new("servicer.links", reason)
-    }
-
-    /// The mission of an arm like the built-in mission's, validated: see [`MissionFile::mission_of`].
+    /// The mission, validated.
     ///
     /// # Errors
-    /// As there.
-    pub fn mission(&self) -> Result<Mission<LINKS>, FieldError> {
-        self.mission_of()
-    }
-
-    /// The mission with its arm of `NL` joints, validated.
-    ///
-    /// # Errors
-    /// The first field, by its key in the file, whose value makes no sense; another number of joints.
-    pub fn mission_of<const NL: usize>(&self) -> Result<Mission<NL>, FieldError> {
-        let wrong = || self.wrong_joints(&format!("here the arm has {NL} joints"));
-        self.judged()?.downcast().map(|mission| *mission).map_err(|_| wrong())
-    }
-
-    /// The mission of as many joints as the file has. The code that judges missions is large, and there
-    /// for each number of joints: whoever reads one shares this, compiled with this crate.
-    fn judged(&self) -> Result<Box<dyn Any>, FieldError> {
-        with_joints!(self.joints(), NL => {
-            Ok(Box::new(self.judge::<NL>()?))
-        } else {
-            Err(self.wrong_joints(PLANNED_JOINTS))
-        })
-    }
-
-    fn judge<const NL: usize>(&self) -> Result<Mission<NL>, FieldError> {
+    /// The first field, by its key in the file, whose value makes no sense.
+    pub fn mission(&self) -> Result<Mission, FieldError> {
+        if !(1..=MAX_JOINTS).contains(&self.joints()) {
+            let reason = format!("has {} entries; {PLANNED_JOINTS}", self.joints());
+            return Err(FieldError::new("servicer.links", reason));
+        }
         let nodes = self.horizon.nodes;
         if !(MIN_NODES..=NODES).contains(&nodes) {
             let reason =
@@ -141,8 +114,8 @@ impl MissionFile {
         }
         mission.roll = self.roll.as_ref().map(|roll| self.servicer.roll(roll)).transpose()?;
         let a = &self.approach;
-        mission.approach.keep_out_far_m = a.keep_out_far_m.far(&mission.servicer);
-        mission.approach.keep_out_near_m = a.keep_out_near_m.near(&mission.servicer);
+        mission.approach.keep_out_far_m = a.keep_out_far_m.far(&mission);
+        mission.approach.keep_out_near_m = a.keep_out_near_m.near(&mission);
         validate(&mission)?;
         let step = mission.mean_motion() * self.horizon.duration_s / (nodes - 1) as f64;
         if step > MAX_NODE_INTERVAL {
@@ -160,10 +133,10 @@ impl MissionFile {
         self.orbit.convert()
     }
 
-    fn convert<const NL: usize>(&self) -> Result<Mission<NL>, FieldError> {
+    fn convert(&self) -> Result<Mission, FieldError> {
         let port_normal = self.target.port_normal.into();
         let port_normal = unit::direction(&port_normal, || "target.port_normal".into())?.into();
-        Ok(Mission {
+        let mission = model::Mission {
             orbit: self.orbit.convert()?,
             target: Target { port_normal, ..self.target },
             servicer: self.servicer.convert()?,
@@ -176,12 +149,13 @@ impl MissionFile {
             typical_magnitudes: self.typical,
             // Looked at where the joint angles at capture are known.
             roll: None,
-        })
+        };
+        Ok(Mission::new(mission, self.joints()))
     }
 
     /// The file of a mission with every number given: nothing is left to be derived but whether a
     /// part that is `auto` is in force.
-    pub fn of<const NL: usize>(mission: &Mission<NL>) -> Self {
+    pub fn of(mission: &Mission) -> Self {
         Self {
             format: FORMAT.into(),
             horizon: Horizon {
@@ -198,14 +172,14 @@ impl MissionFile {
             scenarios: mission.scenarios,
             typical: mission.typical_magnitudes,
             roll: mission.roll,
-            servicer: Servicer::from(&mission.servicer),
+            servicer: Servicer::of(&mission.servicer, mission.joints()),
         }
     }
 }
 
 impl Default for MissionFile {
     fn default() -> Self {
-        let mut file = Self::of(&Mission::<LINKS>::default());
+        let mut file = Self::of(&Mission::default());
         // Its keep-out distances follow from the servicer.
         file.approach = Approach::default();
         file.servicer = Servicer::default();
@@ -214,7 +188,7 @@ impl Default for MissionFile {
 }
 
 /// Refuses the first field, by its key in the file, whose value makes no sense.
-fn validate<const NL: usize>(mission: &Mission<NL>) -> Result<(), FieldError> {
+fn validate(mission: &Mission) -> Result<(), FieldError> {
     mission.validate().map_err(|error| FieldError::new(key_of(&error), error.reason))
 }
 

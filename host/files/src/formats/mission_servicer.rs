@@ -2,9 +2,9 @@
 
 use super::mission_capture::Capture;
 use super::quantities::{Limits, Stops, rotation};
-use super::unit;
+use super::{JointVector, MAX_JOINTS, Mission, unit};
 use crate::error::FieldError;
-use nalgebra::{Matrix3, SVector, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use remora_core::advanced::model::forms::inertia;
 use remora_core::advanced::model::{self, Link};
 use serde::{Deserialize, Serialize};
@@ -55,7 +55,8 @@ pub struct Servicer {
 
 impl Servicer {
     /// The servicer; joint angles at capture that are to be found are those of the start.
-    pub(super) fn convert<const NL: usize>(&self) -> Result<model::Servicer<NL>, FieldError> {
+    pub(super) fn convert(&self) -> Result<model::Servicer<MAX_JOINTS>, FieldError> {
+        let joints = self.links.len();
         let mount = match self.arm_base_rotation {
             Some(q) => Some(rotation(q, "servicer.arm_base_rotation")?),
             None => None,
@@ -65,13 +66,13 @@ impl Servicer {
             let link = Link { axis: axis.into(), ..*link };
             Ok(mount.map_or(link, |mount| turned(&link, &mount)))
         };
-        let links = self.links.iter().enumerate().map(convert);
-        let links: Vec<Link> = links.collect::<Result<_, _>>()?;
-        let links: [Link; NL] = links.try_into().map_err(|links: Vec<_>| {
-            FieldError::new("servicer.links", format!("has {} entries, not {NL}", links.len()))
-        })?;
+        let mut links = [Link::default(); MAX_JOINTS];
+        for (place, link) in links.iter_mut().zip(self.links.iter().enumerate().map(convert)) {
+            *place = link?;
+        }
         let key = "servicer.joint_angle_limit_rad";
-        let [min_joint_angle, max_joint_angle] = Stops::all(&self.joint_angle_limit_rad, key)?;
+        let [min_joint_angle, max_joint_angle] =
+            Stops::all(&self.joint_angle_limit_rad, joints, key)?;
         Ok(model::Servicer {
             bus_mass_kg: self.bus_mass_kg,
             bus_inertia_kg_m2: self.bus_inertia_kg_m2,
@@ -83,35 +84,36 @@ impl Servicer {
             max_joint_angle_rad: max_joint_angle,
             joint_rate_limit_rad_s: self
                 .joint_rate_limit_rad_s
-                .each("servicer.joint_rate_limit_rad_s")?,
-            initial_joint_angle_rad: each(&self.initial_joint_angle_rad, "initial")?,
+                .each(joints, "servicer.joint_rate_limit_rad_s")?,
+            initial_joint_angle_rad: each(&self.initial_joint_angle_rad, joints, "initial")?,
             capture_joint_angle_rad: self.capture_angles()?,
-            force_limit_n: self.force_limit_n.each("servicer.force_limit_n")?,
+            force_limit_n: self.force_limit_n.each(3, "servicer.force_limit_n")?,
             bus_torque_limit_n_m: self
                 .bus_torque_limit_n_m
-                .each("servicer.bus_torque_limit_n_m")?,
+                .each(3, "servicer.bus_torque_limit_n_m")?,
             joint_torque_limit_n_m: self
                 .joint_torque_limit_n_m
-                .each("servicer.joint_torque_limit_n_m")?,
+                .each(joints, "servicer.joint_torque_limit_n_m")?,
         })
     }
 
-    fn capture_angles<const NL: usize>(&self) -> Result<SVector<f64, NL>, FieldError> {
+    fn capture_angles(&self) -> Result<JointVector, FieldError> {
+        let joints = self.links.len();
         let usual = model::Servicer::default().capture_joint_angle_rad;
         match (self.capture, &self.capture_joint_angle_rad) {
-            (Capture::Pose, _) => each(&self.initial_joint_angle_rad, "initial"),
-            (Capture::Joints, Some(angles)) => each(angles, "capture"),
-            (Capture::Joints, None) => each(usual.as_slice(), "capture"),
+            (Capture::Pose, _) => each(&self.initial_joint_angle_rad, joints, "initial"),
+            (Capture::Joints, Some(angles)) => each(angles, joints, "capture"),
+            (Capture::Joints, None) => each(usual.as_slice(), joints, "capture"),
         }
     }
 }
 
 /// The joint angles of the start or of capture, one for each joint.
-fn each<const NL: usize>(angles: &[f64], when: &str) -> Result<SVector<f64, NL>, FieldError> {
-    match angles.len() == NL {
-        true => Ok(SVector::from_column_slice(angles)),
+fn each(angles: &[f64], joints: usize, when: &str) -> Result<JointVector, FieldError> {
+    match angles.len() == joints {
+        true => Ok(super::each(angles)),
         false => {
-            let reason = format!("one number for each of {NL} joints, not {}", angles.len());
+            let reason = format!("one number for each of {joints} joints, not {}", angles.len());
             Err(FieldError::new(format!("servicer.{when}_joint_angle_rad"), reason))
         }
     }
@@ -130,8 +132,10 @@ fn turned(link: &Link, rotation: &Matrix3<f64>) -> Link {
     }
 }
 
-impl<const NL: usize> From<&model::Servicer<NL>> for Servicer {
-    fn from(s: &model::Servicer<NL>) -> Self {
+impl Servicer {
+    /// The section of a servicer's first `joints` joints, every number given.
+    pub(super) fn of(s: &model::Servicer<MAX_JOINTS>, joints: usize) -> Self {
+        let of_arm = |numbers: &JointVector| numbers.as_slice()[..joints].to_vec();
         Self {
             bus_mass_kg: s.bus_mass_kg,
             bus_inertia_kg_m2: s.bus_inertia_kg_m2,
@@ -139,16 +143,19 @@ impl<const NL: usize> From<&model::Servicer<NL>> for Servicer {
             boresight: s.boresight.into(),
             arm_base_m: s.arm_base_m.into(),
             arm_base_rotation: None,
-            joint_angle_limit_rad: Stops::of(&s.min_joint_angle_rad, &s.max_joint_angle_rad),
-            joint_rate_limit_rad_s: Limits::from(&s.joint_rate_limit_rad_s),
-            initial_joint_angle_rad: s.initial_joint_angle_rad.as_slice().into(),
+            joint_angle_limit_rad: Stops::of(
+                &of_arm(&s.min_joint_angle_rad),
+                &of_arm(&s.max_joint_angle_rad),
+            ),
+            joint_rate_limit_rad_s: Limits::of(&of_arm(&s.joint_rate_limit_rad_s)),
+            initial_joint_angle_rad: of_arm(&s.initial_joint_angle_rad),
             capture: Capture::Joints,
-            capture_joint_angle_rad: Some(s.capture_joint_angle_rad.as_slice().into()),
+            capture_joint_angle_rad: Some(of_arm(&s.capture_joint_angle_rad)),
             end_effector_axis: None,
-            force_limit_n: Limits::from(&s.force_limit_n),
-            bus_torque_limit_n_m: Limits::from(&s.bus_torque_limit_n_m),
-            joint_torque_limit_n_m: Limits::from(&s.joint_torque_limit_n_m),
-            links: s.links.to_vec(),
+            force_limit_n: Limits::of(s.force_limit_n.as_slice()),
+            bus_torque_limit_n_m: Limits::of(s.bus_torque_limit_n_m.as_slice()),
+            joint_torque_limit_n_m: Limits::of(&of_arm(&s.joint_torque_limit_n_m)),
+            links: s.links[..joints].to_vec(),
         }
     }
 }
@@ -156,7 +163,8 @@ impl<const NL: usize> From<&model::Servicer<NL>> for Servicer {
 impl Default for Servicer {
     /// The problem definition's; joint angles at capture stand in no file that says how to find them.
     fn default() -> Self {
-        let given = Self::from(&model::Servicer::default());
+        let built_in = Mission::default();
+        let given = Self::of(&built_in.servicer, built_in.joints());
         Self { capture_joint_angle_rad: None, ..given }
     }
 }

@@ -2,17 +2,15 @@
 
 use super::mission_file::MissionFile;
 use super::radius::Radius;
-use super::{MissionCapture, capture_search};
-use nalgebra::{Matrix3, SVector, Vector3};
+use super::{MAX_JOINTS, Mission, MissionCapture, capture_search};
+use nalgebra::{Matrix3, Vector3};
+use remora_core::advanced::model;
 use remora_core::advanced::model::forms::degrees::{degrees, radians};
-use remora_core::advanced::model::{self, Mission};
-use remora_core::advanced::planner::mission_checksum;
-use remora_core::advanced::stages::LINKS;
 
 const DEFAULT: &str = include_str!("../../../../fixtures/missions/default.mission.toml");
 
 /// Every bit of a mission: `Debug` shows the shortest number that reads back the same.
-fn bits(mission: &Mission<LINKS>) -> String {
+fn bits(mission: &Mission) -> String {
     format!("{mission:?}")
 }
 
@@ -49,11 +47,11 @@ fn a_mission_survives_being_written() {
 }
 
 /// A servicer of which every joint, axis and link differs, in the long forms.
-fn general() -> Mission<LINKS> {
+fn general() -> Mission {
     let mut mission = Mission::default();
     let s = &mut mission.servicer;
     s.bus_inertia_kg_m2 = Matrix3::new(80.0, 1.5, -2.0, 1.5, 85.0, 0.1, -2.0, 0.1, 90.0);
-    s.min_joint_angle_rad = SVector::from([-3.0, 0.1, -1.75]);
+    s.min_joint_angle_rad = super::each(&[-3.0, 0.1, -1.75]);
     s.joint_rate_limit_rad_s[1] = 4e-3;
     s.force_limit_n.y = 0.3;
     s.bus_torque_limit_n_m.z = 1e-3;
@@ -89,7 +87,7 @@ fn the_long_forms_are_written_where_the_short_ones_do_not_say_it_all() {
 /// of the default, which is what it was when there was one limit for all.
 #[test]
 fn every_number_of_a_servicer_counts_in_its_checksum() {
-    type Change = fn(&mut model::Servicer<LINKS>);
+    type Change = fn(&mut model::Servicer<MAX_JOINTS>);
     let changes: [Change; 12] = [
         |_| (),
         |s| s.min_joint_angle_rad[0] = -3.0,
@@ -108,7 +106,7 @@ fn every_number_of_a_servicer_counts_in_its_checksum() {
         let mut mission = Mission::default();
         change(&mut mission.servicer);
         mission.validate().unwrap();
-        mission_checksum(&mission)
+        mission.checksum()
     });
     assert_eq!(sums[0], 0x7841_7d2a_80d6_76ca);
     let distinct: std::collections::BTreeSet<_> = sums.into_iter().collect();
@@ -367,7 +365,7 @@ fn a_roll_is_read_written_and_looked_at() {
     let mission = MissionFile::parse(text).unwrap().mission().unwrap();
     assert_eq!(mission.roll.unwrap().port, Vector3::new(0.6, 0.8, 0.0));
     assert_eq!(bits(&MissionFile::of(&mission).mission().unwrap()), bits(&mission));
-    assert_ne!(mission_checksum(&mission), mission_checksum(&Mission::<LINKS>::default()));
+    assert_ne!(mission.checksum(), Mission::default().checksum());
     // In the axes that the links are given in.
     let turned = format!("{text}[servicer]\narm_base_rotation = [0.5, 0.5, 0.5, 0.5]");
     let roll = MissionFile::parse(&turned).unwrap().mission().map(|mission| mission.roll);

@@ -6,11 +6,11 @@
 
 mod evidence_file;
 mod input;
-mod joints;
 pub mod json;
 mod json_text;
 mod kind;
 mod lock;
+mod mission;
 mod mission_capture;
 mod mission_file;
 mod mission_sections;
@@ -41,9 +41,13 @@ pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, ModelRecord, evidence_path, plan_stem, recovered,
 };
 pub use input::{Limit, as_text, open_regular, open_to_write, read_bytes, read_text};
-pub use joints::{MAX_JOINTS, PLANNED_JOINTS};
 pub use kind::Kind;
 pub use lock::{lock, lock_shared};
+use mission::each;
+pub use mission::{
+    JointVector, MAX_JOINTS, Mission, Motion, PLANNED_JOINTS, Scenario, resized_control,
+    resized_motion, resized_state,
+};
 pub use mission_capture::{Capture as MissionCapture, capture_search};
 pub use mission_file::{FORMAT as MISSION_FORMAT, MissionFile, read_mission, read_mission_file};
 pub use mission_sections::{
@@ -114,7 +118,7 @@ mod tests {
             let set = ScenarioSet::built_in().unwrap();
             let set = json::to_text(&ScenarioSet::new(set.scenarios[..2].to_vec())).unwrap();
             if let Ok(set) = ScenarioSet::parse(&damaged(&set, at, with)) {
-                prop_assert!(set.scenarios.iter().all(|s| s.scenario::<3>().position.amax() <= 1e6));
+                prop_assert!(set.scenarios.iter().all(|s| s.scenario().position.amax() <= 1e6));
             }
             let mission = include_str!("../../../../fixtures/missions/default.mission.toml");
             let mission = damaged(mission, at, with);

@@ -1,22 +1,17 @@
 //! Between the rows of plan files and the core's trajectories.
 
-use super::Status;
-use super::joints::each;
 use super::plan_file::{PlanStage1, PlanStage2, PlanTarget};
-use nalgebra::{SVector, Vector3, Vector4};
-use remora_core::advanced::dynamics::{Control, State};
+use super::{JointVector, Motion, Status, each};
+use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::model::TargetState;
-use remora_core::advanced::stages::{NODES, ReorientationTrajectory, TranslationTrajectory};
+use remora_core::advanced::stages::{NODES, TranslationTrajectory};
 
 fn rows<T, const M: usize>(items: &[T], row: impl Fn(&T) -> [f64; M]) -> Vec<[f64; M]> {
     items.iter().map(row).collect()
 }
 
-fn joint_rows<T, const NL: usize>(
-    items: &[T],
-    row: impl Fn(&T) -> &SVector<f64, NL>,
-) -> Vec<Vec<f64>> {
-    items.iter().map(|item| row(item).as_slice().to_vec()).collect()
+fn joint_rows<T>(items: &[T], joints: usize, row: impl Fn(&T) -> &JointVector) -> Vec<Vec<f64>> {
+    items.iter().map(|item| row(item).iter().take(joints).copied().collect()).collect()
 }
 
 /// The first of them; all where there are no more.
@@ -63,13 +58,8 @@ impl PlanStage1 {
 }
 
 impl PlanStage2 {
-    /// The section of the first `nodes` nodes of a trajectory.
-    pub fn new<const NL: usize>(
-        end: StageEnd,
-        inference_s: f64,
-        nodes: usize,
-        t: &ReorientationTrajectory<NODES, NL>,
-    ) -> Self {
+    /// The section of the first `nodes` nodes of a trajectory of an arm of so many joints.
+    pub fn new(end: StageEnd, inference_s: f64, nodes: usize, joints: usize, t: &Motion) -> Self {
         let StageEnd { status, iterations, cost, time_s } = end;
         let (states, controls) = (first(&t.states, nodes), first(&t.controls, nodes - 1));
         Self {
@@ -79,23 +69,23 @@ impl PlanStage2 {
             time_s,
             inference_s,
             attitude: rows(states, |x| x.attitude.into()),
-            joint_angle: joint_rows(states, |x| &x.joint_angle),
+            joint_angle: joint_rows(states, joints, |x| &x.joint_angle),
             rate: rows(states, |x| x.rate.into()),
-            joint_rate: joint_rows(states, |x| &x.joint_rate),
+            joint_rate: joint_rows(states, joints, |x| &x.joint_rate),
             bus_torque: rows(controls, |u| u.bus_torque.into()),
-            joint_torque: joint_rows(controls, |u| &u.joint_torque),
+            joint_torque: joint_rows(controls, joints, |u| &u.joint_torque),
         }
     }
 
     /// The trajectory of the file's rows, whose number has been checked.
-    pub fn trajectory<const NL: usize>(&self) -> ReorientationTrajectory<NODES, NL> {
-        let mut t = ReorientationTrajectory::ZERO;
-        let states: &mut [State<NL>] = &mut t.states;
+    pub fn trajectory(&self) -> Motion {
+        let mut t = Motion::ZERO;
+        let states: &mut [_] = &mut t.states;
         fill(states, &self.attitude, |x, row| x.attitude = Vector4::from(*row));
         fill(states, &self.joint_angle, |x, row| x.joint_angle = each(row));
         fill(states, &self.rate, |x, row| x.rate = Vector3::from(*row));
         fill(states, &self.joint_rate, |x, row| x.joint_rate = each(row));
-        let controls: &mut [Control<NL>] = &mut t.controls;
+        let controls: &mut [_] = &mut t.controls;
         fill(controls, &self.bus_torque, |u, row| u.bus_torque = Vector3::from(*row));
         fill(controls, &self.joint_torque, |u, row| u.joint_torque = each(row));
         t

@@ -1,11 +1,11 @@
 //! What a plan was made from, in its file: scenario, mission, time grid and program, so that the
 //! file stands alone.
 
-use super::{MISSION_FORMAT, MissionFile, NamedScenario, ServicerStart, TargetStart, json};
+use super::{
+    MISSION_FORMAT, Mission, MissionFile, NamedScenario, Scenario, ServicerStart, TargetStart, json,
+};
 use crate::error::FieldError;
 use crate::method::Integrator;
-use remora_core::advanced::model::{Mission, Scenario};
-use remora_core::advanced::planner::{mission_checksum, scenario_checksum};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -83,11 +83,11 @@ pub struct PlanGrid {
 
 /// What a plan was made for, looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MadeFor<const NL: usize> {
+pub struct MadeFor {
     /// The mission; valid.
-    pub mission: Mission<NL>,
+    pub mission: Mission,
     /// The scenario.
-    pub scenario: Scenario<NL>,
+    pub scenario: Scenario,
 }
 
 /// The program that made a file.
@@ -134,17 +134,13 @@ pub fn frames() -> BTreeMap<String, String> {
 
 impl PlanGrid {
     /// The grid of a scenario's plan.
-    pub fn of<const NL: usize>(mission: &Mission<NL>, scenario: &Scenario<NL>) -> Self {
+    pub fn of(mission: &Mission, scenario: &Scenario) -> Self {
         let grid = mission.grid(scenario);
         Self { nodes: grid.nodes, dt_s: grid.interval(), preset_node: grid.preset_node() }
     }
 
     /// Refuses a grid that is not that of mission and scenario.
-    pub(super) fn check<const NL: usize>(
-        &self,
-        mission: &Mission<NL>,
-        scenario: &Scenario<NL>,
-    ) -> Result<(), FieldError> {
+    pub(super) fn check(&self, mission: &Mission, scenario: &Scenario) -> Result<(), FieldError> {
         let is = Self::of(mission, scenario);
         let differs = |field: &str, said: String, is: String| {
             let reason = format!("is {said}, that of its inputs is {is}");
@@ -210,17 +206,13 @@ impl From<&NamedScenario> for PlanScenario {
 
 impl PlanInputs {
     /// What a plan with this integrator is made from.
-    pub fn new<const NL: usize>(
-        mission: &Mission<NL>,
-        scenario: &NamedScenario,
-        integrator: Integrator,
-    ) -> Self {
+    pub fn new(mission: &Mission, scenario: &NamedScenario, integrator: Integrator) -> Self {
         let file = MissionFile::of(mission);
         // That of the numbers in the file, which its reader compares it to.
-        let written = file.mission_of().unwrap_or(*mission);
+        let written = file.mission().unwrap_or(*mission);
         Self {
             scenario: scenario.into(),
-            scenario_checksum: checksum_of_scenario(&scenario.scenario::<NL>()),
+            scenario_checksum: checksum_of_scenario(mission, &scenario.scenario()),
             mission: file,
             mission_checksum: checksum_of_mission(&written),
             in_force: InForce {
@@ -235,18 +227,18 @@ impl PlanInputs {
     ///
     /// # Errors
     /// The first field found wrong; checksums that are not those of what they stand beside.
-    pub fn read<const NL: usize>(&self, id: &str) -> Result<MadeFor<NL>, FieldError> {
+    pub fn read(&self, id: &str) -> Result<MadeFor, FieldError> {
         let within = |part: &str, error: FieldError| {
             FieldError::new(format!("inputs.{part}.{}", error.field), error.reason)
         };
         json::check_format(Some(&self.mission.format), MISSION_FORMAT)
             .map_err(|error| within("mission", error))?;
-        let mission = self.mission.mission_of().map_err(|error| within("mission", error))?;
+        let mission = self.mission.mission().map_err(|error| within("mission", error))?;
         let named = self.scenario.named(id);
         named.validate().map_err(|error| {
             FieldError::new(format!("inputs.scenario.{}", key_of(&error.field)), error.reason)
         })?;
-        named.check_joints(NL).map_err(|error| {
+        named.check_joints(mission.joints()).map_err(|error| {
             FieldError::new(format!("inputs.scenario.{}", key_of(&error.field)), error.reason)
         })?;
         let scenario = named.scenario();
@@ -255,7 +247,7 @@ impl PlanInputs {
             let field = format!("inputs.{part}_checksum");
             if said == is { Ok(()) } else { Err(FieldError::new(field, reason)) }
         };
-        agrees("scenario", &self.scenario_checksum, checksum_of_scenario(&scenario))?;
+        agrees("scenario", &self.scenario_checksum, checksum_of_scenario(&mission, &scenario))?;
         agrees("mission", &self.mission_checksum, checksum_of_mission(&mission))?;
         Ok(MadeFor { mission, scenario })
     }
@@ -273,11 +265,11 @@ fn key_of(field: &str) -> &str {
 }
 
 /// Checksum of a mission as files hold it.
-pub fn checksum_of_mission<const NL: usize>(mission: &Mission<NL>) -> String {
-    format!("{:016x}", mission_checksum(mission))
+pub fn checksum_of_mission(mission: &Mission) -> String {
+    format!("{:016x}", mission.checksum())
 }
 
-/// Checksum of a scenario as files hold it.
-pub fn checksum_of_scenario<const NL: usize>(scenario: &Scenario<NL>) -> String {
-    format!("{:016x}", scenario_checksum(scenario))
+/// Checksum of a scenario of a mission as files hold it.
+pub fn checksum_of_scenario(mission: &Mission, scenario: &Scenario) -> String {
+    format!("{:016x}", mission.scenario_checksum(scenario))
 }

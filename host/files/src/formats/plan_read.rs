@@ -2,7 +2,7 @@
 
 use super::packet::{is_named_packet, is_packet};
 use super::plan_file::{FORMAT, PlanFile};
-use super::{Kind, Limit, PLANNED_JOINTS, Residuals, as_text, check_id, json, unit};
+use super::{Kind, Limit, Residuals, as_text, check_id, json, unit};
 use crate::error::{Error, FieldError};
 use std::path::Path;
 
@@ -80,13 +80,8 @@ impl PlanFile {
     fn check_head(&self) -> Result<(), FieldError> {
         let Self { inputs, grid, .. } = self;
         check_id(&self.scenario, || "scenario".into())?;
-        crate::with_joints!(inputs.mission.joints(), NL => {
-            let made_for = inputs.read::<NL>(&self.scenario)?;
-            grid.check(&made_for.mission, &made_for.scenario)
-        } else {
-            let wrong = inputs.mission.wrong_joints(PLANNED_JOINTS);
-            Err(FieldError::new(format!("inputs.mission.{}", wrong.field), wrong.reason))
-        })
+        let made_for = inputs.read(&self.scenario)?;
+        grid.check(&made_for.mission, &made_for.scenario)
     }
 
     /// Quaternions that are nearly of unit length are normalised; any other is refused.
@@ -179,14 +174,12 @@ fn check_residuals(residuals: &Residuals) -> Result<(), FieldError> {
 pub(super) mod tests {
     use super::*;
     use crate::formats::{
-        MissionFile, PlanGrid, PlanInputs, PlanStage1, PlanStage2, PlanTarget, Program,
-        ScenarioSet, StageEnd, Status, Verdict,
+        Mission, MissionFile, Motion, PlanGrid, PlanInputs, PlanStage1, PlanStage2, PlanTarget,
+        Program, Scenario, ScenarioSet, StageEnd, Status, Verdict,
     };
     use crate::method::{Integrator, Mode};
-    use remora_core::advanced::model::{Mission, Scenario, TargetState};
-    use remora_core::advanced::stages::{
-        Clearances, Closest, LINKS, NODES, ReorientationTrajectory, TranslationTrajectory,
-    };
+    use remora_core::advanced::model::TargetState;
+    use remora_core::advanced::stages::{Clearances, Closest, NODES, TranslationTrajectory};
 
     pub(crate) fn plan() -> PlanFile {
         let residuals = Residuals { dynamics1: 1e-9, ee_angle: 2e-9, ..Default::default() };
@@ -210,12 +203,7 @@ pub(super) mod tests {
             qp: "clarabel".into(),
             integrator: Integrator::RK4,
             stage1: PlanStage1::new(end, NODES, &TranslationTrajectory::ZERO),
-            stage2: PlanStage2::new(
-                end,
-                0.0,
-                NODES,
-                &ReorientationTrajectory::<NODES, LINKS>::ZERO,
-            ),
+            stage2: PlanStage2::new(end, 0.0, NODES, Mission::default().joints(), &Motion::ZERO),
             target: PlanTarget::from([TargetState::ZERO; NODES].as_slice()),
             residuals,
             verdict: Some(Verdict::Optimal),
@@ -230,8 +218,7 @@ pub(super) mod tests {
         assert_eq!(PlanFile::parse(&text).unwrap(), plan);
         assert_eq!((plan.stage1.position.len(), plan.stage1.force.len()), (60, 59));
         assert_eq!((plan.stage2.attitude.len(), plan.stage2.joint_torque.len()), (60, 59));
-        let two = plan.stage2.trajectory::<LINKS>();
-        assert_eq!(two, ReorientationTrajectory::ZERO);
+        assert_eq!(plan.stage2.trajectory(), Motion::ZERO);
     }
 
     /// JSON and packet hold the same plan, and either is read whatever its file is called.

@@ -1,6 +1,6 @@
 //! Numbers of a mission file that have a short form and a long one.
 
-use super::unit;
+use super::{JointVector, each, unit};
 use crate::error::FieldError;
 use nalgebra::{Matrix3, SVector, Vector4};
 use remora_core::advanced::math::quaternion;
@@ -26,16 +26,20 @@ impl Limits {
         }
     }
 
-    /// The limit of each.
+    /// The limit of each of `count`, at most `D`.
     ///
     /// # Errors
     /// A list of another length.
-    pub(super) fn each<const D: usize>(&self, key: &str) -> Result<SVector<f64, D>, FieldError> {
+    pub(super) fn each<const D: usize>(
+        &self,
+        count: usize,
+        key: &str,
+    ) -> Result<SVector<f64, D>, FieldError> {
         match self {
             Self::Same(limit) => Ok(SVector::repeat(*limit)),
-            Self::Each(limits) if limits.len() == D => Ok(SVector::from_column_slice(limits)),
+            Self::Each(limits) if limits.len() == count => Ok(each(limits)),
             Self::Each(limits) => {
-                let reason = format!("one number or {D}, not {}", limits.len());
+                let reason = format!("one number or {count}, not {}", limits.len());
                 Err(FieldError::new(key, reason))
             }
         }
@@ -55,13 +59,6 @@ impl fmt::Display for Limits {
     }
 }
 
-impl<const D: usize> From<&SVector<f64, D>> for Limits {
-    /// One number where it says it all.
-    fn from(limits: &SVector<f64, D>) -> Self {
-        Self::of(limits.as_slice())
-    }
-}
-
 /// The stops of a joint [rad].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a number, for plus and minus, or 2, [lower, upper]")]
@@ -74,10 +71,7 @@ pub enum Stops {
 
 impl Stops {
     /// Stops of joints; the short form where it says it all.
-    pub(super) fn of<const D: usize>(
-        lower: &SVector<f64, D>,
-        upper: &SVector<f64, D>,
-    ) -> Vec<Self> {
+    pub(super) fn of(lower: &[f64], upper: &[f64]) -> Vec<Self> {
         lower.iter().zip(upper).map(|(lower, upper)| Self::between(*lower, *upper)).collect()
     }
 
@@ -90,12 +84,13 @@ impl Stops {
     ///
     /// # Errors
     /// A list of another length, and stops of which the lower is not below the upper.
-    pub(super) fn all<const D: usize>(
+    pub(super) fn all(
         stops: &[Self],
+        joints: usize,
         key: &str,
-    ) -> Result<[SVector<f64, D>; 2], FieldError> {
-        if stops.len() != D {
-            let reason = format!("one entry for each of {D} joints, not {}", stops.len());
+    ) -> Result<[JointVector; 2], FieldError> {
+        if stops.len() != joints {
+            let reason = format!("one entry for each of {joints} joints, not {}", stops.len());
             return Err(FieldError::new(key, reason));
         }
         let [mut lowers, mut uppers] = [SVector::zeros(); 2];

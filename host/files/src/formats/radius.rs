@@ -1,6 +1,7 @@
 //! Keep-out radii: given, or derived from the servicer.
 
-use remora_core::advanced::model::{Approach, Link, Servicer};
+use super::Mission;
+use remora_core::advanced::model::{Approach, Link};
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -20,34 +21,35 @@ const AUTO: &str = "auto";
 
 impl Radius {
     /// The radius while far [m]: how far the arm extends from the system's centre of mass.
-    pub fn far<const NL: usize>(self, servicer: &Servicer<NL>) -> f64 {
+    pub fn far(self, mission: &Mission) -> f64 {
         match self {
             Self::Metres(radius) => radius,
-            Self::Auto if is_published(servicer) => Approach::default().keep_out_far_m,
-            Self::Auto => servicer.extension(),
+            Self::Auto if is_published(mission) => Approach::default().keep_out_far_m,
+            Self::Auto => mission.servicer.extension(),
         }
     }
 
     /// The radius afterwards [m]: how far the arm reaches at capture.
-    pub fn near<const NL: usize>(self, servicer: &Servicer<NL>) -> f64 {
+    pub fn near(self, mission: &Mission) -> f64 {
         match self {
             Self::Metres(radius) => radius,
-            Self::Auto if is_published(servicer) => Approach::default().keep_out_near_m,
-            Self::Auto => servicer.capture_geometry().reach,
+            Self::Auto if is_published(mission) => Approach::default().keep_out_near_m,
+            Self::Auto => mission.servicer.capture_geometry().reach,
         }
     }
 }
 
 /// Whether all that the radii follow from is as published.
-fn is_published<const NL: usize>(servicer: &Servicer<NL>) -> bool {
-    let (s, published) = (servicer, Servicer::default());
+fn is_published(mission: &Mission) -> bool {
+    let built_in = Mission::default();
+    let (s, published) = (&mission.servicer, &built_in.servicer);
     let link = |link: &Link| (link.tip_m, link.center_of_mass_m, link.mass_kg, link.axis);
-    let same = |a: &[f64], b: &[f64]| a == b;
-    (s.bus_mass_kg, s.arm_base_m) == (published.bus_mass_kg, published.arm_base_m)
+    mission.joints() == built_in.joints()
+        && (s.bus_mass_kg, s.arm_base_m) == (published.bus_mass_kg, published.arm_base_m)
         && s.links.iter().map(link).eq(published.links.iter().map(link))
-        && same(s.min_joint_angle_rad.as_slice(), published.min_joint_angle_rad.as_slice())
-        && same(s.max_joint_angle_rad.as_slice(), published.max_joint_angle_rad.as_slice())
-        && same(s.capture_joint_angle_rad.as_slice(), published.capture_joint_angle_rad.as_slice())
+        && s.min_joint_angle_rad == published.min_joint_angle_rad
+        && s.max_joint_angle_rad == published.max_joint_angle_rad
+        && s.capture_joint_angle_rad == published.capture_joint_angle_rad
 }
 
 impl Serialize for Radius {
@@ -94,8 +96,7 @@ impl<'de> Deserialize<'de> for Radius {
 
 #[cfg(test)]
 mod tests {
-    use crate::formats::MissionFile;
-    use remora_core::advanced::model::Mission;
+    use crate::formats::{Mission, MissionFile};
 
     fn radii(text: &str) -> (f64, f64) {
         let mission = MissionFile::parse(text).and_then(|file| file.mission()).unwrap();

@@ -1,11 +1,11 @@
 //! What a campaign keeps of one plan: a row of its journal and its tables.
 
 use super::{
-    ArmClearances, Clearances, Closest, NamedScenario, Nearest, PlanFile, Residuals, Status,
-    Verdict,
+    ArmClearances, Clearances, Closest, Mission, NamedScenario, Nearest, PlanFile, Residuals,
+    Status, Verdict,
 };
 use crate::error::FieldError;
-use remora_core::advanced::model::{Mission, Refusal, Tolerances};
+use remora_core::advanced::model::{Refusal, Tolerances};
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// What a campaign keeps of one plan.
@@ -93,11 +93,7 @@ pub struct Flight {
 
 impl Flight {
     /// Of a scenario's plan.
-    pub fn new<const NL: usize>(
-        mission: &Mission<NL>,
-        scenario: &NamedScenario,
-        plan: &PlanFile,
-    ) -> Self {
+    pub fn new(mission: &Mission, scenario: &NamedScenario, plan: &PlanFile) -> Self {
         fn peak<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
             numbers.fold(0.0, |most, x| most.max(x.abs()))
         }

@@ -1,11 +1,12 @@
 //! Scenario sets: `*.scenarios.json`.
 
-use super::joints::each;
-use super::{Kind, Limit, as_text, check_id, json, unit, write_atomically};
+use super::{
+    Kind, Limit, MAX_JOINTS, Scenario, as_text, check_id, each, json, unit, write_atomically,
+};
 use crate::error::{Error, FieldError};
 use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{MIN_NODES, Scenario, Start};
+use remora_core::advanced::model::{MIN_NODES, Start};
 use remora_core::advanced::stages::NODES;
 use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
@@ -128,7 +129,7 @@ pub struct ServicerStart {
 
 impl ServicerStart {
     /// Bus and arm as the planner takes them.
-    fn start<const NL: usize>(&self) -> Start<NL> {
+    fn start(&self) -> Start<MAX_JOINTS> {
         let attitude = self.bus_attitude_body_to_rtn;
         Start {
             bus_attitude: attitude.map(|q| quaternion::normalized(&Vector4::from(q))),
@@ -159,8 +160,8 @@ impl NamedScenario {
         Ok(())
     }
 
-    /// The scenario as the planner takes it for an arm of `NL` joints, its quaternion normalised.
-    pub fn scenario<const NL: usize>(&self) -> Scenario<NL> {
+    /// The scenario as the planner takes it, its quaternion normalised.
+    pub fn scenario(&self) -> Scenario {
         Scenario {
             target_attitude: quaternion::normalized(&Vector4::from(self.target.attitude)),
             target_rate: Vector3::from(self.target.rate),
@@ -354,9 +355,9 @@ mod tests {
         let written = text(moving);
         let set = ScenarioSet::parse(&written).unwrap();
         assert_eq!(set.format, FORMAT);
-        let scenario = set.scenarios[0].scenario::<3>();
+        let scenario = set.scenarios[0].scenario();
         assert_eq!(scenario.duration, Some(700.0));
-        assert_eq!(scenario.start.joint_angle, Some([-0.5, 0.4, 0.3].into()));
+        assert_eq!(scenario.start.joint_angle, Some(each(&[-0.5, 0.4, 0.3])));
         assert_eq!(scenario.start.bus_rate, Vector3::new(1e-4, 0.0, -2e-4));
         assert_eq!(scenario.start.joint_rate, Vector3::new(1e-3, 0.0, 0.0));
         assert_eq!(json::to_text(&set).unwrap(), written);

@@ -2,12 +2,11 @@
 
 use super::Campaign;
 use crate::fingerprint::{self, fingerprint};
-use crate::formats::Row;
+use crate::formats::{Mission, Row};
 use crate::journal::Heading;
 use crate::learned::Learned;
 use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
 use crate::settings::settings_text;
-use remora_core::advanced::model::Mission;
 use serde::{Deserialize, Serialize};
 
 /// Name of the journal in the campaign's directory.
@@ -48,15 +47,15 @@ pub struct CampaignHeader {
 
 impl CampaignHeader {
     /// The header of a campaign.
-    pub fn new<const NL: usize>(campaign: &Campaign<NL>) -> Self {
+    pub fn new(campaign: &Campaign) -> Self {
         let scenarios = fingerprint(&campaign.scenarios);
         let Campaign { mission, method, model, save_plans, .. } = campaign;
         Self { plans: *save_plans, ..Self::of(mission, method, model.as_ref(), scenarios) }
     }
 
     /// The header of plans of these scenarios, of which no plan files are written.
-    pub fn of<const NL: usize>(
-        mission: &Mission<NL>,
+    pub fn of(
+        mission: &Mission,
         method: &Method,
         model: Option<&Learned>,
         scenarios: String,

@@ -24,8 +24,8 @@ pub use tally::Tally;
 
 use crate::error::{Error, FieldError};
 use crate::formats::{
-    self, NamedScenario, Program, Row, ScenarioSet, Status, TableOrigin, check_writable, json,
-    make_directory, write_atomically,
+    self, Mission, NamedScenario, Program, Row, ScenarioSet, Status, TableOrigin, check_writable,
+    json, make_directory, write_atomically,
 };
 use crate::learned::Learned;
 use crate::method::Method;
@@ -33,8 +33,6 @@ use crate::planning::{self, Planner};
 use crate::pool;
 use crate::progress::Progress;
 use journal::Journal;
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
 use serde_json::Value;
 use std::collections::{HashMap, HashSet};
 use std::num::NonZeroUsize;
@@ -53,13 +51,13 @@ pub const SCENARIOS: &str = "campaign.scenarios.json";
 
 /// A campaign to be run: the input of `remora campaign`.
 #[derive(Clone, Debug)]
-pub struct Campaign<const NL: usize = LINKS> {
+pub struct Campaign {
     /// The scenarios; ids are unique.
     pub scenarios: Vec<NamedScenario>,
     /// Seed of their draw, where they were drawn.
     pub seed: Option<u64>,
     /// The mission; valid.
-    pub mission: Mission<NL>,
+    pub mission: Mission,
     /// How to plan.
     pub method: Method,
     /// Model of a learned start; none is the heuristic.
@@ -90,8 +88,8 @@ pub struct Results {
 ///
 /// # Errors
 /// As [`Campaign::run`].
-pub fn run_together<const NL: usize>(
-    campaigns: &[Campaign<NL>],
+pub fn run_together(
+    campaigns: &[Campaign],
     jobs: NonZeroUsize,
     progress: &mut dyn Progress,
 ) -> Result<Vec<Results>, Error> {
@@ -121,15 +119,15 @@ pub fn run_together<const NL: usize>(
 }
 
 /// A campaign that is running.
-struct Begun<'a, const NL: usize> {
-    campaign: &'a Campaign<NL>,
+struct Begun<'a> {
+    campaign: &'a Campaign,
     journal: Journal,
     rows: Vec<Option<Row>>,
     resumed: usize,
 }
 
-impl<'a, const NL: usize> Begun<'a, NL> {
-    fn new(campaign: &'a Campaign<NL>) -> Result<Self, Error> {
+impl<'a> Begun<'a> {
+    fn new(campaign: &'a Campaign) -> Result<Self, Error> {
         let (journal, finished) =
             Journal::open(&campaign.journal(), &CampaignHeader::new(campaign), &campaign.check())?;
         campaign.clean();
@@ -157,7 +155,7 @@ impl<'a, const NL: usize> Begun<'a, NL> {
     }
 }
 
-impl<const NL: usize> Campaign<NL> {
+impl Campaign {
     /// Plans what is not in the journal yet, then writes tables and summary.
     ///
     /// # Errors

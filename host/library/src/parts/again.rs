@@ -90,8 +90,8 @@ impl Sample {
 ///
 /// # Errors
 /// A job that is not the parts'; a part that has changed since; a thread that cannot be started.
-pub fn recompute<const NL: usize>(
-    job: &Job<NL>,
+pub fn recompute(
+    job: &Job,
     gathered: &GatheredParts<Summary>,
     sample: u64,
     jobs: NonZeroUsize,
@@ -113,8 +113,8 @@ pub fn recompute<const NL: usize>(
 }
 
 /// Reads the rows of a part that are sampled.
-fn read_sampled<const NL: usize>(
-    job: &Job<NL>,
+fn read_sampled(
+    job: &Job,
     (part, file): (Part, &Path),
     here: &[u64],
     sampled: &mut BTreeMap<u64, Then<Vec<Column>>>,
@@ -150,7 +150,7 @@ fn bytes(cell: &Cell) -> Vec<u8> {
 }
 
 /// What makes the job another than that of a part, but for the program.
-fn other<const NL: usize>(job: &Job<NL>, header: &PartHeader) -> Option<(&'static str, String)> {
+fn other(job: &Job, header: &PartHeader) -> Option<(&'static str, String)> {
     let mut ours = job.header(header.part);
     ours.campaign.version.clone_from(&header.campaign.version);
     ours.campaign.program.clone_from(&header.campaign.program);

@@ -7,26 +7,24 @@ use super::{COMMAND, KEY, PartHeader, TOLERANCES};
 use crate::campaign;
 use crate::error::{Error, FieldError};
 use crate::formats::{
-    Column, NamedScenario, PlanGrid, Program, Row, Status, TableOrigin, checksum_of_mission,
-    columns, node_columns, node_numbers, residual_limits,
+    Column, Mission, NamedScenario, PlanGrid, Program, Row, Status, TableOrigin,
+    checksum_of_mission, columns, node_columns, node_numbers, residual_limits,
 };
 use crate::journal::Journal;
 use crate::learned::Learned;
 use crate::method::Method;
 use crate::part::Part;
 use crate::planning::{self, Planner};
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// A campaign that is made in parts.
 #[derive(Clone, Debug)]
-pub struct Job<const NL: usize = LINKS> {
+pub struct Job {
     /// The scenarios.
     pub scenarios: Scenarios,
     /// The mission; valid.
-    pub mission: Mission<NL>,
+    pub mission: Mission,
     /// How to plan.
     pub method: Method,
     /// Model of a learned start; none is the heuristic.
@@ -50,7 +48,7 @@ pub struct Kept {
     pub(super) nodes: Vec<Vec<Option<f64>>>,
 }
 
-impl<const NL: usize> Work for Job<NL> {
+impl Work for Job {
     type Worker = Planner;
     type Header = PartHeader;
     type Kept = Kept;
@@ -139,13 +137,15 @@ impl<const NL: usize> Work for Job<NL> {
     ) -> Result<(), Error> {
         let of_both = entries.iter().filter(|(key, _)| [KEY, COMMAND].contains(key)).cloned();
         match self.nodes {
-            true => write_nodes(&nodes_file(table), NL, of_both, journal, places),
+            true => {
+                write_nodes(&nodes_file(table), self.mission.joints(), of_both, journal, places)
+            }
             false => Ok(()),
         }
     }
 }
 
-impl<const NL: usize> Job<NL> {
+impl Job {
     pub(super) fn columns_of(&self, row: &Row) -> Vec<Column> {
         columns(row, &self.method)
     }
@@ -163,7 +163,7 @@ impl<const NL: usize> Job<NL> {
         if nodes.len() != expected {
             return wrong("nodes".into(), format!("are {} of {expected}", nodes.len()));
         }
-        let width = 1 + node_columns(NL).len();
+        let width = 1 + node_columns(self.mission.joints()).len();
         for (i, node) in nodes.iter().enumerate() {
             if node.len() != width {
                 let reason = format!("has {} numbers of {width}", node.len());
@@ -200,7 +200,7 @@ mod tests {
     // Verifies REM-CMP-001.
     #[test]
     fn forged_nodes_are_refused() {
-        let mission = Mission::<LINKS>::default();
+        let mission = Mission::default();
         let job = Job {
             scenarios: Scenarios::Drawn { seed: 3, count: 1 },
             mission,

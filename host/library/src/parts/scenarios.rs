@@ -3,8 +3,7 @@
 use crate::draw::{draw_one, id};
 use crate::error::Error;
 use crate::fingerprint::fingerprint;
-use crate::formats::NamedScenario;
-use remora_core::advanced::model::Mission;
+use crate::formats::{Mission, NamedScenario};
 use std::borrow::Cow;
 
 /// The scenarios of a campaign: drawn when they are needed, so that a million take no memory, or listed.
@@ -50,11 +49,7 @@ impl Scenarios {
     ///
     /// # Errors
     /// One that there is not; a mission whose geometry lets no start pass.
-    pub fn get<const NL: usize>(
-        &self,
-        index: u64,
-        mission: &Mission<NL>,
-    ) -> Result<NamedScenario, Error> {
+    pub fn get(&self, index: u64, mission: &Mission) -> Result<NamedScenario, Error> {
         let found = match self {
             Self::Drawn { seed, .. } => draw_one(*seed, index, mission),
             Self::Listed(all) => usize::try_from(index).ok().and_then(|i| all.get(i)).cloned(),

@@ -2,12 +2,12 @@
 
 use super::planner::{PlanOutcome, Planner};
 use crate::error::Error;
-use crate::formats::{self, NamedScenario};
+use crate::formats::{self, Mission, NamedScenario};
 use crate::learned::Learned;
 use crate::memory::on_large_stack;
 use crate::method::Method;
 use crate::threads::Threads;
-use remora_core::advanced::model::{Mission, Refusal};
+use remora_core::advanced::model::Refusal;
 use remora_core::advanced::stages::NODES;
 use std::path::PathBuf;
 
@@ -15,12 +15,12 @@ use std::path::PathBuf;
 ///
 /// # Errors
 /// A scenario that is no input at all, by its id.
-pub fn refusal<const NL: usize>(
-    mission: &Mission<NL>,
+pub fn refusal(
+    mission: &Mission,
     scenario: &NamedScenario,
     method: &Method,
 ) -> Result<Option<Refusal>, Error> {
-    scenario.check_joints(NL).map_err(|error| {
+    scenario.check_joints(mission.joints()).map_err(|error| {
         let reason = format!("{}: {}", error.field, error.reason);
         Error::Scenario { id: scenario.id.clone(), reason }
     })?;
@@ -35,11 +35,11 @@ pub fn refusal<const NL: usize>(
 
 /// One plan to be made and written: the input of `remora plan`.
 #[derive(Clone, Debug)]
-pub struct PlanJob<const NL: usize> {
+pub struct PlanJob {
     /// The scenario.
     pub scenario: NamedScenario,
     /// The mission; valid.
-    pub mission: Mission<NL>,
+    pub mission: Mission,
     /// How to plan.
     pub method: Method,
     /// Model of a learned start; none is the heuristic.
@@ -52,7 +52,7 @@ pub struct PlanJob<const NL: usize> {
     pub out: PathBuf,
 }
 
-impl<const NL: usize> PlanJob<NL> {
+impl PlanJob {
     /// What makes the plan impossible, if it is; then there is nothing to run.
     ///
     /// # Errors
@@ -112,7 +112,6 @@ mod tests {
     use crate::draw::draw;
     use crate::formats::{ScenarioSet, Verdict};
     use crate::method::Integrator;
-    use remora_core::advanced::stages::LINKS;
 
     #[test]
     fn nothing_that_can_be_planned_is_refused() {
@@ -138,7 +137,7 @@ mod tests {
         let time =
             Mission::default().time_to_preset(euler.integrator, &Mission::default().own_grid());
         let travel = 0.877_268_9;
-        type Change<'a> = &'a dyn Fn(&mut Mission<LINKS>);
+        type Change<'a> = &'a dyn Fn(&mut Mission);
         let cases: [(&str, Change<'_>); 4] = [
             ("joint_rate", &|m| m.servicer.joint_rate_limit_rad_s.fill(0.98 * travel / time)),
             ("force", &|m| m.servicer.force_limit_n.fill(0.98 * needs.force)),

@@ -3,8 +3,8 @@
 use crate::approach::Approach;
 use crate::engine::{AnyArmEngine, ArmSubproblem, Build, DefaultArmEngine, Engine, Task};
 use crate::formats::{
-    self, ArmClearances, EvidenceFile, Flight, NamedScenario, PlanFile, PlanGrid, PlanInputs,
-    PlanStage1, PlanStage2, PlanTarget, Program, Row, StageEnd,
+    self, ArmClearances, EvidenceFile, Flight, Mission, NamedScenario, PlanFile, PlanGrid,
+    PlanInputs, PlanStage1, PlanStage2, PlanTarget, Program, Row, StageEnd,
 };
 use crate::guess::Guess;
 use crate::learned::{Learned, Memories};
@@ -12,7 +12,7 @@ use crate::memory::on_heap;
 use crate::method::{Integrator, Method};
 use crate::stopwatch::{Spent, Stopwatch};
 use crate::threads::Threads;
-use remora_core::advanced::model::{Mission, Refusal};
+use remora_core::advanced::model::Refusal;
 use remora_core::advanced::planner::{PhaseTimes, Report, StageReport};
 use remora_core::advanced::scp::IterationRecord;
 use remora_core::advanced::stages::{LINKS, size};
@@ -107,9 +107,9 @@ impl Planner {
     /// does not depend on what was planned before.
     ///
     /// Where the status is other than solved, the file holds the best iterate.
-    pub fn plan<const NL: usize>(
+    pub fn plan(
         &mut self,
-        mission: &Mission<NL>,
+        mission: &Mission,
         scenario: &NamedScenario,
         method: &Method,
         model: Option<&Learned>,
@@ -119,9 +119,9 @@ impl Planner {
 
     /// Plans with the embedded solver and leaves the plan where it is: what flies, and nothing else.
     /// No memory is asked for once the same method has planned before.
-    pub fn plan_in_place<const NL: usize>(
+    pub fn plan_in_place(
         &mut self,
-        mission: &Mission<NL>,
+        mission: &Mission,
         scenario: &NamedScenario,
         method: &Method,
         model: Option<&Learned>,
@@ -131,8 +131,9 @@ impl Planner {
         let Self { usual, roomy, threads, memories, is_scrubbed } = self;
         let is_scrubbed = *is_scrubbed;
         let guess = model.into();
-        let task = Task { clock, threads, guess, joints: NL, memories, is_scrubbed, method };
-        match NL {
+        let task =
+            Task { clock, threads, guess, joints: mission.joints(), memories, is_scrubbed, method };
+        match mission.joints() {
             LINKS => usual.plan_in_place(mission, scenario, task),
             _ => room(roomy).plan_in_place(mission, scenario, task),
         }
@@ -140,10 +141,10 @@ impl Planner {
 
     /// Plans by another clock, which may count what it likes, and end the plan's time when it
     /// likes. The first it is asked is when the plan begins.
-    pub fn plan_by<const NL: usize>(
+    pub fn plan_by(
         &mut self,
         clock: &dyn Clock,
-        mission: &Mission<NL>,
+        mission: &Mission,
         scenario: &NamedScenario,
         method: &Method,
         model: Option<&Learned>,
@@ -152,19 +153,20 @@ impl Planner {
     }
 
     /// Plans by another clock from any guess.
-    pub fn plan_from<const NL: usize>(
+    pub fn plan_from(
         &mut self,
         clock: &dyn Clock,
-        mission: &Mission<NL>,
+        mission: &Mission,
         scenario: &NamedScenario,
         method: &Method,
-        guess: Guess<'_, NL>,
+        guess: Guess<'_>,
     ) -> PlanOutcome {
         let request = PlanRequest { mission, scenario, method, guess };
         let Self { usual, roomy, threads, memories, is_scrubbed } = self;
         let is_scrubbed = *is_scrubbed;
-        let task = Task { clock, threads, guess, joints: NL, memories, is_scrubbed, method };
-        match NL {
+        let task =
+            Task { clock, threads, guess, joints: mission.joints(), memories, is_scrubbed, method };
+        match mission.joints() {
             LINKS => request.planned(usual, task, &mut |_| ()),
             _ => request.planned(room(roomy), task, &mut |_| ()),
         }
@@ -175,7 +177,7 @@ impl Planner {
     pub fn plan_watched(
         &mut self,
         clock: &dyn Clock,
-        mission: &Mission<LINKS>,
+        mission: &Mission,
         scenario: &NamedScenario,
         method: &Method,
         guess: Guess<'_>,
@@ -184,7 +186,8 @@ impl Planner {
         let request = PlanRequest { mission, scenario, method, guess };
         let Self { usual, threads, memories, is_scrubbed, .. } = self;
         let is_scrubbed = *is_scrubbed;
-        let task = Task { clock, threads, guess, joints: LINKS, memories, is_scrubbed, method };
+        let task =
+            Task { clock, threads, guess, joints: mission.joints(), memories, is_scrubbed, method };
         request.planned(usual, task, watch)
     }
 
@@ -192,14 +195,14 @@ impl Planner {
     ///
     /// # Errors
     /// A scenario that is refused before planning.
-    pub fn approach<const NL: usize>(
+    pub fn approach(
         &mut self,
-        mission: &Mission<NL>,
+        mission: &Mission,
         scenario: &NamedScenario,
         integrator: Integrator,
-    ) -> Result<Approach<NL>, Refusal> {
+    ) -> Result<Approach, Refusal> {
         let (mission, scenario) = (*mission, scenario.scenario());
-        match NL {
+        match mission.joints() {
             LINKS => Approach::plan(&mut self.usual, mission, scenario, integrator),
             _ => Approach::plan(room(&mut self.roomy), mission, scenario, integrator),
         }
@@ -212,19 +215,19 @@ fn room(roomy: &mut Option<Box<AnyArmEngine>>) -> &mut AnyArmEngine {
 }
 
 /// A plan that is asked for.
-struct PlanRequest<'a, const NL: usize> {
-    mission: &'a Mission<NL>,
+struct PlanRequest<'a> {
+    mission: &'a Mission,
     scenario: &'a NamedScenario,
     method: &'a Method,
-    guess: Guess<'a, NL>,
+    guess: Guess<'a>,
 }
 
-impl<const NL: usize> PlanRequest<'_, NL> {
+impl PlanRequest<'_> {
     /// Has an engine plan, and puts the plan together.
     fn planned<const M: usize, const NX: usize, const NU: usize>(
         &self,
         engine: &mut Engine<M, NX, NU>,
-        task: Task<'_, NL>,
+        task: Task<'_>,
         watch: &mut dyn FnMut(ArmSubproblem<'_, NX, NU>),
     ) -> PlanOutcome
     where
@@ -286,7 +289,8 @@ impl<const NL: usize> PlanRequest<'_, NL> {
                 end(reorientation),
                 report.times.inference_s,
                 nodes,
-                &engine.reorientation::<NL>(),
+                mission.joints(),
+                &engine.reorientation(),
             ),
             target: PlanTarget::from(&engine.workspace.target[..nodes]),
             residuals: report.residuals,
