@@ -112,7 +112,7 @@ fn dynamics(c: &mut Criterion) {
 fn scenario() -> Scenario {
     let path =
         concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/scenarios/public.scenarios.json");
-    ScenarioSet::read(Path::new(path)).unwrap().scenarios[0].scenario()
+    ScenarioSet::read(Path::new(path)).unwrap().scenarios[0].scenario().resized()
 }
 
 /// A whole Stage 2 workspace after a few iterations on it.

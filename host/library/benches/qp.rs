@@ -8,12 +8,11 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::SVector;
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::qp::{EmbeddedQp, Qp, QpSolver, Solution};
-use remora_core::advanced::stages::{LINKS, NODES, size};
+use remora_core::advanced::stages::{NODES, size};
 use remora_core::advanced::time::Deadline;
 use remora_host::backend::{ClarabelQp, Solve};
-use remora_host::formats::ScenarioSet;
+use remora_host::formats::{Mission, ScenarioSet};
 use remora_host::guess::Guess;
 use remora_host::memory::on_heap;
 use remora_host::method::{Integrator, Method, Qp as Choice};
@@ -53,7 +52,7 @@ type OfOneStage = Programs<NODES, { size::NX }, { size::NU }, { size::NG }>;
 /// Plans and keeps what was solved in stages 1 and 2.
 fn programs() -> (OfOneStage, OfOneStage) {
     let set = ScenarioSet::built_in().expect("the built-in scenarios");
-    let mission = Mission::<LINKS>::default();
+    let mission = Mission::default();
     let method =
         Method { integrator: Integrator::Euler, qp: Choice::Embedded, ..Method::default() };
     let (mut ones, mut twos) = (OfOneStage::new(), OfOneStage::new());

@@ -4,15 +4,14 @@
 use crate::engine::verified;
 use crate::error::Error;
 use crate::formats::{
-    Clearances, MadeFor, MissionFile, PLANNED_JOINTS, PlanFile, ScenarioSet, Status, Verdict,
+    Clearances, MadeFor, Mission, MissionFile, PlanFile, Scenario, ScenarioSet, Status, Verdict,
     checksum_of_mission, checksum_of_scenario,
 };
 use crate::method::{Integrator, Mode};
 use crate::optimality::Optimality;
 use nalgebra::{Vector3, Vector4};
-use remora_core::advanced::model::{Mission, Scenario, TargetState, Tolerances};
+use remora_core::advanced::model::{TargetState, Tolerances};
 use remora_core::advanced::stages::{Residuals, Verification};
-use remora_files::with_joints;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -84,17 +83,11 @@ impl<'a> Checks<'a> {
     }
 }
 
-/// A plan with what it was made for, an arm of `NL` joints.
-struct PlanCase<const NL: usize> {
+/// A plan with what it was made for.
+struct PlanCase {
     plan: PlanFile,
-    scenario: Scenario<NL>,
-    mission: Mission<NL>,
-}
-
-/// A plan for an arm of any number of joints.
-trait Verify {
-    /// Verifies it, by another integrator than its own where one is given.
-    fn checked(&self, file: PathBuf, integrator: Option<Integrator>) -> PlanCheck;
+    scenario: Scenario,
+    mission: Mission,
 }
 
 /// A field of a plan that is not what is recomputed.
@@ -129,52 +122,33 @@ impl Check {
         Ok(files.zip(&made).map(|(file, made)| made.checked(file, self.integrator)).collect())
     }
 
-    fn read(&self, file: &Path) -> Result<Box<dyn Verify>, Error> {
+    fn read(&self, file: &Path) -> Result<PlanCase, Error> {
         let plan = PlanFile::read(file)?;
-        with_joints!(plan.inputs.mission.joints(), NL => {
-            self.read_for::<NL>(file, plan).map(|made| Box::new(made) as Box<dyn Verify>)
-        } else {
-            Err(Error::input(file, "inputs.mission.servicer.links", PLANNED_JOINTS))
-        })
-    }
-
-    fn read_for<const NL: usize>(
-        &self,
-        file: &Path,
-        plan: PlanFile,
-    ) -> Result<PlanCase<NL>, Error> {
         let MadeFor { mission, scenario } =
             plan.inputs.read(&plan.scenario).map_err(|error| error.at(file))?;
-        self.compare_scenario(file, &plan.scenario, &scenario)?;
+        let made = PlanCase { plan, scenario, mission };
+        self.compare_scenario(file, &made)?;
         self.compare_mission(file, &mission)?;
-        Ok(PlanCase { plan, scenario, mission })
+        Ok(made)
     }
 
     /// Refuses a set whose scenario is another than that in the plan.
-    fn compare_scenario<const NL: usize>(
-        &self,
-        plan: &Path,
-        id: &str,
-        inside: &Scenario<NL>,
-    ) -> Result<(), Error> {
+    fn compare_scenario(&self, plan: &Path, made: &PlanCase) -> Result<(), Error> {
         let Some(set) = &self.scenarios else { return Ok(()) };
+        let (id, mission) = (&made.plan.scenario, &made.mission);
         let Some(outside) = set.value.get(id) else {
             let reason = format!("{id:?} is not in the scenario set {}", set.file.display());
             return Err(Error::input(plan, "scenario", reason));
         };
-        let value = checksum_of_scenario(&outside.scenario::<NL>());
+        let value = checksum_of_scenario(mission, &outside.scenario());
         let outside = FileValue { file: set.file.clone(), value };
-        agree(plan, "scenario", &checksum_of_scenario(inside), &outside)
+        agree(plan, "scenario", &checksum_of_scenario(mission, &made.scenario), &outside)
     }
 
     /// Refuses a mission other than that in the plan.
-    fn compare_mission<const NL: usize>(
-        &self,
-        plan: &Path,
-        inside: &Mission<NL>,
-    ) -> Result<(), Error> {
+    fn compare_mission(&self, plan: &Path, inside: &Mission) -> Result<(), Error> {
         let Some(given) = &self.mission else { return Ok(()) };
-        let outside = given.value.mission_of::<NL>().map_err(|error| error.at(&given.file))?;
+        let outside = given.value.mission().map_err(|error| error.at(&given.file))?;
         let value = checksum_of_mission(&outside);
         let outside = FileValue { file: given.file.clone(), value };
         agree(plan, "mission", &checksum_of_mission(inside), &outside)
@@ -194,7 +168,8 @@ fn agree(plan: &Path, what: &str, inside: &str, given: &FileValue<String>) -> Re
     Err(Error::input(plan, format!("inputs.{what}_checksum"), reason))
 }
 
-impl<const NL: usize> Verify for PlanCase<NL> {
+impl PlanCase {
+    /// Verifies it, by another integrator than its own where one is given.
     fn checked(&self, file: PathBuf, integrator: Option<Integrator>) -> PlanCheck {
         let Self { plan, scenario, mission } = self;
         let integrator = integrator.unwrap_or(plan.integrator);
@@ -219,7 +194,7 @@ impl<const NL: usize> Verify for PlanCase<NL> {
             }
         }
         self.compare_costs(plan, &mut found);
-        self.compare_target(plan, scenario, &mut found);
+        self.compare_target(plan, &mut found);
         PlanCheck {
             file,
             scenario: plan.scenario.clone(),
@@ -235,9 +210,7 @@ impl<const NL: usize> Verify for PlanCase<NL> {
             tolerances: mission.tolerances,
         }
     }
-}
 
-impl<const NL: usize> PlanCase<NL> {
     fn compare_status(
         &self,
         plan: &PlanFile,
@@ -304,7 +277,8 @@ impl<const NL: usize> PlanCase<NL> {
         }
     }
 
-    fn compare_target(&self, plan: &PlanFile, scenario: &Scenario<NL>, found: &mut Findings) {
+    fn compare_target(&self, plan: &PlanFile, found: &mut Findings) {
+        let scenario = &self.scenario;
         let grid = self.mission.grid(scenario);
         let mut nodes = vec![TargetState::ZERO; grid.nodes];
         self.mission.target.tumble(

@@ -1,15 +1,13 @@
 //! The subproblems of a plan as files, for solvers of any kind to be tried on.
 
 use crate::error::{Error, FieldError, io_reason};
-use crate::formats::{NamedScenario, check_writable};
+use crate::formats::{Mission, NamedScenario, check_writable};
 use crate::kkt::Kkt;
 use crate::learned::Learned;
 use crate::memory::on_large_stack;
 use crate::method::Method;
 use crate::planning::{PlanOutcome, Planner, Subproblem, WallClock};
 use crate::qp_file::{QpFile, QpPlace};
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -18,8 +16,8 @@ use std::path::{Path, PathBuf};
 pub struct ExportJob {
     /// The scenario.
     pub scenario: NamedScenario,
-    /// The mission; valid.
-    pub mission: Mission<LINKS>,
+    /// The mission; valid, its arm like the built-in mission's.
+    pub mission: Mission,
     /// How to plan.
     pub method: Method,
     /// Model of a learned start; none is the heuristic.

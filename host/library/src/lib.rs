@@ -74,4 +74,4 @@ pub mod vehicle;
 
 mod padded;
 
-pub use remora_files::{choice, error, formats, method, notes, report, statistics, with_joints};
+pub use remora_files::{choice, error, formats, method, notes, report, statistics};

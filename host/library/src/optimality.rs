@@ -3,12 +3,11 @@
 //! The subproblem's best step is zero at a local optimum. The cost's change along the best step within the
 //! trust region is therefore a residual of the conditions of Karush, Kuhn and Tucker, in units of the cost.
 
-use crate::formats::MAX_JOINTS;
-use crate::guess::resized;
+use crate::formats::{MAX_JOINTS, Mission, Motion, Scenario, resized_motion};
 use crate::memory::{on_heap, on_large_stack};
 use crate::method::{Integrator, Mode};
 use remora_core::advanced::executor::Sequential;
-use remora_core::advanced::model::{Mission, Scenario, TargetState};
+use remora_core::advanced::model::{self, TargetState};
 use remora_core::advanced::planner::{ArmSolver, PlanSettings};
 use remora_core::advanced::qp::{Qp, QpSolver, Solution};
 use remora_core::advanced::scp::{Problem, Residuals, Settings};
@@ -33,29 +32,28 @@ pub struct Optimality {
 
 impl Optimality {
     /// Computes it for a plan in [`Mode::Optimal`].
-    pub fn of<const NL: usize>(
-        mission: &Mission<NL>,
-        scenario: &Scenario<NL>,
+    pub fn of(
+        mission: &Mission,
+        scenario: &Scenario,
         integrator: Integrator,
         translation: &TranslationTrajectory<NODES>,
-        motion: &ReorientationTrajectory<NODES, NL>,
+        motion: &Motion,
     ) -> Self {
-        let work = || match NL {
-            LINKS => gains::<LINKS, { size::NX }, { size::NU }>(
-                &mission.resized(),
-                &scenario.resized(),
-                integrator,
-                translation,
-                &resized(motion),
-            ),
-            _ => gains::<MAX_JOINTS, { size::states(MAX_JOINTS) }, { size::controls(MAX_JOINTS) }>(
-                &mission.resized(),
-                &scenario.resized(),
-                integrator,
-                translation,
-                &resized(motion),
-            ),
-        };
+        let work =
+            || match mission.joints() {
+                LINKS => gains::<LINKS, { size::NX }, { size::NU }>(
+                    &mission.sized(),
+                    &scenario.resized(),
+                    integrator,
+                    translation,
+                    &resized_motion(motion),
+                ),
+                _ => gains::<
+                    MAX_JOINTS,
+                    { size::states(MAX_JOINTS) },
+                    { size::controls(MAX_JOINTS) },
+                >(mission, scenario, integrator, translation, motion),
+            };
         let gains = on_large_stack(work).unwrap_or([Gain::UNKNOWN; 2]);
         let [stage1, stage2] = gains.map(|gain| gain.share);
         Self { stage1, stage2, is_converged: gains.iter().all(|gain| gain.is_small) }
@@ -96,8 +94,8 @@ const PENALTY: f64 = 1e3;
 const GAP: f64 = 2.5e-7;
 
 fn gains<const NL: usize, const NX: usize, const NU: usize>(
-    mission: &Mission<NL>,
-    scenario: &Scenario<NL>,
+    mission: &model::Mission<NL>,
+    scenario: &model::Scenario<NL>,
     integrator: Integrator,
     translation: &TranslationTrajectory<NODES>,
     motion: &ReorientationTrajectory<NODES, NL>,

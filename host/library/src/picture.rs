@@ -1,11 +1,11 @@
 //! A plan as a picture: the manoeuvre in the plane of approach, and all that has limits over time.
 
 use crate::error::Error;
-use crate::formats::{MAX_JOINTS, PlanFile, Verdict};
+use crate::formats::{JointVector, Mission, PlanFile, Verdict};
 use crate::report::plot::{Outline, Panel, Sheet};
-use nalgebra::{Matrix3, Rotation3, SVector, Unit, Vector3, Vector4};
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Grid, Mission, signed_distance_to_box};
+use remora_core::advanced::model::{Grid, signed_distance_to_box};
 
 /// Nodes of sixty at which bus and arm are drawn; of fewer, those that are as far.
 const SHOWN: [usize; 6] = [0, 20, 35, 47, 54, 59];
@@ -17,14 +17,9 @@ const MILLI: f64 = 1e3;
 ///
 /// # Errors
 /// Where it cannot be drawn.
-pub fn svg<const NL: usize>(plan: &PlanFile, mission: &Mission<NL>) -> Result<String, Error> {
+pub fn svg(plan: &PlanFile, mission: &Mission) -> Result<String, Error> {
     let named = plan.inputs.scenario.named(&plan.scenario);
-    let grid = mission.grid(&named.scenario::<NL>());
-    drawn(&View { plan, mission: &mission.resized(), joints: NL, grid })
-}
-
-fn drawn(view: &View<'_>) -> Result<String, Error> {
-    let plan = view.plan;
+    let view = View { plan, mission, grid: mission.grid(&named.scenario()) };
     Sheet {
         title: format!("{}: {} ({})", plan.scenario, verdict(plan), plan.integrator),
         axes: ("towards the start [m]".into(), "across, in the plane of the port [m]".into()),
@@ -44,7 +39,7 @@ fn axes() -> Vec<String> {
 }
 
 /// Names of so many joints.
-fn joints(count: usize) -> Vec<String> {
+fn joint_names(count: usize) -> Vec<String> {
     (1..=count).map(|joint| format!("joint {joint}")).collect()
 }
 
@@ -67,12 +62,10 @@ fn both(scale: f64, limits: &[f64]) -> Vec<f64> {
     lines
 }
 
-/// A plan with what it was made for. Its arm has room for any number of joints, so that pictures of all
-/// arms are drawn by the same code.
+/// A plan with what it was made for.
 struct View<'a> {
     plan: &'a PlanFile,
-    mission: &'a Mission<MAX_JOINTS>,
-    joints: usize,
+    mission: &'a Mission,
     grid: Grid,
 }
 
@@ -123,8 +116,9 @@ impl View<'_> {
     /// Torques, angles, rates and pointing.
     fn reorientation_panels(&self) -> Vec<Panel> {
         let (reorientation, s) = (&self.plan.stage2, &self.mission.servicer);
+        let joints = self.mission.joints();
         let preset = Some(self.time(self.grid.preset_node()));
-        let stops = s.min_joint_angle_rad.iter().zip(&s.max_joint_angle_rad).take(self.joints);
+        let stops = s.min_joint_angle_rad.iter().zip(&s.max_joint_angle_rad).take(joints);
         let stops = stops.flat_map(|(lower, upper)| [lower.to_degrees(), upper.to_degrees()]);
         let view = self.mission.approach.field_of_view_half_angle_rad.to_degrees();
         vec![
@@ -136,8 +130,8 @@ impl View<'_> {
             ),
             panel(
                 "joint torque [mN m]",
-                both(MILLI, &s.joint_torque_limit_n_m.as_slice()[..self.joints]),
-                self.held_axes(joints(self.joints), &|k, i| {
+                both(MILLI, &s.joint_torque_limit_n_m.as_slice()[..joints]),
+                self.held_axes(joint_names(joints), &|k, i| {
                     MILLI * reorientation.joint_torque[k][i]
                 }),
                 preset,
@@ -145,15 +139,15 @@ impl View<'_> {
             panel(
                 "joint angle [deg]",
                 stops.collect(),
-                self.node_axes(joints(self.joints), &|k, i| {
+                self.node_axes(joint_names(joints), &|k, i| {
                     reorientation.joint_angle[k][i].to_degrees()
                 }),
                 preset,
             ),
             panel(
                 "joint rate [mrad/s]",
-                both(MILLI, &s.joint_rate_limit_rad_s.as_slice()[..self.joints]),
-                self.node_axes(joints(self.joints), &|k, i| MILLI * reorientation.joint_rate[k][i]),
+                both(MILLI, &s.joint_rate_limit_rad_s.as_slice()[..joints]),
+                self.node_axes(joint_names(joints), &|k, i| MILLI * reorientation.joint_rate[k][i]),
                 preset,
             ),
             panel(
@@ -256,7 +250,7 @@ impl View<'_> {
     fn servicer(&self, node: usize) -> (Vec<[Vector3<f64>; 2]>, Vec<Vector3<f64>>) {
         let servicer = &self.mission.servicer;
         let given = &self.plan.stage2.joint_angle[node];
-        let angles = SVector::from_fn(|i, _| given.get(i).copied().unwrap_or(0.0));
+        let angles = JointVector::from_fn(|i, _| given.get(i).copied().unwrap_or(0.0));
         let center = servicer.center_of_mass_and_end_effector(&angles).0;
         let (turn, position) = (self.bus(node), self.position(node));
         let place = |point: Vector3<f64>| position + turn * (point - center);
@@ -309,7 +303,7 @@ mod tests {
         assert_eq!(drawn, svg(&plan, &mission).unwrap());
         // The arm's end is where the planner has it: at the port.
         let grid = mission.own_grid();
-        let view = View { plan: &plan, mission: &mission.resized(), joints: 3, grid };
+        let view = View { plan: &plan, mission: &mission, grid };
         let tip = *view.servicer(view.grid.last()).1.last().unwrap();
         let port = view.target(view.grid.last()) * mission.target.port_position_m;
         assert!((tip - port).norm() < 1e-3, "{tip} {port}");

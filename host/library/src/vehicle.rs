@@ -1,10 +1,11 @@
 //! What follows from a mission's numbers: how far the arm reaches, what its actuators leave to
 //! spare, and whether an approach can end at all.
 
+use crate::formats::{Mission, Scenario};
 use crate::method::Integrator;
 use nalgebra::{Matrix3, Vector3};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{MAX_NODE_TURN, Mission, Refusal, Scenario, Typical};
+use remora_core::advanced::model::{MAX_NODE_TURN, Refusal, Typical};
 use remora_core::advanced::stages::NODES;
 use serde::Serialize;
 
@@ -96,7 +97,7 @@ pub struct UnmetConstraint {
 
 impl Vehicle {
     /// What follows from a valid mission.
-    pub fn of<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Self {
+    pub fn of(mission: &Mission, integrator: Integrator) -> Self {
         let s = &mission.servicer;
         let rows = |m: Matrix3<f64>| std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]));
         let bus_mass_kg = s.bus_mass_kg;
@@ -112,7 +113,7 @@ impl Vehicle {
             system_mass_kg: s.total_mass(),
             inertia_at_start_kg_m2: rows(s.system_inertia(&s.initial_joint_angle_rad)),
             inertia_at_capture_kg_m2: rows(s.system_inertia(&s.capture_joint_angle_rad)),
-            joints: (0..NL).map(|i| joint(mission, integrator, i)).collect(),
+            joints: (0..mission.joints()).map(|i| joint(mission, integrator, i)).collect(),
             typical: mission.typical(),
             spin_up: spin_up(mission),
             momentum: momentum(mission),
@@ -123,7 +124,7 @@ impl Vehicle {
     }
 }
 
-fn joint<const NL: usize>(mission: &Mission<NL>, integrator: Integrator, i: usize) -> Joint {
+fn joint(mission: &Mission, integrator: Integrator, i: usize) -> Joint {
     let s = &mission.servicer;
     let travel_rad = (s.capture_joint_angle_rad[i] - s.initial_joint_angle_rad[i]).abs();
     Joint {
@@ -134,33 +135,33 @@ fn joint<const NL: usize>(mission: &Mission<NL>, integrator: Integrator, i: usiz
 }
 
 /// Fastest tumble of the scenarios that are drawn, relative to RTN [rad/s].
-fn fastest<const NL: usize>(mission: &Mission<NL>) -> f64 {
+fn fastest(mission: &Mission) -> f64 {
     let from = &mission.scenarios;
     from.rate_norm_rad_s.unwrap_or(3f64.sqrt() * from.rate_rad_s)
 }
 
 /// Angular momentum of the system that turns as fast as the target may [N m s].
-fn fastest_momentum<const NL: usize>(mission: &Mission<NL>) -> f64 {
+fn fastest_momentum(mission: &Mission) -> f64 {
     let s = &mission.servicer;
     let inertia = s.system_inertia(&s.capture_joint_angle_rad);
     inertia.symmetric_eigenvalues().max() * fastest(mission)
 }
 
 /// Spin-up of the bus from rest to the target's fastest rate, by torque alone over the whole horizon.
-fn spin_up<const NL: usize>(mission: &Mission<NL>) -> Margin {
+fn spin_up(mission: &Mission) -> Margin {
     let needed = fastest_momentum(mission) / mission.approach.duration_s;
     Margin::new(needed, mission.servicer.bus_torque_limit_n_m.min())
 }
 
 /// A mission limits the wheels' torque, not their momentum.
-fn momentum<const NL: usize>(mission: &Mission<NL>) -> Margin {
+fn momentum(mission: &Mission) -> Margin {
     let reason = "a mission does not say what the wheels store: compare with theirs";
     let needed = Some(fastest_momentum(mission));
     Margin { needed, available: None, unknown: Some(reason.into()) }
 }
 
 /// A start in front of the port at rest, the target tumbling as fast as scenarios let it.
-fn middle<const NL: usize>(mission: &Mission<NL>) -> Scenario<NL> {
+fn middle(mission: &Mission) -> Scenario {
     let rate = fastest(mission) / 3f64.sqrt();
     Scenario {
         target_attitude: quaternion::IDENTITY,
@@ -171,7 +172,7 @@ fn middle<const NL: usize>(mission: &Mission<NL>) -> Scenario<NL> {
     }
 }
 
-fn force<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Margin {
+fn force(mission: &Mission, integrator: Integrator) -> Margin {
     let available = mission.servicer.force_limit_n.max();
     match mission.needs::<NODES>(&middle(mission), integrator) {
         Ok(needs) => Margin::new(needs.force, available),
@@ -181,16 +182,13 @@ fn force<const NL: usize>(mission: &Mission<NL>, integrator: Integrator) -> Marg
     }
 }
 
-fn turn<const NL: usize>(mission: &Mission<NL>) -> Margin {
+fn turn(mission: &Mission) -> Margin {
     let interval = mission.own_grid().interval();
     let turn = (fastest(mission) + mission.mean_motion()) * interval;
     Margin::new(turn.to_degrees(), MAX_NODE_TURN.to_degrees())
 }
 
-fn refused<const NL: usize>(
-    mission: &Mission<NL>,
-    integrator: Integrator,
-) -> Option<UnmetConstraint> {
+fn refused(mission: &Mission, integrator: Integrator) -> Option<UnmetConstraint> {
     let named = |refusal: Refusal| UnmetConstraint {
         constraint: refusal.name(),
         reason: refusal.to_string(),

@@ -34,7 +34,7 @@ impl Flight {
     fn plan(&mut self, set: &ScenarioSet, options: &PlanSettings, threads: Threads) -> Report {
         plan(
             &Mission::<LINKS>::default(),
-            &set.scenarios[0].scenario(),
+            &set.scenarios[0].scenario().resized(),
             &Options::from_parts(
                 *options,
                 InitialGuess::Heuristic,

@@ -15,7 +15,7 @@ use remora_host::planning::WallClock;
 const RK4: Integrator = Integrator::Rk4 { substeps: 4 };
 
 fn scenario(k: usize) -> Scenario {
-    ScenarioSet::built_in().unwrap().scenarios[k].scenario()
+    ScenarioSet::built_in().unwrap().scenarios[k].scenario().resized()
 }
 
 fn planned(
@@ -111,7 +111,7 @@ axis = [1.0, 0.0, 0.0]
 fn an_arm_given_in_turned_axes_is_the_same_arm() {
     let links: String = [0.75, 0.75, 0.30].map(turned_link).concat();
     let text = TURNED.replace("LINKS", &links);
-    let mut turned = MissionFile::parse(&text).unwrap().mission().unwrap();
+    let mut turned = MissionFile::parse(&text).unwrap().mission().unwrap().sized::<LINKS>();
     let default = Mission::default();
     for (ours, other) in turned.servicer.links.iter().zip(&default.servicer.links) {
         assert!((ours.axis - other.axis).norm() < 1e-15, "{}", ours.axis);

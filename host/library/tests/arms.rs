@@ -3,17 +3,16 @@
 
 use nalgebra::{Rotation3, SVector, Unit, Vector3, Vector4};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{CaptureSearch, Link, Mission, Roll, Servicer};
-use remora_core::advanced::planner::output_checksum;
+use remora_core::advanced::model::{self, CaptureSearch, Link, Roll, Servicer};
 use remora_core::advanced::stages::NODES;
 use remora_core::prelude::{ArmPlanner, InitialGuess, Options, Validate};
 use remora_host::formats::{
-    MissionFile, NamedScenario, PlanFile, ScenarioSet, Verdict, read_mission_file,
+    MAX_JOINTS, Mission, MissionFile, NamedScenario, PLANNED_JOINTS, PlanFile, ScenarioSet,
+    Verdict, read_mission,
 };
 use remora_host::memory::{on_heap, on_large_stack};
 use remora_host::method::{Integrator, Method};
 use remora_host::planning::Planner;
-use remora_host::with_joints;
 use std::collections::BTreeSet;
 
 const RK4: Integrator = Integrator::Rk4 { substeps: 4 };
@@ -27,8 +26,8 @@ fn method(integrator: Integrator) -> Method {
 }
 
 /// The default mission with another arm, which ends in the configuration that is found for it.
-fn with_arm<const NL: usize>(links: [Link; NL], start: [f64; NL]) -> Mission<NL> {
-    let base = Mission::default();
+fn with_arm<const NL: usize>(links: [Link; NL], start: [f64; NL]) -> model::Mission<NL> {
+    let base = model::Mission::default();
     let s = base.servicer;
     let start = SVector::from(start);
     let mut servicer = Servicer {
@@ -64,28 +63,34 @@ fn link(length: f64, mass: f64, axis: Vector3<f64>) -> Link {
 }
 
 /// A shoulder that pans, then elbows about +y.
-fn four() -> Mission<4> {
+fn four() -> model::Mission<4> {
     let (y, z) = (Vector3::y(), Vector3::z());
     let links = [link(0.2, 5.0, z), link(0.6, 9.0, y), link(0.6, 9.0, y), link(0.4, 7.0, y)];
     with_arm(links, [0.4, -0.6, 1.2, -0.4])
 }
 
 /// Plans some scenarios; every plan is verified, and reads back as what it is.
-fn plans<const NL: usize>(mission: &Mission<NL>) {
+fn plans(mission: &Mission) {
+    let joints = mission.joints();
     let all = || {
         let mut planner = Planner::new();
         for (k, integrator) in [(0, Integrator::Euler), (7, Integrator::Euler), (3, RK4)] {
             let planned = planner.plan(mission, &scenario(k), &method(integrator), None);
             let file = planned.file;
-            assert_ne!(file.verdict, Some(Verdict::NotFlyable), "{NL} {k}: {:?}", planned.reason);
+            assert_ne!(
+                file.verdict,
+                Some(Verdict::NotFlyable),
+                "{joints} {k}: {:?}",
+                planned.reason
+            );
             assert_eq!(
                 (file.stage2.joint_angle[0].len(), file.stage2.joint_rate[9].len()),
-                (NL, NL)
+                (joints, joints)
             );
             let read = PlanFile::parse(&serde_json::to_string(&file).unwrap()).unwrap();
             assert_eq!(read, file);
-            let sum =
-                output_checksum(NODES, &file.stage1.trajectory(), &file.stage2.trajectory::<NL>());
+            let (path, motion) = (file.stage1.trajectory(), file.stage2.trajectory());
+            let sum = mission.output_checksum(NODES, &path, &motion);
             assert_eq!(planned.evidence.output, format!("{sum:016x}"));
         }
     };
@@ -99,13 +104,9 @@ fn arms_of_one_to_seven_joints_are_planned() {
     let mut planned = BTreeSet::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        let file = read_mission_file(Some(&path)).unwrap();
-        planned.insert(file.joints());
-        with_joints!(file.joints(), NL => {
-            plans(&file.mission_of::<NL>().unwrap())
-        } else {
-            panic!("{path:?}")
-        });
+        let mission = read_mission(Some(&path)).unwrap();
+        planned.insert(mission.joints());
+        plans(&mission);
     }
     assert_eq!(planned, BTreeSet::from([1, 2, 3, 4, 6, 7]));
 }
@@ -122,14 +123,16 @@ fn joints_that_are_not_there_change_no_plan() {
             .initial_guess(InitialGuess::Heuristic)
             .build()
             .unwrap();
-        let (mission, scenario) = (mission.validated().unwrap(), scenario(2).scenario());
+        let (mission, scenario) =
+            (mission.validated().unwrap(), scenario(2).scenario().resized::<4>());
         let plan = own.plan(&mission, &scenario.validated().unwrap(), &options).unwrap();
         assert!(plan.is_verified());
         let (report, motion) =
             (*plan.report(), *plan.nominal().reorientation.states.first().unwrap());
         (report.reorientation.cost, report.record.input, motion.joint_angle)
     };
-    let roomy = || Planner::new().plan(&mission, &scenario(2), &method(Integrator::Euler), None);
+    let host = Mission::from(&mission);
+    let roomy = || Planner::new().plan(&host, &scenario(2), &method(Integrator::Euler), None);
     let (cost, input, _) = on_large_stack(core).unwrap();
     let planned = on_large_stack(roomy).unwrap();
     let roomy = planned.file.stage2.cost;
@@ -139,7 +142,7 @@ fn joints_that_are_not_there_change_no_plan() {
 
 /// Angle between what the roll says are one direction, in the last node of a plan, by rotations of its
 /// own [rad].
-fn roll_error(mission: &Mission<3>, plan: &PlanFile) -> f64 {
+fn roll_error(mission: &Mission, plan: &PlanFile) -> f64 {
     let roll = mission.roll.unwrap_or(REFERENCE);
     let rotation = |q: &[f64; 4]| quaternion::rotation_matrix(&Vector4::from(*q));
     let last = plan.stage2.attitude.len() - 1;
@@ -158,11 +161,17 @@ fn roll_error(mission: &Mission<3>, plan: &PlanFile) -> f64 {
 const REFERENCE: Roll =
     Roll { end_effector: Vector3::new(1.0, 0.0, 0.0), port: Vector3::new(0.6, 0.8, 0.0) };
 
+/// The built-in mission with this roll.
+fn rolled(roll: Roll) -> Mission {
+    let mut mission = Mission::default();
+    mission.roll = Some(roll);
+    mission
+}
+
 // Verifies REM-PLN-018.
 #[test]
 fn a_roll_that_is_given_is_met() {
-    let free = Mission::default();
-    let mission = Mission { roll: Some(REFERENCE), ..free };
+    let (free, mission) = (Mission::default(), rolled(REFERENCE));
     mission.validate().unwrap();
     let all = || {
         let mut planner = Planner::new();
@@ -190,7 +199,7 @@ fn a_roll_that_is_missed_is_seen() {
     let free = Mission::default();
     let plan = || Planner::new().plan(&free, &scenario(0), &method(Integrator::Euler), None).file;
     let plan = on_large_stack(plan).unwrap();
-    let mission = Mission { roll: Some(REFERENCE), ..free };
+    let mission = rolled(REFERENCE);
     let found = remora_host::engine::verified(
         &mission,
         &scenario(0).scenario(),
@@ -205,10 +214,7 @@ fn a_roll_that_is_missed_is_seen() {
 
 #[test]
 fn a_roll_along_the_approach_is_refused() {
-    let field = |roll: Roll| {
-        let mission = Mission { roll: Some(roll), ..Mission::default() };
-        mission.validate().unwrap_err().field
-    };
+    let field = |roll: Roll| rolled(roll).validate().unwrap_err().field;
     let along = Vector3::z();
     assert_eq!(field(Roll { end_effector: along, ..REFERENCE }), "roll.end_effector");
     assert_eq!(field(Roll { port: along, ..REFERENCE }), "roll.port");
@@ -217,11 +223,14 @@ fn a_roll_along_the_approach_is_refused() {
 
 #[test]
 fn another_number_of_joints_is_refused_by_name() {
-    let file = MissionFile::of(&four());
-    assert_eq!(file.joints(), 4);
-    let error = file.mission().unwrap_err();
-    assert_eq!(error.field, "servicer.links");
-    assert!(file.mission_of::<4>().is_ok());
+    let mut file = MissionFile::of(&four().into());
+    assert_eq!((file.joints(), file.mission().unwrap().joints()), (4, 4));
+    for joints in [0, MAX_JOINTS + 1] {
+        file.servicer.links.resize(joints, Link::default());
+        let error = file.mission().unwrap_err();
+        assert_eq!(error.field, "servicer.links");
+        assert_eq!(error.reason, format!("has {joints} entries; {PLANNED_JOINTS}"));
+    }
     let mut start = scenario(0);
     start.servicer.joint_angle_rad = Some(vec![0.0; 3]);
     let error = start.check_joints(4).unwrap_err();

@@ -13,7 +13,7 @@ use remora_core::advanced::planner::{
 };
 use remora_core::advanced::stages::{LINKS, Mode, NODES};
 use remora_host::draw;
-use remora_host::formats::read_mission;
+use remora_host::formats::{self, read_mission};
 use std::path::Path;
 
 const RK4: Integrator = Integrator::Rk4 { substeps: 4 };
@@ -132,7 +132,10 @@ fn misses(mission: &Mission<LINKS>, scenario: &Scenario, workspace: &Workspace) 
 fn plans_called_verified_hold_under_finer_integration() {
     let count = std::env::var("REMORA_FINE").map_or(2, |text| text.parse().unwrap());
     let missions = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/missions");
-    let shipped = |name| read_mission(Some(Path::new(&format!("{missions}/{name}")))).unwrap();
+    let shipped = |name| {
+        let file = format!("{missions}/{name}");
+        read_mission(Some(Path::new(&file))).unwrap().sized::<LINKS>()
+    };
     let changed = |change: fn(&mut Mission<LINKS>)| {
         let mut mission = Mission::default();
         change(&mut mission);
@@ -155,8 +158,9 @@ fn plans_called_verified_hold_under_finer_integration() {
     for (name, mission) in cases {
         mission.validate().unwrap();
         let (mut verified, mut worst) = (0, [0.0f64; 2]);
-        for named in draw::draw(count, 1, &mission).unwrap().scenarios {
-            let scenario = named.scenario();
+        let drawn = draw::draw(count, 1, &formats::Mission::from(&mission)).unwrap();
+        for named in drawn.scenarios {
+            let scenario = named.scenario().resized();
             let report = plan(
                 &mission,
                 &scenario,

@@ -5,9 +5,8 @@
 //! A change that moves bits says so and why, and writes the files again:
 //! `REMORA_WRITE_GOLDEN=1 cargo test --test golden`.
 
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::scp::Status;
-use remora_host::formats::{NamedScenario, ScenarioSet};
+use remora_host::formats::{Mission, NamedScenario, ScenarioSet};
 use remora_host::learned::Learned;
 use remora_host::memory::STACK_BYTES;
 use remora_host::method::{Integrator, Method, Mode, WarmStart};

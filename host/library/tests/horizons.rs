@@ -33,7 +33,7 @@ impl Bench {
 
 /// A public scenario with another horizon.
 fn scenario(k: usize, duration: f64, nodes: usize) -> Scenario {
-    let scenario = ScenarioSet::built_in().unwrap().scenarios[k].scenario();
+    let scenario = ScenarioSet::built_in().unwrap().scenarios[k].scenario().resized();
     Scenario { duration: Some(duration), nodes: Some(nodes), ..scenario }
 }
 

@@ -153,7 +153,7 @@ fn joints_of_an_imported_arm_travel_no_more_than_they_must() {
         (900.0, Matrix3::from_diagonal_element(250.0));
     (file.servicer.force_limit_n, file.servicer.bus_torque_limit_n_m) =
         (Limits::Same(20.0), Limits::Same(1.0));
-    let mission: Mission<6> = file.mission_of().unwrap();
+    let mission = file.mission().unwrap();
     let scenario = draw::draw_one(1, 0, &mission).unwrap();
     let method = Method { warm_start: WarmStart::Heuristic, ..Method::default() };
     let plan = on_large_stack(|| Planner::new().plan(&mission, &scenario, &method, None)).unwrap();

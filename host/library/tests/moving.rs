@@ -101,7 +101,7 @@ impl Bench {
     }
 
     fn in_force(&mut self, k: usize, integrator: Integrator) -> InForce {
-        let scenario = self.set.scenarios[k].scenario();
+        let scenario = self.set.scenarios[k].scenario().resized();
         let report = self.plan(&scenario, integrator, InitialGuess::Heuristic);
         let duration = self.mission.approach.duration_s;
         InForce {
@@ -200,7 +200,7 @@ fn what_is_left_of_every_plan_is_planned() {
 
 /// A scenario that starts as the first public one but for its bus and arm.
 fn starting(change: impl FnOnce(&mut Start)) -> Scenario {
-    let mut scenario = ScenarioSet::built_in().unwrap().scenarios[0].scenario();
+    let mut scenario: Scenario = ScenarioSet::built_in().unwrap().scenarios[0].scenario().resized();
     change(&mut scenario.start);
     scenario.validated().unwrap();
     scenario

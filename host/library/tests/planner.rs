@@ -52,7 +52,7 @@ impl Bench {
     }
 
     fn scenario(&self, k: usize) -> Scenario {
-        self.set.scenarios[k].scenario()
+        self.set.scenarios[k].scenario().resized()
     }
 
     fn plan(&mut self, scenario: usize, options: &PlanSettings) -> Report {
@@ -65,7 +65,7 @@ impl Bench {
         options: &PlanSettings,
         platform: &Platform<P>,
     ) -> Report {
-        let scenario = self.set.scenarios[scenario].scenario();
+        let scenario = self.scenario(scenario);
         let solver = &mut self.solver;
         plan(
             &self.mission,
@@ -98,7 +98,7 @@ fn rk4_plans_satisfy_rk4_dynamics_and_not_eulers() {
     let integrator = Integrator::Rk4 { substeps: 8 };
     let report = bench.plan(0, &PlanSettings::new(Mode::Optimal, integrator));
     assert_eq!(report.status, Status::Solved);
-    let scenario = bench.set.scenarios[0].scenario();
+    let scenario = bench.scenario(0);
     let (path, motion) = (bench.workspace.translation(), bench.workspace.reorientation());
     let (euler, deadline) = (Integrator::Euler, Deadline::never());
     let by_euler = verify(&bench.mission, &scenario, euler, path, motion, &deadline).residuals;
@@ -145,7 +145,7 @@ fn all_memory_together_fits_a_mebibyte() {
 #[test]
 fn planning_fits_a_stack_of_256_kib() {
     let mission = Mission::<LINKS>::default();
-    let scenario = public().scenarios[3].scenario();
+    let scenario = public().scenarios[3].scenario().resized();
     let mut workspace = Box::new(Workspace::new());
     let workspace = &mut *workspace;
     let status = std::thread::scope(|scope| {
@@ -191,7 +191,7 @@ fn with_the_embedded_solver_neither() {
     for integrator in [Integrator::Euler, Integrator::Rk4 { substeps: 4 }] {
         let options = PlanSettings::new(Mode::Optimal, integrator);
         for k in [9, 4, 31] {
-            let scenario = set.scenarios[k].scenario();
+            let scenario = set.scenarios[k].scenario().resized();
             let [again, first] = [&mut used, &mut fresh()].map(|(workspace, solver)| {
                 plan(
                     &mission,
@@ -266,7 +266,7 @@ fn plan_within(bench: &mut Bench, readings: f64) -> Report {
 #[test]
 fn a_plan_cut_short_is_told_from_one_to_fly() {
     let mut bench = Bench::new();
-    let scenario = bench.set.scenarios[38].scenario();
+    let scenario = bench.scenario(38);
     let (mut useful, mut earlier, mut last_cost) = (0, 0, f64::INFINITY);
     // The clock is read at every node of a linearisation, a retraction and the residuals.
     for readings in (1..9000).step_by(67) {

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Mission, Roll};
+use remora_core::advanced::model::Roll;
 use remora_core::advanced::planner::{
     GuessRecord, InitialGuess, Options, PlanSettings, Platform, Workspace, plan,
 };
@@ -15,6 +15,7 @@ use remora_core::advanced::stages::{LINKS, Mode, NODES, ReorientationTrajectory}
 use remora_core::advanced::time::Clock;
 use remora_core::advanced::warmstart::{ACTION, Action, Encoding, MAX_FEATURES, Scene};
 use remora_host::draw::draw_one;
+use remora_host::formats::Mission;
 use remora_host::learned::Learned;
 use remora_host::memory::on_large_stack;
 use remora_host::method::Method;
@@ -154,7 +155,7 @@ impl Clock for Hasty {
 #[test]
 fn without_time_nothing_is_rolled_out() {
     let mut bench = Bench::new();
-    let scenario = bench.set.scenarios[0].scenario();
+    let scenario = bench.set.scenarios[0].scenario().resized();
     let mut options = PlanSettings::new(Mode::Optimal, Integrator::Euler);
     options.deadline_s = 0.5;
     let script = Script::new(Action::Rate, Vec::new());
@@ -333,7 +334,7 @@ fn a_bad_given_start_gives_way_to_the_heuristic() {
 fn a_model_is_not_used_where_it_has_not_learnt() {
     let method = Method { integrator: Integrator::Euler, ..Method::default() };
     let model = Learned::built_in(method.integrator);
-    let begin = |mission: &Mission<LINKS>| {
+    let begin = |mission: &Mission| {
         let scenario = draw_one(1, 0, mission).unwrap();
         let plan = || Planner::new().plan(mission, &scenario, &method, Some(&model));
         on_large_stack(plan).unwrap().evidence.start
@@ -346,10 +347,11 @@ fn a_model_is_not_used_where_it_has_not_learnt() {
     let mut long = own;
     long.approach.duration_s = 7200.0;
     assert_eq!(begin(&long), GuessRecord::Unfit);
-    let roll = Roll { end_effector: Vector3::x(), port: Vector3::y() };
-    assert_eq!(begin(&Mission { roll: Some(roll), ..own }), GuessRecord::Unfit);
+    let mut rolled = own;
+    rolled.roll = Some(Roll { end_effector: Vector3::x(), port: Vector3::y() });
+    assert_eq!(begin(&rolled), GuessRecord::Unfit);
     let scenario = draw_one(1, 0, &own).unwrap();
-    let four = own.resized::<4>();
+    let four = Mission::from(own.sized::<4>());
     let plan = || Planner::new().plan(&four, &scenario, &method, Some(&model));
     assert_eq!(on_large_stack(plan).unwrap().evidence.start, GuessRecord::Unfit);
 }

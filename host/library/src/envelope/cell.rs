@@ -2,10 +2,9 @@
 
 use crate::campaign::Statistics;
 use crate::draw::draw_one;
-use crate::formats::{NamedScenario, Nearest};
-use remora_core::advanced::model::{Mission, Tolerances};
+use crate::formats::{Mission, NamedScenario, Nearest};
+use remora_core::advanced::model::Tolerances;
 use remora_core::advanced::planner::{Report, Verdict};
-use remora_core::advanced::stages::LINKS;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -225,7 +224,7 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// A cell before anything is planned.
 pub(super) struct CellWork {
     pub(super) place: CellPlace,
-    content: Result<(Box<Mission<LINKS>>, Vec<NamedScenario>), State>,
+    content: Result<(Box<Mission>, Vec<NamedScenario>), State>,
 }
 
 impl CellWork {
@@ -235,12 +234,7 @@ impl CellWork {
     }
 
     /// A cell with scenarios drawn for it.
-    pub(super) fn drawn(
-        place: CellPlace,
-        mission: Box<Mission<LINKS>>,
-        seed: u64,
-        count: u64,
-    ) -> Self {
+    pub(super) fn drawn(place: CellPlace, mission: Box<Mission>, seed: u64, count: u64) -> Self {
         let drawn = (0..count).map(|index| draw_one(seed, index, &mission)).collect();
         let drawn: Option<Vec<NamedScenario>> = drawn;
         let content = drawn.map(|drawn| (mission, drawn)).ok_or(State::NoStart);
@@ -248,7 +242,7 @@ impl CellWork {
     }
 
     /// What is to be planned.
-    pub(super) fn ready(&self) -> Option<(&Mission<LINKS>, &[NamedScenario])> {
+    pub(super) fn ready(&self) -> Option<(&Mission, &[NamedScenario])> {
         let (mission, drawn) = self.content.as_ref().ok()?;
         Some((mission, drawn))
     }

@@ -28,7 +28,7 @@ pub use output::files;
 pub use vehicle::Vehicle;
 
 use crate::error::Error;
-use crate::formats::{self, NamedScenario, check_writable, make_directory};
+use crate::formats::{self, Mission, NamedScenario, check_writable, make_directory};
 use crate::learned::Learned;
 use crate::method::{Integrator, Method};
 use crate::planning::Planner;
@@ -37,9 +37,7 @@ use crate::progress::Progress;
 use crate::provenance::Provenance;
 use cell::CellWork;
 use header::{EnvelopeHeader, JOURNAL};
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::planner::Verdict;
-use remora_core::advanced::stages::LINKS;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -200,7 +198,7 @@ impl Envelope {
     fn attempt(
         &self,
         planner: &mut Planner,
-        mission: &Mission<LINKS>,
+        mission: &Mission,
         scenario: &NamedScenario,
     ) -> Attempt {
         let report = planner.plan_in_place(mission, scenario, &self.method, self.model.as_ref());

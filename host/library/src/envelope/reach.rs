@@ -1,14 +1,14 @@
 //! Scenarios that no plan can serve: there is no path within the force limit.
 
-use crate::formats::NamedScenario;
+use crate::formats::{Mission, NamedScenario};
 use crate::guess::Guess;
 use crate::method::{Deadline, Method, Qp};
 use crate::planning::{Planner, Subproblem};
 use crate::stoppable::{FAR_S, Stoppable};
-use remora_core::advanced::model::{Mission, Refusal};
+use remora_core::advanced::model::Refusal;
 use remora_core::advanced::planner::Report;
 use remora_core::advanced::qp::QpStatus;
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::NODES;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Whether the force was refused, or Stage 1 did not get beyond its first program. That one is convex: dynamics, force limit,
@@ -24,7 +24,7 @@ pub(super) fn is_without_path(report: &Report) -> bool {
 /// plan ends with the program.
 pub(super) fn is_proved(
     planner: &mut Planner,
-    mission: &Mission<LINKS>,
+    mission: &Mission,
     scenario: &NamedScenario,
     method: &Method,
 ) -> bool {

@@ -2,8 +2,7 @@
 
 use super::cell::{CellPlace, State};
 use crate::error::{Error, FieldError};
-use crate::formats::{MissionFile, read_mission_file};
-use remora_core::advanced::model::Mission;
+use crate::formats::{Mission, MissionFile, read_mission_file};
 use remora_core::advanced::model::forms::degrees::radians;
 use remora_core::advanced::stages::LINKS;
 use std::path::{Path, PathBuf};
@@ -47,7 +46,11 @@ impl Vehicle {
         let mut vehicles: Vec<Self> = Vec::new();
         for file in files {
             let mission = read_mission_file(Some(file))?;
-            mission.mission().map_err(|error| error.at(file))?;
+            let joints = mission.mission().map_err(|error| error.at(file))?.joints();
+            if joints != LINKS {
+                let reason = format!("has {joints} entries; here the arm has {LINKS} joints");
+                return Err(Error::input(file, "servicer.links", reason));
+            }
             let name = name_of(file);
             if vehicles.iter().any(|other| other.name == name) {
                 let reason = format!("there is another vehicle called {name:?}: rename the file");
@@ -65,12 +68,12 @@ impl Vehicle {
 
     /// Keep-out distances, far and near [m]; not numbers where the file says none that are any.
     pub(super) fn keep_out(&self) -> [f64; 2] {
-        let radii = |m: Mission<LINKS>| [m.approach.keep_out_far_m, m.approach.keep_out_near_m];
+        let radii = |m: Mission| [m.approach.keep_out_far_m, m.approach.keep_out_near_m];
         self.mission.mission().map_or([f64::NAN; 2], radii)
     }
 
     /// Its mission at a place of the map, or why nothing can be planned there.
-    pub(super) fn at(&self, place: &CellPlace) -> Result<Box<Mission<LINKS>>, State> {
+    pub(super) fn at(&self, place: &CellPlace) -> Result<Box<Mission>, State> {
         let mut file = self.mission.clone();
         file.horizon.duration_s = place.horizon_s;
         file.scenarios.standoff_m = place.distance_m;
@@ -85,7 +88,7 @@ impl Vehicle {
 }
 
 /// Why the arm cannot be in its capture configuration in time, where it cannot.
-fn too_slow(mission: &Mission<LINKS>) -> Option<String> {
+fn too_slow(mission: &Mission) -> Option<String> {
     let (s, grid) = (&mission.servicer, mission.own_grid());
     let time = grid.time(grid.preset_node());
     let needed = (s.capture_joint_angle_rad - s.initial_joint_angle_rad).abs() / time;

@@ -1,21 +1,13 @@
 //! Force and torque of a bus whose URDF, as all of them, says nothing of thrusters and wheels.
 
-use crate::formats::{Limits, MissionFile};
-use remora_core::advanced::model::Servicer;
+use crate::formats::{Limits, Mission, MissionFile};
 
 /// The built-in mission's limits, larger in proportion to a larger mass and moment of inertia.
-pub(super) fn scale<const NL: usize>(
-    file: &mut MissionFile,
-    own: &Servicer<NL>,
-    decided: &mut Vec<String>,
-) {
-    scale_to(file, [own.total_mass(), largest_moment(own)], decided);
-}
-
-/// The same for so much mass [kg] and such a moment of inertia [kg m^2].
-fn scale_to(file: &mut MissionFile, [mass, inertia]: [f64; 2], decided: &mut Vec<String>) {
-    let (usual, servicer) = (Servicer::default(), &mut file.servicer);
-    let (mass, inertia) = (mass / usual.total_mass(), inertia / largest_moment(&usual));
+pub(super) fn scale(file: &mut MissionFile, own: &Mission, decided: &mut Vec<String>) {
+    let (usual, servicer) = (Mission::default(), &mut file.servicer);
+    let mass = own.servicer.total_mass() / usual.servicer.total_mass();
+    let inertia = largest_moment(own) / largest_moment(&usual);
+    let usual = &usual.servicer;
     if mass > 1.0 {
         let limit = rounded(usual.force_limit_n.max() * mass);
         servicer.force_limit_n = Limits::Same(limit);
@@ -32,7 +24,8 @@ fn scale_to(file: &mut MissionFile, [mass, inertia]: [f64; 2], decided: &mut Vec
 }
 
 /// Largest moment of inertia of bus and arm at the start [kg m^2].
-fn largest_moment<const NL: usize>(servicer: &Servicer<NL>) -> f64 {
+fn largest_moment(mission: &Mission) -> f64 {
+    let servicer = &mission.servicer;
     servicer.system_inertia(&servicer.initial_joint_angle_rad).symmetric_eigenvalues().max()
 }
 

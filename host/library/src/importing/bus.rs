@@ -3,8 +3,7 @@
 use super::servicer::of_another_arm;
 use super::{NoImport, Request, mount, name, unit};
 use crate::error::FieldError;
-use crate::formats::{MissionFile, PLANNED_JOINTS};
-use crate::with_joints;
+use crate::formats::MissionFile;
 use nalgebra::{Matrix3, Vector3};
 use remora_urdf::{Arm, Base, Body, Options, Pose, import};
 
@@ -183,16 +182,12 @@ fn carried(
 impl BusProperties {
     /// The bus of a mission that must be valid, whatever its arm.
     fn of(file: &MissionFile) -> Result<Self, FieldError> {
-        with_joints!(file.joints(), NL => {
-            let s = file.mission_of::<NL>()?.servicer;
-            Ok(Self {
-                mass: s.bus_mass_kg,
-                inertia: s.bus_inertia_kg_m2,
-                half_extents: s.bus_half_extents_m,
-                boresight: s.boresight,
-            })
-        } else {
-            Err(file.wrong_joints(PLANNED_JOINTS))
+        let s = file.mission()?.servicer;
+        Ok(Self {
+            mass: s.bus_mass_kg,
+            inertia: s.bus_inertia_kg_m2,
+            half_extents: s.bus_half_extents_m,
+            boresight: s.boresight,
         })
     }
 }

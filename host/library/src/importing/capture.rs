@@ -2,9 +2,9 @@
 //! thinner link.
 
 use super::{Request, unsearched};
-use crate::formats::{MissionFile, capture_search};
+use crate::formats::{Mission, MissionFile, capture_search};
 use nalgebra::Vector3;
-use remora_core::advanced::model::{CaptureSearch, Servicer};
+use remora_core::advanced::model::CaptureSearch;
 use remora_urdf::Arm;
 
 /// Step to which lengths are rounded, to the side that works [m].
@@ -13,16 +13,16 @@ const STEP: f64 = 1e-3;
 const HALVINGS: i32 = 8;
 
 /// An arm at a mount that was tried, and the conditions on its angles at capture.
-type Trial<const NL: usize> = (Servicer<NL>, CaptureSearch);
+type Trial = (Mission, CaptureSearch);
 
 /// Advice after a search that has failed at all of these mounts.
-pub(super) fn advice<const NL: usize>(request: &Request, failed: &[(MissionFile, Arm)]) -> String {
+pub(super) fn advice(request: &Request, failed: &[(MissionFile, Arm)]) -> String {
     let Some((file, arm)) = failed.first() else { return String::new() };
-    let axes = axes::<NL>(request, file, arm);
+    let axes = axes(request, file, arm);
     if !axes.is_empty() {
         return format!("as the end effector's axis would do {}", axes.join(", "));
     }
-    let tried: Vec<Trial<NL>> = failed.iter().filter_map(|(file, _)| tried(file)).collect();
+    let tried: Vec<Trial> = failed.iter().filter_map(|(file, _)| tried(file)).collect();
     let other = "none of +-x, +-y, +-z of the end effector would do as its axis: another --mount, --boresight or \
                  --start may";
     let sizes = [thinner_links(&tried, arm), longer_tool(&tried, arm)];
@@ -30,50 +30,50 @@ pub(super) fn advice<const NL: usize>(request: &Request, failed: &[(MissionFile,
 }
 
 /// Flags of axes of the end effector's frame that would work.
-fn axes<const NL: usize>(request: &Request, file: &MissionFile, arm: &Arm) -> Vec<String> {
+fn axes(request: &Request, file: &MissionFile, arm: &Arm) -> Vec<String> {
     let asked = request.axis.and_then(|axis| axis.try_normalize(1e-9)).unwrap_or_else(Vector3::z);
     let others = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|v| [v, -v]);
     let works = |own: &Vector3<f64>| {
         let mut other = file.clone();
         other.servicer.end_effector_axis =
             Some((arm.end_effector.rotation * own).normalize().into());
-        own.dot(&asked) < 0.99 && other.mission_of::<NL>().is_ok()
+        own.dot(&asked) < 0.99 && other.mission().is_ok()
     };
     others.filter(works).map(|own| flag(&own)).collect()
 }
 
-fn tried<const NL: usize>(file: &MissionFile) -> Option<Trial<NL>> {
+fn tried(file: &MissionFile) -> Option<Trial> {
     let axis = file.servicer.capture_axis().ok().flatten()?;
-    let mission = unsearched::<NL>(file).ok()?;
-    Some((mission.servicer, capture_search(&mission, axis)))
+    let mission = unsearched(file).ok()?;
+    Some((mission, capture_search(&mission, axis)))
 }
 
-fn works<const NL: usize>((servicer, search): &Trial<NL>) -> bool {
-    servicer.capture_configuration(search, &servicer.initial_joint_angle_rad).is_ok()
+fn works((mission, search): &Trial) -> bool {
+    mission.capture_configuration(search, &mission.servicer.initial_joint_angle_rad).is_ok()
 }
 
 /// The links that are in the way, and the radius at which they would not be.
-fn thinner_links<const NL: usize>(tried: &[Trial<NL>], arm: &Arm) -> Option<String> {
-    let thinned = |tried: &Trial<NL>, links: &[usize], most: f64| {
-        let (mut servicer, search) = *tried;
-        links
-            .iter()
-            .for_each(|i| servicer.links[*i].radius_m = servicer.links[*i].radius_m.min(most));
-        works(&(servicer, search))
+fn thinner_links(tried: &[Trial], arm: &Arm) -> Option<String> {
+    let thinned = |tried: &Trial, which: &[usize], most: f64| {
+        let (mut mission, search) = *tried;
+        let links = &mut mission.servicer.links;
+        which.iter().for_each(|i| links[*i].radius_m = links[*i].radius_m.min(most));
+        works(&(mission, search))
     };
-    let mut links: Vec<usize> = (0..NL).collect();
+    let mut links: Vec<usize> = (0..arm.joints.len()).collect();
     let place = tried.iter().find(|tried| thinned(tried, &links, 0.0))?;
-    let widest = place.0.links.iter().map(|link| link.radius_m).fold(0.0, f64::max);
+    let widest = place.0.servicer.links.iter().map(|link| link.radius_m).fold(0.0, f64::max);
     let most = bisected((0.0, widest), |most| thinned(place, &links, most));
     let most = (most / STEP).floor() * STEP;
     // Links that may stay as they are, are not in the way.
-    for i in 0..NL {
+    for i in 0..arm.joints.len() {
         let others: Vec<usize> = links.iter().copied().filter(|other| *other != i).collect();
         if thinned(place, &others, most) {
             links = others;
         }
     }
-    let link = |i: &usize| Some((&arm.joints.get(*i)?.link, place.0.links.get(*i)?.radius_m));
+    let radius = |i: usize| Some(place.0.servicer.links.get(i)?.radius_m);
+    let link = |i: &usize| Some((&arm.joints.get(*i)?.link, radius(*i)?));
     let named: Vec<String> = links
         .iter()
         .filter_map(link)
@@ -89,21 +89,22 @@ fn thinner_links<const NL: usize>(tried: &[Trial<NL>], arm: &Arm) -> Option<Stri
 }
 
 /// The least length of a tool that would work, along the end effector's axis.
-fn longer_tool<const NL: usize>(tried: &[Trial<NL>], arm: &Arm) -> Option<String> {
-    let last = NL.checked_sub(1)?;
-    let longer = |tried: &Trial<NL>, by: f64| {
-        let (mut servicer, search) = *tried;
-        servicer.links[last].tip_m += search.axis * by;
-        works(&(servicer, search))
+fn longer_tool(tried: &[Trial], arm: &Arm) -> Option<String> {
+    let last = arm.joints.len().checked_sub(1)?;
+    let longer = |tried: &Trial, by: f64| {
+        let (mut mission, search) = *tried;
+        mission.servicer.links[last].tip_m += search.axis * by;
+        works(&(mission, search))
     };
-    let (servicer, search) = tried.first()?;
-    let whole: f64 = servicer.links.iter().map(|link| link.tip_m.norm()).sum();
+    let (mission, search) = tried.first()?;
+    let links = &mission.servicer.links;
+    let whole: f64 = links.iter().map(|link| link.tip_m.norm()).sum();
     let found = |by: f64| tried.iter().find(|tried| longer(tried, by)).map(|place| (place, by));
     let mut lengths = (0..=HALVINGS).rev().map(|halvings| whole * 0.5_f64.powi(halvings));
     let (place, by) = lengths.find_map(found)?;
     // Bisection keeps the end of the interval that works.
     let shorter = bisected((by, 0.0), |by| longer(place, by));
-    let now = servicer.links[last].tip_m.dot(&search.axis);
+    let now = links[last].tip_m.dot(&search.axis);
     let length = ((now + shorter) / STEP).ceil() * STEP;
     let joint = arm.joints.get(last)?;
     longer(place, length - now).then(|| {

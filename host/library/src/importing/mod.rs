@@ -14,13 +14,11 @@ mod start;
 mod text;
 
 use crate::error::{Error, FieldError, in_one_line, io_reason};
-use crate::formats::{MissionCapture, MissionFile, open_regular};
+use crate::formats::{Mission, MissionCapture, MissionFile, open_regular};
 use crate::method::Integrator;
 use crate::vehicle::Vehicle;
-use crate::with_joints;
 use bus::ArmOnBus;
 use nalgebra::Vector3;
-use remora_core::advanced::model::Mission;
 use remora_urdf::{Arm, MAX_BYTES, Options, Pose, Refusal};
 use serde::Serialize;
 use std::io::Read;
@@ -184,12 +182,7 @@ pub fn import(request: &Request) -> Result<ImportedMission, NoImport> {
 fn advised(error: Error, request: &Request, failed: &[(MissionFile, Arm)]) -> Error {
     match error {
         Error::Input { file, field, reason } if field == "servicer.capture" => {
-            let joints = failed.first().map_or(0, |(file, _)| file.joints());
-            let advice = with_joints!(joints, NL => {
-                capture::advice::<NL>(request, failed)
-            } else {
-                String::new()
-            });
+            let advice = capture::advice(request, failed);
             Error::input(&file, field, format!("{reason}; {advice}"))
         }
         other => other,
@@ -215,30 +208,10 @@ fn imported(
     if let Some(armature) = &request.armature {
         servicer::give_rotors(&mut file, armature)?;
     }
-    with_joints!(file.joints(), NL => {
-        finished::<NL>(request, settled, file, failed)
-    } else {
-        Err(file.wrong_joints("the importer allows 1 to 7").at(&request.file))
-    })
-}
-
-/// What is understood of the URDF, in tables, whether it gives an arm or not.
-pub fn explanation(request: &Request) -> String {
-    let settled = bus::settle(request).ok().and_then(|all| all.into_iter().next());
-    let options = settled.map_or(request.options.clone(), |settled| settled.options);
-    remora_urdf::explain(&name(&request.file), &request.urdf, &options)
-}
-
-fn finished<const NL: usize>(
-    request: &Request,
-    settled: ArmOnBus,
-    mut file: MissionFile,
-    failed: &mut Vec<(MissionFile, Arm)>,
-) -> Result<ImportedMission, Error> {
     let ArmOnBus { arm, is_own, mut decided, .. } = settled;
     let motion = file.weights.joint_motion;
     decided.push(format!("joint rates cost something: weights.joint_motion is {motion}"));
-    let mission = match completed::<NL>(&mut file, request, &arm, is_own, &mut decided) {
+    let mission = match completed(&mut file, request, &arm, is_own, &mut decided) {
         Ok(mission) => mission,
         Err(error) => {
             let is_of_capture = error.field == "servicer.capture";
@@ -261,36 +234,43 @@ fn finished<const NL: usize>(
     })
 }
 
+/// What is understood of the URDF, in tables, whether it gives an arm or not.
+pub fn explanation(request: &Request) -> String {
+    let settled = bus::settle(request).ok().and_then(|all| all.into_iter().next());
+    let options = settled.map_or(request.options.clone(), |settled| settled.options);
+    remora_urdf::explain(&name(&request.file), &request.urdf, &options)
+}
+
 /// The mission with what the URDF does not say: actuators of its bus, margins that its mounting leaves,
 /// angles at the start, a distance for scenarios.
-fn completed<const NL: usize>(
+fn completed(
     file: &mut MissionFile,
     request: &Request,
     arm: &Arm,
     is_own: bool,
     decided: &mut Vec<String>,
-) -> Result<Mission<NL>, FieldError> {
+) -> Result<Mission, FieldError> {
     let links: Vec<String> = arm.joints.iter().map(|joint| joint.link.clone()).collect();
-    let unsearched = unsearched::<NL>(file)?;
+    let unsearched = unsearched(file)?;
     if is_own {
-        actuators::scale(file, &unsearched.servicer, decided);
+        actuators::scale(file, &unsearched, decided);
     }
     mounting::fit(file, &unsearched, &links, decided);
-    let mission = start::choose::<NL>(file, request.start.as_deref(), decided)?;
+    let mission = start::choose(file, request.start.as_deref(), decided)?;
     scenarios::keep_off(file, (&mission.approach, &mission.scenarios), decided);
-    file.mission_of()
+    file.mission()
 }
 
 /// The mission before joint angles at capture are searched for: they are those of the start.
-fn unsearched<const NL: usize>(file: &MissionFile) -> Result<Mission<NL>, FieldError> {
+fn unsearched(file: &MissionFile) -> Result<Mission, FieldError> {
     let mut given = file.clone();
     given.servicer.capture = MissionCapture::Joints;
     given.servicer.end_effector_axis = None;
     given.servicer.capture_joint_angle_rad = Some(given.servicer.initial_joint_angle_rad.clone());
-    given.mission_of()
+    given.mission()
 }
 
-fn joints<const NL: usize>(arm: &Arm, mission: &Mission<NL>) -> Vec<Joint> {
+fn joints(arm: &Arm, mission: &Mission) -> Vec<Joint> {
     let s = &mission.servicer;
     let angles = s.initial_joint_angle_rad.iter().zip(s.capture_joint_angle_rad.iter());
     let joint = |(joint, (start, capture)): (&remora_urdf::Joint, (&f64, &f64))| Joint {

@@ -1,9 +1,8 @@
 //! How near to the bus the mounting itself brings the arm.
 
 use super::bus::numbers;
-use crate::formats::MissionFile;
-use nalgebra::SVector;
-use remora_core::advanced::model::{Mission, signed_distance_to_box};
+use crate::formats::{Mission, MissionFile};
+use remora_core::advanced::model::{Link, signed_distance_to_box};
 
 /// Steps of each joint of the mounting, over its stops.
 const STEPS: usize = 12;
@@ -17,14 +16,14 @@ const STEP: f64 = 1e-3;
 /// Where the second link, whose joint the first one holds, can nowhere be as far from the bus as the
 /// mission's margin asks for: the margin is what there is. Where that is next to nothing, the link's radius
 /// is what leaves the margin: what is thicker there is part of the mounting.
-pub(super) fn fit<const NL: usize>(
+pub(super) fn fit(
     file: &mut MissionFile,
-    mission: &Mission<NL>,
+    mission: &Mission,
     names: &[String],
     decided: &mut Vec<String>,
 ) {
     let links = &mission.servicer.links;
-    let mut long = (0..NL).filter(|i| links.get(*i).is_some_and(|link| link.has_length()));
+    let mut long = (0..mission.joints()).filter(|i| links.get(*i).is_some_and(Link::has_length));
     let (Some(first), Some(second)) = (long.next(), long.next()) else { return };
     if let Some(name) = names.get(second) {
         let far = farthest(mission, first);
@@ -71,7 +70,7 @@ fn fit_link(
 }
 
 /// Farthest that the end of link `last` gets from the bus's box [m].
-fn farthest<const NL: usize>(mission: &Mission<NL>, last: usize) -> f64 {
+fn farthest(mission: &Mission, last: usize) -> f64 {
     let s = &mission.servicer;
     let mut arm = *s;
     // What comes after it is drawn in: the end effector is the end of the link.
@@ -79,12 +78,11 @@ fn farthest<const NL: usize>(mission: &Mission<NL>, last: usize) -> f64 {
     let moving = last.min(MOST - 1) + 1;
     let count = (STEPS + 1).pow(moving as u32);
     let distance = |index: usize| {
-        let mut angles = SVector::<f64, NL>::zeros();
-        for i in 0..NL {
-            let share = (index / (STEPS + 1).pow(i.min(MOST) as u32)) % (STEPS + 1);
+        let mut angles = s.initial_joint_angle_rad;
+        for i in 0..moving {
+            let share = (index / (STEPS + 1).pow(i as u32)) % (STEPS + 1);
             let way = s.max_joint_angle_rad[i] - s.min_joint_angle_rad[i];
-            let turned = s.min_joint_angle_rad[i] + way * share as f64 / STEPS as f64;
-            angles[i] = if i < moving { turned } else { s.initial_joint_angle_rad[i] };
+            angles[i] = s.min_joint_angle_rad[i] + way * share as f64 / STEPS as f64;
         }
         let (_, end) = arm.center_of_mass_and_end_effector(&angles);
         signed_distance_to_box(&s.bus_half_extents_m, &end).value

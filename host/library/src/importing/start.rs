@@ -2,9 +2,8 @@
 
 use super::bus::shown_angles;
 use crate::error::FieldError;
-use crate::formats::{MissionFile, capture_search};
-use nalgebra::SVector;
-use remora_core::advanced::model::{CaptureSearch, Mission};
+use crate::formats::{JointVector, Mission, MissionFile, capture_search};
+use remora_core::advanced::model::CaptureSearch;
 use std::f64::consts::FRAC_PI_4;
 
 /// Bends of a single joint that are tried [rad].
@@ -17,15 +16,15 @@ const WAY: usize = 20;
 /// there is none, the first that is itself clear. The file gets them.
 ///
 /// # Errors
-/// As [`MissionFile::mission_of`]; a start within its own bus.
-pub(super) fn choose<const NL: usize>(
+/// As [`MissionFile::mission`]; a start within its own bus.
+pub(super) fn choose(
     file: &mut MissionFile,
     given: Option<&[f64]>,
     decided: &mut Vec<String>,
-) -> Result<Mission<NL>, FieldError> {
+) -> Result<Mission, FieldError> {
     if let Some(angles) = given {
         file.servicer.initial_joint_angle_rad = angles.to_vec();
-        let mission = file.mission_of::<NL>()?;
+        let mission = file.mission()?;
         return match depth(&mission, 0.0) {
             depth if depth > 0.0 => {
                 Err(within(format!("is {depth:.3} m within the arm's own bus")))
@@ -33,8 +32,8 @@ pub(super) fn choose<const NL: usize>(
             _ => Ok(mission),
         };
     }
-    let straight = file.mission_of::<NL>()?;
-    let mut clear: Option<Mission<NL>> = None;
+    let straight = file.mission()?;
+    let mut clear: Option<Mission> = None;
     for start in candidates(&straight) {
         // What costs little comes first: a mission is not had without its angles at capture, which are
         // searched for.
@@ -43,63 +42,61 @@ pub(super) fn choose<const NL: usize>(
         if depth(&begun, begun.margins.clearance_m) > 0.0 {
             continue;
         }
-        file.servicer.initial_joint_angle_rad = start.as_slice().into();
-        let Ok(mission) = file.mission_of::<NL>() else { continue };
+        file.servicer.initial_joint_angle_rad = at_start(&begun).into();
+        let Ok(mission) = file.mission() else { continue };
         if is_way_clear(&mission) {
             let why = "turns straight to its angles at capture, clear of its own bus";
-            decided.push(said(start.as_slice(), why));
+            decided.push(said(&mission, why));
             return Ok(mission);
         }
         clear.get_or_insert(mission);
     }
     let reason = "none of the arms that were tried is clear of its own bus: give one";
     let mission = clear.ok_or_else(|| within(reason.into()))?;
-    let start = mission.servicer.initial_joint_angle_rad.as_slice();
-    file.servicer.initial_joint_angle_rad = start.into();
+    file.servicer.initial_joint_angle_rad = at_start(&mission).into();
     let why = "is clear of its own bus, though not all the way to its angles at capture";
-    decided.push(said(start, why));
+    decided.push(said(&mission, why));
     Ok(mission)
 }
 
 /// As straight as the stops let it be, in the middle of the stops, and with one joint bent, or the first
 /// and another.
-fn candidates<const NL: usize>(mission: &Mission<NL>) -> Vec<SVector<f64, NL>> {
+fn candidates(mission: &Mission) -> Vec<JointVector> {
     let (s, margin) = (&mission.servicer, mission.margins.joint_angle_rad);
     let middle = (s.min_joint_angle_rad + s.max_joint_angle_rad) * 0.5;
     let room = (s.max_joint_angle_rad - s.min_joint_angle_rad) * 0.5;
     let room = room.map(|half| (half - margin).max(0.0));
-    let within = |angles: SVector<f64, NL>| {
-        SVector::from_fn(|i, _| angles[i].clamp(middle[i] - room[i], middle[i] + room[i]))
+    let within = |angles: JointVector| {
+        JointVector::from_fn(|i, _| angles[i].clamp(middle[i] - room[i], middle[i] + room[i]))
     };
-    let straight = within(SVector::zeros());
+    let straight = within(JointVector::zeros());
     let bent = |i: usize, by: f64| {
         let mut angles = straight;
         angles[i] += by;
         within(angles)
     };
-    let single = (0..NL).flat_map(|i| BENDS.map(|by| bent(i, by)));
+    let single = (0..mission.joints()).flat_map(|i| BENDS.map(|by| bent(i, by)));
     [straight].into_iter().chain(single).chain([middle]).collect()
 }
 
 /// How deep the arm is in its own bus, beyond its first link, `clearance` about it [m]; negative where it
 /// is clear.
-fn depth<const NL: usize>(mission: &Mission<NL>, clearance: f64) -> f64 {
+fn depth(mission: &Mission, clearance: f64) -> f64 {
     let search = search(mission, clearance);
-    let servicer = &mission.servicer;
-    servicer.capture_violation(&search, &servicer.initial_joint_angle_rad).bus
+    mission.capture_violation(&search, &mission.servicer.initial_joint_angle_rad).bus
 }
 
-fn is_way_clear<const NL: usize>(mission: &Mission<NL>) -> bool {
+fn is_way_clear(mission: &Mission) -> bool {
     let s = &mission.servicer;
     let search = search(mission, 0.0);
     let way = s.capture_joint_angle_rad - s.initial_joint_angle_rad;
     (0..=WAY).all(|step| {
         let angles = s.initial_joint_angle_rad + way * (step as f64 / WAY as f64);
-        s.capture_violation(&search, &angles).bus <= 0.0
+        mission.capture_violation(&search, &angles).bus <= 0.0
     })
 }
 
-fn search<const NL: usize>(mission: &Mission<NL>, clearance: f64) -> CaptureSearch {
+fn search(mission: &Mission, clearance: f64) -> CaptureSearch {
     CaptureSearch { clearance, ..capture_search(mission, mission.servicer.boresight) }
 }
 
@@ -107,7 +104,12 @@ fn within(reason: String) -> FieldError {
     FieldError::new("servicer.initial_joint_angle_rad", reason)
 }
 
-fn said(start: &[f64], why: &str) -> String {
-    let angles = shown_angles(start);
+/// Angles at the start of the joints that the arm has.
+fn at_start(mission: &Mission) -> &[f64] {
+    &mission.servicer.initial_joint_angle_rad.as_slice()[..mission.joints()]
+}
+
+fn said(mission: &Mission, why: &str) -> String {
+    let angles = shown_angles(at_start(mission));
     format!("the arm starts at {angles} rad, from where it {why}; --start a,b,... gives another")
 }

@@ -1,5 +1,5 @@
 use super::*;
-use remora_core::advanced::model::Mission;
+use crate::formats::Mission;
 
 fn provenance() -> Provenance {
     Provenance {

@@ -8,12 +8,11 @@
 //! the yardstick is Clarabel's point made exact (`remora_host::polish`).
 
 use super::programs::{cold, embedded, sharp};
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::planner::PlanSettings;
 use remora_core::advanced::qp::{EmbeddedQp, Qp, QpOutcome, QpStatus};
-use remora_core::advanced::stages::{LINKS, Mode};
+use remora_core::advanced::stages::Mode;
 use remora_host::backend::{ClarabelQp, Solve};
-use remora_host::formats::{ScenarioSet, Status};
+use remora_host::formats::{Mission, ScenarioSet, Status};
 use remora_host::guess::Guess;
 use remora_host::kkt::{Kkt, distance, objective};
 use remora_host::memory::STACK_BYTES;
@@ -98,7 +97,7 @@ fn pair<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
 /// Every `step`th public scenario from `first`.
 fn pairs(first: usize, step: usize) -> Vec<Pair> {
     let set = ScenarioSet::built_in().unwrap();
-    let mission = Mission::<LINKS>::default();
+    let mission = Mission::default();
     let method =
         Method { integrator: Integrator::Euler, qp: Choice::Embedded, ..Method::default() };
     let mut planner = Planner::new();

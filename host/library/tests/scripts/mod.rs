@@ -138,7 +138,7 @@ impl Bench {
         options: &PlanSettings,
         start: &InitialGuess<'_>,
     ) -> Report {
-        let scenario = self.set.scenarios[scenario].scenario();
+        let scenario = self.set.scenarios[scenario].scenario().resized();
         self.scenario = scenario;
         let Self { mission, workspace, solver, .. } = self;
         plan(
