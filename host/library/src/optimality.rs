@@ -39,21 +39,26 @@ impl Optimality {
         translation: &TranslationTrajectory<NODES>,
         motion: &Motion,
     ) -> Self {
-        let work =
-            || match mission.joints() {
-                LINKS => gains::<LINKS, { size::NX }, { size::NU }>(
-                    &mission.sized(),
-                    &scenario.resized(),
+        let work = || {
+            if mission.joints() == LINKS {
+                let (mission, scenario) = (&mission.sized::<LINKS>(), &scenario.resized());
+                let motion = &resized_motion(motion);
+                return gains::<LINKS, { size::NX }, { size::NU }>(
+                    mission,
+                    scenario,
                     integrator,
                     translation,
-                    &resized_motion(motion),
-                ),
-                _ => gains::<
-                    MAX_JOINTS,
-                    { size::states(MAX_JOINTS) },
-                    { size::controls(MAX_JOINTS) },
-                >(mission, scenario, integrator, translation, motion),
-            };
+                    motion,
+                );
+            }
+            gains::<MAX_JOINTS, { size::states(MAX_JOINTS) }, { size::controls(MAX_JOINTS) }>(
+                mission,
+                scenario,
+                integrator,
+                translation,
+                motion,
+            )
+        };
         let gains = on_large_stack(work).unwrap_or([Gain::UNKNOWN; 2]);
         let [stage1, stage2] = gains.map(|gain| gain.share);
         Self { stage1, stage2, is_converged: gains.iter().all(|gain| gain.is_small) }

@@ -41,11 +41,10 @@ impl<F: Deref<Target = AtomicBool> + Sync> Clock for Stoppable<F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{ScenarioSet, Status};
+    use crate::formats::{Mission, ScenarioSet, Status};
     use crate::memory::on_large_stack;
     use crate::method::{Integrator, Method};
     use crate::planning::Planner;
-    use remora_core::advanced::model::Mission;
     use remora_core::advanced::time::Deadline as CoreDeadline;
 
     #[test]
