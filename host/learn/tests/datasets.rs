@@ -1,9 +1,9 @@
 //! The datasets that are checked in: real plans, read as a training reads them.
 
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::NODES;
 use remora_host::draw::draw_one;
 use remora_host::fingerprint::fingerprint;
+use remora_host::formats::Mission;
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method};
 use remora_host::planning::Planner;
@@ -18,7 +18,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn read(name: &str) -> (Dataset, Vec<Trajectory>) {
-    let dataset = Dataset::<LINKS>::open(&folder(name)).unwrap();
+    let dataset = Dataset::open(&folder(name), 3).unwrap();
     let all = dataset.read(None).unwrap();
     (dataset, all)
 }
@@ -30,7 +30,7 @@ fn they_are_whole_and_of_the_built_in_mission() {
         let (dataset, all) = read(name);
         assert_eq!((dataset.len(), all.len()), (count, count));
         assert_eq!(dataset.manifest.integrator.to_string(), integrator);
-        assert_eq!(dataset.manifest.mission, fingerprint(&Mission::<LINKS>::default()));
+        assert_eq!(dataset.manifest.mission, fingerprint(&Mission::default()));
         assert!(all.windows(2).all(|pair| pair[0].scenario < pair[1].scenario));
         for entry in std::fs::read_dir(folder(name)).unwrap() {
             bytes += entry.unwrap().metadata().unwrap().len();
@@ -42,7 +42,7 @@ fn they_are_whole_and_of_the_built_in_mission() {
 /// What a plan of the mission keeps to, in the numbers that a network learns from.
 #[test]
 fn they_are_plans() {
-    let mission = Mission::<LINKS>::default();
+    let mission = Mission::default();
     let servicer = &mission.servicer;
     for (name, ..) in SETS {
         for t in read(name).1 {
@@ -55,7 +55,7 @@ fn they_are_plans() {
             assert!(t.joint_rate[last].iter().all(|rate| rate.abs() < 1e-6));
             assert!(t.force[last] == [0.0; 3] && t.bus_torque[last] == [0.0; 3]);
             for k in 0..NODES {
-                for i in 0..LINKS {
+                for i in 0..mission.joints() {
                     let (angle, torque) = (f64::from(t.joint_angle[k][i]), t.joint_torque[k][i]);
                     assert!(angle < servicer.max_joint_angle_rad[i] + 1e-3);
                     assert!(angle > servicer.min_joint_angle_rad[i] - 1e-3);
@@ -67,7 +67,7 @@ fn they_are_plans() {
                     assert!(torque < servicer.bus_torque_limit_n_m[i] * 1.001);
                 }
             }
-            let held: Vec<f64> = t.joint_angle[last].map(f64::from).to_vec();
+            let held: Vec<f64> = t.joint_angle[last].iter().map(|x| f64::from(*x)).collect();
             let capture = servicer.capture_joint_angle_rad.as_slice();
             assert!(held.iter().zip(capture).all(|(a, b)| (a - b).abs() < 1e-5), "{held:?}");
         }
@@ -79,7 +79,7 @@ fn they_are_plans() {
 fn they_are_planned_again() {
     for (name, ..) in SETS {
         let (dataset, all) = read(name);
-        let mission = Mission::<LINKS>::default();
+        let mission = Mission::default();
         let integrator: Integrator = dataset.manifest.integrator;
         let scenario = draw_one(dataset.manifest.seed, all[0].scenario, &mission).unwrap();
         let method = Method { integrator, ..Method::default() };

@@ -1,10 +1,9 @@
 //! Whether all shards of a dataset are there, whoever made them.
 
 use super::manifest::{MANIFEST, Manifest};
-use super::shard::{self, Place};
+use super::shard;
 use super::shard_path;
 use remora_host::error::Error;
-use remora_host::with_joints;
 use serde::Serialize;
 use std::path::Path;
 
@@ -26,24 +25,15 @@ pub struct Gathered {
 /// # Errors
 /// A manifest that cannot be read; a shard that is damaged or of another dataset.
 pub fn gather(directory: &Path) -> Result<Gathered, Error> {
-    let file = directory.join(MANIFEST);
-    let manifest = Manifest::read(&file)?;
-    with_joints!(manifest.links, NL => {
-        gather_of::<NL>(directory, &manifest)
-    } else {
-        Err(Error::input(&file, "links", "arms of 1 to 7 joints are planned for"))
-    })
-}
-
-fn gather_of<const NL: usize>(directory: &Path, manifest: &Manifest) -> Result<Gathered, Error> {
+    let manifest = Manifest::read(&directory.join(MANIFEST))?;
     let dataset = manifest.dataset();
     let mut gathered = Gathered { shards: 0, missing: Vec::new(), tried: 0, kept: 0 };
-    for (number, (first, tried)) in (0..).zip(manifest.shards()) {
+    for (number, shard) in (0..).zip(manifest.shards()) {
         gathered.shards += 1;
-        let place = Place { dataset: &dataset, first, tried };
-        match shard::verify::<NL>(&shard_path(directory, number), place)? {
+        let place = manifest.place(&dataset, shard);
+        match shard::verify(&shard_path(directory, number), place)? {
             Some(kept) => {
-                gathered.tried += u64::from(tried);
+                gathered.tried += u64::from(place.tried);
                 gathered.kept += u64::from(kept);
             }
             None => gathered.missing.push(number),

@@ -3,14 +3,12 @@
 use super::manifest::{MANIFEST, Manifest};
 use super::shard::{self, Place};
 use super::{MISSION, Trajectory, shard_path};
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
 use remora_host::draw::draw_one;
 use remora_host::error::Error;
 use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{
-    Limit, NamedScenario, Status, lock, lock_shared, make_directory, open_regular, open_to_write,
-    read_bytes, read_mission, remove_partials, remove_partials_among, write_first,
+    Limit, Mission, NamedScenario, Status, lock, lock_shared, make_directory, open_regular,
+    open_to_write, read_bytes, read_mission, remove_partials, remove_partials_among, write_first,
 };
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method};
@@ -25,7 +23,7 @@ use std::path::PathBuf;
 
 /// A dataset to be made: the input of `remora learn dataset`.
 #[derive(Clone, Debug)]
-pub struct Recipe<const NL: usize = LINKS> {
+pub struct Recipe {
     /// Scenarios `0..count` are tried.
     pub count: u64,
     /// Seed of the draw.
@@ -38,7 +36,7 @@ pub struct Recipe<const NL: usize = LINKS> {
     /// Whether Stage 2 goes on beyond what plans need: see [`Method::sharp`].
     pub sharp: bool,
     /// The mission; valid.
-    pub mission: Mission<NL>,
+    pub mission: Mission,
     /// The file of the mission, where it is not the built-in one: it is kept beside the shards.
     pub mission_file: Option<PathBuf>,
     /// Scenarios a shard; an interruption loses the shards that are not complete.
@@ -63,18 +61,13 @@ pub struct Made {
 }
 
 /// A shard that is being made: what came of its scenarios so far.
-struct Open<const NL: usize> {
+#[derive(Default)]
+struct Open {
     done: u32,
-    kept: BTreeMap<u64, Trajectory<NL>>,
+    kept: BTreeMap<u64, Trajectory>,
 }
 
-impl<const NL: usize> Default for Open<NL> {
-    fn default() -> Self {
-        Self { done: 0, kept: BTreeMap::new() }
-    }
-}
-
-impl<const NL: usize> Recipe<NL> {
+impl Recipe {
     /// Plans the scenarios of all shards that are not there yet.
     ///
     /// # Errors
@@ -110,7 +103,7 @@ impl<const NL: usize> Recipe<NL> {
         let mut pending = Vec::new();
         for (first, tried) in shards.iter().copied() {
             let file = self.shard_path(first);
-            match shard::verify::<NL>(&file, Place { dataset: &dataset, first, tried })? {
+            match shard::verify(&file, manifest.place(&dataset, (first, tried)))? {
                 Some(kept) => {
                     made.tried += u64::from(tried);
                     made.kept += u64::from(kept);
@@ -120,7 +113,7 @@ impl<const NL: usize> Recipe<NL> {
         }
         progress.begin(made.tried as usize + pending.len(), made.tried as usize);
         let mut open = BTreeMap::new();
-        let finish = |index, trajectory: Option<Box<Trajectory<NL>>>| {
+        let finish = |index, trajectory: Option<Box<Trajectory>>| {
             progress.done(trajectory.is_some());
             made.now += 1;
             made.tried += 1;
@@ -149,8 +142,8 @@ impl<const NL: usize> Recipe<NL> {
         }
         let dataset = manifest.dataset();
         for (first, tried) in manifest.shards() {
-            let file = self.shard_path(first);
-            shard::verify::<NL>(&file, Place { dataset: &dataset, first, tried })?;
+            let place = manifest.place(&dataset, (first, tried));
+            shard::verify(&self.shard_path(first), place)?;
         }
         self.look_at_mission(manifest)
     }
@@ -161,7 +154,7 @@ impl<const NL: usize> Recipe<NL> {
         if !file.exists() {
             return Ok(());
         }
-        match fingerprint(&read_mission::<NL>(Some(&file))?) == manifest.mission {
+        match fingerprint(&read_mission(Some(&file))?) == manifest.mission {
             true => Ok(()),
             false => {
                 let reason = "is another mission than this dataset's; choose another --out";
@@ -203,7 +196,7 @@ impl<const NL: usize> Recipe<NL> {
         planner: &mut Planner,
         method: &Method,
         index: u64,
-    ) -> Result<Option<Box<Trajectory<NL>>>, Error> {
+    ) -> Result<Option<Box<Trajectory>>, Error> {
         let plan =
             planner.plan(&self.mission, &self.draw(index)?, method, self.model.as_ref()).file;
         let is_solved = plan.status == Status::Solved;
@@ -221,9 +214,9 @@ impl<const NL: usize> Recipe<NL> {
     fn file_away(
         &self,
         dataset: &str,
-        open: &mut BTreeMap<u64, Open<NL>>,
+        open: &mut BTreeMap<u64, Open>,
         index: u64,
-        trajectory: Option<Box<Trajectory<NL>>>,
+        trajectory: Option<Box<Trajectory>>,
     ) -> Result<(), Error> {
         let size = u64::from(self.shard.get());
         let first = index / size * size;
@@ -234,9 +227,10 @@ impl<const NL: usize> Recipe<NL> {
         if shard.done < tried {
             return Ok(());
         }
-        let kept: Vec<Trajectory<NL>> = std::mem::take(&mut shard.kept).into_values().collect();
+        let kept: Vec<Trajectory> = std::mem::take(&mut shard.kept).into_values().collect();
         open.remove(&first);
-        shard::write(&self.shard_path(first), Place { dataset, first, tried }, &kept)
+        let place = Place { dataset, joints: self.mission.joints(), first, tried };
+        shard::write(&self.shard_path(first), place, &kept)
     }
 
     fn shard_path(&self, first: u64) -> PathBuf {

@@ -64,7 +64,8 @@ pub struct Manifest {
 
 impl Manifest {
     /// The manifest of what a recipe makes.
-    pub fn new<const NL: usize>(recipe: &Recipe<NL>) -> Self {
+    pub fn new(recipe: &Recipe) -> Self {
+        let links = recipe.mission.joints();
         Self {
             format: FORMAT.into(),
             version: env!("CARGO_PKG_VERSION").into(),
@@ -76,9 +77,9 @@ impl Manifest {
             settings: fingerprint(&settings_text(&recipe.method())),
             shard: recipe.shard.get(),
             nodes: NODES,
-            links: NL,
-            state: state_size(NL),
-            control: size::controls(NL),
+            links,
+            state: state_size(links),
+            control: size::controls(links),
         }
     }
 
@@ -108,29 +109,26 @@ impl Manifest {
     ///
     /// # Errors
     /// The reason why they are none.
-    pub fn shard<const NL: usize>(
-        &self,
-        number: usize,
-        bytes: &[u8],
-    ) -> Result<Vec<Trajectory<NL>>, String> {
-        let (first, tried) = self.shards().nth(number).ok_or("is none of this dataset's")?;
-        let place = Place { dataset: &self.dataset(), first, tried };
+    pub fn shard(&self, number: usize, bytes: &[u8]) -> Result<Vec<Trajectory>, String> {
+        let shard = self.shards().nth(number).ok_or("is none of this dataset's")?;
         let mut out = Vec::new();
-        shard::decode(bytes, place, self.count, &mut out).map(|()| out)
+        shard::decode(bytes, self.place(&self.dataset(), shard), self.count, &mut out)?;
+        Ok(out)
     }
 
     /// The bytes of a shard of this dataset with these trajectories, in order of their scenarios.
     ///
     /// # Errors
     /// The reason why there are none.
-    pub fn shard_of<const NL: usize>(
-        &self,
-        number: usize,
-        trajectories: &[Trajectory<NL>],
-    ) -> Result<Vec<u8>, String> {
-        let (first, tried) = self.shards().nth(number).ok_or("is none of this dataset's")?;
-        let place = Place { dataset: &self.dataset(), first, tried };
+    pub fn shard_of(&self, number: usize, trajectories: &[Trajectory]) -> Result<Vec<u8>, String> {
+        let shard = self.shards().nth(number).ok_or("is none of this dataset's")?;
+        let place = self.place(&self.dataset(), shard);
         shard::encode(place, trajectories).map_err(|error| error.to_string())
+    }
+
+    /// The place of a shard, by its first scenario and how many it tries, in this `dataset`.
+    pub(super) fn place<'a>(&self, dataset: &'a str, (first, tried): (u64, u32)) -> Place<'a> {
+        Place { dataset, joints: self.links, first, tried }
     }
 
     /// Writes the file whole or not at all.

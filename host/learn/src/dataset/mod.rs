@@ -26,15 +26,12 @@ pub use make::{Made, Recipe};
 pub use manifest::{FORMAT, MANIFEST, Manifest, SHARD};
 pub use recompute::recompute;
 pub use split::Split;
-pub use trajectory::Trajectory;
+pub use trajectory::{JointRows, Trajectory};
 
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
 use remora_host::error::Error;
 use remora_host::fingerprint::fingerprint;
-use remora_host::formats::read_mission;
+use remora_host::formats::{Mission, read_mission};
 use remora_host::lineage::Source;
-use shard::Place;
 use std::path::{Path, PathBuf};
 
 /// Name of a mission's file in the directory of its dataset.
@@ -42,7 +39,7 @@ pub const MISSION: &str = "mission.toml";
 
 /// A dataset to read. One that is still being made can be read up to where it is complete.
 #[derive(Clone, Debug)]
-pub struct Dataset<const NL: usize = LINKS> {
+pub struct Dataset {
     /// What it was asked to be.
     pub manifest: Manifest,
     directory: PathBuf,
@@ -51,25 +48,21 @@ pub struct Dataset<const NL: usize = LINKS> {
     kept: u64,
 }
 
-impl<const NL: usize> Dataset<NL> {
-    /// Reads the manifest and looks at the shards that are there.
+impl Dataset {
+    /// Reads the manifest, for an arm of so many joints, and looks at the shards that are there.
     ///
     /// # Errors
     /// A file that cannot be read or understood; another number of joints; a shard whose size is wrong.
-    pub fn open(directory: &Path) -> Result<Self, Error> {
+    pub fn open(directory: &Path, joints: usize) -> Result<Self, Error> {
         let file = directory.join(MANIFEST);
-        let manifest = Manifest::read(&file)?.of_joints(NL).map_err(|error| error.at(&file))?;
+        let manifest = Manifest::read(&file)?.of_joints(joints).map_err(|error| error.at(&file))?;
         let (mut all, mut kept) = (0, 0);
         let dataset = manifest.dataset();
-        for (number, (first, tried)) in (0..).zip(manifest.shards()) {
-            let Some(found) = shard::look::<NL>(
-                &shard_path(directory, number),
-                Place { dataset: &dataset, first, tried },
-            )?
-            else {
-                break;
-            };
-            all += u64::from(tried);
+        for (number, shard) in (0..).zip(manifest.shards()) {
+            let place = manifest.place(&dataset, shard);
+            let found = shard::look(&shard_path(directory, number), place)?;
+            let Some(found) = found else { break };
+            all += u64::from(place.tried);
             kept += u64::from(found);
         }
         Ok(Self { manifest, directory: directory.to_path_buf(), tried: all, kept })
@@ -79,7 +72,7 @@ impl<const NL: usize> Dataset<NL> {
     ///
     /// # Errors
     /// A file that cannot be read; a mission of other numbers than the dataset's.
-    pub fn mission(&self, otherwise: &Mission<NL>) -> Result<Mission<NL>, Error> {
+    pub fn mission(&self, otherwise: &Mission) -> Result<Mission, Error> {
         let mission = self.beside()?.unwrap_or(*otherwise);
         self.check_for(mission, "was made for another mission; --mission names it")
     }
@@ -88,18 +81,19 @@ impl<const NL: usize> Dataset<NL> {
     ///
     /// # Errors
     /// As [`Dataset::mission`].
-    pub fn own_mission(&self) -> Result<Mission<NL>, Error> {
+    pub fn own_mission(&self) -> Result<Mission, Error> {
         let mission = self.beside()?.map_or_else(|| read_mission(None), Ok)?;
         self.check_for(mission, "is neither in the directory nor the one that is built in")
     }
 
-    fn beside(&self) -> Result<Option<Mission<NL>>, Error> {
+    fn beside(&self) -> Result<Option<Mission>, Error> {
         let own = self.directory.join(MISSION);
         own.exists().then(|| read_mission(Some(&own))).transpose()
     }
 
-    fn check_for(&self, mission: Mission<NL>, reason: &str) -> Result<Mission<NL>, Error> {
-        match self.manifest.mission == fingerprint(&mission) {
+    fn check_for(&self, mission: Mission, reason: &str) -> Result<Mission, Error> {
+        let Manifest { links, mission: made_for, .. } = &self.manifest;
+        match *links == mission.joints() && *made_for == fingerprint(&mission) {
             true => Ok(mission),
             false => Err(Error::input(&self.directory.join(MANIFEST), "mission", reason)),
         }
@@ -125,16 +119,16 @@ impl<const NL: usize> Dataset<NL> {
     ///
     /// # Errors
     /// A shard that is damaged, or that has not been made yet.
-    pub fn read(&self, limit: Option<usize>) -> Result<Vec<Trajectory<NL>>, Error> {
+    pub fn read(&self, limit: Option<usize>) -> Result<Vec<Trajectory>, Error> {
         let end = limit.map_or(self.manifest.count, |limit| limit as u64);
         let capacity = end.min(self.kept) as usize;
         let mut out = Vec::with_capacity(capacity);
         let dataset = self.manifest.dataset();
-        for (number, (first, tried)) in (0..).zip(self.manifest.shards()) {
-            if first >= end {
+        for (number, shard) in (0..).zip(self.manifest.shards()) {
+            let place = self.manifest.place(&dataset, shard);
+            if place.first >= end {
                 break;
             }
-            let place = Place { dataset: &dataset, first, tried };
             shard::read(&shard_path(&self.directory, number), place, end, &mut out)?;
         }
         Ok(out)
@@ -147,7 +141,7 @@ impl<const NL: usize> Dataset<NL> {
     }
 
     /// The part that a trajectory of this dataset belongs to.
-    pub fn split(&self, trajectory: &Trajectory<NL>) -> Split {
+    pub fn split(&self, trajectory: &Trajectory) -> Split {
         Split::of(self.manifest.seed, trajectory.scenario)
     }
 }
@@ -158,6 +152,7 @@ fn shard_path(directory: &Path, number: u64) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use super::trajectory::tests::counting;
     use super::*;
     use remora_host::draw::draw_one;
     use remora_host::formats::PlanFile;
@@ -196,7 +191,7 @@ mod tests {
         let out = dir.path().join("set");
         assert_eq!(recipe(&out).make(&mut ()), Ok(Made { tried: 4, kept: 4, now: 4 }));
         assert_eq!(recipe(&out).make(&mut ()), Ok(Made { tried: 4, kept: 4, now: 0 }));
-        let dataset = Dataset::<LINKS>::open(&out).unwrap();
+        let dataset = Dataset::open(&out, 3).unwrap();
         assert_eq!((dataset.len(), dataset.tried(), dataset.is_empty()), (4, 4, false));
         let all = dataset.read(None).unwrap();
         assert_eq!(all.iter().map(|t| t.scenario).collect::<Vec<_>>(), [0, 1, 2, 3]);
@@ -215,7 +210,7 @@ mod tests {
         let made = |name: &str, sharp: bool| {
             let out = dir.path().join(name);
             Recipe { sharp, ..recipe(&out) }.make(&mut ()).unwrap();
-            Dataset::<LINKS>::open(&out).unwrap()
+            Dataset::open(&out, 3).unwrap()
         };
         let (plain, sharp) = (made("plain", false), made("sharp", true));
         assert_ne!(plain.manifest.settings, sharp.manifest.settings);
@@ -238,7 +233,7 @@ mod tests {
         assert_eq!(of(3).make(&mut ()), Ok(Made { tried: 3, kept: 3, now: 1 }));
         let whole = dir.path().join("whole");
         Recipe { out: whole.clone(), ..of(3) }.make(&mut ()).unwrap();
-        let all = |directory: &Path| Dataset::<LINKS>::open(directory).unwrap().read(None).unwrap();
+        let all = |directory: &Path| Dataset::open(directory, 3).unwrap().read(None).unwrap();
         assert_eq!(all(&out), all(&whole));
         for (count, reason) in [(4, "is 3, which cannot grow to 4"), (2, "is 3, which cannot")] {
             let error = Manifest::grow(&out, count).unwrap_err().to_string();
@@ -252,53 +247,37 @@ mod tests {
         let manifest = Manifest::new(&Recipe { count: 1100, ..recipe(dir.path()) });
         manifest.write(&dir.path().join(MANIFEST)).unwrap();
         let shards: Vec<_> = manifest.shards().collect();
+        let dataset = manifest.dataset();
         assert_eq!(shards, [(0, 500), (500, 500), (1000, 100)]);
         let write = |number, trajectories: &[Trajectory]| {
-            let (first, tried) = shards[number];
             let path = shard_path(dir.path(), number as u64);
-            let place = Place { dataset: &manifest.dataset(), first, tried };
+            let place = manifest.place(&dataset, shards[number]);
             shard::write(&path, place, trajectories).unwrap();
         };
-        write(0, &[trajectory::tests::counting(4), trajectory::tests::counting(400)]);
-        write(2, &[trajectory::tests::counting(1001)]);
-        let dataset = Dataset::<LINKS>::open(dir.path()).unwrap();
+        write(0, &[counting(4, 3), counting(400, 3)]);
+        write(2, &[counting(1001, 3)]);
+        let dataset = Dataset::open(dir.path(), 3).unwrap();
         assert_eq!((dataset.len(), dataset.tried()), (2, 500));
         assert_eq!(dataset.read(Some(500)).unwrap().len(), 2);
         let missing = dataset.read(None).unwrap_err().to_string();
         assert!(missing.ends_with("shard-00001.bin: no such file or directory"), "{missing}");
         write(1, &[]);
-        assert_eq!(Dataset::<LINKS>::open(dir.path()).unwrap().read(None).unwrap().len(), 3);
+        assert_eq!(Dataset::open(dir.path(), 3).unwrap().read(None).unwrap().len(), 3);
     }
 
     /// Arms of other numbers of joints have their own size of records, and are not taken for each other.
     #[test]
     fn a_dataset_is_of_an_arm() {
         let dir = tempfile::tempdir().unwrap();
-        let mission = Mission::default().resized::<2>();
-        let Recipe { count, seed, integrator, sharp, shard, jobs, out, .. } = recipe(dir.path());
-        let (model, mission_file) = (None, None);
-        let two = Recipe {
-            count,
-            seed,
-            integrator,
-            model,
-            sharp,
-            mission,
-            mission_file,
-            shard,
-            jobs,
-            part: None,
-            out,
-        };
-        let manifest = Manifest::new(&two);
+        let mission = Mission::from(Mission::default().sized::<2>());
+        let manifest = Manifest::new(&Recipe { mission, ..recipe(dir.path()) });
         assert_eq!((manifest.links, manifest.state, manifest.control), (2, 11, 5));
         manifest.write(&dir.path().join(MANIFEST)).unwrap();
         let file = shard_path(dir.path(), 0);
-        let kept = [trajectory::tests::counting::<2>(1), trajectory::tests::counting(3)];
-        let place = Place { dataset: &manifest.dataset(), first: 0, tried: 4 };
-        shard::write(&file, place, &kept).unwrap();
-        assert_eq!(Dataset::open(dir.path()).unwrap().read(None).unwrap(), kept);
-        let reason = Dataset::<3>::open(dir.path()).unwrap_err().to_string();
+        let kept = [counting(1, 2), counting(3, 2)];
+        shard::write(&file, manifest.place(&manifest.dataset(), (0, 4)), &kept).unwrap();
+        assert_eq!(Dataset::open(dir.path(), 2).unwrap().read(None).unwrap(), kept);
+        let reason = Dataset::open(dir.path(), 3).unwrap_err().to_string();
         assert!(reason.ends_with("dataset.json: links: is 2; the mission's arm has 3"), "{reason}");
         for (field, change) in [
             ("links: is 8; arms of 1 to 7", Manifest { links: 8, ..manifest.clone() }),
@@ -306,7 +285,7 @@ mod tests {
             ("state: is 13; this", Manifest { state: 13, ..manifest.clone() }),
         ] {
             change.write(&dir.path().join(MANIFEST)).unwrap();
-            let reason = Dataset::<2>::open(dir.path()).unwrap_err().to_string();
+            let reason = Dataset::open(dir.path(), 2).unwrap_err().to_string();
             assert!(reason.contains(field), "{reason}");
         }
     }

@@ -1,17 +1,16 @@
 //! Planning a sample of a dataset again: a machine that computes wrongly is found by its trajectories.
 
 use super::manifest::{MANIFEST, Manifest};
-use super::shard::{self, Place};
+use super::shard;
 use super::{Dataset, Recipe, Trajectory, shard_path};
-use remora_core::advanced::model::Mission;
 use remora_host::draw::id;
 use remora_host::error::{Error, FieldError};
+use remora_host::formats::Mission;
 use remora_host::learned::Learned;
 use remora_host::part::Part;
 use remora_host::parts::{Difference, Sample, Then, again};
 use remora_host::planning::Planner;
 use remora_host::progress::Progress;
-use remora_host::with_joints;
 use std::collections::BTreeMap;
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::Path;
@@ -33,13 +32,9 @@ pub fn recompute(
     let file = directory.join(MANIFEST);
     let manifest = Manifest::read(&file)?;
     let model = manifest.model_of(model)?;
-    with_joints!(manifest.links, NL => {
-        let mission = Dataset::<NL>::open(directory)?.own_mission()?;
-        let recipe = manifest.recipe(mission, model, jobs, directory);
-        recipe.map_err(|error| error.at(&file))?.again(&manifest, sample, progress)
-    } else {
-        Err(Error::input(&file, "links", "arms of 1 to 7 joints are planned for"))
-    })
+    let mission = Dataset::open(directory, manifest.links)?.own_mission()?;
+    let recipe = manifest.recipe(mission, model, jobs, directory);
+    recipe.map_err(|error| error.at(&file))?.again(&manifest, sample, progress)
 }
 
 impl Manifest {
@@ -67,13 +62,13 @@ impl Manifest {
     }
 
     /// What was asked for.
-    fn recipe<const NL: usize>(
+    fn recipe(
         &self,
-        mission: Mission<NL>,
+        mission: Mission,
         model: Option<Learned>,
         jobs: NonZeroUsize,
         out: &Path,
-    ) -> Result<Recipe<NL>, FieldError> {
+    ) -> Result<Recipe, FieldError> {
         let shard = NonZeroU32::new(self.shard).ok_or_else(|| FieldError::new("shard", "is 0"))?;
         let plain = Recipe {
             count: self.count,
@@ -89,14 +84,14 @@ impl Manifest {
             out: out.into(),
         };
         let sharp = Recipe { sharp: true, ..plain.clone() };
-        let is_ours = |recipe: &Recipe<NL>| Self::new(recipe).settings == self.settings;
+        let is_ours = |recipe: &Recipe| Self::new(recipe).settings == self.settings;
         [plain, sharp].into_iter().find(is_ours).ok_or_else(|| {
             FieldError::new("settings", "are of another version of the planner than this one")
         })
     }
 }
 
-impl<const NL: usize> Recipe<NL> {
+impl Recipe {
     fn again(
         &self,
         manifest: &Manifest,
@@ -106,7 +101,7 @@ impl<const NL: usize> Recipe<NL> {
         let kept = self.sampled(manifest, sample)?;
         let method = self.method();
         let plan = |planner: &mut Planner, index| self.plan(planner, &method, index);
-        let differs = |then: &Option<Trajectory<NL>>, again: &Option<Box<Trajectory<NL>>>| {
+        let differs = |then: &Option<Trajectory>, again: &Option<Box<Trajectory>>| {
             differs(then.as_ref(), again.as_deref()).map(String::from)
         };
         again(&kept, self.jobs, plan, differs, progress)
@@ -117,7 +112,7 @@ impl<const NL: usize> Recipe<NL> {
         &self,
         manifest: &Manifest,
         sample: u64,
-    ) -> Result<BTreeMap<u64, Then<Option<Trajectory<NL>>>>, Error> {
+    ) -> Result<BTreeMap<u64, Then<Option<Trajectory>>>, Error> {
         let mut kept = BTreeMap::new();
         let mut picked = Sample::of(sample, self.count);
         let (files, dataset) = (manifest.shards().count() as u64, manifest.dataset());
@@ -127,10 +122,9 @@ impl<const NL: usize> Recipe<NL> {
             if here.is_empty() || !file.exists() {
                 continue;
             }
-            let (mut all, place) = (Vec::new(), Place { dataset: &dataset, first, tried });
+            let (mut all, place) = (Vec::new(), manifest.place(&dataset, (first, tried)));
             shard::read(&file, place, self.count, &mut all)?;
-            let mut all: BTreeMap<_, Trajectory<NL>> =
-                all.into_iter().map(|t| (t.scenario, t)).collect();
+            let mut all: BTreeMap<_, _> = all.into_iter().map(|t| (t.scenario, t)).collect();
             kept.extend(here.into_iter().map(|index| {
                 let (scenario, value) = (id(self.seed, index), all.remove(&index));
                 (index, Then { part, scenario, value })
@@ -141,10 +135,7 @@ impl<const NL: usize> Recipe<NL> {
 }
 
 /// The first quantity in which what was kept differs; `kept` where one was and the other was not.
-fn differs<const NL: usize>(
-    one: Option<&Trajectory<NL>>,
-    other: Option<&Trajectory<NL>>,
-) -> Option<&'static str> {
+fn differs(one: Option<&Trajectory>, other: Option<&Trajectory>) -> Option<&'static str> {
     match (one, other) {
         (Some(one), Some(other)) => one.differs(other),
         (None, None) => None,

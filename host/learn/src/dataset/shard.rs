@@ -23,6 +23,8 @@ const HEAD_ROOM: u64 = 128;
 pub(super) struct Place<'a> {
     /// What the dataset is: [`Manifest::dataset`](super::Manifest::dataset).
     pub dataset: &'a str,
+    /// Joints of its arm.
+    pub joints: usize,
     /// Index of the first scenario that is tried.
     pub first: u64,
     /// How many are.
@@ -66,8 +68,7 @@ impl<'a> Outline<'a> {
     }
 
     /// Refuses a shard that stands in the place of another, and one that is not whole.
-    /// A record has at `least` so many bytes.
-    fn check(self, place: Place<'_>, size: u64, least: u64) -> Result<Self, String> {
+    fn check(self, place: Place<'_>, size: u64) -> Result<Self, String> {
         let Head { first, tried, kept, bytes, .. } = self.head;
         if (first, tried) != (place.first, place.tried) || kept > place.tried {
             return Err(format!(
@@ -80,7 +81,7 @@ impl<'a> Outline<'a> {
             return Err(format!("has {size} bytes instead of {expected}"));
         }
         // Memory is set aside for as many as are said to be there.
-        match u64::from(kept).saturating_mul(least) <= bytes {
+        match u64::from(kept).saturating_mul(Trajectory::least_bytes(place.joints)) <= bytes {
             true => Ok(self),
             false => Err(format!("has {bytes} bytes of records, too few for {kept}")),
         }
@@ -88,23 +89,23 @@ impl<'a> Outline<'a> {
 }
 
 /// Writes a shard whole or not at all: the trajectories, in order of their scenarios.
-pub(super) fn write<const NL: usize>(
+pub(super) fn write(
     file: &Path,
     place: Place<'_>,
-    trajectories: &[Trajectory<NL>],
+    trajectories: &[Trajectory],
 ) -> Result<(), Error> {
     let failed =
         |error: postcard::Error| Error::Output { file: file.into(), reason: error.to_string() };
     write_atomically(file, &encode(place, trajectories).map_err(failed)?)
 }
 
-pub(super) fn encode<const NL: usize>(
+pub(super) fn encode(
     place: Place<'_>,
-    trajectories: &[Trajectory<NL>],
+    trajectories: &[Trajectory],
 ) -> Result<Vec<u8>, postcard::Error> {
-    let room = Vec::with_capacity(trajectories.len() * Trajectory::<NL>::BYTES);
+    let Place { dataset, joints, first, tried } = place;
+    let room = Vec::with_capacity(trajectories.len() * Trajectory::bytes(joints));
     let records = trajectories.iter().try_fold(room, |out, t| t.encode(out))?;
-    let Place { dataset, first, tried } = place;
     let kept = trajectories.len() as u32;
     let head = Head { dataset, first, tried, kept, bytes: records.len() as u64 };
     let mut bytes = MAGIC.to_vec();
@@ -117,7 +118,7 @@ pub(super) fn encode<const NL: usize>(
 
 /// Reads how many of its scenarios a shard has kept, and compares the file's size with that. `None` where
 /// there is no such file.
-pub(super) fn look<const NL: usize>(file: &Path, place: Place<'_>) -> Result<Option<u32>, Error> {
+pub(super) fn look(file: &Path, place: Place<'_>) -> Result<Option<u32>, Error> {
     if !file.exists() {
         return Ok(None);
     }
@@ -127,40 +128,40 @@ pub(super) fn look<const NL: usize>(file: &Path, place: Place<'_>) -> Result<Opt
     handle.by_ref().take(HEAD_ROOM).read_to_end(&mut bytes).map_err(failed)?;
     let size = handle.metadata().map_err(failed)?.len();
     let outline = Outline::read(&bytes, place.dataset);
-    let outline =
-        outline.and_then(|outline| outline.check(place, size, Trajectory::<NL>::LEAST_BYTES));
+    let outline = outline.and_then(|outline| outline.check(place, size));
     outline.map(|outline| Some(outline.head.kept)).map_err(|reason| Error::input(file, "", reason))
 }
 
 /// As [`look`], and reads every byte.
-pub(super) fn verify<const NL: usize>(file: &Path, place: Place<'_>) -> Result<Option<u32>, Error> {
-    let found = look::<NL>(file, place)?;
+pub(super) fn verify(file: &Path, place: Place<'_>) -> Result<Option<u32>, Error> {
+    let found = look(file, place)?;
     if found.is_some() {
-        read::<NL>(file, place, place.first, &mut Vec::new())?;
+        read(file, place, place.first, &mut Vec::new())?;
     }
     Ok(found)
 }
 
 /// Adds the trajectories of a whole shard to `out`; those of scenarios from `end` on are left out.
-pub(super) fn read<const NL: usize>(
+pub(super) fn read(
     file: &Path,
     place: Place<'_>,
     end: u64,
-    out: &mut Vec<Trajectory<NL>>,
+    out: &mut Vec<Trajectory>,
 ) -> Result<(), Error> {
-    let most = HEAD_ROOM + u64::from(place.tried) * (Trajectory::<NL>::BYTES as u64 + HEAD_ROOM);
+    let record = Trajectory::bytes(place.joints) as u64;
+    let most = HEAD_ROOM + u64::from(place.tried) * (record + HEAD_ROOM);
     let bytes = read_bytes(file, Limit::of(most))?;
     decode(&bytes, place, end, out).map_err(|reason| Error::input(file, "", reason))
 }
 
-pub(super) fn decode<const NL: usize>(
+pub(super) fn decode(
     bytes: &[u8],
     place: Place<'_>,
     end: u64,
-    out: &mut Vec<Trajectory<NL>>,
+    out: &mut Vec<Trajectory>,
 ) -> Result<(), String> {
     let outline = Outline::read(bytes, place.dataset)?;
-    let outline = outline.check(place, bytes.len() as u64, Trajectory::<NL>::LEAST_BYTES)?;
+    let outline = outline.check(place, bytes.len() as u64)?;
     let (body, crc) = bytes.split_last_chunk().ok_or("is truncated")?;
     if crc32fast::hash(body) != u32::from_le_bytes(*crc) {
         return Err("is damaged: its CRC-32 does not match".into());
@@ -169,7 +170,7 @@ pub(super) fn decode<const NL: usize>(
     let mut next = place.first;
     for _ in 0..outline.head.kept {
         let trajectory;
-        (trajectory, rest) = Trajectory::decode(rest)?;
+        (trajectory, rest) = Trajectory::decode(rest, place.joints)?;
         let scenario = trajectory.scenario;
         if scenario < next || scenario >= place.first + u64::from(place.tried) {
             return Err(format!("scenario {scenario} is out of order"));
@@ -190,26 +191,26 @@ mod tests {
     use super::super::trajectory::tests::counting;
     use super::*;
     use proptest::prelude::*;
-    use remora_core::advanced::stages::LINKS;
 
-    const PLACE: Place<'_> = Place { dataset: "0123456789abcdef", first: 500, tried: 10 };
+    const PLACE: Place<'_> =
+        Place { dataset: "0123456789abcdef", joints: 3, first: 500, tried: 10 };
     /// Of two records: what is before them, they, the CRC.
     const BYTES: usize = 12 + 17 + 2 + 1 + 1 + 3 + 2 * 8413 + 4;
 
     fn bytes_of(indices: &[u64]) -> Vec<u8> {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("shard");
-        let trajectories: Vec<_> = indices.iter().map(|i| counting::<LINKS>(*i)).collect();
+        let trajectories: Vec<_> = indices.iter().map(|i| counting(*i, 3)).collect();
         write(&file, PLACE, &trajectories).unwrap();
-        let found = look::<LINKS>(&file, PLACE).unwrap();
+        let found = look(&file, PLACE).unwrap();
         assert_eq!(found, Some(indices.len() as u32));
         std::fs::read(file).unwrap()
     }
 
     fn read_bytes(bytes: &[u8], end: u64) -> Result<Vec<u64>, String> {
-        let mut out = Vec::<Trajectory>::new();
+        let mut out = Vec::new();
         decode(bytes, PLACE, end, &mut out)?;
-        assert!(out.iter().all(|t| *t == counting(t.scenario)));
+        assert!(out.iter().all(|t| *t == counting(t.scenario, 3)));
         Ok(out.iter().map(|t| t.scenario).collect())
     }
 
@@ -224,9 +225,7 @@ mod tests {
     #[test]
     fn another_shard_or_another_order_is_refused() {
         let bytes = bytes_of(&[501, 507]);
-        let refused = |place: Place<'_>| {
-            decode(&bytes, place, 2000, &mut Vec::<Trajectory>::new()).unwrap_err()
-        };
+        let refused = |place: Place<'_>| decode(&bytes, place, 2000, &mut Vec::new()).unwrap_err();
         let reason = refused(Place { first: 1000, ..PLACE });
         assert_eq!(reason, "holds 2 of 10 scenarios from 500 on; expected 10 from 1000 on");
         let reason = refused(Place { dataset: "0123456789abcde0", ..PLACE });
@@ -280,7 +279,7 @@ mod tests {
         let mut bytes = postcard::to_extend(&head, bytes).unwrap();
         bytes.extend([0; 8404]);
         std::fs::write(&file, bytes).unwrap();
-        let error = look::<LINKS>(&file, Place { tried, ..PLACE }).unwrap_err().to_string();
+        let error = look(&file, Place { tried, ..PLACE }).unwrap_err().to_string();
         let reason = "shard: has 8400 bytes of records, too few for 65536";
         assert!(error.ends_with(reason), "{error}");
     }

@@ -1,8 +1,9 @@
 //! One trajectory of a dataset, and its bytes.
 
-use remora_core::advanced::stages::{LINKS, NODES, size};
+use remora_core::advanced::stages::{NODES, size};
 use remora_host::formats::PlanFile;
 use serde::{Deserialize, Serialize};
+use std::ops::{Index, IndexMut};
 
 /// Numbers of a record of an arm of so many joints.
 const fn numbers_of(joints: usize) -> usize {
@@ -28,7 +29,7 @@ pub(super) const fn state_size(joints: usize) -> usize {
 /// The two-stage plan of one scenario, as a network learns it: SI units, in the frames of the plan
 /// file, f32. About 8.4 kB for three joints.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Trajectory<const NL: usize = LINKS> {
+pub struct Trajectory {
     /// Index of the scenario in its seed.
     pub scenario: u64,
     /// Iterations that Stage 2 took from the heuristic start.
@@ -48,58 +49,71 @@ pub struct Trajectory<const NL: usize = LINKS> {
     /// Bus attitude, `(x, y, z, w)`.
     pub attitude: [[f32; 4]; NODES],
     /// Joint angles [rad].
-    pub joint_angle: [[f32; NL]; NODES],
+    pub joint_angle: JointRows,
     /// Bus rate relative to RTN, in RTN [rad/s].
     pub rate: [[f32; 3]; NODES],
     /// Joint rates [rad/s].
-    pub joint_rate: [[f32; NL]; NODES],
+    pub joint_rate: JointRows,
     /// Bus torque in bus axes [N m]; the last is zero.
     pub bus_torque: [[f32; 3]; NODES],
     /// Joint torques [N m]; the last are zero.
-    pub joint_torque: [[f32; NL]; NODES],
+    pub joint_torque: JointRows,
 }
 
-impl<const NL: usize> Trajectory<NL> {
-    /// Most that a record has, by some bytes [bytes].
-    pub const BYTES: usize = 20 + 4 * numbers_of(NL);
-    /// Least that a record has [bytes]: its numbers.
-    pub(super) const LEAST_BYTES: u64 = 4 * numbers_of(NL) as u64;
+impl Trajectory {
+    /// Most bytes of a record of an arm of so many joints, by some bytes.
+    pub const fn bytes(joints: usize) -> usize {
+        20 + Self::least_bytes(joints) as usize
+    }
 
-    /// Placeholder for storage that is filled later.
-    const ZERO: Self = Self {
-        scenario: 0,
-        iterations: 0,
-        cost: 0.0,
-        target_attitude: [[0.0; 4]; NODES],
-        target_rate: [[0.0; 3]; NODES],
-        position: [[0.0; 3]; NODES],
-        velocity: [[0.0; 3]; NODES],
-        force: [[0.0; 3]; NODES],
-        attitude: [[0.0; 4]; NODES],
-        joint_angle: [[0.0; NL]; NODES],
-        rate: [[0.0; 3]; NODES],
-        joint_rate: [[0.0; NL]; NODES],
-        bus_torque: [[0.0; 3]; NODES],
-        joint_torque: [[0.0; NL]; NODES],
-    };
+    /// Fewest bytes of such a record: those of its numbers.
+    pub(super) const fn least_bytes(joints: usize) -> u64 {
+        4 * numbers_of(joints) as u64
+    }
 
-    /// The trajectory of a plan for an arm of so many joints, rounded to f32.
+    /// Storage for an arm of so many joints, to be filled.
+    fn zero(joints: usize) -> Self {
+        Self {
+            scenario: 0,
+            iterations: 0,
+            cost: 0.0,
+            target_attitude: [[0.0; 4]; NODES],
+            target_rate: [[0.0; 3]; NODES],
+            position: [[0.0; 3]; NODES],
+            velocity: [[0.0; 3]; NODES],
+            force: [[0.0; 3]; NODES],
+            attitude: [[0.0; 4]; NODES],
+            joint_angle: JointRows::zero(joints),
+            rate: [[0.0; 3]; NODES],
+            joint_rate: JointRows::zero(joints),
+            bus_torque: [[0.0; 3]; NODES],
+            joint_torque: JointRows::zero(joints),
+        }
+    }
+
+    /// The trajectory of a plan, rounded to f32.
     pub fn new(scenario: u64, plan: &PlanFile) -> Self {
         let (one, two) = (&plan.stage1, &plan.stage2);
         let iterations = u32::try_from(two.iterations).unwrap_or(u32::MAX);
-        let mut t = Self { scenario, iterations, cost: two.cost, ..Self::ZERO };
-        fill(&mut t.target_attitude, &plan.target.attitude);
-        fill(&mut t.target_rate, &plan.target.rate);
-        fill(&mut t.position, &one.position);
-        fill(&mut t.velocity, &one.velocity);
-        fill(&mut t.force, &one.force);
-        fill(&mut t.attitude, &two.attitude);
-        fill(&mut t.joint_angle, &two.joint_angle);
-        fill(&mut t.rate, &two.rate);
-        fill(&mut t.joint_rate, &two.joint_rate);
-        fill(&mut t.bus_torque, &two.bus_torque);
-        fill(&mut t.joint_torque, &two.joint_torque);
+        let cost = two.cost;
+        let mut t = Self { scenario, iterations, cost, ..Self::zero(plan.inputs.mission.joints()) };
+        Field::of(&mut t.target_attitude).fill(&plan.target.attitude);
+        Field::of(&mut t.target_rate).fill(&plan.target.rate);
+        Field::of(&mut t.position).fill(&one.position);
+        Field::of(&mut t.velocity).fill(&one.velocity);
+        Field::of(&mut t.force).fill(&one.force);
+        Field::of(&mut t.attitude).fill(&two.attitude);
+        t.joint_angle.field().fill(&two.joint_angle);
+        Field::of(&mut t.rate).fill(&two.rate);
+        t.joint_rate.field().fill(&two.joint_rate);
+        Field::of(&mut t.bus_torque).fill(&two.bus_torque);
+        t.joint_torque.field().fill(&two.joint_torque);
         t
+    }
+
+    /// Joints of its arm.
+    pub fn joints(&self) -> usize {
+        self.joint_angle.joints
     }
 
     /// The first quantity in which another differs, bit by bit.
@@ -125,9 +139,9 @@ impl<const NL: usize> Trajectory<NL> {
     fn groups(&mut self) -> [Vec<Field<'_>>; 7] {
         let states = vec![
             Field::of(&mut self.attitude),
-            Field::of(&mut self.joint_angle),
+            self.joint_angle.field(),
             Field::of(&mut self.rate),
-            Field::of(&mut self.joint_rate),
+            self.joint_rate.field(),
         ];
         [
             vec![Field::of(&mut self.target_attitude)],
@@ -136,7 +150,7 @@ impl<const NL: usize> Trajectory<NL> {
             vec![Field::of(&mut self.velocity)],
             vec![Field::of(&mut self.force)],
             states,
-            vec![Field::of(&mut self.bus_torque), Field::of(&mut self.joint_torque)],
+            vec![Field::of(&mut self.bus_torque), self.joint_torque.field()],
         ]
     }
 
@@ -147,17 +161,44 @@ impl<const NL: usize> Trajectory<NL> {
         Record { scenario, iterations, cost, numbers }.encode(out)
     }
 
-    /// The trajectory that bytes begin with, and what is behind it.
-    pub(super) fn decode(bytes: &[u8]) -> Result<(Self, &[u8]), String> {
-        let (record, rest) = Record::decode(bytes, numbers_of(NL))?;
-        Ok((Self::of(record), rest))
+    /// The trajectory of an arm of so many joints that bytes begin with, and what is behind it.
+    pub(super) fn decode(bytes: &[u8], joints: usize) -> Result<(Self, &[u8]), String> {
+        let (record, rest) = Record::decode(bytes, numbers_of(joints))?;
+        let Record { scenario, iterations, cost, numbers } = record;
+        let mut t = Self { scenario, iterations, cost, ..Self::zero(joints) };
+        deal(t.groups(), &numbers);
+        Ok((t, rest))
+    }
+}
+
+/// A number a joint, for each node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointRows {
+    numbers: Vec<f32>,
+    joints: usize,
+}
+
+impl JointRows {
+    fn zero(joints: usize) -> Self {
+        Self { numbers: vec![0.0; NODES * joints], joints }
     }
 
-    fn of(record: Record) -> Self {
-        let Record { scenario, iterations, cost, numbers } = record;
-        let mut t = Self { scenario, iterations, cost, ..Self::ZERO };
-        deal(t.groups(), &numbers);
-        t
+    fn field(&mut self) -> Field<'_> {
+        Field { numbers: &mut self.numbers, width: self.joints }
+    }
+}
+
+impl Index<usize> for JointRows {
+    type Output = [f32];
+
+    fn index(&self, node: usize) -> &[f32] {
+        &self.numbers[node * self.joints..][..self.joints]
+    }
+}
+
+impl IndexMut<usize> for JointRows {
+    fn index_mut(&mut self, node: usize) -> &mut [f32] {
+        &mut self.numbers[node * self.joints..][..self.joints]
     }
 }
 
@@ -174,6 +215,13 @@ impl<'a> Field<'a> {
 
     fn row(&mut self, node: usize) -> &mut [f32] {
         &mut self.numbers[node * self.width..][..self.width]
+    }
+
+    /// Takes over rows, rounded.
+    fn fill<R: AsRef<[f64]>>(self, from: &[R]) {
+        for (to, from) in self.numbers.chunks_exact_mut(self.width).zip(from) {
+            to.iter_mut().zip(from.as_ref()).for_each(|(to, from)| *to = *from as f32);
+        }
     }
 }
 
@@ -226,36 +274,30 @@ impl Record {
     }
 }
 
-/// Rounds rows.
-fn fill<R: AsRef<[f64]>, const W: usize>(to: &mut [[f32; W]], from: &[R]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        to.iter_mut().zip(from.as_ref()).for_each(|(to, from)| *to = *from as f32);
-    }
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
 
     /// A trajectory whose numbers all differ.
-    pub(crate) fn counting<const NL: usize>(scenario: u64) -> Trajectory<NL> {
-        let mut t = Trajectory { scenario, iterations: 9, cost: 0.25, ..Trajectory::<NL>::ZERO };
+    pub(crate) fn counting(scenario: u64, joints: usize) -> Trajectory {
+        let zero = Trajectory::zero(joints);
+        let mut t = Trajectory { scenario, iterations: 9, cost: 0.25, ..zero };
         let number = |i| scenario as f32 * 1e4 + i as f32;
-        deal(t.groups(), &(0..numbers_of(NL)).map(number).collect::<Vec<_>>());
+        deal(t.groups(), &(0..numbers_of(joints)).map(number).collect::<Vec<_>>());
         t
     }
 
     #[test]
     fn a_record_holds_every_number_in_its_documented_place() {
-        let t: Trajectory = counting(3);
+        let t = counting(3, 3);
         let bytes = t.encode(vec![7]).unwrap();
         // Scenario, iterations, cost, number of numbers; then they.
-        assert_eq!((bytes.len(), Trajectory::<LINKS>::BYTES), (1 + 12 + 8400, 8420));
+        assert_eq!((bytes.len(), Trajectory::bytes(3)), (1 + 12 + 8400, 8420));
         assert_eq!(bytes[..3], [7, 3, 9]);
         assert_eq!(bytes[3..11], 0.25f64.to_le_bytes());
         assert_eq!(bytes[11..13], [0b1011_0100, 0b1_0000], "2100");
         assert_eq!(bytes[13..17], 3e4f32.to_le_bytes());
-        assert_eq!(Trajectory::decode(&bytes[1..]), Ok((t.clone(), &[][..])));
+        assert_eq!(Trajectory::decode(&bytes[1..], 3), Ok((t.clone(), &[][..])));
         let first = [0, 240, 420, 600, 780, 960, 1740].map(|i| 3e4 + i as f32);
         let found = [
             t.target_attitude[0][0],
@@ -268,15 +310,15 @@ pub(super) mod tests {
         ];
         assert_eq!(found, first);
         assert_eq!(t.joint_torque[59][2], 3e4 + 2099.0);
-        assert!(Trajectory::<LINKS>::decode(&bytes[1..100]).is_err());
+        assert!(Trajectory::decode(&bytes[1..100], 3).is_err());
     }
 
     #[test]
     fn what_is_no_number_is_refused() {
         let reason = |change: &dyn Fn(&mut Trajectory)| {
-            let mut t = counting::<LINKS>(3);
+            let mut t = counting(3, 3);
             change(&mut t);
-            let now = Trajectory::<LINKS>::decode(&t.encode(Vec::new()).unwrap()).map(drop);
+            let now = Trajectory::decode(&t.encode(Vec::new()).unwrap(), 3).map(drop);
             now.err().unwrap_or_default()
         };
         assert_eq!(reason(&|_| ()), "");
@@ -287,21 +329,19 @@ pub(super) mod tests {
     /// A row a joint more or less, and nothing else.
     #[test]
     fn arms_of_any_number_of_joints_have_their_record() {
-        fn round_trip<const NL: usize>() {
-            let t: Trajectory<NL> = counting(1);
+        for joints in [1, 2, 7] {
+            let t = counting(1, joints);
+            assert_eq!(t.joints(), joints);
             let bytes = t.encode(Vec::new()).unwrap();
-            assert_eq!(bytes.len(), 12 + 240 * (26 + 3 * NL));
-            assert_eq!(Trajectory::decode(&bytes), Ok((t.clone(), &[][..])));
+            assert_eq!(bytes.len(), 12 + 240 * (26 + 3 * joints));
+            assert_eq!(Trajectory::decode(&bytes, joints), Ok((t.clone(), &[][..])));
             let state = 1e4 + 960.0;
             assert_eq!(t.joint_angle[0][0], state + 4.0);
-            assert_eq!(t.joint_rate[0][NL - 1], state + (7 + 2 * NL - 1) as f32);
-            assert_eq!(t.attitude[1][0], state + (7 + 2 * NL) as f32);
+            assert_eq!(t.joint_rate[0][joints - 1], state + (7 + 2 * joints - 1) as f32);
+            assert_eq!(t.attitude[1][0], state + (7 + 2 * joints) as f32);
         }
-        round_trip::<1>();
-        round_trip::<2>();
-        round_trip::<7>();
-        let bytes = counting::<2>(1).encode(Vec::new()).unwrap();
-        let reason = Trajectory::<3>::decode(&bytes).unwrap_err();
+        let bytes = counting(1, 2).encode(Vec::new()).unwrap();
+        let reason = Trajectory::decode(&bytes, 3).unwrap_err();
         assert_eq!(reason, "has records of 1920 numbers; a trajectory has 2100");
     }
 
@@ -316,15 +356,15 @@ pub(super) mod tests {
         plan.stage2.joint_rate = joints(60, 30.0);
         plan.stage2.bus_torque = rows(59, 40.0);
         plan.stage2.joint_torque = joints(59, 50.0);
-        let t: Trajectory = Trajectory::new(7, &plan);
+        let t = Trajectory::new(7, &plan);
         assert_eq!((t.attitude[59], t.rate[59]), ([0.1, 0.2, 0.3, 0.4], [20.0, 21.0, 22.0]));
         assert_eq!(t.joint_angle[59], [10.0, 11.0, 12.0]);
         assert_eq!(t.joint_rate[59], [30.0, 31.0, 32.0]);
         assert_eq!(t.bus_torque[58], [40.0, 41.0, 42.0]);
         assert_eq!(t.joint_torque[58], [50.0, 51.0, 52.0]);
         assert_eq!(
-            (t.bus_torque[59], t.joint_torque[59], t.force[59]),
-            ([0.0; 3], [0.0; 3], [0.0; 3])
+            (t.bus_torque[59], &t.joint_torque[59], t.force[59]),
+            ([0.0; 3], &[0.0; 3][..], [0.0; 3])
         );
         assert_eq!((t.scenario, u64::from(t.iterations)), (7, plan.stage2.iterations));
         assert_eq!(t.cost, plan.stage2.cost);

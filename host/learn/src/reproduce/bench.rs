@@ -1,30 +1,31 @@
 //! The laboratory that plans: a campaign a run, kept in a folder.
 
 use super::laboratory::{Laboratory, Run, Start};
-use remora_core::advanced::model::{Mission, Scenario};
-use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory};
+use remora_core::advanced::stages::{NODES, ReorientationTrajectory};
 use remora_core::advanced::warmstart::{Scene, rollout};
 use remora_host::campaign::{Campaign, run_together};
 use remora_host::engine::SEED;
 use remora_host::error::Error;
 use remora_host::fingerprint::{self, fingerprint};
 use remora_host::formats::{
-    Limit, NamedScenario, PlanFile, Row, json, make_directory, read_text, write_atomically,
+    Limit, MAX_JOINTS, Mission, NamedScenario, PlanFile, Row, Scenario, json, make_directory,
+    read_text, write_atomically,
 };
 use remora_host::learned::{Learned, Memories};
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method, Mode, WarmStart};
+use remora_host::padded::PaddedPolicy;
 use remora_host::progress::Progress;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 /// Plans the same scenarios in as many ways as it is asked to.
-pub struct Bench<'a, const NL: usize = LINKS> {
+pub struct Bench<'a> {
     /// The scenarios.
     pub scenarios: Vec<NamedScenario>,
     /// The mission; valid.
-    pub mission: Mission<NL>,
+    pub mission: Mission,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
     /// Number of worker threads. Times are those of flight with one.
@@ -35,7 +36,7 @@ pub struct Bench<'a, const NL: usize = LINKS> {
     pub progress: &'a mut dyn Progress,
 }
 
-impl<const NL: usize> Bench<'_, NL> {
+impl Bench<'_> {
     /// Folder of a run. Another build, mission or set of scenarios has another, so that nothing is
     /// mixed and nothing refused.
     fn folder(&self, run: &Run) -> PathBuf {
@@ -44,7 +45,7 @@ impl<const NL: usize> Bench<'_, NL> {
         self.out.join("runs").join(build).join(run.key())
     }
 
-    fn campaign(&self, run: &Run) -> Result<Campaign<NL>, Error> {
+    fn campaign(&self, run: &Run) -> Result<Campaign, Error> {
         let warm_start = match run.start {
             Start::Heuristic => WarmStart::Heuristic,
             Start::Model(..) => WarmStart::Model,
@@ -84,8 +85,8 @@ impl<const NL: usize> Bench<'_, NL> {
 }
 
 /// How far the end effector is from the port at the end of a roll-out along a plan's path [m].
-fn miss<const NL: usize>(
-    mission: &Mission<NL>,
+fn miss(
+    mission: &Mission,
     integrator: Integrator,
     model: &Learned,
     memories: &mut Memories,
@@ -96,7 +97,10 @@ fn miss<const NL: usize>(
     let scene = Scene::new(mission, &scenario, &path, &target, integrator);
     let mut motion = ReorientationTrajectory::ZERO;
     let is_finite = model.at_work(memories, |policy| {
-        policy.is_some_and(|policy| rollout(&scene, policy, SEED, &mut motion))
+        policy.is_some_and(|policy| {
+            let policy = PaddedPolicy { policy, joints: mission.joints(), room: MAX_JOINTS };
+            rollout(&scene, &policy, SEED, &mut motion)
+        })
     });
     is_finite.then(|| scene.miss(&motion.states[NODES - 1]))
 }
@@ -121,9 +125,9 @@ struct Misses {
 
 const FORMAT: &str = "remora-misses/1";
 
-impl<const NL: usize> Laboratory for Bench<'_, NL> {
+impl Laboratory for Bench<'_> {
     fn plan(&mut self, runs: &[Run]) -> Result<Vec<Vec<Row>>, Error> {
-        let campaigns: Vec<Campaign<NL>> =
+        let campaigns: Vec<Campaign> =
             runs.iter().map(|run| self.campaign(run)).collect::<Result<_, _>>()?;
         let results = run_together(&campaigns, self.jobs, self.progress)?;
         Ok(results.into_iter().map(|results| results.rows).collect())

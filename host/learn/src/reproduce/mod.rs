@@ -132,8 +132,7 @@ fn to_value(numbers: &impl Serialize) -> Result<Value, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use remora_core::advanced::model::Mission;
-    use remora_host::formats::ScenarioSet;
+    use remora_host::formats::{Mission, ScenarioSet};
     use remora_host::lineage::Source;
 
     #[test]
