@@ -9,9 +9,11 @@ use nalgebra::{SVector, Vector3};
 use rand_chacha::ChaCha8Rng;
 use remora_core::advanced::dynamics::{Acceleration, Control, Integrator, State};
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Mission, Scenario, TargetState};
-use remora_core::advanced::stages::{NODES, ReorientationTrajectory, TranslationTrajectory, size};
-use remora_core::advanced::warmstart::{Action, Encoding, Scene};
+use remora_core::advanced::model::TargetState;
+use remora_core::advanced::stages::{NODES, TranslationTrajectory, size};
+use remora_core::advanced::warmstart::{Action, Encoding, MAX_FEATURES, Scene};
+use remora_host::formats::{JointVector, MAX_JOINTS, Mission, Motion, Scenario};
+use remora_host::padded::own_features;
 use remora_host::perturbation::{normal, uniform};
 use remora_learn::dataset::Trajectory;
 use serde::{Deserialize, Serialize};
@@ -60,24 +62,25 @@ pub struct Example {
 }
 
 /// A trajectory in the core's types.
-pub(super) struct Recorded<const NL: usize> {
-    pub(super) scenario: Scenario<NL>,
+pub(super) struct Recorded {
+    pub(super) scenario: Scenario,
     pub(super) path: TranslationTrajectory<NODES>,
     pub(super) target: [TargetState; NODES],
-    pub(super) motion: ReorientationTrajectory<NODES, NL>,
+    pub(super) motion: Motion,
 }
 
-impl<const NL: usize> Recorded<NL> {
-    pub(super) fn new(trajectory: &Trajectory<NL>) -> Self {
+impl Recorded {
+    pub(super) fn new(trajectory: &Trajectory) -> Self {
         let vector = |v: &[f32; 3]| Vector3::from(v.map(f64::from));
-        let joints = |v: &[f32; NL]| SVector::from(v.map(f64::from));
+        let joints =
+            |row: &[f32]| JointVector::from_fn(|i, _| row.get(i).copied().map_or(0.0, f64::from));
         let attitude = |q: &[f32; 4]| quaternion::normalized(&q.map(f64::from).into());
         let mut recorded = Self {
             // All that a scene takes from it: where it began, at rest.
             scenario: Scenario { position: vector(&trajectory.position[0]), ..Scenario::default() },
             path: TranslationTrajectory::ZERO,
             target: [TargetState { attitude: quaternion::IDENTITY, rate: Vector3::zeros() }; NODES],
-            motion: ReorientationTrajectory::ZERO,
+            motion: Motion::ZERO,
         };
         for k in 0..NODES {
             recorded.path.position[k] = vector(&trajectory.position[k]);
@@ -105,9 +108,9 @@ impl<const NL: usize> Recorded<NL> {
 /// How far a disturbed example has left its trajectory: turn of the bus (RTN) and bend of the
 /// joints, and the same of the rates.
 #[derive(Clone, Copy)]
-struct Drift<const NL: usize> {
+struct Drift {
     bus: Part<3>,
-    joint: Part<NL>,
+    joint: Part<MAX_JOINTS>,
 }
 
 /// The part of the bus, or of the joints.
@@ -133,13 +136,14 @@ impl<const N: usize> Part<N> {
         next
     }
 
-    /// Adds an error of this standard deviation to each rate.
-    fn disturb(&mut self, deviation: f64, random: &mut ChaCha8Rng) {
-        self.rates.iter_mut().for_each(|rate| *rate += deviation * normal(random));
+    /// Adds an error of this standard deviation to each of the first `count` rates.
+    fn disturb(&mut self, count: usize, deviation: f64, random: &mut ChaCha8Rng) {
+        let rates = self.rates.iter_mut().take(count);
+        rates.for_each(|rate| *rate += deviation * normal(random));
     }
 }
 
-impl<const NL: usize> Drift<NL> {
+impl Drift {
     fn none() -> Self {
         Self { bus: Part::none(), joint: Part::none() }
     }
@@ -150,7 +154,7 @@ impl<const NL: usize> Drift<NL> {
     }
 
     /// `state` displaced by this drift.
-    fn applied(&self, state: &State<NL>) -> State<NL> {
+    fn applied(&self, state: &State<MAX_JOINTS>) -> State<MAX_JOINTS> {
         State {
             attitude: quaternion::product(&quaternion::exp(&self.bus.pose), &state.attitude),
             joint_angle: state.joint_angle + self.joint.pose,
@@ -160,72 +164,92 @@ impl<const NL: usize> Drift<NL> {
     }
 }
 
+/// A scene as a network sees it, without joints that are not there.
+struct View<'a> {
+    scene: Scene<'a, MAX_JOINTS>,
+    encoding: Encoding,
+    joints: usize,
+}
+
+impl View<'_> {
+    /// The features of node `k` in `state`, reached by the action `previous`.
+    fn features(&self, k: usize, state: &State<MAX_JOINTS>, previous: &[f32]) -> Vec<f32> {
+        let mut features = [0.0; MAX_FEATURES];
+        self.scene.features(self.encoding, k, state, previous, &mut features);
+        let mut own = vec![0.0; self.encoding.features(self.joints)];
+        own_features(self.encoding, self.joints, MAX_JOINTS, &features, &mut own);
+        own
+    }
+
+    /// Torques that lead from `state` at node `k` to `goal` at the next, by the mean acceleration.
+    fn torques(
+        &self,
+        k: usize,
+        state: &State<MAX_JOINTS>,
+        goal: &State<MAX_JOINTS>,
+    ) -> Control<MAX_JOINTS> {
+        let Scene { body, translation, dt, .. } = &self.scene;
+        let mean = Acceleration {
+            bus: (goal.rate - state.rate) / *dt,
+            joint: (goal.joint_rate - state.joint_rate) / *dt,
+        };
+        body.torques(state, &translation.force[k], &mean)
+    }
+}
+
 /// The example of a trajectory; `random` disturbs it.
-pub fn example<const NL: usize>(
-    mission: &Mission<NL>,
-    trajectory: &Trajectory<NL>,
+pub fn example(
+    mission: &Mission,
+    trajectory: &Trajectory,
     recipe: &Recipe,
     random: &mut ChaCha8Rng,
 ) -> Example {
-    let recorded = Recorded::new(trajectory);
-    let scene = Scene::new(
-        mission,
-        &recorded.scenario,
-        &recorded.path,
-        &recorded.target,
-        recipe.integrator,
-    );
-    let sizes = recipe.encoding.groups(NL);
-    let (width, state_size) = (recipe.encoding.features(NL), sizes[4]);
+    let &Recipe { encoding, action, integrator, disturbance, stride } = recipe;
+    let Recorded { scenario, path, target, motion } = &Recorded::new(trajectory);
+    let (joints, scene) =
+        (mission.joints(), Scene::new(mission, scenario, path, target, integrator));
+    let view = View { scene, encoding, joints };
+    let (controls, state_size) = (size::controls(joints), encoding.groups(joints)[4]);
     let mut out = Example {
-        features: Vec::with_capacity((NODES - 1) * width),
-        actions: Vec::with_capacity((NODES - 1) * size::controls(NL)),
+        features: Vec::with_capacity((NODES - 1) * encoding.features(joints)),
+        actions: Vec::with_capacity((NODES - 1) * controls),
         next: Vec::with_capacity((NODES - 1) * state_size),
     };
-    let mut row = vec![0.0; width];
     let share = uniform(random).powi(2);
-    let Disturbance { bus_rate_rad_s, joint_rate_rad_s } = recipe.disturbance;
+    let Disturbance { bus_rate_rad_s, joint_rate_rad_s } = disturbance;
     let [bus, joint] = [bus_rate_rad_s, joint_rate_rad_s].map(|deviation| share * deviation);
     let is_disturbed = bus.max(joint) > 0.0;
     let mut drift = Drift::none();
     let mut previous = Vec::new();
     for k in 0..NODES - 1 {
-        let (best, then) = (&recorded.motion.states[k], &recorded.motion.states[k + 1]);
+        let (best, then) = (&motion.states[k], &motion.states[k + 1]);
         let state = drift.applied(best);
-        let is_seen = k % recipe.stride == 0;
+        let is_seen = k % stride == 0;
         if is_seen {
-            scene.features(recipe.encoding, k, &state, &previous, &mut row);
-            out.features.extend(&row);
+            out.features.extend(view.features(k, &state, &previous));
         }
 
         // The actions lead to `goal`; errors on top of them lead to `reached`.
-        let mut next = drift.next(recipe.integrator, scene.dt);
-        pin(&scene, k + 1, &mut next);
+        let mut next = drift.next(integrator, view.scene.dt);
+        pin(&view.scene, k + 1, &mut next);
         let goal = next.applied(then);
-        let control = match (recipe.action, is_disturbed) {
-            (Action::Torque, true) => {
-                let force = &recorded.path.force[k];
-                let mean = Acceleration {
-                    bus: (goal.rate - state.rate) / scene.dt,
-                    joint: (goal.joint_rate - state.joint_rate) / scene.dt,
-                };
-                scene.body.torques(&state, force, &mean)
-            }
-            _ => recorded.motion.controls[k],
+        let control = match (action, is_disturbed) {
+            (Action::Torque, true) => view.torques(k, &state, &goal),
+            _ => motion.controls[k],
         };
-        let action: Vec<f32> = recipe.action.of(&state, &control, &goal).collect();
-        out.actions.extend(&action);
+        let done: Vec<f32> = action.of(&state, &control, &goal).take(controls).collect();
+        out.actions.extend(&done);
         // An error is seen at once: what is predicted before it does not know of it.
-        if is_disturbed && (k + 1) % recipe.stride == 0 {
-            next.bus.disturb(bus, random);
-            next.joint.disturb(joint, random);
-            pin(&scene, k + 1, &mut next);
+        if is_disturbed && (k + 1) % stride == 0 {
+            next.bus.disturb(3, bus, random);
+            next.joint.disturb(joints, joint, random);
+            pin(&view.scene, k + 1, &mut next);
         }
         let reached = next.applied(then);
-        previous = recipe.action.of(&state, &control, &reached).collect();
+        previous = action.of(&state, &control, &reached).take(controls).collect();
         if is_seen {
-            scene.features(recipe.encoding, k + 1, &goal, &action, &mut row);
-            out.next.extend(&row[width - state_size..]);
+            let seen = view.features(k + 1, &goal, &done);
+            out.next.extend(&seen[seen.len() - state_size..]);
         }
         drift = next;
     }
@@ -233,7 +257,7 @@ pub fn example<const NL: usize>(
 }
 
 /// What constraints pin has no error of its rates.
-fn pin<const NL: usize>(scene: &Scene<'_, NL>, k: usize, drift: &mut Drift<NL>) {
+fn pin(scene: &Scene<'_, MAX_JOINTS>, k: usize, drift: &mut Drift) {
     if k >= scene.preset {
         drift.joint.rates.fill(0.0);
     }

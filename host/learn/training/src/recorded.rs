@@ -7,9 +7,9 @@ use crate::random::Random;
 use crate::rollout::{self, RolloutError};
 use crate::shape::Shape;
 use crate::source::{Example, ExampleSource, Split, spread};
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::{LINKS, NODES};
+use remora_core::advanced::stages::NODES;
 use remora_host::error::{Error, io_reason};
+use remora_host::formats::Mission;
 use remora_host::lineage::Source;
 use remora_host::method::Integrator;
 use remora_learn::dataset::{self, Dataset, MANIFEST, Trajectory};
@@ -17,32 +17,33 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// The trajectories of one or several datasets, as a configuration wants to see them.
-pub struct Recorded<const NL: usize = LINKS> {
+pub struct Recorded {
     /// Of each dataset.
-    missions: Vec<Mission<NL>>,
+    missions: Vec<Mission>,
     recipe: Recipe,
     shape: Shape,
-    training: Vec<Recording<NL>>,
-    validation: Vec<Recording<NL>>,
+    training: Vec<Recording>,
+    validation: Vec<Recording>,
     integrator: Integrator,
     sources: Vec<Source>,
 }
 
 /// A trajectory and which dataset it is of.
-type Recording<const NL: usize> = (usize, Trajectory<NL>);
+type Recording = (usize, Trajectory);
 
-impl<const NL: usize> Recorded<NL> {
+impl Recorded {
     /// Reads the datasets of a configuration: the first `count` scenarios of the first, all of the
     /// others, in whose place a directory of datasets may stand. Each has its own mission, or was made for this
     /// one; all with the same integrator.
     ///
     /// # Errors
     /// A dataset that cannot be read or does not fit the first.
-    pub fn read(config: &Config, mission: &Mission<NL>) -> Result<Self, Error> {
-        let shape = Shape::of(&config.model, NODES, NL);
+    pub fn read(config: &Config, mission: &Mission) -> Result<Self, Error> {
+        let joints = mission.joints();
+        let shape = Shape::of(&config.model, NODES, joints);
         let (encoding, action, stride) = (config.model.encoding, config.model.action, shape.stride);
         let data = &config.data;
-        let first = Dataset::open(&data.path)?;
+        let first = Dataset::open(&data.path, joints)?;
         let integrator = first.manifest.integrator;
         let mut found = Self {
             missions: Vec::new(),
@@ -56,7 +57,7 @@ impl<const NL: usize> Recorded<NL> {
         found.missions.push(first.mission(mission)?);
         found.add(&data.path, &first, data.count.map(|count| count as usize))?;
         for path in datasets_in(&data.extra)? {
-            let more = Dataset::open(&path)?;
+            let more = Dataset::open(&path, joints)?;
             if more.manifest.integrator != integrator {
                 let reason = format!("is not {integrator} as the first dataset is");
                 return Err(Error::input(&path, "integrator", reason));
@@ -67,12 +68,7 @@ impl<const NL: usize> Recorded<NL> {
         Ok(found)
     }
 
-    fn add(
-        &mut self,
-        path: &Path,
-        dataset: &Dataset<NL>,
-        count: Option<usize>,
-    ) -> Result<(), Error> {
+    fn add(&mut self, path: &Path, dataset: &Dataset, count: Option<usize>) -> Result<(), Error> {
         let number = self.missions.len() - 1;
         let tried = dataset.tried();
         if count.is_some_and(|count| count as u64 > tried) {
@@ -127,7 +123,7 @@ fn datasets_in(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     Ok(all)
 }
 
-impl<const NL: usize> ExampleSource for Recorded<NL> {
+impl ExampleSource for Recorded {
     fn shape(&self) -> &Shape {
         &self.shape
     }

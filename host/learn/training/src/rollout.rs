@@ -1,11 +1,12 @@
 //! What a model is worth where it is used: its roll-outs through the dynamics.
 
-use crate::examples;
+use crate::examples::Recorded;
 use remora_core::advanced::dynamics::Integrator;
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{Model, Network, ReferenceMemory};
-use remora_core::advanced::stages::{NODES, ReorientationTrajectory};
-use remora_core::advanced::warmstart::{NetworkPolicy, Scene, rollout};
+use remora_core::advanced::stages::NODES;
+use remora_core::advanced::warmstart::NetworkPolicy;
+use remora_host::approach::Approach;
+use remora_host::formats::{Mission, Motion};
 use remora_host::memory::on_heap;
 use remora_learn::dataset::Trajectory;
 use serde::{Deserialize, Serialize};
@@ -28,10 +29,10 @@ type Memory = ReferenceMemory<6, 384, 300>;
 
 /// Rolls a model out on the scenarios of some trajectories, each with its mission. `None` where it cannot be opened or is
 /// too large.
-pub fn measure<const NL: usize>(
+pub fn measure(
     model: &[u8],
     integrator: Integrator,
-    trajectories: &[(&Mission<NL>, &Trajectory<NL>)],
+    trajectories: &[(&Mission, &Trajectory)],
 ) -> Option<RolloutError> {
     let model = Model::open(model).ok()?;
     let mut memory = on_heap(Memory::new);
@@ -39,14 +40,12 @@ pub fn measure<const NL: usize>(
     let policy = NetworkPolicy::new(network).ok()?;
     let mut errors = Vec::new();
     let mut torque = 0.0;
-    let mut out = on_heap(|| ReorientationTrajectory::ZERO);
     for (mission, trajectory) in trajectories {
-        let recorded = examples::Recorded::new(trajectory);
-        let scene =
-            Scene::new(mission, &recorded.scenario, &recorded.path, &recorded.target, integrator);
-        if rollout(&scene, &policy, trajectory.scenario, &mut out) {
-            errors.push(scene.miss(&out.states[NODES - 1]));
-            torque += distance(&out, &recorded.motion);
+        let Recorded { scenario, path, target, motion } = Recorded::new(trajectory);
+        let approach = Approach::new(**mission, scenario, integrator, path, target);
+        if let Some(found) = approach.policy_rollout(&policy, trajectory.scenario) {
+            errors.push(approach.miss(&found.states[NODES - 1]));
+            torque += distance(&found, &motion);
         }
     }
     let count = errors.len();
@@ -60,10 +59,7 @@ pub fn measure<const NL: usize>(
 }
 
 /// Root mean square distance of the controls [N m].
-fn distance<const NL: usize>(
-    a: &ReorientationTrajectory<NODES, NL>,
-    b: &ReorientationTrajectory<NODES, NL>,
-) -> f64 {
+fn distance(a: &Motion, b: &Motion) -> f64 {
     let square = |k: usize| {
         let (a, b) = (&a.controls[k], &b.controls[k]);
         (a.bus_torque - b.bus_torque).norm_squared()

@@ -5,8 +5,6 @@
 mod bench;
 
 use bench::Bench;
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
 use remora_host::draw;
 use remora_host::formats::read_mission;
 use remora_host::learned::Learned;
@@ -87,7 +85,7 @@ fn a_killed_one_goes_on_to_a_model_that_plans() {
 /// A plan of the mission starts from the model, unless that is worse; scenarios of seed 1000, which it has
 /// learnt from, are not for its evaluation.
 fn serves(model: &Path, mission: &Path) {
-    let mission: Mission<LINKS> = read_mission(Some(mission)).unwrap();
+    let mission = read_mission(Some(mission)).unwrap();
     let integrator = Integrator::Euler;
     let scenario = draw::first(&mission, integrator).unwrap();
     let method = Method { integrator, ..Method::default() };

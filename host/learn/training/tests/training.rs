@@ -1,9 +1,7 @@
 //! Training: gradients against differences, resuming, and the model file against the core.
 
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::nn::{Model, Network as Inference, ReferenceMemory};
-use remora_core::advanced::stages::LINKS;
-use remora_host::formats::{ModelFile, Values, read_mission};
+use remora_host::formats::{Mission, ModelFile, Values, read_mission};
 use remora_host::method::Integrator;
 use remora_learn::dataset::{MISSION, Recipe, SHARD};
 use remora_learn::quantise::quantise;
@@ -303,7 +301,7 @@ fn a_network_learns_from_real_plans() {
         config.model.action = action;
         config.training.steps = 60;
         config.training.validation_count = 2;
-        let mission = Mission::<LINKS>::default();
+        let mission = Mission::default();
         let source = Recorded::read(&config, &mission).unwrap();
         assert!(source.len(Split::Validation) >= 1);
         let origin = source.origin();
@@ -327,7 +325,7 @@ fn datasets_of_many_servicers_are_learnt_from_together() {
     let heavier = dir.path().join("heavier.mission.toml");
     std::fs::write(&heavier, "format = \"remora-mission/1\"\n[servicer]\nbus_mass_kg = 650.0\n")
         .unwrap();
-    let mission = read_mission::<LINKS>(Some(&heavier)).unwrap();
+    let mission = read_mission(Some(&heavier)).unwrap();
     let servicers = dir.path().join("servicers");
     for (name, mission, mission_file) in
         [("heavier", mission, Some(heavier)), ("own", Mission::default(), None)]
@@ -351,7 +349,7 @@ fn datasets_of_many_servicers_are_learnt_from_together() {
     config.data.path = sets.join("datasets/euler");
     config.data.extra = vec![servicers.clone()];
     config.model.encoding = Encoding::Servicer;
-    let source = Recorded::<LINKS>::read(&config, &Mission::default()).unwrap();
+    let source = Recorded::read(&config, &Mission::default()).unwrap();
     assert_eq!(source.origin().dataset, "s5000:200+s9:4");
     assert_eq!(source.len(Split::Training) + source.len(Split::Validation), 208);
     // The first number behind the time is the bus's mass.
@@ -367,10 +365,10 @@ fn datasets_of_many_servicers_are_learnt_from_together() {
 
     std::fs::write(servicers.join("heavier").join(MISSION), "format = \"remora-mission/1\"\n")
         .unwrap();
-    let refused = Recorded::<LINKS>::read(&config, &Mission::default()).err().unwrap();
+    let refused = Recorded::read(&config, &Mission::default()).err().unwrap();
     assert!(refused.to_string().contains("was made for another mission"), "{refused}");
     config.data.extra = vec![sets.join("scenarios")];
-    let refused = Recorded::<LINKS>::read(&config, &Mission::default()).err().unwrap();
+    let refused = Recorded::read(&config, &Mission::default()).err().unwrap();
     assert!(refused.to_string().ends_with("is no dataset and holds none"), "{refused}");
 }
 

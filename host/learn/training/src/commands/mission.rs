@@ -5,10 +5,8 @@ use super::progress::Steps;
 use remora_cli::cli::Output;
 use remora_cli::cli::options::{AnyMission, ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, SEED};
 use remora_cli::cli::progress::{Bar, tell};
-use remora_core::advanced::model::Mission;
 use remora_host::error::Error;
 use remora_host::lineage;
-use remora_host::with_joints;
 use remora_training::learning::{Hands, Learning, Learnt};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -65,15 +63,7 @@ Exit status: 0 done, also where the model is worse than the heuristic (it says s
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = AnyMission::read(self.mission.as_deref())?;
-        with_joints!(mission.joints(), NL => {
-            self.run_for::<NL>(mission.of_all_nodes()?)
-        } else {
-            Err(mission.wrong_joints())
-        })
-    }
-
-    fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
+        let mission = AnyMission::read(self.mission.as_deref())?.of_all_nodes()?;
         self.device.check()?;
         let jobs = self.jobs.jobs();
         let learning = Learning {

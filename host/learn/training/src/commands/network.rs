@@ -4,10 +4,9 @@ use super::device::Device;
 use super::progress::Steps;
 use remora_cli::cli::Output;
 use remora_cli::cli::options::{JsonArgs, MissionArgs, jobs};
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::NODES;
 use remora_host::error::Error;
-use remora_host::with_joints;
+use remora_host::formats::Mission;
 use remora_training::model::Origin;
 use remora_training::output::Summary;
 use remora_training::recorded::Recorded;
@@ -60,22 +59,14 @@ Exit status: 0 done, 1 stopped before the end of the schedule, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = self.mission.any()?;
-        with_joints!(mission.joints(), NL => {
-            self.run_for::<NL>(&mission.of_all_nodes()?)
-        } else {
-            Err(mission.wrong_joints())
-        })
-    }
-
-    fn run_for<const NL: usize>(self, mission: &Mission<NL>) -> Result<Output, Error> {
+        let mission = self.mission.of_all_nodes()?;
         let config = Config::read(&self.config)?;
         self.device.check()?;
         // An error means that there is a pool already, as in tests.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.get()).build_global();
         let name = self.config.file_stem().unwrap_or_default();
         let out = self.out.unwrap_or_else(|| PathBuf::from("runs").join(name));
-        let data = Data::read(&config, mission)?;
+        let data = Data::read(&config, &mission)?;
         let count = config.training.rollout_count.unwrap_or(ROLLOUT_COUNT);
         let run = Run {
             config,
@@ -105,18 +96,18 @@ impl Args {
 const ROLLOUT_COUNT: usize = 64;
 
 /// Datasets, or random trajectories to measure speed with.
-enum Data<const NL: usize> {
-    Recorded(Box<Recorded<NL>>),
+enum Data {
+    Recorded(Box<Recorded>),
     Synthetic(Synthetic),
 }
 
-impl<const NL: usize> Data<NL> {
-    fn read(config: &Config, mission: &Mission<NL>) -> Result<Self, Error> {
+impl Data {
+    fn read(config: &Config, mission: &Mission) -> Result<Self, Error> {
         if config.data.path.as_os_str() != "synthetic" {
             return Recorded::read(config, mission)
                 .map(|recorded| Self::Recorded(Box::new(recorded)));
         }
-        let shape = Shape::of(&config.model, NODES, NL);
+        let shape = Shape::of(&config.model, NODES, mission.joints());
         Ok(Self::Synthetic(Synthetic::new(shape, config.data.count.unwrap_or(5000) as usize)))
     }
 

@@ -22,11 +22,10 @@ use crate::recorded::Recorded;
 use crate::{Config, Outcome, Run, fitted};
 use journal::{Begun, Clock, Mark, State};
 use recipe::Sizes;
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::LINKS;
 use remora_host::error::Error;
 use remora_host::fingerprint::fingerprint;
-use remora_host::formats::{ModelFile, NamedScenario, check_writable, make_directory};
+use remora_host::formats::{Mission, ModelFile, NamedScenario, check_writable, make_directory};
 use remora_host::learned::Learned;
 use remora_host::method::Integrator;
 use remora_host::progress::Progress;
@@ -39,9 +38,9 @@ use std::path::PathBuf;
 
 /// What is to be learnt: the input of `remora-train mission`.
 #[derive(Clone, Debug)]
-pub struct Learning<const NL: usize = LINKS> {
+pub struct Learning {
     /// The mission; valid, its plans of all nodes of this build.
-    pub mission: Mission<NL>,
+    pub mission: Mission,
     /// Hours of work in all, over all interruptions.
     pub hours: f64,
     /// Discretisation of Stage 2.
@@ -92,7 +91,7 @@ pub struct Learnt {
     pub test: Paired,
 }
 
-impl<const NL: usize> Learning<NL> {
+impl Learning {
     /// Does what is not done yet, to the end.
     ///
     /// # Errors
@@ -107,7 +106,7 @@ impl<const NL: usize> Learning<NL> {
         make_directory(&self.work)?;
         let mut state = State::open(&self.work, &self.begun())?;
         let sizes = self.plan_all(&mut state, hands)?;
-        let dataset = Dataset::<NL>::open(&self.dataset())?;
+        let dataset = Dataset::open(&self.dataset(), self.mission.joints())?;
         self.train(&mut state, sizes, hands)?;
         quantise_file(&self.trained().join(MODEL), &self.out)?;
         let card = Card::read(&self.out)?;
@@ -238,9 +237,9 @@ impl<const NL: usize> Learning<NL> {
             return Ok(None);
         }
         let built_in = Learned::write_built_in(self.integrator, &self.work)?;
-        match NL {
+        match self.mission.joints() {
             LINKS => Ok(Some(built_in)),
-            _ => fitted::write(&built_in, NL).map(Some),
+            joints => fitted::write(&built_in, joints).map(Some),
         }
     }
 
@@ -262,7 +261,7 @@ impl<const NL: usize> Learning<NL> {
             progress: hands.test,
         };
         // Made fit for another arm it is a start of trainings, not yet one of plans.
-        let before = self.start()?.filter(|_| NL == LINKS);
+        let before = self.start()?.filter(|_| self.mission.joints() == LINKS);
         let before = before.map(|file| Card::read(&file)).transpose()?;
         Ok((seed, Paired::test(model, before.as_ref(), &mut bench)?))
     }
