@@ -1,13 +1,17 @@
 //! An approach after Stage 1, kept: what a guess of Stage 2 sees, and what torques come to along it.
 
 use crate::engine::{Build, Engine};
-use crate::formats::{MAX_JOINTS, Mission, Motion, Scenario, resized_control, resized_state};
+use crate::formats::{
+    MAX_JOINTS, Mission, Motion, Scenario, resized_control, resized_motion, resized_state,
+};
 use crate::method::Integrator;
-use crate::padded::own_features;
+use crate::padded::{PaddedPolicy, own_features};
 use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::model::{self, CostUnits, Refusal, TargetState};
-use remora_core::advanced::stages::{LINKS, NODES, TranslationTrajectory, size};
-use remora_core::advanced::warmstart::{Action, Encoding, MAX_FEATURES, Scene};
+use remora_core::advanced::stages::{
+    LINKS, NODES, ReorientationTrajectory, TranslationTrajectory, size,
+};
+use remora_core::advanced::warmstart::{Action, Encoding, MAX_FEATURES, Policy, Scene, rollout};
 
 /// An approach whose translation is planned.
 #[derive(Clone, Debug)]
@@ -62,10 +66,21 @@ impl Approach {
     {
         engine.translate(&mission.sized(), &scenario.resized(), integrator)?;
         let (translation, target) = (*engine.workspace.translation(), engine.workspace.target);
+        Ok(Self::new(mission, scenario, integrator, translation, target))
+    }
+
+    /// An approach along a translation that was planned before.
+    pub fn new(
+        mission: Mission,
+        scenario: Scenario,
+        integrator: Integrator,
+        translation: TranslationTrajectory<NODES>,
+        target: [TargetState; NODES],
+    ) -> Self {
         let units = mission.cost_units();
         let is_usual = mission.joints() == LINKS;
         let usual = is_usual.then(|| (mission.sized(), scenario.resized()));
-        Ok(Self { mission, scenario, integrator, translation, target, usual, units })
+        Self { mission, scenario, integrator, translation, target, usual, units }
     }
 
     /// Number of nodes.
@@ -138,6 +153,16 @@ impl Approach {
                 * control.joint_torque.component_div(&units.joint_torque).norm_squared()
     }
 
+    /// The motion that a policy makes; `None` where it fails or a number is not finite.
+    pub fn policy_rollout(&self, policy: &dyn Policy, seed: u64) -> Option<Motion> {
+        let room = if self.usual.is_some() { LINKS } else { MAX_JOINTS };
+        let policy = &PaddedPolicy { policy, joints: self.mission.joints(), room };
+        with_scene!(self, scene => {
+            let mut motion = ReorientationTrajectory::ZERO;
+            rollout(&scene, policy, seed, &mut motion).then(|| resized_motion(&motion))
+        })
+    }
+
     /// The motion that torques make, a row of bus and joint torques an interval one after the other [N m].
     /// Torques are kept within their limits; those that are missing are zero.
     pub fn roll_out(&self, torques: &[f32]) -> Motion {
@@ -159,6 +184,7 @@ mod tests {
     use super::*;
     use crate::formats::ScenarioSet;
     use crate::guess::Guess;
+    use crate::learned::{Learned, Memories};
     use crate::memory::on_large_stack;
     use crate::method::Method;
     use crate::planning::{Planner, WallClock};
@@ -167,6 +193,30 @@ mod tests {
     fn torques(plan: &crate::formats::PlanStage2) -> Vec<f32> {
         let rows = plan.bus_torque.iter().zip(&plan.joint_torque);
         rows.flat_map(|(bus, joint)| bus.iter().chain(joint).map(|x| *x as f32)).collect()
+    }
+
+    /// A rollout of the built-in model is the core's in the arm's own size, bit by bit.
+    #[test]
+    fn a_policy_leads_where_the_core_says() {
+        let mission = Mission::default();
+        let scenario = &ScenarioSet::built_in().unwrap().scenarios[0];
+        on_large_stack(|| {
+            let mut planner = Planner::new();
+            let approach = planner.approach(&mission, scenario, Integrator::Euler).unwrap();
+            let Approach { scenario, integrator, translation, target, .. } = &approach;
+            let (own, start) = (mission.sized::<LINKS>(), scenario.resized());
+            let scene = Scene::new(&own, &start, translation, target, *integrator);
+            let mut motion = ReorientationTrajectory::ZERO;
+            let led = Learned::built_in(*integrator).at_work(&mut Memories::default(), |policy| {
+                let policy: &dyn Policy = policy?;
+                assert!(rollout(&scene, policy, 1, &mut motion));
+                approach.policy_rollout(policy, 1)
+            });
+            assert_eq!(led, Some(resized_motion(&motion)));
+            let miss = scene.miss(&motion.states[NODES - 1]);
+            assert_eq!(led.map(|led| approach.miss(&led.states[NODES - 1])), Some(miss));
+        })
+        .unwrap();
     }
 
     #[test]

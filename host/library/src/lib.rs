@@ -15,7 +15,7 @@
 //! - [`threads`]: a second thread for one plan;
 //! - [`lineage`]: what a model descends from, and the scenarios that it must not be judged by;
 //! - [`guess`]: what Stage 2 starts from;
-//! - [`learned`]: learned models, from files or built in; `padded`: for a build with room for more joints;
+//! - [`learned`]: learned models, from files or built in; [`padded`]: for a build with room for more joints;
 //! - [`settings`]: the core's settings for a method;
 //! - [`planning`]: from a scenario to a plan file, by the core's planner of the arm's size ([`engine`]);
 //! - [`stoppable`]: a clock by which plans are stopped;
@@ -55,6 +55,7 @@ pub mod learned;
 pub mod lineage;
 pub mod memory;
 pub mod optimality;
+pub mod padded;
 pub mod part;
 pub mod parts;
 pub mod perturbation;
@@ -71,7 +72,5 @@ pub mod stoppable;
 pub mod stopwatch;
 pub mod threads;
 pub mod vehicle;
-
-mod padded;
 
 pub use remora_files::{choice, error, formats, method, notes, report, statistics};

@@ -26,7 +26,7 @@ impl PaddedPolicy<'_> {
 }
 
 /// Copies the features of an arm's own joints from those of a build with `room` for joints; how many they are.
-pub(crate) fn own_features(
+pub fn own_features(
     encoding: Encoding,
     joints: usize,
     room: usize,
