@@ -122,8 +122,8 @@ impl Manifest {
     /// The reason why there are none.
     pub fn shard_of(&self, number: usize, trajectories: &[Trajectory]) -> Result<Vec<u8>, String> {
         let shard = self.shards().nth(number).ok_or("is none of this dataset's")?;
-        let place = self.place(&self.dataset(), shard);
-        shard::encode(place, trajectories).map_err(|error| error.to_string())
+        let dataset = self.dataset();
+        shard::encode(self.place(&dataset, shard), trajectories).map_err(|error| error.to_string())
     }
 
     /// The place of a shard, by its first scenario and how many it tries, in this `dataset`.

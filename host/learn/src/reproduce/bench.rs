@@ -1,20 +1,19 @@
 //! The laboratory that plans: a campaign a run, kept in a folder.
 
 use super::laboratory::{Laboratory, Run, Start};
-use remora_core::advanced::stages::{NODES, ReorientationTrajectory};
-use remora_core::advanced::warmstart::{Scene, rollout};
+use remora_core::advanced::stages::NODES;
+use remora_host::approach::Approach;
 use remora_host::campaign::{Campaign, run_together};
 use remora_host::engine::SEED;
 use remora_host::error::Error;
 use remora_host::fingerprint::{self, fingerprint};
 use remora_host::formats::{
-    Limit, MAX_JOINTS, Mission, NamedScenario, PlanFile, Row, Scenario, json, make_directory,
-    read_text, write_atomically,
+    Limit, Mission, NamedScenario, PlanFile, Row, Scenario, json, make_directory, read_text,
+    write_atomically,
 };
 use remora_host::learned::{Learned, Memories};
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method, Mode, WarmStart};
-use remora_host::padded::PaddedPolicy;
 use remora_host::progress::Progress;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
@@ -76,33 +75,27 @@ impl Bench<'_> {
 
     /// Rolls a model out along the paths of `plans`; none where a roll-out is of no use.
     fn rollout(&self, model: &Learned, plans: &[PlanFile]) -> Result<Vec<Option<f64>>, Error> {
-        let (mission, integrator) = (&self.mission, self.integrator);
+        let (mission, integrator) = (self.mission, self.integrator);
         on_large_stack(move || {
             let mut memories = Memories::default();
-            plans.iter().map(|plan| miss(mission, integrator, model, &mut memories, plan)).collect()
+            let miss =
+                |plan: &PlanFile| miss(&approach(mission, integrator, plan), model, &mut memories);
+            plans.iter().map(miss).collect()
         })
     }
 }
 
-/// How far the end effector is from the port at the end of a roll-out along a plan's path [m].
-fn miss(
-    mission: &Mission,
-    integrator: Integrator,
-    model: &Learned,
-    memories: &mut Memories,
-    plan: &PlanFile,
-) -> Option<f64> {
+/// An approach along a plan's path.
+fn approach(mission: Mission, integrator: Integrator, plan: &PlanFile) -> Approach {
     let (path, target) = (plan.stage1.trajectory(), plan.target.nodes());
     let scenario = Scenario { position: path.position[0], ..Scenario::default() };
-    let scene = Scene::new(mission, &scenario, &path, &target, integrator);
-    let mut motion = ReorientationTrajectory::ZERO;
-    let is_finite = model.at_work(memories, |policy| {
-        policy.is_some_and(|policy| {
-            let policy = PaddedPolicy { policy, joints: mission.joints(), room: MAX_JOINTS };
-            rollout(&scene, &policy, SEED, &mut motion)
-        })
-    });
-    is_finite.then(|| scene.miss(&motion.states[NODES - 1]))
+    Approach::new(mission, scenario, integrator, path, target)
+}
+
+/// How far the end effector is from the port at the end of a roll-out [m].
+fn miss(approach: &Approach, model: &Learned, memories: &mut Memories) -> Option<f64> {
+    let motion = model.at_work(memories, |policy| approach.policy_rollout(policy?, SEED))?;
+    Some(approach.miss(&motion.states[NODES - 1]))
 }
 
 /// The model of a start.

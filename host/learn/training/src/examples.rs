@@ -266,3 +266,54 @@ fn pin(scene: &Scene<'_, MAX_JOINTS>, k: usize, drift: &mut Drift) {
         drift.joint.rates.fill(0.0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use remora_learn::dataset::Dataset;
+    use std::path::Path;
+
+    fn own(state: &State<MAX_JOINTS>) -> State<3> {
+        State {
+            attitude: state.attitude,
+            joint_angle: state.joint_angle.fixed_rows::<3>(0).into_owned(),
+            rate: state.rate,
+            joint_rate: state.joint_rate.fixed_rows::<3>(0).into_owned(),
+        }
+    }
+
+    /// What a network sees and does is what it would in the size of its arm, bit by bit.
+    #[test]
+    fn examples_are_those_of_the_arms_own_size() {
+        let set = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../fixtures/datasets/euler");
+        let (mission, integrator) = (Mission::default(), Integrator::Euler);
+        let arm = mission.sized::<3>();
+        for trajectory in Dataset::open(&set, 3).unwrap().read(Some(5)).unwrap() {
+            let Recorded { scenario, path, target, motion } = Recorded::new(&trajectory);
+            let scenario = scenario.resized();
+            let scene = Scene::new(&arm, &scenario, &path, &target, integrator);
+            for encoding in [Encoding::Paper, Encoding::Body, Encoding::Servicer] {
+                let (action, disturbance) = (Action::Rate, Disturbance::default());
+                let recipe = Recipe { encoding, action, integrator, disturbance, stride: 1 };
+                let random = &mut Random::new(1, 0, 0);
+                let found = example(&mission, &trajectory, &recipe, random.stream());
+                let (width, states) = (encoding.features(3), encoding.groups(3)[4]);
+                assert_eq!(found.features.len(), (NODES - 1) * width);
+                assert_eq!(found.actions.len(), (NODES - 1) * 6);
+                assert_eq!(found.next.len(), (NODES - 1) * states);
+                let mut row = vec![0.0; width];
+                for k in 0..NODES {
+                    let action = &found.actions[6 * k.saturating_sub(1)..][..6];
+                    scene.features(encoding, k, &own(&motion.states[k]), action, &mut row);
+                    if k + 1 < NODES {
+                        assert_eq!(found.features[k * width..][..width], row);
+                    }
+                    if k > 0 {
+                        assert_eq!(found.next[(k - 1) * states..][..states], row[width - states..]);
+                    }
+                }
+            }
+        }
+    }
+}
