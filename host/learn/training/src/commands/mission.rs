@@ -3,9 +3,10 @@
 use super::device::Device;
 use super::progress::Steps;
 use remora_cli::cli::Output;
-use remora_cli::cli::options::{AnyMission, ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, SEED};
+use remora_cli::cli::options::{ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, SEED, of_all_nodes};
 use remora_cli::cli::progress::{Bar, tell};
 use remora_host::error::Error;
+use remora_host::formats::read_mission;
 use remora_host::lineage;
 use remora_training::learning::{Hands, Learning, Learnt};
 use std::ffi::OsString;
@@ -63,7 +64,8 @@ Exit status: 0 done, also where the model is worse than the heuristic (it says s
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = AnyMission::read(self.mission.as_deref())?.of_all_nodes()?;
+        let file = self.mission.as_deref();
+        let mission = of_all_nodes(read_mission(file)?, file)?;
         self.device.check()?;
         let jobs = self.jobs.jobs();
         let learning = Learning {
