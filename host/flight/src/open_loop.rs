@@ -12,7 +12,8 @@
 use nalgebra::Vector3;
 use remora_core::advanced::dynamics::Control;
 use remora_core::advanced::model::Grid;
-use remora_core::advanced::stages::{NODES, ReorientationTrajectory, TranslationTrajectory};
+use remora_core::advanced::stages::{NODES, TranslationTrajectory};
+use remora_host::formats::{MAX_JOINTS, Motion};
 use remora_truth::{
     Axes, Command, Dispersion, Errors, JointCommand, Limits, Sampling, Sensors, Setup, View, World,
     WorldError,
@@ -20,7 +21,7 @@ use remora_truth::{
 
 /// What is held from one node to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Held<const NL: usize> {
+pub struct Held {
     /// When it begins [s].
     pub begins: f64,
     /// When it ends [s].
@@ -29,16 +30,24 @@ pub struct Held<const NL: usize> {
     pub force: Vector3<f64>,
     /// Torque on the bus, bus axes [N m].
     pub bus_torque: Vector3<f64>,
-    /// Torques of the joints [N m].
-    pub joint_torque: [f64; NL],
+    /// Torques of the joints [N m]; zero where the arm has none.
+    pub joint_torque: [f64; MAX_JOINTS],
+}
+
+impl Held {
+    /// A command of these torques, and of a force in inertial axes [N].
+    fn command<const M: usize>(&self, force: &Vector3<f64>) -> Command<M> {
+        Command {
+            force: *force,
+            axes: Axes::Inertial,
+            bus_torque: self.bus_torque,
+            joints: JointCommand::Torque(core::array::from_fn(|i| self.joint_torque[i])),
+        }
+    }
 }
 
 /// What a plan holds, an entry an interval.
-pub fn held<const NL: usize>(
-    grid: &Grid,
-    path: &TranslationTrajectory<NODES>,
-    motion: &ReorientationTrajectory<NODES, NL>,
-) -> Vec<Held<NL>> {
+pub fn held(grid: &Grid, path: &TranslationTrajectory<NODES>, motion: &Motion) -> Vec<Held> {
     let interval = |k: usize| {
         let Control { bus_torque, joint_torque } = motion.controls[k];
         Held {
@@ -52,13 +61,13 @@ pub fn held<const NL: usize>(
     (0..grid.nodes.min(NODES) - 1).map(interval).collect()
 }
 
-/// A flight in open loop.
+/// A flight in open loop, in a truth with room for `M` joints.
 #[derive(Clone, Debug)]
-pub struct OpenLoop<const NL: usize> {
+pub struct OpenLoop<const M: usize> {
     /// The forces that acted, inertial axes [N], an entry an interval.
     pub forces: Vec<Vector3<f64>>,
     /// The truth at the nodes, from the start on: one entry more.
-    pub nodes: Vec<View<NL>>,
+    pub nodes: Vec<View<M>>,
     /// Steps of the integrator: taken and refused.
     pub steps: (u64, u64),
 }
@@ -70,10 +79,7 @@ const NEVER: f64 = 1e-9;
 ///
 /// # Errors
 /// A truth that cannot be integrated.
-pub fn fly<const NL: usize>(
-    setup: &Setup<NL>,
-    held: &[Held<NL>],
-) -> Result<OpenLoop<NL>, WorldError> {
+pub fn fly<const M: usize>(setup: &Setup<M>, held: &[Held]) -> Result<OpenLoop<M>, WorldError> {
     // The tip is nowhere within a negative distance of the port: no contact.
     let mut setup = Setup { contact_radius: -1.0, ..setup.clone() };
     setup.vehicle.limits = Limits::NONE;
@@ -84,13 +90,7 @@ pub fn fly<const NL: usize>(
         OpenLoop { forces: Vec::new(), nodes: vec![world.view()], steps: world.steps() };
     for interval in held {
         let force = world.rtn().axes * interval.force;
-        let command = Command {
-            force,
-            axes: Axes::Inertial,
-            bus_torque: interval.bus_torque,
-            joints: JointCommand::Torque(interval.joint_torque),
-        };
-        world.advance(interval.ends, &command)?;
+        world.advance(interval.ends, &interval.command(&force))?;
         flown.forces.push(force);
         flown.nodes.push(world.view());
     }
@@ -105,19 +105,20 @@ mod tests {
     use remora_core::advanced::model::{Mission, Scenario};
     use remora_core::advanced::stages::LINKS;
     use remora_host::draw::draw;
+    use remora_host::formats;
     use remora_truth::{EARTH_MU, Environment};
 
     const FREE: Surroundings =
         Surroundings { environment: Environment::FREE, argument_of_latitude: 0.0 };
 
     fn drawn() -> (Mission<LINKS>, Scenario<LINKS>) {
-        let mission = Mission::default();
+        let mission = formats::Mission::default();
         let set = draw(1, 1, &mission).unwrap();
-        (mission, set.scenarios[0].scenario())
+        (mission.sized(), set.scenarios[0].scenario().resized())
     }
 
     /// Some force and torques, about as large as a plan's, in 20 intervals of 60 s.
-    fn some() -> Vec<Held<LINKS>> {
+    fn some() -> Vec<Held> {
         let interval = |k: i32| {
             let sign = f64::from(k % 3 - 1);
             Held {
@@ -125,7 +126,7 @@ mod tests {
                 ends: 60.0 * f64::from(k + 1),
                 force: Vector3::new(0.02, -0.01, 0.01) * sign,
                 bus_torque: Vector3::new(1e-4, 2e-4, -1e-4) * sign,
-                joint_torque: [1e-5 * sign, -1e-5 * sign, 5e-6 * sign],
+                joint_torque: [1e-5 * sign, -1e-5 * sign, 5e-6 * sign, 0.0, 0.0, 0.0, 0.0],
             }
         };
         (0..20).map(interval).collect()
@@ -182,13 +183,7 @@ mod tests {
             let dispersion = Dispersion { errors: Errors::none(), seed: 0, run: 0 };
             let mut world = World::new(&setup, &dispersion).unwrap();
             for (held, force) in some().iter().zip(&flown.forces) {
-                let command = Command {
-                    force: *force,
-                    axes: Axes::Inertial,
-                    bus_torque: held.bus_torque,
-                    joints: JointCommand::Torque(held.joint_torque),
-                };
-                world.advance(held.ends, &command).unwrap();
+                world.advance(held.ends, &held.command(force)).unwrap();
             }
             assert!(world.steps().0 > 10 * flown.steps.0);
             let apart = (flown.nodes[20].tip - world.view().tip).norm();

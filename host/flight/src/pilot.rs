@@ -11,7 +11,7 @@ use remora_core::advanced::time::Clock;
 use remora_core::prelude::{Valid, Validate};
 use remora_host::engine::{AnyArmEngine, DefaultArmEngine};
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::{MAX_JOINTS, PlanFile};
+use remora_host::formats::{MAX_JOINTS, MadeFor, PlanFile};
 use remora_host::guess;
 use remora_host::memory::on_heap;
 use remora_truth::{Dispersion, Quantity, World, WorldError};
@@ -46,14 +46,10 @@ struct Parts<const M: usize> {
 }
 
 impl<const M: usize> Parts<M> {
-    fn new<const NL: usize>(
-        mission: &Mission<NL>,
-        scenario: &Scenario<NL>,
-        file: &PlanFile,
-    ) -> Result<Self, String> {
-        let mission: Mission<M> = mission.resized();
-        let scenario = scenario.resized();
-        let motion = guess::resized(&file.stage2.trajectory::<NL>());
+    fn new(made: &MadeFor, file: &PlanFile) -> Result<Self, String> {
+        let mission: Mission<M> = made.mission.sized();
+        let scenario = made.scenario.resized();
+        let motion = guess::resized(&file.stage2.trajectory());
         let path = file.stage1.trajectory();
         let plan = FlightPlan::new(&mission, &scenario, file.integrator, &path, &motion)
             .map_err(|error| error.to_string())?;
@@ -97,19 +93,13 @@ impl Sortie {
     ///
     /// # Errors
     /// A plan that cannot be flown, or whose inputs are not sound.
-    pub fn of<const NL: usize>(file: &Path, plan: &PlanFile) -> Result<Self, Error> {
-        let made = plan.inputs.read::<NL>(&plan.scenario).map_err(|error| error.at(file))?;
+    pub fn of(file: &Path, plan: &PlanFile) -> Result<Self, Error> {
+        let made = plan.inputs.read(&plan.scenario).map_err(|error| error.at(file))?;
         let wrong = |reason: String| Error::input(file, "integrator", reason);
-        let sized = match NL {
-            LINKS => Size::Default(Box::new(
-                Parts::new(&made.mission, &made.scenario, plan).map_err(wrong)?,
-            )),
-            _ => Size::Any(
-                Box::new(Parts::new(&made.mission, &made.scenario, plan).map_err(wrong)?),
-                NL,
-            ),
-        };
-        Ok(Self(sized))
+        Ok(Self(match made.mission.joints() {
+            LINKS => Size::Default(Box::new(Parts::new(&made, plan).map_err(wrong)?)),
+            joints => Size::Any(Box::new(Parts::new(&made, plan).map_err(wrong)?), joints),
+        }))
     }
 
     /// Refuses effects that the mission's body does not have.

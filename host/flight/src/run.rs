@@ -21,7 +21,7 @@ pub(crate) struct Plan {
     pub(crate) sortie: Option<Sortie>,
 }
 
-/// A plan file of flights in `folder`; one that is not flyable has nothing to fly.
+/// A plan file of flights in `folder`, all of arms of `joints` joints; one that is not flyable has nothing to fly.
 pub(crate) fn planned(folder: &Path, file: &Path, joints: usize) -> Result<Plan, Error> {
     let file = folder.join(file);
     let plan = PlanFile::read(&file)?;
@@ -29,11 +29,12 @@ pub(crate) fn planned(folder: &Path, file: &Path, joints: usize) -> Result<Plan,
     if plan.verdict == Some(Verdict::NotFlyable) {
         return Ok(Plan { file, id, sortie: None });
     }
-    let sortie = remora_host::with_joints!(joints, NL => {
-        Sortie::of::<NL>(&file, &plan)?
-    } else {
-        return Err(Error::input(&file, "inputs.mission.servicer", "has no arm of 1 to 7 joints"));
-    });
+    let mission = &plan.inputs.mission;
+    if mission.joints() != joints {
+        let wrong = mission.wrong_joints(&format!("here the arm has {joints} joints"));
+        return Err(Error::input(&file, format!("inputs.mission.{}", wrong.field), wrong.reason));
+    }
+    let sortie = Sortie::of(&file, &plan)?;
     Ok(Plan { file, id, sortie: Some(sortie) })
 }
 

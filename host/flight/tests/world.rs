@@ -7,7 +7,7 @@ use remora_core::advanced::model::{Mission, Switch};
 use remora_core::prelude::{Valid, Validate};
 use remora_flight::flight::{Ending, Flight, FlightOutcome, Moment, Settings};
 use remora_host::engine::DefaultArmEngine;
-use remora_host::formats::MissionFile;
+use remora_host::formats::{self, MissionFile};
 use remora_truth::{Dispersion, Errors};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -27,9 +27,14 @@ fn fly(
     (flown, last)
 }
 
+/// The mission of a file's text.
+fn read(text: &str) -> Valid<Mission<3>> {
+    MissionFile::parse(text).unwrap().mission().unwrap().sized().validated().unwrap()
+}
+
 /// Plans and flies scenarios of a mission without errors; all must be captured.
 fn captures(name: &str, mission: &str, count: u64) {
-    let mission = MissionFile::parse(mission).unwrap().mission().unwrap().validated().unwrap();
+    let mission = read(mission);
     for planned in planned(&mission, count) {
         let (flown, _) = fly(&mission, &planned, &Settings::default());
         println!("{name}: {:?} {:?} {:?}", flown.ending, flown.arrival, flown.violations());
@@ -43,7 +48,7 @@ fn captures(name: &str, mission: &str, count: u64) {
 fn a_plan_on_an_eccentric_orbit_that_is_accepted_is_captured() {
     for (a, e) in [(6.8e6, 0.04), (2.4e7, 0.3), (2.4e7, 0.45)] {
         let text = format!("[orbit]\nsemi_major_axis_m = {a}\neccentricity = {e}\n");
-        let mission = MissionFile::parse(&text).unwrap().mission().unwrap().validated().unwrap();
+        let mission = read(&text);
         let planned = &planned(&mission, 1)[0];
         for quarter in 0..4 {
             let mut settings = Settings::default();
@@ -97,7 +102,7 @@ fn changed(file: &Value, at: &str) -> Option<Valid<Mission<3>>> {
         }
     }
     let file: MissionFile = serde_json::from_value(other).ok()?;
-    file.mission().ok()?.validated().ok()
+    file.mission().ok()?.sized().validated().ok()
 }
 
 /// Numbers without effect in a world where nothing touches the target.
@@ -118,7 +123,8 @@ fn each_key_of_a_mission_about_the_world_changes_the_flight() {
     let planned = &planned(&mission, 1)[0];
     let settings = Settings { rate_hz: 1.0, ..Settings::default() };
     let told = |mission: &Valid<Mission<3>>| format!("{:?}", fly(mission, planned, &settings));
-    let (file, usual) = (serde_json::to_value(MissionFile::of(&mission)).unwrap(), told(&mission));
+    let file = MissionFile::of(&formats::Mission::from(&*mission));
+    let (file, usual) = (serde_json::to_value(&file).unwrap(), told(&mission));
     assert_eq!(told(&mission), usual);
     let mut all = Vec::new();
     for section in ["orbit", "target", "servicer"] {

@@ -7,13 +7,14 @@
 //! of mass, in its own axes.
 
 use nalgebra::{Matrix3, Vector3};
-use remora_core::advanced::model::{Mission, Scenario};
-use remora_core::advanced::planner::scenario_checksum;
+use remora_core::advanced::stages::LINKS;
 use remora_flight::nominal::{self, Surroundings};
 use remora_flight::open_loop::{self, Held, OpenLoop};
 use remora_host::error::Error;
-use remora_host::formats::{PlanFile, Program};
-use remora_truth::{Body, Dispersion, Environment, Errors, Oblateness, Setup, Start, Vehicle};
+use remora_host::formats::{MAX_JOINTS, MadeFor, PlanFile, Program};
+use remora_truth::{
+    Body, Dispersion, Environment, Errors, Oblateness, Setup, Start, Vehicle, WorldError,
+};
 use serde::Serialize;
 use std::path::Path;
 
@@ -49,13 +50,14 @@ impl Case {
         }
     }
 
-    fn setup<const NL: usize>(self, mission: &Mission<NL>, scenario: &Scenario<NL>) -> Setup<NL> {
+    fn setup<const M: usize>(self, made: &MadeFor) -> Setup<M> {
         let environment = self.environment();
         let surroundings = Surroundings { environment, ..Surroundings::default() };
-        let setup = nominal::setup(mission, scenario, &surroundings);
+        let (mission, scenario) = (made.mission.sized(), made.scenario.resized());
+        let setup = nominal::setup(&mission, &scenario, &surroundings);
         match self {
             Self::Dispersed => {
-                let seed = scenario_checksum(scenario);
+                let seed = made.mission.scenario_checksum(&made.scenario);
                 Dispersion { errors: Errors::typical(), seed, run: 0 }.disperse(&setup)
             }
             _ => setup,
@@ -149,29 +151,16 @@ impl OpenLoopFile {
     /// # Errors
     /// A plan whose inputs are not sound; a truth that cannot be integrated.
     pub fn fly(file: &Path, plan: &PlanFile, cases: &[Case]) -> Result<Self, Error> {
-        let inputs = &plan.inputs;
-        remora_host::with_joints!(inputs.mission.joints(), NL => {
-            let made = inputs.read::<NL>(&plan.scenario).map_err(|error| error.at(file))?;
-            Self::of(file, plan, (&made.mission, &made.scenario), cases)
-        } else {
-            Err(Error::input(file, "inputs.mission.servicer", "has no arm of 1 to 7 joints"))
-        })
-    }
-
-    fn of<const NL: usize>(
-        file: &Path,
-        plan: &PlanFile,
-        (mission, scenario): (&Mission<NL>, &Scenario<NL>),
-        cases: &[Case],
-    ) -> Result<Self, Error> {
-        let (path, motion) = (plan.stage1.trajectory(), plan.stage2.trajectory::<NL>());
-        let held = open_loop::held(&mission.grid(scenario), &path, &motion);
+        let made = plan.inputs.read(&plan.scenario).map_err(|error| error.at(file))?;
+        let (path, motion) = (plan.stage1.trajectory(), plan.stage2.trajectory());
+        let held = open_loop::held(&made.mission.grid(&made.scenario), &path, &motion);
         let fly = |case: &Case| {
-            let setup = case.setup(mission, scenario);
-            let flown = open_loop::fly(&setup, &held).map_err(|error| {
-                Error::input(file, "inputs", format!("cannot be flown: {error}"))
-            })?;
-            Ok(FlightRecord::of(*case, &setup, &held, &flown))
+            // In the sizes that flights in closed loop have.
+            let flown = match made.mission.joints() {
+                LINKS => FlightRecord::flown::<LINKS>(*case, &made, &held),
+                _ => FlightRecord::flown::<MAX_JOINTS>(*case, &made, &held),
+            };
+            flown.map_err(|error| Error::input(file, "inputs", format!("cannot be flown: {error}")))
         };
         Ok(Self {
             format: FORMAT,
@@ -183,7 +172,10 @@ impl OpenLoopFile {
 }
 
 impl VehicleRecord {
-    fn of<const NL: usize>(vehicle: &Vehicle<NL>) -> Self {
+    /// Of a vehicle of which the first `joints` are the arm's.
+    fn of<const M: usize>(vehicle: &Vehicle<M>, joints: usize) -> Self {
+        // Where a joint that the arm does not have would be.
+        let tip = vehicle.joints.get(joints).map_or(&vehicle.tip, |absent| &absent.pivot);
         let joint = |joint: &remora_truth::Joint| JointRecord {
             pivot_m: row(&joint.pivot),
             axis: row(&joint.axis),
@@ -193,8 +185,8 @@ impl VehicleRecord {
         Self {
             bus: BodyRecord::of(&vehicle.bus),
             force_point_m: row(&vehicle.force_point),
-            joints: vehicle.joints.iter().map(joint).collect(),
-            tip_m: row(&vehicle.tip),
+            joints: vehicle.joints.iter().take(joints).map(joint).collect(),
+            tip_m: row(tip),
         }
     }
 }
@@ -206,32 +198,42 @@ impl BodyRecord {
 }
 
 impl FlightRecord {
-    fn of<const NL: usize>(
+    fn flown<const M: usize>(
         case: Case,
-        setup: &Setup<NL>,
-        held: &[Held<NL>],
-        flown: &OpenLoop<NL>,
+        made: &MadeFor,
+        held: &[Held],
+    ) -> Result<Self, WorldError> {
+        let setup = case.setup::<M>(made);
+        let flown = open_loop::fly(&setup, held)?;
+        Ok(Self::of(case, &setup, (held, &flown), made.mission.joints()))
+    }
+
+    fn of<const M: usize>(
+        case: Case,
+        setup: &Setup<M>,
+        (held, flown): (&[Held], &OpenLoop<M>),
+        joints: usize,
     ) -> Self {
         let environment = &setup.environment;
         let oblateness = environment.oblateness;
         // Without gravity the target flies straight on, as fast as it would on its orbit.
         let (position, velocity) = setup.orbit.state(environment.mu);
-        let interval = |(held, force): (&Held<NL>, &Vector3<f64>)| IntervalRecord {
+        let interval = |(held, force): (&Held, &Vector3<f64>)| IntervalRecord {
             begins_s: held.begins,
             ends_s: held.ends,
             force_n: row(force),
             bus_torque_body_n_m: row(&held.bus_torque),
-            joint_torque_n_m: held.joint_torque.to_vec(),
+            joint_torque_n_m: held.joint_torque[..joints].to_vec(),
         };
         Self {
             case,
-            vehicle: VehicleRecord::of(&setup.vehicle),
+            vehicle: VehicleRecord::of(&setup.vehicle, joints),
             mu_m3_s2: if environment.has_gravity { environment.mu } else { 0.0 },
             j2: oblateness.map_or(0.0, |o| o.j2),
             equatorial_radius_m: oblateness.map_or(0.0, |o| o.radius),
             target_position_m: row(&position),
             target_velocity_m_s: row(&velocity),
-            start: StartRecord::of(&setup.start),
+            start: StartRecord::of(&setup.start, joints),
             intervals: held.iter().zip(&flown.forces).map(interval).collect(),
             truth: TruthRecord {
                 steps: flown.steps.0,
@@ -243,14 +245,14 @@ impl FlightRecord {
 }
 
 impl StartRecord {
-    fn of<const NL: usize>(start: &Start<NL>) -> Self {
+    fn of<const M: usize>(start: &Start<M>, joints: usize) -> Self {
         Self {
             position_m: row(&start.position),
             velocity_m_s: row(&start.velocity),
             attitude_body_to_inertial: start.attitude,
             rate_rad_s: row(&start.rate),
-            joint_angle_rad: start.joint_angle.to_vec(),
-            joint_rate_rad_s: start.joint_rate.to_vec(),
+            joint_angle_rad: start.joint_angle[..joints].to_vec(),
+            joint_rate_rad_s: start.joint_rate[..joints].to_vec(),
         }
     }
 }
