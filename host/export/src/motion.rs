@@ -5,13 +5,10 @@ use nalgebra::{Vector3, Vector4};
 use remora_core::advanced::dynamics::{Control, Integrator, Multibody, State};
 use remora_core::advanced::guidance::FlightPlan;
 use remora_core::advanced::math::quaternion;
-use remora_core::advanced::model::{Grid, Mission, Orbit, Scenario, TargetState};
-use remora_core::advanced::stages::{LINKS, NODES, ReorientationTrajectory, TranslationTrajectory};
-
-use remora_host::error::Error;
-use remora_host::formats::{MAX_JOINTS, PLANNED_JOINTS, PlanFile, PlanInputs};
-use remora_host::guess::resized;
-use remora_host::with_joints;
+use remora_core::advanced::model::{Grid, Orbit, TargetState};
+use remora_core::advanced::stages::{NODES, TranslationTrajectory};
+use remora_host::error::{Error, FieldError};
+use remora_host::formats::{self, MAX_JOINTS, Mission, PlanFile};
 use std::path::Path;
 
 /// Instants that are no farther apart are one [µs].
@@ -98,7 +95,6 @@ impl Motion {
     /// A plan whose inputs are not sound; a step for a plan that says nothing between its nodes;
     /// a step that is none.
     pub fn of(file: &Path, plan: &PlanFile, step: Option<f64>) -> Result<Self, Error> {
-        let inputs = &plan.inputs;
         let step = match (plan.integrator, step) {
             (Integrator::Euler, Some(_)) => {
                 let reason = "made with Euler's step, the plan says nothing between its nodes; \
@@ -108,15 +104,8 @@ impl Motion {
             (Integrator::Euler, None) => None,
             (_, step) => Some(step.unwrap_or(1.0)),
         };
-        let motion = with_joints!(inputs.mission.joints(), NL => {
-            match NL {
-                LINKS => Track::<LINKS>::of::<NL>(inputs, plan).map(|track| track.motion(step)),
-                _ => Track::<MAX_JOINTS>::of::<NL>(inputs, plan).map(|track| track.motion(step)),
-            }
-        } else {
-            return Err(Error::input(file, "inputs.mission.servicer.links", PLANNED_JOINTS))
-        });
-        motion.map_err(|error| error.at(file))?.ok_or_else(|| {
+        let track = Track::of(plan).map_err(|error| error.at(file))?;
+        track.motion(step).ok_or_else(|| {
             let reason =
                 "expected a step of at least a microsecond, and no more than a million of them";
             Error::argument("--step", reason)
@@ -129,34 +118,27 @@ impl Motion {
     }
 }
 
-/// A plan for a build with room for `M` joints.
-struct Track<const M: usize> {
-    mission: Mission<M>,
-    /// Joints that the arm has.
-    joints: usize,
+/// A plan as its file has it.
+struct Track {
+    mission: Mission,
     grid: Grid,
     path: TranslationTrajectory<NODES>,
-    motion: ReorientationTrajectory<NODES, M>,
+    motion: formats::Motion,
     target: [TargetState; NODES],
     /// What holds between the nodes; none with Euler's step.
-    between: Option<Box<FlightPlan<M>>>,
+    between: Option<Box<FlightPlan<MAX_JOINTS>>>,
 }
 
-impl<const M: usize> Track<M> {
-    fn of<const NL: usize>(
-        inputs: &PlanInputs,
-        plan: &PlanFile,
-    ) -> Result<Self, remora_host::error::FieldError> {
-        let made = inputs.read::<NL>(&plan.scenario)?;
-        let (mission, scenario): (Mission<M>, Scenario<M>) =
-            (made.mission.resized(), made.scenario.resized());
+impl Track {
+    fn of(plan: &PlanFile) -> Result<Self, FieldError> {
+        let made = plan.inputs.read(&plan.scenario)?;
+        let (mission, scenario) = (made.mission, made.scenario);
         let path = plan.stage1.trajectory();
-        let motion = resized(&plan.stage2.trajectory::<NL>());
+        let motion = plan.stage2.trajectory();
         let between = FlightPlan::new(&mission, &scenario, plan.integrator, &path, &motion);
         Ok(Self {
             grid: mission.grid(&scenario),
             mission,
-            joints: NL,
             path,
             motion,
             target: plan.target.nodes(),
@@ -218,7 +200,12 @@ impl<const M: usize> Track<M> {
     }
 
     /// Along the plan's own dynamics from node `k`.
-    fn inside(&self, plan: &FlightPlan<M>, k: usize, (time, micros): (f64, i64)) -> Moment {
+    fn inside(
+        &self,
+        plan: &FlightPlan<MAX_JOINTS>,
+        k: usize,
+        (time, micros): (f64, i64),
+    ) -> Moment {
         let there = plan.at(&self.mission, time);
         let place = (there.position, there.velocity);
         let control = (there.control, self.path.force[k]);
@@ -229,16 +216,16 @@ impl<const M: usize> Track<M> {
         &self,
         micros: i64,
         (position, velocity): (Vector3<f64>, Vector3<f64>),
-        state: &State<M>,
+        state: &State<MAX_JOINTS>,
         target: &TargetState,
-        (control, force): (Control<M>, Vector3<f64>),
+        (control, force): (Control<MAX_JOINTS>, Vector3<f64>),
     ) -> Moment {
         let arm = Multibody::new(&self.mission).arm_pose(&state.joint_angle);
         let bus = quaternion::rotation_matrix(&state.attitude);
         let bus_position = position - bus * arm.center;
         let axes = quaternion::rotation_matrix(&target.attitude);
         let tip = axes.tr_mul(&(bus_position + bus * arm.end));
-        let of = |values: &[f64]| values.iter().take(self.joints).copied().collect();
+        let of = |values: &[f64]| values.iter().take(self.mission.joints()).copied().collect();
         Moment {
             micros,
             position,
@@ -261,7 +248,7 @@ impl<const M: usize> Track<M> {
     fn bodies(&self) -> Bodies {
         let (target, servicer) = (&self.mission.target, &self.mission.servicer);
         let mut joint = servicer.arm_base_m;
-        let links = servicer.links.iter().take(self.joints).map(|link| {
+        let links = servicer.links.iter().take(self.mission.joints()).map(|link| {
             let here = Link { joint, axis: link.axis, tip: link.tip_m, radius: link.radius_m };
             joint = link.tip_m;
             here
