@@ -3,7 +3,6 @@
 use crate::flown::FlightTrack;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use remora_core::advanced::planner::input_checksum;
 use remora_core::advanced::stages::LINKS;
 use remora_files::error::FieldError;
 use remora_files::formats::{PlanFile, Program};
@@ -98,8 +97,8 @@ fn input(plan: &PlanFile) -> Result<Option<String>, FieldError> {
     if plan.inputs.mission.joints() != LINKS {
         return Ok(None);
     }
-    let made_for = plan.inputs.read::<LINKS>(&plan.scenario)?;
-    Ok(Some(format!("{:016x}", input_checksum(&made_for.mission, &made_for.scenario))))
+    let made_for = plan.inputs.read(&plan.scenario)?;
+    Ok(Some(format!("{:016x}", made_for.mission.input_checksum(&made_for.scenario))))
 }
 
 /// A place of the template with a value in it. Nothing within a script may look like its end.
