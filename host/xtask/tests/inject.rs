@@ -1,7 +1,7 @@
 //! Fault injection: what becomes of faults of each kind, and that the injector would see a plan that
 //! is not what it is said to be.
 
-use remora_core::advanced::model::Mission;
+use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::nn::{BitFlip, Part};
 use remora_core::advanced::planner::{
     EmbeddedSolver, InitialGuess, Options, PlanSettings, Platform, Report, Workspace, plan,
@@ -11,7 +11,7 @@ use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::{Mode, NODES, verify};
 use remora_core::advanced::time::Deadline;
 use remora_host::choice::Choice;
-use remora_host::formats::{GuessRecord, ScenarioSet};
+use remora_host::formats::{self, GuessRecord, ScenarioSet};
 use remora_host::learned::Learned;
 use remora_host::memory::on_heap;
 use remora_host::method::Integrator;
@@ -29,7 +29,7 @@ fn injector(scenarios: usize) -> Injector {
         seed: 1,
         sites: Site::ALL.to_vec(),
         scenarios: set.scenarios,
-        mission: Mission::default(),
+        mission: formats::Mission::default(),
         integrator: Integrator::Euler,
     }
 }
@@ -279,11 +279,16 @@ fn a_multiplier_beyond_its_bounds_is_not_used() {
     }
 }
 
+/// A built-in scenario, for the core.
+fn scenario(index: usize) -> Scenario {
+    ScenarioSet::built_in().unwrap().scenarios[index].scenario().resized()
+}
+
 fn planned() -> (Box<Workspace>, Report) {
     let (mut workspace, mut solver) = (on_heap(Workspace::new), on_heap(EmbeddedSolver::new));
     let report = plan(
         &Mission::default(),
-        &injector(1).scenarios[0].scenario(),
+        &scenario(0),
         &Options::from_parts(
             PlanSettings::new(Mode::Optimal, Integrator::Euler),
             InitialGuess::Heuristic,
@@ -299,7 +304,7 @@ fn planned() -> (Box<Workspace>, Report) {
 #[test]
 fn the_judge_sees_a_wrong_plan() {
     let (workspace, report) = planned();
-    let (mission, scenario) = (Mission::default(), injector(1).scenarios[0].scenario());
+    let (mission, scenario) = (Mission::default(), scenario(0));
     let integrator = Integrator::Euler;
     let judge = Judge { mission: &mission, scenario: &scenario, integrator };
     let honest = Claim {
@@ -335,7 +340,7 @@ fn the_judge_sees_a_wrong_plan() {
 #[test]
 fn the_judge_knows_the_scenario() {
     let (workspace, report) = planned();
-    let (mission, scenario) = (Mission::default(), injector(2).scenarios[1].scenario());
+    let (mission, scenario) = (Mission::default(), scenario(1));
     let judge = Judge { mission: &mission, scenario: &scenario, integrator: Integrator::Euler };
     let plan = Plan { path: workspace.translation(), motion: workspace.reorientation() };
     let (path, motion) = (plan.path, plan.motion);

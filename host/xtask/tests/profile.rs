@@ -1,7 +1,6 @@
 //! A profile measures plans that are the same in every case.
 
-use remora_core::advanced::model::Mission;
-use remora_host::formats::ScenarioSet;
+use remora_host::formats::{Mission, ScenarioSet};
 use remora_host::progress::Progress;
 use xtask::audit::profile::{
     Case, Configuration, ConfigurationProfile, Job, PHASES, Profiler, Rounds,

@@ -1,10 +1,8 @@
 //! Loops whose length depends on data: their bounds, and how far plans go towards them.
 
 use remora_core::advanced::bounds::LOOPS;
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
 use remora_host::error::Error;
-use remora_host::formats::NamedScenario;
+use remora_host::formats::{Mission, NamedScenario};
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method, Qp, WarmStart};
 use remora_host::planning::{Planner, Subproblem, WallClock};
@@ -57,7 +55,7 @@ impl Loops {
     /// A thread that cannot be started.
     pub fn observe(
         scenarios: &[NamedScenario],
-        mission: &Mission<LINKS>,
+        mission: &Mission,
         jobs: NonZeroUsize,
         progress: &mut dyn Progress,
     ) -> Result<Self, Error> {
@@ -148,7 +146,7 @@ impl Observed {
 /// The turns of one plan.
 fn one(
     planner: &mut Planner,
-    mission: &Mission<LINKS>,
+    mission: &Mission,
     scenario: &NamedScenario,
     (integrator, warm_start): (Integrator, WarmStart),
 ) -> Observed {

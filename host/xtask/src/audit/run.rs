@@ -12,12 +12,11 @@ use super::section::{Finished, Numbers, Section};
 use super::summary::{self, Bar};
 use crate::audit::profile::{Configuration, Profiler, Rounds};
 use crate::inject::{Injector, Site};
-use remora_core::advanced::model::Mission;
 use remora_host::choice::Choice;
 use remora_host::envelope::{Envelope, Map};
 use remora_host::error::Error;
 use remora_host::formats::{
-    NamedScenario, ScenarioSet, check_writable, make_directory, write_atomically,
+    Mission, NamedScenario, ScenarioSet, check_writable, make_directory, write_atomically,
 };
 use remora_host::method::Integrator;
 use remora_host::progress::Progress;

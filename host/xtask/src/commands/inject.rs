@@ -3,7 +3,8 @@
 use crate::inject::{Injection, Injector, MAX_COUNT, Site};
 use remora_cli::cli::Output;
 use remora_cli::cli::options::{
-    ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED, choice, set_or_built_in,
+    ForceArgs, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED, choice, of_all_nodes,
+    set_or_built_in,
 };
 use remora_cli::cli::progress::Bar;
 use remora_host::choice::Choice;
@@ -82,7 +83,7 @@ impl Args {
             seed: self.seed,
             sites: if self.site.is_empty() { Site::ALL.to_vec() } else { self.site.clone() },
             scenarios: set.scenarios,
-            mission: self.mission.of_all_nodes()?,
+            mission: of_all_nodes(self.mission.of_default_arm()?, self.mission.file())?,
             integrator,
         };
         if let Some(case) = self.case {

@@ -59,7 +59,7 @@ Exit status: 0 done, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = self.mission.mission()?;
+        let mission = self.mission.of_default_arm()?;
         let chosen = self.set.chosen(&mission)?;
         let profiler = Profiler {
             scenarios: chosen.scenarios,

@@ -2,7 +2,7 @@
 
 use remora_cli::cli::Output;
 use remora_cli::cli::options::{
-    COUNT, IntegratorArgs, JsonArgs, MissionArgs, SEED, choice, drawn, jobs,
+    COUNT, IntegratorArgs, JsonArgs, MissionArgs, SEED, choice, drawn, jobs, of_all_nodes,
 };
 use remora_cli::cli::progress::Bar;
 use remora_host::draw::MAX_COUNT;
@@ -59,7 +59,7 @@ Exit status: 0 done, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = self.mission.of_all_nodes()?;
+        let mission = of_all_nodes(self.mission.of_default_arm()?, self.mission.file())?;
         let set = match &self.scenarios {
             Some(file) => ScenarioSet::read(file)?,
             None => drawn(self.count, self.seed, &mission)?,

@@ -1,13 +1,11 @@
 //! What a plan was made from, as far as its file tells.
 
-use remora_core::advanced::planner::output_checksum;
 use remora_host::error::Error;
-use remora_host::formats::{MadeFor, PLANNED_JOINTS, PlanFile};
+use remora_host::formats::{MadeFor, Mission, PlanFile};
 use remora_host::learned::Learned;
 use remora_host::method::{Method, Qp, WarmStart};
 use remora_host::planning::PlanJob;
 use remora_host::threads::Threads;
-use remora_host::with_joints;
 use std::path::{Path, PathBuf};
 
 /// A plan to be made again.
@@ -21,8 +19,6 @@ pub struct Input {
     pub method: Method,
     /// File of the model that Stage 2 started from, where it is not the built-in one.
     pub model: Option<PathBuf>,
-    /// Joints of its arm.
-    pub joints: usize,
 }
 
 impl Input {
@@ -33,7 +29,6 @@ impl Input {
     pub fn read(file: &Path, model: Option<PathBuf>) -> Result<Self, Error> {
         let plan = PlanFile::read(file)?;
         let wrong = |field: &str, reason: String| Err(Error::input(file, field, reason));
-        let joints = plan.inputs.mission.joints();
         let warm_start = match plan.warm_start.as_str() {
             "heuristic" => WarmStart::Heuristic,
             // What was asked for was a model that was then of no use.
@@ -54,23 +49,28 @@ impl Input {
         }
         let (mode, integrator) = (plan.mode, plan.integrator);
         let method = Method { mode, warm_start, qp, integrator, ..Method::default() };
-        Ok(Self { file: file.into(), method, model, joints, plan })
+        Ok(Self { file: file.into(), method, model, plan })
     }
 
-    /// Mission and scenario for an arm of `NL` joints.
+    /// Joints of its arm.
+    pub fn joints(&self) -> usize {
+        self.plan.inputs.mission.joints()
+    }
+
+    /// Mission and scenario.
     ///
     /// # Errors
     /// The first field found wrong.
-    pub fn made_for<const NL: usize>(&self) -> Result<MadeFor<NL>, Error> {
+    pub fn made_for(&self) -> Result<MadeFor, Error> {
         self.plan.inputs.read(&self.plan.scenario).map_err(|error| error.at(&self.file))
     }
 
     /// Checksum of the numbers in the file.
     ///
     /// # Errors
-    /// An arm that there is no planner for.
+    /// As [`Input::made_for`].
     pub fn checksum(&self) -> Result<u64, Error> {
-        checksum(&self.plan, self.joints).ok_or_else(|| self.no_planner())
+        self.made_for().map(|made| checksum(&made.mission, &self.plan))
     }
 
     /// Plans here, in this process.
@@ -80,30 +80,22 @@ impl Input {
     pub fn planned(&self) -> Result<u64, Error> {
         let Method { warm_start, integrator, .. } = self.method;
         let model = Learned::chosen(warm_start, self.model.as_deref(), integrator)?;
-        let planned = with_joints!(self.joints, NL => {
-            PlanJob::<NL> {
-                scenario: self.plan.inputs.scenario.named(&self.plan.scenario),
-                mission: self.made_for()?.mission,
-                method: self.method,
-                model,
-                threads: Threads::default(),
-                is_scrubbed: false,
-                out: PathBuf::new(),
-            }.plan()
-        } else { Err(self.no_planner()) })?;
-        checksum(&planned.file, self.joints).ok_or_else(|| self.no_planner())
-    }
-
-    fn no_planner(&self) -> Error {
-        Error::input(&self.file, "inputs.mission.servicer.links", PLANNED_JOINTS)
+        let mission = self.made_for()?.mission;
+        let job = PlanJob {
+            scenario: self.plan.inputs.scenario.named(&self.plan.scenario),
+            mission,
+            method: self.method,
+            model,
+            threads: Threads::default(),
+            is_scrubbed: false,
+            out: PathBuf::new(),
+        };
+        job.plan().map(|planned| checksum(&mission, &planned.file))
     }
 }
 
-/// Checksum of a plan's rows; none where there is no planner for its arm.
-fn checksum(plan: &PlanFile, joints: usize) -> Option<u64> {
+/// Checksum of a plan's rows.
+fn checksum(mission: &Mission, plan: &PlanFile) -> u64 {
     let nodes = plan.stage1.position.len();
-    let path = plan.stage1.trajectory();
-    Some(with_joints!(joints, NL => {
-        output_checksum(nodes, &path, &plan.stage2.trajectory::<NL>())
-    } else { return None }))
+    mission.output_checksum(nodes, &plan.stage1.trajectory(), &plan.stage2.trajectory())
 }

@@ -66,7 +66,7 @@ impl Workshop<'_> {
         match door {
             Door::Program => None,
             _ if input.method.qp != Qp::Embedded => Some("plans with the embedded solver only"),
-            _ if !door.is_general() && input.joints != LINKS => Some("three joints only"),
+            _ if !door.is_general() && input.joints() != LINKS => Some("three joints only"),
             Door::Processor(_) if input.model.is_some() => Some("holds the built-in models only"),
             _ => None,
         }
@@ -161,11 +161,11 @@ impl Workshop<'_> {
 
     /// The plan's input, a line each of mission, scenario and options.
     fn lines(&self) -> Result<[Numbers; 3], Error> {
-        let made = self.input.made_for::<LINKS>()?;
+        let made = self.input.made_for()?;
         let method = &self.input.method;
         Ok([
-            Numbers::mission(&made.mission),
-            Numbers::scenario(&made.scenario),
+            Numbers::mission(&made.mission.sized()),
+            Numbers::scenario(&made.scenario.resized()),
             Numbers::options(method.mode, method.integrator),
         ])
     }

@@ -33,13 +33,12 @@ pub use site::Site;
 use draw::{Drawn, Layout};
 use journal::{Header, Journal, Line};
 use reference::{Ended, Reference};
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::planner::{GuessRecord, PlanSettings};
 use remora_core::advanced::scp::{IterationRecord, Status};
-use remora_core::advanced::stages::{LINKS, Mode};
+use remora_core::advanced::stages::Mode;
 use remora_host::choice::Choice;
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::NamedScenario;
+use remora_host::formats::{Mission, NamedScenario};
 use remora_host::learned::Learned;
 use remora_host::method::Integrator;
 use remora_host::pool;
@@ -75,8 +74,8 @@ pub struct Injector {
     pub sites: Vec<Site>,
     /// The scenarios to draw from, at least one; ids are unique.
     pub scenarios: Vec<NamedScenario>,
-    /// The mission; valid.
-    pub mission: Mission<LINKS>,
+    /// The mission; valid, of the built-in mission's arm.
+    pub mission: Mission,
     /// Discretisation of Stage 2; its built-in model is what plans start from.
     pub integrator: Integrator,
 }
@@ -212,7 +211,7 @@ impl Injector {
             return Err(Error::argument("--scenarios", "there is none"));
         }
         let options = PlanSettings::new(Mode::Optimal, self.integrator);
-        let (mission, scenarios) = (&self.mission, &self.scenarios[..]);
+        let (mission, scenarios) = (self.mission.sized(), &self.scenarios[..]);
         Ok(Bench { setup: Setup { mission, scenarios, options, file, model, flies }, layout })
     }
 

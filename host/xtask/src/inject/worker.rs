@@ -9,7 +9,7 @@ use super::flights::{self, Flights, Sortie};
 use super::reference::{Ended, Reference};
 use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::guidance::FlightPlan;
-use remora_core::advanced::model::{Integrator, Mission};
+use remora_core::advanced::model::{Integrator, Mission, Scenario};
 use remora_core::advanced::nn::{BitFlip, FaultyMemory, Model, Network};
 use remora_core::advanced::planner::memory::NetworkMemory;
 use remora_core::advanced::planner::{
@@ -37,7 +37,7 @@ pub(super) const MEMORY: (usize, usize) = (96, NODES);
 
 /// What all plans have in common.
 pub(super) struct Setup<'a> {
-    pub mission: &'a Mission<LINKS>,
+    pub mission: Mission<LINKS>,
     pub scenarios: &'a [NamedScenario],
     pub options: PlanSettings,
     /// The model file, and the model in it.
@@ -45,6 +45,13 @@ pub(super) struct Setup<'a> {
     pub model: &'a Model<'static>,
     /// Whether guidance flies.
     pub flies: bool,
+}
+
+impl Setup<'_> {
+    /// The scenario of that place.
+    fn scenario(&self, index: usize) -> Scenario {
+        self.scenarios[index].scenario().resized()
+    }
 }
 
 /// A planner's memory.
@@ -299,7 +306,7 @@ impl Machine {
             flown if flown.is_flown() => flown,
             _ => Integrator::Rk4 { substeps: flights::SUBSTEPS },
         };
-        let (mission, scenario) = (setup.mission, named.scenario());
+        let (mission, scenario) = (&setup.mission, setup.scenario(index));
         let options = PlanSettings::new(setup.options.mode, integrator);
         let options = Options::from_parts(options, InitialGuess::Heuristic, BARE);
         let Self { workspace, solver, .. } = self;
@@ -322,8 +329,8 @@ impl Machine {
     {
         let Self { workspace, network, .. } = self;
         let Workspace { target, translation, .. } = &**workspace;
-        let (mission, options) = (setup.mission, &setup.options);
-        let scenario = setup.scenarios[index].scenario();
+        let (mission, options) = (&setup.mission, &setup.options);
+        let scenario = setup.scenario(index);
         let path = &translation.trajectory;
         let mut rolled = Box::new(ReorientationTrajectory::ZERO);
         let scene = Scene::new(mission, &scenario, path, target, options.integrator);
@@ -355,7 +362,7 @@ fn fly(
     mut solver: FaultySolver<'_>,
     workspace: &mut Workspace,
 ) -> Flown {
-    let (mission, scenario) = (setup.mission, &setup.scenarios[index].scenario());
+    let (mission, scenario) = (&setup.mission, &setup.scenario(index));
     let options = Options::from_parts(setup.options, *start, BARE);
     let report = plan_with(mission, scenario, &options, &mut solver, workspace);
     let (one, two, evidence) = (&report.translation, &report.reorientation, &report.record);
@@ -417,7 +424,7 @@ mod tests {
         let file = Learned::built_in_file(integrator);
         let scenarios = &ScenarioSet::built_in().unwrap().scenarios[..1];
         let options = PlanSettings::new(Mode::Feasible, integrator);
-        let setup = Setup { mission: &mission, scenarios, options, file, model, flies: false };
+        let setup = Setup { mission, scenarios, options, file, model, flies: false };
         let layout = Layout::new(model, file.len(), MEMORY).unwrap();
         let Machine { mut workspace, mut solver, mut network, .. } = Worker::new(&setup).machine;
         let work = Work { programs: 10, iterations: [4, 4], steps: Default::default() };
@@ -428,7 +435,7 @@ mod tests {
             let policy = NetworkPolicy::new(Network::new(model, &mut faulty).unwrap()).unwrap();
             let guess = InitialGuess::Learned { policy: &policy, seed: SEED };
             let options = Options::from_parts(options, guess, BARE);
-            plan_with(&mission, &scenarios[0].scenario(), &options, &mut *solver, &mut workspace);
+            plan_with(&mission, &setup.scenario(0), &options, &mut *solver, &mut workspace);
             assert!(faulty.is_injected(), "{case:?}");
         };
         let sites = [Site::Activations, Site::Block, Site::KvCache];

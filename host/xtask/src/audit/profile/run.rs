@@ -8,11 +8,9 @@ use super::pin::pin_pair;
 use super::results::{Profile, Run};
 use super::sample::{Sample, WARM_UP_PLANS};
 use remora_core::advanced::executor::ForkJoin;
-use remora_core::advanced::model::Mission;
-use remora_core::advanced::stages::LINKS;
 use remora_core::advanced::time::Clock;
 use remora_host::error::Error;
-use remora_host::formats::{NamedScenario, Status};
+use remora_host::formats::{Mission, NamedScenario, Status};
 use remora_host::learned::Learned;
 use remora_host::memory::on_large_stack;
 use remora_host::method::WarmStart;
@@ -28,7 +26,7 @@ pub struct Profiler {
     /// The scenarios; at least one.
     pub scenarios: Vec<NamedScenario>,
     /// The mission; valid.
-    pub mission: Mission<LINKS>,
+    pub mission: Mission,
     /// What is profiled.
     pub configurations: Vec<Configuration>,
     /// How often every scenario is planned.
