@@ -11,8 +11,7 @@ use remora_core::advanced::time::Clock;
 use remora_core::prelude::{Valid, Validate};
 use remora_host::engine::{AnyArmEngine, DefaultArmEngine};
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::{MAX_JOINTS, MadeFor, PlanFile};
-use remora_host::guess;
+use remora_host::formats::{MAX_JOINTS, MadeFor, PlanFile, resized_motion};
 use remora_host::memory::on_heap;
 use remora_truth::{Dispersion, Quantity, World, WorldError};
 use std::path::Path;
@@ -49,7 +48,7 @@ impl<const M: usize> Parts<M> {
     fn new(made: &MadeFor, file: &PlanFile) -> Result<Self, String> {
         let mission: Mission<M> = made.mission.sized();
         let scenario = made.scenario.resized();
-        let motion = guess::resized(&file.stage2.trajectory());
+        let motion = resized_motion(&file.stage2.trajectory());
         let path = file.stage1.trajectory();
         let plan = FlightPlan::new(&mission, &scenario, file.integrator, &path, &motion)
             .map_err(|error| error.to_string())?;

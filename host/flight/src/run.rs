@@ -29,10 +29,10 @@ pub(crate) fn planned(folder: &Path, file: &Path, joints: usize) -> Result<Plan,
     if plan.verdict == Some(Verdict::NotFlyable) {
         return Ok(Plan { file, id, sortie: None });
     }
-    let mission = &plan.inputs.mission;
-    if mission.joints() != joints {
-        let wrong = mission.wrong_joints(&format!("here the arm has {joints} joints"));
-        return Err(Error::input(&file, format!("inputs.mission.{}", wrong.field), wrong.reason));
+    let has = plan.inputs.mission.joints();
+    if has != joints {
+        let reason = format!("has {has} entries; here the arm has {joints} joints");
+        return Err(Error::input(&file, "inputs.mission.servicer.links", reason));
     }
     let sortie = Sortie::of(&file, &plan)?;
     Ok(Plan { file, id, sortie: Some(sortie) })
