@@ -155,7 +155,7 @@ impl OpenLoopFile {
         let (path, motion) = (plan.stage1.trajectory(), plan.stage2.trajectory());
         let held = open_loop::held(&made.mission.grid(&made.scenario), &path, &motion);
         let fly = |case: &Case| {
-            // In the sizes that flights in closed loop have.
+            // Sizes of flights in closed loop.
             let flown = match made.mission.joints() {
                 LINKS => FlightRecord::flown::<LINKS>(*case, &made, &held),
                 _ => FlightRecord::flown::<MAX_JOINTS>(*case, &made, &held),
@@ -172,9 +172,9 @@ impl OpenLoopFile {
 }
 
 impl VehicleRecord {
-    /// Of a vehicle of which the first `joints` are the arm's.
+    /// Record of a vehicle whose first `joints` joints are the arm's.
     fn of<const M: usize>(vehicle: &Vehicle<M>, joints: usize) -> Self {
-        // Where a joint that the arm does not have would be.
+        // Pivot of the first joint that the arm does not have.
         let tip = vehicle.joints.get(joints).map_or(&vehicle.tip, |absent| &absent.pivot);
         let joint = |joint: &remora_truth::Joint| JointRecord {
             pivot_m: row(&joint.pivot),

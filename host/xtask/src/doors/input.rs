@@ -68,7 +68,7 @@ impl Input {
     /// Checksum of the numbers in the file.
     ///
     /// # Errors
-    /// As [`Input::made_for`].
+    /// Inputs that are not sound.
     pub fn checksum(&self) -> Result<u64, Error> {
         self.made_for().map(|made| checksum(&made.mission, &self.plan))
     }
