@@ -14,18 +14,17 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use remora_core::advanced::stages::size;
 use remora_host::approach::Approach;
-use remora_host::episode::{self, Course, Episode, Step, Terms};
+use remora_host::episode::{Episode, Step, Terms};
 use remora_host::error::Error;
 use remora_host::method::Integrator;
-use remora_host::{planning, with_joints};
-use std::any::Any;
+use remora_host::planning;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// Episodes, each on one of the same approaches. A policy's action is torques as shares of their limits.
 #[pyclass(frozen, module = "remora")]
 pub(crate) struct Episodes {
-    courses: Mutex<Vec<Box<dyn Course>>>,
+    courses: Mutex<Vec<Episode>>,
     /// Threads that step.
     pool: ThreadPool,
     approaches: usize,
@@ -46,14 +45,14 @@ const MANY: usize = 10_000;
 const LEAST: usize = 8;
 
 /// Plans Stage 1 of all scenarios; episodes that begin on the first.
-fn courses<const NL: usize>(
+fn courses(
     caller: &Caller,
     mission: &Mission,
     cases: &[Scenario],
     integrator: Integrator,
     (terms, count): (Terms, usize),
-) -> Result<Vec<Box<dyn Course>>, Failure> {
-    let mission = mission.of::<NL>()?;
+) -> Result<Vec<Episode>, Failure> {
+    let mission = mission.judged();
     let plan = |case: &Scenario| {
         caller.go_on()?;
         with_planner(caller, |bench| {
@@ -63,22 +62,13 @@ fn courses<const NL: usize>(
             bench.planner.approach(mission, &case.named, integrator).map_err(refused)
         })
     };
-    let approaches: Vec<Approach<NL>> = cases.iter().map(plan).collect::<Result<_, _>>()?;
+    let approaches: Vec<Approach> = cases.iter().map(plan).collect::<Result<_, _>>()?;
     let approaches = Arc::new(approaches);
-    Ok((0..count).map(|_| course(&approaches, terms)).collect())
-}
-
-/// An episode; that of the built-in mission's arm is compiled in the library, where it is optimised.
-fn course<const NL: usize>(approaches: &Arc<Vec<Approach<NL>>>, terms: Terms) -> Box<dyn Course> {
-    let any: &dyn Any = approaches;
-    match any.downcast_ref::<Arc<Vec<Approach>>>() {
-        Some(usual) => episode::usual(usual.clone(), terms),
-        None => Box::new(Episode::new(approaches.clone(), terms)),
-    }
+    Ok((0..count).map(|_| Episode::new(approaches.clone(), terms)).collect())
 }
 
 impl Episodes {
-    fn courses(&self) -> std::sync::MutexGuard<'_, Vec<Box<dyn Course>>> {
+    fn courses(&self) -> std::sync::MutexGuard<'_, Vec<Episode>> {
         self.courses.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
@@ -96,7 +86,7 @@ impl Episodes {
     }
 
     /// What all of them see, a row an episode.
-    fn seen(&self, courses: &[Box<dyn Course>], is_over: &AtomicBool) -> Vec<f32> {
+    fn seen(&self, courses: &[Episode], is_over: &AtomicBool) -> Vec<f32> {
         let mut seen = vec![0.0; courses.len() * self.features];
         let rows = seen.par_chunks_mut(self.features).with_min_len(LEAST);
         self.pool.install(|| {
@@ -176,13 +166,8 @@ impl Episodes {
         let terms = (Terms { encoding, miss_weight }, count);
         let mission = Mission::or_default(Argument::optional(mission, "mission")?)?;
         let (arm, approaches, jobs) = (mission.joints(), cases.len(), request::jobs(jobs)?);
-        let courses = waited(py, move |caller| {
-            with_joints!(mission.joints(), NL => {
-                courses::<NL>(caller, &mission, &cases, integrator, terms)
-            } else {
-                Err(Error::Thread { reason: "no arm has so many joints".into() }.into())
-            })
-        })?;
+        let courses =
+            waited(py, move |caller| courses(caller, &mission, &cases, integrator, terms))?;
         let pool = ThreadPoolBuilder::new().num_threads(jobs.get()).build();
         let failed = |error: rayon::ThreadPoolBuildError| {
             raised(Error::Thread { reason: error.to_string() })
@@ -255,16 +240,17 @@ impl Episodes {
         let (steps, seen) = Self::together(slf, move |all, is_over| {
             let courses = &mut *all.courses();
             let rows = actions.par_chunks(all.actions).with_min_len(LEAST);
-            let step = |((row, begins), course): ((&[f32], &i64), &mut Box<dyn Course>)| {
-                match usize::try_from(*begins) {
+            let step =
+                |((row, begins), course): ((&[f32], &i64), &mut Episode)| match usize::try_from(
+                    *begins,
+                ) {
                     _ if is_over.load(Ordering::Relaxed) => Step { reward: 0.0, is_last: false },
                     Ok(approach) => {
                         course.begin(approach);
                         Step { reward: 0.0, is_last: false }
                     }
                     Err(_) => course.step(row),
-                }
-            };
+                };
             let each = rows.zip(&begins).zip(courses.par_iter_mut());
             let steps: Vec<Step> = all.pool.install(|| each.map(step).collect());
             (steps, all.seen(courses, is_over))

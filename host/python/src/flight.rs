@@ -18,7 +18,7 @@ use remora_flight::pilot::{Pilot, Sortie};
 use remora_flight::row::FlightRow;
 use remora_host::choice::Choice;
 use remora_host::error::Error;
-use remora_host::{pool, with_joints};
+use remora_host::pool;
 use remora_truth::{Dispersion, Errors};
 use remora_web::FlightTrack;
 use std::path::{Path, PathBuf};
@@ -222,11 +222,7 @@ fn sortie(plan: &Plan) -> PyResult<Sortie> {
         let reason = "is euler: between its nodes the plan says nothing; plan with rk4";
         return Err(argument("plan", reason));
     }
-    with_joints!(plan.mission.joints(), NL => {
-        Sortie::of::<NL>(Path::new("plan"), &plan.file).map_err(raised)
-    } else {
-        Err(argument("plan", "no arm has so many joints"))
-    })
+    Sortie::of(Path::new("plan"), &plan.file).map_err(raised)
 }
 
 /// Options of the runs of a plan.

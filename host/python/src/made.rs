@@ -5,18 +5,15 @@ use crate::plan::Plan;
 use crate::raised::argument;
 use crate::start::Start;
 use pyo3::prelude::*;
-use remora_core::advanced::planner::{Nominal, output_checksum};
+use remora_core::advanced::planner::Nominal;
 use remora_core::advanced::stages::Clearances;
 use remora_host::engine::verified;
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::{
-    EvidenceFile, MAX_JOINTS, MadeFor, NamedScenario, PLANNED_JOINTS, PlanFile, PlanGrid, Verdict,
-    evidence_path,
+    EvidenceFile, MAX_JOINTS, MadeFor, NamedScenario, PlanFile, PlanGrid, Verdict, evidence_path,
 };
-use remora_host::guess;
 use remora_host::method::{Method, Qp, WarmStart};
 use remora_host::planning::PlanOutcome;
-use remora_host::with_joints;
 use std::path::Path;
 
 impl Plan {
@@ -74,16 +71,11 @@ impl Plan {
     /// The plan with the verifier's findings of now.
     pub(crate) fn judged(self, path: &Path) -> Result<Self, Error> {
         let file = &self.file;
-        let (found, is_verified) = with_joints!(self.mission.joints(), NL => {
-            let made = file.inputs.read::<NL>(&file.scenario).map_err(|error| error.at(path))?;
-            let (translation, motion) = (file.stage1.trajectory(), file.stage2.trajectory());
-            let MadeFor { mission, scenario } = &made;
-            let found = verified(mission, scenario, file.integrator, &translation, &motion);
-            let is_verified = found.residuals.are_within(&mission.tolerances);
-            (found, is_verified)
-        } else {
-            return Err(Error::input(path, "inputs.mission.servicer.links", PLANNED_JOINTS))
-        });
+        let made = file.inputs.read(&file.scenario).map_err(|error| error.at(path))?;
+        let (translation, motion) = (file.stage1.trajectory(), file.stage2.trajectory());
+        let MadeFor { mission, scenario } = &made;
+        let found = verified(mission, scenario, file.integrator, &translation, &motion);
+        let is_verified = found.residuals.are_within(&mission.tolerances);
         Ok(Self {
             verdict: Verdict::of(is_verified, file.status),
             residuals: found.residuals,
@@ -93,11 +85,9 @@ impl Plan {
         })
     }
 
-    /// The plan in force as the guess of another, with room for any arm.
+    /// The plan in force as the guess of another.
     pub(crate) fn nominal(&self) -> Nominal<MAX_JOINTS> {
-        let reorientation = with_joints!(self.mission.joints(), NL => {
-            guess::resized(&self.file.stage2.trajectory::<NL>())
-        } else { self.file.stage2.trajectory() });
+        let reorientation = self.file.stage2.trajectory();
         let PlanGrid { nodes, dt_s, .. } = self.grid;
         let duration = self.scenario.duration_s.unwrap_or(dt_s * (nodes - 1) as f64);
         Nominal { reorientation, nodes, duration }
@@ -119,10 +109,7 @@ impl Plan {
 
     /// Checksum of its numbers.
     pub(crate) fn output(&self) -> u64 {
-        let translation = self.file.stage1.trajectory();
-        with_joints!(self.mission.joints(), NL => {
-            let motion = self.file.stage2.trajectory::<NL>();
-            output_checksum(self.grid.nodes, &translation, &motion)
-        } else { 0 })
+        let (translation, motion) = (self.file.stage1.trajectory(), self.file.stage2.trajectory());
+        self.mission.judged().output_checksum(self.grid.nodes, &translation, &motion)
     }
 }

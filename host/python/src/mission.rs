@@ -8,13 +8,8 @@ use crate::waiting::waited;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use remora_core::advanced::model;
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::{
-    self, MissionFile, PLANNED_JOINTS, checksum_of_mission, json, read_mission_file,
-};
-use remora_host::with_joints;
-use std::any::Any;
+use remora_host::formats::{self, MissionFile, checksum_of_mission, json, read_mission_file};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
@@ -27,28 +22,21 @@ use std::sync::{Arc, OnceLock};
 #[derive(Clone)]
 pub(crate) struct Mission {
     file: Arc<MissionFile>,
-    /// The core's mission of as many joints as the file's arm has.
-    sized: Arc<dyn Any + Send + Sync>,
+    judged: Arc<formats::Mission>,
     checksum: String,
 }
 
 impl Mission {
     /// The mission of a file, judged; `name` is the file's.
     pub(crate) fn new(file: MissionFile, name: &Path) -> Result<Self, Error> {
-        with_joints!(file.joints(), NL => {
-            let mission = file.mission_of::<NL>().map_err(|error| error.at(name))?;
-            let checksum = checksum_of_mission(&mission);
-            Ok(Self { file: Arc::new(file), sized: Arc::new(mission), checksum })
-        } else {
-            Err(file.wrong_joints(PLANNED_JOINTS).at(name))
-        })
+        let mission = file.mission().map_err(|error| error.at(name))?;
+        let checksum = checksum_of_mission(&mission);
+        Ok(Self { file: Arc::new(file), judged: Arc::new(mission), checksum })
     }
 
-    /// The core's mission, asked for with the number of joints that it has.
-    pub(crate) fn of<const NL: usize>(&self) -> Result<&model::Mission<NL>, Error> {
-        self.sized.downcast_ref().ok_or_else(|| Error::Thread {
-            reason: format!("a mission of {} joints is asked for with {NL}", self.joints()),
-        })
+    /// The library's mission.
+    pub(crate) fn judged(&self) -> &formats::Mission {
+        &self.judged
     }
 
     /// The mission that a caller gave, or the built-in one.
@@ -249,13 +237,10 @@ impl Mission {
 
     /// Largest torques: of the bus about its axes, then of the joints [N m].
     #[getter]
-    fn torque_limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let limits: Vec<f64> = with_joints!(self.joints(), NL => {
-            let servicer = &self.of::<NL>().map_err(raised)?.servicer;
-            let (bus, joints) = (&servicer.bus_torque_limit_n_m, &servicer.joint_torque_limit_n_m);
-            bus.iter().chain(joints.iter()).copied().collect()
-        } else { Vec::new() });
-        Ok(arrays::vector(py, &limits))
+    fn torque_limits<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let servicer = &self.judged.servicer;
+        let joints = &servicer.joint_torque_limit_n_m.as_slice()[..self.joints()];
+        arrays::vector(py, &[servicer.bus_torque_limit_n_m.as_slice(), joints].concat())
     }
 
     /// The mission as a file's text.

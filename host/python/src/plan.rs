@@ -16,7 +16,7 @@ use remora_core::advanced::stages::{Clearances, Residuals};
 use remora_host::error::FieldError;
 use remora_host::formats::{self, EvidenceFile, NamedScenario, PlanFile, PlanGrid, Verdict};
 use remora_host::method::Method;
-use remora_host::{picture, with_joints};
+use remora_host::picture;
 use remora_web::Shown;
 use std::path::{Path, PathBuf};
 
@@ -141,11 +141,8 @@ impl Plan {
     /// What residuals are held to, by name.
     #[getter]
     fn tolerances<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        with_joints!(self.mission.joints(), NL => {
-            let tolerances = &self.mission.of::<NL>().map_err(raised)?.tolerances;
-            let named = self.residuals.against(tolerances);
-            arrays::dict(py, named.map(|(name, _, tolerance)| (name, tolerance)))
-        } else { arrays::dict(py, []) })
+        let named = self.residuals.against(&self.mission.judged().tolerances);
+        arrays::dict(py, named.map(|(name, _, tolerance)| (name, tolerance)))
     }
 
     /// Smallest distances of arm and target, bus and target, arm and own bus [m].
@@ -266,9 +263,7 @@ impl Plan {
     #[pyo3(signature = (path=None))]
     fn svg(&self, path: Option<Argument<PathBuf>>) -> PyResult<String> {
         let path = Argument::optional(path, "path")?;
-        let text = with_joints!(self.mission.joints(), NL => {
-            picture::svg(&self.file, self.mission.of::<NL>().map_err(raised)?).map_err(raised)?
-        } else { String::new() });
+        let text = picture::svg(&self.file, self.mission.judged()).map_err(raised)?;
         if let Some(path) = path {
             formats::write_atomically(&path, text.as_bytes()).map_err(raised)?;
         }

@@ -9,11 +9,9 @@ use crate::scenario::Scenario;
 use crate::start::{self, Start};
 use crate::waiting::{Caller, waited};
 use pyo3::prelude::*;
-use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
 use remora_host::method::{Deadline, Method};
 use remora_host::planning::{PlanOutcome, Planner, refusal};
-use remora_host::with_joints;
 use std::sync::Mutex;
 
 /// Planners that wait for work, with the memory that they have.
@@ -51,13 +49,9 @@ impl PlanRequest {
         scenario: &NamedScenario,
     ) -> Result<(PlanOutcome, Start), Failure> {
         bench.caller.go_on()?;
-        with_joints!(self.mission.joints(), NL => {
-            let mission = self.mission.of::<NL>()?;
-            look(refusal(mission, scenario, &self.method), scenario)?;
-            start::plan(bench, mission, scenario, &stoppable(&self.method), &self.start)
-        } else {
-            Err(Error::Thread { reason: "no arm has so many joints".into() }.into())
-        })
+        let mission = self.mission.judged();
+        look(refusal(mission, scenario, &self.method), scenario)?;
+        start::plan(bench, mission, scenario, &stoppable(&self.method), &self.start)
     }
 }
 

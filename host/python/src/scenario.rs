@@ -12,7 +12,6 @@ use remora_host::draw::{MAX_COUNT, draw_one};
 use remora_host::formats::{
     NamedScenario, ScenarioSet, ServicerStart, TargetStart, check_id, json,
 };
-use remora_host::with_joints;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -225,11 +224,8 @@ pub(crate) fn draw<'py>(
 }
 
 fn draw_group(seed: u64, group: Range<u64>, mission: &Mission) -> PyResult<Vec<Scenario>> {
-    let drawn: Option<Vec<_>> = with_joints!(mission.joints(), NL => {
-        let mission = mission.of::<NL>().map_err(raised)?;
-        group.map(|index| draw_one(seed, index, mission).map(Scenario::from)).collect()
-    } else { None });
-    drawn.ok_or_else(|| {
+    let draw = |index| draw_one(seed, index, mission.judged()).map(Scenario::from);
+    group.map(draw).collect::<Option<_>>().ok_or_else(|| {
         argument("mission", "its geometry lets no start satisfy keep-out and pointing")
     })
 }

@@ -7,12 +7,11 @@ use crate::raised::{Failure, argument, raised};
 use crate::scene::Scene;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use remora_core::advanced::model;
 use remora_core::advanced::planner::Nominal;
 use remora_core::advanced::stages::size;
 use remora_host::error::Error;
-use remora_host::formats::{Limit, MAX_JOINTS, NamedScenario, read_bytes};
-use remora_host::guess::{self, Guess};
+use remora_host::formats::{Limit, MAX_JOINTS, Mission, NamedScenario, read_bytes};
+use remora_host::guess::Guess;
 use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method, WarmStart};
 use remora_host::planning::{PlanOutcome, Planner};
@@ -128,7 +127,7 @@ pub(crate) enum Start {
     },
     /// Asked for torques with the scene.
     Function(Arc<Py<PyAny>>),
-    /// The rest of a plan from a time after its first node [s], in a build with room for any arm.
+    /// The rest of a plan from a time after its first node [s].
     Left(Arc<Nominal<MAX_JOINTS>>, f64),
 }
 
@@ -160,9 +159,9 @@ impl Start {
 
 /// Plans a scenario that is not refused; with the start that can be had again, a function's answer for a
 /// function.
-pub(crate) fn plan<const NL: usize>(
+pub(crate) fn plan(
     bench: &mut Bench<'_>,
-    mission: &model::Mission<NL>,
+    mission: &Mission,
     scenario: &NamedScenario,
     method: &Method,
     start: &Start,
@@ -174,29 +173,26 @@ pub(crate) fn plan<const NL: usize>(
 }
 
 /// Hands `work` the start as the library takes it.
-pub(crate) fn with_guess<const NL: usize, T>(
+pub(crate) fn with_guess<T>(
     bench: &mut Bench<'_>,
-    mission: &model::Mission<NL>,
+    mission: &Mission,
     scenario: &NamedScenario,
     integrator: Integrator,
     start: &Start,
-    work: impl FnOnce(&mut Planner, Guess<'_, NL>) -> T,
+    work: impl FnOnce(&mut Planner, Guess<'_>) -> T,
 ) -> Result<(T, Start), Failure> {
     let planner = &mut *bench.planner;
     match start {
         Start::Heuristic => return Ok((work(planner, Guess::Heuristic), start.clone())),
         Start::Model(model) => return Ok((work(planner, Guess::Model(model)), start.clone())),
         Start::Left(plan, elapsed) => {
-            let (nodes, duration) = (plan.nodes, plan.duration);
-            let reorientation = guess::resized(&plan.reorientation);
-            let plan = Nominal { reorientation, nodes, duration };
-            return Ok((work(planner, Guess::Left(&plan, *elapsed)), start.clone()));
+            return Ok((work(planner, Guess::Left(plan, *elapsed)), start.clone()));
         }
         Start::Torques { .. } | Start::Function(_) => {}
     }
     let refused = |refusal| Failure::Refused(scenario.id.clone(), refusal);
     let approach = planner.approach(mission, scenario, integrator).map_err(refused)?;
-    let shape = (approach.nodes() - 1, size::controls(NL));
+    let shape = (approach.nodes() - 1, size::controls(mission.joints()));
     let torques = match start {
         Start::Function(function) => {
             let (function, scene) =

@@ -300,7 +300,6 @@ fn watched(
     (method, start): (&Method, &Start),
     (stage, k): (u64, u64),
 ) -> Result<Found, Failure> {
-    let mission = plan.mission.of::<LINKS>()?;
     let (mut found, mut iteration) = (None, 0);
     let mut watch = |solve: Solved<'_>| {
         if solve.stage.min(2) as u64 != stage || solve.is_correction {
@@ -313,6 +312,7 @@ fn watched(
         }
     };
     let (clock, until) = (bench.caller.clock(), stoppable(method));
+    let mission = plan.mission.judged();
     let (planned, _) = start::with_guess(
         bench,
         mission,

@@ -1,14 +1,11 @@
 //! Options that several commands share: the same name, meaning, default and help everywhere.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use remora_core::advanced::model::Mission;
 use remora_core::advanced::stages::{LINKS, NODES};
 use remora_host::choice::Choice;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
-use remora_host::formats::{
-    MissionFile, NamedScenario, PLANNED_JOINTS, ScenarioSet, read_mission, read_mission_file,
-};
+use remora_host::formats::{Mission, NamedScenario, ScenarioSet, read_mission};
 use remora_host::learned::Learned;
 use remora_host::lineage::Lineage;
 use remora_host::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
@@ -136,10 +133,10 @@ impl ScenarioArgs {
     }
 
     /// The scenario of the set, or for a mission alone the first drawn one that can be planned.
-    pub fn scenario<const NL: usize>(
+    pub fn scenario(
         &self,
         from: &MissionArgs,
-        mission: &Mission<NL>,
+        mission: &Mission,
         integrator: Integrator,
     ) -> Result<NamedScenario, Error> {
         if from.mission.is_some() && self.scenarios.is_none() && self.id.is_none() {
@@ -172,62 +169,39 @@ impl MissionArgs {
         self.mission.as_deref()
     }
 
-    /// The mission of a command that is for arms like the built-in mission's.
-    pub fn mission(&self) -> Result<Mission<LINKS>, Error> {
-        read_mission(self.mission.as_deref())
-    }
-
-    /// The mission of a command that is for arms of any number of joints.
-    pub fn any(&self) -> Result<AnyMission, Error> {
-        AnyMission::read(self.mission.as_deref())
-    }
-
-    /// The same, where its plans have all the nodes of this build.
-    pub fn of_all_nodes(&self) -> Result<Mission<LINKS>, Error> {
-        self.any()?.of_all_nodes()
-    }
-}
-
-/// A mission whose arm may have any number of joints, not judged yet.
-pub struct AnyMission {
-    name: PathBuf,
-    file: MissionFile,
-}
-
-impl AnyMission {
-    /// That of a file, or the built-in one.
-    pub fn read(file: Option<&Path>) -> Result<Self, Error> {
-        let name = file.map_or_else(|| "built-in mission".into(), Path::to_path_buf);
-        Ok(Self { name, file: read_mission_file(file)? })
-    }
-
-    /// Its number of joints, for [`with_joints`](remora_host::with_joints).
-    pub fn joints(&self) -> usize {
-        self.file.joints()
-    }
-
     /// The mission, judged.
-    pub fn of<const NL: usize>(&self) -> Result<Mission<NL>, Error> {
-        self.file.mission_of().map_err(|error| error.at(&self.name))
+    pub fn mission(&self) -> Result<Mission, Error> {
+        read_mission(self.file())
     }
 
-    /// The mission, judged, where its plans have all the nodes of this build: what trajectories are recorded
-    /// for and models are made for.
-    pub fn of_all_nodes<const NL: usize>(&self) -> Result<Mission<NL>, Error> {
-        let mission = self.of()?;
-        match mission.approach.nodes {
-            NODES => Ok(mission),
-            nodes => {
-                let reason = format!("is {nodes}; this command needs {NODES}");
-                Err(Error::input(&self.name, "horizon.nodes", reason))
+    /// The mission of a command that is for arms like the built-in mission's.
+    pub fn of_default_arm(&self) -> Result<Mission, Error> {
+        let mission = self.mission()?;
+        match mission.joints() {
+            LINKS => Ok(mission),
+            joints => {
+                let reason = format!("has {joints} entries; here the arm has {LINKS} joints");
+                Err(Error::input(name_of(self.file()), "servicer.links", reason))
             }
         }
     }
+}
 
-    /// Why its number of joints cannot be planned for.
-    pub fn wrong_joints(&self) -> Error {
-        self.file.wrong_joints(PLANNED_JOINTS).at(&self.name)
+/// The mission of a file, where its plans have all the nodes of this build: what trajectories are recorded
+/// for and models are made for.
+pub fn of_all_nodes(mission: Mission, file: Option<&Path>) -> Result<Mission, Error> {
+    match mission.approach.nodes {
+        NODES => Ok(mission),
+        nodes => {
+            let reason = format!("is {nodes}; this command needs {NODES}");
+            Err(Error::input(name_of(file), "horizon.nodes", reason))
+        }
     }
+}
+
+/// Name of a mission's file in messages.
+fn name_of(file: Option<&Path>) -> &Path {
+    file.unwrap_or(Path::new("built-in mission"))
 }
 
 /// Scenarios of a file, or drawn.
@@ -267,7 +241,7 @@ impl SetArgs {
     }
 
     /// The scenarios of the file, of the draw, or of the built-in set.
-    pub fn chosen<const NL: usize>(&self, mission: &Mission<NL>) -> Result<Chosen, Error> {
+    pub fn chosen(&self, mission: &Mission) -> Result<Chosen, Error> {
         let set = match self.draw()? {
             Some((count, seed)) => drawn(count, seed, mission)?,
             None => set_or_built_in(self.scenarios.as_deref())?,
@@ -276,7 +250,7 @@ impl SetArgs {
     }
 
     /// The same without drawing them all.
-    pub fn source<const NL: usize>(&self, mission: &Mission<NL>) -> Result<Scenarios, Error> {
+    pub fn source(&self, mission: &Mission) -> Result<Scenarios, Error> {
         match (self.count, self.seed) {
             (Some(count), Some(seed)) => {
                 drawn(1, seed, mission).map(|_| Scenarios::Drawn { seed, count })
@@ -292,11 +266,7 @@ pub fn set_or_built_in(file: Option<&Path>) -> Result<ScenarioSet, Error> {
 }
 
 /// Scenarios `0..count` of a seed, for the mission.
-pub fn drawn<const NL: usize>(
-    count: u64,
-    seed: u64,
-    mission: &Mission<NL>,
-) -> Result<ScenarioSet, Error> {
+pub fn drawn(count: u64, seed: u64, mission: &Mission) -> Result<ScenarioSet, Error> {
     remora_host::draw::draw(count, seed, mission).ok_or_else(no_start)
 }
 

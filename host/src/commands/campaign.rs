@@ -8,14 +8,12 @@ use super::progress::Bar;
 use super::{Output, envelope, gather};
 use crate::report;
 use clap::Subcommand;
-use remora_core::advanced::model::Mission;
 use remora_host::campaign::{Campaign, Summary};
 use remora_host::choice::Choice;
 use remora_host::error::Error;
-use remora_host::formats::Verdict;
+use remora_host::formats::{Mission, Verdict};
 use remora_host::learned::Learned;
 use remora_host::parts::{self, Difference, GatheredParts, Job, Scenarios};
-use remora_host::with_joints;
 use std::io::{Write, stderr};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -132,12 +130,7 @@ impl Args {
             Some(After::Envelope(args)) => return args.run(),
             None => self.check_files()?,
         }
-        let mission = self.mission.any()?;
-        with_joints!(mission.joints(), NL => {
-            self.run_for::<NL>(mission.of()?)
-        } else {
-            Err(mission.wrong_joints())
-        })
+        self.make()
     }
 
     /// Whether such files are to be written.
@@ -157,7 +150,8 @@ impl Args {
         Err(Error::argument("--write", reason))
     }
 
-    fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
+    fn make(self) -> Result<Output, Error> {
+        let mission = self.mission.mission()?;
         end_when_asked();
         let out = self.out.clone().unwrap_or_default();
         if let Some(part) = self.part.part {
@@ -197,7 +191,7 @@ impl Args {
     }
 
     /// The scenarios of a campaign that keeps all of them in memory.
-    fn in_one_piece<const NL: usize>(&self, mission: &Mission<NL>) -> Result<Chosen, Error> {
+    fn in_one_piece(&self, mission: &Mission) -> Result<Chosen, Error> {
         let fits = |option: &'static str, count: u64| {
             let reason = format!(
                 "{count} scenarios are too many in one piece: --part I/N keeps none of them in memory"
@@ -215,11 +209,7 @@ impl Args {
     }
 
     /// The campaign as it is made in parts.
-    fn job<const NL: usize>(
-        &self,
-        mission: Mission<NL>,
-        command: Vec<String>,
-    ) -> Result<Job<NL>, Error> {
+    fn job(&self, mission: Mission, command: Vec<String>) -> Result<Job, Error> {
         let scenarios = self.set.source(&mission)?;
         // Who has learnt from any of a draw has learnt from its first.
         let met = match &scenarios {
@@ -245,13 +235,8 @@ impl Args {
         sample: u64,
         jobs: NonZeroUsize,
     ) -> Result<Vec<Difference>, Error> {
-        let mission = self.mission.any()?;
-        with_joints!(mission.joints(), NL => {
-            let job = self.job::<NL>(mission.of()?, Vec::new())?;
-            parts::recompute(&job, gathered, sample, jobs, &mut Bar::named("recompute"))
-        } else {
-            Err(mission.wrong_joints())
-        })
+        let job = self.job(self.mission.mission()?, Vec::new())?;
+        parts::recompute(&job, gathered, sample, jobs, &mut Bar::named("recompute"))
     }
 }
 

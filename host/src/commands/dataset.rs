@@ -1,15 +1,13 @@
 //! `remora learn dataset`
 
 use super::Output;
-use super::options::{COUNT, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED};
+use super::options::{COUNT, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED, of_all_nodes};
 use super::parts::{PartArgs, end_when_asked};
 use super::progress::Bar;
 use crate::report;
-use remora_core::advanced::model::Mission;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::learned::Learned;
-use remora_host::with_joints;
 use remora_learn::dataset::{Recipe, SHARD};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
@@ -64,15 +62,8 @@ Exit status: 0 done, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = self.mission.any()?;
-        with_joints!(mission.joints(), NL => {
-            self.run_for::<NL>(mission.of_all_nodes()?)
-        } else {
-            Err(mission.wrong_joints())
-        })
-    }
-
-    fn run_for<const NL: usize>(self, mission: Mission<NL>) -> Result<Output, Error> {
+        let mission = of_all_nodes(self.mission.mission()?, self.mission.file())?;
+        let joints = mission.joints();
         let recipe = Recipe {
             count: self.count,
             seed: self.seed,
@@ -89,8 +80,8 @@ impl Args {
         end_when_asked();
         let started = Instant::now();
         let made = recipe.make(&mut Bar::named("dataset"))?;
-        let text =
-            report::dataset_report::<NL>(&made, started.elapsed().as_secs_f64(), &recipe.out);
+        let wall_s = started.elapsed().as_secs_f64();
+        let text = report::dataset_report(&made, joints, wall_s, &recipe.out);
         Output::new(text, true).or_json(self.json.json, &made)
     }
 }

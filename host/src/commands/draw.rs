@@ -2,12 +2,10 @@
 
 use super::Output;
 use super::options::{COUNT, ForceArgs, JsonArgs, MissionArgs, SEED, drawn, is_stdout};
-use remora_core::advanced::model::Mission;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::formats::{ScenarioSet, check_writable};
 use remora_host::parts::Scenarios;
-use remora_host::with_joints;
 use std::path::{Path, PathBuf};
 
 /// Draw scenarios at random, the same for a seed everywhere.
@@ -45,12 +43,7 @@ where it was drawn too, or with --force.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = self.mission.any()?;
-        let set = with_joints!(mission.joints(), NL => {
-            self.set(&mission.of::<NL>()?)?
-        } else {
-            return Err(mission.wrong_joints());
-        });
+        let set = self.set()?;
         if !is_stdout(&self.out) {
             check_writable(&self.out)?;
             if !was_drawn(&self.out) {
@@ -62,11 +55,10 @@ impl Args {
         let text = format!("{count} scenarios\nwritten: {}\n", self.out.display());
         Output::new(text, true).or_json(self.json.json || is_stdout(&self.out), &set)
     }
-}
 
-impl Args {
     /// The whole draw, or some of it.
-    fn set<const NL: usize>(&self, mission: &Mission<NL>) -> Result<ScenarioSet, Error> {
+    fn set(&self) -> Result<ScenarioSet, Error> {
+        let mission = &self.mission.mission()?;
         let first =
             drawn(if self.indices.is_empty() { self.count } else { 1 }, self.seed, mission)?;
         if self.indices.is_empty() {

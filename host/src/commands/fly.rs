@@ -9,7 +9,6 @@ use super::parts::{PartArgs, end_when_asked};
 use super::rerun::rerun;
 use super::safety::{self, Safety};
 use crate::report;
-use remora_core::advanced::model::Mission;
 use remora_flight::flights_file::MAX_RUNS;
 use remora_flight::parts::is_flown_in;
 use remora_host::campaign::plans_of;
@@ -17,7 +16,6 @@ use remora_host::error::Error;
 use remora_host::formats::{PlanFile, make_directory};
 use remora_host::planning::PlanJob;
 use remora_host::threads::Threads;
-use remora_host::with_joints;
 use std::path::{Path, PathBuf};
 
 /// Fly a plan in a world that it does not know.
@@ -147,14 +145,7 @@ impl Args {
         match plan {
             Some(folder) if folder.is_dir() => self.fly_folder(folder),
             Some(file) => self.fly_file(file),
-            None => {
-                let mission = self.mission.any()?;
-                with_joints!(mission.joints(), NL => {
-                    self.fly_scenario::<NL>(mission.of()?)
-                } else {
-                    Err(mission.wrong_joints())
-                })
-            }
+            None => self.fly_scenario(),
         }
     }
 
@@ -215,14 +206,16 @@ impl Args {
     }
 
     /// Plans a scenario and flies the plan.
-    fn fly_scenario<const NL: usize>(&self, mission: Mission<NL>) -> Result<Output, Error> {
+    fn fly_scenario(&self) -> Result<Output, Error> {
+        let mission = self.mission.mission()?;
+        let joints = mission.joints();
         let method = self.method.method_until(&self.deadline);
         if !method.integrator.is_flown() {
             let reason = "euler plans say nothing between their nodes; fly rk4's";
             return Err(Error::argument("--integrator", reason));
         }
         self.flying.check_orbit(&mission.orbit)?;
-        let errors = FlyingArgs::errors(self.errors.as_deref(), NL)?;
+        let errors = FlyingArgs::errors(self.errors.as_deref(), joints)?;
         let scenario = self.scenario.scenario(&self.mission, &mission, method.integrator)?;
         let path = Path::new("plans").join(format!("{}.plan.json", scenario.id));
         let out = self.out().join(&path);
@@ -237,7 +230,7 @@ impl Args {
         if !self.is_there(&path, &planned.file)? {
             job.write(&planned)?;
         }
-        self.fly(vec![path], &planned.file, NL, errors)
+        self.fly(vec![path], &planned.file, joints, errors)
     }
 
     /// Whether flights of this plan have begun in the folder. Those of another would go on with it, and their table

@@ -6,7 +6,6 @@ use super::options::{
     is_stdout,
 };
 use crate::report;
-use remora_core::advanced::model::Mission;
 use remora_host::choice::Choice;
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, check_writable, make_directory, plan_stem, write_atomically};
@@ -14,7 +13,6 @@ use remora_host::picture;
 use remora_host::planning::{PlanJob, PlanOutcome};
 use remora_host::report::iteration_log;
 use remora_host::threads::Threads;
-use remora_host::with_joints;
 use std::path::{Path, PathBuf};
 
 /// Plan one approach and write the plan.
@@ -110,16 +108,7 @@ impl Args {
         if let Some(list) = self.scenario.listed()? {
             return Ok(Output::data(list));
         }
-        let mission = self.mission.any()?;
-        with_joints!(mission.joints(), NL => {
-            self.run_for::<NL>(mission.of()?)
-        } else {
-            Err(mission.wrong_joints())
-        })
-    }
-
-    fn run_for<const NL: usize>(&self, mission: Mission<NL>) -> Result<Output, Error> {
-        let job = self.job(mission)?;
+        let job = self.job()?;
         if let Some(refusal) = job.refusal()? {
             return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
         }
@@ -137,7 +126,8 @@ impl Args {
         Output::judged(self.report(&planned, &job)?, verdict).or_json(is_data, &planned.file)
     }
 
-    fn job<const NL: usize>(&self, mission: Mission<NL>) -> Result<PlanJob<NL>, Error> {
+    fn job(&self) -> Result<PlanJob, Error> {
+        let mission = self.mission.mission()?;
         let integrator = self.method.method().integrator;
         let scenario = self.scenario.scenario(&self.mission, &mission, integrator)?;
         let default = || Path::new(FOLDER).join(format!("{}.plan.json", scenario.id));
@@ -154,7 +144,7 @@ impl Args {
     }
 
     /// Finds out before planning what cannot be written or must be kept.
-    fn prepare<const NL: usize>(&self, job: &PlanJob<NL>) -> Result<(), Error> {
+    fn prepare(&self, job: &PlanJob) -> Result<(), Error> {
         match &self.out {
             None => make_directory(Path::new(FOLDER))?,
             Some(out) if !is_stdout(out) && !is_plan_of(out, &job.scenario.id) => {
@@ -177,11 +167,7 @@ impl Args {
         }
     }
 
-    fn report<const NL: usize>(
-        &self,
-        planned: &PlanOutcome,
-        job: &PlanJob<NL>,
-    ) -> Result<String, Error> {
+    fn report(&self, planned: &PlanOutcome, job: &PlanJob) -> Result<String, Error> {
         let mut text = String::new();
         if self.verbose {
             text.push_str(&iteration_log("Stage 1, translation", &planned.logs[0]));

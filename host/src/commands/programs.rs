@@ -22,7 +22,7 @@ pub(super) struct ProgramsArgs {
 impl ProgramsArgs {
     /// Plans, and writes every subproblem that is solved on the way.
     pub(super) fn write(self, out: PathBuf, force: bool, json: JsonArgs) -> Result<Output, Error> {
-        let (mission, method) = (self.mission.mission()?, self.method.method());
+        let (mission, method) = (self.mission.of_default_arm()?, self.method.method());
         let job = ExportJob {
             scenario: self.scenario.scenario(&self.mission, &mission, method.integrator)?,
             mission,

@@ -10,7 +10,6 @@ use remora_flight::ways_out::WaysOut;
 use remora_host::choice::Choice;
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, Verdict};
-use remora_host::with_joints;
 use remora_truth::Dispersion;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -71,14 +70,8 @@ impl Request<'_> {
             let reason = "is not flyable: there is no approach to leave";
             return Err(Error::input(file, "verdict", reason));
         }
-        let joints = plan.inputs.mission.joints();
-        let errors = FlyingArgs::errors(self.errors, joints)?;
-        let sortie = with_joints!(joints, NL => {
-            Sortie::of::<NL>(file, &plan)?
-        } else {
-            let reason = "has no arm of 1 to 7 joints";
-            return Err(Error::input(file, "inputs.mission.servicer", reason));
-        });
+        let errors = FlyingArgs::errors(self.errors, plan.inputs.mission.joints())?;
+        let sortie = Sortie::of(file, &plan)?;
         let mut ways = WaysOut::planned(&plan.scenario, &sortie);
         if is_flown {
             let dispersion = Dispersion { errors, seed: self.seed.unwrap_or(0), run: 0 };

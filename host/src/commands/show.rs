@@ -1,11 +1,11 @@
 //! `remora mission show`
 
 use super::Output;
-use super::options::{AnyMission, IntegratorArgs, JsonArgs};
+use super::options::{IntegratorArgs, JsonArgs};
 use crate::report;
 use remora_host::error::Error;
+use remora_host::formats::read_mission;
 use remora_host::vehicle::Vehicle;
-use remora_host::with_joints;
 use std::path::PathBuf;
 
 /// Print what follows from a mission's numbers, and refuse one that cannot end.
@@ -37,12 +37,8 @@ input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = AnyMission::read(self.file.as_deref())?;
-        let vehicle = with_joints!(mission.joints(), NL => {
-            Vehicle::of(&mission.of::<NL>()?, self.integrator.integrator)
-        } else {
-            return Err(mission.wrong_joints());
-        });
+        let mission = read_mission(self.file.as_deref())?;
+        let vehicle = Vehicle::of(&mission, self.integrator.integrator);
         let can_end = vehicle.refused.is_none();
         Output::new(report::vehicle_report(&vehicle), can_end).or_json(self.json.json, &vehicle)
     }

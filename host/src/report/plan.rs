@@ -1,9 +1,9 @@
 //! Report of `remora plan`.
 
 use super::{Align, Table, clearance_table, number, overlap_warning, residual_table, time};
-use remora_core::advanced::model::{Mission, Refusal};
+use remora_core::advanced::model::Refusal;
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::{PlanFile, Status, Verdict, is_named_packet, json};
+use remora_host::formats::{Mission, PlanFile, Status, Verdict, is_named_packet, json};
 use remora_host::planning::PlanOutcome;
 use remora_host::stopwatch::busy_share;
 use std::path::Path;
@@ -16,11 +16,7 @@ pub fn refusal_report(scenario: &str, refusal: &Refusal) -> String {
 }
 
 /// Verdict, stages, residuals, clearances and the path of the file.
-pub fn plan_report<const NL: usize>(
-    planned: &PlanOutcome,
-    mission: &Mission<NL>,
-    file: &Path,
-) -> String {
+pub fn plan_report(planned: &PlanOutcome, mission: &Mission, file: &Path) -> String {
     let plan = &planned.file;
     let (translation, reorientation) = (&plan.stage1, &plan.stage2);
     let mut stages = Table::new([
@@ -89,7 +85,7 @@ pub fn packet_report(planned: &PlanOutcome, file: &Path) -> Result<String, Error
 }
 
 /// The limits that the start violates, and until when.
-fn recovered<const NL: usize>(planned: &PlanOutcome, mission: &Mission<NL>) -> String {
+fn recovered(planned: &PlanOutcome, mission: &Mission) -> String {
     match planned.evidence.recovered.as_slice() {
         [] => String::new(),
         limits => {
@@ -121,7 +117,7 @@ fn verdict(planned: &PlanOutcome) -> String {
 }
 
 /// How near bodies come to each other, with a warning where that is too near and not judged.
-fn clearances<const NL: usize>(planned: &PlanOutcome, mission: &Mission<NL>) -> String {
+fn clearances(planned: &PlanOutcome, mission: &Mission) -> String {
     let plan = &planned.file;
     let Some(clearances) = &plan.clearances else { return String::new() };
     let mut out = clearance_table(clearances).to_string();

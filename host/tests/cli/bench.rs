@@ -1,7 +1,7 @@
 //! A directory to run a program in, and what came of a run. Tests of several programs use this file.
 
 use super::PROGRAM;
-use remora_core::advanced::model::Mission;
+use remora_host::formats::Mission;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! Plans that another program made: the independent reference solutions of `fixtures/oracle`.
 
 use super::bench::Bench;
-use remora_core::advanced::model::{Mission, TargetState};
-use remora_host::formats::{PlanGrid, PlanInputs, ScenarioSet};
+use remora_core::advanced::model::TargetState;
+use remora_host::formats::{Mission, PlanGrid, PlanInputs, ScenarioSet};
 use remora_host::method::Integrator;
 use serde_json::{Value, json};
 
@@ -19,7 +19,7 @@ fn columns(rows: &Value, from: usize, to: usize) -> Value {
 
 /// The tumble at the nodes: attitudes and rates.
 fn tumble(set: &ScenarioSet, id: &str) -> (Value, Value) {
-    let (mission, scenario) = (Mission::default(), set.get(id).unwrap().scenario::<3>());
+    let (mission, scenario) = (Mission::default(), set.get(id).unwrap().scenario());
     let mut nodes = [TargetState::ZERO; 60];
     let dt = mission.approach.duration_s / 59.0;
     let (attitude, rate) = (&scenario.target_attitude, &scenario.target_rate);
@@ -36,12 +36,12 @@ fn plan(set: &ScenarioSet, reference: &Value) -> Value {
     let (one, two) = (&reference["stage1"], &reference["rate_limited"]);
     let (states, controls) = (&two["states"], &two["controls"]);
     let (attitude, rate) = tumble(set, id);
-    let (mission, scenario) = (Mission::<3>::default(), set.get(id).unwrap());
+    let (mission, scenario) = (Mission::default(), set.get(id).unwrap());
     json!({
         "format": "remora-plan/2", "scenario": id, "status": "solved", "mode": "optimal",
         "warm_start": "section 9 guess", "qp": "ipopt", "integrator": "euler",
         "inputs": PlanInputs::new(&mission, scenario, Integrator::Euler),
-        "grid": PlanGrid::of(&mission, &scenario.scenario::<3>()),
+        "grid": PlanGrid::of(&mission, &scenario.scenario()),
         "stage1": {
             "status": "solved", "iterations": one["iters"], "cost": one["cost"], "time_s": 0,
             "position_rtn_m": columns(&one["states"], 0, 3),

@@ -22,10 +22,10 @@ fn each_lets_scenarios_be_drawn() {
         bench.solves(&format!("draw --count 20 --seed 1 --mission {file} --out a.scenarios.json"));
         let set = ScenarioSet::read(&bench.path("a.scenarios.json")).unwrap();
         assert_eq!(set.scenarios.len(), 20, "{file}");
-        let mission = read_mission::<3>(Some(Path::new(&file.to_string()))).unwrap();
+        let mission = read_mission(Some(Path::new(&file.to_string()))).unwrap();
         let Some(norm) = mission.scenarios.rate_norm_rad_s else { continue };
         for scenario in &set.scenarios {
-            let rate = scenario.scenario::<3>().target_rate.norm();
+            let rate = scenario.scenario().target_rate.norm();
             assert!((rate - norm).abs() < 1e-12, "{file}: {rate} is not {norm}");
         }
     }
@@ -35,7 +35,7 @@ fn each_lets_scenarios_be_drawn() {
 #[test]
 fn keep_out_distances_fit_the_reach() {
     for file in missions() {
-        let mission = read_mission::<3>(Some(&file)).unwrap();
+        let mission = read_mission(Some(&file)).unwrap();
         let (servicer, approach) = (&mission.servicer, &mission.approach);
         let (com, tip) = servicer.center_of_mass_and_end_effector(&SVector::zeros());
         let straight = (tip - com).norm();

@@ -29,7 +29,7 @@ fn parts_of_a_dataset_are_its_files() {
     let shard = "parts/shard-00003.bin";
     let manifest = Manifest::read(&bench.path("parts/dataset.json")).unwrap();
     let bytes = fs::read(bench.path(shard)).unwrap();
-    let mut kept = manifest.shard::<3>(3, &bytes).unwrap();
+    let mut kept = manifest.shard(3, &bytes).unwrap();
     let torque = &mut kept[0].joint_torque[7][2];
     *torque = f32::from_bits(torque.to_bits() ^ 1);
     bench.write(shard, &manifest.shard_of(3, &kept).unwrap());
