@@ -8,7 +8,7 @@ use crate::scenario::Scenario;
 use crate::waiting::waited;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use remora_core::advanced::dynamics;
+use remora_core::advanced::dynamics::{self, Control};
 use remora_core::advanced::model::Grid;
 use remora_core::advanced::stages::size;
 use remora_core::advanced::warmstart::Encoding;
@@ -195,7 +195,7 @@ impl Scene {
         if torques.len() != controls || !torques.iter().all(|x| x.is_finite()) {
             return Err(argument("torques", format!("expects {controls} finite numbers")));
         }
-        let next = self.approach.step(node, &state, &torques);
+        let (_, next) = self.approach.step(node, &state, &torques, &Control::ZERO);
         Ok(arrays::vector(py, &row(&next, self.joints())))
     }
 
@@ -254,7 +254,8 @@ impl Scene {
         let (node, state) = (self.node(node)?, self.state(state)?);
         let held = Argument::or(held, "held", Vec::new())?;
         let encoding = encoding.map_or(Ok(Encoding::Body), self::encoding)?;
-        let features = self.approach.features(encoding, node, &state, &held);
+        let mut features = vec![0.0; encoding.features(self.joints())];
+        self.approach.features(encoding, node, &state, &held, &mut features);
         Ok(PyArray1::from_slice(py, &features))
     }
 
