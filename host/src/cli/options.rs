@@ -174,6 +174,11 @@ impl MissionArgs {
         read_mission(self.file())
     }
 
+    /// The mission of a command whose plans have all the nodes of this build.
+    pub fn of_all_nodes(&self) -> Result<Mission, Error> {
+        of_all_nodes(self.mission()?, self.file())
+    }
+
     /// The mission of a command that is for arms like the built-in mission's.
     pub fn of_default_arm(&self) -> Result<Mission, Error> {
         let mission = self.mission()?;

@@ -1,7 +1,7 @@
 //! `remora learn dataset`
 
 use super::Output;
-use super::options::{COUNT, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED, of_all_nodes};
+use super::options::{COUNT, IntegratorArgs, JobsArgs, JsonArgs, MissionArgs, SEED};
 use super::parts::{PartArgs, end_when_asked};
 use super::progress::Bar;
 use crate::report;
@@ -62,7 +62,7 @@ Exit status: 0 done, 2 bad input.";
 
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
-        let mission = of_all_nodes(self.mission.mission()?, self.mission.file())?;
+        let mission = self.mission.of_all_nodes()?;
         let joints = mission.joints();
         let recipe = Recipe {
             count: self.count,
