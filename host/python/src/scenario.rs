@@ -3,7 +3,7 @@
 use crate::argument::Argument;
 use crate::arrays;
 use crate::mission::Mission;
-use crate::raised::{argument, raised, wrong};
+use crate::raised::{argument, wrong};
 use crate::waiting::waited;
 use numpy::PyArray1;
 use pyo3::prelude::*;
