@@ -240,17 +240,17 @@ impl Episodes {
         let (steps, seen) = Self::together(slf, move |all, is_over| {
             let courses = &mut *all.courses();
             let rows = actions.par_chunks(all.actions).with_min_len(LEAST);
-            let step =
-                |((row, begins), course): ((&[f32], &i64), &mut Episode)| match usize::try_from(
-                    *begins,
-                ) {
+            let step = |((row, begins), course): ((&[f32], &i64), &mut Episode)| {
+                let approach = usize::try_from(*begins);
+                match approach {
                     _ if is_over.load(Ordering::Relaxed) => Step { reward: 0.0, is_last: false },
                     Ok(approach) => {
                         course.begin(approach);
                         Step { reward: 0.0, is_last: false }
                     }
                     Err(_) => course.step(row),
-                };
+                }
+            };
             let each = rows.zip(&begins).zip(courses.par_iter_mut());
             let steps: Vec<Step> = all.pool.install(|| each.map(step).collect());
             (steps, all.seen(courses, is_over))
