@@ -105,14 +105,13 @@ fn starts_in_all_directions_are_planned() {
     let near = starts().into_iter().take(72).step_by(3);
     let near: Vec<_> = near.map(|position| scenario(0, position, false)).collect();
     assert_eq!(not_optimal(Integrator::RK4, &near), [""; 0]);
-    assert_eq!(not_optimal(Integrator::RK4, &sample(7)), [""; 0]);
+    assert_eq!(not_optimal(Integrator::RK4, &sample(14)), [""; 0]);
     assert_eq!(not_optimal(Integrator::RK4, &slow()), [""; 0]);
-    assert_eq!(not_optimal(Integrator::Euler, &sample(1)), [""; 0]);
+    assert_eq!(not_optimal(Integrator::Euler, &sample(7)), [""; 0]);
 }
 
-/// Takes four minutes.
 #[test]
-#[ignore]
+#[ignore = "nightly: 1600 plans, four minutes"]
 fn all_starts_in_all_directions_are_planned_at_rest_and_tumbling() {
     for integrator in [Integrator::Euler, Integrator::RK4] {
         for tumbles in [false, true] {

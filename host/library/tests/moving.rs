@@ -182,7 +182,7 @@ fn what_is_left_of_a_plan_is_planned_from_where_a_disturbed_state_is() {
 
 /// The whole of it, for the documents: `cargo test --release --test moving -- --ignored --nocapture`.
 #[test]
-#[ignore = "1320 plans"]
+#[ignore = "nightly: 1320 plans"]
 fn what_is_left_of_every_plan_is_planned() {
     for integrator in [Integrator::Euler, RK4] {
         let nodes: Vec<usize> = (5..=55).step_by(5).collect();
@@ -330,7 +330,7 @@ proptest! {
 
 /// The whole of it: `cargo test --release --test moving -- --ignored --nocapture`.
 #[test]
-#[ignore = "6720 plans"]
+#[ignore = "nightly: 6720 plans"]
 fn the_rest_of_every_plan_is_no_costlier() {
     let (all, nodes): (Vec<_>, Vec<_>) = ((0..60).collect(), (1..=NODES - 4).collect());
     for integrator in [Integrator::Euler, RK4] {

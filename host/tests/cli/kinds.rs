@@ -23,22 +23,33 @@ fn a_mistyped_word_is_answered_with_the_one_that_was_meant() {
     }
 }
 
-#[test]
-fn typical_and_none_are_taken_wherever_an_error_file_is() {
-    let bench = Bench::new();
+/// Each command takes the built-in names in the place of `{}`.
+fn take_typical_and_none(bench: &Bench, lines: &[&str]) {
     bench.solves("plan --id pub-000 --out a.plan.json");
-    bench.solves("campaign --count 1 --seed 1 --integrator rk4 --write plans --out runs/planned");
     for errors in ["typical", "none"] {
-        for line in [
-            "fly a.plan.json --out runs/fly-{} --errors {}",
-            "fly runs/planned --out runs/campaign-{} --errors {}",
-            "fly a.plan.json --safety flown --errors {}",
-        ] {
+        for line in lines {
             let line = line.replace("{}", errors);
             let run = bench.run(&line);
             assert!(run.status != 2, "{line}\n{}", run.err);
         }
     }
+}
+
+#[test]
+#[ignore = "nightly: ways out of 120 nodes flown, a minute"]
+fn typical_and_none_are_taken_where_ways_out_are_flown() {
+    take_typical_and_none(&Bench::new(), &["fly a.plan.json --safety flown --errors {}"]);
+}
+
+#[test]
+fn typical_and_none_are_taken_wherever_an_error_file_is() {
+    let bench = Bench::new();
+    bench.solves("campaign --count 1 --seed 1 --integrator rk4 --write plans --out runs/planned");
+    let lines = [
+        "fly a.plan.json --out runs/fly-{} --errors {}",
+        "fly runs/planned --out runs/campaign-{} --errors {}",
+    ];
+    take_typical_and_none(&bench, &lines);
     let text =
         "error: typcal: no such file or directory; the built-in names are none and typical\n";
     assert_eq!(bench.run("fly a.plan.json --out runs/b --errors typcal").err, text);

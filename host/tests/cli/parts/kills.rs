@@ -70,7 +70,7 @@ fn kills_and_the_number_of_parts_change_no_row() {
 
 /// Some minutes: `cargo test --test cli thousand -- --ignored --nocapture`.
 #[test]
-#[ignore = "minutes of planning"]
+#[ignore = "nightly: minutes of planning"]
 #[cfg(unix)]
 fn a_thousand_parts_and_fifty_kills_change_no_row() {
     same_rows("campaign --count 2000 --seed 3 --integrator euler", [1, 7, 1000], 50);

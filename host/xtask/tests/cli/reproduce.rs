@@ -129,6 +129,7 @@ fn what_cannot_be_reproduced_is_refused() {
 /// The model that the program ships with, on scenarios that it has not met: its plans take fewer
 /// iterations than the heuristic's, and the tables say so.
 #[test]
+#[ignore = "nightly: 60 plans"]
 fn tables_of_the_built_in_model_on_twenty_scenarios() {
     let bench = Bench::new();
     fs::create_dir_all(bench.path("models")).unwrap();
