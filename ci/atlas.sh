@@ -45,7 +45,7 @@ fi
 # All parts come of one program, whatever is built while they are made.
 remora=$work/remora
 if [ ! -x "$remora" ]; then
-    cargo build --quiet --release --locked -p remora-cli
+    cargo build --quiet --release --locked --bin remora
     cp "$target/release/remora" "$remora.partial"
     mv "$remora.partial" "$remora"
 fi

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # Builds the wheel for Python, looks at its size, installs it into a clean environment, where it is tested and
 # the scripts of docs/examples/python leave their pictures: target/python/pictures.
-# Usage: ci/python.sh [ARGUMENT...]; arguments are pytest's, such as `-k golden`, and leave the scripts out.
+# Usage: ci/python.sh [--build | --quick | ARGUMENT...]; --build makes the wheel alone; --quick leaves out tests that
+# are slow or want a quiet machine, and runs three of the scripts; arguments are pytest's, such as `-k golden`, and
+# leave the scripts out.
 #
 # Needs a Rust toolchain, advzip, and Python 3.10 or newer with its module venv; all else comes from the registry of
 # Python's packages, in the versions of host/python/requirements.txt.
@@ -18,6 +20,19 @@ package=host/python
 work=$CARGO_TARGET_DIR/python
 # Wanted are 3.0 MB (docs/limitations.md); the page with its planner is 0.4 MB of what it is, both models 0.8 MB.
 most_bytes=3750000
+
+mode=''
+case ${1:-} in
+--build | --quick)
+    mode=$1
+    shift
+    ;;
+esac
+scripts=(docs/examples/python/[0-9]*.py)
+if [ "$mode" = --quick ]; then
+    set -- -m 'not slow'
+    scripts=(docs/examples/python/{01_plan,02_urdf,06_flight}.py)
+fi
 
 # environment NAME - a clean one.
 environment() {
@@ -43,6 +58,7 @@ if [ ${#wheel[@]} -ne 1 ] || [[ ${wheel[0]} != *-cp310-abi3-* ]] || [ "$bytes" -
     echo "error: expected one abi3 wheel of at most $most_bytes bytes" >&2
     exit 1
 fi
+[ "$mode" != --build ] || exit 0
 
 # First alone, with what it brings itself.
 environment test "${wheel[0]}"
@@ -52,11 +68,11 @@ plan = remora.plan(remora.draw(1, seed=1)[0])
 assert plan.is_verified and plan.start == "model"')
 "$work/test/bin/pip" install --quiet -r $package/requirements.txt
 "$work/test/bin/python" -m pytest -p no:cacheprovider -c $package/pyproject.toml "$@" $package/tests
-[ $# -eq 0 ] || exit 0
+[ $# -eq 0 ] || [ "$mode" = --quick ] || exit 0
 
 rm -rf "$work/pictures"
 mkdir "$work/pictures"
-for script in docs/examples/python/[0-9]*.py; do
+for script in "${scripts[@]}"; do
     name=$(basename "$script" .py)
     echo "--- $name"
     MPLBACKEND=agg "$work/test/bin/python" -W error "$script" "$work/pictures"

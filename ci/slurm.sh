@@ -17,7 +17,7 @@ done
 if [ $# -gt 0 ]; then
     remora=$(realpath "$1")
 else
-    cargo build --quiet --release --locked -p remora-cli
+    cargo build --quiet --release --locked --bin remora
     remora=$(realpath "${CARGO_TARGET_DIR:-target}/release/remora")
 fi
 

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # The page that `remora view` makes: builds it again of host/web and core/capi, compares it with the one that is
 # checked in, and tests planner and page under node and in Chromium. With --write it puts what was built in the
-# place of the old page, and the pictures of it into docs/pictures.
-# Usage: ci/web.sh [--write]
+# place of the old page, and the pictures of it into docs/pictures. With --quick it plans four scenarios instead of
+# twelve, and holds no time to its bar: for a machine that does other things too. REMORA_SCENARIOS=60 plans all.
+# Usage: ci/web.sh [--write | --quick]
 #
 # The page is built by Debian's compiler, so that everybody gets the same bytes of the same version; with another
 # version bytes are not compared, bits of plans are. Needs node, npm, lld, that compiler, and Chromium, which
@@ -15,6 +16,9 @@ source ci/toolchain.sh
 export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
 built=$CARGO_TARGET_DIR/web
 wants_write=${1:-}
+if [ "${1:-}" = --quick ]; then
+    export REMORA_TIMES=0 REMORA_SCENARIOS=${REMORA_SCENARIOS:-4}
+fi
 
 for program in node npm "${REMORA_CHROMIUM:-chromium}" wasm-ld; do
     command -v "$program" >/dev/null || { echo "error: missing: $program" >&2; exit 1; }
@@ -40,7 +44,8 @@ else
 fi
 
 echo "--- tests"
-cargo build --release --locked -p remora-cli
+# All packages' features, as `cargo run` has them: nothing is built twice.
+cargo build --release --locked --bin remora
 export REMORA_PLANNER=$planner REMORA_PROGRAM=$CARGO_TARGET_DIR/release/remora
 node --test host/web/test/planner.mjs host/web/test/missions.mjs
 # By itself: it measures times.

@@ -124,8 +124,19 @@ def folder(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
 CALLS = [(name, *call) for name, calls in LONG.items() for call in calls]
 
 
+def test_ctrl_c_ends_a_plan(tmp_path: Path) -> None:
+    look("plan", *LONG["plan"][0], tmp_path)
+
+
+# Three seconds each, on a quiet machine.
+@pytest.mark.slow
 @pytest.mark.parametrize(("entry", "before", "call"), CALLS, ids=lambda value: None)
 def test_ctrl_c_is_answered_within_a_second(entry: str, before: str, call: str, folder: Path) -> None:
+    look(entry, before, call, folder)
+
+
+def look(entry: str, before: str, call: str, folder: Path) -> None:
+    """Interrupts a call in a process of its own, which must answer within a second and do no more work."""
     text = f"""{SETUP}
 {before}
 print("ready", flush=True)
