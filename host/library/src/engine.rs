@@ -10,7 +10,6 @@ use crate::method::{Deadline, Integrator, Method, Qp};
 use crate::padded::PaddedPolicy;
 use crate::settings::plan_settings;
 use crate::threads::Threads;
-use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::model::{Mission, Refusal, Scenario};
 use remora_core::advanced::planner::{
     self, ArmSolver, ArmWorkspace, EmbeddedSolver, InitialGuess, Nominal, Options, PlanSettings,
@@ -19,7 +18,7 @@ use remora_core::advanced::planner::{
 use remora_core::advanced::stages::{
     LINKS, Mode, NODES, ReorientationTrajectory, TranslationTrajectory, Verification, size, verify,
 };
-use remora_core::advanced::time::{Clock, Deadline as Until};
+use remora_core::advanced::time::{Clock, Deadline as Until, NoClock};
 use remora_core::advanced::warmstart;
 use std::sync::Arc;
 
@@ -28,6 +27,9 @@ const _: () = assert!(MAX_JOINTS <= warmstart::MAX_JOINTS);
 
 /// Seed of learned starts that draw.
 pub const SEED: u64 = 0;
+
+/// No clock and one core, as the executor of all plans: another would compile the planner once more.
+const ONE_CORE: Platform<'static, Threads> = Platform { clock: &NoClock, executor: &Threads::One };
 
 /// One subproblem of an engine's plan with its solver's answer.
 pub type ArmSubproblem<'a, const NX: usize, const NU: usize> =
@@ -169,7 +171,7 @@ macro_rules! build {
             ) -> Result<StageReport, Refusal> {
                 let settings = PlanSettings::new(Mode::Optimal, integrator);
                 let guess = InitialGuess::Heuristic;
-                let options = &Options::from_parts(settings, guess, Platform::BARE);
+                let options = &Options::from_parts(settings, guess, ONE_CORE);
                 let mut solver: &mut dyn Solver<
                     { size::states($joints) },
                     { size::controls($joints) },
@@ -189,9 +191,9 @@ macro_rules! build {
                 let settings = PlanSettings::new(Mode::Optimal, integrator);
                 let guess = InitialGuess::Nominal { plan, elapsed };
                 let (deadline_s, platform) = match &self.clock {
-                    None => (f64::INFINITY, Platform::BARE),
+                    None => (f64::INFINITY, ONE_CORE),
                     Some(clock) => {
-                        let platform = Platform { clock: &**clock, executor: &Sequential };
+                        let platform = Platform { clock: &**clock, ..ONE_CORE };
                         (Deadline::FAR.seconds(), platform)
                     }
                 };

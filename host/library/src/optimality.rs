@@ -6,7 +6,7 @@
 use crate::formats::{MAX_JOINTS, Mission, Motion, Scenario, resized_motion};
 use crate::memory::{on_heap, on_large_stack};
 use crate::method::{Integrator, Mode};
-use remora_core::advanced::executor::Sequential;
+use crate::threads::Threads;
 use remora_core::advanced::model::{self, TargetState};
 use remora_core::advanced::planner::{ArmSolver, PlanSettings};
 use remora_core::advanced::qp::{Qp, QpSolver, Solution};
@@ -130,12 +130,12 @@ fn gains<const NL: usize, const NX: usize, const NU: usize>(
         let held = path(largest, &mut solver);
         first = if held.share < first.share { held } else { first };
     }
-    let mut problem = Reorientation::<Sequential, NODES, NL, NX, NU>::new(
+    let mut problem = Reorientation::<Threads, NODES, NL, NX, NU>::new(
         &formulation,
         translation,
         &target,
         Mode::Optimal,
-        &Sequential,
+        &Threads::One,
     );
     [first, gain(&mut problem, motion, &settings.reorientation, &mut solver)]
 }
