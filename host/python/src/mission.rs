@@ -9,7 +9,9 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use remora_host::error::{Error, FieldError};
-use remora_host::formats::{self, MissionFile, checksum_of_mission, json, read_mission_file};
+use remora_host::formats::{
+    self, MissionFile, checksum_of_mission, json, read_mission_file, toml_text,
+};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
@@ -259,7 +261,7 @@ impl Mission {
     #[pyo3(signature = (path=None))]
     fn to_toml(&self, path: Option<Argument<PathBuf>>) -> PyResult<String> {
         let path = Argument::optional(path, "path")?;
-        let text = toml::to_string(&*self.file)
+        let text = toml_text::to_text(&*self.file)
             .map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))?;
         if let Some(path) = path {
             formats::write_atomically(&path, text.as_bytes()).map_err(raised)?;
@@ -289,7 +291,7 @@ impl Mission {
     fn _of_json(text: &str) -> PyResult<Self> {
         let values: serde_json::Value = json::parse_value(text.as_bytes())
             .map_err(|error| argument("mission", error.reason))?;
-        let text = toml::to_string(&values).map_err(|error| argument("mission", error))?;
+        let text = toml_text::to_text(&values).map_err(|error| argument("mission", error))?;
         let file = MissionFile::parse(&text).map_err(|error| {
             // The text is not shown to users.
             let reason = error.reason.split(" at line ").next().unwrap_or_default();

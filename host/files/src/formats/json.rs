@@ -3,7 +3,7 @@
 use super::as_text;
 use super::json_text::deserialize_after;
 pub use super::json_text::{check_format, format_of};
-pub(super) use super::json_text::{check_header, deserialize};
+pub(super) use super::json_text::{check_header, deserialize, tracked};
 use super::strict::Strict;
 use crate::error::FieldError;
 use serde::Serialize;
@@ -40,7 +40,7 @@ pub fn parse_value<T: DeserializeOwned>(text: &[u8]) -> Result<T, FieldError> {
 /// # Errors
 /// The first field that cannot be understood.
 pub fn typed<T: DeserializeOwned>(value: &Value) -> Result<T, FieldError> {
-    serde_path_to_error::deserialize(Strict(value)).map_err(|error| {
+    tracked(&mut <dyn erased_serde::Deserializer<'_>>::erase(value)).map_err(|error| {
         let path = Some(error.path().to_string()).filter(|path| path != ".");
         FieldError::new(path.unwrap_or_default(), error.inner().to_string())
     })
@@ -73,7 +73,7 @@ pub(super) fn parse_element<T: DeserializeOwned>(
 ///
 /// # Errors
 /// Where a type cannot be JSON; none of this crate's is one.
-pub fn to_text<T: Serialize>(value: &T) -> Result<String, serde_json::Error> {
+pub fn to_text(value: &dyn erased_serde::Serialize) -> Result<String, serde_json::Error> {
     let mut bytes = Vec::new();
     let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, Lines::default());
     value.serialize(&mut serializer)?;

@@ -83,22 +83,33 @@ pub(super) fn deserialize_after<'a, T: serde::Deserialize<'a>>(
     text: &'a str,
 ) -> Result<T, FieldError> {
     let mut reader = serde_json::Deserializer::from_str(text);
-    let value = serde_path_to_error::deserialize(Strict(&mut reader)).map_err(|error| {
-        let path = error.path().to_string();
-        // A syntax error leaves an unfinished path, which the line number replaces.
-        let named = path != "." && !path.contains('?');
-        FieldError::new(if named { path } else { String::new() }, placed(error.inner(), before))
-    })?;
+    let value = tracked(&mut <dyn erased_serde::Deserializer<'_>>::erase(&mut reader)).map_err(
+        |error| {
+            let path = error.path().to_string();
+            // A syntax error leaves an unfinished path, which the line number replaces.
+            let named = path != "." && !path.contains('?');
+            let said = placed(error.inner().to_string(), before);
+            FieldError::new(if named { path } else { String::new() }, said)
+        },
+    )?;
     reader.end().map_err(|error| FieldError::new("", error.to_string()))?;
     Ok(value)
 }
 
-/// What an error says, with its place counted from the beginning of what stands before.
-fn placed(error: &serde_json::Error, before: &str) -> String {
-    let (said, line, column) = (error.to_string(), error.line(), error.column());
-    let Some(words) = said.strip_suffix(&format!(" at line {line} column {column}")) else {
-        return said;
-    };
+/// Reads a value strictly; an error has its path. One reader for all formats: each type's code is compiled once.
+pub(super) fn tracked<'a, T: serde::Deserialize<'a>>(
+    reader: &mut dyn erased_serde::Deserializer<'a>,
+) -> Result<T, serde_path_to_error::Error<erased_serde::Error>> {
+    serde_path_to_error::deserialize(Strict(reader))
+}
+
+/// An error's words, with its place counted from the beginning of what stands before.
+fn placed(said: String, before: &str) -> String {
+    let place = said.rsplit_once(" at line ").and_then(|(words, place)| {
+        let (line, column) = place.split_once(" column ")?;
+        Some((words, line.parse::<usize>().ok()?, column.parse::<usize>().ok()?))
+    });
+    let Some((words, line, column)) = place else { return said };
     let begun = before.rfind('\n').map_or(0, |end| end + 1);
     let column = if line == 1 { column + before.len() - begun } else { column };
     format!("{words} at line {} column {column}", line + before.matches('\n').count())

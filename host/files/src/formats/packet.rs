@@ -234,7 +234,7 @@ impl InputsPacket {
 fn changes(mission: &MissionFile) -> Result<String, FieldError> {
     let text = |mission: &MissionFile| {
         let failed = |error: toml::ser::Error| FieldError::new("inputs.mission", error.to_string());
-        toml::to_string(mission).map_err(failed)
+        crate::formats::toml_text::to_text(mission).map_err(failed)
     };
     let table = |text: &str| text.parse::<toml::Table>().unwrap_or_default();
     let (whole, built_in) = (text(mission)?, text(&MissionFile::default())?);

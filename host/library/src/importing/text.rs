@@ -28,6 +28,6 @@ impl ImportedMission {
             format!("# {line}\n")
         };
         let comments: String = lines.into_iter().map(comment).collect();
-        Ok(format!("{comments}\n{}", toml::to_string(&self.mission)?))
+        Ok(format!("{comments}\n{}", crate::formats::toml_text::to_text(&self.mission)?))
     }
 }

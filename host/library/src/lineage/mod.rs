@@ -144,7 +144,7 @@ impl Lineage {
             before: self.before.clone(),
             training: self.trainings.clone(),
         };
-        let text = toml::to_string(&file)
+        let text = toml_text::to_text(&file)
             .map_err(|error| Error::output(&path, &std::io::Error::other(error)))?;
         write_atomically(&path, text.as_bytes()).map(|()| path)
     }
