@@ -22,7 +22,7 @@ pub struct LoopBound {
     pub name: &'static str,
     /// The file it stands in, below `core`.
     pub file: &'static str,
-    /// What is counted: one turn, in which unit of work.
+    /// Unit of the counts: one turn's work.
     pub turn: &'static str,
     /// Most turns with the default settings or the largest model that is accepted; none where the
     /// caller's argument is the bound.
@@ -31,7 +31,7 @@ pub struct LoopBound {
     pub most: Option<u64>,
     /// The constant, setting or argument that the bound comes from.
     pub from: &'static str,
-    /// What ends the loop earlier.
+    /// Conditions that end the loop earlier.
     pub ends: &'static str,
 }
 

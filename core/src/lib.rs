@@ -30,20 +30,23 @@ mod documents {
     #[doc = include_str!("../../README.md")]
     struct Readme;
 
-    #[doc = include_str!("../../docs/flying.md")]
-    struct Flying;
+    #[doc = include_str!("../../docs/guides/bare-metal.md")]
+    struct BareMetal;
 
-    #[doc = include_str!("../../docs/guidance.md")]
+    #[doc = include_str!("../../docs/concepts/guidance.md")]
     struct Guidance;
 
-    #[doc = include_str!("../../docs/model.md")]
+    #[doc = include_str!("../../docs/reference/model-file.md")]
     struct Network;
 
-    #[doc = include_str!("../../docs/planner.md")]
+    #[doc = include_str!("../../docs/concepts/planner.md")]
     struct Planner;
 
-    #[doc = include_str!("../../docs/servicer.md")]
-    struct Servicer;
+    #[doc = include_str!("../../docs/concepts/scp-and-qp.md")]
+    struct ScpAndQp;
+
+    #[doc = include_str!("../../docs/your-spacecraft.md")]
+    struct YourSpacecraft;
 }
 
 mod bounds;

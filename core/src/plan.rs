@@ -105,7 +105,7 @@ impl<S: Solver<NX, NU>, const NL: usize, const NX: usize, const NU: usize>
     ///
     /// A stage that fails leaves its best iterate; [`Plan::is_verified`] says whether the plan can be
     /// flown. Cost: 50 to 300 ms on a desktop with RK4,
-    /// 0.8 to 12 thousand million instructions on a Cortex-M7 (`docs/audit/instructions.md`).
+    /// 0.8 to 12 thousand million instructions on a Cortex-M7 (`docs/evidence/results.md`).
     ///
     /// # Errors
     /// A scenario that is infeasible before planning, by name of the constraint with its numbers.

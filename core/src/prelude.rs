@@ -1,4 +1,4 @@
-//! What planning needs, by one `use`.
+//! Names that planning needs, by one `use`.
 
 pub use crate::dynamics::{Control, State};
 pub use crate::executor::{ForkJoin, Sequential};

@@ -1,6 +1,6 @@
 /* Remora: plans and flies the last minutes before a servicer catches a tumbling satellite.
  *
- * Made of the crate remora-capi by cbindgen; docs/c.md tells how it is used. All memory is the caller's. Every
+ * Made of the crate remora-capi by cbindgen; docs/guides/c.md tells how it is used. All memory is the caller's. Every
  * function that answers a RemoraStatus leaves memory as it was where that is other than REMORA_STATUS_OK,
  * but for REMORA_STATUS_REFUSED and REMORA_STATUS_WRONG_CHECKSUM, which are results, and for
  * REMORA_STATUS_STEP_TIME. Codes are of the enumeration whose name their type has, 32 bits long.
@@ -8,7 +8,7 @@
  * Names end with axes and unit: _rtn radial, along track, orbit normal, at the target; _body the axes of the body
  * that the name begins with; _bus, _target and _link those of another. _body_to_rtn is a quaternion (x, y, z, w).
  * Positions are from the target's centre of mass: com_ of the centre of mass of bus and arm together, bus_ of the
- * bus alone, ee_ of the end effector. A number whose size is above 1e21 is refused wherever it stands.
+ * bus alone, ee_ of the end effector. A number whose size is above 1e30 is refused wherever it stands.
  */
 
 #ifndef REMORA_H
@@ -45,7 +45,7 @@
 // Checksum of the plan that remora_self_test makes with RK4.
 #define REMORA_SELF_TEST_RK4 6767207187894076473
 
-// What became of a call. Numbers never change their meaning.
+// Result of a call. Numbers never change their meaning.
 enum RemoraStatus
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint32_t
@@ -101,13 +101,13 @@ enum RemoraStatus
   REMORA_STATUS_NO_FLIGHT_PLAN = 23,
   // The flight's plan was made for another mission than the workspace's.
   REMORA_STATUS_OTHER_MISSION = 24,
-  // Of the flight's plan nothing is left that could be planned again.
+  // Nothing of the flight's plan is left that could be planned again.
   REMORA_STATUS_NOTHING_LEFT = 25,
   // The self-test's plan has other bits than it must have.
   REMORA_STATUS_WRONG_CHECKSUM = 26,
   // The step of guidance is not 0.05 to 5 s after the one before.
   REMORA_STATUS_STEP_TIME = 27,
-  // An attitude of the estimate is not of unit length, a number is beyond 1e21, or a flag is neither 0 nor 1.
+  // An attitude of the estimate is not of unit length, a number is beyond 1e30, or a flag is neither 0 nor 1.
   REMORA_STATUS_INVALID_ESTIMATE = 28,
 };
 #ifndef __cplusplus
@@ -426,9 +426,9 @@ typedef uint32_t RemoraRecovery;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// Settings of guidance; remora_defaults fills in those that the flights of docs/flights.md were made with.
-// docs/guidance.md explains each setting. Numbers are finite. Bandwidths and fade times are above zero. Replan
-// and abort errors are above zero too, and INFINITY turns one off. Others are at least zero.
+// Settings of guidance; remora_defaults fills in those that the flights of docs/guides/simulate.md were made with.
+// docs/concepts/guidance.md explains each setting. Numbers are finite. Bandwidths and fade times are above zero.
+// Replan and abort errors are above zero too, and INFINITY turns one off. Others are at least zero.
 typedef struct RemoraGuidance {
   // Size of this structure in bytes.
   uint32_t size;
@@ -542,7 +542,7 @@ typedef struct RemoraLimits {
   double max_joint_torque_n_m[REMORA_JOINTS];
 } RemoraLimits;
 
-// What the actuators are to do until the next step.
+// Commands to the actuators until the next step.
 typedef struct RemoraCommand {
   // Size of this structure in bytes; to be set before the call.
   uint32_t size;
@@ -598,8 +598,8 @@ typedef struct RemoraLink {
   double capsule_end_from_tip_link_m[3];
 } RemoraLink;
 
-// Everything that is the same for every approach: orbit, target, servicer, limits, tolerances. docs/problem.md
-// explains each number; remora_defaults fills in the mission of that page. Masses, inertias,
+// Everything that is the same for every approach: orbit, target, servicer, limits, tolerances.
+// docs/concepts/problem.md explains each number; remora_defaults fills in the mission of that page. Masses, inertias,
 // extents, limits, weights and tolerances are above zero; margins and keep-out distances at least zero.
 typedef struct RemoraMission {
   // Size of this structure in bytes.
@@ -808,7 +808,7 @@ typedef struct RemoraOptions {
   void *context;
 } RemoraOptions;
 
-// What became of a plan.
+// Report on a plan.
 typedef struct RemoraReport {
   // Size of this structure in bytes; to be set before the call.
   uint32_t size;
@@ -886,7 +886,7 @@ typedef struct RemoraClosest {
   uint32_t reserved;
 } RemoraClosest;
 
-// What the independent verifier finds: residuals, zero where a constraint is satisfied, and distances.
+// Findings of the independent verifier: residuals, zero where a constraint is satisfied, and distances.
 typedef struct RemoraVerification {
   // Size of this structure in bytes; to be set before the call.
   uint32_t size;

@@ -25,7 +25,7 @@ pub const REMORA_SELF_TEST_RK4: u64 = 0x5de9_f315_4be5_8439;
 
 const _: () = assert!(REMORA_JOINTS == LINKS && REMORA_NODES == NODES);
 
-/// What became of a call. Numbers never change their meaning.
+/// Result of a call. Numbers never change their meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum RemoraStatus {
@@ -79,13 +79,13 @@ pub enum RemoraStatus {
     NoFlightPlan = 23,
     /// The flight's plan was made for another mission than the workspace's.
     OtherMission = 24,
-    /// Of the flight's plan nothing is left that could be planned again.
+    /// Nothing of the flight's plan is left that could be planned again.
     NothingLeft = 25,
     /// The self-test's plan has other bits than it must have.
     WrongChecksum = 26,
     /// The step of guidance is not 0.05 to 5 s after the one before.
     StepTime = 27,
-    /// An attitude of the estimate is not of unit length, a number is beyond 1e21, or a flag is neither 0 nor 1.
+    /// An attitude of the estimate is not of unit length, a number is beyond 1e30, or a flag is neither 0 nor 1.
     InvalidEstimate = 28,
 }
 

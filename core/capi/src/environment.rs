@@ -100,7 +100,7 @@ mod tests {
         assert_eq!(arithmetic::read(), (false, false));
     }
 
-    /// What calculating comes to with MXCSR changed for a moment.
+    /// Reads registers and arithmetic with MXCSR changed for a moment.
     #[cfg(target_arch = "x86_64")]
     fn with(bits: u32) -> [(bool, bool); 2] {
         use core::arch::asm;

@@ -1,4 +1,4 @@
-//! What guidance is told and what it answers, as C has it.
+//! Input and output of guidance, as C has them.
 #![allow(unsafe_code, reason = "says what a structure begins with")]
 
 use crate::RemoraStatus;
@@ -13,9 +13,9 @@ use remora_core::advanced::qp::dense::is_usable;
 use remora_core::advanced::qp::{Valid, Validate};
 use remora_core::prelude::{Command, Estimate, GuidanceSettings, Limits, Triggers};
 
-/// Settings of guidance; remora_defaults fills in those that the flights of docs/flights.md were made with.
-/// docs/guidance.md explains each setting. Numbers are finite. Bandwidths and fade times are above zero. Replan
-/// and abort errors are above zero too, and INFINITY turns one off. Others are at least zero.
+/// Settings of guidance; remora_defaults fills in those that the flights of docs/guides/simulate.md were made with.
+/// docs/concepts/guidance.md explains each setting. Numbers are finite. Bandwidths and fade times are above zero.
+/// Replan and abort errors are above zero too, and INFINITY turns one off. Others are at least zero.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RemoraGuidance {
@@ -92,7 +92,7 @@ pub struct RemoraGuidance {
 unsafe impl Sized32 for RemoraGuidance {}
 
 impl RemoraGuidance {
-    /// What C is told of settings.
+    /// Converts settings for C.
     pub(crate) fn of(settings: &GuidanceSettings) -> Self {
         let GuidanceSettings { translation, attitude, joint, most_per_step, integral, .. } =
             *settings;
@@ -228,7 +228,7 @@ pub struct RemoraEstimate {
 unsafe impl Sized32 for RemoraEstimate {}
 
 impl RemoraEstimate {
-    /// What C is told of an estimate.
+    /// Converts an estimate for C.
     pub(crate) fn of(estimate: &Estimate) -> Self {
         let Estimate { time, position, velocity, state, target, wrist } = *estimate;
         Self {
@@ -315,7 +315,7 @@ impl RemoraLimits {
     }
 }
 
-/// What the actuators are to do until the next step.
+/// Commands to the actuators until the next step.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RemoraCommand {
@@ -355,7 +355,7 @@ pub struct RemoraCommand {
 unsafe impl Sized32 for RemoraCommand {}
 
 impl RemoraCommand {
-    /// What C is told of a command.
+    /// Converts a command for C.
     pub(crate) fn of(command: &Command) -> Self {
         let Command { mode, wanted, force, control, joint_angle, joint_rate, error, share } =
             *command;

@@ -1,7 +1,7 @@
 //! Remora's planner and guidance for programs in C and C++: `include/remora.h`, which is made of this crate,
 //! and an archive without any other dependency than `memcpy`, `memmove` and `memset`.
 //!
-//! `docs/c.md` tells how it is used. All memory is the caller's, whose layout no one but this crate knows;
+//! `docs/guides/c.md` tells how it is used. All memory is the caller's, whose layout no one but this crate knows;
 //! results are copied out. What a caller can get wrong has a status of its own, and leaves memory as it was.
 //!
 //! ## Reading the code
@@ -49,7 +49,7 @@ pub use report::{
 };
 pub use scenario::{RemoraOptions, RemoraScenario};
 
-/// Where a panic ends: nowhere. No code of the archive reaches it, which a test holds.
+/// Handler of panics, which never returns. A test shows that no code of the archive reaches it.
 #[cfg(all(feature = "panic-handler", panic = "abort"))]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {

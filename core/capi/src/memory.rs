@@ -14,18 +14,18 @@ use remora_core::prelude::{
     FlightPlan, Guidance, Integrator, Mission, NetworkMemory, Planner, Scenario,
 };
 
-/// What a workspace holds.
+/// Contents of a workspace.
 pub(crate) struct Workspace {
     pub mission: Valid<Mission>,
     pub planner: Planner,
     pub network: NetworkMemory,
     /// The flight's plan while it is planned again: on a stack it would be a third of that.
     pub nominal: Nominal,
-    /// What the planner was asked last, where it holds a plan of that.
+    /// Last request to the planner, where it holds a plan of that.
     pub last: Option<Last>,
 }
 
-/// What the plan in a workspace was made from, and what became of it.
+/// Inputs of the plan in a workspace, and its report.
 #[derive(Clone, Copy)]
 pub(crate) struct Last {
     pub scenario: Valid<Scenario>,
@@ -33,7 +33,7 @@ pub(crate) struct Last {
     pub report: Report,
 }
 
-/// What a flight holds: plain data, which may be copied.
+/// Contents of a flight: plain data, which may be copied.
 pub(crate) struct Flight {
     pub guidance: Guidance,
     pub mission: Valid<Mission>,
@@ -43,7 +43,7 @@ pub(crate) struct Flight {
     pub last_s: Option<f64>,
 }
 
-/// What memory of the caller's may hold.
+/// Contents that the caller's memory may hold.
 pub(crate) trait Kind {
     /// First number of memory that holds it.
     const MARK: u32;
@@ -140,7 +140,7 @@ unsafe fn free<T: Kind>(memory: *const c_void) -> Result<*const Place<T>, Remora
     }
 }
 
-/// What memory holds, to look at.
+/// Borrows the contents of memory, to look at.
 ///
 /// # Safety
 /// As [`free`]; nobody writes to it meanwhile.
@@ -149,7 +149,7 @@ pub(crate) unsafe fn look<'a, T: Kind>(memory: *const c_void) -> Result<&'a T, R
     unsafe { free::<T>(memory).map(|place| &*UnsafeCell::raw_get(&raw const (*place).contents)) }
 }
 
-/// What memory holds, to work in: until this is dropped, other calls find it busy.
+/// Contents of memory, to work in: until this is dropped, other calls find it busy.
 pub(crate) struct InUse<'a, T: Kind> {
     mark: &'a AtomicU32,
     contents: &'a mut T,
@@ -195,8 +195,8 @@ impl<T: Kind> DerefMut for InUse<'_, T> {
 mod tests {
     use super::*;
 
-    /// What [`make_workspace`] rests on. It looks at padding too, of which the language says nothing and an
-    /// image's data has zeros.
+    /// Zero bits, which [`make_workspace`] rests on. Padding counts, too: the language says nothing of it,
+    /// and an image's data has zeros.
     #[test]
     #[cfg_attr(miri, ignore = "looks at an image's data, which an interpreter has not")]
     fn all_bits_of_a_new_planner_and_network_are_zero() {

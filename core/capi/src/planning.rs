@@ -166,15 +166,15 @@ pub unsafe extern "C" fn remora_replan(
     status(replan())
 }
 
-/// What is left of a flight's plan.
+/// Rest of a flight's plan.
 struct Left {
     scenario: Valid<Scenario>,
     elapsed: f64,
     begins: f64,
 }
 
-/// What is left of a flight's plan `lead` seconds from now; the guess for it goes to `nominal`.
-// Apart, so that its memory is not on the stack of planning.
+/// Rest of a flight's plan `lead` seconds from now; the guess for it goes to `nominal`.
+// Separate function: its memory is not on the stack of planning.
 #[inline(never)]
 fn what_is_left(
     flight: &Flight,

@@ -12,7 +12,7 @@ use remora_core::advanced::planner::{Report, StageSolveRecord, VERSION};
 use remora_core::advanced::stages::{Closest, Verification};
 use remora_core::prelude::{Refusal, SolveRecord};
 
-/// What became of a plan.
+/// Report on a plan.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RemoraReport {
@@ -77,7 +77,7 @@ impl RemoraReport {
         checksum: 0,
     };
 
-    /// What C is told of a plan; its nodes and their time are the caller's to add.
+    /// Converts a report for C; the caller adds the plan's nodes and their time.
     pub(crate) fn of(report: &Report) -> Self {
         Self {
             is_verified: u32::from(report.is_verified()),
@@ -93,7 +93,7 @@ impl RemoraReport {
         }
     }
 
-    /// What C is told of a scenario that was refused.
+    /// Converts the refusal of a scenario for C.
     pub(crate) fn refused(refusal: &Refusal) -> Self {
         Self { refusal: refusal.code(), refusal_name: text(refusal.name()), ..Self::NOTHING }
     }
@@ -162,7 +162,7 @@ impl RemoraClosest {
     }
 }
 
-/// What the independent verifier finds: residuals, zero where a constraint is satisfied, and distances.
+/// Findings of the independent verifier: residuals, zero where a constraint is satisfied, and distances.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RemoraVerification {
@@ -206,7 +206,7 @@ pub struct RemoraVerification {
 unsafe impl Sized32 for RemoraVerification {}
 
 impl RemoraVerification {
-    /// What C is told of the verifier's findings.
+    /// Converts the verifier's findings for C.
     pub(crate) fn of(found: &Verification, is_verified: bool) -> Self {
         let (r, c) = (&found.residuals, &found.clearances);
         Self {
@@ -295,7 +295,7 @@ unsafe impl Sized32 for RemoraRecord {}
 const _: () = assert!(VERSION.len() < 16);
 
 impl RemoraRecord {
-    /// What C is told of the record.
+    /// Converts the solve record for C.
     pub(crate) fn of(record: &SolveRecord) -> Self {
         Self {
             size: size_of::<Self>() as u32,

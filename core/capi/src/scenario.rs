@@ -50,7 +50,7 @@ pub struct RemoraScenario {
 unsafe impl Sized32 for RemoraScenario {}
 
 impl RemoraScenario {
-    /// What C is told of a scenario.
+    /// Converts a scenario for C.
     pub(crate) fn of(scenario: &Scenario) -> Self {
         let Scenario { target_attitude, target_rate, position, velocity, start, duration, nodes } =
             *scenario;
@@ -211,7 +211,7 @@ impl CallersClock {
         }
     }
 
-    /// What the caller's clock says, stopped or not.
+    /// Reads the caller's clock, stopped or not.
     pub(crate) fn reading(&self) -> f64 {
         let context = self.context.load(Ordering::Relaxed);
         // SAFETY: the word of whoever made this.

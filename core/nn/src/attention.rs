@@ -57,7 +57,7 @@ fn put<E: Element>(
     }
 }
 
-/// What attention reads and writes besides the KV cache.
+/// Input, scratch and output of attention, besides the KV cache.
 pub(super) struct Work<'s, 'm> {
     /// Queries, rows `stride` apart.
     pub queries: &'s [f32],

@@ -14,13 +14,13 @@ use super::rows::{from, from_mut, rows, rows_mut};
 /// A step of a block: keys and values of all tokens, the rest for the queried ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Keys and values into the cache, queries; needs the residual stream.
+    /// Writes keys and values to the cache and computes queries; needs the residual stream.
     Project,
-    /// Attention; needs cache and queries.
+    /// Computes attention; needs cache and queries.
     Attend,
-    /// What attention found into the residual stream, then the wide layer; needs what attention found.
+    /// Adds attention to the residual stream, then computes the wide layer; needs attention.
     Widen,
-    /// The wide layer into the residual stream; needs the wide layer.
+    /// Adds the wide layer to the residual stream; needs the wide layer.
     Narrow,
 }
 

@@ -24,7 +24,7 @@ pub(super) struct Sampling<'a, F> {
     pub should_stop: &'a F,
 }
 
-/// What a decoder works with, besides its weights and the hidden state.
+/// Settings and scratch of a decoder, besides its weights and the hidden state.
 pub(super) struct Workbench<'a, 'm, F> {
     pub kernel: Kernel,
     pub size: &'a Dimensions,

@@ -110,7 +110,7 @@ pub struct Model<'a> {
     header: Header,
     size: Dimensions,
     checksum: u32,
-    /// What the checksum covers.
+    /// Bytes that the checksum covers.
     covered: &'a [u8],
     pub(super) embeddings: [Embedding<'a>; limit::TOKEN_TYPES],
     pub(super) nodes: Floats<'a>,
@@ -155,7 +155,7 @@ impl<'a> Model<'a> {
     /// The header, and the bytes after it.
     fn read_header(bytes: &'a [u8]) -> Result<(Header, &'a [u8]), ModelError> {
         let rest = bytes.strip_prefix(&MAGIC).ok_or(ModelError::Magic)?;
-        // Of another format version only the version is read.
+        // Reads only the version of a file in another format version.
         let (version, _) =
             postcard::take_from_bytes::<u16>(rest).map_err(|_| ModelError::Version)?;
         if version != VERSION && version != VERSION_OF_ANY_ACTION {

@@ -1,15 +1,15 @@
-//! What a loop keeps from one program to the next, as tools reach it that inject faults.
+//! State that an SCP solver keeps from one QP to the next, for tools that inject faults.
 
-/// A part of what a loop keeps.
+/// A part of the state that an SCP solver keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Part {
-    /// The trajectory that the next program is made at.
+    /// The trajectory that the next QP is made at.
     Iterate,
     /// The best feasible trajectory, where it is another.
     Best,
     /// Residuals of the iterate.
     Residuals,
-    /// Multipliers of the last program.
+    /// Multipliers of the last QP.
     Multipliers,
     /// Radius, weights and what else is one number each.
     Scalars,
@@ -17,7 +17,7 @@ pub enum Part {
     Path,
 }
 
-/// What a loop keeps, number by number.
+/// Access to the state that an SCP solver keeps, number by number.
 pub trait Kept {
     /// Number `element` of a part at a node; none where there is none.
     fn number(&mut self, part: Part, node: usize, element: usize) -> Option<&mut f64>;

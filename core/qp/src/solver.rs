@@ -55,7 +55,7 @@ impl QpStatus {
     }
 }
 
-/// What a solve reports besides the solution.
+/// Outcome of a solve, besides the solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct QpOutcome {
     /// Its status.

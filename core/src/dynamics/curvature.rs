@@ -374,7 +374,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         let sum = rotation * sum * rotation.transpose();
         let by_rate_twice = sum - Matrix3::from_diagonal_element(2.0 * gradient.trace());
         let rtn = |v: Vec3<f64>| rotation * v.to_vector();
-        // What the virtual power depends on in bus axes, and its derivatives by that.
+        // Vectors whose bus components the virtual power depends on, and its derivatives by those.
         let (rate, radial) = (rtn(frame.rate), rtn(frame.radial));
         let by_rate = by_rate_twice * rate + rtn(*by_joints);
         let by_radial = sum * radial * (-3.0 * n2);

@@ -98,7 +98,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         self.kinematics_of(&Self::angles(&state.joint_angle).map(Scalar::sin_cos))
     }
 
-    /// The same, by sines and cosines of the joint angles.
+    /// Computes the kinematics from sines and cosines of the joint angles.
     #[inline(never)]
     fn kinematics_of(&self, turns: &[(f64, f64); NL]) -> Kinematics<NL> {
         let poses = self.link_poses_of(turns);

@@ -86,7 +86,7 @@ impl<'a, const NL: usize> Multibody<'a, NL> {
         self.link_poses_of(&joint_angle.map(Scalar::sin_cos))
     }
 
-    /// The same, by sines and cosines of the joint angles.
+    /// Poses of the links from sines and cosines of the joint angles.
     #[inline]
     pub(super) fn link_poses_of<T: Scalar>(&self, turns: &[(T, T); NL]) -> [LinkPose<T>; NL] {
         let mut poses = [LinkPose::ZERO; NL];

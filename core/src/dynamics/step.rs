@@ -90,8 +90,8 @@ impl<const NL: usize> Multibody<'_, NL> {
         }
     }
 
-    /// The same step with its exact derivatives. Once the deadline has passed what comes out is of
-    /// no use.
+    /// Takes the step of [`Multibody::step`] with its exact derivatives. Past the deadline the result
+    /// is of no use.
     ///
     /// Cost: one (Euler) or `4 M` (RK4) evaluations of [`Multibody::acceleration_jacobian`], and
     /// for RK4 `8 M` products of `NX / 2 x NX` with `NX x (NX + NU)`.
@@ -284,7 +284,7 @@ impl<const NL: usize, const C: usize> Sensitivity<NL, C> {
     }
 
     /// Derivatives of the state's time derivative; those of the control come on top.
-    // What it needs of the stack is not there while the accelerations are computed.
+    // Separate function: its frame is off the stack while the accelerations are computed.
     #[inline(never)]
     fn rates<const NX: usize, const NU: usize>(
         &self,

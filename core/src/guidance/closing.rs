@@ -26,7 +26,7 @@ pub struct Closing {
     pub settle: f64,
 }
 
-/// Where a plan is flown, and how fast.
+/// Place on a plan that is flown, and its pace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pace {
     /// Time since the plan's first node [s].
@@ -46,7 +46,7 @@ impl Closing {
         settle: 25.0,
     };
 
-    /// What fits into a flight of so long a time [s]: in a short one all comes later and is less, with
+    /// Scales the closing to a flight of `time` [s]: in a short one all comes later and is less, with
     /// the same accelerations.
     pub(super) fn within(&self, time: f64) -> Self {
         let share = clamp(time / self.out[0], 0.01, 1.0);
@@ -85,8 +85,8 @@ impl Closing {
         [0, 1, 2].map(|i| most * (come[i] - gone[i]) + rest * (come[i] - last[i]))
     }
 
-    /// What is added to where the centre of mass is to be, how fast and how it is to speed up (RTN), with
-    /// `left` [s] to go to a target that is seen so; the acceleration is that amid a step so long [s].
+    /// Shift of the centre of mass's reference position, velocity and acceleration (RTN), `left` [s] before
+    /// capture at `target`. The acceleration is that at the middle of the next `step` [s].
     pub(super) fn shift<const NL: usize>(
         &self,
         mission: &Mission<NL>,
@@ -144,7 +144,7 @@ pub(super) fn add<const NL: usize>(
 }
 
 impl Pace {
-    /// What a plan asks for where it is flown at this pace: all that is a rate goes with it.
+    /// Applies the pace to a plan's reference: its rates and accelerations change.
     pub fn apply<const NL: usize>(&self, plan: &mut Reference<NL>) {
         let Self { rate, acceleration, .. } = *self;
         let squared = rate * rate;

@@ -1,4 +1,4 @@
-//! What guidance is told and what it answers.
+//! Input and output of guidance: estimate, limits and command.
 
 use super::Reference;
 use crate::dynamics::{Control, Multibody, State};
@@ -10,7 +10,7 @@ use remora_qp::dense::{clamp, divisor, is_usable};
 /// Square of a quaternion's length up to which it is no attitude.
 const LEAST_SQUARE: f64 = 1e-12;
 
-/// What navigation knows at one instant.
+/// Navigation estimate at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate<const NL: usize = LINKS> {
     /// Time on the clock that plans are dated by [s].
@@ -56,7 +56,7 @@ impl<const NL: usize> Estimate<NL> {
     }
 }
 
-/// What the actuators can do.
+/// Limits of the actuators.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits<const NL: usize = LINKS> {
     /// Largest force along each axis, RTN [N].
@@ -137,7 +137,7 @@ fn share_within(share: f64, planned: f64, more: f64, most: f64) -> f64 {
     }
 }
 
-/// What guidance is doing, by a code that stays.
+/// State of guidance; its codes never change their meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -172,10 +172,10 @@ pub enum Reason {
     Caller = 4,
 }
 
-/// What the actuators are to do until the next step.
+/// Commands to the actuators until the next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command<const NL: usize = LINKS> {
-    /// FlightMode.
+    /// State of guidance.
     pub mode: FlightMode,
     /// Why another plan is wanted, where it is.
     pub wanted: Option<Reason>,

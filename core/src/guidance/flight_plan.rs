@@ -57,7 +57,7 @@ impl fmt::Display for NotFlyable {
 
 impl core::error::Error for NotFlyable {}
 
-/// What a plan asks for at one instant, in the world that it was made for.
+/// Reference of a plan at one instant, in the world that it was made for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference<const NL: usize> {
     /// System's centre of mass, RTN [m].
@@ -110,7 +110,7 @@ impl<const NL: usize> FlightPlan<NL> {
         Ok(plan)
     }
 
-    /// The same where it lies: nothing large goes over the stack.
+    /// Builds the plan in place: nothing large goes over the stack.
     ///
     /// # Errors
     /// As [`FlightPlan::new`]; the plan is then as it was.
@@ -173,13 +173,13 @@ impl<const NL: usize> FlightPlan<NL> {
         Ok(())
     }
 
-    /// The same plan, beginning at this time [s].
+    /// Moves the plan's beginning to this time [s].
     pub fn beginning_at(self, begins: f64) -> Self {
         Self { begins, ..self }
     }
 
-    /// What it asks for at a time on the clock of the estimates [s], before its first node and after its
-    /// last what it asks for there. Cost: the motion from the node before.
+    /// Reference at a time on the clock of the estimates [s]; outside the plan, that of its first or last
+    /// node. Cost: the motion from the node before.
     pub fn at(&self, mission: &Mission<NL>, time: f64) -> Reference<NL> {
         let mut cursor = Cursor::START;
         cursor.at(self, mission, time - self.begins)
@@ -241,8 +241,8 @@ impl<const NL: usize> Cursor<NL> {
         target: TargetState::ZERO,
     };
 
-    /// What `plan` asks for at `time` [s] after its first node, along its own dynamics from the node
-    /// before or from where it was last asked for. Before the first node and after the last, that of
+    /// Reference of `plan` at `time` [s] after its first node, along its own dynamics from the node
+    /// before or from the time of the last call. Before the first node and after the last, that of
     /// the node.
     ///
     /// Cost: four evaluations of the dynamics and those of the target where time goes on by no more than
@@ -290,13 +290,13 @@ impl<const NL: usize> Cursor<NL> {
             *self = Self { node: k, time: begin, state, target, ..Self::START };
         }
         self.go_on(plan, mission, time, most);
-        // What is no number stays none.
+        // A time that is NaN stays NaN.
         self.time = time;
         let (control, force) = plan.held(k);
         self.acceleration = Multibody::new(mission).acceleration(&self.state, &control, &force);
     }
 
-    /// What the plan asks for where the cursor is.
+    /// Reference of the plan where the cursor is.
     #[inline(never)]
     pub fn reference(&self, plan: &FlightPlan<NL>, mission: &Mission<NL>) -> Reference<NL> {
         let body = Multibody::new(mission);

@@ -1,16 +1,16 @@
-//! What lies in memory for a whole flight, against flipped bits.
+//! Protection of a flight's memory against flipped bits.
 
 use super::{AbortErrors, Closing, GuidanceSettings, Triggers};
 use core::ops::{Deref, DerefMut};
 
-/// What can be told from its bits whether one of them has flipped.
+/// Value with a parity that shows whether one of its bits has flipped.
 pub(super) trait Parity: Copy {
-    /// Each bit is how often it is set, odd or even, in all numbers.
+    /// Parity of each bit position over all numbers.
     fn parity(&self) -> u64;
 }
 
-/// A value in memory twice, and the parity of its bits: what a flipped bit makes of the one in use,
-/// [`Guarded::restore`] undoes.
+/// A value in memory twice, and the parity of its bits. [`Guarded::restore`] undoes a flipped bit in
+/// the value in use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guarded<T> {
     value: T,
@@ -24,7 +24,7 @@ impl<T: Parity> Guarded<T> {
     }
 
     /// Takes what the value has been changed to for sound.
-    // Apart, so that what is looked at here is on no other stack.
+    // Separate function: its frame is on no other stack.
     #[inline(never)]
     pub(super) fn keep(&mut self) {
         self.spare = self.value;
@@ -33,7 +33,7 @@ impl<T: Parity> Guarded<T> {
 
     /// Makes good what differs from the parity. Cost: three instructions a number. The spare is looked at where
     /// it is needed.
-    // As keeping.
+    // Separate function, as for keeping.
     #[inline(never)]
     pub(super) fn restore(&mut self) {
         let parity = self.value.parity();
@@ -54,7 +54,7 @@ impl<T: Parity> Guarded<T> {
     }
 }
 
-/// Whoever changes the value has it [kept](Guarded::keep) before the next look at it.
+/// Callers that change the value have it [kept](Guarded::keep) before the next look at it.
 impl<T> DerefMut for Guarded<T> {
     fn deref_mut(&mut self) -> &mut T {
         &mut self.value
@@ -69,7 +69,7 @@ impl<T> Deref for Guarded<T> {
     }
 }
 
-/// Each bit is how often it is set in numbers, odd or even.
+/// Parity of each bit position over the numbers.
 #[inline(always)]
 pub(super) fn bits<const N: usize>(numbers: &[f64; N]) -> u64 {
     numbers.iter().fold(0, |all, x| all ^ x.to_bits())
@@ -161,7 +161,7 @@ mod tests {
             self.step_along(&self.1, guidance, time)
         }
 
-        /// The same along another plan of the same motion.
+        /// Steps along another plan of the same motion.
         fn step_along(&self, plan: &FlightPlan<3>, guidance: &mut Guidance, time: f64) -> Command {
             let Self(mission, _, limits) = self;
             let reference = plan.at(mission, time);
@@ -173,8 +173,8 @@ mod tests {
         }
     }
 
-    /// Whatever bit flips between two steps, the next command is what it would have been: to the bit, but for
-    /// the place on the plan, which is reached from the node before it in one step instead of many.
+    /// The next command is the same to the bit, whatever bit flips between two steps. The place on the plan
+    /// is the exception: it is reached from the node before in one step instead of many.
     #[test]
     fn a_flipped_bit_leaves_the_command() {
         let flying = Flying::new();
@@ -185,8 +185,8 @@ mod tests {
         leaves_the_command(flown, &|guidance| flying.step(guidance, 325.0));
     }
 
-    /// So it is where one plan has taken over from another, and where the target is left: what the command jumped
-    /// by is faded out, and the way out is taken, as without a fault.
+    /// The command is the same after a change of plans and on the way out, too: the jump is faded out, and
+    /// the way out is taken, as without a fault.
     #[test]
     fn a_flipped_bit_leaves_the_next_plan_and_the_way_out() {
         let flying = Flying::new();
@@ -201,7 +201,7 @@ mod tests {
         let mut asked = flown;
         asked.ask_for_plan();
         leaves_the_command(asked, &|guidance| flying.step_along(&later, guidance, 302.0));
-        // What is struck before the caller asks for something is made good, too.
+        // Bits that flip before a request of the caller are repaired, too.
         for ask in [Guidance::ask_for_plan, Guidance::abort] {
             leaves_the_command(flown, &|guidance| {
                 ask(guidance);

@@ -51,7 +51,7 @@ impl<const NL: usize> Leaving<NL> {
         Self { without, past: None, joint_angle: SVector::zeros() }
     }
 
-    /// What one step asks of the actuators.
+    /// Computes the actuators' effort of one step.
     pub fn effort(
         &mut self,
         tracking: &Tracking<'_, NL>,
@@ -218,7 +218,7 @@ struct Rigid<const NL: usize> {
 
 impl<const NL: usize> Rigid<NL> {
     /// Cost: four evaluations of the inverse dynamics.
-    // Apart, so that its columns are on no other stack.
+    // Separate function: its columns are on no other stack.
     #[inline(never)]
     fn of(body: &Multibody<'_, NL>, state: &State<NL>) -> Self {
         let still = resting(body, state, &Vector3::zeros(), &Vector3::zeros());

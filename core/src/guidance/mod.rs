@@ -2,7 +2,7 @@
 //!
 //! [`Guidance::step`] is called at any rate from 0.2 to 20 Hz with what navigation knows, and answers
 //! forces, torques and joint references. It knows the plan's dynamics between nodes, turns the plan with
-//! the target as that is estimated to be (`docs/guidance.md` derives the law), and shortens the feedback as
+//! the target as that is estimated to be (`docs/concepts/guidance.md`), and shortens the feedback as
 //! a whole where it meets limits. Planning again is the caller's, who is told when, and hands the
 //! new plan over. No allocation, no panic; the same input gives the same bits on every target.
 
@@ -78,19 +78,19 @@ pub struct Guidance<const NL: usize = LINKS> {
     last: Option<f64>,
     /// From the one before to it [s].
     since: f64,
-    /// What was commanded last, for a change of plans without a jump.
+    /// Last command, for a change of plans without a jump.
     commanded: (Vector3<f64>, Control<NL>),
 }
 
-/// What guidance learns in flight, and only there.
+/// State that guidance learns in flight, and only there.
 #[derive(Clone, Copy, Debug)]
 struct Memory<const NL: usize> {
     integrals: Errors<NL>,
-    /// What the wrist camera has found the position to be off by.
+    /// Position error that the wrist camera has found.
     offset: Offset,
     /// When the turn to the estimated target began to be faded in; the first step's time.
     first: Option<f64>,
-    /// By how much the command of the new plan jumped, and when; it is faded out.
+    /// Jump of the command to the new plan, and its time; it is faded out.
     jump: Option<Jump<NL>>,
     /// Whether another plan, or an abort, was asked for.
     asked: Option<Request<NL>>,
@@ -115,7 +115,7 @@ impl<const NL: usize> Parity for Memory<NL> {
     }
 }
 
-/// What the caller asked for.
+/// Request of the caller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Request<const NL: usize> {
     Replan,
@@ -131,8 +131,8 @@ impl<const NL: usize> Parity for Request<NL> {
     }
 }
 
-/// What the wrist camera adds to what navigation knows of the position, followed as a smooth path: a step
-/// of the error would wind up the integral.
+/// Correction of navigation's position by the wrist camera, followed as a smooth path: a step of the
+/// error would wind up the integral.
 #[derive(Clone, Copy, Debug, Default)]
 struct Offset {
     /// As last seen [m].
@@ -225,7 +225,7 @@ impl<const NL: usize> Guidance<NL> {
     /// A plan that begins at another time than that of the step before takes over from it: integrals go on,
     /// and what the command would jump by is faded out. The caller sees to it that plans are verified.
     ///
-    /// Cost: five evaluations of the dynamics, one of the inverse dynamics; see `docs/audit` for
+    /// Cost: five evaluations of the dynamics, one of the inverse dynamics; see `docs/evidence/results.md` for
     /// instructions. An estimate that is no number leaves what is planned as it stands
     /// ([`FlightMode::Degraded`]).
     // A function of its own, whose stack is bounded as such.
@@ -245,7 +245,7 @@ impl<const NL: usize> Guidance<NL> {
         }
         let pace = plan.pace(&self.closing(plan), self.last.unwrap_or(plan.begins));
         self.cursor.advance(plan, mission, pace.time);
-        // What comes now keeps more on the stack than this, and moving on needs the rest.
+        // The cursor advances before tracking, not within it: their stacks do not add up.
         if is_known {
             self.track(mission, plan, estimate, limits, &pace)
         } else {
@@ -265,7 +265,7 @@ impl<const NL: usize> Guidance<NL> {
     }
 
     /// Notes the time of the step and whether what navigation says is known.
-    // Apart, so that what is looked at here is on no other stack.
+    // Separate function: its frame is on no other stack.
     #[inline(never)]
     fn tick(&mut self, estimate: &Estimate<NL>) -> bool {
         let is_known = estimate.is_finite();
@@ -359,7 +359,7 @@ impl<const NL: usize> Guidance<NL> {
     }
 
     /// A step away from the target; joints with servos of their own stay where they are.
-    // Apart from the feedback, so that its memory is not on that's stack.
+    // Separate function: its memory is not on the feedback's stack.
     #[inline(never)]
     fn leave(
         &mut self,
@@ -383,7 +383,7 @@ impl<const NL: usize> Guidance<NL> {
     }
 
     /// The feedback's effort as a command, and whether another plan is wanted.
-    // As with aiming: its memory is not on the feedback's stack.
+    // Separate function, too: its memory is not on the feedback's stack.
     #[inline(never)]
     fn follow(
         &mut self,
@@ -443,7 +443,7 @@ impl<const NL: usize> Guidance<NL> {
         }
     }
 
-    /// What the plan asks for at the cursor as it stands, without feedback, where nothing is known.
+    /// Commands the plan's reference at the cursor, without feedback, where the estimate is unusable.
     #[inline(never)]
     fn blind(
         &mut self,
@@ -454,7 +454,7 @@ impl<const NL: usize> Guidance<NL> {
         let planned = self.cursor.reference(plan, mission);
         let mut effort = Effort::NONE;
         if self.is_leaving() {
-            // What is planned leads to the target.
+            // No force or torque: the plan leads to the target.
             return self.command(FlightMode::Abort, None, &planned.state, &effort);
         }
         let free = hcw_acceleration(mission.mean_motion(), &planned.position, &planned.velocity);
@@ -470,7 +470,7 @@ impl<const NL: usize> Guidance<NL> {
         self.share_of_turn(now)
     }
 
-    /// The same, of a flight that begins now where it has not begun: a smooth step.
+    /// Share of the turn and its rate [1/s], a smooth step; a flight that has not begun begins now.
     fn share_of_turn(&self, now: f64) -> [f64; 2] {
         let since = now - self.memory.first.unwrap_or(now);
         let [share, rate, _] = closing::smooth(since, self.settings.fade[1]);
@@ -521,7 +521,7 @@ impl<const NL: usize> Guidance<NL> {
     }
 }
 
-/// By how much the end effector is elsewhere than navigation says, where the wrist camera sees it [m].
+/// Error of navigation's end-effector position by the wrist camera, where it sees the port [m].
 fn seen_by_camera<const NL: usize>(
     mission: &Mission<NL>,
     estimate: &Estimate<NL>,

@@ -15,15 +15,15 @@ pub enum GuidancePart {
     Cursor,
     /// The integrals of the errors.
     Integrals,
-    /// What the wrist camera has found.
+    /// Offset that the wrist camera has found.
     Offset,
     /// When the plan began, the first step and the last one, and since when.
     Times,
-    /// What was commanded last.
+    /// Last command.
     Commanded,
     /// How the target is left; nothing before it is.
     Leaving,
-    /// By how much the command jumped to that of the plan in force, while that is faded out.
+    /// Jump of the command to the plan in force, while it is faded out.
     Jump,
 }
 

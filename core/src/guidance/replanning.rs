@@ -1,4 +1,4 @@
-//! What the next plan begins from.
+//! Beginning of the next plan: its scenario and its initial guess.
 
 use super::flight_plan::Cursor;
 use super::turn::Turn;
@@ -8,7 +8,7 @@ use crate::math::quaternion;
 use crate::model::{Mission, Scenario, TargetState};
 use crate::planner::Nominal;
 
-/// What the next plan begins from: the scenario of the time that is left, and the plan in force as its guess.
+/// Beginning of the next plan: the scenario of the time left, and the plan in force as its guess.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Replan<const NL: usize> {
     /// State, target and time left when the next plan takes over.
@@ -22,7 +22,7 @@ pub struct Replan<const NL: usize> {
 }
 
 impl<const NL: usize> Guidance<NL> {
-    /// What a plan begins from that takes over `lead` [s] after the estimate: as long as planning may take.
+    /// Beginning of a plan that takes over `lead` [s] after the estimate: as long as planning may take.
     ///
     /// The servicer is expected to stay as far from the plan in force until then as it is now, and the
     /// target to go on as its model says.

@@ -1,4 +1,4 @@
-//! What is left to do at each node if the approach must end there: leaving the target, or drifting.
+//! Escape and free drift from each node of an approach that must end there.
 
 use super::{Estimate, FlightPlan, GuidanceSettings, Limits, Reference};
 use super::{closing, flight_plan::Cursor, leaving::Leaving, tracking::Tracking, turn::Turn};
@@ -19,7 +19,7 @@ pub(crate) const MAX_ESCAPE_STEPS: usize = 600;
 /// Most steps of a drift: one orbit of up to 8 hours.
 pub(crate) const MAX_DRIFT_STEPS: usize = 2880;
 
-/// What an abort and a free drift from one node of a plan do.
+/// Results of an abort and of a free drift from one node of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Safety {
@@ -55,7 +55,7 @@ pub struct Drift {
 }
 
 impl<const NL: usize> FlightPlan<NL> {
-    /// What an abort and a drift from node `k` do, in the planner's world; `None` beyond the last node.
+    /// Simulates an abort and a drift from node `k`, in the planner's world; `None` beyond the last node.
     ///
     /// Both begin where guidance has the servicer at the node's time: on the plan, and on the last way ahead of
     /// it and away from the port ([`Closing`](super::Closing)). The abort is flown by the law that guidance flies
@@ -136,7 +136,7 @@ impl<const NL: usize> Flight<'_, NL> {
             let (position, velocity) = (servicer.position + center, servicer.velocity + drift);
             let state = &servicer.internal;
             let least = clearances_at(self.mission, time, &target, &position, state).least();
-            // What is not a number stays.
+            // A distance that is NaN is taken, too.
             clearance = if least > clearance { clearance } else { least };
             if self.distance(&position, &target) >= far && position.dot(&velocity) >= 0.0 {
                 return Escape { clears: clearance >= 0.0, time, clearance };

@@ -7,7 +7,7 @@ use remora_qp::dense::{divisor, is_not_negative, is_positive, is_within};
 use remora_qp::{InvalidSetting, Validate};
 
 /// Bandwidths of the feedback, and when another plan is wanted. The defaults are for the servicer of
-/// `docs/problem.md`, section 3.
+/// `docs/concepts/problem.md`, section 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuidanceSettings {
     /// Of the centre of mass [rad/s].

@@ -7,7 +7,7 @@ use crate::model::hcw_acceleration;
 use nalgebra::{SVector, Vector3};
 use remora_qp::dense::clamp;
 
-/// What a position and a velocity lead to is looked at so far ahead [s].
+/// Time over which position and velocity are extrapolated [s].
 pub(super) const SOON: f64 = 30.0;
 
 /// Errors of the servicer from what is asked for, and their integrals.
@@ -47,7 +47,7 @@ pub(super) struct Tracking<'a, const NL: usize> {
     pub since: f64,
 }
 
-/// What one step asks of the actuators.
+/// Effort of the actuators in one step, and the errors that it answers.
 pub(super) struct Effort<const NL: usize> {
     pub force: Vector3<f64>,
     pub control: Control<NL>,
@@ -135,7 +135,7 @@ impl<const NL: usize> Tracking<'_, NL> {
 
     /// How far the end effector will be from where it is wanted, across a unit vector, where the centre of
     /// mass will be `soon` off.
-    // Apart from the feedback: its kinematics are not on that's stack.
+    // Separate function: its kinematics are not on the feedback's stack.
     #[inline(never)]
     pub fn beside(
         &self,

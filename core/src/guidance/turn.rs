@@ -49,8 +49,8 @@ impl Turn {
         self.matrix * v
     }
 
-    /// What the plan asks for, turned: positions and attitudes, their rates and accelerations. While
-    /// the turn is faded in, what that adds to its acceleration is left out.
+    /// Turns a plan's reference: positions and attitudes, their rates and accelerations. The acceleration
+    /// that fading in adds is left out.
     pub fn apply<const NL: usize>(&self, plan: &mut Reference<NL>) {
         let (m, rate) = (&self.matrix, &self.rate);
         plan.position = m * plan.position;

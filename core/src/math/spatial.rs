@@ -45,7 +45,7 @@ impl Vec3<f64> {
         Vector3::from(self.0)
     }
 
-    /// The same vector over another scalar.
+    /// This vector over another scalar.
     #[inline]
     pub fn lift<T: Scalar>(self) -> Vec3<T> {
         Vec3(self.0.map(T::constant))
@@ -198,7 +198,7 @@ impl<T: Scalar> Mat3<T> {
 }
 
 impl Mat3<f64> {
-    /// The same matrix over another scalar.
+    /// This matrix over another scalar.
     #[inline]
     pub fn lift<T: Scalar>(&self) -> Mat3<T> {
         Mat3(self.0.map(Vec3::lift))

@@ -114,7 +114,7 @@ section! {
 }
 
 section! {
-    /// What counts as solved (section 7). Residuals below these, by the independent verifier.
+    /// Tolerances of a solved plan (section 7), for the independent verifier's residuals.
     #[cfg_attr(feature = "serde", serde(default))]
     Tolerances in "tolerances" {
         /// Dynamics defects over their scales.
@@ -171,7 +171,7 @@ pub struct Mission<const NL: usize> {
     pub approach: Approach,
     /// Cost weights.
     pub weights: Weights,
-    /// What counts as solved.
+    /// Tolerances of a solved plan.
     pub tolerances: Tolerances,
     /// How far planning stays from its limits.
     pub margins: Margins,
@@ -179,7 +179,7 @@ pub struct Mission<const NL: usize> {
     pub corridor: Corridor,
     /// Where scenarios are drawn from.
     pub scenarios: ScenarioRanges,
-    /// What steps are divided by; `None`: what follows from the rest, see [`Mission::typical`].
+    /// Magnitudes that steps are divided by; `None` derives them from the rest, see [`Mission::typical`].
     pub typical_magnitudes: Option<Typical>,
     /// The roll of the end effector about the approach at capture; `None`: free.
     pub roll: Option<Roll>,
@@ -204,7 +204,7 @@ impl Default for Mission<3> {
 }
 
 impl<const NL: usize> Mission<NL> {
-    /// The same mission with another servicer, whose arm may have another number of joints. Keep-out
+    /// This mission with another servicer, whose arm may have another number of joints. Keep-out
     /// distances follow from it: [`Servicer::extension`] while far, its reach at capture afterwards.
     ///
     /// Cost: that of the extension; not for flight.
@@ -215,7 +215,7 @@ impl<const NL: usize> Mission<NL> {
         mission
     }
 
-    /// The same mission with another servicer, and nothing else changed.
+    /// This mission with another servicer, and nothing else changed.
     pub(super) fn with<const M: usize>(&self, servicer: Servicer<M>) -> Mission<M> {
         let Self { orbit, target, servicer: _, approach, weights, tolerances, margins, .. } = *self;
         let Self { corridor, scenarios, typical_magnitudes, roll, .. } = *self;

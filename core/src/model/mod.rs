@@ -2,7 +2,7 @@
 //!
 //! Nothing here moves except the target's tumble and the orbit's exact transition; the coupled
 //! dynamics of bus and arm are in [`crate::dynamics`]. Defaults are exactly those of the problem
-//! definition (docs/problem.md, sections 1-3 and 5-7).
+//! definition (docs/concepts/problem.md, sections 1-3 and 5-7).
 
 mod capture;
 mod feasibility;

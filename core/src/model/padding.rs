@@ -12,7 +12,7 @@ fn resized<const NL: usize, const M: usize>(
 }
 
 impl<const NL: usize> Servicer<NL> {
-    /// The same servicer for a build with room for `M` joints. Those beyond its own are at the tip, turn
+    /// This servicer for a build with room for `M` joints. Those beyond its own are at the tip, turn
     /// nothing, and stand at zero from start to capture, with the limits of its first; where `M` is
     /// smaller, the joints beyond it are cut off.
     pub fn resized<const M: usize>(&self) -> Servicer<M> {
@@ -41,7 +41,7 @@ impl<const NL: usize> Servicer<NL> {
 }
 
 impl<const NL: usize> Mission<NL> {
-    /// The same mission for a build with room for `M` joints: see [`Servicer::resized`].
+    /// This mission for a build with room for `M` joints: see [`Servicer::resized`].
     ///
     /// ```
     /// use remora_core::prelude::*;
@@ -57,7 +57,7 @@ impl<const NL: usize> Mission<NL> {
 }
 
 impl<const NL: usize> Scenario<NL> {
-    /// The same scenario for a build with room for `M` joints: see [`Servicer::resized`].
+    /// This scenario for a build with room for `M` joints: see [`Servicer::resized`].
     pub fn resized<const M: usize>(&self) -> Scenario<M> {
         let Self { target_attitude, target_rate, position, velocity, start, duration, nodes } =
             *self;

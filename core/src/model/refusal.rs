@@ -3,7 +3,7 @@
 use super::MIN_NODES;
 use core::fmt;
 
-/// What cannot be planned, whatever the planner tries, with the numbers that show it.
+/// Reason why an approach cannot be planned, whatever the planner tries, with the numbers that show it.
 ///
 /// Angles are in radians, all else in SI units; [`Display`](fmt::Display) writes one line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,19 +141,19 @@ pub enum Refusal {
     Force {
         /// The least force, on the axis with the largest limit, all used in proportion to theirs [N].
         needed: f64,
-        /// What there is on that axis [N].
+        /// Limit on that axis [N].
         limit: f64,
     },
     /// The bus cannot be turned as fast as the target in time.
     BusTorque {
         /// The least torque, on the axis with the largest limit, all used in proportion to theirs [N m].
         needed: f64,
-        /// What there is on that axis [N m].
+        /// Limit on that axis [N m].
         limit: f64,
     },
-    /// What the plan was made from changed in memory meanwhile, or the verifier did not find the same twice.
+    /// Inputs of the plan changed in memory during planning, or two runs of the verifier differed.
     Damaged {
-        /// What is not what it was.
+        /// Name of the damaged part.
         what: &'static str,
     },
 }

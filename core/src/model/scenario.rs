@@ -1,4 +1,4 @@
-//! What differs from one approach to the next.
+//! Scenarios: the data that differ from one approach to the next.
 
 use crate::math::quaternion;
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};

@@ -45,12 +45,12 @@ impl TargetState {
     pub const ZERO: Self =
         Self { attitude: quaternion::IDENTITY, rate: Vector3::new(0.0, 0.0, 0.0) };
 
-    /// The same, all bits zero: static memory then costs no room in an image.
+    /// Placeholder with all bits zero: static memory then costs no room in an image.
     pub(crate) const BLANK: Self =
         Self { attitude: Vector4::new(0.0, 0.0, 0.0, 0.0), rate: Vector3::new(0.0, 0.0, 0.0) };
 }
 
-/// What the substeps keep the tumble's attitude error over the whole horizon below [rad].
+/// Bound of the tumble's attitude error over the whole horizon, for the choice of substeps [rad].
 const ATTITUDE_ERROR: f64 = 1e-9;
 
 /// RK4's attitude error is `W T (20 + W T) (W h)^4` over this at most: see [`Target::substeps`].

@@ -28,7 +28,7 @@ section! {
 }
 
 /// Dimensionless factors, such that the problem definition's servicer has the magnitudes seen in
-/// its plans (docs/problem.md, section 11): 1 cm/s, 0.02 N, 1e-3 and 5e-3 rad/s, 5e-4 N m.
+/// its plans (docs/concepts/problem.md, section 5): 1 cm/s, 0.02 N, 1e-3 and 5e-3 rad/s, 5e-4 N m.
 mod factor {
     /// Of length over time.
     pub const VELOCITY: f64 = 12.0;
@@ -46,7 +46,7 @@ mod factor {
     pub const MOST_TORQUE: f64 = 10.5;
 }
 
-/// What controls and joint rates are divided by in the cost [N, N m, rad/s].
+/// Units of controls and joint rates in the cost [N, N m, rad/s].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostUnits<const NL: usize> {
     /// Force, RTN axes.
@@ -60,10 +60,10 @@ pub struct CostUnits<const NL: usize> {
 }
 
 impl<const NL: usize> Mission<NL> {
-    /// What controls are divided by in the cost: their limits, as in the paper, but no more than a
-    /// multiple of what is typical. A limit that is never near is no measure, and were it one, the
-    /// stronger actuator would be free to chatter. Joint rates are divided by what is typical, which is no
-    /// more than their limits.
+    /// Units of controls and joint rates in the cost. Those of controls are their limits, as in the paper,
+    /// but at most a multiple of the typical magnitude. A limit that is never near is no measure: with it,
+    /// a stronger actuator would be free to chatter. Those of joint rates are typical rates, at most their
+    /// limits.
     // Not inlined: both stages ask once, before they begin.
     #[inline(never)]
     pub fn cost_units(&self) -> CostUnits<NL> {

@@ -26,7 +26,7 @@ pub enum InitialGuess<'a, const NL: usize = LINKS> {
     /// A trajectory of the user's, such as an earlier plan, or the heuristic where that is better. It
     /// need not satisfy any constraint: it is projected onto limits and fixed values, as every guess.
     User(&'a ReorientationTrajectory<NODES, NL>),
-    /// What is left of the plan in force `elapsed` seconds after its start, or the heuristic where that is
+    /// The rest of the plan in force `elapsed` seconds after its start, or the heuristic where that is
     /// better.
     Nominal {
         /// The plan in force.
@@ -63,7 +63,7 @@ pub enum GuessRecord {
     /// The user's trajectory.
     #[cfg_attr(feature = "serde", serde(rename = "given"))]
     User = 7,
-    /// What is left of the plan in force.
+    /// The rest of the plan in force.
     Nominal = 8,
     /// The heuristic: the model is for another number of nodes or joints, for a roll that is free, or has
     /// learnt from approaches that begin otherwise ([`MAX_DEVIATION`](crate::warmstart::MAX_DEVIATION)).

@@ -17,7 +17,7 @@ pub type NetworkMemory = nn::Memory<3, 96, NODES>;
 /// A part of the memory that a plan with a learned start needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// What it is, in snake case.
+    /// Its name, in snake case.
     pub name: &'static str,
     /// Its size.
     pub bytes: usize,
@@ -26,7 +26,7 @@ pub struct Part {
 /// All of it: [`Workspace`], [`EmbeddedSolver`] and [`NetworkMemory`].
 pub const TOTAL_BYTES: usize = Workspace::BYTES + EmbeddedSolver::BYTES + NetworkMemory::BYTES;
 
-/// What it is made of; the sizes add up to [`TOTAL_BYTES`] on any target.
+/// Parts of that memory; their sizes add up to [`TOTAL_BYTES`] on any target.
 ///
 /// - `world`: the target's tumble at the nodes;
 /// - `stage_1`, `stage_2`: four trajectories and the log of each stage;

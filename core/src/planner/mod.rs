@@ -1,7 +1,7 @@
 //! Scenario in, plan out: the stages in order, within a deadline, with a solve record.
 //!
-//! [`plan`] needs a QP solver, a [`Platform`] and a [`Workspace`], all the caller's. `docs/planner.md`
-//! describes its use in flight.
+//! [`plan`] needs a QP solver, a [`Platform`] and a [`Workspace`], all the caller's.
+//! `docs/concepts/planner.md` describes its use in flight.
 
 mod guess;
 mod kept;

@@ -64,7 +64,7 @@ impl<const NL: usize> Nominal<NL> {
         self.duration * k as f64 / self.last() as f64
     }
 
-    /// What is left of it `elapsed` [s] after its start: the time [s], and nodes that are no farther apart
+    /// Rest of the plan `elapsed` [s] after its start: the time [s], and nodes that are no farther apart
     /// than its own. Both are meant for the scenario that plans again, see [`Nominal`].
     pub fn left(&self, elapsed: f64) -> (f64, usize) {
         let time = f64::max(self.duration - elapsed, 0.0);
@@ -76,7 +76,7 @@ impl<const NL: usize> Nominal<NL> {
     /// Interval that holds `time`, and the share of it that has passed by then.
     pub(crate) fn place(&self, time: f64) -> (usize, f64) {
         let at = clamp(time / self.interval(), 0.0, self.last() as f64);
-        // Of a number that is none, zero.
+        // A NaN gives zero.
         let k = count(at).min(self.last() - 1);
         (k, at - k as f64)
     }
@@ -195,7 +195,7 @@ mod tests {
         let after = impulse(&left, 0, 580.0 / 59.0);
         assert!((after / before - 1.0).abs() < 1e-12, "{after} {before}");
         assert_eq!(left.controls[59], Control::ZERO);
-        // The same grid, from its beginning: the plan itself.
+        // Resampled from its beginning on its own grid, the plan is itself.
         grid.duration = 1180.0;
         plan.resample(0.0, &grid, &mut left);
         for (a, b) in left.states.iter().zip(&plan.reorientation.states) {

@@ -146,13 +146,13 @@ impl<'a, P, const NL: usize> Options<'a, P, NL> {
         Self { settings, guess, platform, is_scrubbed: false }
     }
 
-    /// The same, with what must not change held against checksums while the plan is made, and the verifier
-    /// run twice: [`OptionsBuilder::scrub`].
+    /// Sets whether planning checks its constants against their checksums and runs the verifier twice:
+    /// [`OptionsBuilder::scrub`].
     pub fn scrubbing(self, is_scrubbed: bool) -> Self {
         Self { is_scrubbed, ..self }
     }
 
-    /// Whether what must not change is held against checksums.
+    /// Whether planning checks its constants against their checksums.
     pub(crate) fn is_scrubbed(&self) -> bool {
         self.is_scrubbed
     }

@@ -12,7 +12,7 @@ use nalgebra::SVector;
 use remora_qp::Checksum;
 use remora_qp::{QpOutcome, QpStatus};
 
-/// What was left in the place of the iterate at which a stage's loop ended.
+/// Replacement for the last iterate of a stage's SCP solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -50,7 +50,7 @@ pub struct StageSolveRecord {
     pub qp_iterations: u32,
     /// Number of QPs not solved to full accuracy.
     pub qp_unsolved: u32,
-    /// What replaces the last iterate.
+    /// Replacement for the last iterate.
     pub fallback: Fallback,
 }
 
@@ -201,7 +201,7 @@ fn add_scenario<const NL: usize>(sum: &mut Checksum, scenario: &Scenario<NL>) {
     sum.numbers(target_rate);
     sum.numbers(position);
     sum.numbers(velocity);
-    // What is not given adds nothing: records of scenarios without it keep their checksums.
+    // Fields not given add nothing: records of scenarios without them keep their checksums.
     let Start { bus_attitude, bus_rate, joint_angle, joint_rate } = start;
     if start.is_given() {
         sum.integer(u64::from(bus_attitude.is_some()) + 2 * u64::from(joint_angle.is_some()));

@@ -453,7 +453,7 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
         }
     }
 
-    /// What to do after a first try of Stage 2 from an offered guess; a feasible plan is kept.
+    /// Chooses the next step after a first try of Stage 2 from an offered guess; a feasible plan is kept.
     fn next_step(&self, first: &StageResult, left: usize) -> Next {
         let outcome = &first.report.outcome;
         match outcome.status {

@@ -1,4 +1,4 @@
-//! What a plan is made from and must not change meanwhile, held against its checksums between iterations.
+//! Checks of a plan's constants against their checksums between iterations.
 
 use super::{InitialGuess, PlanSettings, Solver, input_checksum, record};
 use crate::model::{Mission, Refusal, Scenario, Tolerances};
@@ -21,7 +21,7 @@ pub fn settings_checksum<S: Solver<NX, NU>, const NL: usize, const NX: usize, co
     sum.value()
 }
 
-/// What a plan is made from, and its checksums when the plan began.
+/// Constants of a plan, and their checksums when the plan began.
 #[derive(Clone, Copy)]
 pub(super) struct Constants<'a, const NL: usize> {
     pub mission: &'a Mission<NL>,
@@ -39,7 +39,7 @@ pub(super) struct Scrubbed<'s, 'a, S, const NL: usize> {
     pub solver: &'s mut S,
     /// None where nothing is scrubbed.
     pub constants: Option<&'s Constants<'a, NL>>,
-    /// What was found damaged first.
+    /// Name of the part that was first found damaged.
     pub damaged: Option<&'static str>,
 }
 
@@ -272,7 +272,7 @@ mod tests {
         assert_eq!(unscrubbed.refusal, None);
     }
 
-    /// What was damaged, where mission, scenario, options or guess are not those of the checksums.
+    /// Refusal of a plan whose mission, scenario or options changed after their checksums.
     fn found(
         change: fn(&mut Mission<LINKS>, &mut Scenario<LINKS>, &mut PlanSettings),
     ) -> Option<Refusal> {

@@ -1,4 +1,4 @@
-//! What is left in memory from before a plan, of which nothing counts, and what a plan is called.
+//! Tests: no plan depends on earlier contents of memory, or is called solved when rejected.
 
 extern crate std;
 

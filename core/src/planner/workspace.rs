@@ -11,7 +11,7 @@ use remora_qp::EmbeddedQp;
 /// The embedded solver at the size of the planner's subproblems.
 pub type EmbeddedSolver = ArmSolver<NX, NU>;
 
-/// The same for an arm with so many states and controls.
+/// The embedded solver for an arm with `NX` states and `NU` controls.
 pub type ArmSolver<const NX: usize, const NU: usize> = EmbeddedQp<NODES, NX, NU, NG>;
 
 /// [`ArmWorkspace`] of the mission's arm.

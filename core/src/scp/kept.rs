@@ -1,4 +1,4 @@
-//! What the loop keeps from one iteration to the next, shown to its solver for fault injection.
+//! State that the SCP solver keeps between iterations, shown to its QP solver for fault injection.
 
 use super::solve::{Feasible, ScpSolver};
 use super::{Iterates, Outcome, Problem, Scratch};

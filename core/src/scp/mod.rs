@@ -1,8 +1,7 @@
 //! Sequential convex programming (SCP): an exact-penalty trust-region method.
 //!
 //! It minimises `cost + penalty_parameter * (|defects|_1 + |path violations|_1)` for any [`Problem`],
-//! one convex subproblem an iteration; `docs/scp.md` describes the method and why it differs from the
-//! paper's.
+//! one convex subproblem an iteration; `docs/concepts/scp-and-qp.md` describes the method.
 
 mod kept;
 mod memory;

@@ -14,7 +14,7 @@ pub struct Residuals<const N: usize, const NX: usize, const NG: usize> {
     pub path: [SVector<f64, NG>; N],
     /// Defects up to these do not count in the merit: a fraction of their tolerances.
     pub ignored_defect: SVector<f64, NX>,
-    /// The same for the path constraints.
+    /// Path violations up to these do not count in the merit: a fraction of their tolerances.
     pub ignored_path: SVector<f64, NG>,
 }
 

@@ -243,7 +243,7 @@ impl<const NL: usize> Bodies<NL> {
         for (start, end) in edges(&self.target_half) {
             let near = segment_to_box(&self.bus_half, &frame.in_bus(&start), &frame.in_bus(&end));
             if !(near.value >= nearest.distance) {
-                // What moves is the bus: the gradient is that of its own surface, turned round.
+                // The bus moves, not the target: the gradient is that of the bus's surface, reversed.
                 let distance = SignedDistance {
                     value: near.value,
                     gradient: -frame.direction_to_target(&near.gradient),

@@ -5,7 +5,7 @@ use crate::math::quaternion;
 use crate::model::{Mission, TargetState};
 use nalgebra::{Vector3, Vector4};
 
-/// What the bus's attitude satisfies at capture.
+/// Condition on the bus's attitude at capture.
 pub(super) struct Terminal {
     /// Direction of the end effector, RTN: into the port.
     pub approach: Vector3<f64>,

@@ -219,7 +219,7 @@ impl<'a, const N: usize> Translation<'a, N> {
             outcome = QpOutcome { iterations: outcome.iterations + around.iterations, ..around };
             tries += 1;
             let merit = self.detour_merit(&z.trajectory);
-            // Of sides that are equal but for rounding the first.
+            // Prefers the first of sides that are equal but for rounding.
             let is_less = least.is_none_or(|(least, ..)| merit < (1.0 - TIE) * least);
             if around.status.is_usable() && is_less {
                 least = Some((merit, detour, around.status));

@@ -1,4 +1,4 @@
-//! What a network's answer means.
+//! Meaning of a network's answer.
 //!
 //! [`Action::Torque`] is the paper's. An error of a torque grows with the square of time, and most
 //! in the light outer joint. [`Action::Rate`] says which rates to reach by the next node: of the
@@ -16,7 +16,7 @@ use remora_qp::dense::clamp;
 /// Numbers of an action of the built-in mission's arm: three for the bus, one a joint, as its torques.
 pub const ACTION: usize = size::controls(LINKS);
 
-/// What the numbers of an action are.
+/// Meaning of the numbers of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -59,7 +59,7 @@ pub struct NetworkPolicy<'m, 'a, M> {
     meaning: Meaning,
 }
 
-/// What a model's inputs and outputs are.
+/// Meaning of a model's inputs and outputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Meaning {
     /// Its inputs.
@@ -123,8 +123,8 @@ impl<M: Storage> Policy for NetworkPolicy<'_, '_, M> {
         self.model.header().chunk.into()
     }
 
-    /// What a linear decoder predicts up to the next node that is seen, its best prediction; all actions of a
-    /// flow's chunk, because the next sample may belong to another trajectory.
+    /// A linear decoder's best actions are those up to the next node seen. A flow's chunk is executed in
+    /// full, because the next sample may belong to another trajectory.
     fn executed(&self) -> usize {
         match self.model.header().decoder {
             Decoder::Linear => self.stride(),

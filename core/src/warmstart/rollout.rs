@@ -101,7 +101,7 @@ pub fn rollout<P: Policy + ?Sized, const NL: usize>(
     let mut features = [0.0; MAX_FEATURES];
     let size = size::controls(NL);
     let mut actions = [0.0; MAX_ACTIONS];
-    // Where among them the one is that was executed last.
+    // Offset of the action executed last.
     let mut at = 0;
     let mut held = Control::ZERO;
     policy.begin(seed);

@@ -29,7 +29,7 @@ pub enum Encoding {
     Paper = 0,
     /// In bus axes, with what lies ahead.
     Body = 1,
-    /// The same, with the servicer's numbers beside the time.
+    /// In bus axes, with what lies ahead, and with the servicer's numbers beside the time.
     Servicer = 2,
 }
 
@@ -182,7 +182,7 @@ impl<const NL: usize> Scene<'_, NL> {
         self.what_is_left(k, state, &to_body, out);
     }
 
-    /// What holds at node `k`, or at the last node where that comes before.
+    /// Value at node `k`, or at the last node where that comes before.
     fn at_or_last<'v, T>(&self, values: &'v [T; NODES], k: usize) -> &'v T {
         &values[k.min(self.last).min(NODES - 1)]
     }

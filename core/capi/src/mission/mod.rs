@@ -32,8 +32,8 @@ pub struct RemoraLink {
     pub capsule_end_from_tip_link_m: [f64; 3],
 }
 
-/// Everything that is the same for every approach: orbit, target, servicer, limits, tolerances. docs/problem.md
-/// explains each number; remora_defaults fills in the mission of that page. Masses, inertias,
+/// Everything that is the same for every approach: orbit, target, servicer, limits, tolerances.
+/// docs/concepts/problem.md explains each number; remora_defaults fills in the mission of that page. Masses, inertias,
 /// extents, limits, weights and tolerances are above zero; margins and keep-out distances at least zero.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]

@@ -236,7 +236,7 @@ mod tests {
         }
     }
 
-    /// Whatever the sizes say, nothing beyond the slices is read.
+    /// Kernels read nothing beyond the slices, whatever the sizes say.
     #[test]
     fn too_little_is_no_crime() {
         for kernel in Kernel::available() {

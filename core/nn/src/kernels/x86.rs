@@ -12,7 +12,7 @@ pub(super) struct Features {
     pub avx512_vnni: bool,
 }
 
-/// What `cpuid` said, asked once: under a hypervisor each question costs microseconds. Bit 7: was
+/// Answer of `cpuid`, asked once: under a hypervisor each question costs microseconds. Bit 7: was
 /// asked.
 static KNOWN: AtomicU8 = AtomicU8::new(0);
 
@@ -21,7 +21,7 @@ pub(super) fn features() -> Features {
     if known == 0 {
         let Features { avx2, avx_vnni, avx512_vnni } = ask();
         known = 0x80 | u8::from(avx2) | u8::from(avx_vnni) << 1 | u8::from(avx512_vnni) << 2;
-        // Whoever asks at the same time hears the same.
+        // Threads that ask at the same time hear the same.
         KNOWN.store(known, Ordering::Relaxed);
     }
     Features { avx2: known & 1 != 0, avx_vnni: known & 2 != 0, avx512_vnni: known & 4 != 0 }
@@ -61,10 +61,10 @@ fn ask() -> Features {
     Features { avx2, avx_vnni, avx512_vnni }
 }
 
-/// XMM and YMM in XCR0, what the operating system saves.
+/// XMM and YMM in XCR0: the operating system saves them.
 const VECTORS: u64 = 0b110;
 
-/// With masks and ZMM.
+/// XMM, YMM, masks and ZMM in XCR0.
 const LARGE_VECTORS: u64 = 0b1110_0110;
 
 /// Register XCR0.
@@ -74,7 +74,7 @@ fn saved_registers() -> u64 {
     unsafe { _xgetbv(0) }
 }
 
-/// What is left of a product's operands when all of them are there in full.
+/// Operands of a product, cut to the rows and columns that all of them have in full.
 struct Full<'a, const T: usize> {
     rows: Rows<'a>,
     bytes: [&'a [u8]; T],
@@ -254,7 +254,7 @@ products! {
 }
 
 products! {
-    /// The same instruction as AVX-512 has it, of vectors of 256 bits.
+    /// Products of unsigned with signed bytes by AVX-512's instruction, of vectors of 256 bits.
     ///
     /// The processor must have AVX2, AVX-512-VL and AVX-512-VNNI.
     avx512_vnni, vnni512_all, vnni512_rows, "avx2,avx512vl,avx512vnni", false, [8, 4, 2, 2, 2]
@@ -294,7 +294,7 @@ macro_rules! unsigned_rows {
             let mut found = [[0; R]; T];
             for ((found, parts), excess) in found.iter_mut().zip(&parts).zip(full.excess) {
                 *found = lanes(parts);
-                // Of the longest vectors the sum of unsigned products passes 2^31, the difference does not.
+                // The longest vectors' sums of unsigned products pass 2^31, the differences do not.
                 for found in found {
                     *found = found.wrapping_sub(excess);
                 }

@@ -167,7 +167,7 @@ mod tests {
             let a = m + m.transpose();
             let mut projected = a;
             project_positive(&mut projected);
-            // What is left and what was taken are orthogonal, one positive, the other negative.
+            // The projection and its change are orthogonal, and both are positive.
             let taken = projected - a;
             prop_assert!((projected * taken).norm() < 1e-11);
             let shift = SMatrix::<f64, 5, 5>::identity() * 1e-11;

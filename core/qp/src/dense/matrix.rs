@@ -89,7 +89,7 @@ pub fn multiply_vector_add<const R: usize>(out: &mut [f64; R], a: &[[f64; R]], x
     multiply_vector_add_from::<R, 0>(out, a, x);
 }
 
-/// The same from row `FIRST` on; the rows before are left as they were.
+/// Adds `a x` to `out` from row `FIRST` on; the rows before are left as they were.
 #[inline(always)]
 fn multiply_vector_add_from<const R: usize, const FIRST: usize>(
     out: &mut [f64; R],

@@ -121,7 +121,7 @@ impl<const NX: usize> CostToGo<NX> {
         factored
     }
 
-    /// The same of rigid dynamics, of which fixed components alone have a `D`. Cost: `NX^2` moves.
+    /// Schur complement of rigid dynamics, whose fixed components alone have a `D`. Cost: `NX^2` moves.
     #[inline(always)]
     pub fn of_rigid_dynamics(
         &mut self,

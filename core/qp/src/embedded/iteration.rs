@@ -92,7 +92,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
             let stop = if !at.is_finite() {
                 Some(QpStatus::NumericalFailure)
             } else if solved && (free || iterations >= limit) {
-                // What solves the QP without slack solves it with slack where that is not worth its price.
+                // A solution without slack solves the QP with slack if its multipliers are within the penalty.
                 match self.multipliers_are_within(qp.defect_penalty) {
                     true => Some(QpStatus::Solved),
                     false => Some(QpStatus::Stalled),
@@ -277,7 +277,7 @@ multiversion! {
 }
 
 multiversion! {
-    /// The same with a centering, and the second-order corrector of the predictor `affine`.
+    /// The gradient for the combined step, with centering and the corrector of the predictor: into `out`.
     fn condense<const NX: usize, const NU: usize, const NG: usize>(
         variables: &[StageVariables<NX, NU, NG>],
         gradient: &[StageVector<NX, NU, NG>],

@@ -24,7 +24,7 @@ impl<const S: usize, const C: usize> Leading<S, C> {
         S <= NX && C <= NU && stages[..to_the_last].iter().all(|stage| self.are_all_in(stage))
     }
 
-    /// The same of one stage.
+    /// Whether no other state or control enters the dynamics or the cross cost of one stage.
     fn are_all_in<const NX: usize, const NU: usize, const NG: usize>(
         self,
         stage: &QpStage<NX, NU, NG>,
@@ -95,7 +95,7 @@ mod tests {
         qp
     }
 
-    /// The same with three states and controls of zeros: controls fixed, states at the first stage.
+    /// Pads a QP with three states and controls of zeros: controls fixed, states at the first stage.
     fn padded(own: &Own) -> Padded {
         let mut qp = Padded {
             defect_penalty: own.defect_penalty,
@@ -126,7 +126,7 @@ mod tests {
         leading: bool,
     ) -> (QpOutcome, Solution<N, NX, NU, NG>) {
         let (mut solver, mut solution) = (EmbeddedQp::new(), Solution::ZERO);
-        // What an earlier QP left must not matter.
+        // Numbers that an earlier QP left must not matter.
         solver.fill(0.7);
         solver.reset();
         let outcome = solver.solve(qp, &mut solution, &Deadline::never());

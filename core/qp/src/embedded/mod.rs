@@ -1,9 +1,9 @@
 //! The embedded solver: a primal-dual interior-point method over the stage structure.
 //!
-//! Mehrotra's predictor-corrector method on the saddle point of the Lagrangian; `docs/qp.md` derives
-//! it. One file per object: bounded variables with their barriers (`bounded`), the variables of one
-//! stage (`variables`), KKT residuals (`optimality`), the dual-regularised cost-to-go (`cost_to_go`),
-//! the factored Newton system (`riccati`) and its dense kernels (`kernels`), the iteration
+//! Mehrotra's predictor-corrector method on the saddle point of the Lagrangian:
+//! `docs/concepts/scp-and-qp.md`. One file per object: bounded variables with their barriers (`bounded`),
+//! the variables of one stage (`variables`), KKT residuals (`optimality`), the dual-regularised cost-to-go
+//! (`cost_to_go`), the factored Newton system (`riccati`) and its dense kernels (`kernels`), the iteration
 //! (`iteration`), the certificate of infeasibility (`infeasible`).
 
 mod bounded;
@@ -253,7 +253,7 @@ impl<const N: usize, const NX: usize, const NU: usize, const NG: usize> Embedded
             self.write(solution);
             return outcome;
         }
-        // What the next solve could go on from is not what is kept.
+        // The iterate is not the solution that is kept: the next solve must not go on from it.
         self.solved = false;
         QpOutcome { status: QpStatus::ReducedAccuracy, ..outcome }
     }
@@ -378,7 +378,7 @@ mod tests {
         qp
     }
 
-    /// What is asked for here no rounding allows: all starts are made, and the best one counts.
+    /// Rounding keeps the solver from the accuracy asked for: all starts are made, and the best one counts.
     #[test]
     fn restarts_make_no_solution_worse() {
         let mut solver = EmbeddedQp::<N, 2, 1, 1>::new();

@@ -1,4 +1,4 @@
-//! What holds at capture, as distances beyond limits with exact gradients.
+//! Constraints at capture, as distances beyond limits with exact gradients.
 
 use super::pose::Pose;
 use super::{CaptureSearch, CaptureViolation};
@@ -9,7 +9,7 @@ use remora_qp::dense::divisor;
 /// How far within its limits the search goes, so that rounding leaves it there [rad or m].
 const WITHIN: f64 = 1e-9;
 
-/// Which inequality.
+/// Names of the inequalities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Limit {
     View,
@@ -17,7 +17,7 @@ pub(super) enum Limit {
     Port,
 }
 
-/// Who takes the inequalities, one after the other.
+/// Receiver of the inequalities, one after the other.
 pub(super) trait Take<const NL: usize> {
     /// An angle or distance beyond its limit [rad or m]; its gradient by the joint angles where
     /// wanted.
@@ -60,7 +60,7 @@ impl<'a, const NL: usize> Constraints<'a, NL> {
         Pose::new(self.servicer, &self.search.axis, angles)
     }
 
-    /// By how much `angles` [rad] violate each.
+    /// Violation of each constraint by `angles` [rad].
     pub fn violation(&self, angles: &SVector<f64, NL>) -> CaptureViolation {
         let pose = self.pose(angles);
         let none = f64::NEG_INFINITY;

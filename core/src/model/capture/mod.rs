@@ -21,8 +21,8 @@ pub const CAPTURE_ALIGNMENT: f64 = 1e-9;
 /// Name of what [`CaptureViolation::stop`] measures.
 const STOPS: &str = "the joints' stops";
 
-/// What joint angles at capture have to satisfy, beside the end effector's axis pointing the way
-/// that the end effector lies from the system's centre of mass.
+/// Constraints on the joint angles at capture. Besides, the end effector's axis points the way that the
+/// end effector lies from the system's centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CaptureSearch {
     /// Unit axis of the end effector, in the last link's axes: what points into the port.
@@ -37,7 +37,7 @@ pub struct CaptureSearch {
     pub stop_margin: f64,
 }
 
-/// By how much joint angles violate what holds at capture; negative where they satisfy it.
+/// Violations of the constraints at capture by joint angles; negative where they are satisfied.
 ///
 /// A number that is not one counts as a violation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,9 +81,9 @@ impl CaptureViolation {
 /// A constraint that no joint angles were found to satisfy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CaptureFailure {
-    /// What it asks for, in words.
+    /// Name of the constraint, in words.
     pub constraint: &'static str,
-    /// By how much the best that was found violates it [rad or m].
+    /// Violation by the best joint angles that were found [rad or m].
     pub violation: f64,
 }
 
@@ -96,7 +96,7 @@ impl fmt::Display for CaptureFailure {
 impl core::error::Error for CaptureFailure {}
 
 impl<const NL: usize> Servicer<NL> {
-    /// By how much joint angles `angles` [rad] violate what holds at capture.
+    /// Violations of the constraints at capture by the joint angles `angles` [rad].
     ///
     /// Cost: a sine and cosine and a distance of a segment from a box a link.
     pub fn capture_violation(

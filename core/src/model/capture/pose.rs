@@ -65,7 +65,7 @@ impl<const NL: usize> Pose<NL> {
         }
     }
 
-    /// What joint `j` does to a `point` fixed to link `i` [m/rad].
+    /// Derivative of a `point` fixed to link `i` by the angle of joint `j` [m/rad].
     pub fn point_by_joint(&self, i: usize, point: &Vector3<f64>, j: usize) -> Vector3<f64> {
         if j > i { Vector3::zeros() } else { self.axis[j].cross(&(point - self.joint[j])) }
     }

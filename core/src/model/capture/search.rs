@@ -99,7 +99,7 @@ fn satisfies<const NL: usize>(constraints: &Constraints<NL>, angles: &SVector<f6
     constraints.violation(angles).worst(CAPTURE_ALIGNMENT).is_none()
 }
 
-/// What joint angles that do not satisfy all violate most.
+/// Constraint that joint angles violate most, where they do not satisfy all.
 fn failure<const NL: usize>(
     constraints: &Constraints<NL>,
     angles: &SVector<f64, NL>,
@@ -195,7 +195,7 @@ impl<const NL: usize> Room<NL> {
         Ok(stops)
     }
 
-    /// What of it is reached from `near` within `time` [s]; the nearest to it where that is nothing.
+    /// Part of the room that is reached from `near` within `time` [s]; the nearest to it where there is none.
     fn within(&self, constraints: &Constraints<NL>, near: &SVector<f64, NL>, time: f64) -> Self {
         let way = constraints.servicer.joint_rate_limit_rad_s * time;
         Self { least: self.nearest(&(near - way)), largest: self.nearest(&(near + way)) }

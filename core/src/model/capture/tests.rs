@@ -86,7 +86,7 @@ fn time<const NL: usize>(servicer: &Servicer<NL>, angles: &SVector<f64, NL>) -> 
     way.component_div(&servicer.joint_rate_limit_rad_s).max()
 }
 
-/// What is taken of one inequality: its number, and its gradient if it has one.
+/// Inequalities as they are taken: name, number and gradient.
 struct Rows<const NL: usize>(Vec<(Limit, f64, SVector<f64, NL>)>);
 
 impl<const NL: usize> Take<NL> for Rows<NL> {
@@ -169,7 +169,7 @@ fn nearly_all_chains_find_one() {
     assert_eq!(counts, [100, 99, 100, 100]);
 }
 
-/// What is found from other starts satisfies all, too, and is no nearer.
+/// Joint angles found from other starts satisfy all constraints, too, and are no nearer.
 #[test]
 fn none_that_is_known_is_nearer() {
     fn compare<const NL: usize>(servicer: &Servicer<NL>, seed: u64) {

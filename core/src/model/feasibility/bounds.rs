@@ -1,4 +1,4 @@
-//! What the end of an approach takes of the actuators at least.
+//! Bounds on the end of an approach: its reach, least force and least bus torque.
 
 use super::{SLACK, norm};
 use crate::math::quaternion;

@@ -1,4 +1,4 @@
-//! What is decided before planning: approaches that no plan can end well.
+//! Checks before planning: they refuse approaches that no plan can end well.
 //!
 //! Every check is a bound: it refuses what is certainly impossible and lets pass what may not be.
 //! Tolerances of the verifier are granted, and limits count in full.
@@ -25,7 +25,7 @@ const QUATERNION: f64 = 1e-6;
 const NEAREST: f64 = 1e-3;
 /// Longest time from node to node, in orbits.
 const NODE_INTERVAL: f64 = 0.1;
-/// What geometry is granted beside the verifier's tolerances [m or rad].
+/// Slack of geometry beside the verifier's tolerances [m or rad].
 const SLACK: f64 = 1e-3;
 /// Shortest and longest approach [s].
 const MIN_DURATION: f64 = 1.0;
@@ -93,8 +93,8 @@ impl<const NL: usize> Mission<NL> {
         Ok(())
     }
 
-    /// The same for what no scenario changes: the grid of nodes, the arm's way, what is seen and
-    /// where the bus is at capture.
+    /// Checks all that no scenario changes: the grid of nodes, the arm's way, the view and the bus's
+    /// place at capture.
     ///
     /// # Errors
     /// The first thing found impossible.
@@ -115,11 +115,11 @@ impl<const NL: usize> Mission<NL> {
         Ok(())
     }
 
-    /// What an approach takes at least; the scenario must be one that [`Mission::check`] accepts
+    /// Least needs of an approach; the scenario must be one that [`Mission::check`] accepts
     /// as input.
     ///
     /// # Errors
-    /// Where the target tumbles too fast to be followed.
+    /// A target that tumbles too fast to be followed.
     pub fn needs<const N: usize>(
         &self,
         scenario: &Scenario<NL>,

@@ -1,4 +1,4 @@
-//! What limits and fixes a state at a node: stops and rates of the joints behind a given start, the arm's
+//! Limits and fixed values of a state at a node: joint stops and rates behind a given start, the arm's
 //! preset, the terminal state.
 
 use super::Reorientation;
@@ -45,7 +45,7 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
         }
     }
 
-    /// How much of a given start's excess node `k` may still have; `None` once it is led back.
+    /// Share of a given start's excess that node `k` may still have; `None` once it is led back.
     pub(super) fn share_of_start(&self, k: usize) -> Option<f64> {
         let until = self.grid.recovery_node();
         (self.is_given && k < until).then(|| 1.0 - k as f64 / until as f64)

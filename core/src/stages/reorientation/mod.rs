@@ -23,7 +23,7 @@ use remora_qp::QpStage;
 use rollout::RateOffset;
 pub use trajectory::ReorientationTrajectory;
 
-/// What Stage 2 computes.
+/// Goal of Stage 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -70,7 +70,7 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
     preset: usize,
     sight: [Vector3<f64>; N],
     terminal_rate: Vector3<f64>,
-    /// What fixes the attitude at the last node.
+    /// Condition on the attitude at the last node.
     terminal: Terminal,
     /// Axes of the last node's attitude step, as columns in RTN.
     terminal_axes: Matrix3<f64>,
@@ -82,7 +82,7 @@ pub struct Reorientation<'a, P, const N: usize, const NL: usize, const NX: usize
     is_held: bool,
     /// Whether limits have margins.
     has_margins: bool,
-    /// What torques are divided by in the cost [N m].
+    /// Units of torques in the cost [N m].
     cost_unit: SVector<f64, NU>,
     /// Scale of the cost: one interval's typical torque costs [`TYPICAL_COST`].
     cost_scale: f64,

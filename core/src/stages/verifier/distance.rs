@@ -7,7 +7,7 @@
 use nalgebra::{Matrix3, Vector3};
 use remora_qp::dense::divisor;
 
-/// By how much a distance may be larger than the least [m].
+/// Most that a distance may be above the least [m].
 const RESOLUTION: f64 = 1e-10;
 
 /// Most points of a segment that are looked at: halving a metre so often leaves less than
@@ -22,7 +22,7 @@ pub(super) fn point_to_box(
     along: &Vector3<f64>,
 ) -> (f64, f64) {
     let beyond = Vector3::from_fn(|i, _| {
-        // What is not a number stays so.
+        // A coordinate that is NaN stays NaN.
         let over = point[i].abs() - half[i];
         if over <= 0.0 {
             0.0

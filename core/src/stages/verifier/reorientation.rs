@@ -21,7 +21,7 @@ pub(crate) const MAX_PART_SUBSTEPS: usize = 1 << (MAX_DOUBLINGS - 1);
 /// differ; the finer one errs by a fifteenth of that.
 const RESOLVED: f64 = 0.1;
 
-/// What acts in an interval.
+/// Interval of a plan, with the control and the force that act in it.
 pub(super) struct Interval<'a, const NL: usize> {
     pub mission: &'a Mission<NL>,
     pub integrator: Integrator,
@@ -34,7 +34,7 @@ pub(super) struct Interval<'a, const NL: usize> {
 pub(super) struct Flown<const NL: usize> {
     /// States at the ends of the interval's parts.
     pub states: [State<NL>; PARTS + 1],
-    /// By how much the last may still be off, scaled; zero where that is resolved.
+    /// Largest error left in the last state, scaled; zero where the integration is resolved.
     pub unresolved: f64,
 }
 
@@ -63,7 +63,7 @@ impl<const NL: usize> Interval<'_, NL> {
                 return flown;
             }
             flown.unresolved = apart;
-            // What is not a number will not become one.
+            // Gives up where the integrations do not stay finite.
             if !apart.is_finite() {
                 return flown;
             }

@@ -1,4 +1,4 @@
-//! What the verifier finds: residuals, clearances, and how the worst of them is kept.
+//! Findings of the verifier: residuals, clearances, and how the worst of them is kept.
 
 use crate::model::Tolerances;
 use crate::stages::worse;
@@ -109,7 +109,7 @@ impl Clearances {
             .fold(f64::NEG_INFINITY, |most, pair| worse(most, -pair.distance))
     }
 
-    /// By how much the bodies that overlap most do so [m].
+    /// Deepest overlap of two bodies [m].
     pub(super) fn overlap(&self) -> f64 {
         [self.arm, self.bus, self.own].iter().fold(0.0, |most, pair| worse(most, -pair.distance))
     }
@@ -129,7 +129,7 @@ impl ArmClearances {
     pub const NONE: Self = Self { links: Closest::NONE, end_effector: Closest::NONE };
 }
 
-/// What the verifier found.
+/// Findings of the verifier.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verification {
     /// The residuals.
@@ -141,7 +141,7 @@ pub struct Verification {
 }
 
 impl Residuals {
-    /// Those of a plan that was not looked at to its end: infinite all, none of them passes.
+    /// Residuals of a plan that was not verified to its end: all are infinite, so none passes.
     pub const UNFINISHED: Self = Self {
         dynamics1: f64::INFINITY,
         keep_out: f64::INFINITY,
@@ -227,7 +227,7 @@ pub(super) fn worst(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |m, v| worse(m, v.abs()))
 }
 
-/// By how much any value leaves plus and minus its own limit, relative to that.
+/// Largest excess of a value over its own limit, relative to that limit.
 // Not inlined: an image has room for one.
 #[inline(never)]
 pub(super) fn excess(values: &[f64], limits: &[f64]) -> f64 {
@@ -235,7 +235,7 @@ pub(super) fn excess(values: &[f64], limits: &[f64]) -> f64 {
     pairs.fold(0.0, |most, (value, limit)| worse(most, value.abs() / limit - 1.0))
 }
 
-/// By how much an angle is below its lower or above its upper stop; negative within them [rad].
+/// Excess of an angle beyond its stops; negative within them [rad].
 pub(super) fn beyond_stops(angle: f64, lower: f64, upper: f64) -> f64 {
     worse(angle - upper, lower - angle)
 }
