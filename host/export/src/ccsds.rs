@@ -9,7 +9,7 @@ use crate::inertial::{Row, Spacecraft};
 use nalgebra::Vector3;
 use std::fmt::Write as _;
 
-/// What an ephemeris is of.
+/// Heading of an ephemeris: spacecraft, axes, times and comments.
 #[derive(Clone, Debug)]
 pub struct Heading<'a> {
     /// The spacecraft.

@@ -69,7 +69,7 @@ pub struct State {
     pub velocity_m_s: [f64; 3],
 }
 
-/// What a spacecraft is called.
+/// Names of a spacecraft.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Designation {
@@ -84,9 +84,9 @@ pub struct Designation {
 pub struct Chief {
     /// Name of the inertial axes.
     pub frame: String,
-    /// What the target is called.
+    /// Names of the target.
     pub target: Designation,
-    /// What the servicer is called.
+    /// Names of the servicer.
     pub servicer: Designation,
     /// Key that gives the orbit's shape.
     shape: &'static str,

@@ -138,7 +138,7 @@ impl FromStr for Epoch {
 }
 
 impl fmt::Display for Epoch {
-    /// As CCSDS has it, to the microsecond.
+    /// Writes the calendar time of CCSDS, to the microsecond.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Reading { micros, is_leap } = self.reading();
         let at = Calendar::from_utc_duration(micros * Unit::Microsecond);

@@ -59,7 +59,7 @@ impl Format {
 pub struct Export {
     /// The plan's file.
     pub plan: PathBuf,
-    /// What to make.
+    /// Formats to make.
     pub formats: Vec<Format>,
     /// When the plan begins.
     pub epoch: Option<Epoch>,
@@ -141,7 +141,7 @@ impl Export {
         Ok(ExportSummary { format: "remora-export/1", scenario: plan.scenario, duration_s, files })
     }
 
-    /// What stands in one file.
+    /// Makes the contents of one file.
     fn contents(
         &self,
         plan: &PlanFile,

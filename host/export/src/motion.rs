@@ -22,7 +22,7 @@ const MOST: f64 = 1e6;
 pub struct Motion {
     /// Instants in their order: the nodes, and in between those of the steps.
     pub moments: Vec<Moment>,
-    /// What moves.
+    /// Bodies that move.
     pub bodies: Bodies,
     /// The target's orbit, as the plan's mission has it.
     pub orbit: Orbit,
@@ -59,7 +59,7 @@ pub struct Moment {
     pub tip: Vector3<f64>,
 }
 
-/// What moves, each body in its own axes.
+/// Bodies that move, each in its own axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bodies {
     /// Half edge lengths of the target's box [m].
@@ -125,7 +125,7 @@ struct Track {
     path: TranslationTrajectory<NODES>,
     motion: formats::Motion,
     target: [TargetState; NODES],
-    /// What holds between the nodes; none with Euler's step.
+    /// Plan between the nodes; none with Euler's step.
     between: Option<Box<FlightPlan<MAX_JOINTS>>>,
 }
 
@@ -190,7 +190,7 @@ impl Track {
         }
     }
 
-    /// What stands in the file.
+    /// Takes a node's moment from the plan's file.
     fn at_node(&self, k: usize) -> Moment {
         let held = k.min(self.grid.last().saturating_sub(1));
         let place = (self.path.position[k], self.path.velocity[k]);

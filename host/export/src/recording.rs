@@ -38,7 +38,7 @@ const APPROACH: [&str; 7] = [
 /// A motion as the bytes of a file, with the residuals of its plan. The first node is at `epoch`, else in 1970.
 ///
 /// # Errors
-/// What the writer says; into memory, none that a sound motion could have.
+/// An error of the writer; into memory, none that a sound motion could have.
 pub fn recorded(
     motion: &Motion,
     residuals: &Residuals,

@@ -8,7 +8,7 @@ pub trait Choice: Copy + Send + Sync + 'static {
     /// Its name.
     fn name(self) -> &'static str;
 
-    /// What it is, in a line without a full stop.
+    /// Its description, in a line without a full stop.
     fn help(self) -> &'static str;
 
     /// The one of this name.

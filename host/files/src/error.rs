@@ -1,4 +1,4 @@
-//! What can go wrong on the bench: each error is one line that names the file, the field and the
+//! Errors of the operator's tools: each is one line that names the file, the field and the
 //! reason.
 
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ pub enum Error {
         file: PathBuf,
         /// Path of the field inside it, such as `scenarios[3].target.attitude`; may be empty.
         field: String,
-        /// What is wrong.
+        /// Reason why it is refused.
         reason: String,
     },
     /// The file is of another kind than the reader takes.
@@ -34,7 +34,7 @@ pub enum Error {
     Output {
         /// The file.
         file: PathBuf,
-        /// What is wrong.
+        /// Reason why it cannot be written.
         reason: String,
     },
     /// A command line argument, or a combination of them.
@@ -42,7 +42,7 @@ pub enum Error {
     Argument {
         /// The argument, such as `--id`.
         argument: &'static str,
-        /// What is wrong.
+        /// Reason why it is refused.
         reason: String,
     },
     /// A scenario that is no input to plan from.
@@ -50,19 +50,19 @@ pub enum Error {
     Scenario {
         /// Its id.
         id: String,
-        /// What is wrong.
+        /// Reason why it is refused.
         reason: String,
     },
     /// A plot that cannot be drawn.
     #[error("plot: {reason}")]
     Plot {
-        /// What is wrong.
+        /// Reason why it cannot be drawn.
         reason: String,
     },
     /// A thread that could not be started or did not end well.
     #[error("worker thread: {reason}")]
     Thread {
-        /// What happened.
+        /// Event that ended the thread, or kept it from starting.
         reason: String,
     },
     /// The program was asked to end before the work was done.
@@ -138,7 +138,7 @@ fn of_bearable_length(text: String) -> String {
 pub struct FieldError {
     /// Path of the field; may be empty.
     pub field: String,
-    /// What is wrong with it.
+    /// Reason why it is refused.
     pub reason: String,
 }
 
@@ -149,7 +149,7 @@ impl FieldError {
         Self { field: shown(field.into()), reason: shown(reason.into()) }
     }
 
-    /// The same error, in `file`.
+    /// Names the `file` of the error.
     pub fn at(self, file: &Path) -> Error {
         Error::Input { file: file.to_path_buf(), field: self.field, reason: self.reason }
     }

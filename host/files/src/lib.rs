@@ -1,4 +1,4 @@
-//! What Remora's operator reads and writes, and how numbers are shown. Nothing here plans.
+//! Files that Remora's operator reads and writes, and how numbers are shown. Nothing here plans.
 //!
 //! Data goes down this list, imports go up it:
 //!

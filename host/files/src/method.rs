@@ -7,20 +7,20 @@ pub use remora_core::advanced::stages::Mode;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// What the second stage is to start from.
+/// Choice of the initial guess of Stage 2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WarmStart {
     /// A learned model where there is one for the integrator, otherwise the heuristic.
     Auto,
-    /// The roll-out of a learned model; the heuristic where the roll-out is worse or of no use.
+    /// The rollout of a learned model; the heuristic where the rollout is worse or of no use.
     Model,
     /// Track the docking port, move the joints evenly, light ones late.
     #[default]
     Heuristic,
 }
 
-/// Who solves the convex subproblems.
+/// Solver of the convex subproblems.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Qp {
@@ -151,7 +151,7 @@ impl FromStr for Deadline {
 pub struct Method {
     /// Optimality or feasibility.
     pub mode: Mode,
-    /// Start of Stage 2.
+    /// Initial guess of Stage 2.
     pub warm_start: WarmStart,
     /// Solver of the subproblems.
     pub qp: Qp,
@@ -160,8 +160,8 @@ pub struct Method {
     /// Time for the whole plan; none is as long as it takes. With it, when a plan ends depends on
     /// the machine and its load.
     pub deadline: Option<Deadline>,
-    /// Whether Stage 2 goes on until the cost has settled a hundred times better than plans need: for plans
-    /// to learn from.
+    /// Whether Stage 2 converges to a far smaller cost tolerance than plans need: for plans to learn
+    /// from.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub sharp: bool,
 }

@@ -51,12 +51,12 @@ pub struct Mean {
 }
 
 impl Mean {
-    /// Of some numbers.
+    /// Computes the mean of some numbers.
     pub fn of(values: &[f64]) -> Self {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
-        // Of one number 0 / 0: its spread is unknown.
+        // One number gives 0 / 0: its spread is unknown.
         let std = (squares / (n - 1.0)).sqrt();
         let half = student(values.len().saturating_sub(1)) * std / n.sqrt();
         let mean = Estimate { value: mean, low: mean - half, high: mean + half };
@@ -64,12 +64,12 @@ impl Mean {
     }
 }
 
-/// So many of so many.
+/// Successes in a number of tries, with their ratio.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rate {
     /// How many did.
     pub count: usize,
-    /// Of how many.
+    /// Number of tries.
     pub of: usize,
     /// Their ratio, with Wilson's interval.
     pub rate: Estimate,
@@ -90,18 +90,18 @@ impl Rate {
 /// Confidence of the bounds of shares, one-sided.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// So many of so many, with one-sided bounds (Clopper and Pearson 1934).
+/// Successes in a number of tries, with one-sided bounds (Clopper and Pearson 1934).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Share {
     /// How many did.
     pub count: u64,
-    /// Of how many.
+    /// Number of tries.
     pub of: u64,
     /// Their ratio.
     pub share: f64,
-    /// What the share is at least, with [`CONFIDENCE`].
+    /// Lower bound of the share, one-sided with [`CONFIDENCE`].
     pub at_least: f64,
-    /// What it is at most, with [`CONFIDENCE`].
+    /// Upper bound of the share, one-sided with [`CONFIDENCE`].
     pub at_most: f64,
 }
 
@@ -233,9 +233,9 @@ mod tests {
     #[test]
     fn bounds_are_clopper_and_pearsons() {
         assert!((lower_bound(1108, 1108, 0.05) - 0.05_f64.powf(1.0 / 1108.0)).abs() < 1e-12);
-        // As many flights without a failure as show 99.73 %.
+        // Fewest flights without a failure that show 99.73 %.
         assert!(lower_bound(1109, 1109, 0.05) >= 0.9973 && lower_bound(1108, 1108, 0.05) < 0.9973);
-        // Of ten tries: 0.05 = (1 - p)^10 for none of the failures, and tables for eight.
+        // Tables give the bound for eight of ten; 0.05 = (1 - p)^20 gives it for none of twenty.
         assert!((lower_bound(8, 10, 0.05) - 0.493_099_5).abs() < 1e-6);
         assert!((Share::new(0, 20).at_most - (1.0 - 0.05_f64.powf(0.05))).abs() < 1e-12);
         assert_eq!(Share::new(0, 20).at_least, 0.0);

@@ -40,11 +40,11 @@ const MOST_SHOWN: usize = 12;
 
 /// Flights to be flown.
 pub struct Flights {
-    /// What is flown.
+    /// Description of the flights.
     pub asked: FlightsFile,
     /// Number of worker threads.
     pub jobs: NonZeroUsize,
-    /// Which runs' histories are kept.
+    /// Choice of the runs whose histories are kept.
     pub keep: Keep,
     /// When enough has been flown.
     pub until: Option<Until>,
@@ -164,7 +164,7 @@ impl Flights {
         plans.iter().map(planned).collect()
     }
 
-    /// What is drawn, by the first plan that can be flown.
+    /// Names the quantities that are drawn, by the first plan that can be flown.
     pub(crate) fn drawn(&self, plans: &[Plan]) -> Result<Vec<ErrorColumn>, Error> {
         let Some(sortie) = plans.iter().find_map(|plan| plan.sortie.as_ref()) else {
             return Ok(Vec::new());
@@ -189,7 +189,7 @@ impl Flights {
         Ok(Row { run, scenario: plan.id.clone(), flown })
     }
 
-    /// What tables of the runs say of themselves.
+    /// Metadata of the runs' tables.
     pub(crate) fn table_entries(&self) -> Vec<(&'static str, String)> {
         let program = formats::Program::this();
         vec![

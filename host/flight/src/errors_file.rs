@@ -5,10 +5,10 @@ use remora_host::formats::{Kind, Limit, as_text, toml_text};
 use remora_truth::Errors;
 use std::path::Path;
 
-/// What an errors file says of itself at its head.
+/// Comment at the head of an errors file.
 const HEAD: &str = "\
 # Errors of the world against what the planner believes: one standard deviation each, unless a key's
-# documentation says otherwise (docs/flights.md). All of these values are assumed.
+# documentation says otherwise (docs/guides/simulate.md). All of these values are assumed.
 
 ";
 

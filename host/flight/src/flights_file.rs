@@ -19,7 +19,7 @@ const FORMAT: &str = "remora-flights/1";
 /// Most runs of each plan.
 pub const MAX_RUNS: u64 = 1_000_000;
 
-/// What is flown: all that a run depends on.
+/// Description of flights: all that a run depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlightsFile {
@@ -40,7 +40,7 @@ pub struct FlightsFile {
 }
 
 impl FlightsFile {
-    /// What is flown, in the present form.
+    /// Describes flights in the present form.
     pub fn new(
         plans: Vec<PathBuf>,
         (runs, seed): (u64, u64),
@@ -121,7 +121,7 @@ pub(crate) struct FlightsHeader {
 }
 
 impl FlightsHeader {
-    /// That of what is flown, whole.
+    /// Header of all flights.
     pub(crate) fn new(asked: &FlightsFile) -> Self {
         Self {
             format: Self::FORMAT.into(),
@@ -132,7 +132,7 @@ impl FlightsHeader {
         }
     }
 
-    /// That of a part of it.
+    /// Header of a part of the flights.
     pub(crate) fn of_part(asked: &FlightsFile, part: Part) -> Self {
         Self { part: Some(part), ..Self::new(asked) }
     }

@@ -1,4 +1,4 @@
-//! What a flight comes to, and how near it comes to limits on the way.
+//! Outcome of a flight, and how near it comes to limits on the way.
 
 use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::advanced::dynamics::{Multibody, State};
@@ -9,7 +9,7 @@ use remora_core::advanced::stages::clearances_at;
 use remora_truth::View;
 use serde::{Deserialize, Serialize};
 
-/// What counts as a capture.
+/// Criteria of a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Criteria {
@@ -32,7 +32,7 @@ impl Default for Criteria {
 pub struct Arrival {
     /// Distance of the end effector from the port [m].
     pub miss_m: f64,
-    /// The same along the target's axes, from the port [m].
+    /// Position of the end effector from the port, target's axes [m].
     pub miss_target_m: [f64; 3],
     /// Angle between the approach axis and the port's [rad].
     pub angle_rad: f64,
@@ -41,7 +41,7 @@ pub struct Arrival {
 }
 
 impl Arrival {
-    /// Of the true state.
+    /// Measures the true state.
     pub fn of<const NL: usize>(view: &View<NL>) -> Self {
         let axes = quaternion::rotation_matrix(&Vector4::from(view.target.attitude));
         Self {
@@ -100,8 +100,8 @@ impl Room {
     }
 }
 
-/// How far the keep-out distance and the view may be passed: what capture itself may miss by, and the
-/// verifier's tolerance.
+/// Tolerances of keep-out distance and view: the miss that capture itself may have, and the verifier's
+/// tolerance.
 pub const KEEP_OUT_TOLERANCE_M: f64 = 0.012;
 /// Missing cosine that is rounding.
 pub const VIEW_TOLERANCE: f64 = 1e-4;
@@ -113,9 +113,9 @@ pub struct Judge<'a, const NL: usize> {
     grid: &'a Grid,
     /// Field of view's cosine.
     widest: f64,
-    /// By how much nearer the box the port is than was planned for; zero where it is farther [m].
+    /// Depth of the port below the planned one; zero where it stands farther out [m].
     deeper: f64,
-    /// What was found so far.
+    /// Room found so far.
     pub room: Room,
     /// Least distance of the centre of mass from the target's box so far [m].
     pub nearest_m: f64,
@@ -140,7 +140,7 @@ impl<'a, const NL: usize> Judge<'a, NL> {
         }
     }
 
-    /// Forgets what was found so far.
+    /// Forgets the room found so far.
     pub fn begin(&mut self) {
         (self.room, self.nearest_m) = (Room::ALL, f64::INFINITY);
     }

@@ -1,11 +1,11 @@
-//! Which runs' histories are kept: `failures,worst=20,sample=10`.
+//! Choice of the runs whose histories are kept: `failures,worst=20,sample=10`.
 
 use crate::flight::Ending;
 use crate::row::Row;
 use std::collections::BTreeSet;
 use std::str::FromStr;
 
-/// Which runs' histories are kept.
+/// Choice of the runs whose histories are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Keep {
     /// All of them.

@@ -29,7 +29,7 @@ impl Default for Filters {
     }
 }
 
-/// What is estimated from one instant to the next.
+/// Navigation's estimate, carried from one instant to the next.
 #[derive(Clone, Debug)]
 pub struct Navigation<const NL: usize> {
     filters: Filters,

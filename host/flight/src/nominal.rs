@@ -11,7 +11,7 @@ use remora_truth::{
 /// Farthest from the port that the tip's passage of the port's plane ends a flight [m].
 const CONTACT_RADIUS: f64 = 0.1;
 
-/// What of the world is chosen, besides mission and scenario.
+/// Choices about the world besides mission and scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
     /// Gravity and what follows from it; its strength is the mission's.

@@ -1,8 +1,8 @@
 //! A plan's forces and torques as they stand, without guidance and without errors: what simulators are
 //! compared by.
 //!
-//! What acts in an interval must mean the same to every simulator, so the force is held in inertial axes:
-//! that of the plan, resolved in the RTN axes at the interval's begin. Bus torques are held in bus axes.
+//! Force is held in inertial axes, so that it means the same to every simulator: the plan's force, resolved
+//! in the RTN axes at the interval's begin. Bus torques are held in bus axes.
 //! Switches are at the nodes, not at a control period's end. Limits are not looked at, and nothing ends a
 //! flight early.
 //!
@@ -19,7 +19,7 @@ use remora_truth::{
     WorldError,
 };
 
-/// What is held from one node to the next.
+/// Force and torques that are held from one node to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held {
     /// When it begins [s].
@@ -46,7 +46,7 @@ impl Held {
     }
 }
 
-/// What a plan holds, an entry an interval.
+/// Lists the held forces and torques of a plan, an entry an interval.
 pub fn held(grid: &Grid, path: &TranslationTrajectory<NODES>, motion: &Motion) -> Vec<Held> {
     let interval = |k: usize| {
         let Control { bus_torque, joint_torque } = motion.controls[k];
@@ -172,7 +172,7 @@ mod tests {
         (f.x * f.x + f.y * f.y).sqrt() / f.norm()
     }
 
-    /// What the integrator's steps change is far below what simulators are compared by: in the same world
+    /// Steps of the integrator change the result far less than simulators differ: in the same world
     /// with sensors, which end a step ten times a second, the tip is the same.
     #[test]
     fn steps_do_not_matter() {

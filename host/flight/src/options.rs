@@ -12,13 +12,13 @@ use std::ops::RangeInclusive;
 /// Steps of guidance a second that may be asked for [Hz].
 pub const RATES_HZ: RangeInclusive<f64> = 0.2..=20.0;
 
-/// What of a flight may be chosen.
+/// Options of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Options {
     /// Steps of guidance a second [Hz].
     pub rate_hz: f64,
-    /// Who flies.
+    /// Controller that flies.
     pub controller: Controller,
     /// How joints are driven.
     pub joints: JointControl,

@@ -28,7 +28,7 @@ use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// What a part keeps the names of what was drawn under, as an array in JSON.
+/// Metadata key of the drawn quantities' names, a JSON array, in a part's table.
 const DRAWN: &str = "remora.drawn";
 
 /// Flights as work that is shared out.
@@ -95,7 +95,7 @@ impl Work for FlightsWork<'_> {
 /// Flies the runs of a part that are not in its journal yet, then writes its table.
 ///
 /// # Errors
-/// As [`Flights::fly`]; a folder of other flights.
+/// Errors of [`Flights::fly`]; a folder of other flights.
 pub fn fly(
     flights: &Flights,
     part: Part,

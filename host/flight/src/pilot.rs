@@ -70,7 +70,7 @@ impl<const M: usize> Parts<M> {
         }
     }
 
-    /// What an abort and a drift from each node do.
+    /// Computes the abort and the drift from each node.
     fn safety(&self) -> Vec<Safety> {
         let limits = Limits::of(&self.mission.servicer);
         let nodes = 0..self.plan.grid().nodes;
@@ -121,7 +121,7 @@ impl Sortie {
         }
     }
 
-    /// What an abort and a free drift from each node do, in the planner's world.
+    /// Computes the abort and the free drift from each node, in the planner's world.
     pub fn safety(&self) -> Vec<Safety> {
         match &self.0 {
             Size::Default(parts) => safety(parts),
@@ -129,7 +129,7 @@ impl Sortie {
         }
     }
 
-    /// What a draw of errors comes to in the world of this plan, without flying.
+    /// Draws the world of this plan and reads its quantities, without flying.
     ///
     /// # Errors
     /// Errors that make no sense.
@@ -203,7 +203,7 @@ fn safety(parts: &Parts<LINKS>) -> Vec<Safety> {
     parts.safety()
 }
 
-/// The same with room for seven.
+/// Computes the ways out with room for seven joints.
 fn roomy_safety(parts: &Parts<MAX_JOINTS>) -> Vec<Safety> {
     parts.safety()
 }
@@ -225,7 +225,7 @@ fn usual(
     Flight { mission, scenario, plan, settings }.fly(dispersion, engine, &mut watch)
 }
 
-/// The same with room for seven.
+/// Flies an arm of any size, with room for seven joints.
 fn roomy(
     parts: &Parts<MAX_JOINTS>,
     settings: &Settings,

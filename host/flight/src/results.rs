@@ -8,7 +8,7 @@ use std::path::PathBuf;
 pub struct Results {
     /// A row a run, in their order.
     pub rows: Vec<Row>,
-    /// What was drawn, in the order of the rows' numbers.
+    /// Columns of the drawn quantities, in the order of the rows' numbers.
     pub drawn: Vec<ErrorColumn>,
     /// Statistics over them.
     pub summary: Summary,

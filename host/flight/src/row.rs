@@ -6,7 +6,7 @@ use remora_host::error::FieldError;
 use remora_host::formats::{Cell, Column};
 use serde::{Deserialize, Serialize};
 
-/// What came of one run.
+/// Result of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
@@ -14,11 +14,11 @@ pub struct Row {
     pub run: u64,
     /// Id of the scenario.
     pub scenario: String,
-    /// What came of it; none where there was no plan to fly.
+    /// Result of the flight; none where there was no plan to fly.
     pub flown: Option<FlightRow>,
 }
 
-/// What came of a flight.
+/// Result of a flight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlightRow {
@@ -38,7 +38,7 @@ pub struct FlightRow {
     pub tracking: [f64; 2],
     /// Impulse of the commanded force [N s].
     pub impulse_n_s: f64,
-    /// What was drawn, in the order of the table's columns.
+    /// Quantities that were drawn, in the order of the table's columns.
     pub drawn: Vec<f64>,
 }
 
@@ -114,7 +114,7 @@ impl FlightRow {
     }
 }
 
-/// What the columns of a table of flights mean, for the table's own metadata.
+/// Meanings of the columns of a table of flights, for the table's own metadata.
 pub(crate) const ABOUT: [(&str, &str); 22] = [
     ("run", "its number, from which with the seed its errors are drawn"),
     ("scenario", "id"),
@@ -204,7 +204,7 @@ impl Row {
 }
 
 impl Ending {
-    /// As files spell it.
+    /// Spells it as files do.
     pub fn name(self) -> &'static str {
         match self {
             Self::Captured => "captured",

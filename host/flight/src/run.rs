@@ -108,13 +108,13 @@ pub(crate) fn failed(file: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::Output { file: file.into(), reason: error.to_string() }
 }
 
-/// A world that cannot be flown in is one of errors that nobody could mean.
+/// Error that blames `--errors` for a world that cannot be flown in.
 pub(crate) fn wrong_world(run: u64, error: &WorldError) -> Error {
     let reason = format!("run {run}: the world cannot be flown in: {error}");
     Error::argument("--errors", reason)
 }
 
-/// The same where a folder says what the errors are, and no argument does.
+/// Error that blames the folder's errors instead, where no argument gives them.
 pub(crate) fn of_folder(folder: &Path, error: Error) -> Error {
     match error {
         Error::Argument { reason, .. } => Error::input(&folder.join(FLIGHTS), "errors", reason),

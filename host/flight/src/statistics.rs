@@ -25,7 +25,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of the finite numbers among `values`; none where there is none.
+    /// Measures the finite numbers among `values`; none where there is none.
     pub fn of(name: &'static str, values: impl Iterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<f64> = values.filter(|x| x.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
@@ -41,7 +41,7 @@ impl Spread {
     }
 }
 
-/// How much the miss goes with an error.
+/// Influence of an error on the miss.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Influence {
     /// Name of the error.

@@ -1,4 +1,4 @@
-//! What becomes of an approach that must end at a node: computed with the plan, and flown in the truth.
+//! Ways out of an approach that must end at a node: computed with the plan, and flown in the truth.
 
 use crate::flight::{FlightOutcome, Settings, Way};
 use crate::pilot::{Pilot, Sortie};
@@ -47,7 +47,7 @@ pub struct FlownWays {
 }
 
 impl WaysOut {
-    /// What is computed with the plan.
+    /// Computes the ways out with the plan.
     pub fn planned(scenario: &str, sortie: &Sortie) -> Self {
         let row = |planned| NodeWays { planned, flown: None };
         let nodes: Vec<NodeWays> = sortie.safety().into_iter().map(row).collect();

@@ -1,4 +1,4 @@
-//! What is read of a linked ELF file: sections in memory, symbols, relocations.
+//! Contents read from a linked ELF file: sections in memory, symbols, relocations.
 
 use crate::error::ImageError;
 use object::elf::{
@@ -48,7 +48,7 @@ impl Machine {
     }
 }
 
-/// What a section in memory holds.
+/// Content of a section in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -67,7 +67,7 @@ pub enum Kind {
 pub struct Section {
     /// Its name.
     pub name: String,
-    /// What it holds.
+    /// Its content.
     pub kind: Kind,
     /// Where it begins.
     pub address: u64,
@@ -93,7 +93,7 @@ impl Section {
     }
 }
 
-/// What a symbol stands for.
+/// Kind of a symbol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SymbolKind {
     /// A function, by its type.
@@ -111,7 +111,7 @@ pub enum SymbolKind {
 pub struct Symbol {
     /// Its name, mangled.
     pub name: String,
-    /// What it stands for.
+    /// Its kind.
     pub kind: SymbolKind,
     /// Where it points; of code without the bit that tells Thumb.
     pub address: u64,
@@ -121,7 +121,7 @@ pub struct Symbol {
     pub section: usize,
 }
 
-/// What a relocation says about its place.
+/// Use of a relocation's target at its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Use {
     /// An instruction calls the target, or jumps there.
@@ -133,11 +133,11 @@ pub enum Use {
 /// A relocation, resolved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Relocation {
-    /// Where.
+    /// Its place.
     pub at: u64,
-    /// The address meant.
+    /// Address of the target.
     pub target: u64,
-    /// For what.
+    /// Its use.
     pub used: Use,
 }
 
@@ -234,7 +234,7 @@ pub fn sections<H: FileHeader<Endian = Endianness>>(
     for section in file.sections() {
         let SectionFlags::Elf { sh_type, sh_flags } = section.flags() else { continue };
         let has = |flag: object::elf::SectionFlags| sh_flags.0 & flag.0 != 0;
-        // A thread's zeros have no place in the image: their addresses are others' too.
+        // Zeros of a thread have no place in the image: other sections use their addresses too.
         let is_threads = has(SHF_TLS) && sh_type == SHT_NOBITS;
         if !has(SHF_ALLOC) || section.size() == 0 || is_threads {
             continue;
@@ -257,7 +257,7 @@ pub fn sections<H: FileHeader<Endian = Endianness>>(
     Ok(sections)
 }
 
-/// What a symbol stands for by its flags.
+/// Kind of a symbol by its flags.
 pub fn symbol_kind(flags: SymbolFlags<object::SectionIndex, object::SymbolIndex>) -> SymbolKind {
     let SymbolFlags::Elf { st_info, .. } = flags else { return SymbolKind::Other };
     match st_info.st_type() {
@@ -341,7 +341,7 @@ fn relocations<H: FileHeader<Endian = Endianness>>(
     relocations
 }
 
-/// What a type of relocation says; `None` where that is nothing about an address.
+/// Maps a relocation's type to its use; `None` where it concerns no address.
 fn meaning(machine: Machine, is_code: bool, kind: u32) -> Option<Use> {
     let (branches, silent): (&[u32], &[u32]) = match machine {
         // PC24, THM_CALL, CALL, JUMP24, THM_JUMP24, THM_JUMP19, THM_JUMP11, THM_JUMP8;

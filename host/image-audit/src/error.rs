@@ -1,4 +1,4 @@
-//! What can go wrong: one line, the file and the reason.
+//! Errors of one line: the file and the reason.
 
 use std::path::{Path, PathBuf};
 
@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 pub struct ImageError {
     /// The file.
     pub file: PathBuf,
-    /// What is wrong with it.
+    /// Reason why it was refused.
     pub reason: String,
 }
 
 impl ImageError {
-    /// A file with what is wrong with it.
+    /// Error of a file with its reason.
     pub(crate) fn new(file: &Path, reason: impl Into<String>) -> Self {
         Self { file: file.to_path_buf(), reason: reason.into() }
     }

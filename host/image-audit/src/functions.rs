@@ -20,11 +20,11 @@ pub struct Function {
     /// The compiler's figure of its stack, with what an unusual alignment may add; `None` where
     /// the compiler said nothing, as of assembly.
     pub frame: Option<u64>,
-    /// What it calls.
+    /// Its calls.
     pub calls: Calls,
 }
 
-/// What a function calls, directly and otherwise.
+/// Calls of a function, direct and otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Calls {
     /// Functions it calls or jumps into, by their place in the list.
@@ -48,8 +48,7 @@ impl Function {
 pub struct Program {
     /// The functions.
     pub functions: Vec<Function>,
-    /// Those that something holds the address of, what an indirect call may reach, with the places
-    /// that hold it.
+    /// Functions whose address something holds, with those places. Indirect calls may reach them.
     pub taken: BTreeMap<usize, BTreeSet<u64>>,
     /// Direct calls and jumps out of functions, sorted: place and target.
     pub branches: Vec<(u64, u64)>,
@@ -131,8 +130,8 @@ impl Program {
     }
 }
 
-/// What a pointer at a fixed address holds: what the linker says, otherwise what stands there. The
-/// dynamic linker's own are blank before it has been at work.
+/// Value of a pointer at a fixed address: by its relocation, otherwise by the bytes there.
+/// Pointers of the dynamic linker are blank until it has run.
 fn resolved(elf: &Elf, slot: u64) -> Option<u64> {
     let i = elf.relocations.partition_point(|r| r.at < slot);
     let told = elf.relocations.get(i).filter(|r| r.at == slot && r.used == Use::Address);
@@ -153,7 +152,7 @@ fn has_table(elf: &Elf, own: &std::ops::Range<u64>) -> bool {
     })
 }
 
-/// What a function does, data between its code left out.
+/// Decodes a function, without the data between its code.
 fn read_code(elf: &Elf, function: &Function) -> Decoded {
     let mut all = Decoded::default();
     let Some(section) = elf.section_at(function.address) else { return all };
@@ -176,7 +175,7 @@ fn code_ranges(elf: &Elf, section: &Section, from: u64, to: u64) -> Vec<(u64, u6
         }
     }
     let mut ranges = Vec::new();
-    // Where code is marked, what stands before the first mark is none.
+    // Bytes before the first mark are no code in an image with marks.
     let is_marked = elf.symbols.iter().any(|s| is_mapping(&s.name));
     let mut is_code = marks.range(..=from).next_back().map_or(!is_marked, |(_, code)| *code);
     let mut start = from;
@@ -215,7 +214,7 @@ fn functions(elf: &Elf, frames: &Frames) -> Vec<Function> {
             let limit = next.peek().map_or(section.end(), |(address, _)| **address);
             functions.extend(unnamed(elf, section, covered, *address));
             let end = match size {
-                // What the linker put behind to align the next function.
+                // Labels without a size end before the padding that aligns the next function.
                 0 => address + code_length(elf.machine, section.slice(*address, limit)),
                 size => limit.min(address.saturating_add(*size)),
             };
@@ -255,7 +254,7 @@ fn is_hidden_label(name: &str) -> bool {
     name.is_empty() || name.starts_with(".L") || is_mapping(name)
 }
 
-/// Whether it is the linker's way around an erratum of the Cortex-A53: one instruction of its caller and a jump
+/// Whether it is the linker's patch for an erratum of the Cortex-A53: one instruction of its caller and a jump
 /// back. It calls nothing and uses no stack.
 fn is_patch(symbols: &[String]) -> bool {
     symbols.iter().any(|name| name.starts_with("__CortexA53843419_"))
@@ -373,7 +372,7 @@ fn is_start(elf: &Elf, program: &Program, place: u64) -> bool {
 /// The pieces of a section that hold data.
 fn data<'a>(elf: &Elf, section: &'a Section) -> Vec<(&'a Section, u64, u64)> {
     match section.kind {
-        // It tells of code to unwinders, which are not there.
+        // Unwinding tables describe functions; nothing calls through them.
         _ if is_unwinding(&section.name) => Vec::new(),
         Kind::Code => literals(elf, section),
         Kind::ReadOnly | Kind::Data => vec![(section, section.address, section.end())],

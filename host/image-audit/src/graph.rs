@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 /// A graph of calls. Nodes are functions by their place in a list.
 #[derive(Clone, Debug)]
 pub struct Graph {
-    /// Stack of each: its frame, and what calling it puts there.
+    /// Stack of each [bytes]: its frame, and the bytes that a call itself pushes.
     pub cost: Vec<u64>,
-    /// What each calls.
+    /// Callees of each.
     pub callees: Vec<BTreeSet<usize>>,
 }
 
-/// What can happen below a function.
+/// Functions and chains of calls below a function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Below {
     /// Everything that can run, the function among it.

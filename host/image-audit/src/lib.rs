@@ -3,7 +3,8 @@
 //!
 //! Data goes down this list, imports go up it: names of symbols (`names`), the ELF file (`elf`) and the
 //! remarks (`remarks`), instructions (`decode`), functions and what they call (`functions`, `graph`), then
-//! `sizes`, `stack` and `proofs`; `outline` is what can be told of any processor's image. `docs/stack.md` of Remora tells how bounds are made.
+//! `sizes`, `stack` and `proofs`; `outline` is what can be told of any processor's image.
+//! `docs/evidence/verification.md` of Remora tells how bounds are made.
 #![forbid(unsafe_code)]
 
 mod decode;
@@ -100,8 +101,8 @@ impl Image {
         self.stack_without(entry, &[])
     }
 
-    /// The same as if functions of these paths, without generic arguments, were never called: what
-    /// a run that has no use for them can take. It explains a measured mark, it bounds nothing.
+    /// Bounds the stack as if functions of these paths, without generic arguments, were never called.
+    /// The figure explains a measured mark of a run without them. It bounds nothing.
     pub fn stack_without(&self, entry: &EntryPoint, functions: &[&str]) -> StackBound {
         let by = |calls: &Calls| calls.bound(&self.program, entry, functions);
         let first = by(&self.calls.0);
@@ -119,19 +120,19 @@ impl Image {
         self.subject.entry_points.iter().map(|entry| self.stack(entry)).collect()
     }
 
-    /// What the bounds are silent about, whatever the entry point.
+    /// Parts of the stack that no bound covers, whatever the entry point.
     pub fn limits(&self) -> Vec<&'static str> {
         stack::limits(self.elf.machine)
     }
 
     /// Holds the calls found in the code against those that the linker relocated.
     pub fn witness(&self) -> Witness {
-        // On x86-64 the addend is from the instruction's end. What a shared library has, or nobody,
-        // is no address here.
+        // Addends on x86-64 count from the instruction's end. Targets in shared libraries have no section
+        // here.
         let ahead = if self.elf.machine == Machine::X86_64 { 4 } else { 0 };
         let target = |r: &elf::Relocation| r.target.wrapping_add(ahead);
         let found = |at: u64, to: u64| self.program.branches.binary_search(&(at, to)).is_ok();
-        // Of two instructions the relocation stands at the first, and on x86-64 inside of one.
+        // Relocations stand at the first of two instructions, on x86-64 inside of one.
         let is_found = |r: &&elf::Relocation| match self.elf.machine {
             Machine::RiscV64 => found(r.at, target(r)) || found(r.at.wrapping_add(4), target(r)),
             Machine::X86_64 => [1, 2].iter().any(|into| found(r.at.wrapping_sub(*into), target(r))),
@@ -142,12 +143,12 @@ impl Image {
         Witness { relocated: relocated.clone().count(), found: relocated.filter(is_found).count() }
     }
 
-    /// What its bytes are.
+    /// Sizes of its code and data by owner.
     pub fn sizes(&self) -> Sizes {
         sizes::of(&self.elf, &self.program, self.subject.models)
     }
 
-    /// What its symbols prove.
+    /// Proofs from its symbols.
     pub fn proofs(&self) -> Proofs {
         let symbols = self.elf.symbols.iter().filter(|s| s.kind != elf::SymbolKind::Other);
         let names = symbols.map(|symbol| symbol.name.as_str()).collect();

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Where code or data comes from.
+/// Origin of code or data.
 ///
 /// A function belongs to the crate and module that its definition stands in: a method's is that of
 /// its `impl` block, a provided method's that of its trait, a closure's that of the function around
@@ -17,7 +17,7 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// What is no Rust crate's.
+    /// Origin of code or data that no Rust crate owns.
     pub fn other(word: &str) -> Self {
         Self { krate: format!("[{word}]"), modules: Vec::new() }
     }
@@ -28,7 +28,7 @@ impl Origin {
         std::iter::once(self.krate.as_str()).chain(modules).collect::<Vec<_>>().join("::")
     }
 
-    /// Of a mangled name; `None` where it is not Rust's.
+    /// Origin of a mangled name; `None` where it is not Rust's.
     pub fn of(mangled: &str) -> Option<Self> {
         v0(mangled).or_else(|| of_path(&readable(mangled)?))
     }
@@ -106,7 +106,7 @@ fn split_impl(inner: &str) -> Option<(&str, &str)> {
     inner.strip_prefix("impl ")?.split_once(" for ")
 }
 
-/// What stands before an `impl` block in a path of the first mangling, and the block.
+/// Module path before an `impl` block in a path of the first mangling, and the block.
 fn impl_block(path: &str) -> Option<(&str, &str)> {
     let (module, block) = path.split_at(path.find("::<impl ")?);
     Some((module, bracketed(&block[2..]).0))
@@ -185,7 +185,7 @@ fn v0(mangled: &str) -> Option<Origin> {
     Some(Origin { krate: krate.into(), modules })
 }
 
-/// Behind a disambiguator, `s` with a number in base 62 and `_`, if there is one.
+/// Text behind a disambiguator: `s`, a number in base 62 and `_`, if there is one.
 fn disambiguated(text: &str) -> Option<&str> {
     let Some(number) = text.strip_prefix('s') else { return Some(text) };
     let digits = number.bytes().take_while(u8::is_ascii_alphanumeric).count();

@@ -1,4 +1,4 @@
-//! What a linked ELF file tells whatever its processor: sections in memory, symbols, proofs.
+//! Outline of a linked ELF file, whatever its processor: sections in memory, symbols, proofs.
 
 use super::elf::{self, SymbolKind, broken};
 use super::error::ImageError;
@@ -43,7 +43,7 @@ impl Outline {
         self.symbols.iter().find(|(known, ..)| known == name).map(|(.., address)| *address)
     }
 
-    /// What its symbols prove.
+    /// Proofs from its symbols.
     pub fn proofs(&self, subject: &Subject) -> Proofs {
         let symbols = self.symbols.iter().filter(|(_, kind, _)| *kind != SymbolKind::Other);
         proofs::of(symbols.map(|(name, ..)| name.as_str()).collect(), self.is_hosted, subject)

@@ -1,10 +1,10 @@
-//! What the absence of symbols proves: no panic, no allocation.
+//! Proofs from the absence of symbols: no panic, no allocation.
 
 use super::names;
 use super::stack::Subject;
 use serde::{Deserialize, Serialize};
 
-/// What came of a proof.
+/// Outcome of a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -14,18 +14,18 @@ pub enum Verdict {
     Refuted,
     /// The image does not say.
     Unknown,
-    /// Not to be asked of this image.
+    /// The claim is not made for this image.
     NotApplicable,
 }
 
-/// A claim with what speaks for it or against it.
+/// Claim with the symbols against it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Proof {
-    /// What is claimed.
+    /// The claim.
     pub claim: String,
-    /// What came of it.
+    /// Its outcome.
     pub verdict: Verdict,
-    /// Why.
+    /// Reason of the outcome.
     pub reason: String,
     /// Symbols of the image that speak against it.
     pub found: Vec<String>,

@@ -1,4 +1,4 @@
-//! What the bytes of an image are: code and data by crate, by module, by symbol.
+//! Sizes of an image: code and data by crate, by module, by symbol.
 
 use super::elf::{Elf, Kind, Section, SymbolKind, Use, is_unwinding};
 use super::functions::{Function, Program, is_padding};
@@ -14,14 +14,14 @@ const MOST_STEPS: usize = 8;
 /// Bytes of one kind from one module.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Share {
-    /// What they are.
+    /// Their kind.
     pub kind: Kind,
-    /// Whose they are. What is no crate's stands in brackets: `[model]`, `[padding]`, `[several]`
+    /// Their owner. Words in brackets are no crates: `[model]`, `[padding]`, `[several]`
     /// (constants that several crates refer to), `[unattributed]`, `[assembly]`, `[image]` (the
     /// image's own functions with names for the linker), `[vectors]`, `[unwinding]`, and sections
     /// without symbols by their name.
     pub origin: Origin,
-    /// How many.
+    /// Number of bytes.
     pub bytes: u64,
 }
 
@@ -30,7 +30,7 @@ pub struct Share {
 pub struct Named {
     /// Its name.
     pub name: String,
-    /// Which memory it lies in.
+    /// Kind of memory it lies in.
     pub kind: Kind,
     /// Its size.
     pub bytes: u64,
@@ -45,7 +45,7 @@ pub struct Sizes {
     pub shares: Vec<Share>,
     /// Learned models that are built in.
     pub models: Vec<Named>,
-    /// What lies in memory that is written, largest first.
+    /// Objects in memory that is written, largest first.
     pub memory: Vec<Named>,
 }
 
@@ -85,7 +85,7 @@ struct Piece {
 
 enum Owner {
     Known(Origin),
-    /// That of whoever refers to it.
+    /// The common owner of all that refers to it.
     Referrers,
 }
 
@@ -203,7 +203,7 @@ fn data(
         .filter(|s| s.section == i && s.kind == SymbolKind::Object && s.size > 0)
         .filter(|s| (section.address..section.end()).contains(&s.address))
         .collect();
-    // Of several names for a place the longest object counts, then the first name.
+    // The longest object counts where a place has several names, then the first name.
     objects.sort_by(|a, b| {
         (a.address, std::cmp::Reverse(a.size), &a.name).cmp(&(
             b.address,
@@ -277,7 +277,7 @@ fn gap(
     }
 }
 
-/// Who refers to what: place and address, in the order of the addresses.
+/// References as place and target, in the order of the targets.
 fn references(elf: &Elf, program: &Program) -> Vec<(u64, u64)> {
     let addresses = elf.relocations.iter().filter(|r| r.used == Use::Address);
     let relocations = addresses.map(|r| (r.at, r.target));

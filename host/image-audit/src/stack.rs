@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 /// A function to bound the stack below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EntryPoint {
-    /// What it is to a reader.
+    /// Name for readers.
     pub name: &'static str,
     /// Its path without generic arguments, or its symbol where it has no Rust name; several where
     /// it goes by different names on different boards.
@@ -66,7 +66,7 @@ pub struct Frame {
     pub sum_bytes: u64,
 }
 
-/// What the bound of an entry point is silent about.
+/// Parts of the stack that an entry point's bound leaves out.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NotCovered {
     /// Functions below it of which the compiler gave no figure: assembly, precompiled code. Each
@@ -87,14 +87,14 @@ pub struct IndirectCalls {
     pub dispatch: Dispatch,
     /// How many places make one.
     pub places: usize,
-    /// What they may reach.
+    /// Functions they may reach.
     pub callees: Vec<String>,
 }
 
 /// The bound of one entry point.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StackBound {
-    /// What the entry point is.
+    /// Name of the entry point.
     pub name: String,
     /// Its path or symbol.
     pub path: String,
@@ -107,17 +107,17 @@ pub struct StackBound {
     pub narrow_bytes: Option<u64>,
     /// The chain of calls that takes the most.
     pub chain: Vec<Frame>,
-    /// What the last function of the chain may use beyond its frame; part of the bound.
+    /// Bytes that the last function of the chain may use beyond its frame; part of the bound.
     pub red_zone_bytes: u64,
     /// How many functions there are below it, itself among them.
     pub functions: usize,
     /// Calls through pointers.
     pub indirect: IndirectCalls,
-    /// What the bound does not cover.
+    /// Parts that the bound does not cover.
     pub not_covered: NotCovered,
 }
 
-/// What no bound covers on a processor.
+/// Parts of the stack that no bound covers on a processor.
 pub fn limits(machine: Machine) -> Vec<&'static str> {
     let mut limits = vec![
         "start-up code before the entry point, and whatever calls the entry point",

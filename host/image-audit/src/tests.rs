@@ -80,7 +80,7 @@ fn recursion_has_no_bound_and_is_named() {
         assert_eq!((bound.bytes, bound.instances), (None, 1), "{target}");
         let circle = vec!["sample::recursion::even".to_string(), "sample::recursion::odd".into()];
         assert_eq!(bound.not_covered.cycles, [circle], "{target}");
-        // Without it there is one.
+        // A bound exists without the circle.
         let rest = image(target).stack_without(&IMAGE, &["sample::recursion::even"]);
         assert!(rest.bytes > image(target).stack(&PLAN).bytes, "{target}");
     }
@@ -144,7 +144,7 @@ fn bytes_are_their_owners() {
         assert!(bytes(Kind::Code, "sample::clocks") > 10, "{target}");
         assert!((1..16).contains(&bytes(Kind::Code, "[assembly]")), "{target}: reset");
     }
-    // Who refers to a constant without a name owns it: the jump table, where it is data.
+    // Constants without a name belong to the code that refers to them: here the jump table as data.
     let sizes = image("riscv64gc-unknown-none-elf").sizes();
     let planner = sizes.by_origin(1).into_iter().find(|(name, ..)| name == "sample::planner");
     assert_eq!(planner.map(|(_, _, data)| data), Some(48));

@@ -10,7 +10,7 @@ use remora_host::formats::{ModelBuilder, ModelFile, NamedTensor, Values};
 use remora_host::lineage::{self, Lineage};
 use std::path::{Path, PathBuf};
 
-/// What quantisation did to one tensor.
+/// Effect of quantisation on one tensor.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Quantised {
     /// Name.
@@ -31,7 +31,7 @@ pub struct Quantised {
 /// Quantises a model.
 ///
 /// # Errors
-/// Where the model is quantised already, or a weight is not finite.
+/// A model that is quantised already, or a weight that is not finite.
 pub fn quantise(model: &ModelFile) -> Result<(ModelFile, Vec<Quantised>), FieldError> {
     if model.is_quantised() {
         return Err(FieldError::new("precision", "is quantised already"));

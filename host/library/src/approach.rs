@@ -121,7 +121,7 @@ impl Approach {
         })
     }
 
-    /// What a learned guess of this encoding sees at node `k`; `held` is the row of torques before [N m].
+    /// Features of node `k` for a learned guess of this encoding; `held` is the last torque [N m].
     pub fn features(
         &self,
         encoding: Encoding,
@@ -145,7 +145,7 @@ impl Approach {
         }
     }
 
-    /// What Stage 2's cost counts for a torque held over an interval.
+    /// Stage 2's cost of a torque held over an interval.
     pub fn cost(&self, control: &Control<MAX_JOINTS>) -> f64 {
         let (weights, units) = (&self.mission.weights, &self.units);
         weights.bus_torque * control.bus_torque.component_div(&units.bus_torque).norm_squared()
@@ -189,7 +189,7 @@ mod tests {
     use crate::method::Method;
     use crate::planning::{Planner, WallClock};
 
-    /// The torques of a plan, as one who answers in single precision would give them.
+    /// The torques of a plan, rounded to single precision.
     fn torques(plan: &crate::formats::PlanStage2) -> Vec<f32> {
         let rows = plan.bus_torque.iter().zip(&plan.joint_torque);
         rows.flat_map(|(bus, joint)| bus.iter().chain(joint).map(|x| *x as f32)).collect()

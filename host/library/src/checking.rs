@@ -1,5 +1,5 @@
-//! Verifying plan files, whoever wrote them: residuals by the core's independent verifier, and
-//! whether the file says of itself what is recomputed from its numbers.
+//! Checks of plan files from any planner. The core's independent verifier finds the residuals, with
+//! which the file's claims must agree.
 
 use crate::engine::verified;
 use crate::error::Error;
@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 pub struct FileValue<T> {
     /// The file.
     pub file: PathBuf,
-    /// What it holds.
+    /// The value read from it.
     pub value: T,
 }
 
@@ -37,7 +37,7 @@ pub struct Check {
     pub plans: Vec<PathBuf>,
 }
 
-/// What became of one plan.
+/// Result of checking one plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlanCheck {
     /// The file.
@@ -54,20 +54,20 @@ pub struct PlanCheck {
     pub optimality: Option<Optimality>,
     /// Verdict, from what is found here, and no better than the plan claims.
     pub verdict: Verdict,
-    /// What a plan that is not flyable fails by: the residual farthest beyond its tolerance.
+    /// Residual farthest beyond its tolerance, where the plan is not flyable.
     pub reason: Option<&'static str>,
     /// The residuals, recomputed.
     pub residuals: Residuals,
     /// How near bodies come to each other, recomputed.
     pub clearances: Clearances,
-    /// Where the file says something else than what is recomputed.
+    /// Fields in which the file disagrees with the recomputed values.
     pub disagreements: Vec<Disagreement>,
-    /// What the residuals are held to.
+    /// Tolerances of the residuals.
     #[serde(skip)]
     pub tolerances: Tolerances,
 }
 
-/// What became of all plans, as `remora check --json` prints it.
+/// Results of all plans, as `remora check --json` prints them.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Checks<'a> {
     /// `remora-check/1`.
@@ -77,7 +77,7 @@ pub struct Checks<'a> {
 }
 
 impl<'a> Checks<'a> {
-    /// Of plans that were checked.
+    /// Wraps the results of checked plans.
     pub fn new(plans: &'a [PlanCheck]) -> Self {
         Self { format: "remora-check/1", plans }
     }
@@ -90,12 +90,12 @@ struct PlanCase {
     mission: Mission,
 }
 
-/// A field of a plan that is not what is recomputed.
+/// A field of a plan that disagrees with its recomputed value.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Disagreement {
     /// Path of the field.
     pub field: String,
-    /// What it says and what was found.
+    /// The claim of the file, and the value found.
     pub reason: String,
 }
 

@@ -61,15 +61,15 @@ pub struct Task<'a> {
     pub clock: &'a dyn Clock,
     /// Threads that work on it.
     pub threads: &'a Threads,
-    /// What Stage 2 is to start from.
+    /// Initial guess of Stage 2.
     pub guess: Guess<'a>,
     /// Joints of the arm.
     pub joints: usize,
     /// Memory for models.
     pub memories: &'a mut Memories,
-    /// Whether what must not change is held against checksums meanwhile.
+    /// Whether planning holds constant data against checksums.
     pub is_scrubbed: bool,
-    /// All else.
+    /// Method of planning.
     pub method: &'a Method,
 }
 

@@ -1,5 +1,5 @@
-//! An approach flown by a policy, node by node: it chooses torques and is told what they cost and, at the
-//! end, how far the end effector is from the port. For reinforcement learning.
+//! An approach flown by a policy, node by node, for reinforcement learning. The policy chooses
+//! torques and gets their cost and, at the end, the end effector's distance from the port.
 
 use crate::approach::Approach;
 use crate::formats::MAX_JOINTS;
@@ -14,7 +14,7 @@ pub const MAX_RATE: f64 = 1.0;
 /// The miss of an episode that is lost by it [m].
 pub const LOST_MISS_M: f64 = 100.0;
 
-/// What came of one step.
+/// Result of one step of an episode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Minus the cost of the interval; at the last node also minus the weighted miss.
@@ -23,12 +23,12 @@ pub struct Step {
     pub is_last: bool,
 }
 
-/// What a policy is asked for and told.
+/// Terms of an episode: the policy's features and the cost of a miss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
-    /// Which numbers it sees.
+    /// Encoding of the features that the policy sees.
     pub encoding: Encoding,
-    /// What a metre of miss costs [1/m].
+    /// Cost of a metre of miss [1/m].
     pub miss_weight: f64,
 }
 
@@ -37,7 +37,7 @@ pub struct Terms {
 pub struct Episode {
     approaches: Arc<Vec<Approach>>,
     terms: Terms,
-    /// Which of the approaches is flown.
+    /// Index of the approach that is flown.
     at: usize,
     node: usize,
     state: State<MAX_JOINTS>,
@@ -125,7 +125,7 @@ impl Episode {
     }
 }
 
-/// Whether nothing turns faster than it may; what is no number does.
+/// Whether nothing turns faster than it may; a state that is not finite does.
 fn is_slow(state: &State<MAX_JOINTS>) -> bool {
     state.is_finite()
         && state.rate.iter().chain(state.joint_rate.iter()).all(|rate| rate.abs() <= MAX_RATE)
@@ -177,7 +177,7 @@ mod tests {
         episode.observe(&mut again);
         assert_eq!(again, features);
 
-        // Who pulls at one joint all the time spins it up, until there is nothing left to follow.
+        // A constant torque on one joint spins it up until the episode is lost.
         let steps: Vec<Step> =
             std::iter::repeat_with(|| episode.step(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.05]))
                 .take(59)

@@ -28,12 +28,12 @@ pub struct ExportJob {
     pub force: bool,
 }
 
-/// What was written.
+/// Result of an export.
 #[derive(Clone, Debug)]
 pub struct QpExport {
     /// The plan.
     pub planned: PlanOutcome,
-    /// Of stages 1 and 2.
+    /// The subproblems of stages 1 and 2.
     pub stages: [StageExport; 2],
 }
 

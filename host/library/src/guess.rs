@@ -1,10 +1,10 @@
-//! What Stage 2 starts from, for an engine of any size.
+//! Initial guesses of Stage 2, for an engine of any size.
 
 use crate::formats::{MAX_JOINTS, Motion};
 use crate::learned::Learned;
 use remora_core::advanced::planner::Nominal;
 
-/// What Stage 2 is to start from. What is given is dropped for the heuristic where that is better.
+/// Initial guess of Stage 2. The heuristic replaces one that is worse.
 #[derive(Clone, Copy)]
 pub enum Guess<'a> {
     /// The heuristic.
@@ -13,7 +13,7 @@ pub enum Guess<'a> {
     Model(&'a Learned),
     /// A motion of the caller's.
     Given(&'a Motion),
-    /// What is left of a plan so many seconds after its first node.
+    /// The rest of a nominal plan, from this time after its first node [s].
     Left(&'a Nominal<MAX_JOINTS>, f64),
 }
 

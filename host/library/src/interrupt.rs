@@ -1,5 +1,5 @@
-//! Whether the program was asked to end. Who listens for the system's signals tells it here; long work
-//! looks, keeps what is finished and ends.
+//! Request to end the program. The listener for the system's signals stores it here; long work
+//! looks, keeps its finished parts and ends.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};

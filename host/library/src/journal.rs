@@ -19,7 +19,7 @@ const LONGEST_LINE: u64 = 1 << 20;
 pub trait Heading: Serialize + DeserializeOwned {
     /// Format of the journal.
     const FORMAT: &'static str;
-    /// What the work is called.
+    /// Name of the work, for messages.
     const WORK: &'static str;
 
     /// The format of this header.
@@ -36,7 +36,7 @@ pub struct Journal<R> {
     rows: PhantomData<fn(&R)>,
 }
 
-/// What refuses a part that the work cannot have come to, whoever wrote it.
+/// Check that refuses parts the work cannot have made, whatever program wrote them.
 pub type Check<'a, R> = &'a dyn Fn(&R) -> Result<(), FieldError>;
 
 impl<R: Serialize + DeserializeOwned> Journal<R> {
@@ -64,7 +64,8 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
         Ok((journal, rows))
     }
 
-    /// The same with each part handed on as it is read, with its place: memory holds one of them.
+    /// Opens or begins a journal and hands on each part as it is read, with its place. Memory holds
+    /// one part.
     pub fn open_each<H: Heading>(
         path: &Path,
         header: &H,
@@ -103,7 +104,7 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
         self.append_at(row).map(drop)
     }
 
-    /// The same; the part's place.
+    /// Adds a finished part and returns its place.
     pub fn append_at(&mut self, row: &R) -> Result<u64, Error> {
         let end = self.file.seek(SeekFrom::End(0));
         let end = end.map_err(|cause| Error::output(&self.path, &cause))?;
@@ -111,7 +112,7 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
         Ok(end)
     }
 
-    /// The part at a place that was told.
+    /// Reads the part at a place that [`Self::append_at`] or [`Self::open_each`] gave.
     pub fn read(&self, place: u64) -> Result<R, Error> {
         let failed = |cause: std::io::Error| Error::output(&self.path, &cause);
         (&self.file).seek(SeekFrom::Start(place)).map_err(failed)?;
@@ -145,7 +146,7 @@ impl<R: Serialize + DeserializeOwned> Journal<R> {
     }
 }
 
-/// What a part that was read is handed to, with its place in the file.
+/// Receiver of each part that is read, with its place in the file.
 pub type Each<'a, R> = &'a mut dyn FnMut(u64, R) -> Result<(), FieldError>;
 
 /// Keeps each part that passes the check.

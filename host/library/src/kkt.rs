@@ -1,4 +1,4 @@
-//! Optimality of a subproblem's solution, whoever solved it.
+//! Optimality of a subproblem's solution, by any solver.
 //!
 //! The conditions of Karush, Kuhn and Tucker, checked from the program's definition alone: nothing
 //! here knows how either solver works. With slacks eliminated they read, for multipliers `l` of
@@ -42,7 +42,7 @@ impl Kkt {
                 kkt.interval(qp, point, k);
             }
         }
-        // What belongs to no interval is zero by definition.
+        // Controls and multipliers beyond the last interval are zero by definition.
         for k in qp.nodes() - 1..N {
             point.u[k].iter().for_each(|v| note(&mut kkt.primal, *v));
             point.defect_multiplier[k].iter().for_each(|v| note(&mut kkt.dual, *v));
@@ -161,7 +161,7 @@ impl Kkt {
     }
 }
 
-/// Keeps the larger magnitude; what is not a number counts as infinite.
+/// Keeps the larger magnitude; NaN counts as infinite.
 fn note(worst: &mut f64, value: f64) {
     *worst = if value.is_nan() { f64::INFINITY } else { worst.max(value.abs()) };
 }

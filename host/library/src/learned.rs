@@ -43,7 +43,7 @@ impl std::fmt::Debug for Learned {
     }
 }
 
-/// What the built-in models descend from.
+/// Lineages of the built-in models.
 const EULER_LINEAGE: &str = include_str!("../../../fixtures/models/euler.lineage.toml");
 const RK4_LINEAGE: &str = include_str!("../../../fixtures/models/rk4.lineage.toml");
 
@@ -128,7 +128,7 @@ impl Learned {
         Self { name: name.into(), checksum, model: Model::open(bytes), flow_steps: None }
     }
 
-    /// The same with so many steps of its flow instead of those in the file.
+    /// Replaces the flow steps of the file by this number.
     pub fn with_flow_steps(self, steps: u16) -> Self {
         Self { flow_steps: Some(steps), ..self }
     }
@@ -168,7 +168,7 @@ impl Learned {
         }
     }
 
-    /// Why it cannot be used: as a model file, as a policy, or because it is too large.
+    /// Reason why it cannot be used: as a model file, as a policy, or because it is too large.
     pub fn refused(&self) -> Option<&'static str> {
         let model = match &self.model {
             Ok(model) => model,
@@ -192,7 +192,7 @@ impl Learned {
         self.checksum
     }
 
-    /// What evidence says of it.
+    /// The model's record for the evidence.
     pub fn record(&self) -> ModelRecord {
         ModelRecord {
             name: self.name.clone(),

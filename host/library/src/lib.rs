@@ -1,11 +1,11 @@
-//! The operator's library around `remora-core`: what runs on a desktop, not in flight.
+//! The operator's library around `remora-core`: it runs on a desktop, not in flight.
 //!
-//! What it reads and writes, and how it shows numbers, is the crate `remora-files`, whose modules stand
+//! The crate `remora-files` reads and writes its files and shows its numbers; its modules stand
 //! here too. Data goes down this list, imports go up it:
 //!
 //! - [`stopwatch`]: wall and processor time side by side;
 //! - [`backend`]: Clarabel behind the core's solver trait, and solvers that are watched;
-//! - [`kkt`]: optimality of a subproblem's solution, whoever solved it;
+//! - [`kkt`]: optimality of a subproblem's solution, by any solver;
 //! - [`polish`]: another solver's solution of a subproblem made exact, as a reference;
 //! - [`qp_file`]: subproblems as files for other solvers;
 //! - [`vehicle`]: what follows from a mission's numbers, and whether it can end;
@@ -13,8 +13,8 @@
 //! - [`draw`]: random scenarios, the same for a seed everywhere;
 //! - [`memory`]: heaps and stacks for what is too large for a usual stack;
 //! - [`threads`]: a second thread for one plan;
-//! - [`lineage`]: what a model descends from, and the scenarios that it must not be judged by;
-//! - [`guess`]: what Stage 2 starts from;
+//! - [`lineage`]: trainings of a model, and the scenarios that must not evaluate it;
+//! - [`guess`]: initial guesses of Stage 2;
 //! - [`learned`]: learned models, from files or built in; [`padded`]: for a build with room for more joints;
 //! - [`settings`]: the core's settings for a method;
 //! - [`planning`]: from a scenario to a plan file, by the core's planner of the arm's size ([`engine`]);
@@ -26,8 +26,8 @@
 //! - [`optimality`]: distance of a plan from a local optimum, whatever made it;
 //! - [`checking`]: plan files against the core's independent verifier;
 //! - [`allocations`]: how often the program asks for memory;
-//! - [`fingerprint`], [`provenance`]: what a report was made by, of what and on what;
-//! - [`progress`]: who watches long work;
+//! - [`fingerprint`], [`provenance`]: commit, compiler, models and machine of a report;
+//! - [`progress`]: watchers of long work;
 //! - [`interrupt`]: whether the program was asked to end;
 //! - [`journal`], [`pool`]: work that resumes, on several threads; [`rows_file`]: what came of it;
 //! - [`campaign`]: many scenarios over several threads, resumable, with statistics;

@@ -56,7 +56,7 @@ impl Policy for PaddedPolicy<'_> {
         self.policy.nodes()
     }
 
-    /// As many as there is room for; none, which no arm has, where the policy is for other arms.
+    /// Number of joints there is room for; zero, which no arm has, where the policy is for other arms.
     fn joints(&self) -> usize {
         if self.policy.joints() == self.joints { self.room } else { 0 }
     }
@@ -161,7 +161,7 @@ mod tests {
             let policy = Witness { encoding, seen: RefCell::default() };
             let padded = PaddedPolicy { policy: &policy, joints: 2, room: 4 };
             assert_eq!(padded.joints(), 4);
-            // Which joint a number belongs to, -1 where to none.
+            // Joint that a number belongs to, -1 where there is none.
             let columns = |joints: usize| -> Vec<f32> {
                 let row =
                     |gap: &usize| vec![-1.0; *gap].into_iter().chain((0..joints).map(|i| i as f32));

@@ -64,7 +64,7 @@ impl Part {
         }
     }
 
-    /// What the names of its files begin with: they sort as the parts do.
+    /// Start of the names of its files, which sort as the parts do.
     pub fn stem(self) -> String {
         format!("part-{:05}-of-{:05}", self.number, self.of)
     }
@@ -141,7 +141,8 @@ pub fn files(directory: &Path) -> Result<Vec<(Part, PathBuf)>, Error> {
     }
 }
 
-/// Refuses a directory that holds a file of other work besides its parts: who gathers takes a directory for one work's.
+/// Refuses a directory of parts that also holds a file of other work: gathering takes all for one
+/// work's.
 ///
 /// # Errors
 /// The file; `what` it is of.
@@ -164,7 +165,7 @@ fn of_name(name: &str) -> Option<Part> {
     (part.stem() + ROWS == name).then_some(part)
 }
 
-/// Those of `of` that are not among the files.
+/// Parts of `of` that are not among the files.
 pub fn missing(files: &[(Part, PathBuf)], of: u64) -> Vec<Part> {
     Part::all(of)
         .filter(|part| files.binary_search_by_key(part, |(there, _)| *there).is_err())

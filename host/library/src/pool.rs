@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Sender};
 use std::thread;
 
-/// What the workers share.
+/// State that the workers share.
 struct Workload<'a, I, M, F> {
     pending: &'a [I],
     make: M,
@@ -30,8 +30,8 @@ pub fn plan_all<I: Copy + Send + Sync, T: Send>(
     plan_all_with(jobs, pending, |_| Planner::new(), plan, finish)
 }
 
-/// The same with other planners: `make` is told the worker's number, below `jobs`, and called on
-/// its thread.
+/// Does the work of [`plan_all`] with other planners. `make` gets the worker's number, below
+/// `jobs`, and runs on its thread.
 pub fn plan_all_with<I: Copy + Send + Sync, T: Send, W>(
     jobs: NonZeroUsize,
     pending: &[I],

@@ -1,4 +1,4 @@
-//! Who watches long work.
+//! Watchers of long work.
 
 /// A watcher of scenarios being planned. `()` does not watch.
 pub trait Progress {

@@ -1,4 +1,4 @@
-//! What a report was made by, of what and on what.
+//! Provenance of a report: commit, compiler, models and machine.
 
 use crate::fingerprint;
 use crate::formats::Program;
@@ -51,11 +51,11 @@ pub struct Machine {
 /// File by which a checkout of this program is recognised.
 const MARK: &str = "ci/firmware/Cargo.toml";
 
-/// Where reports are kept: not part of what was measured.
-const REPORTS: [&str; 2] = [":(exclude)docs/audit", ":(exclude)docs/lab"];
+/// Places of reports, which are not part of the measured program.
+const REPORTS: [&str; 2] = [":(exclude)docs/evidence", ":(exclude)docs/lab"];
 
 impl Provenance {
-    /// Of this program, built from the checkout in `root`, on this machine.
+    /// Gathers it for this program, built from the checkout in `root`, on this machine.
     pub fn gather(root: &Path) -> Self {
         let built = Program::this().commit;
         let (built, has_changes) = match built.strip_suffix("+changes") {
@@ -87,7 +87,7 @@ impl Provenance {
         }
     }
 
-    /// What a reader wants to see of it.
+    /// Table of the provenance for a report's readers.
     pub fn table(&self) -> Table {
         let Self { commit, program, compiler, flags, profile, target, machine, .. } = self;
         let gibibytes = machine.memory_bytes as f64 / (1u64 << 30) as f64;
@@ -133,13 +133,13 @@ impl Machine {
     }
 }
 
-/// What `git` answers in `root`, where it does.
-/// Commit of the checkout in `root` and its day, for people; both unknown outside of one.
+/// Commit of the checkout in `root` and its day, for people; unknown outside of one.
 pub fn commit_and_day(root: &Path) -> String {
     let asked = git(root, &["log", "-1", "--format=`%h` of %cs"]);
     asked.unwrap_or_else(|| "an unknown commit".into())
 }
 
+/// Output of `git` in `root`; none where it fails.
 fn git(root: &Path, arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").arg("-C").arg(root).args(arguments).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;

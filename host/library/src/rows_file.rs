@@ -1,5 +1,5 @@
-//! Rows of work that is done, as lines of JSON: what was asked for, what else is said of the rows, the rows in
-//! their order, and an end with their number and the checksums of rows and tables, by which damage is found.
+//! Rows of finished work, as lines of JSON: header, further entries, the rows in their order, an
+//! end. The end has their number and the checksums of rows and tables, which show damage.
 
 use crate::error::{Error, FieldError, io_reason};
 use crate::fingerprint::Fnv;
@@ -99,9 +99,9 @@ fn checksum_of(file: &Path) -> Result<String, Error> {
 
 /// A file of rows, of which header and entries have been read. Memory: a line.
 pub struct RowsFile<H, B = BufReader<File>> {
-    /// What was asked for.
+    /// Header: all that the rows depend on.
     pub header: H,
-    /// What else is said of the rows.
+    /// Further entries on the rows, by key.
     entries: Entries,
     lines: Lines<B>,
 }
@@ -146,7 +146,7 @@ impl<B: BufRead> Lines<B> {
 }
 
 impl<H: Heading> RowsFile<H> {
-    /// Opens a file and reads what is said of its rows.
+    /// Opens a file and reads its header and entries.
     ///
     /// # Errors
     /// A file that cannot be read or is of another format.
@@ -156,10 +156,10 @@ impl<H: Heading> RowsFile<H> {
 }
 
 impl<H: Heading, B: BufRead> RowsFile<H, B> {
-    /// The same of what a file called `path` holds.
+    /// Reads header and entries from the contents of a file called `path`.
     ///
     /// # Errors
-    /// As there.
+    /// Contents that cannot be read or are of another format.
     pub fn of(path: &Path, from: B) -> Result<Self, Error> {
         let mut lines = Lines { path: path.into(), from, hash: Fnv::default(), number: 0 };
         let header: H = lines.value()?;
@@ -171,10 +171,10 @@ impl<H: Heading, B: BufRead> RowsFile<H, B> {
         Ok(Self { header, entries, lines })
     }
 
-    /// What is said of the rows under `key`, as JSON.
+    /// The entry on the rows under `key`, parsed from JSON.
     ///
     /// # Errors
-    /// A file that does not say it.
+    /// A file without the entry, or with one that does not parse.
     pub fn said<T: DeserializeOwned>(&self, key: &str) -> Result<T, Error> {
         let file = &self.lines.path;
         let text = self.entries.get(key).ok_or_else(|| Error::input(file, key, "is missing"))?;

@@ -14,7 +14,7 @@ pub struct Stopwatch {
     cpu_s: Option<f64>,
 }
 
-/// What some work of a thread took.
+/// Time that some work of a thread took.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spent {
     /// Wall time [s].
@@ -29,7 +29,7 @@ impl Stopwatch {
         Self { wall: Instant::now(), cpu_s: thread_s() }
     }
 
-    /// What was spent since, by the thread that started.
+    /// Time since the start, wall and processor, of the thread that started.
     pub fn spent(&self) -> Spent {
         let cpu_s = thread_s().zip(self.cpu_s).map(|(now, then)| (now - then).max(0.0));
         Spent { wall_s: self.wall.elapsed().as_secs_f64(), cpu_s }

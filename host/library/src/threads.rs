@@ -65,7 +65,7 @@ struct HelperThread {
     state: Arc<State>,
 }
 
-/// What the two threads know of each other.
+/// State that the two threads share.
 #[derive(Default)]
 struct State {
     /// Grows with each piece of work.

@@ -1,5 +1,5 @@
-//! What follows from a mission's numbers: how far the arm reaches, what its actuators leave to
-//! spare, and whether an approach can end at all.
+//! Figures that follow from a mission: the arm's reach, the actuators' margins, and whether an
+//! approach can end.
 
 use crate::formats::{Mission, Scenario};
 use crate::method::Integrator;
@@ -21,7 +21,7 @@ pub struct Vehicle {
     pub integrator: Integrator,
     /// From the system's centre of mass to the end effector at capture [m].
     pub reach_m: f64,
-    /// The same with the arm at its most extended [m].
+    /// Farthest that the end effector gets from the system's centre of mass [m].
     pub extension_m: f64,
     /// Keep-out distance while far [m].
     pub keep_out_far_m: f64,
@@ -35,11 +35,11 @@ pub struct Vehicle {
     pub system_mass_kg: f64,
     /// Inertia about the system's centre of mass at the start, bus axes [kg m^2].
     pub inertia_at_start_kg_m2: [[f64; 3]; 3],
-    /// The same at capture [kg m^2].
+    /// Inertia about the system's centre of mass at capture, bus axes [kg m^2].
     pub inertia_at_capture_kg_m2: [[f64; 3]; 3],
     /// The way of each joint.
     pub joints: Vec<Joint>,
-    /// What steps of the optimisation are divided by, the mission's own or derived.
+    /// Typical magnitudes that scale steps of the optimisation, the mission's own or derived.
     pub typical: Typical,
     /// Torque that reaches the target's rate within the horizon, about the axis with the least margin [N m].
     pub spin_up: Margin,
@@ -49,7 +49,7 @@ pub struct Vehicle {
     pub force: Margin,
     /// Turn of the target from node to node [deg].
     pub turn: Margin,
-    /// Why no approach of the mission can end, where that is so.
+    /// Reason why no approach of the mission can end, where that is so.
     pub refused: Option<UnmetConstraint>,
 }
 
@@ -64,12 +64,12 @@ pub struct Joint {
     pub available_s: f64,
 }
 
-/// What is needed of what there is.
+/// Amount needed, against the amount available.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Margin {
-    /// At least so much is needed.
+    /// Least amount needed.
     pub needed: Option<f64>,
-    /// There is so much.
+    /// Amount available.
     pub available: Option<f64>,
     /// Reason why one of them is unknown.
     pub unknown: Option<String>,
@@ -96,7 +96,7 @@ pub struct UnmetConstraint {
 }
 
 impl Vehicle {
-    /// What follows from a valid mission.
+    /// Computes the figures of a valid mission.
     pub fn of(mission: &Mission, integrator: Integrator) -> Self {
         let s = &mission.servicer;
         let rows = |m: Matrix3<f64>| std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]));

@@ -27,7 +27,7 @@ pub(crate) fn stack<'py>(
     Ok(PyArray3::from_vec3(py, matrices)?)
 }
 
-/// Whatever has a place in JSON, as Python has it; what is not finite is None.
+/// Converts a value to Python as its JSON; numbers that are not finite become None.
 pub(crate) fn plain<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value)
         .map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))?;

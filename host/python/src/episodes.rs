@@ -85,7 +85,7 @@ impl Episodes {
         waited(slf.py(), move |caller| Ok(work(shared.get(), caller.flag())))
     }
 
-    /// What all of them see, a row an episode.
+    /// Observes all of them, a row an episode.
     fn seen(&self, courses: &[Episode], is_over: &AtomicBool) -> Vec<f32> {
         let mut seen = vec![0.0; courses.len() * self.features];
         let rows = seen.par_chunks_mut(self.features).with_min_len(LEAST);
@@ -117,7 +117,7 @@ impl Episodes {
         }
     }
 
-    /// On which approaches episodes begin, negative where they do not.
+    /// Approaches on which episodes begin, negative where they do not.
     fn begins(&self, begins: Option<&PyReadonlyArray1<'_, i64>>) -> PyResult<Vec<i64>> {
         let count = self.count();
         let begins = begins.map_or_else(|| vec![-1; count], |begins| begins.as_array().to_vec());
@@ -219,7 +219,7 @@ impl Episodes {
         Ok(())
     }
 
-    /// What all of them see.
+    /// Observes all of them.
     fn observe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         let all = Self::together(slf, |all, is_over| all.seen(&all.courses(), is_over))?;
         slf.get().array(slf.py(), &all)

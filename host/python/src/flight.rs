@@ -43,7 +43,7 @@ impl Flight {
             .map_err(|error| argument("flight", error))
     }
 
-    /// As a page shows it.
+    /// Track of the flight, for a page.
     pub(crate) fn shown(&self) -> FlightTrack {
         history::shown(self.run, &self.samples)
     }
@@ -97,7 +97,7 @@ impl Flight {
         self.flown.arrival.miss_m
     }
 
-    /// The same along the target's axes [m].
+    /// Position of the end effector from the port at the end, target's axes [m].
     #[getter]
     fn miss_target_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         arrays::vector(py, &self.flown.arrival.miss_target_m)
@@ -139,7 +139,7 @@ impl Flight {
         self.flown.impulse_n_s
     }
 
-    /// What was drawn, read back from the truth.
+    /// Quantities that were drawn, read back from the truth.
     #[getter]
     fn drawn<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         arrays::dict(py, self.drawn.iter().map(|(name, value)| (name.as_str(), *value)))

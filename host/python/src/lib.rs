@@ -9,7 +9,7 @@
 //! - `arrays`: rows as arrays, which own their memory;
 //! - `urdf`, `mission`, `scenario`: what is planned for;
 //! - `scene`: an approach as a guess sees it;
-//! - `start`: what Stage 2 starts from, learned or the caller's own;
+//! - `start`: the initial guess of Stage 2, learned or the caller's own;
 //! - `plan`, `made`: plans, and their sources;
 //! - `request`, `planning`: requests for plans, and planning one after the other;
 //! - `many`, `compare`: plans on several threads, and guesses against each other;
@@ -17,7 +17,7 @@
 //! - `flight`: plans flown in the truth;
 //! - `episodes`: approaches flown by policies, many at once.
 //!
-//! Whatever takes time runs without the interpreter's lock, on a thread with a stack of its own, so that
+//! Long work runs without the interpreter's lock, on a thread with a stack of its own, so that
 //! every function may be called on any thread.
 #![forbid(unsafe_code)]
 

@@ -24,7 +24,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
-/// What came of one scenario: its row and its plan, or its row alone where it was refused.
+/// Result of one scenario: its row and its plan, or its row alone where it was refused.
 pub(crate) type Answer = (Row, Option<(PlanOutcome, Start)>);
 
 /// Plans scenarios in several ways, the same scenario in all of them before the next, so that what they

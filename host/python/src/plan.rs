@@ -82,13 +82,13 @@ impl Plan {
         written.map_err(raised)
     }
 
-    /// What it was made for.
+    /// Mission that it was made for.
     #[getter]
     fn mission(&self) -> Mission {
         self.mission.clone()
     }
 
-    /// What it was made for.
+    /// Scenario that it was made for.
     #[getter]
     fn scenario(&self) -> Scenario {
         self.scenario.clone().into()
@@ -112,7 +112,7 @@ impl Plan {
         self.file.status.name()
     }
 
-    /// What Stage 2 started from: "model", "heuristic", "given", "nominal", or "fallback" where what was
+    /// Initial guess of Stage 2: "model", "heuristic", "given", "nominal", or "fallback" where the one
     /// asked for was dropped for the heuristic.
     #[getter]
     fn start(&self) -> &str {
@@ -138,7 +138,7 @@ impl Plan {
         arrays::dict(py, named.map(|(name, value, _)| (name, value)))
     }
 
-    /// What residuals are held to, by name.
+    /// Tolerances of the residuals, by name.
     #[getter]
     fn tolerances<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let named = self.residuals.against(&self.mission.judged().tolerances);

@@ -19,7 +19,7 @@ pub(crate) enum Failure {
     Error(Error),
     /// No plan of the scenario can end well.
     Refused(String, Refusal),
-    /// What the caller's own function raised.
+    /// Exception that the caller's own function raised.
     Raised(PyErr),
 }
 
@@ -65,7 +65,7 @@ pub(crate) fn argument(name: &str, reason: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(format!("{name}: {reason}"))
 }
 
-/// What is refused before planning.
+/// Refuses a scenario before planning.
 pub(crate) fn look(
     found: Result<Option<Refusal>, Error>,
     scenario: &NamedScenario,

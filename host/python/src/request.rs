@@ -21,7 +21,7 @@ pub(crate) struct PlanRequest {
 }
 
 impl PlanRequest {
-    /// What the arguments say; a guess that is not given is the built-in model.
+    /// Request that the arguments make; a guess that is not given is the built-in model.
     pub(crate) fn of(
         mission: Option<Argument<Mission>>,
         (integrator, mode): (Argument<&str>, Argument<&str>),
@@ -77,7 +77,7 @@ pub(crate) fn jobs(jobs: Option<Argument<usize>>) -> PyResult<NonZeroUsize> {
     }
 }
 
-/// What may be given as a guess.
+/// Reason to refuse a guess of another kind.
 const EXPECTED: &str = "is neither \"model\", \"heuristic\", a Model, a Plan, (Plan, seconds), an array of torques \
                         nor a function of a Scene";
 

@@ -1,4 +1,4 @@
-//! What Stage 2 starts from: the heuristic, a model, or the caller's own.
+//! Initial guess of Stage 2: the heuristic, a model, or the caller's own.
 
 use crate::argument::Argument;
 use crate::arrays;
@@ -115,7 +115,7 @@ impl Model {
     }
 }
 
-/// What Stage 2 is to start from.
+/// Initial guess of Stage 2.
 #[derive(Clone)]
 pub(crate) enum Start {
     Heuristic,

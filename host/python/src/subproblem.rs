@@ -17,7 +17,7 @@ use remora_host::planning::Subproblem as Solved;
 use remora_host::qp_file::{Bounds, QpFile, QpInterval, QpNode, QpPlace, Rows};
 use std::path::PathBuf;
 
-/// A subproblem with its solver's answer, by nodes and intervals: `docs/formats.md` says what it means.
+/// A subproblem with its solver's answer, by nodes and intervals: `docs/reference/plan-file.md` says what it means.
 #[pyclass(frozen, module = "remora")]
 pub(crate) struct Subproblem {
     file: QpFile,
@@ -55,7 +55,7 @@ impl Subproblem {
         self.file.stage
     }
 
-    /// Which of the stage's iterations, from 1.
+    /// Number of the stage's iteration, from 1.
     #[getter]
     fn iteration(&self) -> u64 {
         self.file.iteration

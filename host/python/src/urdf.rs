@@ -9,7 +9,7 @@ use remora_urdf::Pose;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// What a caller says beside a URDF.
+/// Arguments beside a URDF.
 pub(crate) struct Said {
     pub(crate) tip: Option<String>,
     pub(crate) base: Option<String>,

@@ -48,7 +48,7 @@ impl Exit {
     }
 }
 
-/// What a command prints, and how it ended.
+/// Output of a command, and how it ended.
 pub struct Output {
     text: String,
     /// Whether the text was asked for as data, which is printed as it stands.
@@ -138,7 +138,7 @@ pub fn run<P: Program>(args: impl IntoIterator<Item = OsString>) -> u8 {
         }
         Err(error) => {
             let status = refuse(&told(&error, &P::command(), &args));
-            // As a shell tells of a program that a signal ended.
+            // Shells report a signal as 128 plus its number.
             if let Error::Interrupted { signal } = error { 128 + signal } else { status }
         }
     }

@@ -39,10 +39,10 @@ pub struct IntegratorArgs {
 /// How plans are made.
 #[derive(Clone, Debug, clap::Args)]
 pub struct MethodArgs {
-    /// What is asked of Stage 2
+    /// Mode of Stage 2
     #[arg(long, value_parser = choice::<Mode>(), default_value = "optimal")]
     mode: Mode,
-    /// What Stage 2 starts from
+    /// Initial guess of Stage 2
     #[arg(long, value_parser = choice::<WarmStart>(), default_value = "auto")]
     warm_start: WarmStart,
     /// Learned model (*.model) [default: the built-in one for the integrator]
@@ -72,8 +72,8 @@ impl MethodArgs {
         Learned::chosen(self.warm_start, self.model.as_deref(), self.integrator.integrator)
     }
 
-    /// The same, for results over many scenarios: a model is not judged by what it or an ancestor
-    /// has learnt from.
+    /// Model for results over many scenarios. Refuses one that has learnt from any of them, itself or
+    /// an ancestor.
     pub fn model_to_judge(&self, scenarios: &[NamedScenario]) -> Result<Option<Learned>, Error> {
         let learned = self.model()?;
         let Some(model) = learned.as_ref().and_then(Learned::model) else { return Ok(learned) };
@@ -254,7 +254,7 @@ impl SetArgs {
         Ok(Chosen { scenarios: set.scenarios, seed: self.seed })
     }
 
-    /// The same without drawing them all.
+    /// Source of the scenarios, without drawing them all.
     pub fn source(&self, mission: &Mission) -> Result<Scenarios, Error> {
         match (self.count, self.seed) {
             (Some(count), Some(seed)) => {
@@ -301,7 +301,7 @@ impl JobsArgs {
     }
 }
 
-/// What is printed.
+/// Option that silences reports.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct QuietArgs {
     /// Print no report and no progress, only errors and what was asked for as data
@@ -317,7 +317,7 @@ pub struct JsonArgs {
     pub json: bool,
 }
 
-/// What may be replaced.
+/// Option that lets files be replaced.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct ForceArgs {
     /// Replace files that are there

@@ -115,7 +115,7 @@ With --write report every plan is kept, and DIR/report.html links those worth a 
 of `remora view`. With --write plans `remora fly DIR --errors FILE --out DIR` flies them all.
 
 With --part DIR gets part-00017-of-01000.jsonl, the rows, and part-00017-of-01000.parquet, the same as
-a table; whole or not at all. Programs on many machines may share it: docs/campaigns.md has their job,
+a table; whole or not at all. Programs on many machines may share it: docs/guides/campaigns.md has their job,
 `remora campaign gather DIR` puts the parts together. Rows are kept on the disk, not in memory: more than
 50,000 scenarios are planned in parts alone, be it part 1/1. SIGTERM ends a part after the plans in
 hand; the same command goes on.
@@ -211,7 +211,7 @@ impl Args {
     /// The campaign as it is made in parts.
     fn job(&self, mission: Mission, command: Vec<String>) -> Result<Job, Error> {
         let scenarios = self.set.source(&mission)?;
-        // Who has learnt from any of a draw has learnt from its first.
+        // Models that have learnt from any scenario of a draw have learnt from its first.
         let met = match &scenarios {
             Scenarios::Drawn { .. } => &[scenarios.get(0, &mission)?][..],
             Scenarios::Listed(all) => all,

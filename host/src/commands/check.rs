@@ -46,7 +46,7 @@ Examples:
 One plan is shown with all its residuals, several as a table. A plan that was made for another scenario
 or mission than one given is refused.
 
-A plan is called optimal where it is verified here, locally optimal here to 5 % of the cost, and says that it
+A plan is called optimal where it is verified here, locally optimal here to 1 % of the cost, and says that it
 is solved. Whether a better optimum lies elsewhere is not found out.
 
 Exit status: 0 all optimal, 1 some are not flyable (with --strict: or disagree), 2 bad input, 3 all

@@ -40,7 +40,7 @@ pub(super) struct Args {
     /// euler, rk4 (8 substeps a node) or rk4:M with M >= 4 [default: rk4:4]
     #[arg(long, value_name = "NAME")]
     integrator: Option<Integrator>,
-    /// What Stage 2 starts from
+    /// Initial guess of Stage 2
     #[arg(long, value_parser = choice::<WarmStart>(), default_value = "heuristic")]
     warm_start: WarmStart,
     #[command(flatten)]

@@ -46,7 +46,7 @@ Examples:
   remora mission errors typical > mine.errors.toml
   remora mission errors none > one.errors.toml
 
-Every key must be in a file, and no other; docs/flights.md tells what each of them does.
+Every key must be in a file, and no other; docs/guides/simulate.md tells what each section does.
 
 Exit status: 0.";
 

@@ -90,10 +90,10 @@ Examples:
   remora export --format qp --integrator euler --qp clarabel --out programs
 
 --format may be repeated. Writes DIR/ID.mcap, and DIR/ID.servicer.oem, DIR/ID.target.oem, DIR/ID.servicer.aem, DIR/ID.target.aem.
-What stands in them, and in the chief's file, is told in docs/export.md.
+What stands in them, and in the chief's file, is told in docs/guides/export.md.
 
 --format qp stands alone. It writes DIR/stage1-001.qp.json and so on: stage, iteration and, after it,
-second-order correction; docs/formats.md describes the form. Subproblems that stand in DIR from before are
+second-order correction; docs/reference/plan-file.md describes the form. Subproblems that stand in DIR from before are
 replaced; with anything else in it DIR is refused, unless --force is given.
 
 Exit status: 0 written, 2 bad input; with --format qp 0 plan optimal, 1 not flyable, 3 verified but not

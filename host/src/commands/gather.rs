@@ -52,7 +52,7 @@ they were. Runs of flights are flown again; of a dataset every number that was k
 
 Exit status: 0 all there and the same, 1 parts are missing or rows differ, 2 bad input.";
 
-/// What is printed as JSON.
+/// Result printed as JSON.
 #[derive(Serialize)]
 struct Found<'a, T: Serialize> {
     #[serde(flatten)]
@@ -111,7 +111,7 @@ impl Args {
         rows: u64,
         recompute: impl FnOnce(u64, NonZeroUsize, &mut Bar) -> Result<Vec<Difference>, Error>,
     ) -> Result<Again, Error> {
-        // What reads ends at once: nothing of it is kept.
+        // Reading ends at once when asked to: nothing of it is kept.
         end_when_asked();
         let mut bar = Bar::named("recompute");
         let differences = match self.recompute {

@@ -49,7 +49,7 @@ pub(super) struct Args {
     /// The camera's boresight, bus axes [default: the bus mission's; towards the arm, on its own bus]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     boresight: Option<String>,
-    /// What points into the port: an axis of the end effector, in its own frame [default: 0,0,1]
+    /// Axis of the end effector that points into the port, in its own frame [default: 0,0,1]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     axis: Option<String>,
     /// Joint angles at the start [rad; default: straight, or bent as little as keeps clear of the bus]

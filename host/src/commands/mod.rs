@@ -98,7 +98,7 @@ impl Program for Cli {
     }
 }
 
-/// What `remora plan` without arguments parses to.
+/// Parses `remora plan` without arguments.
 fn no_arguments() -> Result<ArgMatches, clap::Error> {
     plan::Args::augment_args(clap::Command::new("plan")).try_get_matches_from(["plan"])
 }

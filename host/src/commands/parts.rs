@@ -1,4 +1,4 @@
-//! What commands that make parts share: which part, by what arguments, and ending when asked to.
+//! Functions of all commands that make parts: which part, by what arguments, and ending when asked to.
 
 use super::Cli;
 use super::Command;

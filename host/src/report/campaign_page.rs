@@ -18,7 +18,7 @@ const PAGES: &str = "pages";
 /// Most plans that are not flyable with a page of their own.
 const MOST_FAILED: usize = 6;
 
-/// What makes a plan extreme: the larger, the more.
+/// Measure of a plan: the larger, the more extreme.
 type Measure = fn(&Row) -> f64;
 
 /// By what the extremes are chosen, in words.

@@ -4,7 +4,7 @@ use super::{Align, Table};
 use remora_host::export::QpExport;
 use std::path::Path;
 
-/// What was written, and how well its solver did.
+/// Reports what was written, and how well its solver did.
 pub fn export_report(exported: &QpExport, directory: &Path) -> String {
     let plan = &exported.planned.file;
     let mut table = Table::new([

@@ -3,7 +3,7 @@
 use super::{Align, Table, vehicle_report};
 use remora_host::importing::ImportedMission;
 
-/// What was decided, the joints' angles, and what follows from the mission.
+/// Reports the decisions, the joints' angles, and what follows from the mission.
 pub fn import_report(imported: &ImportedMission) -> String {
     let ImportedMission { robot, joints, decided, notes, doubts, vehicle, .. } = imported;
     let mut table = Table::new([
@@ -31,7 +31,7 @@ pub fn import_report(imported: &ImportedMission) -> String {
     format!("robot {robot}: an arm of {count} joints\n\n{table}\n{said}{}", vehicle_report(vehicle))
 }
 
-/// What was understood of a file that is not imported, and what is wrong with it.
+/// Reports what was understood of a file that is not imported, and what is wrong with it.
 pub fn refused_import(explanation: &str, faults: &[String]) -> String {
     // The file's own faults are in its explanation.
     let missing: Vec<String> =

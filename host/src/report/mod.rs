@@ -1,4 +1,4 @@
-//! What the commands print: tables for the terminal, at most 100 columns wide; and the page of a campaign.
+//! Reports that the commands print: tables for the terminal, at most 100 columns wide; and the page of a campaign.
 
 mod campaign;
 mod campaign_page;

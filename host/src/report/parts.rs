@@ -1,4 +1,4 @@
-//! What commands print that make parts and gather them.
+//! Reports of the commands that make parts and gather them.
 
 use super::campaign::summary_report;
 use remora_flight::report::{endings, spread_table};
@@ -12,7 +12,7 @@ use std::fmt::Write;
 /// Most missing parts and differences that are listed.
 const MOST_LISTED: usize = 20;
 
-/// What a part is, and where.
+/// Reports a part and its files.
 pub fn part_report(made: &PartSummary) -> String {
     let PartSummary { part, rows, planned, files } = made;
     let mut out = format!("part {part}: {rows} rows, {planned} planned now\n");
@@ -25,13 +25,13 @@ pub fn part_report(made: &PartSummary) -> String {
 /// A sample that was planned or flown again.
 #[derive(Serialize)]
 pub struct Again {
-    /// How many there are of it, none where none was asked for.
+    /// Size of the sample, none where none was asked for.
     pub recomputed: Option<u64>,
-    /// Those that came to something else.
+    /// Differences from the first results.
     pub differences: Vec<Difference>,
 }
 
-/// What is missing, what all rows come to, and what a sample that was planned again differs by.
+/// Reports what is missing, the summary of all rows, and how a sample planned again differs.
 pub fn gather_report(gathered: &GatheredParts<Summary>, again: &Again) -> String {
     let checksum = format!("checksum of all but times: {}\n", gathered.checksum);
     summary_report(&gathered.summary)
@@ -40,7 +40,7 @@ pub fn gather_report(gathered: &GatheredParts<Summary>, again: &Again) -> String
         + &differing(again, "planned", "part")
 }
 
-/// The same of flights.
+/// Reports gathered flights likewise.
 pub fn gathered_flights(gathered: &GatheredParts<Flights>, again: &Again) -> String {
     let summary = &gathered.summary;
     let runs =
@@ -49,7 +49,7 @@ pub fn gathered_flights(gathered: &GatheredParts<Flights>, again: &Again) -> Str
     runs + &parts(gathered) + &checksum + &differing(again, "flown", "part")
 }
 
-/// The same of a dataset.
+/// Reports a gathered dataset likewise.
 pub fn gathered_dataset(gathered: &Shards, again: &Again) -> String {
     let Shards { shards, tried, kept, missing: lacking } = gathered;
     let there = shards - lacking.len() as u64;
@@ -67,7 +67,7 @@ fn parts<S>(gathered: &GatheredParts<S>) -> String {
     format!("parts: {there} of {}\n{}", gathered.parts, missing(&lacking))
 }
 
-/// What a sample that was planned or flown again differs by, where there is one.
+/// Lists the differences of a sample that was planned or flown again, where there is one.
 fn differing(again: &Again, done: &str, of: &str) -> String {
     let Some(sample) = again.recomputed else { return String::new() };
     let mut out = format!("{done} again: {sample}, of which {} differ\n", again.differences.len());
@@ -77,7 +77,7 @@ fn differing(again: &Again, done: &str, of: &str) -> String {
     out + &more(again.differences.len())
 }
 
-/// What is missing, by number.
+/// Lists the missing numbers.
 fn missing(all: &[u64]) -> String {
     if all.is_empty() {
         return String::new();

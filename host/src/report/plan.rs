@@ -8,7 +8,7 @@ use remora_host::planning::PlanOutcome;
 use remora_host::stopwatch::busy_share;
 use std::path::Path;
 
-/// What is said of a scenario that was refused before planning, or because something was damaged meanwhile.
+/// Reports a scenario that was refused before planning, or because something was damaged meanwhile.
 pub fn refusal_report(scenario: &str, refusal: &Refusal) -> String {
     let is_damaged = matches!(refusal, Refusal::Damaged { .. });
     let what = if is_damaged { "refused" } else { "infeasible" };
@@ -130,7 +130,7 @@ fn clearances(planned: &PlanOutcome, mission: &Mission) -> String {
     out
 }
 
-/// What Stage 2 started from, and why not from what was asked for.
+/// Names the initial guess of Stage 2, and why it is not the one asked for.
 fn start(planned: &PlanOutcome) -> String {
     let evidence = &planned.evidence;
     let Some(model) = &evidence.model else { return "heuristic start".into() };

@@ -9,7 +9,7 @@ use crate::ticker::Ticker;
 use crate::vehicle::Vehicle;
 use nalgebra::{Matrix3, Vector3};
 
-/// What guidance asks for until it asks again.
+/// Command that holds until guidance gives another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command<const NL: usize> {
     /// Force at the vehicle's force point [N], in `axes`.
@@ -18,11 +18,11 @@ pub struct Command<const NL: usize> {
     pub axes: Axes,
     /// Torque on the bus, bus axes [N m].
     pub bus_torque: Vector3<f64>,
-    /// What the joints are to do.
+    /// Command of the joints.
     pub joints: JointCommand<NL>,
 }
 
-/// What the joints are to do.
+/// Command of the joints: torques, or references for their inner loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum JointCommand<const NL: usize> {
     /// Torques [N m], each on its outer body.
@@ -173,7 +173,7 @@ impl<const NL: usize> JointState<NL> {
     }
 }
 
-/// What the actuators have to know of the moment.
+/// Time, momentum and inertia at an instant, for the actuators.
 pub(crate) struct Moment<'a, const NL: usize> {
     pub time: f64,
     /// When the command came.
@@ -205,7 +205,7 @@ impl<const NL: usize> Actuators<NL> {
         self.thrusters.ticker.next().min(self.wheels.ticker.next())
     }
 
-    /// What acts from now on.
+    /// Computes the forces and torques that act from now on.
     pub fn hold(
         &mut self,
         vehicle: &Vehicle<NL>,
@@ -244,7 +244,7 @@ impl<const NL: usize> Actuators<NL> {
         }
     }
 
-    /// Which joints are held by their brakes.
+    /// Finds the joints that are held by their brakes.
     pub fn locked(&self, time: f64) -> [bool; NL] {
         let stuck = self.faults.joint_stuck;
         core::array::from_fn(|j| {

@@ -1,4 +1,4 @@
-//! What physics conserves: energy and momenta of the servicer, from all its bodies.
+//! Conserved quantities: energy and momenta of the servicer, from all its bodies.
 
 use crate::rotation::matrix;
 use crate::world::World;

@@ -25,7 +25,7 @@ impl Dispersion {
         Stream::new(self.seed, self.run, source)
     }
 
-    /// What fails and when: at a time that is drawn, where the errors say so.
+    /// Faults with their times, which are drawn where the errors say so.
     pub fn faults(&self) -> Faults {
         let mut faults = self.errors.faults;
         let Some(within) = faults.drawn_within_s else { return faults };

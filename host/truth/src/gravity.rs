@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 /// The Earth's gravitational parameter [m^3/s^2] (EGM2008).
 pub const EARTH_MU: f64 = 3.986_004_418e14;
 
-/// What acts on both spacecraft.
+/// Environment that acts on both spacecraft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Environment {
     /// Gravitational parameter of the body that the orbit is about [m^3/s^2].

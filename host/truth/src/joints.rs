@@ -1,9 +1,9 @@
-//! What a joint's motor does: torque or servo mode, friction.
+//! Motor of a joint: torque or servo mode, friction.
 
 /// A joint's motor while its command is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointDrive {
-    /// What is asked of it.
+    /// Mode of the motor, with its command.
     pub mode: JointMode,
     /// Largest torque of the motor [N m].
     pub limit: f64,
@@ -17,7 +17,7 @@ pub struct JointDrive {
     pub friction_rate: f64,
 }
 
-/// What is asked of a joint.
+/// Mode of a joint's motor, with its command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum JointMode {
     /// A torque [N m].

@@ -1,4 +1,4 @@
-//! What was drawn, read back from the truth itself: a dispersion that never took effect shows.
+//! Drawn values, read back from the truth itself: a dispersion that never took effect shows.
 
 use crate::orbit::eccentricity;
 use crate::vehicle::Body;
@@ -51,7 +51,7 @@ impl List {
 }
 
 impl<const NL: usize> World<NL> {
-    /// What was drawn for this run, read from the bodies, actuators and sensors that fly. At time
+    /// Reads this run's drawn values from the bodies, actuators and sensors that fly. At time
     /// zero these are the draw's values; the target's motion and drifts go on with time.
     pub fn read_back(&self) -> Vec<Quantity> {
         let mut list = List(Vec::new());

@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 pub struct Sample<T> {
     /// When it was measured [s].
     pub time: f64,
-    /// What was measured.
+    /// Measured value.
     pub value: T,
 }
 
@@ -110,7 +110,7 @@ pub(crate) struct Sensors<const NL: usize> {
     pub encoder_bias: [f64; NL],
 }
 
-/// What drifts or is constant.
+/// Errors that drift or are constant.
 #[derive(Clone, Debug)]
 pub(crate) struct Biases {
     pub position: Bias,

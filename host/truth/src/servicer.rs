@@ -119,7 +119,7 @@ pub enum Axes {
     Bus,
 }
 
-/// What acts from one instant to the next and is constant there.
+/// Actuation and disturbances, constant from one instant to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held<const NL: usize> {
     /// Commanded force [N] that thrusters give while they fire, in `axes`.

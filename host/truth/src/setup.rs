@@ -1,4 +1,4 @@
-//! What a flight is made of: the world as the planner believes it to be.
+//! Setup of a flight: the world as the planner believes it to be.
 
 use crate::gravity::Environment;
 use crate::multibody::{Multibody, Rates};
@@ -17,7 +17,7 @@ pub struct Setup<const NL: usize> {
     pub target: Target,
     /// The target's orbit.
     pub orbit: Orbit,
-    /// What acts on both.
+    /// Environment of both.
     pub environment: Environment,
     /// Where the servicer starts.
     pub start: Start<NL>,
@@ -46,8 +46,8 @@ pub struct Start<const NL: usize> {
 }
 
 impl<const NL: usize> Start<NL> {
-    /// The same start, but `position` and `velocity` are those of the system's centre of mass of
-    /// this vehicle, as planners give them.
+    /// Moves the start's `position` and `velocity` from the system's centre of mass, of this vehicle,
+    /// to the origin of the bus's frame. Planners give the former.
     #[must_use]
     pub fn from_center_of_mass(mut self, vehicle: &Vehicle<NL>) -> Self {
         let body = Multibody::new(*vehicle);

@@ -41,7 +41,7 @@ pub struct Vehicle<const NL: usize> {
     pub tip: Vector3<f64>,
     /// Unit approach axis in the last link's axes.
     pub approach: Vector3<f64>,
-    /// What the actuators can do.
+    /// Limits of the actuators.
     pub limits: Limits<NL>,
     /// The joints' inner loops.
     pub servo: [Servo; NL],

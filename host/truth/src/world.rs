@@ -176,7 +176,7 @@ impl<const NL: usize> World<NL> {
         self.actuators.locked(self.time)
     }
 
-    /// What acts from now on.
+    /// Computes the forces and torques that act from now on.
     fn hold(&mut self, command: &Command<NL>, commanded: f64) -> Held<NL> {
         let felt = match command.joints {
             JointCommand::Torque(_) => [0.0; NL],

@@ -23,7 +23,7 @@ pub struct Arm {
     pub joints: Vec<Joint>,
     /// The end effector's frame in the last link's.
     pub end_effector: Pose,
-    /// What was assumed, merged or left out.
+    /// Notes on what was assumed, merged or left out.
     pub notes: Vec<Note>,
 }
 

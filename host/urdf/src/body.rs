@@ -29,7 +29,7 @@ impl Body {
         Self { mass: 0.0, center_of_mass: Vector3::zeros(), inertia: Matrix3::zeros() }
     }
 
-    /// The same body in the frame in which its own has the pose `pose`.
+    /// Expresses the body in the frame in which its own has the pose `pose`.
     pub(crate) fn seen_from(&self, pose: &Pose) -> Self {
         let inertia = pose.rotation * self.inertia * pose.rotation.transpose();
         Self {

@@ -231,7 +231,7 @@ impl Chain<'_> {
 /// A joint's unit axis, in the link's axes; x for a zero vector, which is a fault already.
 fn unit(axis: &[f64; 3]) -> Vector3<f64> {
     let axis = Vector3::from(*axis);
-    // Of a tiny vector the squares would vanish.
+    // Squares of a tiny vector would vanish.
     let largest = axis.amax();
     if largest > 0.0 { (axis / largest).normalize() } else { Vector3::x() }
 }

@@ -1,9 +1,19 @@
 //! Why a file is refused: each fault names the place, the numbers and what mends it.
 
 use crate::options::MAX_ANGLE;
-use crate::text::{MAX_ATTRIBUTES, MAX_BYTES, MAX_DEPTH, MAX_NODES, MAX_NUMBER};
 use std::fmt;
 use thiserror::Error;
+
+/// Largest text [bytes].
+pub const MAX_BYTES: usize = 4 << 20;
+/// Deepest nesting of elements.
+pub const MAX_DEPTH: usize = 64;
+/// Most attributes of an element: what reads them compares each with all others.
+pub const MAX_ATTRIBUTES: usize = 64;
+/// Most nodes of the document.
+pub const MAX_NODES: u32 = 50_000;
+/// Largest magnitude of a number, in SI units.
+pub const MAX_NUMBER: f64 = 1e9;
 
 /// Where in a file.
 #[derive(Clone, Debug, Eq, Ord, PartialEq, PartialOrd)]

@@ -31,7 +31,7 @@ impl Hull {
         Some(Self { points, margin }.seen_from(pose))
     }
 
-    /// The same shape in the frame in which its own has the pose `pose`.
+    /// Expresses the shape in the frame in which its own has the pose `pose`.
     pub fn seen_from(&self, pose: &Pose) -> Self {
         let points = self.points.iter().map(|point| pose.point(point)).collect();
         Self { points, margin: self.margin }

@@ -20,13 +20,14 @@ mod written;
 
 pub use arm::{Arm, Base, Joint};
 pub use body::Body;
-pub use fault::{Fault, Place, Refusal};
+pub use fault::{
+    Fault, MAX_ATTRIBUTES, MAX_BYTES, MAX_DEPTH, MAX_NODES, MAX_NUMBER, Place, Refusal,
+};
 pub use hull::{Bounds, Capsule};
 pub use note::Note;
 pub use options::{DEFAULT_RADIUS, Limits, MAX_ANGLE, OptionError, Options};
 pub use pose::Pose;
 pub use selection::MAX_JOINTS;
-pub use text::{MAX_ATTRIBUTES, MAX_BYTES, MAX_DEPTH, MAX_NODES, MAX_NUMBER};
 
 use arm::LinkRow;
 use chain::Chain;
@@ -38,7 +39,7 @@ use tree::Tree;
 ///
 /// # Errors
 ///
-/// What is not a URDF of a serial arm with all that is needed of it.
+/// A text that is not a URDF of a serial arm with all that is needed of it.
 pub fn import(file: &str, text: &[u8], options: &Options) -> Result<Arm, Refusal> {
     let (reading, found) = read(text, options);
     match reading.arm {
@@ -48,13 +49,13 @@ pub fn import(file: &str, text: &[u8], options: &Options) -> Result<Arm, Refusal
 }
 
 /// Tables of what is understood of a URDF, whether it gives an arm or not: links, joints, what was
-/// assumed, what is wrong. The same text for the same file and options.
+/// assumed, what is wrong. Equal files and options give equal texts.
 pub fn explain(file: &str, text: &[u8], options: &Options) -> String {
     let (reading, found) = read(text, options);
     explain::explanation(file, &reading.links, reading.arm.as_ref(), &found)
 }
 
-/// What became of a text.
+/// Result of reading a text.
 #[derive(Default)]
 struct Reading {
     links: Vec<LinkRow>,
@@ -80,7 +81,7 @@ fn read_text(text: &str, options: &Options, found: &mut Findings) -> Option<Read
     found.notes.extend(turned.map(|(place, value)| Note::Turned { place, value }));
     let robot = match urdf_rs::read_from_string(&text::reduced(&document)) {
         Ok(robot) => robot,
-        // What was found before says it better.
+        // Earlier faults say it better.
         Err(_) if !found.faults.is_empty() => return None,
         Err(error) => {
             found.faults.push(Fault::Parser { reason: error.to_string() });

@@ -4,16 +4,13 @@ use crate::fault::{Fault, Place};
 use crate::note::{Findings, Note};
 use crate::options::{Limits, MAX_ANGLE, Options};
 use crate::text::number;
-use crate::written::{LimitText, Written};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use crate::written::{LimitText, TWO_TURNS, Written};
+use std::f64::consts::{FRAC_PI_2, PI};
 use urdf_rs::{Joint, JointType};
 
 /// How far from a multiple of pi/2 a value is told about [rad]: what is nearer is only rounding, what
 /// is farther is meant.
 const ROUNDED: std::ops::Range<f64> = 1e-9..1e-3;
-
-/// Angles beyond this are probably degrees [rad].
-pub const TWO_TURNS: f64 = 2.0 * TAU;
 
 /// Share of a range by which rounding may exceed it.
 const ROUNDING: f64 = 1e-9;

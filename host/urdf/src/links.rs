@@ -17,7 +17,7 @@ pub struct Links<'a> {
     tree: &'a Tree<'a>,
     written: &'a Written,
     options: &'a Options,
-    /// Of which something was not understood: their numbers are not what the file means.
+    /// Places not understood in part: their numbers are not those that the file means.
     broken: BTreeSet<Place>,
 }
 
@@ -119,7 +119,7 @@ fn place(fault: &Fault) -> Option<&Place> {
     }
 }
 
-/// What is wrong with the mass or inertia of a link, if something is.
+/// Finds the fault in the mass or inertia of a link, if there is one.
 fn fault(name: &str, body: &Body, is_moved: bool) -> Option<Fault> {
     let (link, mass) = (name.to_owned(), body.mass);
     if mass < 0.0 {

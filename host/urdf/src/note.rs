@@ -1,4 +1,4 @@
-//! What was assumed, merged or left out, for the user to read.
+//! Notes for the user: what was assumed, merged or left out.
 
 use crate::fault::{Fault, Place};
 use thiserror::Error;
@@ -108,7 +108,7 @@ impl Note {
     }
 }
 
-/// What reading a file has found.
+/// Faults and notes that reading a file has found.
 #[derive(Debug, Default)]
 pub(crate) struct Findings {
     pub faults: Vec<Fault>,

@@ -1,4 +1,4 @@
-//! What the caller adds to a file, and how a command line writes it.
+//! Options that the caller adds to a file, and how a command line writes them.
 
 use crate::pose::Pose;
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,7 +23,7 @@ pub struct Limits {
     pub torque: f64,
 }
 
-/// What the caller says beside the file.
+/// Options that the caller gives beside the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Link that becomes the bus, or is fixed to it; the tree's root by default.
@@ -75,7 +75,7 @@ pub enum OptionError {
         "--mount `{0}`: expects x,y,z or x,y,z,roll,pitch,yaw [m, rad], finite and within {MAX_ANGLE}"
     )]
     Mount(String),
-    /// The same joint again.
+    /// Joint that is given twice.
     #[error("{flag}: joint `{joint}` is given twice")]
     Twice {
         /// Name of the flag.

@@ -3,8 +3,7 @@
 //! A URDF holds all its data in elements and attributes without prefix. A strict parser fails on faults in other
 //! parts, so it gets only the tags. Blanks replace the rest, so that places in messages stay.
 
-use crate::fault::Fault;
-use crate::text::{MAX_ATTRIBUTES, MAX_DEPTH};
+use crate::fault::{Fault, MAX_ATTRIBUTES, MAX_DEPTH};
 
 /// Begin and end of the parts that are dropped, and their names in messages.
 const DROPPED: [(&str, &str, &str); 3] = [

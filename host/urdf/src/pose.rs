@@ -12,7 +12,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The same frame.
+    /// Pose of a frame in itself.
     pub fn identity() -> Self {
         Self { position: Vector3::zeros(), rotation: Matrix3::identity() }
     }

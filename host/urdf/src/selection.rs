@@ -1,11 +1,11 @@
-//! Which of the file's joints move, and which links belong to the arm.
+//! Selection of the joints that move, and of the links that belong to the arm.
 
 use crate::fault::Fault;
-use crate::limits::{TWO_TURNS, held_beyond};
+use crate::limits::held_beyond;
 use crate::note::{Findings, Note};
 use crate::options::Options;
 use crate::tree::Tree;
-use crate::written::Written;
+use crate::written::{TWO_TURNS, Written};
 use std::collections::{BTreeMap, BTreeSet};
 use urdf_rs::{Joint, JointType};
 
@@ -24,7 +24,7 @@ pub struct Selection {
     pub links: Vec<usize>,
 }
 
-/// What a joint's type is called.
+/// Names a joint's type.
 pub fn kind(joint_type: &JointType) -> &'static str {
     match joint_type {
         JointType::Revolute => "revolute",

@@ -1,19 +1,8 @@
 //! From bytes to an XML document that is safe to walk over, and the part of it that URDF defines.
 
-use crate::fault::Fault;
+use crate::fault::{Fault, MAX_BYTES, MAX_NODES, MAX_NUMBER};
 use crate::plain::plain;
 use roxmltree::{Document, Node, ParsingOptions};
-
-/// Largest text [bytes].
-pub const MAX_BYTES: usize = 4 << 20;
-/// Deepest nesting of elements.
-pub const MAX_DEPTH: usize = 64;
-/// Most attributes of an element: what reads them compares each with all others.
-pub const MAX_ATTRIBUTES: usize = 64;
-/// Most nodes of the document.
-pub const MAX_NODES: u32 = 50_000;
-/// Largest magnitude of a number, in SI units.
-pub const MAX_NUMBER: f64 = 1e9;
 
 /// Elements that are read, and those inside each.
 const ELEMENTS: [(&str, &[&str]); 6] = [
@@ -105,8 +94,8 @@ fn is_known(node: Node) -> bool {
     ELEMENTS.iter().any(|(_, inner)| inner.contains(&node.tag_name().name()))
 }
 
-/// The same robot with only the elements and attributes that are read: what other programs add to
-/// a URDF, and what is there only to be looked at, cannot make a parser stumble.
+/// Reduces the robot to the elements and attributes that are read. Additions of other programs, and
+/// what is there only to be looked at, then cannot make a parser stumble.
 pub fn reduced(document: &Document) -> String {
     let mut text = String::new();
     write(document.root_element(), &mut text);

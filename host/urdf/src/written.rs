@@ -1,11 +1,14 @@
-//! What is actually written in a file: `urdf-rs` answers zeros for what is not, and ends at the first
-//! fault. This looks at every element and number that is read, and collects what is wrong.
+//! Elements and numbers that a file really holds: `urdf-rs` answers zeros for missing ones, and ends at the
+//! first fault. This looks at every element and number that is read, and collects what is wrong.
 
 use crate::fault::{Fault, Place};
-use crate::limits::TWO_TURNS;
 use crate::text::number;
 use roxmltree::{Document, Node};
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
+
+/// Angles beyond this are probably degrees [rad].
+pub const TWO_TURNS: f64 = 2.0 * TAU;
 
 /// Kinds of joints, as URDF spells them.
 const JOINT_TYPES: [&str; 7] =
@@ -37,7 +40,7 @@ pub struct Mimic {
     pub offset: f64,
 }
 
-/// What cannot be told from what `urdf-rs` gives.
+/// Contents that `urdf-rs` does not tell of.
 #[derive(Debug, Default)]
 pub struct Written {
     /// Links with an `<inertial>`.

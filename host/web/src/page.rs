@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// The page without anything to show; `ci/web.sh` builds it of `source/`.
 const TEMPLATE: &str = include_str!("../page.html");
 
-/// What the page takes for its data, and any other program for a page of this one.
+/// Format that the page accepts as its data, and by which other programs know a page of this one.
 const FORMAT: &str = "remora-page/1";
 
 /// Text that stands in every page made here, and in no other file.
@@ -36,13 +36,13 @@ pub struct Shown<'a> {
 /// A plan that no page can be made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PageError {
-    /// Which of the plans.
+    /// Index of the plan.
     pub plan: usize,
-    /// What is wrong with it.
+    /// Fault of the plan.
     pub error: FieldError,
 }
 
-/// What stands in the page.
+/// Data of the page.
 #[derive(Serialize)]
 struct Data<'a> {
     format: &'static str,

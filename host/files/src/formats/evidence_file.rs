@@ -1,6 +1,6 @@
 //! Evidence beside a plan: `*.evidence.json`.
 
-use super::packet::{is_named_packet, is_packet};
+use super::kind::{is_named_packet, is_packet};
 use super::{Limit, Status, Verdict, as_text, json, read_bytes};
 use crate::error::{Error, FieldError};
 use remora_core::advanced::model::RECOVERY_NAMES;
@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 /// The `format` of evidence.
 pub const FORMAT: &str = "remora-evidence/2";
 
-/// What a plan was made from, by what, and what came out. It holds no times: the same plan has
-/// the same file.
+/// Inputs, program and result of a plan. It holds no times, so that equal plans have equal
+/// files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a record of evidence")]
 pub struct EvidenceFile {
@@ -36,12 +36,12 @@ pub struct EvidenceFile {
     pub status: Status,
     /// Whether the verifier found every residual within its tolerance.
     pub is_verified: bool,
-    /// What the plan is good for.
+    /// Verdict: whether the plan is optimal, verified or not flyable.
     pub verdict: Verdict,
     /// Limits that the scenario's start violates and the plan leads back into, by the residuals' names.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub recovered: Vec<String>,
-    /// What Stage 2 started from.
+    /// Initial guess of Stage 2.
     pub start: GuessRecord,
     /// Model that was to be used; none where the heuristic was asked for.
     pub model: Option<ModelRecord>,
@@ -59,7 +59,7 @@ pub struct ModelRecord {
     pub name: String,
     /// CRC-32 of the file's bytes but its own: 8 hexadecimal digits.
     pub checksum: String,
-    /// Why it cannot be used.
+    /// Reason why it cannot be used.
     pub refused: Option<String>,
 }
 
@@ -178,7 +178,7 @@ pub fn evidence_path(plan: &Path) -> PathBuf {
     plan.with_file_name(format!("{}.evidence.{kind}", plan_stem(plan)))
 }
 
-/// The name of a plan file without what it ends in, for what stands beside it.
+/// Stem of a plan file's name, for the names of files beside it.
 pub fn plan_stem(plan: &Path) -> String {
     let name = plan.file_name().unwrap_or_default().to_string_lossy();
     let ends = [".plan.json", ".plan.postcard", ".json", ".postcard"];

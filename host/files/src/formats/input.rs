@@ -20,14 +20,14 @@ impl Limit {
     /// Models, checkpoints, logs: read as they are.
     pub const BINARY: Self = Self(1 << 29);
 
-    /// So many bytes, which a file has where it is whole.
+    /// A limit of this many bytes, the size of a whole file.
     pub fn of(bytes: u64) -> Self {
         Self(bytes)
     }
 }
 
-/// Opens a file to read. What is not a regular file, such as a pipe that nobody writes or a device that
-/// never ends, is refused.
+/// Opens a file to read. Refuses all but regular files: a pipe may have no writer, a device may
+/// never end.
 ///
 /// # Errors
 /// The file with the reason.
@@ -37,8 +37,8 @@ pub fn open_regular(file: &Path) -> Result<File, Error> {
     open_without_waiting(file, OpenOptions::new().read(true), failed)
 }
 
-/// Opens a file to read and to write, without cutting off what it holds; begins it where there is none.
-/// What is not a regular file is refused.
+/// Opens a file to read and to write and keeps its contents; creates it where there is none.
+/// Refuses all but regular files.
 ///
 /// # Errors
 /// The file with the reason.
@@ -59,8 +59,8 @@ fn look(file: &Path, found: &Metadata) -> Result<(), Error> {
     if found.is_file() { Ok(()) } else { Err(Error::input(file, "", "is not a regular file")) }
 }
 
-/// Opens what was a regular file when it was looked at. Where somebody has put a pipe in its place since, that is
-/// refused; what has to be waited for, such as the kernel's log, is an error when it is read.
+/// Opens a file that was regular when it was looked at, and refuses a pipe put in its place since.
+/// A file that has to be waited for, such as the kernel's log, is an error when it is read.
 fn open_without_waiting(
     file: &Path,
     options: &mut OpenOptions,
@@ -104,7 +104,7 @@ pub fn read_bytes(file: &Path, limit: Limit) -> Result<Vec<u8>, Error> {
 /// Reads a whole text file.
 ///
 /// # Errors
-/// As [`read_bytes`]; bytes that are not UTF-8.
+/// The error of [`read_bytes`]; bytes that are not UTF-8.
 pub fn read_text(file: &Path, limit: Limit) -> Result<String, Error> {
     String::from_utf8(read_bytes(file, limit)?)
         .map_err(|_| Error::input(file, "", "is not valid UTF-8"))

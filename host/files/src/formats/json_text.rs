@@ -52,7 +52,7 @@ pub(super) fn check_header(text: &str, format: &str) -> Result<(), FieldError> {
     if let Some(found) = format_of(text) {
         return check_format(Some(&found), format);
     }
-    // None, or no text in the place of one: why.
+    // Parsing the header tells why no format was found.
     let header: Header<'_> = deserialize(text)?;
     check_format(header.format.as_deref(), format)
 }

@@ -2,10 +2,24 @@
 
 use super::input::{Limit, open_regular, read_bytes};
 use super::json::format_of;
-use super::packet::{EVIDENCE_MAGIC, PLAN_MAGIC};
 use crate::error::{Error, FieldError};
 use std::io::Read;
 use std::path::Path;
+
+/// First bytes of a plan's packet.
+pub(super) const PLAN_MAGIC: &[u8; 8] = b"REMORA\0P";
+/// First bytes of an evidence record's packet.
+pub(super) const EVIDENCE_MAGIC: &[u8; 8] = b"REMORA\0E";
+
+/// Whether bytes are a packet, of whatever.
+pub(super) fn is_packet(bytes: &[u8]) -> bool {
+    [PLAN_MAGIC, EVIDENCE_MAGIC].iter().any(|magic| bytes.starts_with(*magic))
+}
+
+/// Whether a file's name is that of a packet.
+pub fn is_named_packet(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension == "postcard")
+}
 
 /// Kind that a reader takes, or that it was given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,15 +9,15 @@ use std::path::Path;
 /// program ends.
 ///
 /// # Errors
-/// Why it cannot be locked; `busy` where another program holds it.
+/// Reason why it cannot be locked; `busy` where another program holds it.
 pub fn lock(file: &Path, handle: &File, busy: &str) -> Result<(), Error> {
     taken(file, handle.try_lock(), busy)
 }
 
-/// The same for programs that may hold it together.
+/// Takes a file, or a directory, for several programs that may hold it together.
 ///
 /// # Errors
-/// As [`lock`], where another program holds it alone.
+/// Reason why it cannot be locked; `busy` where another program holds it alone.
 pub fn lock_shared(file: &Path, handle: &File, busy: &str) -> Result<(), Error> {
     taken(file, handle.try_lock_shared(), busy)
 }

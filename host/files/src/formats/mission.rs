@@ -13,7 +13,7 @@ use std::ops::{Deref, DerefMut};
 /// Most joints of an arm.
 pub const MAX_JOINTS: usize = 7;
 
-/// Which arms are planned for, in messages.
+/// Arms that are planned for, in words for messages.
 pub const PLANNED_JOINTS: &str = "arms of 1 to 7 joints are planned for";
 
 /// A scenario; the joints that its mission's arm does not have are at zero.

@@ -1,31 +1,19 @@
 //! Joint angles at capture: given, or found where the mission is read.
 
-use super::mission_servicer::Servicer;
+use super::mission_servicer::{Capture, Servicer};
 use super::quantities::rotation;
 use super::{JointVector, Mission, unit};
 use crate::error::FieldError;
 use nalgebra::Vector3;
 use remora_core::advanced::model::{CaptureFailure, CaptureSearch, Roll};
-use serde::{Deserialize, Serialize};
 
 /// How far off the boresight the port may be at capture, as a share of the field of view's half angle.
 const OFF_BORESIGHT: f64 = 0.1;
 /// The end effector's axis where a file does not say.
 const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// What says where the arm is at capture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Capture {
-    /// Its joint angles, which are given.
-    #[default]
-    Joints,
-    /// The end effector's axis, which has to point into the port: joint angles are found.
-    Pose,
-}
-
-/// What joint angles at capture have to satisfy in a mission, `axis` the end effector's in the last
-/// link's axes: its margins are kept, and the port is all but on the boresight.
+/// Conditions on the joint angles at capture: they keep the mission's margins and hold the port
+/// near the boresight. `axis` is the end effector's, in the last link's axes.
 pub fn capture_search(mission: &Mission, axis: Vector3<f64>) -> CaptureSearch {
     CaptureSearch {
         axis,
@@ -87,7 +75,7 @@ impl Servicer {
 /// The joint angles at capture of a valid mission, nearest in time to those at the start.
 ///
 /// # Errors
-/// What the best that were found violate, and by how much.
+/// The constraint that the best joint angles violate, and by how much.
 pub(super) fn found(mission: &Mission, axis: Vector3<f64>) -> Result<JointVector, FieldError> {
     let search = capture_search(mission, axis);
     mission

@@ -39,7 +39,7 @@ pub struct MissionFile {
     pub approach: Approach,
     /// Cost weights.
     pub weights: Weights,
-    /// What counts as solved.
+    /// Tolerances of a solved plan.
     pub tolerances: Tolerances,
     /// How far planning stays from its limits.
     pub margins: Margins,
@@ -47,7 +47,7 @@ pub struct MissionFile {
     pub corridor: Corridor,
     /// Where scenarios are drawn from.
     pub scenarios: ScenarioRanges,
-    /// What steps are divided by; left out, it follows from the rest.
+    /// Typical magnitudes by which steps are divided; left out, they follow from the rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub typical: Option<Typical>,
     /// The end effector's roll about the approach at capture; free where it is left out.
@@ -57,10 +57,10 @@ pub struct MissionFile {
     pub servicer: Servicer,
 }
 
-/// A mission file with its values not judged yet, or the built-in one without a file.
+/// A mission file with its values not validated yet, or the built-in one without a file.
 ///
 /// # Errors
-/// As [`MissionFile::parse`], with the file.
+/// The file with the error of [`MissionFile::parse`].
 pub fn read_mission_file(file: Option<&Path>) -> Result<MissionFile, Error> {
     let Some(file) = file else { return Ok(MissionFile::default()) };
     Kind::Mission.read(file, Limit::TEXT, |bytes| MissionFile::parse(as_text(bytes)?))
@@ -76,7 +76,7 @@ pub fn read_mission(file: Option<&Path>) -> Result<Mission, Error> {
 }
 
 impl MissionFile {
-    /// Parses a file; its values are not judged yet.
+    /// Parses a file; its values are not validated yet.
     ///
     /// # Errors
     /// A syntax error with its line, an unknown format or key, a value of the wrong type.

@@ -1,6 +1,5 @@
 //! The servicer of mission files.
 
-use super::mission_capture::Capture;
 use super::quantities::{Limits, Stops, rotation};
 use super::{JointVector, MAX_JOINTS, Mission, unit};
 use crate::error::FieldError;
@@ -8,6 +7,17 @@ use nalgebra::{Matrix3, Vector3};
 use remora_core::advanced::model::forms::inertia;
 use remora_core::advanced::model::{self, Link};
 use serde::{Deserialize, Serialize};
+
+/// Choice of what sets the arm's configuration at capture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Capture {
+    /// Its joint angles, which are given.
+    #[default]
+    Joints,
+    /// The end effector's axis, which has to point into the port: joint angles are found.
+    Pose,
+}
 
 /// `[servicer]` and `[[servicer.links]]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,7 +45,7 @@ pub struct Servicer {
     pub joint_rate_limit_rad_s: Limits,
     /// Joint angles at the start [rad].
     pub initial_joint_angle_rad: Vec<f64>,
-    /// What says where the arm is at capture.
+    /// Choice of what sets the arm's configuration at capture.
     pub capture: Capture,
     /// Joint angles at capture [rad], with [`Capture::Joints`]; left out, the problem definition's.
     #[serde(skip_serializing_if = "Option::is_none")]

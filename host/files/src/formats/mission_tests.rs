@@ -1,4 +1,4 @@
-//! What mission files mean, and what is refused.
+//! Tests of mission files: their meaning, and the errors of bad ones.
 
 use super::mission_file::MissionFile;
 use super::radius::Radius;
@@ -83,8 +83,8 @@ fn the_long_forms_are_written_where_the_short_ones_do_not_say_it_all() {
     assert_eq!(default["servicer"]["joint_angle_limit_rad"][2], 1.75);
 }
 
-/// What a servicer is made of, each with another number: no two have the same checksum, and none that
-/// of the default, which is what it was when there was one limit for all.
+/// Servicers that each change one number have different checksums. The unchanged one has the
+/// checksum of the default.
 #[test]
 fn every_number_of_a_servicer_counts_in_its_checksum() {
     type Change = fn(&mut model::Servicer<MAX_JOINTS>);
@@ -222,7 +222,7 @@ fn typical_magnitudes_are_given_all_or_none() {
                rate_rad_s = 1\njoint_rate_rad_s = 1\nbus_torque_n_m = 1\njoint_torque_n_m = 1";
     let mission = MissionFile::parse(all).unwrap().mission().unwrap();
     assert_eq!(mission.typical_magnitudes.unwrap().rate_rad_s, 1.0);
-    // None is above its limit all the same.
+    // A typical magnitude never exceeds its limit, whatever the file gives.
     assert_eq!(mission.typical().bus_torque_n_m, 5e-3);
     assert!(MissionFile::parse("[typical]\nlength_m = 1").is_err());
     let wrong = all.replace("force_n = 1", "force_n = -1");
@@ -235,7 +235,7 @@ fn a_file_may_change_one_number() {
     let file = MissionFile::parse("[servicer]\nbus_mass_kg = 400\n").unwrap();
     let mut expected = Mission::default();
     expected.servicer.bus_mass_kg = 400.0;
-    // What follows from it changes with it.
+    // The keep-out distances follow from the bus mass.
     expected.approach.keep_out_far_m = expected.servicer.extension();
     expected.approach.keep_out_near_m = expected.servicer.capture_geometry().reach;
     assert_eq!(file.mission().unwrap(), expected);

@@ -41,20 +41,20 @@ pub use evidence_file::{
     EvidenceFile, FORMAT as EVIDENCE_FORMAT, ModelRecord, evidence_path, plan_stem, recovered,
 };
 pub use input::{Limit, as_text, open_regular, open_to_write, read_bytes, read_text};
-pub use kind::Kind;
+pub use kind::{Kind, is_named_packet};
 pub use lock::{lock, lock_shared};
 use mission::each;
 pub use mission::{
     JointVector, MAX_JOINTS, Mission, Motion, PLANNED_JOINTS, Scenario, resized_control,
     resized_motion, resized_state,
 };
-pub use mission_capture::{Capture as MissionCapture, capture_search};
+pub use mission_capture::capture_search;
 pub use mission_file::{FORMAT as MISSION_FORMAT, MissionFile, read_mission, read_mission_file};
 pub use mission_sections::{
     Approach as MissionApproach, Horizon as MissionHorizon, Orbit as MissionOrbit,
     name_of as body_name,
 };
-pub use mission_servicer::Servicer as MissionServicer;
+pub use mission_servicer::{Capture as MissionCapture, Servicer as MissionServicer};
 pub use model_file::{ModelBuilder, ModelFile, NamedTensor, Values, model_layout};
 pub use nearest::Nearest;
 pub use nodes::{ABOUT_NODES, node_columns, node_numbers, node_row};
@@ -62,7 +62,6 @@ pub use output::{
     check_writable, make_directory, remove_file, remove_partials, remove_partials_among,
     remove_partials_of, write_as_it_comes, write_atomically, write_first, write_together,
 };
-pub use packet::is_named_packet;
 pub use plan_convert::StageEnd;
 pub use plan_file::{FORMAT as PLAN_FORMAT, PlanFile, PlanStage1, PlanStage2, PlanTarget};
 pub use plan_inputs::{
@@ -77,8 +76,8 @@ pub use remora_core::advanced::{
     scp::Status,
     stages::{ArmClearances, Clearances, Closest, Residuals},
 };
-pub use results::{COLUMNS, TIMES, TableOrigin, columns, csv, csv_metadata, parquet_bytes};
-pub use results_about::about;
+pub use results::{COLUMNS, TableOrigin, columns, csv, csv_metadata, parquet_bytes};
+pub use results_about::{TIMES, about};
 pub use row::{Flight, Row, StageRow, residual_limits};
 pub use scenario_set::{
     FORMAT as SCENARIO_FORMAT, NamedScenario, ScenarioSet, ServicerStart, TargetStart,

@@ -1,5 +1,6 @@
-//! Models: `*.model`. The core owns the format (`remora_core::advanced::nn`, described in `docs/model.md`) and
-//! reads it where it lies; here files are put together and taken apart, tensor by tensor.
+//! Models: `*.model`. The core owns the format (`remora_core::advanced::nn`, described in
+//! `docs/reference/model-file.md`) and reads it where it lies; here files are put together and taken apart,
+//! tensor by tensor.
 
 use super::{Kind, Limit, write_atomically};
 use crate::error::{Error, FieldError};
@@ -82,7 +83,7 @@ impl ModelBuilder {
     /// Puts in a tensor, row by row; its numbers must be as many as its shape says, and finite.
     ///
     /// # Errors
-    /// What is wrong with name or values.
+    /// A name that is unknown or values that do not fit, with the reason.
     pub fn set(&mut self, name: &str, values: Values) -> Result<(), FieldError> {
         let refuse = |reason: String| Err(FieldError::new(name, reason));
         let place = self.layout.iter().position(|tensor| tensor.name.to_string() == name);
@@ -170,7 +171,7 @@ impl ModelFile {
         Kind::Model.read(file, Limit::BINARY, Self::parse)
     }
 
-    /// What the file says about itself.
+    /// The header, in which the file describes itself.
     pub fn header(&self) -> &Header {
         &self.header
     }

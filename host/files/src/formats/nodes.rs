@@ -2,7 +2,7 @@
 
 use super::{Cell, Column, PlanFile};
 
-/// What the columns mean, for the table's own metadata.
+/// Meanings of the columns, for the table's own metadata.
 pub const ABOUT_NODES: [(&str, &str); 14] = [
     ("scenario", "id; a drawn one's seed and index"),
     ("node", "counted from 0"),
@@ -20,7 +20,7 @@ pub const ABOUT_NODES: [(&str, &str); 14] = [
     ("target_rate_*", "rate of the target relative to RTN, RTN axes"),
 ];
 
-/// What stands at a node: names and units of the columns behind scenario, node and time.
+/// Names and units of a node's columns, which follow scenario, node and time.
 pub fn node_columns(joints: usize) -> Vec<(String, &'static str)> {
     let mut columns = Vec::new();
     let mut vector = |name: &str, axes: &[&str], end: &str, unit| {

@@ -5,6 +5,7 @@
 //! holds is put into the words of the JSON file and judged as that is.
 
 use super::evidence_file::{EvidenceFile, ModelRecord};
+use super::kind::{EVIDENCE_MAGIC, PLAN_MAGIC};
 use super::plan_file::{PlanFile, PlanStage1, PlanStage2, PlanTarget};
 use super::plan_inputs::{InForce, PlanGrid, PlanInputs, PlanScenario, Program, frames};
 use super::{
@@ -16,22 +17,9 @@ use crate::method::{Integrator, Mode};
 use remora_core::advanced::nn::Crc32;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
-pub(super) const PLAN_MAGIC: &[u8; 8] = b"REMORA\0P";
-pub(super) const EVIDENCE_MAGIC: &[u8; 8] = b"REMORA\0E";
 /// Version of both packets.
 const VERSION: u16 = 1;
-
-/// Whether bytes are a packet, of whatever.
-pub(super) fn is_packet(bytes: &[u8]) -> bool {
-    [PLAN_MAGIC, EVIDENCE_MAGIC].iter().any(|magic| bytes.starts_with(*magic))
-}
-
-/// Whether a file's name is that of a packet.
-pub fn is_named_packet(file: &Path) -> bool {
-    file.extension().is_some_and(|extension| extension == "postcard")
-}
 
 fn encode(magic: &[u8; 8], fields: &impl Serialize) -> Result<Vec<u8>, FieldError> {
     let failed = |error: postcard::Error| FieldError::new("", error.to_string());
@@ -83,7 +71,7 @@ struct PlanPacket {
     clearances: Option<[(f64, f64, u32); 3]>,
 }
 
-/// What a plan was made from.
+/// Inputs of a plan: scenario and mission, with their checksums.
 #[derive(Serialize, Deserialize)]
 struct InputsPacket {
     #[serde(with = "ScenarioPacket")]
@@ -161,7 +149,7 @@ impl PlanFile {
         encode(PLAN_MAGIC, &packet)
     }
 
-    /// The plan of a packet, not judged yet.
+    /// The plan of a packet, not validated yet.
     pub(super) fn from_packet(bytes: &[u8]) -> Result<Self, FieldError> {
         let packet: PlanPacket = decode(PLAN_MAGIC, "a plan", bytes)?;
         let missing = |field: &str| FieldError::new(field, "is missing");
@@ -289,7 +277,7 @@ impl EvidenceFile {
         encode(EVIDENCE_MAGIC, &packet)
     }
 
-    /// The record of a packet, not judged yet.
+    /// The record of a packet, not validated yet.
     pub(super) fn from_packet(bytes: &[u8]) -> Result<Self, FieldError> {
         let packet: EvidencePacket = decode(EVIDENCE_MAGIC, "a record of evidence", bytes)?;
         let [input, settings, output] = packet.checksums.map(|sum| format!("{sum:016x}"));

@@ -15,18 +15,18 @@ pub const FORMAT: &str = "remora-plan/2";
 pub struct PlanFile {
     /// [`FORMAT`].
     pub format: String,
-    /// What wrote it; plans of other planners need not say.
+    /// Program that wrote the plan; other planners may leave it out.
     pub program: Option<Program>,
     /// Id of the scenario.
     pub scenario: String,
     /// The worse of the stages'.
     pub status: Status,
-    /// What the plan is good for; plans of other planners need not say.
+    /// Verdict on the plan; other planners may leave it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
     /// Optimality or feasibility.
     pub mode: Mode,
-    /// Start of Stage 2. Any name: a plan may come from another planner.
+    /// Initial guess of Stage 2. Any name: a plan may come from another planner.
     pub warm_start: String,
     /// Solver of the subproblems. Any name.
     pub qp: String,

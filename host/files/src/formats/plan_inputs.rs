@@ -1,5 +1,5 @@
-//! What a plan was made from, in its file: scenario, mission, time grid and program, so that the
-//! file stands alone.
+//! Inputs of a plan in its file: scenario, mission, time grid and program. The file stands
+//! alone with them.
 
 use super::{
     MISSION_FORMAT, Mission, MissionFile, NamedScenario, Scenario, ServicerStart, TargetStart, json,
@@ -21,7 +21,7 @@ pub struct PlanInputs {
     pub mission: MissionFile,
     /// Checksum of the mission, but for the ranges that scenarios are drawn from.
     pub mission_checksum: String,
-    /// What the mission leaves to the integrator, decided.
+    /// Settings that the mission leaves to the integrator, with the values used.
     pub in_force: InForce,
 }
 
@@ -57,7 +57,7 @@ pub struct PlanScenario {
     pub nodes: Option<usize>,
 }
 
-/// Which parts of the problem that the paper does not have the plan was made with.
+/// Parts of the problem beyond the paper's that the plan was made with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with what is in force")]
 pub struct InForce {
@@ -81,7 +81,7 @@ pub struct PlanGrid {
     pub preset_node: usize,
 }
 
-/// What a plan was made for, looked at.
+/// Mission and scenario of a plan, read from its file and validated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MadeFor {
     /// The mission; valid.
@@ -205,10 +205,10 @@ impl From<&NamedScenario> for PlanScenario {
 }
 
 impl PlanInputs {
-    /// What a plan with this integrator is made from.
+    /// The inputs of a plan that is made with this integrator.
     pub fn new(mission: &Mission, scenario: &NamedScenario, integrator: Integrator) -> Self {
         let file = MissionFile::of(mission);
-        // That of the numbers in the file, which its reader compares it to.
+        // Readers compute the checksum from the numbers in the file, so it is computed from those.
         let written = file.mission().unwrap_or(*mission);
         Self {
             scenario: scenario.into(),

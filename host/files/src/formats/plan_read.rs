@@ -1,6 +1,6 @@
 //! Reading plans and writing them.
 
-use super::packet::{is_named_packet, is_packet};
+use super::kind::{is_named_packet, is_packet};
 use super::plan_file::{FORMAT, PlanFile};
 use super::{Kind, Limit, Residuals, as_text, check_id, json, unit};
 use crate::error::{Error, FieldError};
@@ -23,7 +23,7 @@ impl PlanFile {
     /// Reads and validates a file.
     ///
     /// # Errors
-    /// As [`PlanFile::parse`], with the file.
+    /// The file with the error of [`PlanFile::parse`].
     pub fn read(file: &Path) -> Result<Self, Error> {
         Kind::Plan.read(file, Limit::DOCUMENT, Self::from_bytes)
     }
@@ -31,7 +31,7 @@ impl PlanFile {
     /// Parses and validates what a file holds, JSON or [a packet](PlanFile::to_packet).
     ///
     /// # Errors
-    /// As [`PlanFile::parse`]; a packet that is damaged.
+    /// The error of [`PlanFile::parse`]; a packet that is damaged.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, FieldError> {
         match is_packet(bytes) {
             // Numbers that are none become `null`, which the reader of the text refuses.
@@ -40,7 +40,7 @@ impl PlanFile {
         }
     }
 
-    /// Whether another says the same to who flies it: all but times, and what made it.
+    /// Whether another plan flies alike: all is equal but times and the program that made it.
     pub fn flies_as(&self, other: &Self) -> bool {
         let (a, b) = (&self.stage1, &other.stage1);
         let paths = a.position == b.position && a.velocity == b.velocity && a.force == b.force;
@@ -62,7 +62,7 @@ impl PlanFile {
         super::write_atomically(file, &self.bytes(file)?)
     }
 
-    /// What a file of that name holds.
+    /// The plan as bytes: a packet or JSON, by the name of the file.
     pub(super) fn bytes(&self, file: &Path) -> Result<Vec<u8>, Error> {
         let bytes = match is_named_packet(file) {
             true => self.to_packet(),
@@ -261,7 +261,7 @@ pub(super) mod tests {
         assert_eq!(reason(&|b| b.truncate(500)), "is damaged: its CRC-32 does not match");
         assert_eq!(reason(&|b| b.truncate(3)), "expected value at line 1 column 1");
         assert_eq!(reason(&|b| b[7] = b'E'), "is not a plan");
-        // What is no number does not become one on its way down.
+        // A number that is not finite must be refused, not turned into one that is.
         let mut plan = plan();
         plan.stage1.position[7][1] = f64::NAN;
         let error = PlanFile::from_bytes(&plan.to_packet().unwrap()).unwrap_err();

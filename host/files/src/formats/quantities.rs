@@ -11,7 +11,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a number, or a list with one for each joint or axis")]
 pub enum Limits {
-    /// The same for all.
+    /// One number for all.
     Same(f64),
     /// One each.
     Each(Vec<f64>),
@@ -47,7 +47,7 @@ impl Limits {
 }
 
 impl fmt::Display for Limits {
-    /// As in a file, without brackets.
+    /// Writes the numbers like a file, without brackets.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Same(limit) => write!(f, "{limit}"),

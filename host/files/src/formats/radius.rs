@@ -13,7 +13,7 @@ pub enum Radius {
     /// follows from its geometry.
     #[default]
     Auto,
-    /// So many metres.
+    /// A radius [m].
     Metres(f64),
 }
 

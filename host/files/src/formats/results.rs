@@ -7,7 +7,7 @@ use parquet::errors::ParquetError;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
-/// What a table says of itself beside its rows.
+/// Origin of a table's rows, kept in its metadata.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableOrigin {
     /// How the plans were made.
@@ -16,16 +16,12 @@ pub struct TableOrigin {
     pub seed: Option<u64>,
     /// Checksum of the mission.
     pub mission_checksum: String,
-    /// What planned.
+    /// Program that made the plans.
     pub program: Program,
 }
 
 /// Number of columns.
 pub const COLUMNS: usize = 38 + Residuals::COUNT;
-
-/// The columns that say how long the machine took: two runs of the same plans differ in these alone.
-pub const TIMES: [&str; 5] =
-    ["stage1_time_s", "stage2_time_s", "inference_s", "time_s", "cpu_time_s"];
 
 /// A row with names and units of its columns, in order. New columns go to the end.
 pub fn columns(row: &Row, method: &Method) -> Vec<Column> {
@@ -123,8 +119,8 @@ pub fn csv(rows: &[Row], method: &Method) -> String {
     out
 }
 
-/// What the CSV file cannot say of itself: types and units of its columns, and where it comes from,
-/// in the form of metadata for tables on the web (W3C, CSVW). None where there is no row.
+/// Metadata of the CSV file: its origin, types and units of its columns. The form is that for
+/// tables on the web (W3C, CSVW). None where there is no row.
 pub fn csv_metadata(rows: &[Row], origin: &TableOrigin, url: &str) -> Option<Value> {
     let described = |column: &Column| {
         let mut described = json!({ "name": column.name, "datatype": column.cell.datatype() });

@@ -1,7 +1,10 @@
-//! What the columns of tables mean, for the tables' own metadata.
+//! Meanings of the columns of tables, for the tables' own metadata.
 
-use super::results::TIMES;
 use serde_json::{Map, Value, json};
+
+/// The columns that say how long the machine took: two runs of the same plans differ in these alone.
+pub const TIMES: [&str; 5] =
+    ["stage1_time_s", "stage2_time_s", "inference_s", "time_s", "cpu_time_s"];
 
 /// Entry of a table's metadata: what its columns mean. A name that ends in `*` is of all that begin so.
 pub fn about(columns: &[(&str, &str)]) -> (&'static str, String) {
@@ -69,7 +72,7 @@ pub(super) fn entries() -> [(&'static str, String); 2] {
     [about(&ABOUT), ("remora.times", json!(TIMES).to_string())]
 }
 
-/// Of each name one entry says what it means, and each entry is of a name.
+/// Asserts that each name has one entry on its meaning, and each entry a name.
 #[cfg(test)]
 pub(super) fn each_once(names: &[&str], about: &[(&str, &str)]) {
     let is_of = |name: &str, entry: &str| match entry.strip_suffix('*') {

@@ -1,4 +1,4 @@
-//! What a campaign keeps of one plan: a row of its journal and its tables.
+//! Row of a campaign's journal and tables: the record of one plan.
 
 use super::{
     ArmClearances, Clearances, Closest, Mission, NamedScenario, Nearest, PlanFile, Residuals,
@@ -8,7 +8,7 @@ use crate::error::FieldError;
 use remora_core::advanced::model::{Refusal, Tolerances};
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// What a campaign keeps of one plan.
+/// Record of one plan in a campaign.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
@@ -16,12 +16,12 @@ pub struct Row {
     pub scenario: String,
     /// The worse of the stages'; infeasible where it was refused before planning.
     pub status: Status,
-    /// What the plan is good for.
+    /// Verdict: whether the plan is optimal, verified or not flyable.
     pub verdict: Verdict,
     /// Name of what makes a plan not flyable: the constraint for which it was refused, or the
     /// residual farthest beyond its tolerance. Empty where it can be flown.
     pub reason: String,
-    /// What Stage 2 started from: heuristic, model, or fallback where a model was asked for.
+    /// Initial guess of Stage 2: heuristic, model, or fallback where a model was asked for.
     pub warm_start: String,
     /// Stage 1.
     pub stage1: StageRow,
@@ -51,7 +51,7 @@ pub struct Row {
     pub plan_checksum: String,
 }
 
-/// What a campaign keeps of one stage.
+/// Record of one stage of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StageRow {
@@ -92,7 +92,7 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// Of a scenario's plan.
+    /// Figures of a scenario and its plan.
     pub fn new(mission: &Mission, scenario: &NamedScenario, plan: &PlanFile) -> Self {
         fn peak<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
             numbers.fold(0.0, |most, x| most.max(x.abs()))
@@ -109,7 +109,7 @@ impl Flight {
         }
     }
 
-    /// Of a scenario that was refused before planning.
+    /// Figures of a scenario that was refused before planning.
     pub fn refused(scenario: &NamedScenario) -> Self {
         Self {
             target_rate_rad_s: norm(&scenario.target.rate),
@@ -139,15 +139,15 @@ where
     Ok(values.map(|value| value.unwrap_or(f64::NAN)))
 }
 
-/// The start of what was refused before planning.
+/// Initial guess of a scenario that was refused before planning.
 const UNPLANNED: &str = "none";
-/// What plans of campaigns start from.
+/// Initial guesses of plans in campaigns.
 const STARTS: [&str; 3] = ["heuristic", "model", "fallback"];
 /// Digits of a plan's checksum.
 const CHECKSUM_DIGITS: usize = 16;
 /// More iterations than all tries of a stage have, whatever the settings.
 const MOST_ITERATIONS: u64 = 1000;
-/// The same of corrections.
+/// More corrections than all tries of a stage have, whatever the settings.
 const MOST_CORRECTIONS: u64 = 10_000;
 /// More than a cost or another size of a plan can be.
 const MOST_SIZE: f64 = 1e100;
@@ -236,10 +236,10 @@ impl Row {
         self.check_within(&residual_limits(tolerances))
     }
 
-    /// The same by the residuals' [`residual_limits`].
+    /// Checks the row against the [`residual_limits`] of its residuals.
     ///
     /// # Errors
-    /// As there.
+    /// The field and what is wrong with it.
     pub fn check_within(&self, limits: &[f64; Residuals::COUNT]) -> Result<(), FieldError> {
         if self.verdict != Verdict::of(self.is_verified(), self.status) {
             return Err(FieldError::new("verdict", "contradicts the status"));

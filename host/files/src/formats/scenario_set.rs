@@ -194,7 +194,7 @@ impl NamedScenario {
         if let Some(attitude) = &s.bus_attitude_body_to_rtn {
             unit::quaternion(attitude, || "servicer.bus_attitude_body_to_rtn".into())?;
         }
-        // What is not given is at rest, and within.
+        // A missing value counts as zero or as an empty list, which every limit allows.
         let bus_rate = s.bus_rate_rtn_rad_s.unwrap_or_default();
         within(&bus_rate, MAX_RATE, "servicer.bus_rate_rtn_rad_s", "rad/s")?;
         let joints = |values: &Option<Vec<f64>>| values.clone().unwrap_or_default();
@@ -212,7 +212,7 @@ impl NamedScenario {
     }
 }
 
-/// Refuses components beyond `most`, and what is no number.
+/// Refuses components beyond `most` or NaN.
 fn within(values: &[f64], most: f64, field: &str, unit: &str) -> Result<(), FieldError> {
     if values.iter().all(|x| x.abs() <= most) {
         return Ok(());
@@ -244,7 +244,7 @@ impl ScenarioSet {
     /// Reads and validates a file.
     ///
     /// # Errors
-    /// As [`ScenarioSet::parse`], with the file.
+    /// The file with the error of [`ScenarioSet::parse`].
     pub fn read(file: &Path) -> Result<Self, Error> {
         Kind::Scenarios.read(file, Limit::SET, |bytes| Self::parse(as_text(bytes)?))
     }
@@ -329,7 +329,7 @@ mod tests {
         assert_eq!(field(|s| s.servicer.velocity[0] = 1e9), "scenarios[0].servicer.velocity");
     }
 
-    /// A list of what are no scenarios takes no more memory than one of scenarios, and ends early.
+    /// A list of other values takes no more memory than one of scenarios, and reading ends early.
     // Verifies REM-IO-004.
     #[test]
     fn a_list_too_long_to_be_one_of_scenarios_is_not_read_to_its_end() {
@@ -337,7 +337,7 @@ mod tests {
             let zeros = "0,".repeat(MOST + 1);
             format!("{{\"format\": \"{FORMAT}\", \"scenarios\": [{zeros}{end}")
         };
-        // What stands behind is no JSON, and nobody comes so far.
+        // Reading stops at the limit, so it never meets the broken JSON at the end.
         let error = ScenarioSet::parse(&list("}")).unwrap_err();
         assert!(error.field.starts_with("scenarios"), "{}", error.field);
         assert!(error.reason.starts_with("has more than 2097152 entries"), "{}", error.reason);

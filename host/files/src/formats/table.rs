@@ -65,7 +65,7 @@ pub struct Column {
     pub name: String,
     /// Its unit.
     pub unit: &'static str,
-    /// What stands in the row.
+    /// Value of the column in the row.
     pub cell: Cell,
 }
 
@@ -195,7 +195,7 @@ mod tests {
         ]
     }
 
-    /// Nothing in a table says of its rows what they themselves say, and groups hold all of them.
+    /// A table has no statistics of its rows, and its groups hold all of them.
     #[test]
     fn a_table_has_no_statistics() {
         let table: Vec<_> = (0..300).map(|i| row(0.5, i)).collect();

@@ -4,13 +4,13 @@
 use super::Table;
 use std::fmt::Write;
 
-/// What is read from top to bottom.
+/// A page of blocks, read from top to bottom.
 pub struct Page {
     /// Name of its file, without an extension; the anchor in HTML.
     pub name: &'static str,
     /// Its title.
     pub title: String,
-    /// What stands on it.
+    /// Its blocks, from top to bottom.
     pub blocks: Vec<Block>,
 }
 
@@ -24,7 +24,7 @@ pub enum Block {
     Table(Table),
     /// A plot: name of its file without the extension, what it shows, its SVG.
     Plot(String, String, String),
-    /// A command line that makes again what stands above.
+    /// Command line that reproduces the blocks above.
     Command(String),
 }
 
@@ -66,11 +66,21 @@ impl Page {
 
     /// The page as Markdown; plots are linked as `NAME.svg` beside it.
     pub fn markdown(&self) -> String {
-        let mut out = format!("# {}\n", self.title);
+        format!("# {}\n{}", self.title, self.blocks_below("#"))
+    }
+
+    /// The page as a section of a larger one, an empty line before it.
+    pub fn section(&self) -> String {
+        format!("\n## {}\n{}", self.title, self.blocks_below("##"))
+    }
+
+    /// Blocks as Markdown; headings are one level below `above`.
+    fn blocks_below(&self, above: &str) -> String {
+        let mut out = String::new();
         for block in &self.blocks {
             // Writing to a string cannot fail.
             let _ = match block {
-                Block::Heading(text) => writeln!(out, "\n## {text}"),
+                Block::Heading(text) => writeln!(out, "\n{above}# {text}"),
                 Block::Text(text) => writeln!(out, "\n{text}"),
                 Block::Table(table) => write!(out, "\n{}", table.markdown()),
                 Block::Plot(name, caption, _) => writeln!(out, "\n![{caption}]({name}.svg)"),
@@ -134,6 +144,12 @@ figcaption,.again{font-size:.9rem;color:var(--mute)}
 code{font-size:.9em}
 ";
 
+/// Pages as one Markdown page: the first gives it its title, each other is a section.
+pub fn document(pages: &[Page]) -> String {
+    let Some((first, others)) = pages.split_first() else { return String::new() };
+    first.markdown() + &others.iter().map(Page::section).collect::<String>()
+}
+
 /// Pages in one document that loads nothing; `made` says by what and when, below the title.
 pub fn html(title: &str, made: &str, pages: &[Page]) -> String {
     let links: String = pages
@@ -155,7 +171,7 @@ pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The same with code, strong words and links.
+/// Escapes text and marks up its code, strong words and links.
 pub(super) fn inline(text: &str) -> String {
     let mut out = String::new();
     // Between backquotes every other piece is code.
@@ -220,6 +236,16 @@ mod tests {
             ![Bytes by part](split.svg)\n\nAgain: `cargo xtask audit --only memory`\n";
         assert_eq!(page().markdown(), expected);
         assert_eq!(page().plots().collect::<Vec<_>>(), [("split", "<svg><g/></svg>\n")]);
+    }
+
+    #[test]
+    fn sections_of_a_document_are_one_level_lower() {
+        let text = document(&[page(), page()]);
+        let (first, second) = text.split_at(page().markdown().len());
+        assert_eq!(first, page().markdown());
+        assert!(second.starts_with("\n## Memory\n\nAll of it"), "{second}");
+        assert!(second.contains("\n### By part\n\n| part |"), "{second}");
+        assert_eq!(document(&[]), "");
     }
 
     #[test]

@@ -51,7 +51,7 @@ impl Table {
         Self { head, rows: Vec::new() }
     }
 
-    /// The same in Markdown.
+    /// The table in Markdown.
     pub fn markdown(&self) -> String {
         let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
         let head = line(self.head.iter().map(|(name, _)| name.as_str()).collect());
@@ -63,7 +63,7 @@ impl Table {
         head + &line(rule.collect()) + &rows.collect::<String>()
     }
 
-    /// The same in HTML; cells may hold what a page's texts may.
+    /// The table in HTML. Cells may hold the markup of a page's texts.
     pub fn html(&self) -> String {
         let class = |i: usize| match self.head.get(i) {
             Some((_, Align::Right)) => " class=\"r\"",
@@ -103,7 +103,7 @@ impl Table {
         self.rows.push(cells.into());
     }
 
-    /// The same of as many cells as there are.
+    /// Adds a row with any number of cells.
     pub fn push(&mut self, cells: Vec<String>) {
         self.rows.push(cells);
     }

@@ -20,7 +20,7 @@ use remora_truth::{
 pub struct Flight<'a, const NL: usize> {
     /// Its mission.
     pub mission: &'a Valid<Mission<NL>>,
-    /// What the plan was made for.
+    /// Scenario that the plan was made for.
     pub scenario: &'a Scenario<NL>,
     /// The plan.
     pub plan: &'a FlightPlan<NL>,
@@ -45,11 +45,11 @@ impl<const NL: usize> Flight<'_, NL> {
         self.fly_struck(dispersion, engine, watch, &mut |_, _| ())
     }
 
-    /// The same, with somebody who may change guidance's state before each of its steps, told the step's
+    /// Flies likewise, but `strike` may change guidance's state before each of its steps and is told the step's
     /// number: for fault injection.
     ///
     /// # Errors
-    /// As [`Flight::fly`].
+    /// Errors of [`Flight::fly`].
     pub fn fly_struck<const NX: usize, const NU: usize>(
         &self,
         dispersion: &Dispersion,
@@ -106,7 +106,7 @@ struct Loop<'a, const NL: usize> {
     flown: Tally,
 }
 
-/// What is counted in flight.
+/// Counts of a flight.
 #[derive(Default)]
 struct Tally {
     replans: [u32; 2],
@@ -192,7 +192,7 @@ impl<'a, const NL: usize> Loop<'a, NL> {
     fn drift(&mut self, time: f64) -> Result<(), WorldError> {
         self.judge.look(&self.world.view());
         let until = f64::min(time + DRIFT_LOOK_S, self.end());
-        // Who passes the port's plane drifts on.
+        // Passing the port's plane does not end a drift.
         self.world.advance(until, &Act::default())?;
         Ok(())
     }
@@ -238,7 +238,7 @@ impl<'a, const NL: usize> Loop<'a, NL> {
         self.turns += 1;
         let until = f64::min(self.turns as f64 / settings.rate_hz, self.end());
         let touched = self.world.advance(until, &act)?.is_some();
-        // Who leaves may pass the port's plane.
+        // Leaving may take the tip through the port's plane.
         let leaves = self.flown.aborted.is_some() || settings.leaving.is_some();
         self.touched = touched && !leaves;
         Ok(())

@@ -1,4 +1,4 @@
-//! What comes of a flight, and what can be seen of it meanwhile.
+//! Outcome of a flight, and a view of it meanwhile.
 
 use crate::judge::{Arrival, KEEP_OUT_TOLERANCE_M, Room, VIEW_TOLERANCE};
 use remora_core::advanced::guidance::{Command, Estimate};
@@ -19,7 +19,7 @@ pub enum Ending {
     Aborted,
 }
 
-/// What came of a flight.
+/// Outcome of a flight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightOutcome {
     /// How it ended.
@@ -38,7 +38,7 @@ pub struct FlightOutcome {
     pub impulse_n_s: f64,
     /// Least distance of the centre of mass from the target's box [m].
     pub nearest_m: f64,
-    /// What was drawn, read back from the truth.
+    /// Quantities that were drawn, read back from the truth.
     pub drawn: Vec<Quantity>,
 }
 
@@ -65,8 +65,8 @@ pub struct Moment<'a, const NL: usize> {
     pub view: &'a View<NL>,
     /// The target's RTN axes.
     pub frame: &'a Rtn,
-    /// What guidance was told.
+    /// Estimate given to guidance.
     pub estimate: &'a Estimate<NL>,
-    /// What it answered.
+    /// Command that guidance answered.
     pub command: &'a Command<NL>,
 }

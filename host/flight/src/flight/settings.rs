@@ -92,11 +92,11 @@ pub struct Settings {
     pub filters: Filters,
     /// Gravity and what follows from it.
     pub surroundings: Surroundings,
-    /// What counts as a capture.
+    /// Criteria of a capture.
     pub criteria: Criteria,
     /// Integrator of plans that are made in flight.
     pub integrator: Integrator,
-    /// Whether who watches sees every step of guidance, not one a second.
+    /// Whether the watcher sees every step of guidance, not one a second.
     pub every_step: bool,
     /// When the approach is left, and by which way [s]; how near it came to limits then counts from
     /// there.

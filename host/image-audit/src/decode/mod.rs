@@ -1,4 +1,4 @@
-//! Where control goes from a piece of machine code: calls and jumps, nothing else.
+//! Transfers of control in a piece of machine code: calls and jumps, nothing else.
 //!
 //! Three decoders know just the branch instructions of their processor; x86-64, whose instructions
 //! have no fixed place to look at, is read by a whole disassembler.
@@ -12,7 +12,7 @@ mod x86;
 
 use super::elf::Machine;
 
-/// Where one instruction, or a pair that belongs together, sends control.
+/// Target of one instruction, or of a pair that belongs together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
     /// A call of this address.
@@ -38,7 +38,7 @@ pub struct Transfer {
     pub flow: Flow,
 }
 
-/// What was found in a piece of code.
+/// Transfers of control and addresses found in a piece of code.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Decoded {
     /// Calls and jumps, in the order of their addresses.

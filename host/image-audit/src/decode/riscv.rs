@@ -37,7 +37,7 @@ pub fn decode(code: &[u8], address: u64) -> Vec<Transfer> {
     transfers
 }
 
-/// Where a jump through a register leads that names no offset of its own. `ra` and `t0` are link
+/// Flow of a jump through a register that names no offset of its own. `ra` and `t0` are link
 /// registers: to jump to one is to return.
 fn through(register: u32) -> Option<Flow> {
     (!matches!(register, 1 | 5)).then_some(Flow::IndirectJump)

@@ -5,7 +5,7 @@ use super::*;
 /// Where the code of a case begins: not at zero, so that an address is told from an offset.
 const BASE: u64 = 0x10000;
 
-/// What an instruction of a case does; targets are relative to its beginning.
+/// Effect of an instruction in a case; targets are relative to its beginning.
 #[derive(Clone, Copy)]
 enum Is {
     Nothing,

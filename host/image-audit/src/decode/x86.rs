@@ -5,7 +5,7 @@ use iced_x86::{
     Code, Decoder, DecoderOptions, FlowControl, Instruction, Mnemonic, OpKind, Register,
 };
 
-/// What the ABI aligns the stack to at a call.
+/// Alignment of the stack at a call by the ABI [bytes].
 const ABI_ALIGNMENT: u64 = 16;
 
 /// Transfers of control in `code`, of whole instructions from `address` on, and the addresses that

@@ -31,7 +31,7 @@ pub struct Recipe {
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
     /// Model of a learned start; none is the heuristic. What a network is taught by it is where
-    /// the optimiser takes its own roll-outs.
+    /// the optimiser takes its own rollouts.
     pub model: Option<Learned>,
     /// Whether Stage 2 goes on beyond what plans need: see [`Method::sharp`].
     pub sharp: bool,
@@ -43,7 +43,7 @@ pub struct Recipe {
     pub shard: NonZeroU32,
     /// Number of worker threads.
     pub jobs: NonZeroUsize,
-    /// Whose shards are made: those of one of several parts, or all.
+    /// Part whose shards are made; none: all shards.
     pub part: Option<Part>,
     /// The directory of the shards.
     pub out: PathBuf,
@@ -60,7 +60,7 @@ pub struct Made {
     pub now: u64,
 }
 
-/// A shard that is being made: what came of its scenarios so far.
+/// A shard that is being made, with the results of its scenarios so far.
 #[derive(Default)]
 struct Open {
     done: u32,

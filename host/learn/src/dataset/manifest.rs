@@ -43,7 +43,7 @@ pub struct Manifest {
     pub count: u64,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
-    /// Checksum of the model whose roll-outs Stage 2 started from; none is the heuristic.
+    /// Checksum of the model whose rollouts Stage 2 started from; none is the heuristic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<String>,
     /// Fingerprint of the mission.
@@ -83,7 +83,7 @@ impl Manifest {
         }
     }
 
-    /// What a model is called here: by its checksum.
+    /// Names a model by its checksum.
     pub(super) fn name_of(model: &Learned) -> String {
         format!("{:08x}", model.checksum())
     }
@@ -147,7 +147,7 @@ impl Manifest {
         json::to_text(self).map_err(|error| Error::output(file, &error.into()))
     }
 
-    /// What the dataset is, whatever its number of scenarios and of shards: each shard says it.
+    /// Fingerprint of the dataset, whatever its number of scenarios and of shards: each shard holds it.
     pub(super) fn dataset(&self) -> String {
         let Self { version, seed, integrator, model, mission, settings, nodes, links, .. } = self;
         fingerprint(&(version, seed, integrator, model, mission, settings, nodes, links))
@@ -171,7 +171,7 @@ impl Manifest {
         (0..count.div_ceil(shard)).map(move |i| (i * shard, (count - i * shard).min(shard) as u32))
     }
 
-    /// The same of more scenarios: whole shards stay as they are.
+    /// Enlarges the manifest to more scenarios: whole shards stay as they are.
     fn of_more(&self, count: u64) -> Result<Self, FieldError> {
         if count < self.count || !self.count.is_multiple_of(self.shard.into()) {
             let reason = format!("is {}, which cannot grow to {count}", self.count);

@@ -11,7 +11,7 @@
 //! DIR/shard-00001.bin   scenarios 500..1000, and so on
 //! ```
 //!
-//! The bytes of a shard are described in `docs/dataset.md`.
+//! The bytes of a shard are described in `docs/reference/model-file.md`.
 
 mod gather;
 mod make;
@@ -40,7 +40,7 @@ pub const MISSION: &str = "mission.toml";
 /// A dataset to read. One that is still being made can be read up to where it is complete.
 #[derive(Clone, Debug)]
 pub struct Dataset {
-    /// What it was asked to be.
+    /// Manifest that it was begun with.
     pub manifest: Manifest,
     directory: PathBuf,
     /// The scenarios that have been tried without a gap, and how many were kept of them.
@@ -77,10 +77,10 @@ impl Dataset {
         self.check_for(mission, "was made for another mission; --mission names it")
     }
 
-    /// The same, the built-in one where there is none beside the shards.
+    /// Finds its mission likewise, the built-in one where there is none beside the shards.
     ///
     /// # Errors
-    /// As [`Dataset::mission`].
+    /// Errors of [`Dataset::mission`].
     pub fn own_mission(&self) -> Result<Mission, Error> {
         let mission = self.beside()?.map_or_else(|| read_mission(None), Ok)?;
         self.check_for(mission, "is neither in the directory nor the one that is built in")
@@ -134,7 +134,7 @@ impl Dataset {
         Ok(out)
     }
 
-    /// What [`Dataset::read`] reads, for the provenance of a model.
+    /// Source of the trajectories that [`Dataset::read`] reads, for the provenance of a model.
     pub fn source(&self, limit: Option<usize>) -> Source {
         let Manifest { seed, count, .. } = self.manifest;
         Source { seed, count: limit.map_or(count, |limit| count.min(limit as u64)) }
@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(dataset.split(&all[1]), Split::of(3, 1));
     }
 
-    /// The same scenarios, planned further: another dataset, whose plans are cheaper where they differ.
+    /// Sharper plans of the same scenarios make another dataset, and cost less where they differ.
     #[test]
     fn plans_to_learn_from_may_be_sharper() {
         let dir = tempfile::tempdir().unwrap();

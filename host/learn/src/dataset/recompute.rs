@@ -17,7 +17,7 @@ use std::path::Path;
 
 /// Plans `sample` of the scenarios again, spread evenly, and compares what was kept, bit by bit; what differs is
 /// named with its file, one of as many as there should be. Those of files that are missing are left out.
-/// `model` is that whose roll-outs Stage 2 started from, where it was not the built-in one.
+/// `model` is that whose rollouts Stage 2 started from, where it was not the built-in one.
 ///
 /// # Errors
 /// A dataset of another model, mission or settings than this program has; a shard that is damaged; a thread that
@@ -61,7 +61,7 @@ impl Manifest {
         }
     }
 
-    /// What was asked for.
+    /// Recipe that the manifest was made by.
     fn recipe(
         &self,
         mission: Mission,
@@ -107,7 +107,7 @@ impl Recipe {
         again(&kept, self.jobs, plan, differs, progress)
     }
 
-    /// What was kept of a sample, with the file that it stands in.
+    /// Reads the kept results of a sample, with the file that each stands in.
     fn sampled(
         &self,
         manifest: &Manifest,

@@ -21,17 +21,17 @@ const HEAD_ROOM: u64 = 128;
 /// A shard's place in its dataset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Place<'a> {
-    /// What the dataset is: [`Manifest::dataset`](super::Manifest::dataset).
+    /// Fingerprint of the dataset: [`Manifest::dataset`](super::Manifest::dataset).
     pub dataset: &'a str,
     /// Joints of its arm.
     pub joints: usize,
     /// Index of the first scenario that is tried.
     pub first: u64,
-    /// How many are.
+    /// Number of scenarios that are tried.
     pub tried: u32,
 }
 
-/// What stands before the records.
+/// Head, which stands before the records.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Head<'a> {
     dataset: &'a str,
@@ -132,7 +132,7 @@ pub(super) fn look(file: &Path, place: Place<'_>) -> Result<Option<u32>, Error> 
     outline.map(|outline| Some(outline.head.kept)).map_err(|reason| Error::input(file, "", reason))
 }
 
-/// As [`look`], and reads every byte.
+/// Looks at a shard like [`look`], and reads every byte.
 pub(super) fn verify(file: &Path, place: Place<'_>) -> Result<Option<u32>, Error> {
     let found = look(file, place)?;
     if found.is_some() {
@@ -194,7 +194,7 @@ mod tests {
 
     const PLACE: Place<'_> =
         Place { dataset: "0123456789abcdef", joints: 3, first: 500, tried: 10 };
-    /// Of two records: what is before them, they, the CRC.
+    /// Size of a shard of two records: its head, the records, the CRC.
     const BYTES: usize = 12 + 17 + 2 + 1 + 1 + 3 + 2 * 8413 + 4;
 
     fn bytes_of(indices: &[u64]) -> Vec<u8> {
@@ -293,7 +293,7 @@ mod tests {
             prop_assert!(read_bytes(&bytes, 1000).is_err());
         }
 
-        /// Whatever stands behind a right head and before a right CRC: an answer, and no panic.
+        /// Forged records between a right head and a right CRC give an answer, and no panic.
         #[test]
         fn forged_records_are_answered(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let head = Head {

@@ -1,4 +1,4 @@
-//! Which trajectories are held out while a network is trained.
+//! Split of a dataset: trajectories are held out while a network is trained.
 
 /// A part of a dataset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -31,7 +31,7 @@ pub struct Bench<'a> {
     pub jobs: NonZeroUsize,
     /// Where the campaigns are kept.
     pub out: &'a Path,
-    /// Who watches.
+    /// Observer of the planning.
     pub progress: &'a mut dyn Progress,
 }
 
@@ -57,7 +57,7 @@ impl Bench<'_> {
             method: Method { mode, warm_start, integrator, ..Method::default() },
             model: model(&run.start)?,
             jobs: self.jobs,
-            // Roll-outs begin from their Stage 1.
+            // Rollouts begin from their Stage 1.
             save_plans: *run == Run::heuristic(Mode::Optimal),
             csv: false,
             out: self.folder(run),
@@ -73,7 +73,7 @@ impl Bench<'_> {
         ids.map(|id| PlanFile::read(&campaign.plan_path(id))).collect()
     }
 
-    /// Rolls a model out along the paths of `plans`; none where a roll-out is of no use.
+    /// Rolls a model out along the paths of `plans`; none where a rollout is of no use.
     fn rollout(&self, model: &Learned, plans: &[PlanFile]) -> Result<Vec<Option<f64>>, Error> {
         let (mission, integrator) = (self.mission, self.integrator);
         on_large_stack(move || {
@@ -92,7 +92,7 @@ fn approach(mission: Mission, integrator: Integrator, plan: &PlanFile) -> Approa
     Approach::new(mission, scenario, integrator, path, target)
 }
 
-/// How far the end effector is from the port at the end of a roll-out [m].
+/// How far the end effector is from the port at the end of a rollout [m].
 fn miss(approach: &Approach, model: &Learned, memories: &mut Memories) -> Option<f64> {
     let motion = model.at_work(memories, |policy| approach.policy_rollout(policy?, SEED))?;
     Some(approach.miss(&motion.states[NODES - 1]))
@@ -107,12 +107,12 @@ fn model(start: &Start) -> Result<Option<Learned>, Error> {
     })
 }
 
-/// What is kept of a run's roll-outs: `misses.json`.
+/// Misses of a run's rollouts, as kept in `misses.json`.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Misses {
     format: String,
-    /// Distance of the end effector from the port [m]; none where a roll-out is of no use.
+    /// Distance of the end effector from the port [m]; none where a rollout is of no use.
     ee_error_m: Vec<Option<f64>>,
 }
 

@@ -1,4 +1,4 @@
-//! What the tables need to know of a model.
+//! Description of a model, for the tables.
 
 use remora_core::advanced::nn;
 use remora_core::advanced::warmstart::{Action, Encoding};
@@ -50,7 +50,7 @@ pub struct Card {
     pub is_of_the_papers_kind: bool,
     /// The integrator whose plans it learned.
     pub integrator: String,
-    /// What it was trained on, itself and its ancestors.
+    /// Trainings and datasets of the model and its ancestors.
     #[serde(serialize_with = "joined", rename = "sources")]
     pub lineage: Lineage,
 }

@@ -103,7 +103,7 @@ fn table(lines: &[Line<'_>]) -> Table {
     table
 }
 
-/// What the paper's means say of a change from its heuristic, in per cent.
+/// Change of one of the paper's means from its heuristic's, in per cent.
 fn published_change(
     row: Option<published::Decoders>,
     of: fn(&published::Decoders) -> published::Spread,

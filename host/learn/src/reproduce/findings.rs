@@ -1,4 +1,4 @@
-//! What a reproduction found, for the terminal and for files.
+//! Findings of a reproduction, for the terminal and for files.
 
 use remora_host::error::Error;
 use remora_host::formats::{json, make_directory, write_atomically};
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// Tables, plots and numbers of one of the paper's tables.
 pub struct Findings {
-    /// What it is, for the reader.
+    /// Title, for the reader.
     pub title: &'static str,
     /// How the numbers are to be read, a paragraph each.
     pub notes: Vec<String>,

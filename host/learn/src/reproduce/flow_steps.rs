@@ -18,7 +18,7 @@ struct Line<'a> {
     model: &'a Card,
     steps: u16,
     measured: Measured,
-    /// End effector from the port at the end of the roll-out [m].
+    /// End effector from the port at the end of the rollout [m].
     ee_error_m: Mean,
     against_heuristic: Against,
     published: published::FlowSteps,

@@ -1,25 +1,25 @@
-//! Where the numbers come from: plans and roll-outs, made once and kept.
+//! Source of the numbers: plans and rollouts, made once and kept.
 
 use super::Card;
 use remora_host::error::Error;
 use remora_host::formats::Row;
 use remora_host::method::Mode;
 
-/// What Stage 2 starts from.
+/// Initial guess of Stage 2.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
     /// The heuristic.
     Heuristic,
-    /// A model's roll-out, with so many steps of its flow where they are not the file's.
+    /// A model's rollout, with so many steps of its flow where they are not the file's.
     Model(Box<Card>, Option<u16>),
 }
 
 /// All scenarios planned in one way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// What Stage 2 is asked for.
+    /// Mode of Stage 2.
     pub mode: Mode,
-    /// What it starts from.
+    /// Initial guess of Stage 2.
     pub start: Start,
 }
 
@@ -50,19 +50,19 @@ impl Run {
     }
 }
 
-/// Who plans. The bench does, and remembers; tests invent.
+/// Maker of plans: the bench plans and remembers, tests invent.
 pub trait Laboratory {
     /// The rows of each run, all of the same scenarios in the same order.
     ///
     /// # Errors
-    /// Whatever keeps a run from being made.
+    /// A failure that keeps a run from being made.
     fn plan(&mut self, runs: &[Run]) -> Result<Vec<Vec<Row>>, Error>;
 
-    /// How far the end effector is from the port at the end of each roll-out that a run starts
+    /// How far the end effector is from the port at the end of each rollout that a run starts
     /// from [m]; those that are of no use are left out.
     ///
     /// # Errors
-    /// Whatever keeps a roll-out from being made.
+    /// A failure that keeps a rollout from being made.
     fn misses(&mut self, runs: &[Run]) -> Result<Vec<Vec<f64>>, Error>;
 }
 

@@ -1,4 +1,4 @@
-//! What a table says of the plans of a run.
+//! Measures of a run's plans, for the tables.
 
 use super::published::Spread;
 use remora_host::formats::{Row, Status};
@@ -84,7 +84,7 @@ impl Against {
     }
 }
 
-/// What a cell holds where nothing is known.
+/// Text of a cell where nothing is known.
 pub(super) const NONE: &str = "-";
 
 /// Mean and standard deviation, in three digits of the larger.
@@ -100,7 +100,7 @@ pub(super) fn spread(mean: f64, std: f64) -> String {
     }
 }
 
-/// The same of a time, in the unit that suits it.
+/// Formats mean and standard deviation of a time, in the unit that suits it.
 pub(super) fn time_spread(mean: f64, std: f64) -> String {
     let (unit, scale) = match mean {
         mean if !mean.is_finite() || mean == 0.0 => return NONE.into(),

@@ -1,4 +1,4 @@
-//! What a page says of the models in it, and of the paper's network, which is of another kind.
+//! Notes on the models of a page, and on the paper's network, which is of another kind.
 
 use super::Card;
 use remora_host::lineage::Training;
@@ -49,7 +49,7 @@ fn training(training: &Training) -> String {
     format!("{steps} steps{batch} on {learnt_from} ({integrator}; {epochs})")
 }
 
-/// What equal numbers of steps mean for sets of different sizes, where sizes are compared; nothing where each
+/// Explains equal numbers of steps for sets of different sizes, where sizes are compared; nothing where each
 /// scenario was seen equally often.
 pub(super) fn confounded(models: &[Card]) -> Option<String> {
     let epochs =

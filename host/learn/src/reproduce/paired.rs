@@ -10,7 +10,7 @@ use remora_host::report::{Align, Table};
 use remora_host::statistics::{self, Estimate};
 use serde::Serialize;
 
-/// What a comparison says of a model.
+/// Judgement of a model by a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Judgement {
@@ -37,7 +37,7 @@ pub struct Paired {
     pub cost: Estimate,
     /// Plans in which the model's guess was dropped for the heuristic.
     pub fallbacks: usize,
-    /// What follows.
+    /// Judgement that follows.
     pub judgement: Judgement,
 }
 
@@ -45,7 +45,7 @@ impl Paired {
     /// Plans all scenarios of a laboratory from each.
     ///
     /// # Errors
-    /// Whatever keeps the laboratory from planning.
+    /// A failure that keeps the laboratory from planning.
     pub fn test(
         model: &Card,
         before: Option<&Card>,

@@ -25,7 +25,7 @@ pub struct FlowSteps {
     pub steps: u16,
     /// Inference time [s].
     pub inference_s: Spread,
-    /// End effector from the port at the end of the roll-out [m].
+    /// End effector from the port at the end of the rollout [m].
     pub ee_error_m: Spread,
     /// Iterations of Stage 2.
     pub iterations: Spread,
@@ -113,7 +113,7 @@ pub const SAMPLE_FLOW_ITERATIONS: f64 = 13.0;
 /// A row of Table IV.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Feasibility {
-    /// What Stage 2 is asked for.
+    /// Mode of Stage 2.
     pub mode: Mode,
     /// Whether it starts from the transformer (flow matching, H = 1, 90k).
     pub is_learned: bool,

@@ -76,7 +76,7 @@ pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Fin
     })
 }
 
-/// What the paper says of a decoder at a size.
+/// Iterations that the paper gives for a decoder at a size.
 fn published(decoder: Decoder, size: u64) -> String {
     let row = DECODERS.into_iter().find(|row| row.decoder == Some((decoder, 1)));
     match (decoder, row) {

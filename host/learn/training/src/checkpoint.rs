@@ -1,4 +1,4 @@
-//! What a training needs to go on as if it had never stopped.
+//! State that a training needs to go on as if it had never stopped.
 //!
 //! `REMORACK`, a version, the length of a JSON head, the head, then parameters and the optimiser's
 //! two moments as little-endian f32, and the CRC-32 of all before it.
@@ -28,7 +28,7 @@ pub struct LossRow {
     pub validation: f64,
     /// The next state's.
     pub validation_state: f64,
-    /// Roll-outs of validation scenarios, where they were measured.
+    /// Rollouts of validation scenarios, where they were measured.
     pub rollout: Option<RolloutError>,
     /// Mean norm of the gradient before clipping.
     pub gradient_norm: f64,
@@ -43,9 +43,9 @@ pub struct LossRow {
 /// Everything of a training but its data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
-    /// Which configuration.
+    /// Digest of the configuration.
     pub digest: String,
-    /// Which network: one line a tensor.
+    /// Shape of the network: one line a tensor.
     pub shape: String,
     /// Where the parameters came from.
     pub origin: Origin,

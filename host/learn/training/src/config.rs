@@ -14,11 +14,11 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// What is learnt from.
+    /// Data to learn from.
     pub data: Data,
-    /// What learns.
+    /// Network that learns.
     pub model: Model,
-    /// How.
+    /// Settings of the training.
     pub training: Training,
 }
 
@@ -71,7 +71,7 @@ pub struct Model {
     pub layout: Layout,
     /// Features of a node.
     pub encoding: Encoding,
-    /// What is predicted.
+    /// Action that is predicted.
     pub action: Action,
     /// How it is predicted.
     pub decoder: Decoder,
@@ -166,7 +166,7 @@ pub struct Training {
     /// vehicle whose numbers are of another size.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub own_statistics: bool,
-    /// What the parent is known to have learnt from beside what it names itself, such as
+    /// Datasets that the parent is known to have learnt from beside those that it names itself, such as
     /// `s1000:90000`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parent_learnt_from: Option<String>,

@@ -10,7 +10,7 @@ const TRAINING: RGBColor = RGBColor(0, 114, 178);
 const VALIDATION: RGBColor = RGBColor(213, 94, 0);
 const ROLLOUT: RGBColor = RGBColor(0, 158, 115);
 
-/// The curves as the text of an SVG file, on a logarithmic axis: losses, and the roll-out's error
+/// The curves as the text of an SVG file, on a logarithmic axis: losses, and the rollout's error
 /// in metres where it was measured. `None` where there is nothing to draw.
 pub fn svg(rows: &[LossRow]) -> Option<String> {
     let curve = |value: &dyn Fn(&LossRow) -> Option<f64>| -> Vec<(f64, f64)> {

@@ -1,8 +1,8 @@
-//! From a planned trajectory to what a network is to learn of it.
+//! Examples for a network to learn from, made of planned trajectories.
 //!
-//! A trajectory of the data is the best of all from where it begins, but a roll-out leaves it, and
+//! A trajectory of the data is the best of all from where it begins, but a rollout leaves it, and
 //! a network that has only seen trajectories without a fault does not know how to come back. So an
-//! example may be *disturbed*: it follows the trajectory as a roll-out with random errors in its
+//! example may be *disturbed*: it follows the trajectory as a rollout with random errors in its
 //! rates would, and its actions lead back.
 
 use nalgebra::{SVector, Vector3};
@@ -35,7 +35,7 @@ pub struct Disturbance {
     pub joint_rate_rad_s: f64,
 }
 
-/// What examples are made of.
+/// Recipe of examples.
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe {
     /// The features.
@@ -256,7 +256,7 @@ pub fn example(
     out
 }
 
-/// What constraints pin has no error of its rates.
+/// Clears the errors of rates that constraints fix.
 fn pin(scene: &Scene<'_, MAX_JOINTS>, k: usize, drift: &mut Drift) {
     if k >= scene.preset {
         drift.joint.rates.fill(0.0);
@@ -283,7 +283,7 @@ mod tests {
         }
     }
 
-    /// What a network sees and does is what it would in the size of its arm, bit by bit.
+    /// Features and actions are those that the arm's own size would give, bit by bit.
     #[test]
     fn examples_are_those_of_the_arms_own_size() {
         let set = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../fixtures/datasets/euler");

@@ -1,9 +1,9 @@
 //! A model for an arm of another number of joints, or for many servicers, as something to start a training
 //! from.
 //!
-//! What a network has learnt of path, target and bus is of use whatever the arm. Its inputs and outputs of a
-//! joint that both arms have, counted from the bus, are taken over, those of other joints are zero. So are the
-//! servicer's numbers at first, for a network that has not seen them.
+//! Weights that a network has learnt for path, target and bus are of use whatever the arm. Inputs and outputs
+//! of a joint that both arms have, counted from the bus, are taken over, those of other joints are zero. So are
+//! the servicer's numbers at first, for a network that has not seen them.
 
 use remora_core::advanced::nn::{Decoder, Header, Layout};
 use remora_core::advanced::stages::size;
@@ -27,7 +27,7 @@ pub fn write(model: &Path, joints: usize) -> Result<PathBuf, Error> {
     lineage.write_beside(&out, checksum(&made.bytes())).map(|_| out)
 }
 
-/// The same network for another arm; linear decoders with one token a node only.
+/// Fits a network to another arm; linear decoders with one token a node or chunk only.
 fn for_joints(file: &ModelFile, joints: usize) -> Result<ModelFile, FieldError> {
     let header = file.header();
     let refused = |field: &str| FieldError::new(field, "has no other number of joints");
@@ -42,8 +42,8 @@ fn for_joints(file: &ModelFile, joints: usize) -> Result<ModelFile, FieldError> 
     fitted(file, wanted, &places(encoding.gaps(), joints_of(header), joints))
 }
 
-/// The same network with the servicer's numbers among its inputs, where it takes all others of that
-/// encoding; `None` where it does not.
+/// Adds the servicer's numbers to the inputs of a network that takes all others of that encoding;
+/// `None` where it does not.
 ///
 /// # Errors
 /// A decoder that is not linear, more than one token a node.
@@ -69,7 +69,7 @@ fn joints_of(header: &Header) -> usize {
     usize::from(header.action).saturating_sub(size::controls(0))
 }
 
-/// The same network with another header, which finds each of its inputs at one of these places, or nowhere.
+/// Fits a network to another header, which finds each of its inputs at one of these places, or nowhere.
 fn fitted(
     file: &ModelFile,
     wanted: Header,
@@ -173,7 +173,7 @@ mod tests {
         let (own, all) = (numbers(&one, "input.mean"), numbers(&many, "input.mean"));
         assert_eq!((&all[..7], &all[7 + 22..]), (&own[..7], &own[7..]));
         assert_eq!(numbers(&many, "input.std")[7..7 + 22], [1.0; 22]);
-        // What it sees of the servicer has no weight yet.
+        // Inputs of the servicer have no weight yet.
         let weights = numbers(&many, "embed.0.weight").chunks(96).collect::<Vec<_>>();
         assert!(weights[7..7 + 22].iter().flat_map(|row| row.iter()).all(|w| *w == 0.0));
         assert_eq!(weights[7 + 22], &numbers(&one, "embed.0.weight")[7 * 96..8 * 96]);

@@ -15,7 +15,7 @@ impl Kernels for Gpu {}
 /// Adds two numbers on the GPU, which needs the driver, NVRTC and CUDA's headers.
 ///
 /// # Errors
-/// What of these is missing, in one line: Burn panics where they are, in a thread of its own.
+/// The one of these that is missing, in one line: Burn panics without it, in a thread of its own.
 pub fn try_gpu() -> Result<(), String> {
     let said = Arc::new(OnceLock::new());
     let usual = take_hook();

@@ -16,7 +16,7 @@ pub struct Origin {
     pub integrator: String,
     /// Datasets, those that the parent learnt from among them.
     pub dataset: String,
-    /// What the training started from, checksum or digest and name; empty where from nothing.
+    /// Parent that the training started from, checksum or digest and name; empty where from nothing.
     pub parent: String,
     /// Datasets of this training alone; empty where these are all.
     pub own: String,
@@ -24,7 +24,7 @@ pub struct Origin {
     pub batch: Option<u64>,
     /// The trainings before this one, the first ancestor's first.
     pub ancestors: Vec<Training>,
-    /// What the first of them started from, where no more is known of it.
+    /// Model that the first of them started from, where no more is known of it.
     pub before: Option<String>,
 }
 
@@ -62,13 +62,13 @@ impl Origin {
         Lineage { trainings, before, sources: Source::parse_all(&self.dataset).unwrap_or_default() }
     }
 
-    /// The same, after another model's trainings.
+    /// Puts this training after those of another model.
     pub fn after(self, parent: Lineage) -> Self {
         Self { ancestors: parent.trainings, before: parent.before, ..self }
     }
 }
 
-/// As much of a text as a header's string holds.
+/// Cuts a text to the length of a header's string.
 fn short<S: for<'a> TryFrom<&'a str> + Default>(text: &str, most: usize) -> S {
     let end = (0..=most.min(text.len())).rev().find(|i| text.is_char_boundary(*i));
     S::try_from(&text[..end.unwrap_or(0)]).unwrap_or_default()
@@ -218,10 +218,10 @@ fn transposed(values: &[f32], columns: usize) -> Vec<f32> {
 }
 
 /// Takes over the parameters and statistics of a model file, bytes as the numbers they stand for.
-/// What a file does not hold stays as it is: the state head, and the statistics of states.
+/// State head and statistics of states stay as they are: a file does not hold them.
 ///
 /// # Errors
-/// What of the model is not as in the configuration.
+/// The first field in which the model differs from the configuration.
 pub fn take_over(
     file: &ModelFile,
     config: &Config,

@@ -123,7 +123,7 @@ impl<'a, B: Kernels> Network<'a, B> {
         Tensor::from_data(data, &self.device)
     }
 
-    /// What the decoder says, `[rows][outputs]`, normalised.
+    /// Computes the decoder's outputs, `[rows][outputs]`, normalised.
     pub fn answers(&self, parameters: &[f32], batch: &Batch) -> Vec<f32> {
         let (answer, _) = self.answer(&mut self.weights(parameters, false), batch, false);
         answer.into_data().iter::<f32>().collect()
@@ -280,7 +280,7 @@ impl Masks {
         Self { probability, seed, made: 0 }
     }
 
-    /// Which of so many numbers are dropped.
+    /// Draws which of so many numbers are dropped.
     fn dropped(&mut self, count: usize) -> Vec<bool> {
         let mut dropped = vec![false; count];
         let first = self.made << 32;

@@ -1,4 +1,4 @@
-//! What a training leaves in its directory.
+//! Files that a training leaves in its directory.
 
 use crate::checkpoint::{Checkpoint, LossRow};
 use crate::config::Config;

@@ -59,7 +59,7 @@ impl Entry {
 pub struct Table {
     /// Tokens of a node.
     pub layout: Layout,
-    /// Which decoder.
+    /// Decoder of the network.
     pub decoder: Decoder,
     /// Input numbers of each kind of token, in the order of a node's features.
     pub token_types: Vec<usize>,

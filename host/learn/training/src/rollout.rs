@@ -1,4 +1,4 @@
-//! What a model is worth where it is used: its roll-outs through the dynamics.
+//! Quality of a model where it is used: its rollouts through the dynamics.
 
 use crate::examples::Recorded;
 use remora_core::advanced::dynamics::Integrator;
@@ -11,7 +11,7 @@ use remora_host::memory::on_heap;
 use remora_learn::dataset::Trajectory;
 use serde::{Deserialize, Serialize};
 
-/// End-effector position error of roll-outs at the final time.
+/// End-effector position error of rollouts at the final time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RolloutError {
     /// Mean [m].
@@ -20,7 +20,7 @@ pub struct RolloutError {
     pub p95_m: f64,
     /// Mean distance of the controls from the plan's [N m].
     pub torque_n_m: f64,
-    /// Roll-outs that did not end, or not in numbers.
+    /// Rollouts that did not end, or not in numbers.
     pub failed: usize,
 }
 

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-/// What a training tells while it runs.
+/// Observer of a training while it runs.
 pub trait Observer {
     /// It begins, or goes on, at a step of so many.
     fn begin(&mut self, step: u64, steps: u64, parameters: usize);
@@ -34,11 +34,11 @@ pub type Rollout<'a> = &'a dyn Fn(&[u8]) -> Option<RolloutError>;
 
 /// A training.
 pub struct Run<'a> {
-    /// What it is.
+    /// Configuration of the training.
     pub config: Config,
-    /// What it learns from.
+    /// Source of the examples.
     pub source: &'a dyn ExampleSource,
-    /// Where that comes from; what a parent learnt from is added to it.
+    /// Origin of the examples; a parent's datasets are added to it.
     pub origin: Origin,
     /// Where results go.
     pub out: PathBuf,
@@ -174,7 +174,7 @@ impl Run<'_> {
             Encoding::Servicer => fitted::for_servicers(&found).map_err(refused)?,
             _ => None,
         };
-        // Of numbers that it has not seen a model knows no means.
+        // A model knows no means of numbers that it has not seen.
         let is_new = wider.is_some();
         let model = wider.unwrap_or(found);
         let seed = self.config.training.seed;
@@ -349,7 +349,7 @@ impl<B: Kernels> Running<'_, B> {
         state.sums = [0.0; 4];
         state.elapsed_s = elapsed;
         state.rows.push(row.clone());
-        // Validation and roll-out are not counted in the rate.
+        // Validation and rollout are not counted in the rate.
         self.last_row = (step, self.before_s + self.started.elapsed().as_secs_f64());
         output::report(&self.run.out, &self.state.rows)?;
         Ok(row)

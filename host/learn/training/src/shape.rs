@@ -3,7 +3,7 @@
 use crate::config::Model;
 use remora_core::advanced::nn;
 
-/// What examples look like.
+/// Shape of examples.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// Nodes of a trajectory; an action leads from each to the next.

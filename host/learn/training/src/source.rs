@@ -28,7 +28,7 @@ impl Example {
     }
 }
 
-/// Which trajectories.
+/// Part of the trajectories.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
     /// Learnt from.
@@ -39,7 +39,7 @@ pub enum Split {
 
 /// Trajectories to learn from.
 pub trait ExampleSource: Sync {
-    /// What all its examples look like.
+    /// Shape of all its examples.
     fn shape(&self) -> &Shape;
 
     /// Trajectories of a split.
@@ -151,11 +151,11 @@ pub struct Batch {
     pub size: usize,
     /// For each kind of token, `[rows][inputs]`.
     pub token_types: Vec<Vec<f32>>,
-    /// What the decoder is to say, `[rows][outputs]`: actions, or velocities.
+    /// Target of the decoder, `[rows][outputs]`: actions, or velocities.
     pub target: Vec<f32>,
     /// Weight of each of them in the sum of squares, zero beyond the horizon.
     pub weight: Vec<f32>,
-    /// What the flow decoder is asked, `[rows][outputs + 1]`; empty for the linear one.
+    /// Input of the flow decoder beside the latent, `[rows][outputs + 1]`; empty for the linear one.
     pub question: Vec<f32>,
     /// Next states, `[rows][states]`.
     pub states: Vec<f32>,
@@ -253,7 +253,7 @@ impl Batches<'_> {
         }
     }
 
-    /// Adds what the decoder is to say at a node, given the actions ahead that there are.
+    /// Adds the decoder's target at a node, given the actions ahead that there are.
     fn add_target(&self, ahead: &[f32], random: &mut Random, batch: &mut Batch) {
         let outputs = self.table.outputs;
         let tau = random_tau(self.table.decoder, random);

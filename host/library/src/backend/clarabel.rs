@@ -20,7 +20,7 @@ pub struct ClarabelQp {
 }
 
 impl ClarabelQp {
-    /// With another accuracy than 1e-9, to compare others with.
+    /// A solver with another accuracy than 1e-9, to compare others with.
     pub fn with_tolerance(tolerance: f64) -> Self {
         Self { built: None, tolerance }
     }

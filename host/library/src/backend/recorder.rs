@@ -20,7 +20,7 @@ pub struct Solve<'a, const N: usize, const NX: usize, const NU: usize, const NG:
     pub stage: usize,
 }
 
-/// Any solver, with someone who looks at each call once it is done. The answers are the solver's
+/// Any solver, with a watcher that sees each call once it is done. The answers are the solver's
 /// own, bit for bit.
 pub struct Recorder<'a, S: ?Sized, F> {
     solver: &'a mut S,

@@ -29,7 +29,7 @@ pub struct CampaignHeader {
     pub program: String,
     /// Optimality or feasibility.
     pub mode: Mode,
-    /// Start of Stage 2.
+    /// Initial guess of Stage 2.
     pub warm_start: WarmStart,
     /// Solver of the subproblems.
     pub qp: Qp,
@@ -208,7 +208,7 @@ mod tests {
         open(&path).unwrap();
     }
 
-    /// Why a journal with a forged row is refused; empty where it is taken.
+    /// Reason why a journal with a forged row is refused; empty where it is taken.
     fn refused(change: &dyn Fn(&mut Row)) -> String {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join(JOURNAL);

@@ -39,7 +39,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Name of what describes the CSV table, beside it.
+/// Name of the file that describes the CSV table, beside it.
 const CSV_METADATA: &str = "results.csv-metadata.json";
 /// Name of a scenario's plan.
 fn plan_name(id: &str) -> String {
@@ -83,11 +83,11 @@ pub struct Results {
     pub files: Vec<PathBuf>,
 }
 
-/// Runs campaigns together, scenario by scenario: the same scenario of all of them, then the next.
-/// What they measure is so measured under the same load. Directories must differ.
+/// Runs campaigns together: each scenario for all of them, then the next. Their times are then
+/// measured under one load. Directories must differ.
 ///
 /// # Errors
-/// As [`Campaign::run`].
+/// The errors of [`Campaign::run`].
 pub fn run_together(
     campaigns: &[Campaign],
     jobs: NonZeroUsize,
@@ -180,7 +180,7 @@ impl Campaign {
         Ok(planned.row())
     }
 
-    /// What the tables say of themselves.
+    /// Origin of the rows, for the tables' metadata.
     fn origin(&self) -> TableOrigin {
         TableOrigin {
             method: self.method,
@@ -225,7 +225,7 @@ impl Campaign {
             .collect()
     }
 
-    /// What refuses rows that are none of this campaign.
+    /// A check that refuses rows of other campaigns.
     fn check(&self) -> impl Fn(&Row) -> Result<(), FieldError> {
         let ids: HashSet<&str> =
             self.scenarios.iter().map(|scenario| scenario.id.as_str()).collect();

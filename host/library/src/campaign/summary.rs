@@ -1,8 +1,7 @@
 //! Statistics over the rows of a campaign.
 
-use super::tally::Tally;
 use crate::formats::{Nearest, Row, Status, Verdict};
-use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
+use crate::method::{Integrator, Mode, Qp, WarmStart};
 use crate::statistics::percentile;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -57,7 +56,7 @@ pub struct StageSummary {
     pub cost: Statistics,
 }
 
-/// What one run did for a campaign.
+/// Work of one run for a campaign.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Run {
     /// Rows it planned.
@@ -97,7 +96,7 @@ pub struct Summary {
     pub format: &'static str,
     /// Optimality or feasibility.
     pub mode: Mode,
-    /// Start of Stage 2.
+    /// Initial guess of Stage 2.
     pub warm_start: WarmStart,
     /// Solver of the subproblems.
     pub qp: Qp,
@@ -135,15 +134,6 @@ pub struct Summary {
     pub unsolved: Vec<String>,
     /// The run that wrote this.
     pub run: Run,
-}
-
-impl Summary {
-    /// The summary of a campaign's rows.
-    pub fn of(rows: &[Row], method: &Method, run: Run) -> Self {
-        let mut tally = Tally::default();
-        rows.iter().for_each(|row| tally.add(row));
-        tally.summary(method, run)
-    }
 }
 
 #[cfg(test)]
@@ -226,7 +216,7 @@ mod tests {
         let reasons: Vec<_> = summary.by_reason.iter().map(|(r, n)| (r.as_str(), *n)).collect();
         assert_eq!(reasons, [("dynamics2", 1), ("force", 1)]);
         assert_eq!((summary.refused, summary.solved, summary.scenarios), (1, 1, 4));
-        // What was not planned took no iterations.
+        // The refused scenario does not count in the mean.
         assert_eq!(summary.stage2.iterations.mean, (4.0 + 50.0 + 7.0) / 3.0);
     }
 }

@@ -1,11 +1,11 @@
-//! Rows counted one by one, so that none need be kept: eleven numbers a row are.
+//! Tally of rows, one by one: it keeps eleven numbers a row, not the rows.
 
 use super::summary::{NearestOf, Run, StageSummary, Statistics, Summary};
 use crate::formats::{Row, StageRow, Status, Verdict};
 use crate::method::Method;
 use std::collections::BTreeMap;
 
-/// What the rows so far come to.
+/// Counts and numbers of the rows so far.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     rows: usize,
@@ -110,5 +110,14 @@ impl Tally {
             unsolved: self.unsolved,
             run,
         }
+    }
+}
+
+impl Summary {
+    /// The summary of a campaign's rows.
+    pub fn of(rows: &[Row], method: &Method, run: Run) -> Self {
+        let mut tally = Tally::default();
+        rows.iter().for_each(|row| tally.add(row));
+        tally.summary(method, run)
     }
 }

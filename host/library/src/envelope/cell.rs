@@ -22,7 +22,7 @@ pub struct CellPlace {
     pub distance_m: f64,
 }
 
-/// What there is to say of a cell.
+/// State of a cell.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "state", rename_all = "snake_case")]
 pub enum State {
@@ -67,14 +67,14 @@ impl State {
 pub struct Cell {
     /// Where it is.
     pub place: CellPlace,
-    /// What there is to say of it.
+    /// Its state, with the reason.
     #[serde(flatten)]
     pub state: State,
-    /// What was found, where there were plans.
+    /// Results of its plans, where there were any.
     pub found: Option<Found>,
 }
 
-/// What was found in a cell.
+/// Results of a cell's plans.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Found {
@@ -95,7 +95,7 @@ pub struct Found {
     pub cost: Option<f64>,
     /// Smallest distance between bodies, over optimal plans [m]; none where it is not judged.
     pub clearance_m: Option<f64>,
-    /// Why plans are not optimal, with how many.
+    /// Reasons why plans are not optimal, with the number of plans.
     pub reasons: BTreeMap<String, usize>,
 }
 
@@ -122,12 +122,12 @@ pub const OUT_OF_REACH: &str = "force limit";
 /// The reason of a plan that is verified and not optimal.
 pub const NOT_CONVERGED: &str = "not converged";
 
-/// What became of one scenario.
+/// Result of one scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attempt {
-    /// What the plan is good for.
+    /// Verdict: whether the plan is optimal, verified or not flyable.
     pub verdict: Verdict,
-    /// Why it is not optimal, where it is not.
+    /// Reason why the plan is not optimal, where it is not.
     pub reason: Option<String>,
     /// Whether there is no path at all.
     pub is_out_of_reach: bool,
@@ -142,7 +142,7 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    /// Of a plan, and whether its scenario is proved to have no path at all.
+    /// Result of a plan; `is_out_of_reach` where its scenario is proved to have no path at all.
     pub fn of(report: &Report, tolerances: &Tolerances, is_out_of_reach: bool) -> Self {
         let verdict = report.verdict();
         let reason = match verdict {
@@ -241,7 +241,7 @@ impl CellWork {
         Self { place, content }
     }
 
-    /// What is to be planned.
+    /// Mission and scenarios to be planned, if there are any.
     pub(super) fn ready(&self) -> Option<(&Mission, &[NamedScenario])> {
         let (mission, drawn) = self.content.as_ref().ok()?;
         Some((mission, drawn))

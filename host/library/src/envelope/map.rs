@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// The `format` of the file.
 pub const FORMAT: &str = "remora-envelope/1";
 
-/// Cells, and what they were made by.
+/// Cells of a map, and the command and program that made them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Map {
     /// [`FORMAT`].
@@ -19,11 +19,11 @@ pub struct Map {
     pub command: String,
     /// Version of the program.
     pub version: String,
-    /// Of what it was built and where it ran.
+    /// Provenance: the build of the program, and the machine.
     pub provenance: Provenance,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
-    /// Start of Stage 2.
+    /// Initial guess of Stage 2.
     pub warm_start: WarmStart,
     /// Scenarios a cell.
     pub count: u64,
@@ -41,7 +41,7 @@ pub struct Map {
     pub cells: Vec<Cell>,
 }
 
-/// What matters of a vehicle.
+/// Record of a vehicle: its file, masses and limits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VehicleRecord {
     /// Its name.
@@ -122,7 +122,7 @@ impl Map {
         found.fold((0, 0), |sum, found| (sum.0 + found.scenarios, sum.1 + found.optimal))
     }
 
-    /// What a reader of a figure must know: command, version, commit.
+    /// Command, version and commit, for the footer of a figure.
     pub fn made_by(&self) -> String {
         let commit: String = self.provenance.commit.chars().take(12).collect();
         let changes = if self.provenance.is_modified { " with changes" } else { "" };

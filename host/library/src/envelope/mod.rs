@@ -17,6 +17,7 @@ mod grid;
 mod header;
 mod map;
 mod output;
+mod overview;
 mod page;
 mod reach;
 mod vehicle;
@@ -126,7 +127,7 @@ impl Envelope {
     /// work; a map that is being made in the same directory already.
     pub fn run(&self, out: &Path, progress: &mut dyn Progress) -> Result<EnvelopeResult, Error> {
         let started = Instant::now();
-        // Before any file is written: what is written must not count as a change of the sources.
+        // Provenance comes before any output file, which must not count as a change of the sources.
         let provenance = Provenance::gather(Path::new("."));
         let (path, header) = (out.join(JOURNAL), EnvelopeHeader::new(self));
         header::Journal::look(&path, &header, &|_| Ok(()))?;
@@ -187,7 +188,7 @@ impl Envelope {
         self.vehicles.iter().flat_map(move |vehicle| places(vehicle).map(move |p| (vehicle, p)))
     }
 
-    /// What is to be planned in a cell, or why nothing can be.
+    /// Prepares a cell: its mission and scenarios, or the reason why nothing can be planned.
     fn prepare(&self, vehicle: &Vehicle, place: CellPlace) -> CellWork {
         match vehicle.at(&place) {
             Err(state) => CellWork::settled(place, state),

@@ -41,10 +41,10 @@ impl Map {
         Ok(files)
     }
 
-    /// A row a cell; what there is not is empty.
+    /// A row a cell; missing values are empty.
     ///
     /// # Errors
-    /// None that memory does not make.
+    /// An error of the CSV writer; writing to memory makes none.
     pub fn csv(&self) -> Result<String, csv::Error> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record(COLUMNS)?;

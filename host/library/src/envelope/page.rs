@@ -6,7 +6,7 @@ use crate::report::{Align, Page, Table, number, time};
 use std::collections::BTreeMap;
 
 impl Map {
-    /// The page; links lead from `docs/NAME/` to `docs/`.
+    /// The page, with the vehicles and their provenance.
     pub fn page(&self) -> Page {
         let mut page = self.body();
         page.heading("Vehicles").table(vehicles(&self.vehicles));
@@ -19,11 +19,11 @@ impl Map {
     }
 
     /// The page without the vehicles and what it was measured by.
-    pub fn body(&self) -> Page {
+    fn body(&self) -> Page {
         let mut page = Page::new("envelope", "Where the planner works");
         page.text(
-            "Made by `remora campaign envelope`; not to be edited. What a cell is and how the map is read: \
-             [docs/envelope.md](../envelope.md).",
+            "Made by `remora campaign envelope`; not to be edited. What a cell is and how to read the map: \
+             `docs/guides/campaigns.md`.",
         );
         let (plans, optimal) = self.totals();
         let count = |name: &str| self.cells.iter().filter(|c| c.state.name() == name).count();
@@ -82,7 +82,8 @@ impl Map {
         table
     }
 
-    fn heat(&self, vehicle: &str, horizon_s: f64, rows: &[Vec<&Cell>]) -> Heat {
+    /// Shares of optimal plans of a vehicle in a horizon.
+    pub(super) fn heat(&self, vehicle: &str, horizon_s: f64, rows: &[Vec<&Cell>]) -> Heat {
         let names = |axis: &[f64]| axis.iter().map(f64::to_string).collect();
         Heat {
             title: format!("{vehicle}, {horizon_s} s: verified optimal plans [%]"),
@@ -133,7 +134,7 @@ pub(super) fn figure(vehicle: &str, horizon_s: f64) -> String {
     format!("envelope-{vehicle}-{horizon_s}")
 }
 
-/// Why nothing could be planned in any of the cells, where it is one reason for all.
+/// Reason why nothing could be planned in any of the cells, where it is one for all.
 fn common_reason(rows: &[Vec<&Cell>]) -> Option<String> {
     let first = rows.first()?.first()?;
     let same = rows.iter().flatten().all(|cell| cell.state == first.state);

@@ -87,7 +87,7 @@ impl Vehicle {
     }
 }
 
-/// Why the arm cannot be in its capture configuration in time, where it cannot.
+/// Reason why the arm cannot be in its capture configuration in time, where it cannot.
 fn too_slow(mission: &Mission) -> Option<String> {
     let (s, grid) = (&mission.servicer, mission.own_grid());
     let time = grid.time(grid.preset_node());
@@ -127,7 +127,7 @@ mod tests {
         assert_eq!(names, ["default", "strong", "small"]);
         let mut expected = Mission::default();
         expected.approach.duration_s = 600.0;
-        // What the vehicle does not say of phases shrinks with its horizon.
+        // Phases that the vehicle leaves open shrink with its horizon.
         expected.approach.keep_out_near_s /= 2.0;
         expected.approach.preset_s /= 2.0;
         expected.approach.recovery_s /= 2.0;

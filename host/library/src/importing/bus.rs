@@ -1,16 +1,15 @@
-//! What carries the arm, and where the arm is on it.
+//! The bus that carries the arm, and the arm's mount on it.
 
-use super::servicer::of_another_arm;
 use super::{NoImport, Request, mount, name, unit};
 use crate::error::FieldError;
-use crate::formats::MissionFile;
+use crate::formats::{MissionFile, Radius};
 use nalgebra::{Matrix3, Vector3};
 use remora_urdf::{Arm, Base, Body, Options, Pose, import};
 
 /// An arm on a bus.
 pub(super) struct ArmOnBus {
     pub arm: Arm,
-    /// With which the arm was read.
+    /// Options with which the arm was read.
     pub options: Options,
     /// Whether the bus is the URDF's own.
     pub is_own: bool,
@@ -22,7 +21,7 @@ pub(super) struct ArmOnBus {
     pub boresight: Vector3<f64>,
     /// All else but the arm.
     pub mission: MissionFile,
-    /// What was decided.
+    /// Decisions, in words.
     pub decided: Vec<String>,
 }
 
@@ -233,6 +232,19 @@ pub(super) fn shown_angles(angles: &[f64]) -> String {
 pub(super) fn numbers(of: &[f64]) -> String {
     let shown = |x: &f64| ((x * 1e4).round() / 1e4 + 0.0).to_string();
     of.iter().map(shown).collect::<Vec<_>>().join(", ")
+}
+
+/// Entries of a mission that belong to its own arm, which an import leaves out.
+fn of_another_arm(mission: &MissionFile) -> Vec<&'static str> {
+    let approach = &mission.approach;
+    let is_given = |radius: Radius| matches!(radius, Radius::Metres(_));
+    let said = [
+        (mission.typical.is_some(), "[typical]"),
+        (mission.roll.is_some(), "[roll]"),
+        (is_given(approach.keep_out_far_m), "keep_out_far_m"),
+        (is_given(approach.keep_out_near_m), "keep_out_near_m"),
+    ];
+    said.into_iter().filter(|(is_said, _)| *is_said).map(|(_, what)| what).collect()
 }
 
 #[cfg(test)]

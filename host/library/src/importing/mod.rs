@@ -1,7 +1,7 @@
 //! A mission for the arm of a URDF: the arm is the file's, the bus its own or another mission's, and
 //! all else what that mission says. Joint angles at capture are found from the end effector's axis.
 //!
-//! What a file leaves open is refused with the flag that mends it, or decided and said.
+//! A value that a file leaves open is decided and noted, or refused with the flag that sets it.
 
 mod actuators;
 mod bus;
@@ -27,14 +27,14 @@ use std::path::{Path, PathBuf};
 /// The `format` of `remora mission import --json`.
 pub const FORMAT: &str = "remora-import/1";
 
-/// What is imported, and what is said beside the file.
+/// Request for an import: the URDF, and the options beside it.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The URDF's file, for messages.
     pub file: PathBuf,
     /// Its contents.
     pub urdf: Vec<u8>,
-    /// What is said of the arm; the mount is [`Request::mount`].
+    /// Options for reading the arm; the mount is [`Request::mount`].
     pub options: Options,
     /// The mission that gives the bus and all else but the arm.
     pub bus: Option<(PathBuf, MissionFile)>,
@@ -42,7 +42,7 @@ pub struct Request {
     pub mount: Option<Pose>,
     /// The camera's boresight, bus axes.
     pub boresight: Option<Vector3<f64>>,
-    /// The end effector's axis, in its own frame: what points into the port.
+    /// The end effector's axis, in its own frame, which points into the port.
     pub axis: Option<Vector3<f64>>,
     /// Joint angles at the start [rad].
     pub start: Option<Vec<f64>>,
@@ -62,16 +62,16 @@ pub struct ImportedMission {
     pub robot: String,
     /// The joints, from the bus outwards.
     pub joints: Vec<Joint>,
-    /// What the file's reader assumed, merged or left out.
+    /// Notes on what the file's reader assumed, merged or left out.
     pub notes: Vec<String>,
     /// Notes on probable mistakes in the file.
     #[serde(skip)]
     pub doubts: Vec<String>,
-    /// What was decided where neither file nor flags say it.
+    /// Decisions where neither file nor flags give a value.
     pub decided: Vec<String>,
     /// The mission file.
     pub mission: MissionFile,
-    /// What follows from it.
+    /// Figures that follow from the mission.
     pub vehicle: Vehicle,
 }
 
@@ -86,7 +86,7 @@ pub struct Joint {
     pub capture_rad: f64,
 }
 
-/// Why nothing was imported, as `remora mission import --explain --json` tells it.
+/// Reasons why nothing was imported, as `remora mission import --explain --json` prints them.
 #[derive(Clone, Debug, Serialize)]
 pub struct ImportFaults {
     /// [`FORMAT`].
@@ -97,12 +97,12 @@ pub struct ImportFaults {
     pub faults: Vec<String>,
 }
 
-/// Why a request gives no mission.
+/// Reason why a request gives no mission.
 #[derive(Clone, Debug)]
 pub enum NoImport {
     /// The URDF gives no arm.
     Urdf(Refusal),
-    /// The arm gives no mission, or what is said beside it is wrong.
+    /// The arm gives no mission, or an option beside it is wrong.
     Mission(Error),
 }
 
@@ -145,7 +145,7 @@ impl NoImport {
         }
     }
 
-    /// The same, told by the format.
+    /// The faults in the format of `--json`.
     pub fn told(&self, request: &Request) -> ImportFaults {
         ImportFaults { format: FORMAT, file: request.file.clone(), faults: self.faults() }
     }
@@ -173,7 +173,7 @@ pub fn import(request: &Request) -> Result<ImportedMission, NoImport> {
             Err(error) => first = first.or(Some(error)),
         }
     }
-    // There is always one that was tried.
+    // At least one mount was tried.
     let error = first.unwrap_or_else(|| Error::argument("--mount", "none is left"));
     Err(advised(error, request, &failed).into())
 }
@@ -234,7 +234,7 @@ fn imported(
     })
 }
 
-/// What is understood of the URDF, in tables, whether it gives an arm or not.
+/// Tables of all that is understood of the URDF, whether it gives an arm or not.
 pub fn explanation(request: &Request) -> String {
     let settled = bus::settle(request).ok().and_then(|all| all.into_iter().next());
     let options = settled.map_or(request.options.clone(), |settled| settled.options);

@@ -8,14 +8,14 @@ use remora_core::advanced::model::{Link, signed_distance_to_box};
 const STEPS: usize = 12;
 /// Most joints that are looked at: arms have at most two before their first link of any length.
 const MOST: usize = 2;
-/// What is left of a clearance below this is none [m].
+/// Least clearance worth keeping; a smaller one counts as none [m].
 const LEAST: f64 = 5e-3;
-/// To what a clearance is rounded down [m].
+/// Step to which a clearance is rounded down [m].
 const STEP: f64 = 1e-3;
 
-/// Where the second link, whose joint the first one holds, can nowhere be as far from the bus as the
-/// mission's margin asks for: the margin is what there is. Where that is next to nothing, the link's radius
-/// is what leaves the margin: what is thicker there is part of the mounting.
+/// Fits margin or radius where the second link cannot keep the margin to the bus anywhere. The
+/// margin shrinks to the gap left. Where that is next to nothing, the link's radius shrinks
+/// instead: thicker parts belong to the mounting.
 pub(super) fn fit(
     file: &mut MissionFile,
     mission: &Mission,
@@ -31,7 +31,8 @@ pub(super) fn fit(
     }
 }
 
-/// The same of the link at this place and of this name, which gets so far from the bus, with this margin [m].
+/// Fits the link at this place and of this name. Its joint gets `far` from the bus [m]; `margin`
+/// is the mission's [m].
 fn fit_link(
     file: &mut MissionFile,
     (at, name): (usize, &str),
@@ -73,7 +74,7 @@ fn fit_link(
 fn farthest(mission: &Mission, last: usize) -> f64 {
     let s = &mission.servicer;
     let mut arm = *s;
-    // What comes after it is drawn in: the end effector is the end of the link.
+    // Links after it get no length, so that the end effector is the end of the link.
     arm.links.iter_mut().skip(last + 1).for_each(|link| link.tip_m.fill(0.0));
     let moving = last.min(MOST - 1) + 1;
     let count = (STEPS + 1).pow(moving as u32);

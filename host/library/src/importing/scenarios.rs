@@ -3,7 +3,7 @@
 use crate::formats::MissionFile;
 use remora_core::advanced::model::{Approach, ScenarioRanges};
 
-/// What a start is beyond the far keep-out distance at least [m].
+/// Least distance of a start beyond the far keep-out distance [m].
 const BEYOND: f64 = 0.5;
 
 /// Moves the middle of the starts away until even the nearest one is beyond the far keep-out distance.

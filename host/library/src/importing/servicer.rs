@@ -89,16 +89,3 @@ fn stops(joint: &Joint) -> Stops {
 fn limits(of: impl Iterator<Item = f64>) -> Limits {
     Limits::of(&of.collect::<Vec<f64>>())
 }
-
-/// What a mission says of another arm, and an import leaves out.
-pub(super) fn of_another_arm(mission: &MissionFile) -> Vec<&'static str> {
-    let approach = &mission.approach;
-    let is_given = |radius: Radius| matches!(radius, Radius::Metres(_));
-    let said = [
-        (mission.typical.is_some(), "[typical]"),
-        (mission.roll.is_some(), "[roll]"),
-        (is_given(approach.keep_out_far_m), "keep_out_far_m"),
-        (is_given(approach.keep_out_near_m), "keep_out_near_m"),
-    ];
-    said.into_iter().filter(|(is_said, _)| *is_said).map(|(_, what)| what).collect()
-}

@@ -16,7 +16,7 @@ const WAY: usize = 20;
 /// there is none, the first that is itself clear. The file gets them.
 ///
 /// # Errors
-/// As [`MissionFile::mission`]; a start within its own bus.
+/// The error of [`MissionFile::mission`]; a start within its own bus.
 pub(super) fn choose(
     file: &mut MissionFile,
     given: Option<&[f64]>,
@@ -35,8 +35,7 @@ pub(super) fn choose(
     let straight = file.mission()?;
     let mut clear: Option<Mission> = None;
     for start in candidates(&straight) {
-        // What costs little comes first: a mission is not had without its angles at capture, which are
-        // searched for.
+        // The cheap check comes first: making the mission searches for its angles at capture.
         let mut begun = straight;
         begun.servicer.initial_joint_angle_rad = start;
         if depth(&begun, begun.margins.clearance_m) > 0.0 {
@@ -59,8 +58,8 @@ pub(super) fn choose(
     Ok(mission)
 }
 
-/// As straight as the stops let it be, in the middle of the stops, and with one joint bent, or the first
-/// and another.
+/// Candidates for the start: straight as far as the stops allow, one joint bent, the middle of
+/// the stops.
 fn candidates(mission: &Mission) -> Vec<JointVector> {
     let (s, margin) = (&mission.servicer, mission.margins.joint_angle_rad);
     let middle = (s.min_joint_angle_rad + s.max_joint_angle_rad) * 0.5;

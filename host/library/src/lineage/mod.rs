@@ -1,10 +1,10 @@
-//! What a model descends from: the trainings that its numbers went through, and what each learnt
-//! from.
+//! Lineage of a model: the trainings that its numbers went through, and the scenarios that each
+//! learnt from.
 //!
 //! A model's header names its own training, the scenarios learnt from and the model that it started
 //! from. `NAME.lineage.toml` beside `NAME.model` names every training, the first ancestor's first:
-//! training writes it, quantisation carries it over. Whoever judges a model asks here which
-//! scenarios it must not be judged by.
+//! training writes it, quantisation carries it over. An evaluation asks here which scenarios it
+//! must leave out.
 
 mod source;
 
@@ -43,7 +43,7 @@ pub struct Training {
 pub struct Lineage {
     /// The trainings.
     pub trainings: Vec<Training>,
-    /// What the first of them started from, where no more is known of it: checksum or digest, name.
+    /// Origin of the first of them, where no more is known of it: checksum or digest, name.
     pub before: Option<String>,
     /// Everything learnt from, with what the header alone names.
     pub sources: Vec<Source>,
@@ -60,7 +60,7 @@ struct LineageFile {
     training: Vec<Training>,
 }
 
-/// What a training names that learnt from no scenarios.
+/// Text of a training that learnt from no scenarios.
 const SYNTHETIC: &str = "synthetic";
 
 /// Trajectories in fifty that a training learns from: the rest is for validation.
@@ -83,8 +83,8 @@ pub fn path_of(model: &Path) -> PathBuf {
 }
 
 impl Lineage {
-    /// What a header alone says: its own training, and what that started from. A header that names
-    /// no drawn scenarios, such as `synthetic`, has no sources.
+    /// Lineage from a header alone: its own training, and the model it started from. A header that
+    /// names no drawn scenarios, such as `synthetic`, has no sources.
     pub fn of_header(name: &str, provenance: &Provenance) -> Self {
         let learnt_from = provenance.dataset.as_str();
         let sources = Source::parse_all(learnt_from).unwrap_or_default();
@@ -99,10 +99,10 @@ impl Lineage {
         Self { trainings: vec![own], before: parent, sources }
     }
 
-    /// Of a model file with this checksum and header: what the file beside it says, or the header.
+    /// Lineage of a model file with this checksum and header: from the file beside it, or the header.
     ///
     /// # Errors
-    /// A lineage that cannot be read, is another model's, or names what is no dataset.
+    /// A lineage that cannot be read, is another model's, or names no dataset.
     pub fn beside(model: &Path, checksum: u32, provenance: &Provenance) -> Result<Self, Error> {
         let name = model.file_stem().unwrap_or(model.as_os_str()).to_string_lossy();
         let own = Self::of_header(&name, provenance);

@@ -1,4 +1,4 @@
-//! What a model was trained on, as its provenance says it.
+//! Scenarios that a model was trained on, in the words of its provenance.
 
 use std::fmt;
 use std::str::FromStr;
@@ -18,8 +18,8 @@ impl Source {
         sources.iter().map(Self::to_string).collect::<Vec<_>>().join("+")
     }
 
-    /// What the texts of two models name together; of one seed the larger count. A text that names
-    /// no scenarios, such as `synthetic`, is kept as it is.
+    /// Union of the scenarios in the texts of two models: the larger count of each seed. A text that
+    /// names no scenarios, such as `synthetic`, is kept as it is.
     pub fn union(own: &str, other: &str) -> String {
         let (Ok(mut all), Ok(others)) = (Self::parse_all(own), Self::parse_all(other)) else {
             return if own == other { own.into() } else { format!("{own}+{other}") };
@@ -33,7 +33,7 @@ impl Source {
         Self::join(&all)
     }
 
-    /// What [`Source::join`] wrote.
+    /// Parses a text that [`Source::join`] wrote.
     ///
     /// # Errors
     /// Where it is something else; with the reason.

@@ -1,7 +1,8 @@
 //! Doing a sample of gathered work again: a machine that computes wrongly is found by what it came to.
 
 use super::gather::read_part;
-use super::job::{self, Job};
+use super::job::Job;
+use super::work::Kept;
 use super::work::Work;
 use super::{GatheredParts, PartHeader};
 use crate::campaign::Summary;
@@ -22,20 +23,20 @@ use std::path::Path;
 pub struct Difference {
     /// The part.
     pub part: Part,
-    /// What it is of: id of the scenario.
+    /// Id of the scenario.
     pub scenario: String,
     /// The first column that differs.
     pub column: String,
 }
 
-/// What was there of a number.
+/// Earlier result of a number, to compare with.
 #[derive(Clone, Debug)]
 pub struct Then<T> {
     /// The part that it stands in.
     pub part: Part,
-    /// What it is of: id of the scenario.
+    /// Id of the scenario.
     pub scenario: String,
-    /// What it came to.
+    /// The result.
     pub value: T,
 }
 
@@ -43,7 +44,7 @@ pub struct Then<T> {
 /// column that does.
 ///
 /// # Errors
-/// What ends the work; a thread that cannot be started.
+/// An error that ends the work; a thread that cannot be started.
 pub fn again<T: Sync, A: Send, W: Default>(
     sample: &BTreeMap<u64, Then<T>>,
     jobs: NonZeroUsize,
@@ -73,12 +74,12 @@ pub fn again<T: Sync, A: Send, W: Default>(
 pub struct Sample(std::iter::Peekable<std::vec::IntoIter<u64>>);
 
 impl Sample {
-    /// So many of `count`.
+    /// Draws `sample` numbers out of `count`.
     pub fn of(sample: u64, count: u64) -> Self {
         Self(picked(sample, count).into_iter().peekable())
     }
 
-    /// Those of a part, whose numbers follow those of the parts before.
+    /// The numbers of a part, which follow those of the parts before.
     pub fn within(&mut self, range: &Range<u64>) -> Vec<u64> {
         while self.0.next_if(|number| *number < range.start).is_some() {}
         std::iter::from_fn(|| self.0.next_if(|number| *number < range.end)).collect()
@@ -106,7 +107,7 @@ pub fn recompute(
             read_sampled(job, (*part, file), &here, &mut rows)?;
         }
     }
-    let differs = |then: &Vec<Column>, again: &job::Kept| {
+    let differs = |then: &Vec<Column>, again: &Kept| {
         differing(then, &job.columns(again), |name| !TIMES.contains(&name))
     };
     again(&rows, jobs, |planner, number| job.run(planner, number), differs, progress)
@@ -149,7 +150,7 @@ fn bytes(cell: &Cell) -> Vec<u8> {
     bytes
 }
 
-/// What makes the job another than that of a part, but for the program.
+/// First difference of the job from that of a part, but for the program.
 fn other(job: &Job, header: &PartHeader) -> Option<(&'static str, String)> {
     let mut ours = job.header(header.part);
     ours.campaign.version.clone_from(&header.campaign.version);

@@ -1,6 +1,6 @@
-//! Gathering parts: whether all are there and of one kind, and what they come to together.
+//! Gathering of parts: it checks that all are there and of one kind, and sums them up.
 
-use super::job::Kept;
+use super::work::Kept;
 use super::write::Checksum;
 use super::{COMMAND, PartHeader, TOLERANCES};
 use crate::campaign::{JOURNAL, Run, Summary, Tally};
@@ -21,7 +21,7 @@ const OF_ONE_PIECE: [&str; 2] = [JOURNAL, "results.parquet"];
 pub struct GatheredParts<S> {
     /// How many there should be.
     pub parts: u64,
-    /// Those that are missing.
+    /// Parts that are missing.
     pub missing: Vec<Part>,
     /// Checksum of all rows in their order, but for times of the machine: that of the same work, however it
     /// was shared out.
@@ -91,7 +91,7 @@ pub fn gather(directory: &Path) -> Result<GatheredParts<Summary>, Error> {
             }
         }
         read_part(file, rows, |row| {
-            // Those that are drawn are known by their number.
+            // Drawn scenarios are known by their number.
             if header.seed.is_none() {
                 first_of(&mut ids, row)?;
             }

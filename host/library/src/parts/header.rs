@@ -1,4 +1,4 @@
-//! What a part says of itself: all that its rows depend on, and which of the parts it is.
+//! Header of a part: all that its rows depend on, and which of the parts it is.
 
 use crate::campaign;
 use crate::journal::Heading;
@@ -16,7 +16,7 @@ const FORMAT: &str = "remora-part/1";
 pub struct PartHeader {
     /// Format of part and journal.
     pub format: String,
-    /// Which part it is.
+    /// Its number, and that of all parts.
     pub part: Part,
     /// Number of scenarios of all parts.
     pub count: u64,
@@ -55,7 +55,7 @@ impl PartHeader {
     }
 }
 
-/// What is said of a field that differs.
+/// Words for a field that differs.
 fn another(field: &str) -> String {
     match field {
         "settings" => "another --model, another --deadline or other planner settings".into(),

@@ -1,7 +1,7 @@
 //! A campaign that is made in parts.
 
 use super::scenarios::Scenarios;
-use super::work::Work;
+use super::work::{Kept, Work};
 use super::write::{nodes_file, write_nodes};
 use super::{COMMAND, KEY, PartHeader, TOLERANCES};
 use crate::campaign;
@@ -15,7 +15,6 @@ use crate::learned::Learned;
 use crate::method::Method;
 use crate::part::Part;
 use crate::planning::{self, Planner};
-use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// A campaign that is made in parts.
@@ -33,19 +32,6 @@ pub struct Job {
     pub nodes: bool,
     /// Arguments of the program by which the same job is made again.
     pub command: Vec<String>,
-}
-
-/// A plan as a part's journal keeps it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Kept {
-    /// Index of the scenario.
-    pub(super) index: u64,
-    /// The row.
-    pub(super) row: Row,
-    /// What stands at each node, time first; none stands for what is no number, of a plan that cannot be flown.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) nodes: Vec<Vec<Option<f64>>>,
 }
 
 impl Work for Job {
@@ -115,7 +101,7 @@ impl Work for Job {
         self.check_nodes(kept)
     }
 
-    /// The table of nodes has what stands there.
+    /// Drops the nodes, which the table of nodes holds.
     fn lasting(kept: Kept) -> Kept {
         Kept { nodes: Vec::new(), ..kept }
     }
@@ -196,7 +182,7 @@ mod tests {
     use crate::method::Integrator;
     use remora_core::advanced::model::Refusal;
 
-    /// A row of a journal with what stands at the nodes is one of the job or refused.
+    /// A journal's row with other nodes than the job's is refused.
     // Verifies REM-CMP-001.
     #[test]
     fn forged_nodes_are_refused() {
@@ -235,7 +221,7 @@ mod tests {
         let without = Job { nodes: false, ..job.clone() };
         assert_eq!(refused(&without, &|_| ()), "nodes");
         assert_eq!(refused(&without, &|kept| kept.nodes.clear()), "");
-        // What stands at the nodes of a plan that cannot be flown may be no number.
+        // A plan that cannot be flown may have values at its nodes that are not finite.
         let failed = |kept: &mut Kept| {
             kept.row.verdict = crate::formats::Verdict::NotFlyable;
             kept.nodes[59][4] = None;

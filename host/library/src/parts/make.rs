@@ -17,11 +17,11 @@ use std::path::{Path, PathBuf};
 /// A part that is complete.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct PartSummary {
-    /// Which it is.
+    /// The part that was made.
     pub part: Part,
     /// Its rows.
     pub rows: u64,
-    /// Those that this run came to.
+    /// Rows that this run made.
     pub planned: u64,
     /// Files of it.
     pub files: Vec<PathBuf>,
@@ -131,7 +131,7 @@ impl<'a, W: Work> PartMaker<'a, W> {
         rows_file::write(&self.rows, &self.header, &entries, &self.files[1..], rows)
     }
 
-    /// The journal, and what is in it.
+    /// Opens the journal and finds the places of its rows.
     fn open(&self) -> Result<(Journal<W::Kept>, Places), Error> {
         let rows = self.range.end - self.range.start;
         let mut places = vec![None; usize::try_from(rows).unwrap_or(usize::MAX)];
@@ -270,7 +270,7 @@ mod tests {
         make(&Words(word), PART.parse().unwrap(), NonZeroUsize::MIN, out, &mut ())
     }
 
-    /// What a program does that saw no part, and then had to wait for the journal.
+    /// A program that saw no part, and then had to wait for the journal.
     fn late(word: &'static str, out: &Path) -> Result<PartSummary, Error> {
         let words = Words(word);
         PartMaker::new(&words, PART.parse().unwrap(), out).go_on(NonZeroUsize::MIN, &mut ())
@@ -299,7 +299,7 @@ mod tests {
         assert_eq!(names(dir.path()), there);
     }
 
-    /// Who was killed after the rows were there has left a journal.
+    /// A program that is killed after it wrote the rows leaves a journal.
     #[test]
     fn a_journal_beside_its_part_is_removed_and_no_others() {
         let dir = tempfile::tempdir().unwrap();
@@ -313,7 +313,7 @@ mod tests {
         std::fs::write(&log, "\"b\"\n0\n").unwrap();
         made("a", dir.path()).unwrap();
         assert!(log.exists());
-        // Nor one that another program holds.
+        // A journal that another program holds stays too.
         std::fs::write(&log, "\"a\"\n").unwrap();
         let held = std::fs::File::open(&log).unwrap();
         held.try_lock().unwrap();

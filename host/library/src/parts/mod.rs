@@ -29,11 +29,11 @@ pub use scenarios::Scenarios;
 pub use work::Work;
 pub use write::Checksum;
 
-/// What a part keeps the arguments under that it was made with, as an array in JSON.
+/// Key of the arguments that a part was made with, an array in JSON.
 pub const COMMAND: &str = "remora.command";
-/// What a part keeps the limits of its rows' residuals under, as an array in JSON.
+/// Key of the limits of a part's residuals, an array in JSON.
 const TOLERANCES: &str = "remora.tolerances";
-/// What a table keeps its format under.
+/// Key of a table's format.
 const FORMAT: &str = "remora.format";
 /// Folder-free start of the names of tables of nodes.
 const NODES: &str = "nodes-";

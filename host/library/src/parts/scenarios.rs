@@ -16,7 +16,7 @@ pub enum Scenarios {
         /// How many.
         count: u64,
     },
-    /// Those of a file; ids are unique.
+    /// Scenarios of a file; ids are unique.
     Listed(Vec<NamedScenario>),
 }
 

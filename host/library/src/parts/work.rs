@@ -1,37 +1,51 @@
-//! What parts are made of: work that comes to a row of columns for each of its numbers.
+//! Work that parts share out: it gives a row of columns for each of its numbers.
 
 use crate::error::{Error, FieldError};
-use crate::formats::Column;
+use crate::formats::{Column, Row};
 use crate::journal::{Heading, Journal};
 use crate::part::Part;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Work that is shared out: numbers `0..count`, each of which comes to a row whoever does it, and on which thread.
+/// A plan as a part's journal keeps it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Kept {
+    /// Index of the scenario.
+    pub(super) index: u64,
+    /// The row.
+    pub(super) row: Row,
+    /// Values at each node, time first. None stands for a value that is not finite; only a plan that
+    /// cannot be flown has one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) nodes: Vec<Vec<Option<f64>>>,
+}
+
+/// Work that is shared out: numbers `0..count`. Each gives one row on any machine and thread.
 pub trait Work: Sync {
-    /// What a thread works with.
+    /// State of a worker thread, such as a planner.
     type Worker: Default;
-    /// What a part says of itself: all that its rows depend on, and which it is.
+    /// Header of a part: all that its rows depend on, and which part it is.
     type Header: Heading;
-    /// What comes of a number, as a part's journal keeps it.
+    /// Result of a number, as a part's journal keeps it.
     type Kept: Serialize + DeserializeOwned + Send;
-    /// What is counted, in the plural.
+    /// Name of the numbers, in the plural.
     const COUNTED: &'static str;
 
     /// How many there are.
     fn count(&self) -> u64;
 
-    /// What a part says of itself.
+    /// The header of a part.
     fn header(&self, part: Part) -> Self::Header;
 
-    /// What rows and table of a part say besides, by its keys.
+    /// Further entries of a part's rows and table, by key.
     fn entries(&self) -> Vec<(&'static str, String)>;
 
     /// Does a number.
     ///
     /// # Errors
-    /// What ends all of the work.
+    /// An error that ends all of the work.
     fn run(&self, worker: &mut Self::Worker, number: u64) -> Result<Self::Kept, Error>;
 
     /// The number that came to this.
@@ -46,7 +60,7 @@ pub trait Work: Sync {
     /// The field and what is wrong with it.
     fn check(&self, part: Part, kept: &Self::Kept) -> Result<(), FieldError>;
 
-    /// What stays of it in the part's rows, once its tables are written.
+    /// The result that the part's rows keep, once its tables are written.
     fn lasting(kept: Self::Kept) -> Self::Kept {
         kept
     }
@@ -60,7 +74,7 @@ pub trait Work: Sync {
         Vec::new()
     }
 
-    /// Writes them, of what stands in the journal at `places`; `entries` are those of the table of rows.
+    /// Writes them from the journal's results at `places`; `entries` are those of the table of rows.
     ///
     /// # Errors
     /// A file that cannot be written.

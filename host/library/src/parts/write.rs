@@ -1,7 +1,6 @@
 //! The tables of a part, written from its journal a few thousand rows at a time.
 
-use super::job::Kept;
-use super::work::Work;
+use super::work::{Kept, Work};
 use super::{FORMAT, NODES, NODES_FORMAT};
 use crate::error::Error;
 use crate::fingerprint::Fnv;

@@ -11,7 +11,7 @@ use remora_core::advanced::model::Refusal;
 use remora_core::advanced::stages::NODES;
 use std::path::PathBuf;
 
-/// What makes a scenario impossible to plan, as far as that is known before planning.
+/// Reason why a scenario cannot be planned, as far as that is known before planning.
 ///
 /// # Errors
 /// A scenario that is no input at all, by its id.
@@ -46,14 +46,14 @@ pub struct PlanJob {
     pub model: Option<Learned>,
     /// How many threads work on it; the plan stays the same.
     pub threads: Threads,
-    /// Whether what must not change is held against checksums meanwhile; the plan stays the same.
+    /// Whether planning holds constant data against checksums; the plan stays the same.
     pub is_scrubbed: bool,
     /// Where to write the plan.
     pub out: PathBuf,
 }
 
 impl PlanJob {
-    /// What makes the plan impossible, if it is; then there is nothing to run.
+    /// Reason why the plan is impossible, if it is; then there is nothing to run.
     ///
     /// # Errors
     /// A scenario that is no input at all.

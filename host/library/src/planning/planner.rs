@@ -41,9 +41,9 @@ impl Clock for WallClock {
 pub struct PlanOutcome {
     /// The plan.
     pub file: PlanFile,
-    /// Why there is none, where damage was found while it was made.
+    /// Reason why there is none, where damage was found while it was made.
     pub refusal: Option<Refusal>,
-    /// What a plan that is not flyable fails by: the residual farthest beyond its tolerance.
+    /// Residual farthest beyond its tolerance, where the plan is not flyable.
     pub reason: Option<&'static str>,
     /// Second-order corrections of stages 1 and 2.
     pub corrections: [u64; 2],
@@ -92,13 +92,13 @@ impl Planner {
         }
     }
 
-    /// The same with this many threads for each plan; the plans stay the same.
+    /// Sets the number of threads for each plan; the plans stay the same.
     pub fn with_threads(self, threads: Threads) -> Self {
         Self { threads, ..self }
     }
 
-    /// The same that holds what must not change against checksums while it plans, and verifies twice; the
-    /// plans stay the same.
+    /// Sets whether planning holds constant data against checksums and verifies twice; the plans stay
+    /// the same.
     pub fn scrubbing(self, is_scrubbed: bool) -> Self {
         Self { is_scrubbed, ..self }
     }
@@ -172,8 +172,8 @@ impl Planner {
         }
     }
 
-    /// Plans for the built-in mission's arm by another clock, with somebody who looks at each subproblem
-    /// once it has been solved.
+    /// Plans for the built-in mission's arm by another clock; `watch` sees each subproblem once it is
+    /// solved.
     pub fn plan_watched(
         &mut self,
         clock: &dyn Clock,

@@ -1,4 +1,4 @@
-//! Which constraints of a subproblem are active, and what a point says of that.
+//! Active constraints of a subproblem, and how they are read from a point.
 
 use remora_core::advanced::qp::{Qp, Solution};
 
@@ -12,8 +12,8 @@ pub(super) enum BoundState {
     Fixed,
 }
 
-/// What of a soft constraint holds. A component of the dynamics is `On` where it holds; its slack
-/// is `Above` or `Below` where it pays the weight. A row is `Below` its limit, `On` it, or `Above`.
+/// State of a soft constraint. A component of the dynamics is `On` where it holds, or its slack
+/// pays the penalty `Above` or `Below`. A row is `Below` its limit, `On` it, or `Above`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     Below,
@@ -21,7 +21,7 @@ pub(super) enum Side {
     Above,
 }
 
-/// What holds at a node and over the interval that follows it.
+/// Active constraints at a node and over the interval that follows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Active {
     pub x: Vec<BoundState>,
@@ -101,7 +101,7 @@ impl Soft {
     }
 }
 
-/// What a point says of the constraints: afresh, or as the next after `before`.
+/// Active constraints at a point: guessed afresh, or updated from `before`.
 pub(super) fn read<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
     qp: &Qp<N, NX, NU, NG>,
     point: &Solution<N, NX, NU, NG>,

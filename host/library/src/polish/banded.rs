@@ -12,7 +12,7 @@ pub(super) struct BandedMatrix {
 pub(super) struct Factors {
     upper: BandedMatrix,
     exchanged: Vec<usize>,
-    /// Of each column, what of its row was taken from the rows below.
+    /// Multiples of each column's pivot row that were subtracted from the rows below.
     taken: Vec<f64>,
 }
 

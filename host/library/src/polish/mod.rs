@@ -18,7 +18,7 @@ use remora_core::advanced::qp::{Qp, Solution};
 const ROUNDS: usize = 60;
 /// From this round on only one constraint changes sides at a time: together they may go in circles.
 const ALONE: usize = 20;
-/// What a sign may fail by.
+/// Tolerance on the signs of values and multipliers.
 const TOLERANCE: f64 = 1e-11;
 /// Added to the diagonal for the factors alone: where equations repeat each other it decides;
 /// refinement takes it out again.
@@ -126,7 +126,7 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
         Some(point)
     }
 
-    /// What the active constraints say of the numbers that are no unknowns.
+    /// Values fixed by the active constraints: variables at bounds, multipliers at their penalties.
     fn known(&self) -> Box<Solution<N, NX, NU, NG>> {
         let mut point = Box::new(Solution::ZERO);
         let end = |place: BoundState, lower: f64, upper: f64| match place {
@@ -189,7 +189,7 @@ impl<'a, const N: usize, const NX: usize, const NU: usize, const NG: usize>
         (of_x.as_slice().to_vec(), of_u.as_slice().to_vec())
     }
 
-    /// What the equations leave at a point.
+    /// Residuals of the equations at a point.
     fn residuals(&self, point: &Solution<N, NX, NU, NG>) -> Vec<f64> {
         let mut residuals = vec![0.0; self.size];
         let mut note = |places: &[Option<usize>], values: &[f64]| {

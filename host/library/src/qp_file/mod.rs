@@ -35,23 +35,23 @@ pub struct QpFile {
     pub qp: String,
     /// 1 translation, 2 reorientation.
     pub stage: u64,
-    /// Which of the stage's iterations, from 1.
+    /// Number of the stage's iteration, from 1.
     pub iteration: u64,
-    /// Which of the iteration's second-order corrections, from 1; 0 for the iteration's own.
+    /// Number of the iteration's second-order correction, from 1; 0 for the iteration's own.
     pub correction: u64,
     /// Sizes.
     pub size: QpSize,
     /// Constant part of the objective.
     pub constant: f64,
-    /// Weight of the L1 norm of the dynamics' slack; `None` where they are hard.
+    /// Penalty parameter of the dynamics' slack, L1 norm; `None` where they are hard.
     pub defect_weight: Option<f64>,
-    /// Weight of the soft rows' violation.
+    /// Penalty parameter of the soft rows' violation.
     pub row_weight: f64,
-    /// What belongs to the states, one entry a node.
+    /// Data of the states, one entry a node.
     pub nodes: Vec<QpNode>,
-    /// What belongs to the controls and the dynamics, one entry less.
+    /// Data of the controls and the dynamics, one entry less.
     pub intervals: Vec<QpInterval>,
-    /// What the plan's solver answered.
+    /// Answer of the plan's solver.
     pub solution: QpAnswer,
 }
 
@@ -109,7 +109,7 @@ pub struct QpInterval {
     pub c: Vec<f64>,
 }
 
-/// What a solver answered.
+/// Answer of a solver to a subproblem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with a solver's answer")]
 pub struct QpAnswer {
@@ -156,7 +156,7 @@ impl QpFile {
     /// Reads and validates a file.
     ///
     /// # Errors
-    /// As [`QpFile::parse`], with the file.
+    /// The file with the error of [`QpFile::parse`].
     pub fn read(file: &Path) -> Result<Self, Error> {
         Self::parse(&read_text(file, Limit::DOCUMENT)?).map_err(|error| error.at(file))
     }
@@ -192,8 +192,8 @@ impl QpFile {
         }
     }
 
-    /// What the types do not say. To be called on what is written too: a number that is not
-    /// finite would become a `null`, which means something else here.
+    /// Checks all that the types leave open. Call it before writing too: a number that is not finite
+    /// would become a `null`, which means something else here.
     ///
     /// # Errors
     /// The first field found wrong.

@@ -9,7 +9,7 @@ pub use dense::Segment;
 
 use coefficients::{ERROR_3, ERROR_5, NODES, Row, STAGES};
 
-/// What is integrated: numbers that can be summed and whose error can be measured.
+/// State that is integrated: its numbers can be summed and their error can be measured.
 pub trait State: Copy {
     /// All components zero.
     const ZERO: Self;
@@ -200,7 +200,7 @@ impl<S: State> Dop853<S> {
         self.stages(equation, time, state, step)
     }
 
-    /// What lies between the ends of the step just taken, at the cost of four evaluations.
+    /// Interpolates within the step just taken, at the cost of four evaluations.
     pub fn segment<E: Equation<State = S>>(
         &mut self,
         equation: &E,
@@ -238,7 +238,7 @@ impl<S: State> Dop853<S> {
     }
 }
 
-/// How much longer the next step may be: the error goes with the eighth power. Between a third and
+/// Growth of the next step: the error goes with the eighth power. Between a third and
 /// six times; a third where the error is not a number.
 fn growth(error: f64) -> f64 {
     if error < 1e-8 {

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-/// What fails, and when. At most one of each.
+/// Faults with their times. At most one of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Faults {

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Errors {
-    /// What navigation tells.
+    /// Errors of navigation.
     pub navigation: Navigation,
     /// Thrusters.
     pub thrusters: Thrusters,
@@ -28,20 +28,20 @@ pub struct Errors {
     pub joints: Joints,
     /// Masses of the servicer.
     pub mass: Mass,
-    /// What is known of the target's motion.
+    /// Errors in the knowledge of the target's motion.
     pub tumble: Tumble,
-    /// What is known of places on both spacecraft.
+    /// Errors in the knowledge of places on both spacecraft.
     pub geometry: Geometry,
     /// Orbit and disturbances.
     pub orbit: OrbitErrors,
     /// Rates and delays of the sensors.
     pub sensors: Sensors,
-    /// What fails and when; nothing where left out.
+    /// Faults with their times; none where left out.
     #[serde(default)]
     pub faults: Faults,
 }
 
-/// What navigation tells.
+/// Errors of navigation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Navigation {
@@ -140,7 +140,7 @@ pub struct Mass {
     pub link_center_m: f64,
 }
 
-/// What is known of the target's motion at the start.
+/// Errors in the knowledge of the target's motion at the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tumble {
@@ -154,7 +154,7 @@ pub struct Tumble {
     pub inertia_ratio: f64,
 }
 
-/// What is known of places on both spacecraft.
+/// Errors in the knowledge of places on both spacecraft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Geometry {

@@ -11,7 +11,7 @@ pub struct ErrorsFault {
     pub key: &'static str,
     /// Its value.
     pub value: f64,
-    /// What it should be.
+    /// Requirement on the value.
     pub wanted: &'static str,
 }
 

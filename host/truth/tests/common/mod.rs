@@ -1,4 +1,4 @@
-//! The servicer and target of `docs/problem.md`, and an arm that nothing about is symmetric.
+//! The servicer and target of `docs/concepts/problem.md`, and an arm that nothing about is symmetric.
 #![allow(dead_code)]
 
 use nalgebra::{Matrix3, Vector3};

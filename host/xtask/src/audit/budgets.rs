@@ -14,12 +14,12 @@ pub const FILE: &str = "ci/budgets.toml";
 /// The format of the file.
 const FORMAT: &str = "remora-budgets/1";
 
-/// Of which target, and what. Quantities carry their unit: `code_bytes`.
+/// Quantity of a target. Names carry their unit: `code_bytes`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Quantity {
     /// The target's triple, or `host`.
     pub target: String,
-    /// What is measured.
+    /// Name of the quantity.
     pub name: String,
 }
 
@@ -36,7 +36,7 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// What was measured.
+/// Measured values by quantity.
 pub type Measured = BTreeMap<Quantity, u64>;
 
 /// A budget of the file.
@@ -45,9 +45,9 @@ pub type Measured = BTreeMap<Quantity, u64>;
 struct Budget {
     target: String,
     quantity: String,
-    /// What it may be.
+    /// Budgeted value.
     budget: u64,
-    /// By how much it may be more before that is a fault [% of the budget].
+    /// Margin above the budget that is no fault yet [% of the budget].
     margin_percent: f64,
     /// Why the budget is what it is: whoever changes it says so.
     why: String,
@@ -67,19 +67,19 @@ struct File {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Budgets(Vec<Budget>);
 
-/// What became of a budget.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Verdict on a budget; the worst is the last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// Measured, and not above it by more than its margin.
-    Kept,
-    /// The same, but below it by more than its margin: it could be lowered.
-    Loose,
-    /// Above it by more than its margin.
-    Exceeded,
-    /// Its target was measured, and this was not.
-    Missing,
     /// Its target was not measured.
     NotLookedAt,
+    /// Measured, and not above it by more than its margin.
+    Kept,
+    /// Kept, and below it by more than its margin: it could be lowered.
+    Loose,
+    /// Its target was measured, and this was not.
+    Missing,
+    /// Above it by more than its margin.
+    Exceeded,
 }
 
 impl Verdict {
@@ -132,7 +132,7 @@ impl Budgets {
         Ok(Self(parsed.budgets))
     }
 
-    /// What each quantity may be, in words.
+    /// Limits of the quantities, in words.
     pub fn limits(&self) -> impl Iterator<Item = (Quantity, String)> {
         self.0.iter().map(|budget| {
             let limit = format!("{} + {} %", budget.budget, budget.margin_percent);
@@ -140,7 +140,7 @@ impl Budgets {
         })
     }
 
-    /// What became of each, in the file's order.
+    /// Verdicts on the budgets, in the file's order.
     pub fn judge(&self, measured: &Measured) -> Vec<Verdict> {
         let verdict = |budget: &Budget| {
             let quantity = Quantity::new(&budget.target, &budget.quantity);
@@ -175,28 +175,43 @@ impl Budgets {
         judged.filter_map(fault).collect()
     }
 
-    /// Budgets beside what was measured.
+    /// Measured values and budgets: a row a quantity, a column a target, and the worst verdict.
     pub fn table(&self, measured: &Measured) -> Table {
-        let mut table = Table::new([
-            ("target", Align::Left),
-            ("quantity", Align::Left),
-            ("measured", Align::Right),
-            ("budget", Align::Right),
-            ("margin", Align::Right),
-            ("", Align::Left),
-        ]);
-        for (budget, verdict) in self.0.iter().zip(self.judge(measured)) {
-            let seen = measured.get(&Quantity::new(&budget.target, &budget.quantity));
-            table.row([
-                budget.target.clone(),
-                budget.quantity.clone(),
-                seen.map_or("-".into(), u64::to_string),
-                budget.budget.to_string(),
-                format!("{} %", budget.margin_percent),
-                verdict.word().into(),
-            ]);
+        let (mut targets, mut names) = (Vec::new(), Vec::new());
+        for budget in &self.0 {
+            if !targets.contains(&&budget.target) {
+                targets.push(&budget.target);
+            }
+            if !names.contains(&&budget.quantity) {
+                names.push(&budget.quantity);
+            }
+        }
+        let mut head = vec![("quantity".to_string(), Align::Left)];
+        head.extend(targets.iter().map(|target| (target.to_string(), Align::Right)));
+        head.push((String::new(), Align::Left));
+        let mut table = Table::with_columns(head);
+        let verdicts = self.judge(measured);
+        for name in names {
+            let judged =
+                self.0.iter().zip(&verdicts).filter(|(budget, _)| budget.quantity == *name);
+            let of_target = |target: &&String| {
+                let budget = judged.clone().find(|(budget, _)| budget.target == **target);
+                budget.map_or("-".into(), |(budget, _)| budget.beside(measured))
+            };
+            let cells: Vec<String> = targets.iter().map(of_target).collect();
+            let worst = judged.clone().map(|(_, verdict)| *verdict).max();
+            let word = worst.map_or("-", Verdict::word).to_string();
+            table.push([name.clone()].into_iter().chain(cells).chain([word]).collect());
         }
         table
+    }
+}
+
+impl Budget {
+    /// The measured value and the budget.
+    fn beside(&self, measured: &Measured) -> String {
+        let seen = measured.get(&Quantity::new(&self.target, &self.quantity));
+        format!("{}, {}", seen.map_or("-".into(), u64::to_string), self.budget)
     }
 }
 
@@ -237,6 +252,25 @@ mod tests {
         assert_eq!(budgets.faults(&other), ["m7 code_bytes: not measured, budget 1000 + 2 %"]);
         assert_eq!(budgets.judge(&Measured::new()), [Verdict::NotLookedAt]);
         assert!(budgets.table(&other).to_string().contains("NOT MEASURED"));
+    }
+
+    #[test]
+    fn the_worst_verdict_of_all_targets_is_shown() {
+        let second = ONE.replace("m7", "a53");
+        let budgets = budgets(&format!("{ONE}{second}")).unwrap();
+        let table = |m7: u64, a53: u64| {
+            let value = |target: &str, value| (Quantity::new(target, "code_bytes"), value);
+            budgets.table(&Measured::from([value("m7", m7), value("a53", a53)])).markdown()
+        };
+        let kept = table(1001, 1002);
+        assert!(kept.starts_with("| quantity | m7 | a53 |  |\n"), "{kept}");
+        assert!(kept.contains("| code_bytes | 1001, 1000 | 1002, 1000 | kept |"), "{kept}");
+        assert!(table(1000, 9).contains("| kept; could be lowered |"));
+        assert!(table(1021, 9).contains("| code_bytes | 1021, 1000 | 9, 1000 | EXCEEDED |"));
+        let one = Measured::from([(Quantity::new("m7", "code_bytes"), 1000)]);
+        assert!(
+            budgets.table(&one).markdown().contains("| code_bytes | 1000, 1000 | -, 1000 | kept |")
+        );
     }
 
     #[test]

@@ -20,12 +20,12 @@ use std::path::Path;
 /// of the checkout, and aligns each.
 const MOST_PADDING: u64 = 64;
 
-/// What a check found.
+/// Findings of a check.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Checked {
-    /// What was looked at, a line each.
+    /// Things looked at, a line each.
     pub looked_at: Vec<String>,
-    /// What must not be, a line each.
+    /// Faults, a line each.
     pub faults: Vec<String>,
 }
 
@@ -38,10 +38,10 @@ enum Extent {
     Some,
 }
 
-/// What a check looks at.
+/// Subject of a check.
 struct Check<'a> {
     root: &'a Path,
-    /// What the pages' audit found.
+    /// Findings of the pages' audit.
     then: Record,
     jobs: NonZeroUsize,
     alarm: fn(u64, Integrator, u64),
@@ -97,13 +97,13 @@ pub fn kept(
     for (key, crc) in then.part("pages") {
         let text = std::fs::read_to_string(out.join(&key.of)).unwrap_or_default();
         checked.looked_at.push(format!("page {}", key.of));
-        if record::checksum(&text) != *crc {
+        if record::checksum(requirements::split(&text).0) != *crc {
             checked.faults.push(format!("page {}: not as the audit wrote it", key.of));
         }
     }
-    let there = std::fs::read_to_string(out.join("requirements.md")).unwrap_or_default();
+    let there = std::fs::read_to_string(out.join(requirements::RESULTS)).unwrap_or_default();
     checked.looked_at.push("page requirements".into());
-    if requirements::page(rows, texts).markdown() != there {
+    if requirements::page(rows, texts).section() != requirements::split(&there).1 {
         checked.faults.push(format!(
             "page requirements: not what {} says; write it again with \
              `REMORA_WRITE_REQUIREMENTS=1 cargo test -p xtask --test pages`",

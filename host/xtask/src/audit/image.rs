@@ -25,8 +25,8 @@ pub const PLANNER: Subject = Subject {
     ],
     traits: &[
         TraitObject { path: "remora_qp::time::Clock", callers: &[] },
-        // What a loop keeps, shown to solvers: those of an image do not look, so nothing there calls it. Where
-        // one did, every call through a pointer might be it.
+        // Data that a loop keeps are shown to solvers. No solver of an image looks, so nothing there calls it.
+        // If one did, every call through a pointer might be it.
         TraitObject { path: "remora_qp::kept::Kept", callers: &[] },
         TraitObject {
             path: "remora_core::warmstart::rollout::Policy",

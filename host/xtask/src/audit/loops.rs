@@ -40,7 +40,7 @@ pub struct Observed {
     pub solver_iterations: u64,
 }
 
-/// What is planned: every integrator from every start.
+/// Methods of planning: every integrator from every start.
 const METHODS: [(Integrator, WarmStart); 4] = [
     (Integrator::Euler, WarmStart::Heuristic),
     (Integrator::Euler, WarmStart::Model),
@@ -80,31 +80,29 @@ impl Loops {
         outcome.map(|()| Self { observed: observed.into() })
     }
 
-    /// The page: bounds from the code's constants, and what was observed.
+    /// The section: bounds from the code's constants, and turns that were observed.
     pub fn page(&self) -> Page {
         let mut page = Page::new("loops", "Loops");
         page.text(
-            "Loops whose length depends on data, from the outermost inwards. All others run over \
-             arrays whose size is part of their type. The table is `remora_core::advanced::bounds::LOOPS`, \
-             which also tells what a turn is, which constant bounds it and what ends it earlier; a test \
-             holds it against the marks beside the loops. Those of `libm` (reduction of large \
-             arguments) are bounded by the length of a double and not repeated here. Stage 2 runs at most twice a plan.",
+            "These loops depend on data. All others run over arrays whose size is part of their type. The \
+             table is `remora_core::advanced::bounds::LOOPS`, outermost loops first. Brackets hold the bound \
+             for any settings, where it differs from that for the default ones. A test compares the table \
+             with the loops in the code. Stage 2 runs at most twice a plan.",
         );
-        page.heading("Bounds").table(bounds());
+        page.table(bounds());
         page.command("cargo test -p remora-core --lib bounds");
-        page.heading("Observed").text(
-            "The most turns on the host, whose plans have the bits of the targets: public \
-             scenarios and the hard ones of the audit's corpus. An observation is no bound.",
+        page.heading("Observed turns").text(
+            "The largest counts on the host, over the public scenarios and the hard ones of the audit. An \
+             observation is no bound.",
         );
         page.table(self.table()).command("cargo xtask audit --only loops");
         page
     }
 
-    /// What was observed.
+    /// Table of the observations.
     pub fn table(&self) -> Table {
         let mut table = Table::new([
             ("method", Align::Left),
-            ("plans", Align::Right),
             ("Stage 1 iterations", Align::Right),
             ("Stage 2 iterations", Align::Right),
             ("of", Align::Left),
@@ -114,7 +112,6 @@ impl Loops {
         for row in &self.observed {
             table.row([
                 row.method.clone(),
-                row.plans.to_string(),
                 row.stage1_iterations.to_string(),
                 row.stage2_iterations.to_string(),
                 row.hardest.clone(),
@@ -172,20 +169,14 @@ fn one(
 
 /// The bounds that the code has.
 fn bounds() -> Table {
-    let mut table = Table::new([
-        ("loop", Align::Left),
-        ("file below `core`", Align::Left),
-        ("most turns, default", Align::Right),
-        ("whatever the settings", Align::Right),
-    ]);
+    let mut table = Table::new([("loop", Align::Left), ("most turns", Align::Right)]);
     let bound = |bound: Option<u64>| bound.map_or("argument".into(), |turns| turns.to_string());
     for row in &LOOPS {
-        table.row([
-            row.name.into(),
-            format!("`{}`", row.file),
-            bound(row.default),
-            bound(row.most),
-        ]);
+        let turns = match row.default == row.most {
+            true => bound(row.most),
+            false => format!("{} ({})", bound(row.default), bound(row.most)),
+        };
+        table.row([row.name.into(), turns]);
     }
     table
 }
@@ -215,6 +206,9 @@ mod tests {
             assert!((1..=bound("solver_iterations")).contains(&row.solver_iterations), "{row:?}");
         }
         let page = loops.page().markdown();
-        assert!(page.contains("## Bounds") && page.contains("| solver_iterations |"), "{page}");
+        assert!(
+            page.contains("## Observed turns") && page.contains("| solver_iterations |"),
+            "{page}"
+        );
     }
 }

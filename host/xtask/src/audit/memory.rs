@@ -19,13 +19,13 @@ use remora_host::threads::Threads;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What an audit says of memory.
+/// Memory findings of an audit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Memory {
     /// Static memory of the planner by part, on a 64-bit machine.
     pub parts: Vec<Part>,
-    /// What flying a plan needs besides.
+    /// Memory that flying a plan needs besides.
     pub guidance: Vec<Part>,
     /// The built-in models.
     pub models: Vec<Part>,
@@ -39,7 +39,7 @@ pub struct Memory {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Part {
-    /// What it is.
+    /// Its name.
     pub name: String,
     /// Its size.
     pub bytes: u64,
@@ -57,7 +57,7 @@ pub struct Allocations {
     pub requests: u64,
 }
 
-/// What one image tells.
+/// Memory of one image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImageMemory {
@@ -67,7 +67,7 @@ pub struct ImageMemory {
     pub sizes: Sizes,
     /// Bounds of its stack by entry point.
     pub stacks: Vec<StackBound>,
-    /// What its symbols prove.
+    /// Proofs from its symbols.
     pub proofs: Proofs,
 }
 
@@ -161,16 +161,16 @@ impl ImageMemory {
         measured
     }
 
-    /// What a painted stack showed of an entry point, less the frames of the image's functions
+    /// High-water mark of the stack at an entry point, less the frames of the image's functions
     /// above it; none where it was not painted.
     pub fn mark(&self, target: &emulation::Target, entry: &str) -> Option<u64> {
         if entry == "guidance" {
-            // The image itself leaves out what calls a step.
+            // The image itself leaves out the callers of a step.
             return target.guidance()?.stack_bytes;
         }
         let above = match entry {
             "image" => 0,
-            // From the image's entry on the worst chain leads to a plan.
+            // The worst chain from the image's entry leads to a plan.
             _ => self.bound("image")?.checked_sub(self.bound("plan")?)?,
         };
         let mark = match entry {

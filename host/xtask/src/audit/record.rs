@@ -23,7 +23,7 @@ use std::path::Path;
 /// Name of the file, beside the pages.
 pub const FILE: &str = "record.csv";
 
-/// What a row is about: a part of the audit, of what, and which number.
+/// Subject of a row: the part of the audit, the item and the number's name.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Key {
     /// `parts`, `pages`, `budgets`, `tables`, or the name of a section.
@@ -156,7 +156,7 @@ impl Record {
         }
     }
 
-    /// What each quantity may be.
+    /// Values that each quantity may have.
     pub fn budgets(&mut self, budgets: &Budgets) {
         for (quantity, limit) in budgets.limits() {
             self.add("budgets", &quantity.target, &quantity.name, limit);
@@ -218,7 +218,7 @@ impl Record {
         }
     }
 
-    /// What became of the first cases.
+    /// Outcomes of the first cases.
     pub fn injection(&mut self, injection: &Injection) {
         let what = format!("first {}, fingerprint", Injection::FIRST);
         self.add("injection", &injection.integrator, &what, &injection.first);
@@ -292,12 +292,12 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         assert_eq!(Record::read(dir.path()), Ok(None));
         let mut record = Record::default();
-        record.page("README.md", "# Audit\n");
+        record.page("results.md", "# Audit\n");
         record.add("memory", "m7", "a \"name\", with marks", 7);
         record.write(dir.path()).unwrap();
         let read = Record::read(dir.path()).unwrap().unwrap();
         assert_eq!(read, record);
-        assert_eq!(read.get("pages", "README.md", "crc32"), Some("7094f021"));
+        assert_eq!(read.get("pages", "results.md", "crc32"), Some("7094f021"));
         assert_eq!(read.part("memory").count(), 1);
     }
 

@@ -1,4 +1,4 @@
-//! One part of the audit after the other.
+//! Measures one part of the audit after the other.
 
 use super::budgets::Budgets;
 use super::emulation::ReportFile;
@@ -33,7 +33,7 @@ use std::time::Instant;
 pub struct Audit {
     /// The checkout.
     pub root: PathBuf,
-    /// Folder of the pages. Parts that are not asked for stay what they are there.
+    /// Folder of the page. Parts that are not asked for stay what they are there.
     pub out: PathBuf,
     /// Folder of all numbers, `audit.json`, and of the one document, `audit.html`: artefacts.
     pub numbers: PathBuf,
@@ -41,22 +41,22 @@ pub struct Audit {
     pub sections: Vec<Section>,
     /// Worker threads where times are not measured.
     pub jobs: NonZeroUsize,
-    /// Who is told of an injected case that does not come to its end.
+    /// Receiver of an injected case that does not come to its end.
     pub alarm: fn(seed: u64, integrator: Integrator, case: u64),
 }
 
-/// What came of an audit.
+/// Outcome of an audit.
 #[derive(Debug, Serialize)]
 pub struct Audited {
     /// Bars with what was seen.
     pub bars: Vec<Bar>,
-    /// What must not be, a line each.
+    /// Faults, a line each.
     pub faults: Vec<String>,
     /// The files written.
     pub files: Vec<PathBuf>,
 }
 
-/// Who watches an audit.
+/// Observer of an audit.
 pub trait Watcher: Progress {
     /// A part begins: its number of so many.
     fn section(&mut self, section: Section, number: usize, of: usize);
@@ -86,7 +86,7 @@ impl Audit {
     /// that cannot be written; budgets or requirements that are not well formed. What has been
     /// measured by then is kept, and the next run of the same program goes on from there.
     pub fn run(&self, watcher: &mut dyn Watcher) -> Result<Audited, Error> {
-        // What could fail without any measurement fails before all of them.
+        // Checks that need no measurement fail first.
         let budgets = Budgets::read(&self.root)?;
         let requirements = requirements::read(&self.root)?;
         make_directory(&self.out)?;
@@ -144,12 +144,12 @@ impl Audit {
         target.parent().map(Path::to_path_buf).unwrap_or_default()
     }
 
-    /// What an audit that was interrupted left, if the program and the tree are the same.
+    /// Rows that an interrupted audit left, if program and tree are the same.
     fn resume(&self, partial: &Path, provenance: &Provenance) -> Result<Numbers, Error> {
         if let Some(parent) = partial.parent() {
             make_directory(parent)?;
         }
-        // What cannot be understood any more was left by another program.
+        // A row that cannot be read was left by another program.
         let mut left = Numbers::read(partial).ok().flatten().unwrap_or_default();
         left.sections.retain(|section, finished| {
             finished.provenance == *provenance && self.sections.contains(section)
@@ -209,23 +209,20 @@ impl Audit {
         let mut files = Vec::new();
         let mut write = |name: String, text: &str| {
             let file = self.out.join(&name);
-            // It follows from the requirements alone, of which nothing is measured.
-            if name != "requirements.md" {
-                record.page(&name, text);
-            }
+            // The section of requirements has no checksum: it follows from the requirements alone.
+            record.page(&name, requirements::split(text).0);
             files.push(file.clone());
             write_atomically(&file, text.as_bytes())
         };
-        for page in &pages {
-            write(format!("{}.md", page.name), &page.markdown())?;
-            page.plots().try_for_each(|(name, svg)| write(format!("{name}.svg"), svg))?;
-        }
+        write(requirements::RESULTS.into(), &page::document(&pages))?;
+        let mut plots = pages.iter().flat_map(|page| page.plots());
+        plots.try_for_each(|(name, svg)| write(format!("{name}.svg"), svg))?;
         record.write(&self.out)?;
         files.push(self.out.join(record::FILE));
         let html = self.numbers.join("audit.html");
         let met = bars.iter().filter(|bar| bar.is_met).count();
         let made = format!(
-            "{met} of {} bars met; put together at {}",
+            "{met} of {} thresholds kept; put together at {}",
             bars.len(),
             commit_and_day(&self.root)
         );

@@ -11,7 +11,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A part of the audit: a page, and what it is made of.
+/// A part of the audit: a section of the page, and the numbers that it is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Section {
@@ -58,7 +58,7 @@ impl Choice for Section {
 }
 
 impl Section {
-    /// Name of its page and in the file of numbers.
+    /// Name of its section and in the file of numbers.
     pub fn name(self) -> &'static str {
         match self {
             Self::Instructions => "instructions",
@@ -75,19 +75,19 @@ impl Section {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Finished {
-    /// By what, of what, on what.
+    /// Provenance: the program, its sources, the machine.
     pub provenance: Provenance,
     /// How long it took [s].
     pub took_s: f64,
-    /// What was found; its form is the part's own.
+    /// Findings, in the part's own form.
     pub findings: Value,
 }
 
 impl Finished {
-    /// What was found, typed.
+    /// Findings of this type.
     ///
     /// # Errors
-    /// Where it is not of that form: another version wrote it.
+    /// Findings of another form: another version wrote them.
     pub fn findings<T: DeserializeOwned>(&self, section: Section) -> Result<T, FieldError> {
         json::typed(&self.findings).map_err(|error| {
             let part = format!("sections.{}.findings", section.name());
@@ -130,7 +130,7 @@ impl Numbers {
             .map_err(|error| error.at(file))
     }
 
-    /// What the images measured, where they have been run.
+    /// Measurements of the images, where they have been run.
     ///
     /// # Errors
     /// Findings of another form.
@@ -148,7 +148,7 @@ impl Numbers {
         write_atomically(file, text.as_bytes())
     }
 
-    /// What a part found.
+    /// Findings of a part.
     ///
     /// # Errors
     /// Findings of another form.

@@ -11,18 +11,18 @@ use remora_host::error::FieldError;
 use remora_host::report::{Align, Page, Table, number, time};
 use std::collections::BTreeSet;
 
-/// Something that was to be reached.
+/// Requirement with its threshold and the value seen.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Bar {
-    /// What is looked at.
+    /// Name of the value.
     pub what: String,
-    /// What it must be.
+    /// Its threshold.
     pub bar: String,
-    /// What it is.
+    /// The value seen.
     pub seen: String,
-    /// Whether it is.
+    /// Whether the value meets the threshold.
     pub is_met: bool,
-    /// Whether the audit fails where it is not; times depend on the machine and fail nothing.
+    /// Whether the audit fails where it is not met; times depend on the machine and fail nothing.
     pub is_hard: bool,
 }
 
@@ -73,7 +73,7 @@ pub fn bars(numbers: &Numbers) -> Result<Vec<Bar>, FieldError> {
     Ok(bars)
 }
 
-/// Of each bar of the profile the configuration that is worst.
+/// Worst configuration for each bar of the profile.
 fn worst(profile: &Profile) -> Vec<Bar> {
     let names: BTreeSet<&str> = profile.bars.iter().map(|bar| bar.name.as_str()).collect();
     let of_name = |name: &str| {
@@ -120,7 +120,7 @@ fn images(emulation: &Emulation) -> [Bar; 3] {
 }
 
 /// Entry points whose stack the images paint.
-const PAINTED: [&str; 5] = ["image", "plan", "verification", "opening a model", "guidance"];
+pub const PAINTED: [&str; 5] = ["image", "plan", "verification", "opening a model", "guidance"];
 
 /// Bounds against marks.
 fn stack(memory: &Memory, emulation: &Emulation) -> Bar {
@@ -137,10 +137,10 @@ fn stack(memory: &Memory, emulation: &Emulation) -> Bar {
     let looked: Vec<bool> = emulation.targets.iter().map(above).collect();
     let held = looked.iter().filter(|held| **held).count();
     let seen = format!("{held} of {} targets", looked.len());
-    Bar::new("stack bounds above their marks", "all", seen, held == looked.len())
+    Bar::new("stack bounds above high-water marks", "all", seen, held == looked.len())
 }
 
-/// What must not be, a line each.
+/// Hard requirements that are not met, one line each.
 pub fn faults(bars: &[Bar]) -> Vec<String> {
     let broken = bars.iter().filter(|bar| bar.is_hard && !bar.is_met);
     broken.map(|bar| format!("{}: {}, must be {}", bar.what, bar.seen, bar.bar)).collect()
@@ -189,30 +189,33 @@ pub fn of_emulation(emulation: &Emulation) -> Measured {
 /// The scenario whose instructions there are budgets for.
 pub const FIRST: &str = "pub-000";
 
-/// The first page.
-pub fn page(numbers: &Numbers, bars: &[Bar], budgets: &Budgets, measured: &Measured) -> Page {
-    let mut page = Page::new("README", "Audit");
-    page.text(
-        "Made by `cargo xtask audit`; not to be edited. What an audit is and how it is made again: \
-         [audit.md](../audit.md). `record.csv` holds all numbers: its rows say by which commit and \
-         compiler and on which machine each part was measured, and what a check compares.",
+/// The beginning of the page, and its sections of thresholds and budgets.
+pub fn pages(numbers: &Numbers, bars: &[Bar], budgets: &Budgets, measured: &Measured) -> [Page; 3] {
+    let mut first = Page::new("results", "Results");
+    first.text(
+        "On this page you find what the last audit measured. `cargo xtask audit` writes it: do not edit \
+         it. [Verification](verification.md#the-audit) tells how to run an audit. `record.csv` beside \
+         this page holds all numbers, with the commit, compiler and machine of each part.",
     );
-    page.heading("Bars").table(bar_table(bars)).command("cargo xtask audit");
-    page.heading("Parts").table(parts(numbers)).command("cargo xtask audit --only PART");
-    page.heading("Budgets").text(
-        "Of `ci/budgets.toml`, which says why; instructions are those of a whole plan of `pub-000`, the bound that \
-         of a whole plan's stack.",
+    first.table(parts(numbers)).command("cargo xtask audit --only PART");
+    let mut thresholds = Page::new("thresholds", "Thresholds");
+    thresholds.table(bar_table(bars)).command("cargo xtask audit");
+    let mut limits = Page::new("budgets", "Budgets");
+    limits.text(
+        "Each cell holds the measured number and its budget. `ci/budgets.toml` gives the reason, and the \
+         margin by which a number may exceed its budget. Instructions and stack bound are those of a whole \
+         plan, of `pub-000`.",
     );
-    page.table(budgets.table(measured)).command("cargo xtask audit --check");
-    page
+    limits.table(budgets.table(measured)).command("cargo xtask audit --check");
+    [first, thresholds, limits]
 }
 
 /// Bars as a table.
 pub fn bar_table(bars: &[Bar]) -> Table {
     let mut table = Table::new([
         ("", Align::Left),
-        ("bar", Align::Left),
-        ("seen", Align::Right),
+        ("threshold", Align::Left),
+        ("measured", Align::Right),
         ("", Align::Left),
     ]);
     for bar in bars {
@@ -226,13 +229,13 @@ pub fn bar_table(bars: &[Bar]) -> Table {
     table
 }
 
-/// The page of each part, and how long it took.
+/// The section of each part, and how long it took.
 fn parts(numbers: &Numbers) -> Table {
     let mut table = Table::new([("part", Align::Left), ("took", Align::Right)]);
     for &section in Section::ALL {
         let took = numbers.sections.get(&section).map(|finished| finished.took_s.round());
         let took = took.map_or("not measured".into(), |took| format!("{} s", number(took)));
-        table.row([format!("[{0}]({0}.md)", section.name()), took]);
+        table.row([format!("[{0}](#{0})", section.name()), took]);
     }
     table
 }

@@ -13,18 +13,18 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Measure what a review asks for, and write it as pages: memory, latency, instructions, faults.
+/// Measure what a review asks for, and write it as a page: memory, latency, instructions, faults.
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// Measure this part only; the others stay what they are (may be repeated)
     #[arg(long, value_name = "PART", value_parser = choice::<Section>())]
     only: Vec<Section>,
-    /// Measure nothing: are budgets kept and pages what today's code would make?
+    /// Measure nothing: are budgets kept, and is the page what today's code would make?
     #[arg(long, conflicts_with = "only")]
     check: bool,
-    /// Directory of the results; made where it does not exist [default: docs/audit in the checkout for
-    /// the pages, target/audit for all numbers]
+    /// Directory of the results; made where it does not exist [default: docs/evidence in the checkout
+    /// for the page, target/audit for all numbers]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -49,10 +49,10 @@ Exit status: 0 done and no hard bar or budget broken, 1 something is broken or s
 impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let root = self.root.checkout()?;
-        // All numbers are kept out of the sources, but beside the pages where these are asked for.
+        // All numbers are kept out of the sources, but beside the page where --out names a folder.
         let target = firmware::folder(&root).with_file_name("audit");
         let numbers = self.out.clone().unwrap_or(target);
-        let out = self.out.unwrap_or_else(|| root.join("docs/audit"));
+        let out = self.out.unwrap_or_else(|| root.join("docs/evidence"));
         let jobs = self.jobs.jobs();
         let mut screen = Screen { bar: Bar::named("audit"), spinner: None };
         if self.check {

@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// How much the images plan [default: one]
+    /// Extent of the images' plans [default: one]
     #[arg(long, value_name = "EXTENT", value_parser = choice::<Extent>())]
     extent: Option<Extent>,
     /// This processor only (may be repeated) [default: all; LEON3 with one scenario alone]

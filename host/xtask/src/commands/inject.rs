@@ -98,7 +98,7 @@ impl Args {
         let injection =
             injector.run(self.cases, self.jobs.jobs(), journal.as_deref(), bar, &alarm)?;
         write(&files, &injection)?;
-        // What was interrupted is complete.
+        // Resumed work is complete: its journal can go.
         if let Some(journal) = journal {
             fs::remove_file(&journal).map_err(|cause| Error::output(&journal, &cause))?;
         }

@@ -83,7 +83,7 @@ impl Args {
             write_atomically(file, json.as_bytes())?;
             text.push_str(&format!("written: {}\n", file.display()));
         }
-        // What was interrupted is complete.
+        // Resumed work is complete: its journal can go.
         if let Some(journal) = journal {
             fs::remove_file(&journal).map_err(|cause| Error::output(&journal, &cause))?;
         }

@@ -44,8 +44,8 @@ Examples:
   cargo xtask replay runs/pub-000.plan.json --door c --door node
 
 Doors that need the sources (an archive, a module or an image to build) find them in the checkout around the
-working folder, and build what is not built yet: the first time takes minutes. docs/replay.md tells what each
-door needs.
+working folder, and build what is not built yet: the first time takes minutes. docs/evidence/verification.md
+tells what each door needs.
 
 Exit status: 0 the same bits behind every door that is there, 1 some door made another plan or none, 2 bad
 input.";

@@ -1,4 +1,4 @@
-//! What a plan was made from, as far as its file tells.
+//! Inputs of a plan, as far as its file tells.
 
 use remora_host::error::Error;
 use remora_host::formats::{MadeFor, Mission, PlanFile};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub struct Input {
     /// Its file.
     pub file: PathBuf,
-    /// What stands there.
+    /// Its contents.
     pub plan: PlanFile,
     /// How it was made.
     pub method: Method,
@@ -31,7 +31,7 @@ impl Input {
         let wrong = |field: &str, reason: String| Err(Error::input(file, field, reason));
         let warm_start = match plan.warm_start.as_str() {
             "heuristic" => WarmStart::Heuristic,
-            // What was asked for was a model that was then of no use.
+            // Fallbacks were asked for a model too, which was then of no use.
             "model" | "fallback" => WarmStart::Model,
             other => {
                 return wrong("warm_start", format!("is {other:?}: the guess is not in the file"));
@@ -76,7 +76,7 @@ impl Input {
     /// Plans here, in this process.
     ///
     /// # Errors
-    /// What makes no plan: a model that cannot be read.
+    /// Inputs that make no plan: a model that cannot be read.
     pub fn planned(&self) -> Result<u64, Error> {
         let Method { warm_start, integrator, .. } = self.method;
         let model = Learned::chosen(warm_start, self.model.as_deref(), integrator)?;

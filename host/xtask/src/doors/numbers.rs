@@ -63,7 +63,7 @@ impl Numbers {
         self
     }
 
-    /// Of a mission.
+    /// Numbers of a mission.
     pub fn mission(mission: &Mission<LINKS>) -> Self {
         let (mut numbers, mut mission) = (Self::default(), *mission);
         mission.visit(&mut numbers);
@@ -71,7 +71,7 @@ impl Numbers {
         numbers.count(0)
     }
 
-    /// Of a scenario.
+    /// Numbers of a scenario.
     pub fn scenario(scenario: &Scenario<LINKS>) -> Self {
         let Scenario { target_attitude, target_rate, position, velocity, start, duration, nodes } =
             scenario;
@@ -91,11 +91,11 @@ impl Numbers {
             .add(joint_rate)
     }
 
-    /// Of options.
+    /// Numbers of options.
     pub fn options(mode: Mode, integrator: Integrator) -> Self {
         let (code, substeps) = match integrator {
             Integrator::Rk4 { substeps } => (0, substeps),
-            // Of no meaning, but in its range.
+            // Euler has no substeps; the number must still be in range.
             Integrator::Euler => (1, Integrator::DEFAULT_SUBSTEPS),
         };
         let mode = match mode {

@@ -17,7 +17,7 @@ use std::process::{Command, Output, Stdio};
 const PYTHON: &str = include_str!("programs/replay.py");
 const C: &str = include_str!("../../../../docs/examples/c/replay.c");
 
-/// What became of a door.
+/// Outcome behind a door.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Opened {
     /// The checksum of its plan.
@@ -28,12 +28,12 @@ pub enum Opened {
     Failed(String),
 }
 
-/// What a program says instead of a checksum.
+/// Checksum that a program prints, or the outcome in place of one.
 type Told = Result<u64, Opened>;
 
 /// Where programs are found, built and run.
 pub struct Workshop<'a> {
-    /// What they plan.
+    /// Inputs of the plan.
     pub input: &'a Input,
     /// The checkout of the sources; none where there is none.
     pub root: Option<PathBuf>,
@@ -45,7 +45,7 @@ impl Workshop<'_> {
     /// Plans behind a door.
     ///
     /// # Errors
-    /// What is wrong with the plan, or with this machine, but not with the door.
+    /// Faults of the plan or of this machine, but not of the door.
     pub fn open(&self, door: Door) -> Result<Opened, Error> {
         if let Some(reason) = self.unfit(door) {
             return Ok(Opened::Missing(reason.into()));
@@ -107,7 +107,7 @@ impl Workshop<'_> {
         Ok(run())
     }
 
-    /// What a C compiler is told of the archive: that of the checkout, or an installed one.
+    /// Flags of a C compiler for the archive: that of the checkout, or an installed one.
     fn c_flags(&self) -> Result<Vec<String>, Opened> {
         let Some(root) = &self.root else {
             let mut command = Command::new("pkg-config");
@@ -216,13 +216,13 @@ fn ran(command: &mut Command) -> Result<Output, Opened> {
     })
 }
 
-/// A program's end, which must be a good one; otherwise what it said of it.
+/// Checks that a program ended well; otherwise returns its reason.
 fn ended(output: &Output) -> Result<(), Opened> {
     if output.status.success() {
         return Ok(());
     }
     let errors = String::from_utf8_lossy(&output.stderr);
-    // What compilers say first is why; what other programs say last.
+    // Compilers print the cause first, other programs last.
     let mut lines = errors.lines().filter(|line| !line.trim().is_empty());
     let why = lines.clone().find(|line| line.starts_with("error")).or_else(|| lines.next_back());
     Err(Opened::Failed(why.map_or_else(|| output.status.to_string(), String::from)))

@@ -20,7 +20,7 @@ pub struct Replay {
     pub root: Option<PathBuf>,
 }
 
-/// What became of it, as `cargo xtask replay --json` prints it.
+/// Outcome of a replay, as `cargo xtask replay --json` prints it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Replays {
     /// `remora-replay/1`.
@@ -38,7 +38,7 @@ pub struct Replays {
 pub struct Row {
     /// Its name.
     pub door: &'static str,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: Outcome,
     /// Checksum of its plan, where it made one.
     pub checksum: Option<String>,
@@ -48,7 +48,7 @@ pub struct Row {
     pub time_ms: u64,
 }
 
-/// What became of a door.
+/// Outcome behind a door.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -66,7 +66,7 @@ impl Replay {
     /// Plans behind each door; `watch` is told of each that is done.
     ///
     /// # Errors
-    /// What is wrong with the plan or with this machine.
+    /// Faults of the plan or of this machine.
     pub fn run(&self, watch: &mut dyn FnMut(&str)) -> Result<Replays, Error> {
         let scratch = tempfile::tempdir()
             .map_err(|cause| Error::Thread { reason: format!("no scratch folder: {cause}") })?;

@@ -28,7 +28,7 @@ pub(super) enum Strike {
     Loop(LoopFault),
 }
 
-/// What became of the program that was hit.
+/// Solve of the subproblem that was hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Met {
     /// Whether the solver called its answer usable.
@@ -58,7 +58,7 @@ pub(super) struct FaultySolver<'a> {
     pub tried_twice: bool,
     /// Whether a bit of what a loop keeps has flipped.
     pub is_struck: bool,
-    /// What became of it, once it was hit.
+    /// Solve of the subproblem that was hit, once it was.
     pub met: Option<Met>,
 }
 

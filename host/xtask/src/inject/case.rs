@@ -8,10 +8,10 @@ use super::site::Site;
 use remora_core::advanced::nn::{BitFlip, Part};
 use remora_core::advanced::qp::kept::Part as Kept;
 
-/// One flipped bit: what it belongs to, and when.
+/// Flipped bit: the data it belongs to, and the moment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// Of the model file.
+    /// Bit of the model file.
     File {
         /// Whether the file had been checked before.
         checked: bool,
@@ -24,7 +24,7 @@ pub enum Fault {
         /// Which bit of the number.
         bit: u32,
     },
-    /// Of the network's memory.
+    /// Bit of the network's memory.
     Memory {
         /// Whether of the cache.
         cached: bool,
@@ -32,10 +32,10 @@ pub enum Fault {
         within: bool,
         /// The node at which.
         node: usize,
-        /// When, and what.
+        /// The flip and its moment.
         bit_flip: BitFlip,
     },
-    /// Of the start of Stage 2.
+    /// Bit of Stage 2's initial guess.
     Start {
         /// Whether it had been accepted before.
         accepted: bool,
@@ -48,7 +48,7 @@ pub enum Fault {
         /// Which bit of the number.
         bit: u32,
     },
-    /// Of a subproblem or its solution.
+    /// Bit of a subproblem or its solution.
     Program {
         /// Whether of the solution.
         solution: bool,
@@ -63,13 +63,13 @@ pub enum Fault {
         /// Which bit of the number.
         bit: u32,
     },
-    /// Of what a loop keeps between its iterations, or of Stage 1's path.
+    /// Bit of the data that a loop keeps between its iterations, or of Stage 1's path.
     Loop(LoopFault),
-    /// Of guidance's state, in flight.
+    /// Bit of guidance's state, in flight.
     Guidance {
         /// How it is flown.
         course: Course,
-        /// Before which of guidance's steps, from zero.
+        /// Step of guidance before which it flips, from zero.
         step: u32,
         /// Which of [`GUIDANCE_FIELDS`].
         field: usize,
@@ -112,7 +112,7 @@ pub struct LoopFault {
     pub part: Kept,
     /// Which stage, from zero.
     pub stage: usize,
-    /// Before which of the plan's iterations, from zero, those of both stages counted together.
+    /// Iteration of the plan before which it flips, from zero, those of both stages counted together.
     pub moment: u32,
     /// Which of the part's [`fields`](LoopFault::fields).
     pub field: usize,
@@ -125,7 +125,7 @@ pub struct LoopFault {
 }
 
 impl LoopFault {
-    /// What the part has at a node in a stage.
+    /// Fields of the part at a node in a stage.
     pub fn fields(part: Kept, stage: usize) -> &'static [Field] {
         match (part, stage) {
             (Kept::Iterate | Kept::Best, 0) | (Kept::Path, _) => &PATH_FIELDS,
@@ -136,7 +136,7 @@ impl LoopFault {
         }
     }
 
-    /// Which number of all the part's at a node.
+    /// Index among all numbers of the part at a node.
     pub(super) fn flat(&self) -> usize {
         let before = Self::fields(self.part, self.stage).iter().take(self.field);
         before.map(|(_, count)| count).sum::<usize>() + self.element
@@ -151,12 +151,12 @@ impl LoopFault {
     }
 }
 
-/// What stands where in a fault.
+/// Place of a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// What was hit, such as `block.0.qkv.scale`.
+    /// Name of the data that was hit, such as `block.0.qkv.scale`.
     pub part: String,
-    /// The kind of it by which cases are counted, such as `scale`.
+    /// Kind of this data, by which cases are counted, such as `scale`.
     pub kind: String,
     /// Which use of the memory, of a plan's programs or iterations, or of guidance's steps; zero where there
     /// is but one moment.
@@ -170,7 +170,7 @@ pub struct Place {
 }
 
 impl Fault {
-    /// Where it is.
+    /// Site that it belongs to.
     pub fn site(&self) -> Site {
         match self {
             Self::File { checked: false, .. } => Site::WeightsBeforeCheck,
@@ -252,7 +252,7 @@ fn part_name(part: Part) -> &'static str {
 pub struct Case {
     /// Its number.
     pub number: u64,
-    /// Which scenario.
+    /// Index of the scenario.
     pub scenario: usize,
     /// The fault.
     pub fault: Fault,

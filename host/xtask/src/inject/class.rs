@@ -1,4 +1,4 @@
-//! What became of a fault, and who says so.
+//! Classes of faults, and the judge of plans.
 
 use remora_core::advanced::dynamics::{Control, Integrator, State};
 use remora_core::advanced::model::{Mission, Scenario};
@@ -10,8 +10,8 @@ use remora_core::advanced::stages::{
 use remora_core::advanced::time::Deadline;
 use serde::{Deserialize, Serialize};
 
-/// What became of a fault; each case has one class, the first that fits from the last here to the
-/// first.
+/// Class of a fault by its outcome. Each case has one class: among those that fit, the last of this
+/// list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Class {
@@ -69,7 +69,7 @@ impl Class {
     }
 }
 
-/// What was seen of a case.
+/// Observations of a case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Seen {
     /// It took more iterations than it can.
@@ -106,14 +106,14 @@ impl Seen {
     }
 }
 
-/// What a planner says of its plan.
+/// Claim of a planner about its plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Claim {
     /// How it ended.
     pub status: Status,
     /// Whether the verifier found all residuals within tolerance.
     pub is_verified: bool,
-    /// What the verifier found.
+    /// Residuals by the verifier.
     pub residuals: Residuals,
     /// Checksum of the plan.
     pub output: u64,

@@ -1,4 +1,4 @@
-//! How cases are drawn: from a seed and their number alone.
+//! Sampling of cases: from a seed and their number alone.
 
 use super::case::{Case, Course, Fault, LoopFault};
 use super::fields::{GUIDANCE_FIELDS, PROGRAM_FIELDS, SOLUTION_FIELDS, START_FIELDS};
@@ -11,7 +11,7 @@ use remora_core::advanced::qp::kept::Part as Kept;
 use remora_core::advanced::stages::NODES;
 use std::ops::Range;
 
-/// A tensor of a model file, or what stands before and after them all.
+/// Tensor of a model file, or the bytes before or after all tensors.
 #[derive(Clone, Debug)]
 struct Span {
     name: String,
@@ -62,14 +62,14 @@ impl Layout {
     }
 }
 
-/// What a plan takes without a fault.
+/// Work of a plan without a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Work {
-    /// Programs that are solved.
+    /// Subproblems that are solved.
     pub programs: u32,
     /// Iterations of either stage's loop.
     pub iterations: [u32; 2],
-    /// Of each course, from which of guidance's steps up to which it can be struck while it is flown.
+    /// Range of guidance's steps in which a flight on each course can be hit.
     pub steps: [[u32; 2]; Course::ALL.len()],
 }
 
@@ -123,8 +123,8 @@ impl Drawn {
 struct Draw(ChaCha8Rng);
 
 impl Draw {
-    /// Below `count`, of which there is at least one. That 2^64 is no multiple of it shifts
-    /// shares by less than 1e-12.
+    /// Number below `count`, which counts as one where it is zero. The remainder of 2^64 shifts shares
+    /// by less than 1e-12.
     fn below(&mut self, count: usize) -> usize {
         (self.0.next_u64() % count.max(1) as u64) as usize
     }
@@ -146,7 +146,7 @@ impl Draw {
         Fault::File { checked, part: name.clone(), element, byte, bit }
     }
 
-    /// What is alive most often: the residual stream half the time, the latent a quarter.
+    /// Samples data by how long they live: half the time the residual stream, a quarter the final hidden state.
     fn activation(&mut self, layout: &Layout) -> Fault {
         let (layers, (width, tokens)) = (layout.size.layers, layout.memory);
         let token = self.below(layout.tokens());
@@ -165,8 +165,8 @@ impl Draw {
         Fault::Memory { cached: false, within: false, node: layout.node(token), bit_flip }
     }
 
-    /// What lives between two steps of a block: queries, what attention found, the wide layer, and beside
-    /// them the residual stream.
+    /// Samples data that live between two steps of a block: queries, attention's result, the wide layer, and
+    /// the residual stream beside them.
     fn within(&mut self, layout: &Layout) -> Fault {
         let (layers, width) = (layout.size.layers, layout.size.width);
         let token = self.below(layout.tokens());
@@ -182,7 +182,7 @@ impl Draw {
         Fault::Memory { cached: false, within: true, node: layout.node(token), bit_flip }
     }
 
-    /// Of a token before the one at work, so that it will be read.
+    /// Samples the cache of a token before the one at work, so that it will be read.
     fn cached(&mut self, layout: &Layout) -> Fault {
         let (layers, (width, tokens)) = (layout.size.layers, layout.memory);
         let token = 1 + self.below(layout.tokens() - 1);
@@ -235,7 +235,7 @@ impl Draw {
         Fault::Loop(LoopFault { part, stage, moment, field, node, element, bit })
     }
 
-    /// What is there on one course only is struck on that, all else half the time on the approach.
+    /// Samples guidance's state. Parts of one course are hit on that course, others half the time on the approach.
     fn guidance(&mut self, steps: [[u32; 2]; Course::ALL.len()]) -> Fault {
         let field = self.below(GUIDANCE_FIELDS.len());
         let course = match GuidancePart::ALL[field] {
@@ -244,7 +244,7 @@ impl Draw {
             _ => [Course::Approach, Course::Approach, Course::Escape, Course::Handover]
                 [self.below(4)],
         };
-        // What a plan is not flown on is struck on the approach.
+        // Faults on a course that the plan does not fly move to the approach.
         let there = |course: &Course| steps[*course as usize][1] > steps[*course as usize][0];
         let course = Some(course).filter(there).unwrap_or(Course::Approach);
         let [from, to] = steps[course as usize];
@@ -262,7 +262,7 @@ fn uses(layers: usize) -> usize {
     layers * USES + 3
 }
 
-/// Before which use of the memory: use `at` of a token.
+/// Number of a use of the memory: use `at` of a token.
 fn moment(token: usize, at: usize, layers: usize) -> u32 {
     (token * uses(layers) + at) as u32
 }

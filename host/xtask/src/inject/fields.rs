@@ -1,4 +1,4 @@
-//! What bits are flipped in: names and sizes of the planner's data, and the numbers themselves.
+//! Data that bits are flipped in: names and sizes of the planner's data, and the numbers themselves.
 
 use remora_core::advanced::guidance::GuidancePart;
 use remora_core::advanced::qp::{Qp, Solution};
@@ -15,7 +15,7 @@ pub(super) type Answer = Solution<NODES, NX, NU, NG>;
 /// The name of data, and how many numbers they have.
 pub type Field = (&'static str, usize);
 
-/// What a subproblem has at each node, with how many numbers; then what it has once.
+/// Fields of a subproblem with their sizes: those of each node, then those it has once.
 pub const PROGRAM_FIELDS: [Field; 18] = [
     ("hessian_xx", NX * NX),
     ("hessian_ux", NU * NX),
@@ -37,7 +37,7 @@ pub const PROGRAM_FIELDS: [Field; 18] = [
     ("complementarity", 1),
 ];
 
-/// What its solution has at each node.
+/// Fields of its solution at each node.
 pub const SOLUTION_FIELDS: [Field; 6] = [
     ("x", NX),
     ("u", NU),
@@ -47,7 +47,7 @@ pub const SOLUTION_FIELDS: [Field; 6] = [
     ("row_multiplier", NG),
 ];
 
-/// What a start of Stage 2 has at each node.
+/// Fields of Stage 2's initial guess at each node.
 pub const START_FIELDS: [Field; 6] = [
     ("attitude", 4),
     ("joint_angle", LINKS),
@@ -57,13 +57,13 @@ pub const START_FIELDS: [Field; 6] = [
     ("joint_torque", LINKS),
 ];
 
-/// What Stage 1's trajectory has at each node.
+/// Fields of Stage 1's trajectory at each node.
 pub const PATH_FIELDS: [Field; 3] = [("position", 3), ("velocity", 3), ("force", 3)];
 
-/// What a loop's residuals have at each node.
+/// Fields of a loop's residuals at each node.
 pub const RESIDUAL_FIELDS: [Field; 2] = [("defect", NX), ("row", NG)];
 
-/// What a loop keeps once.
+/// Scalars that a loop keeps.
 pub const SCALAR_FIELDS: [Field; 6] = [
     ("radius", 1),
     ("weight", 1),
@@ -73,7 +73,7 @@ pub const SCALAR_FIELDS: [Field; 6] = [
     ("best_violation", 1),
 ];
 
-/// What guidance keeps, in the order of [`GuidancePart::ALL`].
+/// Fields of guidance's state, in the order of [`GuidancePart::ALL`].
 pub const GUIDANCE_FIELDS: [Field; GuidancePart::ALL.len()] = [
     ("feedback", 10),
     ("settings", 27),

@@ -1,13 +1,10 @@
 //! Guidance with a flipped bit in its state, flown in the truth.
 
 use super::case::Course;
+use super::ended::{Ended, Ran};
 use super::fields::flip;
-use super::reference::Ended;
-use super::reference::Reference;
-use super::worker::Ran;
 use remora_core::advanced::guidance::{FlightPlan, Guidance, GuidancePart};
 use remora_core::advanced::model::{Integrator, Mission, Scenario};
-use remora_core::advanced::planner::GuessRecord;
 use remora_core::advanced::qp::{Checksum, Valid};
 use remora_core::advanced::scp::Status;
 use remora_core::advanced::stages::LINKS;
@@ -31,7 +28,7 @@ pub(super) struct Sortie {
     mission: Valid<Mission<LINKS>>,
     scenario: Scenario,
     plan: FlightPlan,
-    /// By which it was made.
+    /// Integrator that the plan was made with.
     integrator: Integrator,
     run: u64,
     flown: [Sound; Course::ALL.len()],
@@ -47,7 +44,7 @@ struct Sound {
 }
 
 impl Sortie {
-    /// Of each course, from which of guidance's steps up to which it can be struck.
+    /// Range of guidance's steps in which a flight on each course can be hit.
     pub fn steps(&self) -> [[u32; 2]; Course::ALL.len()] {
         self.flown.map(|sound| sound.steps)
     }
@@ -62,7 +59,7 @@ pub(super) struct Strike {
     pub bit: u32,
 }
 
-/// Who flies; the planner that flights may have is made with the first.
+/// Simulator of flights. It makes the planner that flights may need with the first.
 #[derive(Default)]
 pub(super) struct Flights(Option<Box<DefaultArmEngine>>);
 
@@ -92,10 +89,16 @@ impl Flights {
         Ok(sortie)
     }
 
-    /// Flies with a flipped bit.
-    pub fn run(&mut self, reference: &Reference, course: Course, strike: Strike) -> Ran {
-        let Some(sortie) = &reference.sortie else {
-            let baseline = reference.learned;
+    /// Flies with a flipped bit; where nothing flies, the plan ends as it does `without` a fault.
+    pub fn run(
+        &mut self,
+        sortie: Option<&Sortie>,
+        without: Ended,
+        course: Course,
+        strike: Strike,
+    ) -> Ran {
+        let Some(sortie) = sortie else {
+            let baseline = without;
             return Ran { ended: baseline, baseline, is_refused: false, ending: None };
         };
         let baseline = sortie.flown[course as usize].ended;
@@ -144,7 +147,7 @@ impl Course {
         }
     }
 
-    /// What guidance keeps from when on the course is what it is called.
+    /// Part of guidance's state that exists once the course has begun; none where it begins at once.
     fn part(self) -> Option<GuidancePart> {
         match self {
             Self::Approach => None,
@@ -200,20 +203,6 @@ fn ended(flown: &FlightOutcome, course: Course) -> Ended {
         is_wrong: flown.ending == Ending::Collided,
         ..Ended::NOTHING
     }
-}
-
-impl Ended {
-    /// Nothing to tell of.
-    const NOTHING: Self = Self {
-        status: Status::Solved,
-        is_verified: true,
-        start: GuessRecord::Heuristic,
-        iterations: [0; 2],
-        costs: [0.0; 2],
-        output: 0,
-        is_wrong: false,
-        is_bounded: true,
-    };
 }
 
 #[cfg(test)]

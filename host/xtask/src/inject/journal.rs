@@ -14,7 +14,7 @@ pub(super) type Journal = journal::Journal<Line>;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Line {
-    /// What became of it.
+    /// Its record.
     pub record: Record,
     /// Whether a plan without a fault was made after it.
     pub leak_checked: bool,

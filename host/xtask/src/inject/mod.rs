@@ -4,12 +4,13 @@
 //! the ChaCha8 stream of the case's number. So the same seed has the same cases whatever the number
 //! of threads, and any of them can be run alone. Each is held against the same plan without the
 //! fault, and judged by the verifier with a mission and a scenario that nothing has touched.
-//! `docs/injection.md` tells what the sites and classes mean.
+//! `docs/evidence/verification.md` tells what the sites and classes mean.
 
 mod bit_flip;
 mod case;
 mod class;
 mod draw;
+mod ended;
 mod fields;
 mod flights;
 mod journal;
@@ -31,8 +32,9 @@ pub use result::{Counts, Extra, FORMAT, Injection, Record, Share};
 pub use site::Site;
 
 use draw::{Drawn, Layout};
+use ended::{Ended, Ran};
 use journal::{Header, Journal, Line};
-use reference::{Ended, Reference};
+use reference::Reference;
 use remora_core::advanced::planner::{GuessRecord, PlanSettings};
 use remora_core::advanced::scp::{IterationRecord, Status};
 use remora_core::advanced::stages::Mode;
@@ -50,7 +52,7 @@ use std::path::Path;
 use std::thread;
 use std::time::Duration;
 use watch::Watch;
-use worker::{MEMORY, Ran, Setup, Worker};
+use worker::{MEMORY, Setup, Worker};
 
 /// Most cases.
 pub const MAX_COUNT: u64 = 100_000_000;
@@ -70,7 +72,7 @@ const LEAST_LIMIT: Duration = Duration::from_secs(60);
 pub struct Injector {
     /// Seed of the cases.
     pub seed: u64,
-    /// Where; at least one, none twice.
+    /// Sites of the faults; at least one, none twice.
     pub sites: Vec<Site>,
     /// The scenarios to draw from, at least one; ids are unique.
     pub scenarios: Vec<NamedScenario>,
@@ -83,14 +85,14 @@ pub struct Injector {
 /// One case run alone.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    /// What became of it.
+    /// Its record.
     pub record: Record,
     /// The loops' logs of stages 1 and 2; of a file that was refused, those of the plan from the
     /// heuristic.
     pub logs: [Vec<IterationRecord>; 2],
 }
 
-/// What runs of cases share.
+/// Inputs that runs of cases share.
 struct Bench<'a> {
     setup: Setup<'a>,
     layout: Layout,
@@ -262,7 +264,7 @@ impl Injector {
     }
 }
 
-/// What became of an attempt to plan.
+/// Outcome of an attempt to plan.
 struct Attempt {
     ran: Ran,
     panicked: bool,

@@ -1,4 +1,4 @@
-//! What `cargo xtask inject` prints.
+//! Text that `cargo xtask inject` prints.
 
 use crate::inject::{Class, Extra, Injection, Record, Replay, Share};
 use remora_host::campaign::Statistics;
@@ -78,9 +78,48 @@ fn summary(r: &Record) -> String {
 }
 
 impl Injection {
-    /// What faults at all sites together cost.
-    pub fn cost_of_all(&self) -> Table {
-        costs([&self.total].into_iter())
+    /// Mean and most extra iterations and cost of all sites together, a row a class.
+    pub fn costs_of_classes(&self) -> Table {
+        let right = Align::Right;
+        let mut table = Table::new([
+            ("class", Align::Left),
+            ("extra iterations, mean, most", right),
+            ("extra cost [%], mean, most", right),
+        ]);
+        let both = |of: &Statistics, scale: f64| {
+            [of.mean, of.max].map(|value| sign(number(scale * value))).join(", ")
+        };
+        for (class, extra) in extras(&self.total) {
+            let Extra { iterations, cost } = extra;
+            table.row([class.name().into(), both(iterations, 1.0), both(cost, 100.0)]);
+        }
+        table
+    }
+
+    /// Classes by site, without those that must not occur.
+    pub fn overview(&self) -> Table {
+        let right = Align::Right;
+        let mut table = Table::new([
+            ("site", Align::Left),
+            ("same", right),
+            ("tolerated", right),
+            ("fell back", right),
+            ("detected", right),
+            ("failed", right),
+        ]);
+        let shown = [
+            Class::NoEffect,
+            Class::Tolerated,
+            Class::FellBack,
+            Class::Detected,
+            Class::FailedCleanly,
+        ];
+        for share in self.sites.iter().chain([&self.total]) {
+            let [same, tolerated, fell_back, detected, failed] =
+                shown.map(|class| share.classes.of(class).to_string());
+            table.row([share.site.clone(), same, tolerated, fell_back, detected, failed]);
+        }
+        table
     }
 
     /// Tables with their headings: classes by site, what faults cost, classes by kind of data.
@@ -94,7 +133,7 @@ impl Injection {
     }
 }
 
-/// What became of cases, a row a share.
+/// Classes of cases, one row per share.
 fn classes<'a>(shares: impl Iterator<Item = &'a Share>, by_kind: bool) -> Table {
     let right = Align::Right;
     let mut table = Table::new([
@@ -157,16 +196,8 @@ fn costs<'a>(shares: impl Iterator<Item = &'a Share>) -> Table {
         ("max", right),
     ]);
     for share in shares {
-        let extras: [(Class, &Extra); 3] = [
-            (Class::Tolerated, &share.tolerated),
-            (Class::FellBack, &share.fell_back),
-            (Class::Detected, &share.detected),
-        ];
-        for (class, extra) in extras {
+        for (class, extra) in extras(share) {
             let cases = share.classes.of(class);
-            if cases == 0 {
-                continue;
-            }
             let Statistics { mean, max, .. } = extra.iterations;
             let [it_mean, it_max] = [mean, max].map(|value| sign(number(value)));
             let Statistics { mean, p99, max, .. } = extra.cost;
@@ -178,6 +209,16 @@ fn costs<'a>(shares: impl Iterator<Item = &'a Share>) -> Table {
         }
     }
     table
+}
+
+/// Classes of solved plans with cases, and what these cost.
+fn extras(share: &Share) -> impl Iterator<Item = (Class, &Extra)> {
+    let all = [
+        (Class::Tolerated, &share.tolerated),
+        (Class::FellBack, &share.fell_back),
+        (Class::Detected, &share.detected),
+    ];
+    all.into_iter().filter(move |(class, _)| share.classes.of(*class) > 0)
 }
 
 /// A number with its sign, but for zero.

@@ -1,9 +1,9 @@
-//! What an injection found.
+//! Findings of an injection.
 
 use super::case::Case;
 use super::class::Class;
+use super::ended::Ran;
 use super::site::Site;
-use super::worker::Ran;
 use remora_flight::flight::Ending;
 use remora_host::campaign::Statistics;
 use remora_host::fingerprint::fingerprint;
@@ -25,9 +25,9 @@ pub struct Record {
     pub site: Site,
     /// Id of the scenario.
     pub scenario: String,
-    /// What was hit.
+    /// Name of the data that was hit.
     pub part: String,
-    /// The kind of it.
+    /// Kind of this data.
     pub kind: String,
     /// Which use of the memory, of the plan's programs or iterations, or of guidance's steps.
     pub moment: u32,
@@ -37,13 +37,13 @@ pub struct Record {
     pub element: usize,
     /// Which bit of it.
     pub bit: u32,
-    /// What became of it.
+    /// Class of its outcome.
     pub class: Class,
     /// How the plan ended.
     pub status: Status,
     /// Whether the plan can be flown.
     pub is_verified: bool,
-    /// What Stage 2 started from.
+    /// Initial guess of Stage 2.
     pub start: GuessRecord,
     /// Iterations of Stage 1.
     pub stage1_iterations: usize,
@@ -51,7 +51,7 @@ pub struct Record {
     pub stage2_iterations: usize,
     /// How many more iterations than without the fault, both stages together.
     pub extra_iterations: i64,
-    /// How much more the plan costs than without the fault, both stages together, relative.
+    /// Relative cost of the plan above that without the fault, both stages together.
     #[serde(deserialize_with = "number_or_nan")]
     pub extra_cost: f64,
     /// Checksum of the plan, or of what came of its flight, 16 hexadecimal digits.
@@ -95,7 +95,7 @@ impl Record {
     }
 }
 
-/// Cases by what became of them.
+/// Numbers of cases by class.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// [`Class::NoEffect`].
@@ -152,7 +152,7 @@ impl Counts {
     }
 }
 
-/// What a fault costs where the plan is solved all the same.
+/// Cost of a fault where the plan is solved all the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extra {
     /// Iterations more than without the fault, both stages together.
@@ -180,16 +180,16 @@ pub struct Share {
     pub kind: Option<String>,
     /// How many there were.
     pub cases: u64,
-    /// What became of them.
+    /// Their classes.
     pub classes: Counts,
-    /// Of those that failed cleanly, plans that were verified: they can be flown, though they may
+    /// Verified plans among those that failed cleanly: they can be flown, though they may
     /// cost more than they would have to.
     pub failed_but_verified: u64,
-    /// What the tolerated ones cost.
+    /// Cost of the tolerated ones.
     pub tolerated: Extra,
-    /// What those cost that fell back.
+    /// Cost of those that fell back.
     pub fell_back: Extra,
-    /// What those cost that were detected.
+    /// Cost of those that were detected.
     pub detected: Extra,
 }
 
@@ -212,7 +212,7 @@ impl Share {
     }
 }
 
-/// What an injection found. It holds no times: the same cases have the same result on every
+/// Findings of an injection. They hold no times: equal cases have equal results on every
 /// machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Injection {

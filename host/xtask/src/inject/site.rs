@@ -1,9 +1,9 @@
-//! Where faults are injected.
+//! Sites of injected faults.
 
 use remora_host::choice::Choice;
 use serde::{Deserialize, Serialize};
 
-/// Where faults are injected.
+/// Site of injected faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Site {

@@ -8,7 +8,7 @@ use std::time::Duration;
 /// How often the watchdog looks.
 const PERIOD: Duration = Duration::from_millis(200);
 
-/// What the workers are at. None of it ever holds up a worker.
+/// Cases that the workers are at. Watching them never holds up a worker.
 pub(super) struct Watch {
     /// Cases, each with the look at which it began.
     slots: Vec<Mutex<Option<(u64, u32)>>>,
@@ -24,7 +24,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Watch {
-    /// For so many workers.
+    /// Watch of so many workers.
     pub fn new(workers: usize) -> Self {
         let slots = (0..workers).map(|_| Mutex::new(None)).collect();
         Self { slots, looks: AtomicU32::new(0), ended: Mutex::new(false), end: Condvar::new() }
@@ -90,7 +90,7 @@ mod tests {
         assert_eq!(watch.overdue(Duration::from_secs(1 << 40)), None);
         watch.done(1);
         assert_eq!(watch.overdue(limit), None);
-        // Beyond the workers there is nobody.
+        // Workers beyond the last have no case.
         watch.begin(2, 8);
         watch.looks.fetch_add(9, Ordering::Relaxed);
         assert_eq!(watch.overdue(limit), None);

@@ -4,9 +4,10 @@ use super::bit_flip::{FaultySolver, Met, QpBitFlip, Strike};
 use super::case::{Case, Fault};
 use super::class::{Claim, Judge, Plan};
 use super::draw::Work;
+use super::ended::{Ended, Ran};
 use super::fields::{Program, flip_start};
 use super::flights::{self, Flights, Sortie};
-use super::reference::{Ended, Reference};
+use super::reference::Reference;
 use remora_core::advanced::executor::Sequential;
 use remora_core::advanced::guidance::FlightPlan;
 use remora_core::advanced::model::{Integrator, Mission, Scenario};
@@ -22,7 +23,6 @@ use remora_core::advanced::stages::{
 };
 use remora_core::advanced::time::NoClock;
 use remora_core::advanced::warmstart::{NetworkPolicy, Scene, rollout};
-use remora_flight::flight::Ending;
 use remora_host::engine::{SEED, embedded_solver, plan_with};
 use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
@@ -35,7 +35,7 @@ type Flight = NetworkMemory;
 /// Its width and tokens.
 pub(super) const MEMORY: (usize, usize) = (96, NODES);
 
-/// What all plans have in common.
+/// Inputs that all plans share.
 pub(super) struct Setup<'a> {
     pub mission: Mission<LINKS>,
     pub scenarios: &'a [NamedScenario],
@@ -59,7 +59,7 @@ struct Machine {
     workspace: Box<Workspace>,
     solver: Box<dyn Solver + Send>,
     network: Box<Flight>,
-    /// Where a bit of a QP flips.
+    /// Copy of a subproblem in which a bit flips.
     copy: Box<Program>,
 }
 
@@ -68,17 +68,6 @@ pub(super) struct Worker {
     machine: Machine,
     file: Vec<u8>,
     flights: Flights,
-}
-
-/// What became of a case.
-pub(super) struct Ran {
-    pub ended: Ended,
-    /// How it ends without the fault.
-    pub baseline: Ended,
-    /// Whether a check refused what was hit.
-    pub is_refused: bool,
-    /// How a flight ended, where one was flown.
-    pub ending: Option<Ending>,
 }
 
 impl Worker {
@@ -104,7 +93,8 @@ impl Worker {
         let (ended, baseline, met) = match case.fault {
             Fault::Guidance { course, step, field, element, bit } => {
                 let strike = flights::Strike { step, field, element, bit };
-                return self.flights.run(reference, course, strike);
+                let (sortie, without) = (reference.sortie.as_ref(), reference.learned);
+                return self.flights.run(sortie, without, course, strike);
             }
             Fault::File { checked, byte, bit, .. } => {
                 let ended = self.run_file(setup, index, reference, (checked, byte, bit));
@@ -167,7 +157,7 @@ impl Worker {
         }
         match Model::open(file) {
             Ok(model) => machine.learned(setup, index, &model, None, None).ended,
-            // Of a refused file nothing is used: the plan is the same whatever was hit.
+            // Nothing of a refused file is used: the plan is the same whatever was hit.
             Err(_) => reference.refused,
         }
     }
@@ -248,7 +238,7 @@ fn refuses(start: GuessRecord) -> bool {
 /// A plan that was made.
 struct Flown {
     ended: Ended,
-    /// What became of a program that was hit.
+    /// Solve of the subproblem that was hit, where one was.
     met: Option<Met>,
     /// Programs that were solved.
     programs: u32,

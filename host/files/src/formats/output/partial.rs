@@ -11,8 +11,8 @@ const PARTIAL: &str = ".partial";
 /// Most of a file's name that its partial one bears [bytes].
 const LONGEST_NAME: usize = 200;
 
-/// Name of the hidden file beside the file of a `name` that becomes it. A random number keeps apart who writes the
-/// same file at once; process numbers would not, of which every container has a first one.
+/// Name of the hidden file beside `name` that becomes it. A random number keeps several writers of
+/// one file apart; process numbers would not, since every container counts from one.
 pub(super) fn partial(name: &str) -> String {
     let number = RandomState::new().hash_one(());
     format!(".{}.{number:016x}{PARTIAL}", shortened(name))
@@ -38,7 +38,8 @@ pub(super) fn resolved(file: &Path) -> io::Result<PathBuf> {
     }
 }
 
-/// Opens what becomes `file`, which is no link. It is locked until it is closed, so that who tidies up leaves it.
+/// Creates the partial file of `file`, which is no link. Its lock, held until it is closed, keeps
+/// programs that tidy up from removing it.
 pub(super) fn open(file: &Path) -> io::Result<(PathBuf, File)> {
     let name = file.file_name().filter(|_| !ends_in_separator(file));
     let name = name.ok_or_else(|| io::Error::other("is not a file name"))?.to_string_lossy();
@@ -54,7 +55,7 @@ pub(super) fn open(file: &Path) -> io::Result<(PathBuf, File)> {
     loop {
         let partial = file.with_file_name(partial(&name));
         let handle = OpenOptions::new().write(true).create_new(true).open(&partial)?;
-        // Who tidies up may have come between the two, and then has removed it.
+        // A program that tidies up may remove the file between creation and lock.
         let is_held = matches!(handle.try_lock(), Err(TryLockError::WouldBlock));
         if !is_held && partial.try_exists().unwrap_or(true) {
             return Ok((partial, handle));
@@ -70,7 +71,7 @@ fn ends_in_separator(file: &Path) -> bool {
 /// Removes a file. One that is gone another program has removed, or swept away.
 ///
 /// # Errors
-/// Why it stays.
+/// The reason why it stays.
 pub fn remove_file(file: &Path) -> io::Result<()> {
     match fs::remove_file(file) {
         Err(cause) if cause.kind() != io::ErrorKind::NotFound => Err(cause),
@@ -83,14 +84,14 @@ pub fn remove_partials(directory: &Path) {
     remove_hidden(directory, |_| true);
 }
 
-/// The same of one file, where other programs may write other files beside it.
+/// Removes the partial files of one file. Other programs may write other files beside it.
 pub fn remove_partials_of(file: &Path) {
     if let (Some(directory), Some(name)) = (file.parent(), file.file_name()) {
         remove_partials_among(directory, [name.to_string_lossy()]);
     }
 }
 
-/// The same of the files with these names in a directory.
+/// Removes the partial files of the files with these names in a directory.
 pub fn remove_partials_among<N: AsRef<str>>(directory: &Path, names: impl IntoIterator<Item = N>) {
     let names: HashSet<String> =
         names.into_iter().map(|name| shortened(name.as_ref()).into()).collect();
@@ -109,7 +110,8 @@ fn remove_hidden(directory: &Path, is_such: impl Fn(&str) -> bool) {
     }
 }
 
-/// Removes a partial file that nobody holds. It is locked meanwhile, so that who has just begun it sees that it goes.
+/// Removes a partial file that no program holds. The lock tells a program that has just created
+/// it that it goes.
 fn remove_left(partial: &Path) {
     if let Ok(handle) = OpenOptions::new().write(true).open(partial)
         && handle.try_lock().is_ok()
@@ -145,7 +147,7 @@ mod tests {
         assert_eq!(swept(), 2);
         drop(handle);
         assert_eq!(swept(), 1);
-        // What another has removed meanwhile need not be removed; what cannot be is told.
+        // A missing file is no error; a directory cannot be removed as a file.
         assert!(remove_file(&partial).is_ok());
         assert!(remove_file(dir.path()).is_err());
     }

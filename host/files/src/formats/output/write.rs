@@ -29,10 +29,10 @@ pub fn write_atomically(file: &Path, bytes: &[u8]) -> Result<(), Error> {
     write_as_it_comes(file, |handle| handle.write_all(bytes))
 }
 
-/// As [`write_atomically`], with what `fill` writes piece by piece.
+/// Writes a file like [`write_atomically`]; `fill` writes it piece by piece.
 ///
 /// # Errors
-/// As there.
+/// The error of [`write_atomically`].
 pub fn write_as_it_comes(
     file: &Path,
     fill: impl FnOnce(&mut File) -> io::Result<()>,
@@ -40,18 +40,18 @@ pub fn write_as_it_comes(
     write(file, fill, |_, partial, file| fs::rename(partial, file))
 }
 
-/// As [`write_atomically`], where there is no such file yet: of several programs that write it at once
-/// one does.
+/// Writes a file like [`write_atomically`] if there is none yet. Where several programs write it
+/// at once, one does.
 ///
 /// # Errors
-/// As there; none where another was first: then `false`.
+/// The error of [`write_atomically`]; none where another was first: then `false`.
 pub fn write_first(file: &Path, bytes: &[u8]) -> Result<bool, Error> {
     let mut is_first = true;
     write(
         file,
         |handle| handle.write_all(bytes),
         |handle, partial, file| {
-            // Who finds the file may lock it at once.
+            // A program that finds the file may lock it at once.
             let _ = handle.unlock();
             match fs::hard_link(partial, file) {
                 Ok(()) => remove_file(partial),
@@ -130,7 +130,7 @@ mod tests {
         assert!(refused(&dir.path().join("new/")).ends_with("is not a file name"));
     }
 
-    /// Two threads as two containers are, whose process numbers are equal: a reader sees what one of them wrote.
+    /// Threads stand for containers with equal process numbers: a reader sees one whole file.
     // Verifies REM-IO-002.
     #[test]
     fn writers_with_one_process_number_write_whole_files() {
@@ -164,7 +164,7 @@ mod tests {
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
     }
 
-    /// Another program sweeps as soon as it finds the file, before who wrote it has tidied up.
+    /// Another program sweeps once it finds the file, before its writer has tidied up.
     #[test]
     fn who_writes_first_may_be_swept_after() {
         let dir = tempfile::tempdir().unwrap();

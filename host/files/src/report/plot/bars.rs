@@ -6,9 +6,9 @@ use plotters::prelude::*;
 
 /// A bar a row, from left to right its parts, each in its own colour.
 pub struct Bars {
-    /// What is seen.
+    /// Title of the plot.
     pub title: String,
-    /// What the numbers are, with their unit.
+    /// Quantity along the horizontal axis, with its unit.
     pub x_label: String,
     /// Names of the parts, in the order of the bars' parts.
     pub parts: Vec<String>,

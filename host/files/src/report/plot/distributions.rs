@@ -6,9 +6,9 @@ use plotters::prelude::*;
 
 /// Cumulative distributions over a logarithmic axis.
 pub struct Distributions {
-    /// What is seen.
+    /// Title of the plot.
     pub title: String,
-    /// What the numbers are, with their unit.
+    /// Quantity along the horizontal axis, with its unit.
     pub x_label: String,
     /// Names and positive numbers.
     pub series: Vec<(String, Vec<f64>)>,

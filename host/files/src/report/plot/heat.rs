@@ -7,11 +7,11 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// A map of shares: columns from left to right, rows from the bottom.
 pub struct Heat {
-    /// What is seen.
+    /// Title of the plot.
     pub title: String,
-    /// What the columns are, with their unit.
+    /// Quantity of the columns, with its unit.
     pub x_label: String,
-    /// The same of the rows.
+    /// Quantity of the rows, with its unit.
     pub y_label: String,
     /// Names of the columns.
     pub x: Vec<String>,
@@ -19,7 +19,7 @@ pub struct Heat {
     pub y: Vec<String>,
     /// Share of each cell of each row, 0 to 1; none where there is no number.
     pub shares: Vec<Vec<Option<f64>>>,
-    /// What it was made by.
+    /// Footer that tells how the plot was made.
     pub footer: String,
 }
 
@@ -37,7 +37,7 @@ const LEAST_WIDTH: i32 = 560;
 
 /// Colours of nothing, half and all: orange, white, blue.
 const ENDS: [(f64, f64, f64); 3] = [(213.0, 94.0, 0.0), (246.0, 240.0, 224.0), (0.0, 114.0, 178.0)];
-/// What stands on a light cell, on a dark page too: not the black that changes with the page.
+/// Ink on a light cell. It is not pure black, which a dark page turns light.
 const INK: RGBColor = RGBColor(1, 1, 1);
 const NO_NUMBER: RGBColor = RGBColor(224, 224, 224);
 

@@ -7,11 +7,11 @@ use plotters::prelude::*;
 
 /// Points with error bars over categories, such as sizes of a training set.
 pub struct Lines {
-    /// What is seen.
+    /// Title of the plot.
     pub title: String,
-    /// What the categories are.
+    /// Name of the categories along the horizontal axis.
     pub x_label: String,
-    /// What the numbers are, with their unit.
+    /// Quantity along the vertical axis, with its unit.
     pub y_label: String,
     /// The categories, from left to right.
     pub x: Vec<String>,

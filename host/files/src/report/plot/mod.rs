@@ -42,10 +42,10 @@ fn colour(number: usize) -> RGBColor {
 /// The area that a plot is drawn on.
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// What drawing into a string may answer.
+/// Result of drawing into a string.
 type DrawResult = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-/// What readers of a dark page see: paper and ink change places, colours stay.
+/// Style for a dark page: paper and ink change places, colours stay.
 const STYLE: &str = "\
 <style>@media (prefers-color-scheme:dark){rect[fill=\"#FFFFFF\"]{fill:#121920}\
 text[fill=\"#000000\"]{fill:#e3eaf2}[stroke=\"#000000\"]{stroke:#e3eaf2}}</style>";
@@ -54,7 +54,7 @@ fn to_svg(title: &str, draw: impl FnOnce(&Area<'_>) -> DrawResult) -> Result<Str
     to_svg_of(SIZE, title, draw)
 }
 
-/// The same of another size.
+/// Draws a plot of this size as SVG with a title and a style.
 fn to_svg_of(
     size: (u32, u32),
     title: &str,
@@ -145,7 +145,7 @@ mod tests {
     fn a_plot_has_a_title_and_both_inks() {
         let svg = to_svg("a < b & c", |area| area.draw(&Text::new("x", (5, 5), FONT))).unwrap();
         assert!(svg.starts_with("<svg") && svg.contains("<title>a &lt; b &amp; c</title>"));
-        // What the style names is what plotters writes.
+        // The style matches the colours only in the spelling of plotters.
         assert!(svg.contains("prefers-color-scheme:dark"));
         assert!(svg.contains("fill=\"#FFFFFF\"") && svg.contains("fill=\"#000000\""), "{svg}");
     }

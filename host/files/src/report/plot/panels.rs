@@ -6,7 +6,7 @@ use plotters::prelude::*;
 
 /// A plot of some lines over time.
 pub struct Panel {
-    /// What is seen, with its unit.
+    /// Title: the quantity shown, with its unit.
     pub title: String,
     /// Names and points of the lines; the names stand above, in the lines' colours.
     pub lines: Vec<(String, Vec<(f64, f64)>)>,
@@ -20,7 +20,7 @@ pub struct Panel {
 pub struct Outline {
     /// Its corners [m].
     pub points: Vec<(f64, f64)>,
-    /// Which colour; none is black.
+    /// Index of its colour; none is black.
     pub colour: Option<usize>,
     /// How wide.
     pub width: u32,
@@ -28,7 +28,7 @@ pub struct Outline {
 
 /// A picture to scale and panels below it.
 pub struct Sheet {
-    /// What is seen.
+    /// Title of the whole plot.
     pub title: String,
     /// The picture's axes.
     pub axes: (String, String),

@@ -6,11 +6,11 @@ use plotters::prelude::*;
 
 /// Clouds of points.
 pub struct Points {
-    /// What is seen.
+    /// Title of the plot.
     pub title: String,
-    /// What the numbers along the horizontal axis are, with their unit.
+    /// Quantity along the horizontal axis, with its unit.
     pub x_label: String,
-    /// The same of the vertical axis.
+    /// Quantity along the vertical axis, with its unit.
     pub y_label: String,
     /// Names of the clouds and their points.
     pub series: Vec<(String, Vec<(f64, f64)>)>,

@@ -6,9 +6,9 @@ use plotters::prelude::*;
 
 /// Clouds of points about an origin: where shots land.
 pub struct Scatter {
-    /// What is seen.
+    /// Title of the plot.
     pub title: String,
-    /// What the numbers along the axes are, with their unit.
+    /// Quantities along the two axes, with their unit.
     pub axes: (String, String),
     /// Names of the clouds and their points.
     pub series: Vec<(String, Vec<(f64, f64)>)>,

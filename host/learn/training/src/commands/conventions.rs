@@ -28,7 +28,7 @@ fn an_option_means_the_same_in_every_command() {
     let program = Cli::command();
     let mut seen: BTreeMap<String, String> = BTreeMap::new();
     for arg in program.get_subcommands().flat_map(|command| command.get_arguments()) {
-        // What is written is named by what it is: a model here, a directory there.
+        // Outputs are named by their kind: a model here, a directory there.
         let Some(name) = arg.get_long().filter(|name| *name != "out") else { continue };
         let said = seen.entry(name.into()).or_insert_with(|| meaning(arg));
         assert_eq!(meaning(arg), *said, "--{name}");

@@ -15,7 +15,7 @@ impl Device {
     /// Whether it is there.
     ///
     /// # Errors
-    /// What is missing.
+    /// A device that is missing.
     pub(super) fn check(self) -> Result<(), Error> {
         match self {
             Self::Cpu => Ok(()),

@@ -92,7 +92,7 @@ impl Args {
     }
 }
 
-/// Scenarios of a roll-out, unless the configuration says how many.
+/// Scenarios of a rollout, unless the configuration says how many.
 const ROLLOUT_COUNT: usize = 64;
 
 /// Datasets, or random trajectories to measure speed with.

@@ -66,7 +66,7 @@ fn gather<const D: usize>(rows: &[f32], width: usize, from: usize, out: &mut [[f
     }
 }
 
-/// The same transposed: number by number, a padded row each.
+/// Transposes rows: number by number, a padded row each.
 fn transpose<const D: usize>(rows: &[[f32; D]], padded: usize, out: &mut [f32]) {
     for (j, row) in rows.iter().enumerate() {
         for (d, value) in row.iter().enumerate() {

@@ -25,7 +25,7 @@ fn matrix(values: Vec<f32>, rows: usize, columns: usize) -> FlexTensor {
     FlexTensor::from_data(TensorData::new(values, [rows, columns]))
 }
 
-/// The same tensor, its numbers in order.
+/// Makes a tensor contiguous, its numbers in order.
 fn ordered(tensor: FlexTensor) -> FlexTensor {
     if tensor.as_slice::<f32>().is_some() { tensor } else { tensor.to_contiguous() }
 }
@@ -222,7 +222,7 @@ mod tests {
     use burn::backend::autodiff::checkpoint::strategy::BalancedCheckpointing;
     use burn::tensor::backend::AutodiffBackend;
 
-    /// The same backend with Burn's own operations.
+    /// Backend with Burn's own operations.
     type Plain = Autodiff<Flex, BalancedCheckpointing>;
 
     fn values(count: usize, seed: u64) -> Vec<f32> {

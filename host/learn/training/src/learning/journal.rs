@@ -1,4 +1,4 @@
-//! What is kept of a learning between its interruptions: `learn.jsonl`.
+//! Journal of a learning, kept between its interruptions: `learn.jsonl`.
 
 use super::recipe::Sizes;
 use remora_host::error::Error;
@@ -81,7 +81,7 @@ impl Heading for Begun {
 pub(super) enum Mark {
     /// Planning for the dataset took so long [s].
     Planned(f64),
-    /// How much is to be planned.
+    /// Numbers of scenarios to plan.
     Sized(Sizes),
     /// How long the training may take.
     Minutes(f64),

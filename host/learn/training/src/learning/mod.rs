@@ -36,7 +36,7 @@ use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-/// What is to be learnt: the input of `remora-train mission`.
+/// Task of learning: the input of `remora-train mission`.
 #[derive(Clone, Debug)]
 pub struct Learning {
     /// The mission; valid, its plans of all nodes of this build.
@@ -57,9 +57,9 @@ pub struct Learning {
     pub work: PathBuf,
 }
 
-/// Who works and watches.
+/// Callbacks that tell, watch and train.
 pub struct Hands<'a> {
-    /// Told in a line what comes next.
+    /// Tells in a line what comes next.
     pub tell: &'a dyn Fn(&str),
     /// Watches the dataset being planned.
     pub dataset: &'a mut dyn Progress,
@@ -69,7 +69,7 @@ pub struct Hands<'a> {
     pub test: &'a mut dyn Progress,
 }
 
-/// What was learnt.
+/// Result of learning.
 #[derive(Clone, Debug, Serialize)]
 pub struct Learnt {
     format: &'static str,

@@ -1,4 +1,4 @@
-//! How much is planned and trained in the hours there are.
+//! Recipe of a learning: plans and trains as much as fits in its hours.
 
 use crate::Config;
 use crate::config::{Data, Model, Schedule, Training};
@@ -44,7 +44,7 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    /// As many as fit in the hours where the first shard took so long [s].
+    /// Fits as many as the hours allow, where the first shard took so long [s].
     pub fn of(hours: f64, seed: u64, shard_s: f64) -> Self {
         let shard = u64::from(SHARD.get());
         let scenario_s = shard_s.max(1e-3) / shard as f64;

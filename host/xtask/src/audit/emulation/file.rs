@@ -26,9 +26,9 @@ pub struct TargetRecord {
     pub target: String,
     /// The emulated board.
     pub board: String,
-    /// What the compiler made it for.
+    /// Processor that the compiler made it for.
     pub cpu: String,
-    /// Which compiler.
+    /// The compiler.
     pub toolchain: String,
     /// Clock rate of the estimate of milliseconds [Hz].
     pub clock_hz: Option<u64>,
@@ -54,7 +54,7 @@ pub struct TargetRecord {
     pub panic_free: bool,
     /// The parts of a plan one by one, in the test image.
     pub parts: Vec<Part>,
-    /// What it planned.
+    /// Runs of the image.
     pub runs: Vec<RunRecord>,
 }
 
@@ -76,7 +76,7 @@ pub struct Part {
 pub struct RunRecord {
     /// Discretisation of Stage 2.
     pub integrator: IntegratorName,
-    /// What Stage 2 was to start from.
+    /// Requested initial guess of Stage 2.
     pub start: StartName,
     /// Whether results are the host's, bit for bit.
     pub same_bits_as_host: bool,
@@ -127,7 +127,7 @@ pub enum IntegratorName {
 }
 
 impl IntegratorName {
-    /// As files spell it.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Euler => "euler",
@@ -135,7 +135,7 @@ impl IntegratorName {
         }
     }
 
-    /// As people write it.
+    /// Name for readers.
     pub fn label(self) -> &'static str {
         match self {
             Self::Euler => "Euler",
@@ -144,7 +144,7 @@ impl IntegratorName {
     }
 }
 
-/// What Stage 2 is asked to start from.
+/// Requested initial guess of Stage 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StartName {
@@ -155,7 +155,7 @@ pub enum StartName {
 }
 
 impl StartName {
-    /// As files and people write it.
+    /// Name in files and for readers.
     pub fn name(self) -> &'static str {
         match self {
             Self::Heuristic => "heuristic",
@@ -170,7 +170,7 @@ impl StartName {
 pub struct Counter {
     /// Instructions of the loop.
     pub expected: u64,
-    /// What was counted.
+    /// Instructions that were counted.
     pub counted: u64,
     /// Smallest difference that the counter knows [instructions].
     pub resolution: u64,
@@ -220,7 +220,7 @@ impl PlanRecord {
     }
 }
 
-/// What one stage did.
+/// Counts of one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with the counts of a stage")]
 pub struct StageCounts {

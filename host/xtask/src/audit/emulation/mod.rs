@@ -55,7 +55,7 @@ impl Phase {
         Self::Total,
     ];
 
-    /// As a table calls it.
+    /// Name in tables.
     pub fn label(self) -> &'static str {
         match self {
             Self::Translation => "Stage 1",
@@ -71,7 +71,7 @@ impl Phase {
     }
 }
 
-/// What was measured under emulation.
+/// Measurements under emulation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Emulation {
     /// One image each.
@@ -85,9 +85,9 @@ pub struct Target {
     pub target: String,
     /// The emulated board.
     pub board: String,
-    /// What the compiler made it for.
+    /// Processor that the compiler made it for.
     pub cpu: String,
-    /// Which compiler.
+    /// The compiler.
     pub toolchain: String,
     /// Clock rate of the estimate of milliseconds [Hz].
     pub clock_hz: Option<u64>,
@@ -122,7 +122,7 @@ pub struct Target {
 pub struct Run {
     /// Discretisation of Stage 2.
     pub integrator: IntegratorName,
-    /// What Stage 2 was to start from.
+    /// Requested initial guess of Stage 2.
     pub start: StartName,
     /// How many scenarios.
     pub scenarios: usize,
@@ -164,7 +164,7 @@ pub struct Observed {
 }
 
 impl Observed {
-    /// Of some plans, of which there is at least one.
+    /// Observations of some plans; none without a plan.
     fn of(phase: Phase, plans: &[PlanRecord]) -> Option<Self> {
         let count = |plan: &PlanRecord| plan.instructions.of(phase);
         let mut counts: Vec<u64> = plans.iter().map(count).collect();
@@ -192,7 +192,7 @@ impl Emulation {
         Self::parse(&read_text(file, Limit::DOCUMENT)?).map_err(|error| error.at(file))
     }
 
-    /// The same of a text.
+    /// Parses the text of a report.
     ///
     /// # Errors
     /// As [`Emulation::read`].
@@ -200,7 +200,7 @@ impl Emulation {
         Self::new(json::parse(text, FORMAT)?)
     }
 
-    /// What a report says.
+    /// Converts and checks a report.
     ///
     /// # Errors
     /// As [`Emulation::read`].
@@ -254,7 +254,7 @@ impl Target {
         })
     }
 
-    /// What a step of guidance takes at most over all runs, and its stack.
+    /// Largest instruction counts and stack of guidance's steps over all runs.
     pub fn guidance(&self) -> Option<GuidanceRecord> {
         let most = |one: Steps, other: Steps| Steps {
             steps: one.steps + other.steps,
@@ -309,7 +309,7 @@ impl Run {
         longest.map(|(instructions, plan)| (instructions, plan.scenario.as_str()))
     }
 
-    /// What was observed of a phase.
+    /// Observations of a phase.
     pub fn observed(&self, phase: Phase) -> Option<&Observed> {
         self.phases.iter().find(|observed| observed.phase == phase)
     }

@@ -1,6 +1,6 @@
-//! What was measured under emulation, as tables.
+//! Measurements under emulation, as tables.
 
-use super::{Emulation, Phase, Run, Steps, Target};
+use super::{Emulation, IntegratorName, Phase, Run, StartName, Steps, Target};
 use remora_host::report::{Align, Table, number};
 
 impl Emulation {
@@ -12,13 +12,7 @@ impl Emulation {
             ("Runs under emulation".to_string(), self.runs()),
             ("Stack, high-water mark [bytes]".to_string(), self.stacks()),
         ];
-        let mut kinds = Vec::new();
-        for run in self.targets.iter().flat_map(|target| &target.runs) {
-            if !kinds.contains(&(run.integrator, run.start)) {
-                kinds.push((run.integrator, run.start));
-            }
-        }
-        for (integrator, start) in kinds {
+        for (integrator, start) in self.kinds() {
             let runs = self.targets.iter().filter_map(|t| Some((t, t.run(integrator, start)?)));
             let (integrator, start) = (integrator.label(), start.name());
             tables.push((
@@ -31,6 +25,62 @@ impl Emulation {
             tables.push(("Parts of a plan, one by one".to_string(), self.parts()));
         }
         tables
+    }
+
+    /// Integrators and initial guesses of all runs, in their order.
+    fn kinds(&self) -> Vec<(IntegratorName, StartName)> {
+        let mut kinds = Vec::new();
+        for (_, run) in self.each() {
+            if !kinds.contains(&(run.integrator, run.start)) {
+                kinds.push((run.integrator, run.start));
+            }
+        }
+        kinds
+    }
+
+    /// Most instructions of a whole plan [10^6] and its scenario, a row a run, a column a target.
+    pub fn plan_maxima(&self) -> Table {
+        let mut table = self.table_by_target("integrator, initial guess");
+        for (integrator, start) in self.kinds() {
+            let most = |target: &Target| {
+                let plan = target.run(integrator, start)?.observed(Phase::Total)?;
+                Some(format!("{}, {}", millions(plan.max_instructions), plan.max_scenario))
+            };
+            let cells =
+                self.targets.iter().map(|target| most(target).unwrap_or_else(|| "-".into()));
+            let name = format!("{}, {}", integrator.label(), start.name());
+            table.push([name].into_iter().chain(cells).collect());
+        }
+        table
+    }
+
+    /// Most instructions between two pauses of planning and of a step of guidance, and its stack.
+    pub fn cycle_maxima(&self) -> Table {
+        let mut table = Table::new([
+            ("", Align::Left),
+            ("slice", Align::Right),
+            ("step", Align::Right),
+            ("first step", Align::Right),
+            ("stack [bytes]", Align::Right),
+        ]);
+        let or_none = |number: Option<u64>| number.map_or("-".into(), |number| number.to_string());
+        for target in &self.targets {
+            let guidance = target.guidance();
+            table.row([
+                target.cpu.clone(),
+                or_none(target.longest_slice()),
+                or_none(guidance.map(|flown| flown.next.instructions)),
+                or_none(guidance.map(|flown| flown.first.instructions)),
+                or_none(guidance.and_then(|flown| flown.stack_bytes)),
+            ]);
+        }
+        table
+    }
+
+    /// An empty table with a first column and a column a target.
+    fn table_by_target(&self, first: &str) -> Table {
+        let targets = self.targets.iter().map(|target| (target.cpu.clone(), Align::Right));
+        Table::with_columns([(first.to_string(), Align::Left)].into_iter().chain(targets).collect())
     }
 
     /// Most of a plan [10^6], of a slice between two pauses of planning and of a step of guidance, a row a run.
@@ -70,10 +120,7 @@ impl Emulation {
 
     /// Observed maxima over all runs, a row a phase, a column a target.
     pub fn phase_maxima(&self) -> Table {
-        let targets = self.targets.iter().map(|target| (target.cpu.clone(), Align::Right));
-        let mut table = Table::with_columns(
-            [("phase".to_string(), Align::Left)].into_iter().chain(targets).collect(),
-        );
+        let mut table = self.table_by_target("phase");
         let most = |target: &Target, phase: Phase| {
             let observed = target.runs.iter().filter_map(|run| run.observed(phase));
             observed.map(|observed| observed.max_instructions).max().unwrap_or(0)

@@ -65,6 +65,13 @@ fn guidance_and_slices_are_those_of_the_hardest_run() {
     ] {
         assert!(maxima.contains(row), "{maxima}");
     }
+    let plans = new.plan_maxima().markdown();
+    assert!(plans.contains("| Euler, heuristic | 0.001300, b |"), "{plans}");
+    assert!(plans.contains("| Euler, model | 2500, a |"), "{plans}");
+    let cycles = new.cycle_maxima().markdown();
+    assert!(cycles.contains("| generic-rv64 | 90 | 51240 | 142680 | 3656 |"), "{cycles}");
+    let unflown = old.cycle_maxima().markdown();
+    assert!(unflown.contains("| generic-rv64 | - | - | - | - |"), "{unflown}");
     for (heading, table) in &tables {
         let widest = table.to_string().lines().map(|line| line.chars().count()).max();
         assert!(widest <= Some(100), "{heading}: {widest:?}");

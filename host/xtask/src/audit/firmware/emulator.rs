@@ -27,13 +27,13 @@ pub fn on_host(program: &Path, plans: &Plans, log: &Path) -> Result<(), Error> {
     finish(&mut command, log)
 }
 
-/// What the emulator leaves in an image's memory to ask it for plans.
+/// Argument of the emulator that leaves a request for plans in an image's memory.
 pub fn request(target: &Target, built: &Built, plans: &Plans) -> [String; 1] {
     let (address, word) = (built.request, target.loaded(plans.word()));
     [format!("addr=0x{address:x},data=0x{word:x},data-len=4")]
 }
 
-/// Has an image plan in the emulator what is left in its memory, and writes what it prints to `log`. The
+/// Runs an image in the emulator with `left` in its memory, and writes its output to `log`. The
 /// emulator retires one instruction a tick and never sleeps, so that counts repeat.
 ///
 /// # Errors

@@ -10,10 +10,10 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Which image of a target.
+/// Kind of a target's image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kit {
-    /// What would fly.
+    /// The image that would fly.
     Flight,
     /// Parts of a plan one by one, and a panic, so that the proof of its absence can be seen to fail.
     Tests,
@@ -31,7 +31,7 @@ pub struct Folders {
 }
 
 impl Folders {
-    /// Of a checkout.
+    /// Folders of a checkout.
     pub fn of(root: &Path) -> Self {
         Self { manifest: root.join("ci/firmware/Cargo.toml"), out: super::folder(root) }
     }
@@ -108,7 +108,7 @@ fn flags(target: &str) -> String {
     }
 }
 
-/// What a build says, kept beside its image.
+/// Runs a build and keeps its output beside its image.
 fn said(command: &mut Command, image: &Path) -> Result<String, Error> {
     let failed = |reason: String| Error::input(image, "", reason);
     let output = command.output().map_err(|cause| failed(io_reason(&cause)))?;
@@ -123,7 +123,7 @@ fn said(command: &mut Command, image: &Path) -> Result<String, Error> {
     Err(failed(format!("is not built: {}", errors.join(" / "))))
 }
 
-/// What an image's file tells.
+/// Sizes and symbols of an image's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Built {
     /// Code, constants and initial data, without models [bytes].
@@ -132,7 +132,7 @@ pub struct Built {
     pub model_bytes: u64,
     /// Memory that is zero at the start, without the stack [bytes].
     pub static_bytes: u64,
-    /// Where the request is left.
+    /// Address where the request is left.
     pub request: u64,
     /// Symbols by which a panic can be reached; none is the proof that none can.
     pub panics: Vec<String>,

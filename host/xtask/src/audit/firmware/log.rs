@@ -1,4 +1,4 @@
-//! What an image prints: lines of a kind and `key=value`, the last of them `end`.
+//! Output of an image: lines of a kind and `key=value`, the last of them `end`.
 
 use crate::audit::emulation::{
     Counter, GuidanceRecord, Instructions, Part, PlanRecord, StageCounts, Steps,
@@ -12,7 +12,7 @@ use std::str::FromStr;
 /// Kinds of lines that must be the same text on every processor: the same bits.
 const RESULTS: [&str; 6] = ["stage", "plan", "residual", "verified", "guidance", "kernel"];
 
-/// What one run of an image printed.
+/// Output of one run of an image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
     /// The board that it ran on.
@@ -34,7 +34,7 @@ pub struct Log {
     pub stack_size_bytes: u64,
     /// Instructions of opening the model, the most of them, where one was opened.
     pub open_model_instructions: Option<u64>,
-    /// What was called and counted on its own.
+    /// Parts of a plan that were called and counted on their own.
     pub parts: Vec<Part>,
     /// Steps of guidance.
     pub guidance: Option<GuidanceRecord>,
@@ -54,7 +54,7 @@ struct Reader {
     plan: Option<PlanLine>,
 }
 
-/// What the line of a plan says.
+/// Content of a plan's line.
 struct PlanLine {
     scenario: String,
     status: u32,
@@ -80,7 +80,7 @@ impl Log {
         Self::parse(&String::from_utf8_lossy(&text)).map_err(|error| error.at(file))
     }
 
-    /// The same of a text.
+    /// Parses the text of a log.
     fn parse(text: &str) -> Result<Self, FieldError> {
         let lines: Vec<&str> = text.lines().collect();
         match lines.split_last() {

@@ -4,7 +4,7 @@
 //! linkers, emulators; what is missing is named, nothing is installed), `plans` (what is asked of an
 //! image), `image` (build it, read it), `emulator` (run it), `log` (what it printed), `bars`; `replay` (an image
 //! that plans what is handed to it).
-//! What is measured, and how, is told in `docs/firmware.md`.
+//! `docs/guides/bare-metal.md` tells what is measured, and how.
 
 mod bars;
 mod emulator;
@@ -48,18 +48,18 @@ pub struct Firmware {
     pub root: PathBuf,
     /// The processors.
     pub targets: Vec<&'static Target>,
-    /// What each image plans.
+    /// Plans of each image.
     pub plans: Vec<Plans>,
     /// Whether each run is made again and must print the same, instruction counts included.
     pub is_repeated: bool,
 }
 
-/// What came of it.
+/// Findings of the images.
 #[derive(Clone, Debug)]
 pub struct Measured {
-    /// What was measured; in `report.json` too.
+    /// Measurements, written to `report.json` too.
     pub report: ReportFile,
-    /// What must not be, a line each.
+    /// Faults of the images, one line each.
     pub broken: Vec<String>,
 }
 
@@ -152,7 +152,7 @@ impl Work<'_> {
                     next.store(jobs.len(), Ordering::Relaxed);
                 }
                 let line = format!("{}: {} s", job.name(), started.elapsed().as_secs());
-                // Who listens leaves last.
+                // The receiver outlives all senders.
                 let _ = sender.send((line, done));
             }
         };
@@ -287,7 +287,7 @@ impl Job<'_> {
     }
 }
 
-/// What the test image plans besides: one scenario.
+/// Plan of the test image besides its parts: one scenario.
 const TESTED: Plans = {
     use crate::audit::emulation::{IntegratorName, StartName};
     Plans { integrator: IntegratorName::Euler, start: StartName::Heuristic, scenarios: 1 }

@@ -1,4 +1,4 @@
-//! What images are asked to plan.
+//! Plans that images are asked for.
 
 use crate::audit::emulation::{IntegratorName, StartName};
 use remora_host::choice::Choice;
@@ -6,13 +6,13 @@ use remora_host::choice::Choice;
 /// Scenarios in the audit's set.
 const SCENARIOS: u16 = 12;
 
-/// How much the images plan.
+/// Extent of the images' plans.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Extent {
     /// One scenario with Euler from both starts: whether images work.
     #[default]
     One,
-    /// What the audit reports.
+    /// Plans that the audit reports.
     Corpus,
     /// All scenarios of the audit's set with both integrators from both starts.
     Full,
@@ -41,7 +41,7 @@ impl Choice for Extent {
 }
 
 impl Extent {
-    /// What each image is asked to plan.
+    /// Plans that each image is asked for.
     pub fn plans(self) -> Vec<Plans> {
         let starts = [StartName::Heuristic, StartName::Model];
         match self {
@@ -69,7 +69,7 @@ impl Plans {
         Self { integrator, start, scenarios: ((1_u32 << count.min(SCENARIOS)) - 1) as u16 }
     }
 
-    /// What the audit reports: a typical scenario or two, and those that are hardest with this
+    /// Plans that the audit reports: a typical scenario or two, and those that are hardest with this
     /// integrator and start. With RK4, where one of these takes an emulator half a minute, the
     /// hardest.
     fn corpus() -> Vec<Self> {
@@ -88,7 +88,7 @@ impl Plans {
         ]
     }
 
-    /// The same with all scenarios of the set, which takes some three times as long.
+    /// Plans of all scenarios of the set, which take some three times as long.
     fn full_corpus() -> Vec<Self> {
         let all = |plans| Self { scenarios: (1 << SCENARIOS) - 1, ..plans };
         Self::corpus().into_iter().map(all).collect()

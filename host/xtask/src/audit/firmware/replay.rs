@@ -13,12 +13,12 @@ use std::path::Path;
 /// The symbol of the numbers that say what to plan.
 const INPUT: &str = "REMORA_INPUT";
 
-/// What became of a plan on another processor.
+/// Outcome of a plan on another processor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Replayed {
     /// The checksum of the plan.
     Planned(u64),
-    /// What is missing to build or run its image.
+    /// Tools that are missing to build or run its image.
     Missing(String),
 }
 
@@ -60,8 +60,8 @@ pub fn replay_image(
 }
 
 impl Target {
-    /// What the emulator leaves in the board's memory, a double an entry: a file's place would be one that the
-    /// image has already.
+    /// Arguments of the emulator that leave the numbers in the board's memory, one each. The image already holds
+    /// the place where a file would go.
     fn left(&self, address: u64, numbers: &[f64]) -> Vec<String> {
         let is_big = if self.byte_order == ByteOrder::Big { "on" } else { "off" };
         let at = (address..).step_by(size_of::<f64>());

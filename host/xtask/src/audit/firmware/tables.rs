@@ -1,4 +1,4 @@
-//! What `cargo xtask firmware` prints.
+//! Tables that `cargo xtask firmware` prints.
 
 use crate::audit::emulation::{Phase, ReportFile, RunRecord, TargetRecord};
 use remora_host::report::{Align, Table};

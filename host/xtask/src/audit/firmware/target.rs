@@ -1,4 +1,4 @@
-//! What is particular to each processor that images are built for.
+//! Properties of each processor that images are built for.
 
 use remora_host::choice::Choice;
 

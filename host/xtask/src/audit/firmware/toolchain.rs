@@ -12,8 +12,8 @@ use std::process::Command;
 const DEBIAN: [&str; 2] = ["/usr/bin/rustc", "/usr/bin/cargo"];
 const DEBIAN_PACKAGES: &str = "rustc-web cargo-web rust-web-src";
 
-/// What would leak into the build where this program was started from within cargo, or with flags
-/// that are meant for the host.
+/// Variables that would leak into the build where cargo started this program, or that hold flags
+/// meant for the host.
 const LEAKS: [&str; 10] = [
     "CARGO",
     "RUSTC",
@@ -27,7 +27,7 @@ const LEAKS: [&str; 10] = [
     "LD_LIBRARY_PATH",
 ];
 
-/// What the images are built and run with.
+/// Toolchain that the images are built with.
 #[derive(Clone, Debug)]
 pub struct Toolchain {
     /// Where the user's own toolchain lies.
@@ -63,7 +63,7 @@ impl Toolchain {
         }
     }
 
-    /// What a target needs that is not there.
+    /// Tools that a target needs and this machine lacks.
     fn lacks(&self, target: &Target) -> Vec<String> {
         let mut lacking = Vec::new();
         if !self.has(target.name) && self.debian.is_none() {
@@ -114,7 +114,7 @@ impl Toolchain {
         command
     }
 
-    /// Which compiler builds for a target, with its version.
+    /// Compiler that builds for a target, with its version.
     pub fn name(&self, target: &str) -> String {
         match (&self.debian, self.has(self.triple(target))) {
             (Some(version), false) => format!("Debian {version}"),
@@ -146,7 +146,7 @@ fn debian() -> Option<String> {
     is_complete.then(|| version.split(" (").next().unwrap_or_default().trim().to_string())
 }
 
-/// What a program prints, where it ends well.
+/// Output of a program, where it ends well.
 fn output(command: &mut Command) -> Option<String> {
     let output = clean(command).output().ok().filter(|output| output.status.success())?;
     String::from_utf8(output.stdout).ok()

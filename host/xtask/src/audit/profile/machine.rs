@@ -1,4 +1,4 @@
-//! What the machine was doing meanwhile: without that no reader can judge a tail.
+//! Load of the machine meanwhile: a tail cannot be judged without it.
 
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -11,7 +11,7 @@ pub struct Machine {
     pub processor: String,
     /// Load averages over 1, 5 and 15 minutes before.
     pub load_before: Option<[f64; 3]>,
-    /// The same afterwards.
+    /// Load averages over the same times afterwards.
     pub load_after: Option<[f64; 3]>,
     /// Share of all cores' time that they were idle.
     pub idle_share: Option<f64>,
@@ -19,7 +19,7 @@ pub struct Machine {
     pub steal_share: Option<f64>,
     /// Least difference between two readings of the timer that differ [s].
     pub timer_resolution_s: f64,
-    /// What a reading of the timer takes [s].
+    /// Time that a reading of the timer takes [s].
     pub timer_overhead_s: f64,
 }
 

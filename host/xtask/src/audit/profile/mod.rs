@@ -3,7 +3,7 @@
 //! Every configuration (integrator, warm start, mode) plans every scenario in three cases: on one
 //! core, with its linearisations shared between two, and with a second core that plans the same at
 //! the same time. Scenario by scenario all of them take their turn, so that they are measured under the same load. How it is
-//! measured, and what the words mean, is told in `docs/profile.md`.
+//! measured, and what the words mean, is told in `docs/evidence/verification.md`.
 
 mod counter;
 mod journal;

@@ -1,4 +1,4 @@
-//! What is measured, and in which order.
+//! Measurements and their order.
 
 use remora_host::method::{Integrator, Method, Mode, Qp, WarmStart};
 use serde::{Deserialize, Serialize};
@@ -48,7 +48,7 @@ pub enum Case {
     OneCore,
     /// One plan, its linearisations shared between both cores.
     TwoCores,
-    /// The same plan on both cores at the same time, each on its own.
+    /// One plan on each core at the same time, both of one scenario.
     TwoPlans,
     /// One plan on the first core by a clock that counts instructions.
     Counted,
@@ -88,7 +88,7 @@ impl Rounds {
     /// thousand times on one core, and all takes less than four minutes.
     pub const DEFAULT: Self = Self::of(17);
 
-    /// So many rounds with Euler on one core, a quarter as many on two. RK4's plans take long and get
+    /// Rounds with Euler on one core, a quarter as many on two. RK4's plans take long and get
     /// a ninth. Parts of rounds are rounds.
     pub const fn of(euler: usize) -> Self {
         Self { euler, euler_second_core: euler.div_ceil(4), rk4: euler.div_ceil(9) }

@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(message([2, 3]), "--cores: core 3 is not one of this program's: 2, 5");
     }
 
-    /// What was asked of the system is what it says afterwards, of both threads.
+    /// Both threads run on the cores that were asked for, as the system says afterwards.
     #[cfg(target_os = "linux")]
     #[test]
     fn both_threads_are_where_they_were_pinned() {

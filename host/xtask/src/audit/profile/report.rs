@@ -1,4 +1,4 @@
-//! What `cargo xtask profile` prints.
+//! Text that `cargo xtask profile` prints.
 
 use super::results::{CaseProfile, ConfigurationProfile, PHASES, Profile};
 use super::spread::Spread;
@@ -25,7 +25,7 @@ pub fn profile_report(profile: &Profile) -> String {
     out
 }
 
-/// What was measured, on what, and how quiet it was.
+/// Preamble: the measurements, the machine, and its load.
 pub fn profile_preamble(profile: &Profile) -> String {
     let Profile { machine, pinning, rounds, .. } = profile;
     let cores = match (&pinning.cores, &pinning.refused) {
@@ -151,19 +151,31 @@ impl Profile {
                 milliseconds(plan.p99),
                 plan.p999.map_or("-".into(), milliseconds),
                 milliseconds(plan.max),
-                format!("{:.2} x", c.linearisation_ratio),
-                format!("{:.2} x", c.throughput_ratio),
+                format!("{:.2}", c.linearisation_ratio),
+                format!("{:.2}", c.throughput_ratio),
                 milliseconds(c.two_plans.phase("whole_plan").p99),
             ]);
         }
         table
     }
 
-    /// The configuration whose plans take longest, with its phases on one core.
-    pub fn slowest(&self) -> Option<(&str, Table)> {
+    fn slowest_configuration(&self) -> Option<&ConfigurationProfile> {
         let time = |c: &ConfigurationProfile| c.one_core.phase("whole_plan").median;
-        let slowest = self.configurations.iter().max_by(|a, b| time(a).total_cmp(&time(b)))?;
-        Some((slowest.name.as_str(), phases(&slowest.one_core)))
+        self.configurations.iter().max_by(|a, b| time(a).total_cmp(&time(b)))
+    }
+
+    /// The configuration whose plans take longest: median, p99 and maximum of its phases on one core.
+    pub fn slowest(&self) -> Option<(&str, Table)> {
+        let right = Align::Right;
+        let mut table =
+            Table::new([("phase", Align::Left), ("median", right), ("p99", right), ("max", right)]);
+        let slowest = self.slowest_configuration()?;
+        for phase in &slowest.one_core.phase_s {
+            let [median, p99, max] =
+                [phase.spread.median, phase.spread.p99, phase.spread.max].map(milliseconds);
+            table.row([phase.phase.replace('_', " "), median, p99, max]);
+        }
+        Some((slowest.name.as_str(), table))
     }
 
     /// The phases of a plan on one core and on two, a table a configuration.
@@ -202,7 +214,7 @@ impl Profile {
         (heading.into(), table)
     }
 
-    /// What it is worth for one plan, for two at once, and what it costs the first one's tail.
+    /// Gain from the second core for one plan and for two, and its cost for the first one's tail.
     fn second_core(&self) -> Table {
         let right = Align::Right;
         let mut table = Table::new([

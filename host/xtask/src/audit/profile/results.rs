@@ -1,4 +1,4 @@
-//! What a profile says.
+//! Results of a profile.
 
 use super::machine::Machine;
 use super::order::{Case, Configuration, Rounds};
@@ -49,7 +49,7 @@ pub struct Profile {
     pub no_counter: Option<String>,
     /// The configurations.
     pub configurations: Vec<ConfigurationProfile>,
-    /// What was to be reached, and what was.
+    /// Ratios with their thresholds and values.
     pub bars: Vec<Bar>,
     /// How long the profile took [s].
     pub wall_s: f64,
@@ -60,19 +60,19 @@ pub struct Profile {
 pub struct ConfigurationProfile {
     /// Its name, such as `euler-optimal-model`.
     pub name: String,
-    /// What it is.
+    /// Integrator, start and mode.
     pub configuration: Configuration,
     /// One plan on one core.
     pub one_core: CaseProfile,
     /// One plan on two cores.
     pub two_cores: CaseProfile,
-    /// Of two plans at once the first core's.
+    /// First core's plan of two at once.
     pub two_plans: CaseProfile,
     /// Instructions of each phase on one core, where they are counted.
     pub instructions: Option<Vec<PhaseSpread>>,
     /// Linearisation of a plan on one core over the same on two: median over plans.
     pub linearisation_ratio: f64,
-    /// The same for the whole plan.
+    /// Whole plan on one core over the same on two: median over plans.
     pub plan_ratio: f64,
     /// Twice the time of a plan over that of two at once: median over plans.
     pub throughput_ratio: f64,
@@ -111,12 +111,12 @@ pub struct PhaseSpread {
     pub spread: Spread,
 }
 
-/// Something to be reached. Whether it is depends on the machine and its load.
+/// Threshold of a ratio. Whether it is met depends on the machine and its load.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bar {
-    /// What.
+    /// Name of the ratio.
     pub name: String,
-    /// By which configuration.
+    /// Name of the configuration.
     pub configuration: String,
     /// Least value.
     pub least: f64,

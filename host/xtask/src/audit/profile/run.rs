@@ -27,7 +27,7 @@ pub struct Profiler {
     pub scenarios: Vec<NamedScenario>,
     /// The mission; valid.
     pub mission: Mission,
-    /// What is profiled.
+    /// Configurations to profile.
     pub configurations: Vec<Configuration>,
     /// How often every scenario is planned.
     pub rounds: Rounds,

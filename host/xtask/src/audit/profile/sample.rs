@@ -1,4 +1,4 @@
-//! What was measured of one plan.
+//! Measurements of one plan.
 
 use super::order::Job;
 use remora_core::advanced::planner::PhaseTimes;
@@ -19,7 +19,7 @@ pub(super) struct Sample {
     pub times: PhaseTimes,
     /// Linearisations of Stage 2, one by one [s].
     pub linearise_s: Vec<f64>,
-    /// The same of its iterations' subproblems, corrections included [s].
+    /// Subproblems of its iterations, one by one, corrections included [s].
     pub qp_s: Vec<f64>,
     pub iterations: u64,
     pub is_solved: bool,

@@ -4,16 +4,17 @@
 //! `PAGE#HEADING/ROW`: rows of a table below a heading of a Markdown page, which say whether a
 //! threshold was kept. Both ends are looked at: a requirement without a living reference is a
 //! fault, and so is a test that names an id which does not exist. A requirement that is missed is
-//! no fault where `docs/limitations.md` names it: it is shown as missed.
+//! no fault where `docs/evidence/limitations.md` names it: it is shown as missed.
 
 mod outcome;
 
-pub use outcome::{Texts, page};
+pub use outcome::{RESULTS, Texts, page, split};
 
 use outcome::{MISSES, is_page};
 use remora_host::error::{Error, io_reason};
 use remora_host::formats::{Limit, read_text};
 use remora_host::report::Page;
+use remora_host::report::page::document;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -27,7 +28,7 @@ pub const FILE: &str = "docs/requirements.csv";
 pub struct Requirement {
     /// `REM-AREA-NUMBER`, unique, never used again.
     pub id: String,
-    /// What is required.
+    /// The requirement, in words.
     pub text: String,
     /// Why.
     pub rationale: String,
@@ -100,7 +101,7 @@ fn is_id(text: &str) -> bool {
         && parts.next().is_none()
 }
 
-/// What is wrong with the references of `requirements`, a line each; nothing where all is well.
+/// Faults of the references of `requirements`, a line each.
 ///
 /// # Errors
 /// A folder of sources that cannot be read.
@@ -195,16 +196,15 @@ pub fn texts(root: &Path, requirements: &[Requirement]) -> Texts {
 }
 
 impl Texts {
-    /// The same with pages of the audit that have just been made.
+    /// Puts sections of the audit's page that have just been made in the place of that page.
     pub fn with_pages(mut self, pages: &[Page]) -> Self {
-        let made = |page: &Page| (format!("{FOLDER}{}.md", page.name), page.markdown());
-        self.0.extend(pages.iter().map(made));
+        self.0.insert(PAGE.into(), document(pages));
         self
     }
 }
 
-/// Where the pages of the audit are, from the root.
-const FOLDER: &str = "docs/audit/";
+/// The audit's page, from the root.
+const PAGE: &str = "docs/evidence/results.md";
 
 /// The ids in a line that is the comment by which a test claims to verify something.
 fn claimed(line: &str) -> Option<impl Iterator<Item = &str>> {
@@ -261,13 +261,13 @@ mod tests {
     /// A checkout with these requirements and a test source.
     fn checkout(rows: &str, source: &str) -> tempfile::TempDir {
         let dir = tempfile::tempdir().unwrap();
-        for folder in ["core", "host/tests", "docs/audit"] {
+        for folder in ["core", "host/tests", "docs/evidence"] {
             fs::create_dir_all(dir.path().join(folder)).unwrap();
         }
         fs::write(dir.path().join(FILE), format!("{HEAD}{rows}")).unwrap();
         fs::write(dir.path().join("host/tests/a.rs"), source).unwrap();
-        let page = "# Memory\n\n## Stack\n\n| a | 1 | met |\n| b | 2 | MISSED |\n";
-        fs::write(dir.path().join("docs/audit/memory.md"), page).unwrap();
+        let page = "# Results\n\n## Stack\n\n| a | 1 | met |\n| b | 2 | MISSED |\n";
+        fs::write(dir.path().join(PAGE), page).unwrap();
         fs::write(dir.path().join(MISSES), "| of REM-F-006 | 3 | 4 |\n").unwrap();
         dir
     }
@@ -281,7 +281,7 @@ mod tests {
 
     #[test]
     fn living_references_are_no_fault() {
-        let rows = "REM-A-001,t,r,Test,host/tests/a.rs#works; docs/audit/memory.md#Stack/a\n\
+        let rows = "REM-A-001,t,r,Test,host/tests/a.rs#works; docs/evidence/results.md#Stack/a\n\
             REM-B-002,t,r,Analysis,host/tests/a.rs#works\n";
         assert_eq!(faults_of(rows, SOUND), [""; 0]);
         let dir = checkout(rows, SOUND);
@@ -294,28 +294,28 @@ mod tests {
 
     #[test]
     fn what_is_missed_is_said_in_both_places() {
-        let rows = "REM-D-004,t,r,Test,docs/audit/memory.md#Stack\n\
-            REM-E-005,t,r,Test,docs/audit/memory.md#Stack/a\n\
-            REM-F-006,t,r,Test,docs/audit/memory.md#Stack/b\n\
-            REM-G-007,t,r,Test,docs/audit/memory.md#Stack/none\n";
+        let rows = "REM-D-004,t,r,Test,docs/evidence/results.md#Stack\n\
+            REM-E-005,t,r,Test,docs/evidence/results.md#Stack/a\n\
+            REM-F-006,t,r,Test,docs/evidence/results.md#Stack/b\n\
+            REM-G-007,t,r,Test,docs/evidence/results.md#Stack/none\n";
         let found = faults_of(rows, "");
         let expected = [
-            "REM-D-004: is missed, and docs/limitations.md does not say so",
-            "REM-G-007: docs/audit/memory.md#Stack/none: no row there says its outcome",
+            "REM-D-004: is missed, and docs/evidence/limitations.md does not say so",
+            "REM-G-007: docs/evidence/results.md#Stack/none: no row there says its outcome",
         ];
         assert_eq!(found, expected);
         let dir = checkout(rows, "");
         let rows = read(dir.path()).unwrap();
         let outcomes = texts(dir.path(), &rows);
         let page = page(&rows, &outcomes).markdown();
-        let row = "| REM-F-006 | t | [Stack: b](memory.md) |";
+        let row = "| REM-F-006 | t | [Stack: b](#stack) |";
         assert!(page.contains(row) && page.contains("| REM-F |  |  | 006 |"), "{page}");
         let outcomes: Vec<_> = rows.iter().map(|row| outcomes.outcome(row)).collect();
         assert_eq!(outcomes[..3], [Outcome::Missed, Outcome::Met, Outcome::Missed]);
-        let met = faults_of("REM-F-006,t,r,Test,docs/audit/memory.md#Stack/a\n", "");
-        assert_eq!(met, ["REM-F-006: is met, and docs/limitations.md says otherwise"]);
+        let met = faults_of("REM-F-006,t,r,Test,docs/evidence/results.md#Stack/a\n", "");
+        assert_eq!(met, ["REM-F-006: is met, and docs/evidence/limitations.md says otherwise"]);
         // Pages that have just been made count, not those of before.
-        let mut page = Page::new("memory", "Memory");
+        let mut page = Page::new("results", "Results");
         let mut table = Table::new([("", Align::Left), ("", Align::Left)]);
         table.row(["b".into(), "met".into()]);
         page.heading("Stack").table(table);
@@ -326,13 +326,13 @@ mod tests {
     #[test]
     fn each_dead_reference_is_named() {
         let rows = "REM-A-001,t,r,Test,host/tests/a.rs#gone\nREM-B-002,t,r,Test,\n\
-            REM-C-003,t,r,Test,docs/audit/memory.md#Heap; docs/none.md#x; host/tests/b.rs#y\n";
+            REM-C-003,t,r,Test,docs/evidence/results.md#Heap; docs/none.md#x; host/tests/b.rs#y\n";
         let found = faults_of(rows, SOUND).join("\n");
         for part in [
             "REM-A-001: host/tests/a.rs#gone: no such test",
             "REM-A-001: does not refer to host/tests/a.rs#works",
             "REM-B-002: nothing verifies it",
-            "memory.md#Heap: no such heading",
+            "results.md#Heap: no such heading",
             "docs/none.md#x: no such page",
             "host/tests/b.rs#y: no such source",
         ] {

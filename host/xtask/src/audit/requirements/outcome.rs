@@ -1,16 +1,33 @@
-//! What became of a requirement: verdicts in the tables of pages, and the page of what was missed.
+//! Outcomes of requirements: verdicts in the tables of pages, and the section that shows them.
 //!
 //! A heading proves nothing. A reference to a page names rows of a table below a heading, and each
 //! of them must say in a cell whether a threshold was kept.
 
-use super::{FILE, FOLDER, Requirement};
+use super::{FILE, PAGE, Requirement};
 use remora_host::report::{Align, Page, Table};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The page on which every missed requirement stands.
-pub(super) const MISSES: &str = "docs/limitations.md";
+pub(super) const MISSES: &str = "docs/evidence/limitations.md";
 
-/// What a row says.
+/// Name of the audit's page, beside the record.
+pub const RESULTS: &str = "results.md";
+
+/// Title of its last section.
+const TITLE: &str = "Requirements";
+
+/// Splits the audit's page before its section of requirements, which follows from them alone.
+pub fn split(page: &str) -> (&str, &str) {
+    page.split_at(page.find(&format!("\n## {TITLE}\n")).unwrap_or(page.len()))
+}
+
+/// The name by which a heading is linked to.
+fn anchor(heading: &str) -> String {
+    let kept = heading.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+    kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect()
+}
+
+/// Content of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
     Kept,
@@ -33,7 +50,7 @@ impl Verdict {
 #[derive(Clone, Debug, Default)]
 pub struct Texts(pub(super) BTreeMap<String, String>);
 
-/// What became of a requirement, as its page says it.
+/// Outcome of a requirement, as its page says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outcome {
     /// Every threshold that it refers to is kept.
@@ -113,15 +130,14 @@ impl Texts {
     }
 }
 
-/// The page with the outcome of every requirement, by area, and those that are missed in full.
+/// The section with the outcome of every requirement, by area, and those that are missed in full.
 pub fn page(requirements: &[Requirement], texts: &Texts) -> Page {
-    let mut page = Page::new("requirements", "Requirements");
+    let mut page = Page::new("requirements", TITLE);
     let of =
         |outcome: Outcome| requirements.iter().filter(move |row| texts.outcome(row) == outcome);
     page.text(format!(
-        "{} requirements, {} of them missed. `{FILE}` holds each with its reason and what verifies \
-         it; a test of the host holds both ends together. *Met*: the rows of the audit that are \
-         named say so. *Tested*: by tests that fail where it does not hold.",
+        "{} requirements, {} of them missed. `{FILE}` gives the reason for each and what verifies it. *Met* \
+         means by rows of this page, *tested* by tests that fail where the requirement does not hold.",
         requirements.len(),
         of(Outcome::Missed).count()
     ));
@@ -142,22 +158,22 @@ pub fn page(requirements: &[Requirement], texts: &Texts) -> Page {
         let [met, tested, missed] = numbers;
         table.row([area.into(), met, tested, missed]);
     }
-    page.heading("Outcomes").table(table);
+    page.table(table);
     let mut missed = Table::new([
         ("id", Align::Left),
         ("requirement", Align::Left),
         ("verified by", Align::Left),
     ]);
     for row in of(Outcome::Missed) {
-        let by = row.references().map(|(file, name)| match file.strip_prefix(FOLDER) {
-            Some(page) => format!("[{}]({page})", name.replace('/', ": ")),
-            None => format!("`{file}` {name}"),
+        let by = row.references().map(|(file, name)| match file == PAGE {
+            true => format!("[{}](#{})", name.replace('/', ": "), anchor(place(name).0)),
+            false => format!("`{file}` {name}"),
         });
         let by = by.collect::<Vec<_>>().join("; ");
         missed.row([row.id.clone(), row.text.clone(), by]);
     }
-    page.heading("Missed").table(missed);
-    page.text("What was seen instead: [limitations.md](../limitations.md).");
+    page.heading("Missed requirements").table(missed);
+    page.text("[Limitations](limitations.md#missed-targets) tells what was measured instead.");
     page.command("cargo test -p xtask --test requirements");
     page
 }
@@ -170,6 +186,19 @@ mod tests {
         | speed, a | >= 1.6 x | 1.5 x | MISSED |\n| speed, b | >= 1.6 x | 1.9 x | met |\n\
         | panics | 0 | 0 | met |\n\n## Budgets\n\n| host | code | kept; could be lowered | met |\n\
         ## None\n\n| a | b |\n";
+
+    #[test]
+    fn the_section_of_requirements_is_split_off() {
+        let (above, section) = split("# Results\n\n## Loops\n\n## Requirements\n\n75.\n");
+        assert_eq!((above, section), ("# Results\n\n## Loops\n", "\n## Requirements\n\n75.\n"));
+        assert_eq!(split("# Results\n"), ("# Results\n", ""));
+        assert_eq!(page(&[], &Texts::default()).section().find("\n## Requirements\n"), Some(0));
+    }
+
+    #[test]
+    fn anchors_are_those_of_markdown() {
+        assert_eq!(anchor("Whole plans [10^6], p99.9"), "whole-plans-106-p999");
+    }
 
     #[test]
     fn rows_are_read_not_headings() {
