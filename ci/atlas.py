@@ -263,8 +263,8 @@ but times. {gathered["recomputed"]:,} of them were planned again: {len(gathered[
 
 ![Shares of plans with as many iterations, as much time and cost or more]({tails(connection, pictures)})
 
-In Euler's discretisation nothing asks bodies to stay apart (`docs/problem.md`): distances below zero are overlaps, told
-by the verifier and no failure. Times are of parts that shared the machine with each other: they serve to compare, not to promise.
+In Euler's discretisation nothing asks bodies to stay apart (`docs/concepts/problem.md`): distances below zero are
+overlaps, told by the verifier and no failure. Times are of parts that shared the machine with each other: they serve to compare, not to promise.
 
 ## What makes a plan hard
 

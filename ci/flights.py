@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Flies every class of errors of docs/flights.md and prints its table.
+"""Flies every class of errors of docs/guides/simulate.md and prints its table.
 
     ci/flights.py runs/flights                    # all classes; goes on where it was stopped
     ci/flights.py runs/flights none typical       # two of them

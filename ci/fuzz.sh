@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Gives every reader what a fuzzer thinks of, and prints a row a target: executions, what they reached, the most
 # memory. Ends with 1 where a reader panics, hangs, or takes more than 1 GiB; what it was given then stands in
-# ci/fuzz/artifacts. Starts from the checked-in corpora (docs/hostile.md), and what it finds to be new goes below the
-# build's folder. Usage: ci/fuzz.sh [SECONDS [TARGET...]]; 60 seconds each of all by default.
+# ci/fuzz/artifacts. Starts from the checked-in corpora (docs/evidence/verification.md), and what it finds to be new
+# goes below the build's folder. Usage: ci/fuzz.sh [SECONDS [TARGET...]]; 60 seconds each of all by default.
 # MINIMISE=1 puts a small corpus of equal reach in the place of the checked-in one.
 #
 # Needs cargo-fuzz (`cargo install cargo-fuzz --locked`) and a C++ compiler; no nightly toolchain.

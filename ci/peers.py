@@ -3,7 +3,7 @@
 
 Exports the programs of Stage 2 that a few plans solve, has every solver solve each of them from nothing, one
 after the other in every round so that all see the same machine, and judges all answers by one checker of the
-conditions of Karush, Kuhn and Tucker, written from the definition of the file format (docs/formats.md).
+conditions of Karush, Kuhn and Tucker, written from the definition of the file format (docs/reference/plan-file.md).
 
     pip install numpy scipy piqp==0.7.0 qoco==0.3.2 clarabel==0.11.1 osqp==1.1.3 proxsuite==0.8.0
     ci/peers.py --out peers.json

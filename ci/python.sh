@@ -18,7 +18,7 @@ export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
 export PIP_DISABLE_PIP_VERSION_CHECK=1 PYTHONDONTWRITEBYTECODE=1
 package=host/python
 work=$CARGO_TARGET_DIR/python
-# Wanted are 3.0 MB (docs/limitations.md); the page with its planner is 0.4 MB of what it is, both models 0.8 MB.
+# Wanted are 3.0 MB (docs/evidence/limitations.md); the page with its planner is 0.4 MB of what it is, both models 0.8 MB.
 most_bytes=3750000
 
 mode=''

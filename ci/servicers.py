@@ -2,7 +2,7 @@
 """Servicers drawn at random: the built-in one with lengths, masses and limits times 0.7 to 1.4.
 
 A mission file each, for datasets and tests of a network that is to serve many servicers
-(docs/training.md). Log-uniform factors: one for the bus's mass, with its inertia; one for each kind of
+(docs/guides/train.md). Log-uniform factors: one for the bus's mass, with its inertia; one for each kind of
 limit; one for the length and one for the mass of each link, a uniform cylinder. The same for a seed on
 every machine.
 

@@ -97,14 +97,14 @@ start slurmd slurmd -D
 await 20 sh -c 'sinfo --noheader --states=idle --format=%n | grep -q .'
 
 "$remora" --quiet campaign --count 40 --seed 3 --integrator euler --part 1/1 --out "$scratch/whole"
-# The job of docs/campaigns.md, with this program and a small campaign.
-awk '/^```/ { inside = 0 } /^#!\/bin\/sh$/ { inside = 1 } inside' docs/campaigns.md |
+# The job of docs/guides/campaigns.md, with this program and a small campaign.
+awk '/^```/ { inside = 0 } /^#!\/bin\/sh$/ { inside = 1 } inside' docs/guides/campaigns.md |
     sed -e "s|exec remora |exec $remora |" -e 's/--count 1000000 --seed 9 /--count 40 --seed 3 /' \
         -e 's/--array=1-1000$/--array=1-8/' -e 's|/1000"|/8"|' -e "s|/shared/a|$scratch/parts|" >"$scratch/job.sh"
 cat "$scratch/job.sh"
 for word in "$remora" --count\ 40 --array=1-8 '/8"' "$scratch/parts"; do
     grep -qF -- "$word" "$scratch/job.sh" || {
-        echo "error: docs/campaigns.md: the job lacks what $word stands for" >&2
+        echo "error: docs/guides/campaigns.md: the job lacks what $word stands for" >&2
         exit 1
     }
 done

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""What flies of others: docs/flight.cdx.json, a bill of materials (CycloneDX 1.5), and the table of docs/supply.md.
+"""Dependencies that fly: docs/flight.cdx.json, a bill of materials (CycloneDX 1.5), and the table of
+docs/evidence/verification.md.
 
 Takes the crates below the flight crates from Cargo, their checksums from the lock file, and counts lines and uses
 of `unsafe` in their sources. Both files are a function of the lock file: no date, no random number.
@@ -18,7 +19,7 @@ import uuid
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE, BILL = ROOT / "docs/supply.md", ROOT / "docs/flight.cdx.json"
+PAGE, BILL = ROOT / "docs/evidence/verification.md", ROOT / "docs/flight.cdx.json"
 BEGIN, END = "<!-- table: ci/supply.py -->", "<!-- end of table -->"
 # The crate above all others that fly.
 TOP = "remora-capi"
@@ -106,6 +107,8 @@ def component(name, version, lock, manifest):
              "licenses": [{"expression": manifest["license"].replace("/", " OR ")}]}
     if checksum := lock.get((name, version)):
         found["hashes"] = [{"alg": "SHA-256", "content": checksum}]
+    if author := who(manifest):
+        found["author"] = author
     if repository := manifest.get("repository"):
         found["externalReferences"] = [{"type": "vcs", "url": repository}]
     return found
@@ -126,9 +129,8 @@ def documents():
         components.append(component(name, version, lock, manifest))
         lines, unsafe = counts(folder)
         where, why = WHY[name]
-        rows.append(f"| {name} {version} | {where} | {why} | {who(manifest)} | {manifest['license']} "
-                    f"| {lines:,} | {unsafe:,} |")
-    head = "| crate | where | why | who | licence | lines | `unsafe` |\n| --- | --- | --- | --- | --- | --: | --: |\n"
+        rows.append(f"| {name} {version} | {where} | {why} | {manifest['license']} | {lines:,} | {unsafe:,} |")
+    head = "| crate | where | why | licence | lines | `unsafe` |\n| --- | --- | --- | --- | --: | --: |\n"
     refs = {name: f"pkg:cargo/{name}@{version}" for name, (version, _) in crates.items()}
     edges = [{"ref": refs[name], "dependsOn": sorted(refs[other] for other in below)}
              for name, (_, below) in crates.items()]

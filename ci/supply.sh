@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Judges the crates of others: licences, versions that stand twice, sources (ci/deny.toml), and that docs/supply.md and
-# the bill of materials are current. Without a network, so that vulnerabilities are looked for only where it is asked
-# for. Usage: ci/supply.sh [--advisories]. Needs cargo-deny (`cargo install cargo-deny --locked`) and Python.
+# Judges the crates of others: licences, versions that stand twice, sources (ci/deny.toml), and that the table of
+# docs/evidence/verification.md and the bill of materials are current. Without a network, so that vulnerabilities are
+# looked for only where it is asked for. Usage: ci/supply.sh [--advisories]. Needs cargo-deny
+# (`cargo install cargo-deny --locked`) and Python.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -47,7 +47,7 @@ ITERATION = "riccati9factorise"
 STEPS = 200
 # Words of the stack above its pointer that may be struck.
 WORDS = 256
-# Scenarios 0 and 1 with Euler, scrubbing, by where they start from: docs/firmware.md.
+# Scenarios 0 and 1 with Euler, scrubbing, by where they start from: docs/guides/bare-metal.md.
 REQUESTS = {"heuristic": 0x52_04_0003, "model": 0x52_06_0003}
 # The least time for a case to end [s]: the watchdog's, and some.
 LEAST_LONGEST = 80

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::{env, fs, path::Path};
 
-/// What a scenario of the file looks like, in order; `#` is a number. The build fails on any other
+/// Form of a scenario in the file, in order; `#` is a number. The build fails on any other
 /// form, so that no number can end up in the wrong place.
 const FORM: &str = "id $ target attitude # # # # rate # # # servicer position # # # velocity # # #";
 

@@ -1,4 +1,4 @@
-//! What a board has to offer.
+//! Interface of a board: output, instruction counter, stack, watchdog.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use remora_core::advanced::time::Clock;

@@ -76,9 +76,9 @@ struct Flight<'a, B> {
 /// The most instructions of a step, and how many steps there were.
 #[derive(Clone, Copy, Default)]
 struct Most {
-    /// Of those that begin at another place of the plan, where its motion is not yet known from the node on.
+    /// Cost of steps that begin at another place of the plan, where its motion is not yet known from the node on.
     first: Cost,
-    /// Of those that follow another.
+    /// Cost of steps that follow another.
     next: Cost,
 }
 
@@ -89,7 +89,7 @@ struct Cost {
 }
 
 impl<B: Board> Flight<'_, B> {
-    /// So many steps from a time on; prints the checksum of their commands.
+    /// Makes steps from a time on; prints the checksum of their commands.
     fn follow(&mut self, place: &str, begins: f64, steps: u32) {
         let mut sum = Checksum::new();
         for i in 0..steps {
@@ -113,7 +113,7 @@ impl<B: Board> Flight<'_, B> {
         self.guidance.step(self.mission, self.plan, estimate, &self.limits)
     }
 
-    /// What navigation says at a time: where the plan leads to, and some way off, the same everywhere.
+    /// Navigation estimate at a time: the plan's state with an error that is equal on all boards.
     fn estimate(&self, time: f64, step: u32) -> Estimate {
         let planned = self.plan.at(self.mission, time);
         let mut off = Pattern(step);

@@ -1,9 +1,9 @@
-//! What every image runs, whatever its board: scenarios of the audit through the planner, with the
+//! Program of every image, whatever its board: scenarios of the audit through the planner, with the
 //! result, its checksum and the retired instructions of each phase printed as lines of
 //! `key=value`.
 //!
-//! The same code runs on the host. Lines that start with `stage`, `plan`, `residual`, `verified`,
-//! `guidance` or `kernel` must be equal on all of them; the others say what it cost.
+//! Hosts run this code too. Lines that start with `stage`, `plan`, `residual`, `verified`,
+//! `guidance` or `kernel` must be equal on all machines; the others say what it cost.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 

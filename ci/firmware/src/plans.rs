@@ -14,7 +14,7 @@ use remora_core::advanced::qp::Checksum;
 use remora_core::advanced::stages::{self, LINKS, Mode, Residuals};
 use remora_core::advanced::time::Deadline;
 
-/// What plans are made with: the best, with the tuned settings.
+/// Parts that plans are made with, in optimal mode with the tuned settings.
 pub struct Plans<'a, B> {
     /// The board.
     pub board: &'a B,
@@ -22,17 +22,17 @@ pub struct Plans<'a, B> {
     pub request: Request,
     /// The learned start's model.
     pub file: &'a [u8],
-    /// What planning works in.
+    /// Working memory of planning.
     pub memory: &'a mut Memory,
 }
 
 impl<B: Board> Plans<'_, B> {
-    /// Plans a scenario and prints result, residuals, the instructions of each phase and the stack;
-    /// then verifies the plan once more, for the verifier's own, and accepts it where that finds what planning
-    /// claims. None where there is no such scenario.
+    /// Plans a scenario and prints result, residuals, the instructions of each phase and the stack. Then
+    /// verifies the plan again and accepts it where input and residuals are those of planning's claim. Returns none
+    /// where there is no such scenario.
     ///
-    /// Either makes mission and scenario anew, and planning its settings and the opened model too: what damages
-    /// them ends with it.
+    /// Both make mission and scenario anew, and planning its settings and the opened model too: damage to them
+    /// ends with it.
     pub fn run(&mut self, index: usize) -> Option<()> {
         let claimed = self.plan(index)?;
         self.verify(index, claimed)

@@ -1,8 +1,8 @@
-//! What an image is asked to do: one word, which whoever starts it may leave in its memory.
+//! Request to an image: one word that its starter may leave in its memory.
 
 use remora_core::advanced::dynamics::Integrator;
 
-/// What Stage 2 is to start from.
+/// Requested initial guess of Stage 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartKind {
     /// The heuristic.
@@ -11,10 +11,10 @@ pub enum StartKind {
     Model,
 }
 
-/// What to plan.
+/// Request for plans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request {
-    /// Which scenarios of the corpus: bit 0 is its first.
+    /// Scenarios of the corpus: bit 0 is its first.
     pub scenarios: u16,
     /// Discretisation of Stage 2.
     pub integrator: Integrator,
@@ -24,7 +24,7 @@ pub struct Request {
     pub is_scrubbed: bool,
 }
 
-/// Substeps of RK4 here: what fits a flight processor's time.
+/// Substeps of RK4: this many fit a flight processor's time.
 const SUBSTEPS: usize = 4;
 
 impl Request {

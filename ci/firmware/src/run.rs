@@ -9,7 +9,7 @@ use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::guidance::{FlightPlan, Guidance};
 use remora_core::advanced::planner::{EmbeddedSolver, Workspace};
 
-/// What the network of a learned start works in, of the size that the default models need.
+/// Memory of the network of a learned start, of the size that the default models need.
 pub use remora_core::advanced::planner::memory::NetworkMemory;
 
 /// All the memory a planner needs, to be placed in static memory.

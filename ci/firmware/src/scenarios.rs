@@ -20,7 +20,7 @@ pub fn all() -> impl Iterator<Item = (&'static str, Scenario)> {
     ROWS.iter().map(|(id, row)| (*id, scenario(row)))
 }
 
-/// As the host reads it from the file: its quaternion normalised.
+/// Scenario as the host reads it from the file: its quaternion normalised.
 fn scenario(row: &[f64; 13]) -> Scenario {
     let [qx, qy, qz, qw, wx, wy, wz, x, y, z, vx, vy, vz] = *row;
     Scenario {

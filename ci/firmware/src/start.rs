@@ -1,4 +1,4 @@
-//! What Stage 2 starts from.
+//! Initial guess of Stage 2.
 
 use crate::board::Board;
 use crate::output::{Line, print_stack};
@@ -9,7 +9,7 @@ use remora_core::advanced::warmstart::NetworkPolicy;
 
 /// Opens the model of the file where one is asked for, and makes one plan with the start.
 ///
-/// An opened model lasts for that plan, so that what damages it ends with it.
+/// An opened model lasts for that plan: damage to it ends with the plan.
 pub fn with_start<B: Board, T>(
     board: &B,
     kind: StartKind,

@@ -8,10 +8,10 @@ use remora_host::memory::on_heap;
 use remora_learn::dataset::Manifest;
 use std::cell::RefCell;
 
-/// What every packet and binary file begins with.
+/// First bytes of every packet and binary file.
 const MAGIC: &[u8] = b"REMORA\0";
 
-/// Packets with their checksum made right; text as it is.
+/// Corrects the checksum of packets; returns text as it is.
 fn mended(bytes: &[u8]) -> Vec<u8> {
     match bytes.starts_with(MAGIC) {
         true => with_checksum(bytes),

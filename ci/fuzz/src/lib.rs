@@ -58,7 +58,7 @@ pub fn run(name: &str, bytes: &[u8]) {
     (found.expect("a target's name").run)(bytes);
 }
 
-/// What is taken, if it is; a refusal must be one line.
+/// Value of an input that is taken. Checks that a refusal is one line.
 fn taken<T>(answer: Result<T, FieldError>) -> Option<T> {
     answer.map_err(|error| one_line(&format!("{}: {}", error.field, error.reason))).ok()
 }
@@ -67,7 +67,7 @@ fn one_line(told: &str) {
     assert!(!told.contains('\n'), "a refusal of several lines: {told:?}");
 }
 
-/// The bytes with a CRC-32 of all before in the place of the last four.
+/// Replaces the last four bytes by the CRC-32 of all before.
 fn with_checksum(bytes: &[u8]) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     bytes.truncate(bytes.len().saturating_sub(4));

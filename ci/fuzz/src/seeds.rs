@@ -1,5 +1,5 @@
-//! What a fuzzer begins with: sound files of each kind, made of the fixtures and of one plan. Small ones, for
-//! a fuzzer is the faster the less there is to change.
+//! Seeds of the fuzzer: sound files of each kind, made of the fixtures and of one plan. They are small: the fuzzer
+//! runs faster on small files.
 
 use remora_core::advanced::nn::{Decoder, Header, Layout, Precision, Provenance, synthetic_model};
 use remora_core::advanced::warmstart::Encoding;
@@ -77,7 +77,7 @@ pub fn seeds(target: &str) -> Vec<Vec<u8>> {
     }
 }
 
-/// What no reader may take long for, nor much memory: nested without end, all zeros, all of one line.
+/// Inputs that may cost no reader much time or memory: nested without end, all zeros, all of one line.
 pub fn hostile() -> Vec<Vec<u8>> {
     const DEPTH: usize = 1_000_000;
     let nested = [

@@ -22,7 +22,7 @@ fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap_or_default()
 }
 
-/// That what was taken comes back as it is once it is written.
+/// Checks that a taken value comes back as it is once it is written.
 fn comes_back<T: Serialize + PartialEq + Debug>(value: &T, parse: impl FnOnce(&str) -> Option<T>) {
     let written = json::to_text(value).expect("what was read can be written");
     let again = parse(&written).expect("what was written can be read");
@@ -92,7 +92,7 @@ pub(crate) fn urdf(bytes: &[u8]) {
     }
 }
 
-/// From a URDF to a mission: what follows from an arm that is one.
+/// Imports a URDF and checks the mission of every arm that is taken.
 pub(crate) fn import(bytes: &[u8]) {
     let request = Request::new("fuzzed.urdf".into(), bytes.to_vec());
     match importing::import(&request) {
@@ -143,7 +143,7 @@ fn rows<R: Serialize + DeserializeOwned>(bytes: &[u8], check: remora_host::journ
     done::<R>(bytes, check);
 }
 
-/// The same rows in a file of work that is done, whose end says of them what is right.
+/// Checks the rows in a finished file, whose last line holds their true count and checksum.
 fn done<R: DeserializeOwned>(bytes: &[u8], check: remora_host::journal::Check<'_, R>) {
     let mut file = serde_json::to_vec(&Header).expect("a unit");
     file.extend(b"\n{}\n");

@@ -1,6 +1,6 @@
-//! What the dynamics cost: one evaluation and its exact derivatives over the oracle's varied
-//! states, and what one iteration of Stage 2 does besides solving its program, on a plan of the
-//! first public scenario that has a few iterations behind it.
+//! Cost of the dynamics: one evaluation and its exact derivatives over the oracle's varied states.
+//! Cost of an iteration of Stage 2 besides solving its program. It is measured on a plan of the
+//! first public scenario, after a few iterations.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector3, Vector4};
@@ -130,7 +130,7 @@ fn workspace(integrator: Integrator) -> Box<Workspace> {
     workspace
 }
 
-/// What an iteration does besides solving its program, all 59 intervals.
+/// Measures an iteration's work besides solving its program, over all 59 intervals.
 fn phases(c: &mut Criterion) {
     for (name, integrator) in
         [("euler", Integrator::Euler), ("rk4:4", Integrator::Rk4 { substeps: 4 })]

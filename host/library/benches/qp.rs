@@ -1,4 +1,4 @@
-//! What a subproblem costs: the embedded solver against Clarabel on the same programs, those that
+//! Cost of a subproblem: the embedded solver against Clarabel on the same programs, those that
 //! plans of some public scenarios solve.
 //!
 //! Before Criterion's measurements it prints a table over all these programs: medians and their
@@ -124,8 +124,8 @@ fn flops_per_iteration(n: usize, nx: usize, nu: usize, nr: usize) -> f64 {
     n * (rows + products + controls + 2.0 * solve + residuals + vectors)
 }
 
-/// What one core does at most [flop/s]: multiplications and additions in vectors of four, not
-/// fused, with enough of them independent.
+/// Peak rate of one core [flop/s]: multiplications and additions in vectors of four, not fused,
+/// with enough of them independent.
 fn peak() -> f64 {
     const LANES: usize = 48;
     const ROUNDS: usize = 4_000_000;

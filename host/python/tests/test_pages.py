@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
-PAGES = ["host/python/README.md", "docs/python.md", "README.md"]
+PAGES = ["host/python/README.md", "docs/guides/python.md", "README.md"]
 
 #: A fenced block of Python.
 FENCE = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)

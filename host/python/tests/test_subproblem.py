@@ -15,7 +15,7 @@ def qp(request: pytest.FixtureRequest, plan: remora.Plan) -> remora.Subproblem:
 
 
 def test_its_solution_satisfies_the_conditions_of_optimality(qp: remora.Subproblem) -> None:
-    """The Karush-Kuhn-Tucker conditions as `docs/formats.md` writes them: they prove optimality."""
+    """The Karush-Kuhn-Tucker conditions as `docs/reference/plan-file.md` writes them: they prove optimality."""
     assert qp.status == "solved" and qp.solution is not None
     s = {name: np.asarray(value) for name, value in qp.solution.items()}
     x, u, lam, rows = s["x"], s["u"], s["defect_multiplier"], s["row_multiplier"]

@@ -1,5 +1,5 @@
-//! What fuzzers have found, and what they begin with, given to every reader again (`docs/hostile.md`): an answer
-//! in time, and no panic. `ci/fuzz.sh` finds more.
+//! Corpora of the fuzzers, given to every reader again (`docs/evidence/verification.md`): an answer in time, and no
+//! panic. `ci/fuzz.sh` finds more.
 
 mod changed;
 

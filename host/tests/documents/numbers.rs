@@ -47,7 +47,7 @@ fn setting(settings: &Settings, name: &str) -> Option<f64> {
 
 #[test]
 fn the_settings_on_the_page_of_the_scp_solver_are_the_codes() {
-    let page = page("docs/scp.md");
+    let page = page("docs/concepts/scp-and-qp.md");
     let settings = PlanSettings::new(Mode::Optimal, Integrator::RK4);
     let mut seen = 0;
     for row in rows(&page) {
@@ -59,21 +59,22 @@ fn the_settings_on_the_page_of_the_scp_solver_are_the_codes() {
             for (name, written) in names.iter().zip(written).filter(|(_, written)| *written != "-")
             {
                 let Some(value) = setting(stage, name) else { continue };
-                assert_eq!(written.parse(), Ok(value), "docs/scp.md: {name}");
+                assert_eq!(written.parse(), Ok(value), "docs/concepts/scp-and-qp.md: {name}");
                 seen += 1;
             }
         }
     }
-    assert_eq!(seen, 33, "settings on docs/scp.md");
+    assert_eq!(seen, 33, "settings on docs/concepts/scp-and-qp.md");
 }
 
 #[test]
 fn the_memory_on_the_page_of_the_planner_is_the_codes() {
-    let page = page("docs/planner.md");
+    let page = page("docs/concepts/planner.md");
     for part in parts() {
         let written = rows(&page).into_iter().find(|row| row[0] == format!("`{}`", part.name));
-        let written = written.unwrap_or_else(|| panic!("docs/planner.md has no {}", part.name));
-        assert_eq!(written[1], part.bytes.to_string(), "docs/planner.md: {}", part.name);
+        let written =
+            written.unwrap_or_else(|| panic!("docs/concepts/planner.md has no {}", part.name));
+        assert_eq!(written[1], part.bytes.to_string(), "docs/concepts/planner.md: {}", part.name);
     }
     let total = rows(&page).into_iter().find(|row| row[0] == "together").unwrap();
     assert_eq!(total[1], TOTAL_BYTES.to_string());

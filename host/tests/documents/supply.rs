@@ -1,5 +1,5 @@
-//! What flies of others is what the pages say: the table of `docs/supply.md` and the bill of materials, by the lock
-//! file. `ci/supply.py` writes both.
+//! The dependencies that fly are those of the lock file: the table of `docs/evidence/verification.md` and the bill of
+//! materials. `ci/supply.py` writes both.
 
 use crate::pages::root;
 use serde_json::Value;
@@ -65,8 +65,10 @@ fn table() -> BTreeSet<Crate> {
 
 /// The crates of the table whose row holds a text.
 fn rows(holds: &str) -> impl Iterator<Item = Crate> {
-    let page = fs::read_to_string(root().join("docs/supply.md")).unwrap();
-    let lines = page.lines().filter(|line| line.contains(holds)).map(str::to_string);
+    let page = fs::read_to_string(root().join("docs/evidence/verification.md")).unwrap();
+    let (_, table) = page.split_once("<!-- table: ci/supply.py -->").unwrap();
+    let (table, _) = table.split_once("<!-- end of table -->").unwrap();
+    let lines = table.lines().filter(|line| line.contains(holds)).map(str::to_string);
     let of_row = |line: String| {
         let (name, version) = line.strip_prefix("| ")?.split(" | ").next()?.split_once(' ')?;
         Some((name.to_string(), version.to_string()))

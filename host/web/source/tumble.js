@@ -1,5 +1,5 @@
 // The target's motion from its start: a rigid body on a circular orbit, turned by the gravity gradient where that is
-// in force (docs/problem.md, section 2).
+// in force (docs/concepts/problem.md, section 2).
 
 import { add, cross, scale, sub, turnedBack, unit } from "./vectors.js";
 

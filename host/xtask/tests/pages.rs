@@ -1,4 +1,4 @@
-//! The pages of the last audit, as they are kept with the sources.
+//! The page of the last audit, as it is kept with the sources.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,10 +10,10 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A folder with the pages and the record, to change something in.
+/// A folder with the page, its plots and the record, to change something in.
 fn copy() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
-    for entry in fs::read_dir(root().join("docs/audit")).unwrap().flatten() {
+    for entry in fs::read_dir(root().join("docs/evidence")).unwrap().flatten() {
         fs::copy(entry.path(), dir.path().join(entry.file_name())).unwrap();
     }
     dir
@@ -25,15 +25,17 @@ fn faults(out: &Path) -> Vec<String> {
     kept(out, &Budgets::read(&root()).unwrap(), &rows, &texts).unwrap().faults
 }
 
-/// Pages, budgets and requirements are those of the record. The page of requirements is written
+/// Page, budgets and requirements are those of the record. The section of requirements is written
 /// anew where `REMORA_WRITE_REQUIREMENTS` is set.
 #[test]
-fn the_pages_are_as_the_audit_wrote_them() {
-    let out = root().join("docs/audit");
+fn the_page_is_as_the_audit_wrote_it() {
+    let out = root().join("docs/evidence");
     if std::env::var_os("REMORA_WRITE_REQUIREMENTS").is_some() {
         let rows = requirements::read(&root()).unwrap();
-        let page = requirements::page(&rows, &requirements::texts(&root(), &rows));
-        fs::write(out.join("requirements.md"), page.markdown()).unwrap();
+        let section = requirements::page(&rows, &requirements::texts(&root(), &rows)).section();
+        let file = out.join(requirements::RESULTS);
+        let page = fs::read_to_string(&file).unwrap();
+        fs::write(&file, format!("{}{section}", requirements::split(&page).0)).unwrap();
     }
     let found = faults(&out);
     assert!(found.is_empty(), "{}", found.join("\n"));
@@ -42,17 +44,26 @@ fn the_pages_are_as_the_audit_wrote_them() {
 #[test]
 fn what_was_edited_by_hand_is_named() {
     let dir = copy();
-    for page in ["latency.md", "latency-rk4.svg", "requirements.md"] {
-        let file = dir.path().join(page);
-        let text = fs::read_to_string(&file).unwrap();
-        fs::write(&file, format!("{text}\n")).unwrap();
-    }
-    fs::remove_file(dir.path().join("loops.md")).unwrap();
-    let found = faults(dir.path()).join("\n");
-    for page in ["latency.md", "latency-rk4.svg", "requirements", "loops.md"] {
-        assert!(found.contains(&format!("page {page}: not")), "{page}\n{found}");
-    }
-    assert!(!found.contains("memory.md"), "{found}");
+    let change = |name: &str, change: &dyn Fn(String) -> String| {
+        let file = dir.path().join(name);
+        fs::write(&file, change(fs::read_to_string(&file).unwrap())).unwrap();
+    };
+    let named = || {
+        let found = faults(dir.path());
+        let page =
+            |line: &String| Some(line.strip_prefix("page ")?.split(": not").next()?.to_string());
+        assert!(found.iter().all(|line| line.contains(": not")), "{found:?}");
+        found.iter().filter_map(page).collect::<Vec<_>>()
+    };
+    change("results.md", &|text| text + "\n");
+    assert_eq!(named(), ["requirements"]);
+    change("results.md", &|text| text.replacen("## Loops\n", "## Loops\n\n", 1));
+    change("latency-rk4.svg", &|text| text + "\n");
+    fs::remove_file(dir.path().join("memory-split.svg")).unwrap();
+    let expected = ["latency-rk4.svg", "memory-split.svg", "results.md", "requirements"];
+    assert_eq!(named(), expected);
+    fs::remove_file(dir.path().join("results.md")).unwrap();
+    assert_eq!(named(), expected);
 }
 
 #[test]
@@ -67,22 +78,22 @@ fn a_budget_that_changed_since_is_named() {
     assert!(found.contains("budgets of host, gone: nothing"), "{found}");
 }
 
-/// Each page is what a review board reads; all numbers are in the record.
+/// The page is what a review board reads; all numbers are in the record.
 #[test]
-fn pages_are_short() {
-    for entry in fs::read_dir(root().join("docs/audit")).unwrap().flatten() {
-        let path = entry.path();
-        if path.extension().is_some_and(|extension| extension == "md") {
-            let words = fs::read_to_string(&path).unwrap().split_whitespace().count();
-            assert!(words < 800, "{}: {words} words", path.display());
-        }
+fn the_page_is_short() {
+    let page = fs::read_to_string(root().join("docs/evidence/results.md")).unwrap();
+    let words = page.split_whitespace().count();
+    assert!(words < 3000, "{words} words");
+    let record = Record::read(&root().join("docs/evidence")).unwrap().unwrap();
+    for (key, _) in record.part("parts") {
+        assert!(page.contains(&format!("](#{})", key.of)), "no section of {}", key.of);
     }
 }
 
 /// What a check makes again is all in the record, and the numbers themselves are not kept.
 #[test]
 fn the_record_holds_what_a_check_makes_again() {
-    let out = root().join("docs/audit");
+    let out = root().join("docs/evidence");
     let record = Record::read(&out).unwrap().unwrap();
     for part in ["budgets", "envelope", "injection", "instructions", "loops", "memory", "parts"] {
         assert!(record.part(part).count() > 0, "nothing of {part}");

@@ -111,7 +111,11 @@ fn every_case_makes_the_same_plans() {
     let median = |c: &ConfigurationProfile| c.one_core.phase("whole_plan").median;
     let slowest = profile.configurations.iter().find(|c| c.name == name).unwrap();
     assert!(profile.configurations.iter().all(|c| median(c) <= median(slowest)));
-    assert!(phases.markdown().contains("| linearisation | 4 | "));
+    assert!(phases.markdown().contains("| linearisation | "));
+    let heading = format!("Phases of a plan on one core, {name} [ms]");
+    let tables = profile.phase_tables();
+    let (_, all) = tables.iter().find(|(of, _)| *of == heading).unwrap();
+    assert!(all.markdown().contains("| linearisation | 4 | "));
 
     for (_, table) in profile.tables().into_iter().chain(profile.phase_tables()) {
         assert!(table.to_string().lines().all(|line| line.chars().count() <= 100), "{table}");

@@ -23,11 +23,11 @@ fn numbers(value: &str) -> BTreeMap<&str, f64> {
     each.filter_map(|(name, number)| Some((name, number.parse().ok()?))).collect()
 }
 
-/// What cannot be is a p99.9 of fewer than a thousand plans: `docs/limitations.md` says so.
+/// What cannot be is a p99.9 of fewer than a thousand plans: `docs/evidence/limitations.md` says so.
 // Verifies REM-TIM-001.
 #[test]
 fn latency_is_reported_with_every_quantile_that_can_be() {
-    let record = Record::read(&root().join("docs/audit")).unwrap().unwrap();
+    let record = Record::read(&root().join("docs/evidence")).unwrap().unwrap();
     let columns = ["min", "median", "p95", "p99", "p99.9", "max", "jitter"];
     for heading in [
         "Whole plan on one core [ms]",

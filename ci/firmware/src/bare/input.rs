@@ -3,7 +3,7 @@
 use core::cell::UnsafeCell;
 use remora_firmware::NUMBERS;
 
-/// Where they lie. The start-up code leaves the section alone.
+/// Memory of the numbers. The start-up code leaves the section alone.
 #[repr(align(8))]
 struct Input(UnsafeCell<[u64; NUMBERS]>);
 

@@ -1,4 +1,4 @@
-//! What all bare-metal images share: the static memory, the painted stack, the panic handler.
+//! Parts that all bare-metal images share: the static memory, the painted stack, the panic handler.
 //!
 //! Each board brings its start-up code (in assembly: registers and memory are set up before any
 //! Rust runs), its output, its counter and its way to stop the emulator.
@@ -21,7 +21,7 @@ use remora_firmware::{Memory, Stack};
 #[cfg(not(feature = "replay"))]
 use remora_firmware::{Request, run};
 
-/// What the image tells whoever started it.
+/// Exit code of an image.
 #[derive(Clone, Copy)]
 #[repr(u32)]
 pub enum ExitCode {
@@ -33,10 +33,10 @@ pub enum ExitCode {
     Fault = 102,
 }
 
-/// What the watchdog waits for after a plan has begun [s]: the hardest of the audit's corpus takes 6.5 on a Cortex-M7.
+/// Time that the watchdog allows a plan [s]: the hardest of the audit's corpus takes 6.5 on a Cortex-M7.
 const WATCHDOG_SECONDS: u32 = 50;
 
-/// What the start-up code paints the stack with; it knows the number too.
+/// Word that the start-up code paints the stack with; its assembly repeats the number.
 const PAINT: u32 = 0x5afe_57ac;
 
 /// The planner's memory, in `.bss`: an image holds none of it.
@@ -68,7 +68,7 @@ core::arch::global_asm!(
     ".text",
 );
 
-/// Where the start-up code ends up: memory is initialised, the stack painted, the floating-point
+/// Entry from the start-up code: memory is initialised, the stack painted, the floating-point
 /// unit on. `request` is the word that the starter left for [`Request::from_word`].
 #[unsafe(no_mangle)]
 extern "C" fn remora_main(request: u32) -> ! {
@@ -86,8 +86,8 @@ extern "C" fn remora_main(request: u32) -> ! {
     board::exit(ExitCode::Done)
 }
 
-/// Where the start-up code sends every exception, with a stack of its own: the pointer to the other may be
-/// what is damaged.
+/// Handler of every exception, on a stack of its own: the pointer to the other may be
+/// damaged.
 #[unsafe(no_mangle)]
 extern "C" fn remora_fault() -> ! {
     board::exit(ExitCode::Fault)

@@ -1,6 +1,6 @@
 /* Plans, guides and plans again without an operating system, and prints a checksum of all that comes of it.
  * Scenarios FIRST to LAST - 1 of scenarios.h, with both integrators, from the heuristic and from a model. The
- * board says where text goes: start.c is a Cortex-M7. docs/c.md tells how the image is built and run. */
+ * board says where text goes: start.c is a Cortex-M7. docs/guides/c.md tells how the image is built and run. */
 #include "board.h"
 #include "scenarios.h"
 #include <remora.h>

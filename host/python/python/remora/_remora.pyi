@@ -261,7 +261,7 @@ class Scene:
         held: Sequence[float] | _Array = (),
         encoding: Encoding = "body",
     ) -> NDArray[np.float32]:
-        """What a network sees at a node: the features of the built-in models ("body") or the paper's."""
+        """Features that a network sees at a node: those of the built-in models ("body") or the paper's."""
 
     def miss(self, state: Sequence[float] | _Array) -> float:
         """Distance of the end effector from the port, were this the state at the last node [m]."""
@@ -283,11 +283,11 @@ class Plan:
 
     @property
     def mission(self) -> Mission:
-        """What it was made for."""
+        """Mission that it was made for."""
 
     @property
     def scenario(self) -> Scenario:
-        """What it was made for."""
+        """Scenario that it was made for."""
 
     @property
     def is_verified(self) -> bool:
@@ -303,7 +303,7 @@ class Plan:
 
     @property
     def start(self) -> Start:
-        """What Stage 2 started from: "model", "heuristic", "given", "nominal" or "fallback"."""
+        """Initial guess of Stage 2: "model", "heuristic", "given", "nominal" or "fallback"."""
 
     @property
     def integrator(self) -> str:
@@ -319,7 +319,7 @@ class Plan:
 
     @property
     def tolerances(self) -> dict[str, float]:
-        """What residuals are held to, by name."""
+        """Tolerances of the residuals, by name."""
 
     @property
     def clearances(self) -> dict[str, float]:
@@ -419,7 +419,7 @@ class Rows:
 
 @final
 class Subproblem:
-    """A subproblem with its solver's answer, by nodes and intervals: `docs/formats.md` says what it means."""
+    """A subproblem with its solver's answer, by nodes and intervals: `docs/reference/plan-file.md` says what it means."""
 
     @property
     def stage(self) -> int:
@@ -546,7 +546,7 @@ class Flight:
 
     @property
     def miss_target_m(self) -> _Array:
-        """The same along the target's axes [m]."""
+        """Position of the end effector from the port at the end, target's axes [m]."""
 
     @property
     def angle_rad(self) -> float:
@@ -574,7 +574,7 @@ class Flight:
 
     @property
     def drawn(self) -> dict[str, float]:
-        """What was drawn, read back from the truth."""
+        """Quantities that were drawn, read back from the truth."""
 
     @property
     def time(self) -> _Array:
@@ -643,7 +643,7 @@ class Episodes:
         """Begins one of them again, on an approach."""
 
     def observe(self) -> NDArray[np.float32]:
-        """What all of them see."""
+        """Observes all of them."""
 
     def step(
         self, actions: NDArray[np.float32], begins: NDArray[np.int64] | None = None

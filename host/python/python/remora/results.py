@@ -24,7 +24,7 @@ class Flights(list[Flight]):
 
 
 class Table(dict[str, NDArray[Any]]):
-    """Columns of a campaign, an array each, a row a scenario: `docs/formats.md` tells what they are.
+    """Columns of a campaign, an array each, a row a scenario: `docs/reference/tables.md` tells what they are.
 
     `plans` holds the plans, None for a scenario that was refused, where they were asked for.
     """

@@ -5,8 +5,8 @@ use super::{ExitCode, WATCHDOG_SECONDS, write_register};
 use core::arch::global_asm;
 use remora_firmware::{Board, Stack};
 
-// What the compiler calls for atomic words, which not every SPARC has: here the one core reads and writes a
-// word at a time anyway.
+// Functions that the compiler calls for atomic words, which not every SPARC has. The one core here reads and
+// writes a word at a time anyway.
 global_asm!(
     ".section .text.__atomic_load_4, \"ax\"",
     ".global __atomic_load_4",

@@ -1,4 +1,4 @@
-/* The mission of docs/problem.md, as remora_defaults has it: the table to begin one's own with. */
+/* The mission of docs/concepts/problem.md, as remora_defaults has it: the table to begin one's own with. */
 #include "cfe_tbl_filedef.h"
 #include "remora_app_tbl.h"
 
