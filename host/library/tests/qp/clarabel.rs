@@ -1,11 +1,10 @@
-//! Clarabel's answers against the optimality conditions, and convexification against the program
-//! it must not change.
+//! Clarabel's answers against the optimality conditions.
 
-use super::programs::cases;
+use super::common::programs::cases;
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use remora_core::advanced::qp::{Qp, QpSolver, QpStatus, Solution};
-use remora_core::advanced::time::Deadline;
+use remora_core::advanced::time::{Deadline, NoClock};
 use remora_host::backend::ClarabelQp;
 use remora_host::kkt::Kkt;
 
@@ -74,49 +73,6 @@ proptest! {
         prop_assert_eq!(a.u, b.u);
         prop_assert_eq!(a.defect_multiplier, b.defect_multiplier);
     }
-
-    /// Curvature of any sign, handed back until every block is convex: where none had to be
-    /// dropped, the objective is the same on every step along the dynamics.
-    #[test]
-    fn convexification_keeps_the_objective_along_the_dynamics(
-        numbers in numbers(),
-        size in 0.0..0.4f64,
-    ) {
-        let mut qp = program(&numbers, true);
-        let convex = SVector::<f64, NU>::repeat(1.0);
-        for (k, stage) in qp.stages.iter_mut().enumerate() {
-            let m = SMatrix::<f64, NX, NX>::from_fn(|i, j| numbers[7 * k + 3 * i + j]);
-            stage.hessian_xx = (m + m.transpose()) * size;
-            stage.hessian_ux = SMatrix::from_fn(|i, j| numbers[50 + 6 * k + 3 * i + j]) * size;
-            stage.hessian_uu.fill(0.0);
-        }
-        let before = qp.clone();
-        let dropped = qp.convexify(&convex, |_, _| false);
-
-        let mut point = Point::ZERO;
-        for k in 0..N - 1 {
-            point.u[k] = SVector::from_fn(|i, _| numbers[100 + 2 * k + i]);
-            let stage = &before.stages[k];
-            point.x[k + 1] = stage.a * point.x[k] + stage.b * point.u[k] + stage.c;
-        }
-        let effort: f64 = point.u.iter().map(|u| 0.5 * u.norm_squared()).sum();
-        let (old, new) = (before.cost(&point) + effort, qp.cost(&point));
-        if dropped == 0 {
-            prop_assert!((old - new).abs() < 1e-6 * (1.0 + old.abs()), "{old} {new}");
-        } else {
-            // Only negative curvature is ever dropped.
-            prop_assert!(new > old - 1e-6 * (1.0 + old.abs()), "{old} {new}");
-        }
-        for stage in &qp.stages[..N - 1] {
-            let mut block = SMatrix::<f64, 5, 5>::zeros();
-            block.fixed_view_mut::<NX, NX>(0, 0).copy_from(&stage.hessian_xx);
-            block.fixed_view_mut::<NU, NX>(NX, 0).copy_from(&stage.hessian_ux);
-            block.fixed_view_mut::<NX, NU>(0, NX).copy_from(&stage.hessian_ux.transpose());
-            block.fixed_view_mut::<NU, NU>(NX, NX).copy_from(&stage.hessian_uu);
-            let least = block.symmetric_eigenvalues().min();
-            prop_assert!(least > -1e-9 * (1.0 + block.amax()), "{least}");
-        }
-    }
 }
 
 #[test]
@@ -145,4 +101,13 @@ fn statuses_tell_why_there_is_no_solution() {
     );
     assert!(!solve(|qp| qp.stages[2].gradient_u[0] = f64::NAN).is_usable());
     assert!(!solve(|qp| qp.stages[2].a[(0, 0)] = f64::NAN).is_usable());
+}
+
+#[test]
+fn a_deadline_that_has_passed_ends_it_at_once() {
+    let numbers = [0.5, -0.25, 0.75];
+    let passed = Deadline::after(&NoClock, 0.0);
+    let mut point = Point::ZERO;
+    let outcome = ClarabelQp::default().solve(&program(&numbers, true), &mut point, &passed);
+    assert_eq!(outcome.status, QpStatus::TimeLimit);
 }

@@ -1,12 +1,10 @@
-//! The stage-structured program and its solvers: each against the optimality conditions, and one
-//! against the other, on random, degenerate, broken and the mission's own programs.
+//! Clarabel, and the embedded solver against it: on random, degenerate, broken and the mission's own
+//! programs. What needs no other solver is tested in `core/qp/tests`, which has the programs too.
 
-mod again;
+#[path = "../../../../core/qp/tests/common/mod.rs"]
+mod common;
+
 mod clarabel;
-mod degenerate;
-mod fewer;
-mod limits;
+mod edge;
 mod mission;
-mod programs;
 mod random;
-mod unsound;

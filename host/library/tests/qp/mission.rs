@@ -7,7 +7,7 @@
 //! equal to ten digits, can be 1e-3 apart: Clarabel at 1e-9 is that far from Clarabel at 1e-14. So
 //! the yardstick is Clarabel's point made exact (`remora_host::polish`).
 
-use super::programs::{cold, embedded, sharp};
+use super::common::programs::{cold, embedded, sharp};
 use remora_core::advanced::planner::PlanSettings;
 use remora_core::advanced::qp::{EmbeddedQp, Qp, QpOutcome, QpStatus};
 use remora_core::advanced::stages::Mode;

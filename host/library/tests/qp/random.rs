@@ -1,7 +1,7 @@
 //! Random feasible programs of several sizes: optimality of the embedded solver's answers, and
 //! agreement with Clarabel's.
 
-use super::programs::{Recipe, cases, cold, embedded, random, recipes};
+use super::common::programs::{Recipe, cases, cold, embedded, random, recipes};
 use proptest::prelude::*;
 use remora_core::advanced::qp::QpStatus;
 use remora_host::backend::ClarabelQp;

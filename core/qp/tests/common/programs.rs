@@ -1,14 +1,12 @@
 //! Programs of any size from a seed, and how they are solved.
 
-use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use remora_core::advanced::qp::{
-    EmbeddedQp, InteriorPointSettings, Qp, QpOutcome, QpSolver, Solution, Validate,
-};
-use remora_core::advanced::time::Deadline;
+use remora_qp::nalgebra::{SMatrix, SVector};
+use remora_qp::time::Deadline;
+use remora_qp::{EmbeddedQp, InteriorPointSettings, Qp, QpOutcome, QpSolver, Solution, Validate};
 
 /// How a random program is made.
 #[derive(Clone, Copy, Debug)]
@@ -136,7 +134,7 @@ pub fn random<const N: usize, const NX: usize, const NU: usize, const NG: usize>
 fn hessian<const NX: usize, const NU: usize, const NG: usize>(
     numbers: &mut Numbers,
     recipe: &Recipe,
-    stage: &mut remora_core::advanced::qp::QpStage<NX, NU, NG>,
+    stage: &mut remora_qp::QpStage<NX, NU, NG>,
 ) {
     let (x, u): (SVector<f64, NX>, SVector<f64, NU>) = (numbers.matrix(1.5), numbers.matrix(1.5));
     stage.hessian_xx = x * x.transpose() + SMatrix::identity() * recipe.curvature;

@@ -1,12 +1,12 @@
 //! Programs of fewer stages than the storage has room for.
 
-use super::programs::{Recipe, bits, cases, cold, embedded, random, recipes};
-use nalgebra::SVector;
+use super::common::kkt::{Kkt, objective};
+use super::common::programs::{bits, cases, cold, embedded, random, recipes};
+use super::common::room::roomy;
 use proptest::prelude::*;
-use remora_core::advanced::qp::{EmbeddedQp, Qp, QpSolver, QpStage, Solution};
-use remora_core::advanced::time::Deadline;
-use remora_host::backend::ClarabelQp;
-use remora_host::kkt::{Kkt, objective};
+use remora_qp::nalgebra::SVector;
+use remora_qp::time::Deadline;
+use remora_qp::{EmbeddedQp, Qp, QpSolver, Solution};
 
 const FEW: usize = 7;
 const ROOM: usize = 12;
@@ -14,38 +14,6 @@ const NX: usize = 4;
 const NU: usize = 2;
 
 type LargeQp = Qp<ROOM, NX, NU, 1>;
-
-/// A stage that nothing can be computed from.
-fn unreadable() -> QpStage<NX, NU, 1> {
-    let mut stage = QpStage::<NX, NU, 1>::ZERO;
-    stage.hessian_xx.fill(f64::NAN);
-    stage.hessian_ux.fill(f64::NAN);
-    stage.hessian_uu.fill(f64::NAN);
-    stage.a.fill(f64::NAN);
-    stage.b.fill(f64::NAN);
-    stage.path_jacobian.fill(f64::NAN);
-    stage.path_offset.fill(f64::NAN);
-    for vector in [&mut stage.gradient_x, &mut stage.c, &mut stage.lower_x, &mut stage.upper_x] {
-        vector.fill(f64::NAN);
-    }
-    for vector in [&mut stage.gradient_u, &mut stage.lower_u, &mut stage.upper_u] {
-        vector.fill(f64::NAN);
-    }
-    stage
-}
-
-/// The program in larger storage, whose last stages are full of what must not be read.
-fn roomy(qp: &Qp<FEW, NX, NU, 1>) -> Box<LargeQp> {
-    let mut roomy = Box::new(LargeQp::ZERO);
-    for stage in &mut roomy.stages {
-        *stage = unreadable();
-    }
-    roomy.stages[..FEW].copy_from_slice(&qp.stages);
-    roomy.unused = ROOM - FEW;
-    (roomy.constant, roomy.defect_penalty, roomy.path_penalty) =
-        (qp.constant, qp.defect_penalty, qp.path_penalty);
-    roomy
-}
 
 /// The point's stages that are the program's; all others must be zero.
 fn first(point: &Solution<ROOM, NX, NU, 1>) -> Box<Solution<FEW, NX, NU, 1>> {
@@ -74,7 +42,7 @@ proptest! {
     #[test]
     fn room_that_is_not_used_changes_no_bit(recipe in recipes()) {
         let qp = random::<FEW, NX, NU, 1>(&recipe);
-        let roomy = roomy(&qp);
+        let roomy: Box<LargeQp> = roomy(&qp);
         let mut small: Box<EmbeddedQp<FEW, NX, NU, 1>> = embedded();
         let mut large: Box<EmbeddedQp<ROOM, NX, NU, 1>> = embedded();
         // What a longer program left is not read either.
@@ -92,21 +60,5 @@ proptest! {
         }
         prop_assert_eq!(Kkt::of(&roomy, &b.point), Kkt::of(&qp, &a.point));
         prop_assert_eq!(objective(&roomy, &b.point), objective(&qp, &a.point));
-    }
-}
-
-#[test]
-fn clarabel_takes_programs_of_changing_length() {
-    let recipe = Recipe { soft: true, ..Recipe::PLAIN };
-    let qp = random::<FEW, NX, NU, 1>(&recipe);
-    let full = random::<ROOM, NX, NU, 1>(&recipe);
-    let mut clarabel = ClarabelQp::default();
-    for program in [&roomy(&qp), &full, &roomy(&qp)] {
-        let mut point = Box::new(Solution::ZERO);
-        let outcome = clarabel.solve(program, &mut point, &Deadline::never());
-        assert!(outcome.status.is_usable(), "{outcome:?}");
-        let ours = cold(&mut *embedded::<ROOM, NX, NU, 1>(), program);
-        let (f, g) = (objective(program, &point), objective(program, &ours.point));
-        assert!((f - g).abs() <= 1e-6 * (1.0 + g.abs()), "{f} {g}");
     }
 }

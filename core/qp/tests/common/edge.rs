@@ -1,19 +1,18 @@
 //! Programs at the edge: without interior, with everything active, without curvature, without a
 //! solution.
 
-use super::programs::{Answer, Recipe, cold, embedded, random};
-use nalgebra::{SMatrix, SVector};
-use remora_core::advanced::qp::{Qp, QpSolver, QpStage, QpStatus};
-use remora_host::backend::ClarabelQp;
-use remora_host::kkt::{Kkt, objective};
+use super::kkt::{Kkt, objective};
+use super::programs::{Answer, Recipe, cold, random};
+use remora_qp::nalgebra::{SMatrix, SVector};
+use remora_qp::{Qp, QpSolver, QpStage, QpStatus};
 
-const N: usize = 6;
-const NX: usize = 3;
-const NU: usize = 2;
-type Program = Qp<N, NX, NU, 1>;
+pub const N: usize = 6;
+pub const NX: usize = 3;
+pub const NU: usize = 2;
+pub type Program = Qp<N, NX, NU, 1>;
 type Node = QpStage<NX, NU, 1>;
 /// A name, how the dynamics are, what is changed.
-type Case = (&'static str, Recipe, fn(&mut Program));
+pub type Case = (&'static str, Recipe, fn(&mut Program));
 
 const SOFT: Recipe = Recipe::PLAIN;
 const HARD: Recipe = Recipe::HARD;
@@ -52,7 +51,7 @@ fn unbounded(stage: &mut Node) {
 }
 
 /// Programs that have a solution.
-const SOLVABLE: &[Case] = &[
+pub const SOLVABLE: &[Case] = &[
     ("as drawn", SOFT, |_| ()),
     ("as drawn, hard", HARD, |_| ()),
     ("everything pinned", SOFT, |qp| narrow(qp, 0.0)),
@@ -167,7 +166,7 @@ const SOLVABLE: &[Case] = &[
 
 /// Programs that have none, with what must be said of them: nothing more than that it is no
 /// success, or that there is no feasible point.
-const UNSOLVABLE: &[(Case, Option<QpStatus>)] = &[
+pub const UNSOLVABLE: &[(Case, Option<QpStatus>)] = &[
     (
         ("a state's box is empty", SOFT, |qp| {
             qp.stages[3].lower_x[1] = 0.5;
@@ -276,14 +275,14 @@ const UNSOLVABLE: &[(Case, Option<QpStatus>)] = &[
     ),
 ];
 
-fn made((_, recipe, change): &Case) -> Box<Program> {
+pub fn made((_, recipe, change): &Case) -> Box<Program> {
     let mut qp = random::<N, NX, NU, 1>(recipe);
     change(&mut qp);
     qp
 }
 
 /// What is wrong with the answers to solvable programs, a line a program.
-fn flaws<S: QpSolver<N, NX, NU, 1>>(solver: &mut S, tolerance: f64) -> Vec<String> {
+pub fn flaws<S: QpSolver<N, NX, NU, 1>>(solver: &mut S, tolerance: f64) -> Vec<String> {
     let mut flaws = Vec::new();
     for case in SOLVABLE {
         let qp = made(case);
@@ -302,34 +301,8 @@ fn flaws<S: QpSolver<N, NX, NU, 1>>(solver: &mut S, tolerance: f64) -> Vec<Strin
     flaws
 }
 
-#[test]
-fn programs_without_interior_or_curvature_are_solved() {
-    let flaws = flaws(&mut *embedded::<N, NX, NU, 1>(), 1e-8);
-    assert!(flaws.is_empty(), "{} of {}\n{}", flaws.len(), SOLVABLE.len(), flaws.join("\n"));
-}
-
-/// The same list, so that it is known to be solvable. Clarabel has no name for a box narrower than
-/// its accuracy and is not asked to solve those.
-#[test]
-fn clarabel_solves_them_too() {
-    let flaws = flaws(&mut ClarabelQp::default(), 1e-6);
-    assert!(flaws.is_empty(), "{} of {}\n{}", flaws.len(), SOLVABLE.len(), flaws.join("\n"));
-}
-
-#[test]
-fn objectives_agree_where_solutions_are_not_unique() {
-    for case in SOLVABLE {
-        let qp = made(case);
-        let ours = cold(&mut *embedded(), &qp);
-        let theirs = cold(&mut ClarabelQp::with_tolerance(1e-11), &qp);
-        if Kkt::of(&qp, &theirs.point).worst() < 1e-8 {
-            let (a, b) = (objective(&qp, &ours.point), objective(&qp, &theirs.point));
-            assert!((a - b).abs() <= 1e-7 * (1.0 + b.abs()), "{}: {a} {b}", case.0);
-        }
-    }
-}
-
-fn mistaken<S: QpSolver<N, NX, NU, 1>>(solver: &mut S) -> Vec<String> {
+/// Programs without a solution that are not named as such, a line a program.
+pub fn mistaken<S: QpSolver<N, NX, NU, 1>>(solver: &mut S) -> Vec<String> {
     let mut mistaken = Vec::new();
     for (case, expected) in UNSOLVABLE {
         let outcome = cold(solver, &made(case)).outcome;
@@ -342,30 +315,4 @@ fn mistaken<S: QpSolver<N, NX, NU, 1>>(solver: &mut S) -> Vec<String> {
         }
     }
     mistaken
-}
-
-// Verifies REM-QP-002.
-#[test]
-fn programs_without_a_solution_are_no_success() {
-    let mistaken = mistaken(&mut *embedded::<N, NX, NU, 1>());
-    assert!(mistaken.is_empty(), "{}", mistaken.join("\n"));
-}
-
-#[test]
-fn infeasible_programs_are_named_within_forty_iterations() {
-    for (case, expected) in UNSOLVABLE {
-        let outcome = cold(&mut *embedded::<N, NX, NU, 1>(), &made(case)).outcome;
-        println!("{}: {outcome:?}", case.0);
-        assert!(
-            *expected != Some(QpStatus::Infeasible) || outcome.iterations <= 40,
-            "{}: {outcome:?}",
-            case.0
-        );
-    }
-}
-
-#[test]
-fn clarabel_finds_no_solution_either() {
-    let mistaken = mistaken(&mut ClarabelQp::default());
-    assert!(mistaken.is_empty(), "{}", mistaken.join("\n"));
 }

@@ -1,10 +1,10 @@
 //! Second-order corrections, and the gains that a solution leaves: the same answers, and hardly ever more work.
 
-use super::programs::{Answer, Recipe, cases, cold, embedded, random, recipes};
+use super::common::kkt::{Kkt, distance, objective};
+use super::common::programs::{Answer, Recipe, cases, cold, embedded, random, recipes};
 use proptest::prelude::*;
-use remora_core::advanced::qp::{EmbeddedQp, Qp, QpSolver, QpStatus};
-use remora_core::advanced::time::Deadline;
-use remora_host::kkt::{Kkt, distance, objective};
+use remora_qp::time::Deadline;
+use remora_qp::{EmbeddedQp, Qp, QpSolver, QpStatus};
 
 const N: usize = 12;
 const NX: usize = 4;
@@ -52,7 +52,7 @@ fn corrections_hold(recipe: &Recipe, share: f64) -> Result<(), TestCaseError> {
     let mut solver: Box<Solver> = embedded();
     let mut answer = cold(&mut *solver, &qp);
     // The loop hands over a point of its own, which knows nothing.
-    *answer.point = remora_core::advanced::qp::Solution::ZERO;
+    *answer.point = remora_qp::Solution::ZERO;
     for _ in 0..2 {
         answer.outcome = solver.solve_again(&changed, &mut answer.point, &Deadline::never());
         same(&changed, &answer, &expected)?;
