@@ -269,3 +269,6 @@ const MARGIN: f64 = 0.1;
 pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
+
+#[cfg(test)]
+mod tests;
