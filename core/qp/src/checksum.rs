@@ -81,4 +81,23 @@ mod tests {
         one.integer(1.0f64.to_bits());
         assert_eq!(one.value(), of(&[1.0]));
     }
+
+    /// Sums by hand: `(basis ^ byte) * prime`, wrapped to 64 bits.
+    #[test]
+    fn integers_come_least_byte_first() {
+        let of_integer = |value: u64| {
+            let mut checksum = Checksum::default();
+            checksum.integer(value);
+            checksum.value()
+        };
+        assert_eq!(of_integer(0x0102), of(&[2, 1, 0, 0, 0, 0, 0, 0]));
+        assert_eq!(of_integer(u64::MAX), of(&[255; 8]));
+        assert_eq!(Checksum::default(), Checksum::new());
+        assert_eq!(of(&[0x25]), 0xcbf2_9ce4_8422_2300u64.wrapping_mul(0x0000_0100_0000_01b3));
+        // Bytes in pieces are bytes in order.
+        let mut pieces = Checksum::new();
+        pieces.bytes(b"foo");
+        pieces.bytes(b"bar");
+        assert_eq!(pieces.value(), of(b"foobar"));
+    }
 }

@@ -302,4 +302,17 @@ mod tests {
             assert!(!damaged.multipliers_are_within(4.0), "{value}");
         }
     }
+
+    #[test]
+    fn what_is_good_enough_lies_in_a_range() {
+        let good_enough = |complementarity: f64| {
+            let qp = Qp::<1, 1, 1, 1> { complementarity, ..Qp::ZERO };
+            qp.good_enough()
+        };
+        assert_eq!(
+            [0.0, 1e-9, 1e-4, 1.1e-4, f64::INFINITY].map(good_enough),
+            [0.0, 1e-9, 1e-4, 1e-4, 1e-4]
+        );
+        assert_eq!([f64::NAN, -1e-9, f64::NEG_INFINITY].map(good_enough), [0.0; 3]);
+    }
 }

@@ -30,3 +30,19 @@ pub fn nth<'a>(
 ) -> Option<&'a mut f64> {
     vectors.into_iter().flatten().nth(element)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_counted_through_all_vectors() {
+        let (mut first, mut second) = ([1.0, 2.0], [3.0]);
+        for (element, expected) in [(0, Some(1.0)), (1, Some(2.0)), (2, Some(3.0)), (3, None)] {
+            let found = nth([&mut first[..], &mut second[..]], element).copied();
+            assert_eq!(found, expected);
+        }
+        *nth([&mut first[..], &mut second[..]], 2).unwrap() = 9.0;
+        assert_eq!(second, [9.0]);
+    }
+}

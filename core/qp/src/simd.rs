@@ -54,3 +54,13 @@ macro_rules! multiversion {
     };
 }
 pub(crate) use multiversion;
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    extern crate std;
+
+    #[test]
+    fn the_processor_is_asked() {
+        assert_eq!(super::has_avx2(), std::is_x86_feature_detected!("avx2"));
+    }
+}

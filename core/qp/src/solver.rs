@@ -159,3 +159,58 @@ where
         (**self).show(kept);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kept::Part;
+
+    #[test]
+    fn three_statuses_need_no_other_start() {
+        use QpStatus::*;
+        for status in [Solved, TimeLimit, Infeasible] {
+            assert!(status.is_final(), "{status:?}");
+        }
+        for status in [ReducedAccuracy, IterationLimit, Stalled, NumericalFailure, Unbounded] {
+            assert!(!status.is_final(), "{status:?}");
+        }
+    }
+
+    struct Showing(u32);
+
+    impl QpSolver<1, 1, 1, 1> for Showing {
+        fn reset(&mut self) {}
+
+        fn solve(
+            &mut self,
+            _: &Qp<1, 1, 1, 1>,
+            _: &mut Solution<1, 1, 1, 1>,
+            _: &Deadline,
+        ) -> QpOutcome {
+            QpOutcome::default()
+        }
+
+        fn show(&mut self, kept: &mut dyn Kept) {
+            self.0 += 1;
+            kept.number(Part::Best, 0, 0).into_iter().for_each(|number| *number = 1.0);
+        }
+    }
+
+    struct Memory([f64; 1]);
+
+    impl Kept for Memory {
+        fn number(&mut self, _: Part, _: usize, element: usize) -> Option<&mut f64> {
+            crate::kept::nth([&mut self.0[..]], element)
+        }
+    }
+
+    #[test]
+    fn a_borrowed_solver_shows_what_is_kept() {
+        fn show<S: QpSolver<1, 1, 1, 1>>(mut solver: S, kept: &mut Memory) {
+            solver.show(kept);
+        }
+        let (mut solver, mut memory) = (Showing(0), Memory([0.0]));
+        show(&mut solver, &mut memory);
+        assert_eq!((solver.0, memory.0), (1, [1.0]));
+    }
+}

@@ -77,6 +77,7 @@ impl fmt::Debug for Deadline<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use core::sync::atomic::{AtomicU32, Ordering};
 
     struct Fixed(f64);
 
@@ -97,5 +98,57 @@ mod tests {
         assert!(Deadline::after(&Fixed(5.0), 1.0).earlier_by(1.0).has_passed());
         assert!(!Deadline::never().earlier_by(1.0).has_passed());
         assert!(Deadline::after(&NoClock, 1.0).is_finite() && !Deadline::never().is_finite());
+    }
+
+    /// A clock that goes on by a second each time work is paused, and not by being read.
+    struct Pausing(AtomicU32);
+
+    impl Clock for Pausing {
+        fn seconds(&self) -> f64 {
+            f64::from(self.0.load(Ordering::Relaxed))
+        }
+
+        fn pause(&self) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    #[test]
+    fn each_check_pauses_once_before_it_reads() {
+        let clock = Pausing(AtomicU32::new(10));
+        let deadline = Deadline::after(&clock, 2.0);
+        assert_eq!((deadline.seconds(), NoClock.seconds()), (10.0, 0.0));
+        assert!(!deadline.has_passed());
+        assert_eq!(deadline.seconds(), 11.0);
+        assert!(deadline.has_passed());
+        assert!(deadline.earlier_by(0.5).has_passed());
+        assert_eq!(deadline.seconds(), 13.0);
+        // One that never comes lets the clock pause all the same.
+        assert!(!Deadline::after(&clock, f64::INFINITY).has_passed());
+        assert_eq!(deadline.seconds(), 14.0);
+    }
+
+    #[test]
+    fn earlier_deadlines_are_earlier_by_that() {
+        let deadline = Deadline::after(&Fixed(5.0), 3.0).earlier_by(2.0);
+        let shown = |deadline: &Deadline| {
+            let mut text = Text([0; 64], 0);
+            fmt::write(&mut text, format_args!("{deadline:?}")).unwrap();
+            text
+        };
+        let text = shown(&deadline);
+        assert_eq!(&text.0[..text.1], b"Deadline { at_s: 6.0, .. }");
+        assert!(!deadline.has_passed() && deadline.earlier_by(1.0).has_passed());
+    }
+
+    /// Text on the stack.
+    struct Text([u8; 64], usize);
+
+    impl fmt::Write for Text {
+        fn write_str(&mut self, s: &str) -> fmt::Result {
+            self.0[self.1..][..s.len()].copy_from_slice(s.as_bytes());
+            self.1 += s.len();
+            Ok(())
+        }
     }
 }

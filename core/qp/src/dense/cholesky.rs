@@ -66,10 +66,13 @@ pub fn cholesky_solve_in_place<const D: usize, const C: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixed_cases;
     use nalgebra::{SMatrix, SVector};
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(fixed_cases())]
+
         #[test]
         fn solves_random_positive_definite_systems(
             entries in proptest::array::uniform32(-1.0..1.0f64),
@@ -91,5 +94,45 @@ mod tests {
         assert_eq!(cholesky_in_place(&mut indefinite), Err(NotPositiveDefinite));
         let mut nan = SMatrix::<f64, 2, 2>::new(f64::NAN, 0.0, 0.0, 1.0);
         assert_eq!(cholesky_in_place(&mut nan), Err(NotPositiveDefinite));
+    }
+
+    /// `[4, 2; 2, 5] = L L^T` with `L = [2, 0; 1, 2]`.
+    #[test]
+    fn a_factor_known_by_heart() {
+        let mut factor = SMatrix::<f64, 2, 2>::new(4.0, f64::NAN, 2.0, 5.0);
+        cholesky_in_place(&mut factor).unwrap();
+        assert_eq!((factor[(0, 0)], factor[(1, 0)], factor[(1, 1)]), (2.0, 1.0, 2.0));
+        // The upper triangle is neither read nor written.
+        assert!(factor[(0, 1)].is_nan());
+        // Two right-hand sides at once: A x = b with x = (1, 1) and (2, -1).
+        let mut b = SMatrix::<f64, 2, 2>::new(6.0, 6.0, 7.0, -1.0);
+        cholesky_solve_in_place(&factor, &mut b);
+        assert_eq!(b, SMatrix::<f64, 2, 2>::new(1.0, 2.0, 1.0, -1.0));
+    }
+
+    #[test]
+    fn a_factor_squared_is_the_matrix() {
+        let matrix = SMatrix::<f64, 4, 4>::new(
+            9.0, 1.0, -2.0, 0.5, 1.0, 7.0, 3.0, -1.0, -2.0, 3.0, 8.0, 2.0, 0.5, -1.0, 2.0, 6.0,
+        );
+        let mut factor = matrix;
+        cholesky_in_place(&mut factor).unwrap();
+        let lower = factor.lower_triangle();
+        assert!((lower * lower.transpose() - matrix).amax() < 1e-14);
+        let mut inverse = SMatrix::<f64, 4, 4>::identity();
+        cholesky_solve_in_place(&factor, &mut inverse);
+        assert!((inverse * matrix - SMatrix::<f64, 4, 4>::identity()).amax() < 1e-14);
+    }
+
+    #[test]
+    fn pivots_are_positive_and_finite() {
+        for (first, last) in
+            [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0), (f64::INFINITY, 1.0), (1.0, f64::INFINITY)]
+        {
+            let mut matrix = SMatrix::<f64, 2, 2>::new(first, 0.0, 0.0, last);
+            assert_eq!(cholesky_in_place(&mut matrix), Err(NotPositiveDefinite), "{first} {last}");
+        }
+        let mut least = SMatrix::<f64, 1, 1>::new(1e-300);
+        assert_eq!(cholesky_in_place(&mut least), Ok(()));
     }
 }

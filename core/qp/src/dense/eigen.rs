@@ -158,9 +158,12 @@ fn dot<const D: usize>(x: &[f64; D], y: &[f64; D]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixed_cases;
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(fixed_cases())]
+
         #[test]
         fn projection_is_nearest(entries in proptest::array::uniform32(-1.0..1.0f64)) {
             let m = SMatrix::<f64, 5, 5>::from_iterator(entries.into_iter().take(25));
@@ -184,6 +187,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(fixed_cases())]
+
         #[test]
         fn another_algorithm_agrees(
             entries in proptest::collection::vec(-1.0..1.0f64, 144),
@@ -204,6 +209,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(fixed_cases())]
+
         #[test]
         fn the_root_is_the_library_s(mantissa in 1.0..4.0f64, exponent in -900..900i32) {
             let x = libm::scalbn(mantissa, exponent);
@@ -248,3 +255,6 @@ mod tests {
         assert!(nan[(0, 0)].is_nan());
     }
 }
+
+#[cfg(test)]
+mod known;

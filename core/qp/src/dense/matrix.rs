@@ -138,10 +138,13 @@ pub fn solve_lower_transposed<const R: usize, const K: usize>(
 mod tests {
     use super::*;
     use crate::dense::cholesky_in_place;
+    use crate::fixed_cases;
     use nalgebra::SMatrix;
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(fixed_cases())]
+
         #[test]
         fn kernels_are_the_products_they_say(
             entries in proptest::array::uniform32(-1.0..1.0f64),
@@ -200,5 +203,43 @@ mod tests {
             let error = x * factor.lower_triangle().transpose() - b;
             prop_assert!(error.norm() < 1e-11);
         }
+    }
+
+    /// Lower triangles of sizes beyond each group of four rows, which are computed in part.
+    fn lower_is_whole<const D: usize>() {
+        let a = SMatrix::<f64, D, 3>::from_fn(|i, j| 1.0 + i as f64 - 0.5 * (i * j) as f64);
+        let transposed = a.transpose();
+        let start = SMatrix::<f64, D, D>::from_fn(|i, j| (i + 2 * j) as f64);
+        let mut lower = start;
+        multiply_add_lower(&mut lower.data.0, &a.data.0, &transposed.data.0);
+        let expected = start + a * transposed;
+        for j in 0..D {
+            // Rows above a column's group are left as they were where that saves work.
+            let first = if cfg!(target_arch = "x86_64") { (j / 4).min(3) * 4 } else { 0 };
+            for i in 0..D {
+                let value = if i < first { start[(i, j)] } else { expected[(i, j)] };
+                assert_eq!(lower[(i, j)], value, "{i} {j} of {D}");
+            }
+        }
+    }
+
+    #[test]
+    fn lower_triangles_are_whole() {
+        lower_is_whole::<3>();
+        lower_is_whole::<4>();
+        lower_is_whole::<9>();
+        lower_is_whole::<12>();
+        lower_is_whole::<18>();
+    }
+
+    #[test]
+    fn the_lower_triangle_is_copied() {
+        let mut matrix = SMatrix::<f64, 4, 4>::from_fn(|i, j| (10 * i + j) as f64);
+        mirror_lower(&mut matrix.data.0);
+        let expected = SMatrix::<f64, 4, 4>::from_fn(|i, j| (10 * i.max(j) + i.min(j)) as f64);
+        assert_eq!(matrix, expected);
+        let mut y = [1.0, 2.0];
+        axpy(&mut y, &[3.0, -4.0], 0.5);
+        assert_eq!(y, [2.5, 0.0]);
     }
 }

@@ -120,4 +120,45 @@ mod tests {
         let most = u32::MAX as usize;
         assert_eq!(numbers.map(count), [0, 0, 0, 0, 7, most, most]);
     }
+
+    #[test]
+    fn projections_end_at_the_limits() {
+        assert_eq!(
+            [-2.0, -1.0, 0.5, 3.0, 4.0].map(|v| clamp(v, -1.0, 3.0)),
+            [-1.0, -1.0, 0.5, 3.0, 3.0]
+        );
+        assert!(clamp(f64::NAN, -1.0, 3.0).is_nan());
+        // Zeros keep their sign, and contradicting limits give one of them.
+        assert!(clamp(-0.0, 0.0, 1.0).is_sign_negative());
+        assert!([2.0, 1.0].contains(&clamp(1.5, 2.0, 1.0)));
+    }
+
+    #[test]
+    fn divisors_have_a_least_magnitude() {
+        assert_eq!(divisor(0.0), 1e-100);
+        assert_eq!(divisor(-0.0), 1e-100);
+        assert_eq!(divisor(1e-100), 1e-100);
+        assert_eq!(divisor(-1e-100), -1e-100);
+        assert_eq!(divisor(5e-101), 1.5e-100);
+    }
+
+    #[test]
+    fn ranges_include_their_ends() {
+        assert!(is_within(-1.0, -2.0, -1.0) && is_within(-2.0, -2.0, -1.0));
+        assert!(!is_within(-0.9, -2.0, -1.0) && !is_within(f64::NAN, -2.0, -1.0));
+        assert!(!is_within(-0.0, 0.0, 1.0) && is_within(0.0, -0.0, 1.0));
+        assert!(is_usable(-1e30) && !is_usable(f64::INFINITY) && !is_usable(1.1e30));
+        assert!(!is_positive(0.9e-30) && !is_positive(f64::INFINITY) && !is_positive(-1e-30));
+        assert!(!is_not_negative(f64::INFINITY) && is_not_negative(5.0));
+    }
+
+    #[test]
+    fn whole_numbers_are_kept_up_to_the_largest() {
+        let most = f64::from(u32::MAX);
+        assert_eq!([1.0, 1e-300, most - 1.0, most, most + 1.0].map(count), {
+            let most = u32::MAX as usize;
+            [1, 0, most - 1, most, most]
+        });
+        assert_eq!(zeros::<2, 3>(), SMatrix::<f64, 2, 3>::zeros());
+    }
 }

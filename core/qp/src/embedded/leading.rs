@@ -61,6 +61,7 @@ fn is_zero_beyond<const R: usize>(matrix: &[[f64; R]], rows: usize, columns: usi
 mod tests {
     use super::*;
     use crate::embedded::EmbeddedQp;
+    use crate::fixed_cases;
     use crate::time::Deadline;
     use crate::{Qp, QpOutcome, QpSolver, QpStatus, Solution};
     use nalgebra::{SMatrix, SVector};
@@ -134,8 +135,38 @@ mod tests {
         (outcome, solution)
     }
 
+    /// Padding is what lies beyond a translation's sizes; an arm of its size or less has none.
+    #[test]
+    fn sizes_that_do_not_fit_are_not_padded() {
+        let none: [QpStage<9, 3, 1>; 0] = [];
+        assert!(TRANSLATION.are_all_of(&none));
+        assert!(TRANSLATION.are_all_of(&[QpStage::<9, 3, 1>::ZERO; 2]));
+        assert!(!TRANSLATION.are_all_of(&[QpStage::<8, 3, 1>::ZERO; 2]));
+        assert!(!TRANSLATION.are_all_of(&[QpStage::<9, 2, 1>::ZERO; 2]));
+        assert!(Leading::<2, 1>.are_all_of(&[QpStage::<3, 1, 1>::ZERO; 2]));
+        let mut stages = [QpStage::<3, 2, 1>::ZERO; 2];
+        stages[0].hessian_uu[(1, 1)] = 5.0;
+        assert!(Leading::<2, 1>.are_all_of(&stages));
+        stages[0].hessian_uu[(1, 0)] = 5.0;
+        assert!(!Leading::<2, 1>.are_all_of(&stages));
+    }
+
+    #[test]
+    fn leading_columns_are_the_first() {
+        let all = [1, 2, 3, 4];
+        assert_eq!(
+            (Leading::<3, 2>.states(&all), Leading::<3, 2>.controls(&all)),
+            (&all[..3], &all[..2])
+        );
+        // Of fewer than that there are all.
+        assert_eq!(
+            (Leading::<9, 5>.states(&all), Leading::<9, 5>.controls(&all)),
+            (&all[..], &all[..])
+        );
+    }
+
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(40))]
+        #![proptest_config(ProptestConfig { cases: 40, ..fixed_cases() })]
 
         #[test]
         fn a_padded_qp_has_the_bits_of_its_own_size(

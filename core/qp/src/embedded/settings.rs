@@ -109,4 +109,43 @@ mod tests {
         assert_eq!(named(fixed), "fixed_iterations");
         assert_eq!(named(InteriorPointSettings { reduced: 1e-12, ..default }), "reduced");
     }
+
+    #[test]
+    fn ranges_include_their_ends() {
+        let default = InteriorPointSettings::DEFAULT;
+        let most = MAX_SOLVER_ITERATIONS;
+        for sound in [
+            InteriorPointSettings { max_iterations: most, ..default },
+            InteriorPointSettings { max_iterations: 0, ..default },
+            InteriorPointSettings { fixed_iterations: Some(most), ..default },
+            InteriorPointSettings { fixed_iterations: Some(0), ..default },
+            InteriorPointSettings { tolerance: 1e-300, complementarity: 1e-300, ..default },
+            InteriorPointSettings { reduced: default.tolerance, ..default },
+            InteriorPointSettings { complementarity: default.reduced, ..default },
+            InteriorPointSettings { tolerance: 0.5, complementarity: 1.0, reduced: 1.0, ..default },
+        ] {
+            assert_eq!(sound.validate(), Ok(()), "{sound:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_positive_or_not_finite_is_refused() {
+        let default = InteriorPointSettings::DEFAULT;
+        for value in [0.0, -1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let bad = [
+                InteriorPointSettings { tolerance: value, ..default },
+                InteriorPointSettings { complementarity: value, ..default },
+                InteriorPointSettings { reduced: value, ..default },
+            ];
+            let named = bad.map(|settings| settings.validate().unwrap_err().setting);
+            assert_eq!(named, ["tolerance", "complementarity", "reduced"], "{value}");
+        }
+        // Reduced accuracy is no better than either.
+        for worse in [
+            InteriorPointSettings { tolerance: 2e-6, ..default },
+            InteriorPointSettings { complementarity: 2e-6, ..default },
+        ] {
+            assert_eq!(worse.validate().unwrap_err().setting, "reduced");
+        }
+    }
 }

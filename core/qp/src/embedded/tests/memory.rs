@@ -62,3 +62,21 @@ fn fresh_memory_is_zero() {
     assert!(found.iter().all(|number| ["0", "0.0"].contains(&number.as_str())));
     assert!(!format!("{solver:?}").contains("true"));
 }
+
+/// Code for a translation's size is there for twelve states on one kind of processor, and used for padding alone.
+#[test]
+fn padding_is_left_out_where_there_is_some() {
+    fn leaves_out<const NX: usize, const NU: usize>(entry: f64) -> bool {
+        let mut qp = Qp::<2, NX, NU, 0> { defect_penalty: 1.0, ..Qp::ZERO };
+        qp.stages[0].a[(NX - 1, 0)] = entry;
+        let mut solver = EmbeddedQp::<2, NX, NU, 0>::new();
+        solver.fill(7.0);
+        solver.start(&qp).unwrap();
+        assert_eq!(solver.is_translation, solver.leaves_padding_out());
+        solver.leaves_padding_out()
+    }
+    let has_code = cfg!(target_arch = "x86_64");
+    assert_eq!(leaves_out::<12, 6>(0.0), has_code);
+    assert!(!leaves_out::<12, 6>(1e-9));
+    assert!(!leaves_out::<9, 3>(0.0) && !leaves_out::<14, 7>(0.0) && !leaves_out::<9, 3>(1.0));
+}
