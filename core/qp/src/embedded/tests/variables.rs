@@ -177,14 +177,14 @@ fn rows_without_a_price_have_no_multiplier() {
         assert_eq!(vars.path_scaling()[0] > 0.0, is_free);
         assert!((0.0..=penalty).contains(&vars.path.value[0]));
     }
-    // A row that is violated at the start has a multiplier near its price, one that holds near zero.
+    // Multipliers start near zero, the nearer the more their row holds.
     qp.path_penalty = 2.0;
-    let near = |offset: f64| {
+    let mut near = |offset: f64| {
         qp.stages[1].path_offset[0] = offset;
         started(1, &qp, ELASTIC).unwrap().path.value[0]
     };
-    let mut near = near;
-    assert!(near(4.0) < 0.2 && near(-4.0) < 0.2);
+    let violated = near(4.0);
+    assert!(violated < 0.2 && near(-4.0) < violated);
     let vars = started(1, &qp, ELASTIC).unwrap();
     // The slack of a row that holds is the multiplier of the bound at zero.
     assert_eq!(vars.path.multipliers()[0].signum(), -1.0);
