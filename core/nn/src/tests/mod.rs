@@ -7,6 +7,7 @@ mod bit_flip;
 mod check;
 mod exhaustive;
 mod files;
+mod fixed;
 mod inference;
 mod reference;
 
