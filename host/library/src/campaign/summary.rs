@@ -140,6 +140,7 @@ pub struct Summary {
 mod tests {
     use super::*;
     use crate::formats::{Clearances, Closest, Flight, ScenarioSet, StageRow};
+    use crate::method::Method;
     use remora_core::advanced::model::Refusal;
 
     #[test]
