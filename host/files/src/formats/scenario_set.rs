@@ -359,7 +359,7 @@ mod tests {
         assert_eq!(scenario.duration, Some(700.0));
         assert_eq!(scenario.start.joint_angle, Some(each(&[-0.5, 0.4, 0.3])));
         assert_eq!(scenario.start.bus_rate, Vector3::new(1e-4, 0.0, -2e-4));
-        assert_eq!(scenario.start.joint_rate, each(&[1e-3, 0.0, 0.0]));
+        assert_eq!(scenario.start.joint_rate, each::<MAX_JOINTS>(&[1e-3, 0.0, 0.0]));
         assert_eq!(json::to_text(&set).unwrap(), written);
 
         let field = |change| ScenarioSet::parse(&text(change)).unwrap_err().field;
