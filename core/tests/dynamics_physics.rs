@@ -6,6 +6,7 @@
 //! motions go up to 0.2 rad/s, two hundred times a real orbit's, so that a mistake in an orbital
 //! term can't hide behind the others.
 
+#[path = "physics/mod.rs"]
 mod physics;
 
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};

@@ -1,6 +1,6 @@
 //! Plans flown in the truth: what arrives at the port, and what the loop must not depend on.
 
-mod common;
+use crate::common;
 
 use common::{FlightCase, planned};
 use remora_core::advanced::math::quaternion;

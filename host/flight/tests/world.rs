@@ -1,6 +1,6 @@
 //! The mission's world is the one that is flown: its orbit about its body, its target, its servicer.
 
-mod common;
+use crate::common;
 
 use common::{FlightCase, planned};
 use remora_core::advanced::model::{Mission, Switch};

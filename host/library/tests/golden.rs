@@ -3,7 +3,7 @@
 //! against `fixtures/golden/verdicts.csv`.
 //!
 //! A change that moves bits says so and why, and writes the files again:
-//! `REMORA_WRITE_GOLDEN=1 cargo test --test golden`.
+//! `REMORA_WRITE_GOLDEN=1 cargo test --test all golden`.
 
 use remora_core::advanced::scp::Status;
 use remora_host::formats::{Mission, NamedScenario, ScenarioSet};

@@ -180,7 +180,7 @@ fn what_is_left_of_a_plan_is_planned_from_where_a_disturbed_state_is() {
     }
 }
 
-/// The whole of it, for the documents: `cargo test --release --test moving -- --ignored --nocapture`.
+/// The whole of it, for the documents: `cargo test --release --test all moving -- --ignored --nocapture`.
 #[test]
 #[ignore = "nightly: 1320 plans"]
 fn what_is_left_of_every_plan_is_planned() {
@@ -328,7 +328,7 @@ proptest! {
     }
 }
 
-/// The whole of it: `cargo test --release --test moving -- --ignored --nocapture`.
+/// The whole of it: `cargo test --release --test all moving -- --ignored --nocapture`.
 #[test]
 #[ignore = "nightly: 6720 plans"]
 fn the_rest_of_every_plan_is_no_costlier() {

@@ -1,5 +1,6 @@
 //! The learned start: its features, its actions and what the planner makes of it.
 
+#[path = "scripts/mod.rs"]
 mod scripts;
 
 use nalgebra::Vector3;

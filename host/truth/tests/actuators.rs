@@ -1,6 +1,6 @@
 //! Actuators: what acts against what was asked.
 
-mod common;
+use crate::common;
 
 use nalgebra::Vector3;
 use remora_truth::{

@@ -1,6 +1,6 @@
 //! Every key of an errors file moves the truth, and only what it should.
 
-mod common;
+use crate::common;
 
 use nalgebra::Vector3;
 use remora_truth::{

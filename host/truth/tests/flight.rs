@@ -1,6 +1,6 @@
 //! Whole flights: contact, sensors in time, the same bits.
 
-mod common;
+use crate::common;
 
 use nalgebra::Vector3;
 use remora_truth::{

@@ -1,6 +1,6 @@
 //! The servicer's dynamics against other algorithms and against what physics conserves.
 
-mod common;
+use crate::common;
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, Unit, UnitQuaternion, Vector3};
 use remora_truth::multibody::{Multibody, Rates};

@@ -1,6 +1,6 @@
 //! Random numbers: what is drawn spreads as it should, and each source for itself.
 
-mod common;
+use crate::common;
 
 use remora_truth::{Dispersion, Drift, Errors, Source, Stream, World};
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! The target's orbit and tumbling against solutions in closed form.
 
-mod common;
+use crate::common;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use remora_truth::rotation::{inverse, logarithm, product};

@@ -1,0 +1,6 @@
+//! Tests of flights, one program.
+
+mod common;
+
+mod flights;
+mod world;
