@@ -311,7 +311,8 @@ def check_scene(scene, plan):
     for name, link in zip(links, plan.mission["servicer"]["links"]):
         (rod,) = entities[name].cylinders
         ends = matrix(quaternion(rod.pose.orientation)) @ [0, 0, rod.size.z / 2]
-        hold("MCAP: end of a link's rod [m]", np.linalg.norm(xyz(rod.pose.position) + ends - link["tip_m"]), 1e-12)
+        capsule_end = np.add(link["tip_m"], link.get("capsule_end_m", [0, 0, 0]))
+        hold("MCAP: end of a link's rod [m]", np.linalg.norm(xyz(rod.pose.position) + ends - capsule_end), 1e-12)
         assert entities[name].frame_id == name and entities[name].frame_locked
 
 

@@ -107,7 +107,7 @@ enum RemoraStatus
   REMORA_STATUS_WRONG_CHECKSUM = 26,
   // The step of guidance is not 0.05 to 5 s after the one before.
   REMORA_STATUS_STEP_TIME = 27,
-  // An attitude of the estimate is not of unit length, a number is beyond 1e30, or a flag is neither 0 nor 1.
+  // An attitude of the estimate is not of unit length, or a flag is neither 0 nor 1.
   REMORA_STATUS_INVALID_ESTIMATE = 28,
 };
 #ifndef __cplusplus

@@ -85,7 +85,7 @@ pub enum RemoraStatus {
     WrongChecksum = 26,
     /// The step of guidance is not 0.05 to 5 s after the one before.
     StepTime = 27,
-    /// An attitude of the estimate is not of unit length, a number is beyond 1e30, or a flag is neither 0 nor 1.
+    /// An attitude of the estimate is not of unit length, or a flag is neither 0 nor 1.
     InvalidEstimate = 28,
 }
 

@@ -83,7 +83,9 @@ pub struct Link {
     pub axis: Vector3<f64>,
     /// The next joint, or the end effector [m].
     pub tip: Vector3<f64>,
-    /// Of the capsule that holds it [m].
+    /// Ends of the capsule that holds it [m].
+    pub capsule: [Vector3<f64>; 2],
+    /// Radius of that capsule [m].
     pub radius: f64,
 }
 
@@ -249,7 +251,9 @@ impl Track {
         let (target, servicer) = (&self.mission.target, &self.mission.servicer);
         let mut joint = servicer.arm_base_m;
         let links = servicer.links.iter().take(self.mission.joints()).map(|link| {
-            let here = Link { joint, axis: link.axis, tip: link.tip_m, radius: link.radius_m };
+            let capsule = link.capsule(&Vector3::zeros(), &link.tip_m, |end| *end);
+            let (axis, tip, radius) = (link.axis, link.tip_m, link.radius_m);
+            let here = Link { joint, axis, tip, capsule, radius };
             joint = link.tip_m;
             here
         });

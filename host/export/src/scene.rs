@@ -141,13 +141,14 @@ fn port() -> CylinderPrimitive {
     cylinder(&Vector3::zeros(), &STILL, (PORT_RADIUS, PORT_HEIGHT), PORT)
 }
 
-/// A link, from its joint to its tip.
+/// A link's capsule, from end to end.
 fn rod(link: &Link) -> CylinderPrimitive {
-    let length = link.tip.norm();
+    let [start, end] = link.capsule;
+    let length = (end - start).norm();
     // A link without length has no direction either.
-    let along = if length > 0.0 { link.tip / length } else { Vector3::z() };
+    let along = if length > 0.0 { (end - start) / length } else { Vector3::z() };
     let turn = quaternion::between(&Vector3::z(), &along);
-    cylinder(&(link.tip * 0.5), &turn, (link.radius, length), ARM)
+    cylinder(&((start + end) * 0.5), &turn, (link.radius, length), ARM)
 }
 
 fn path(motion: &Motion) -> LinePrimitive {

@@ -167,14 +167,18 @@ impl Approach {
     /// Torques are kept within their limits; those that are missing are zero.
     pub fn roll_out(&self, torques: &[f32]) -> Motion {
         let mut motion = Motion::ZERO;
-        motion.states[0] = self.initial_state();
         let rows = torques.chunks_exact(size::controls(self.mission.joints()));
         let rows = rows.chain(std::iter::repeat(&[][..]));
-        for (k, row) in (0..self.nodes() - 1).zip(rows) {
-            let (control, next) = self.step(k, &motion.states[k], row, &Control::ZERO);
-            motion.controls[k] = control;
-            motion.states[k + 1] = next;
-        }
+        with_scene!(self, scene => {
+            let mut state = scene.initial_state();
+            motion.states[0] = resized_state(&state);
+            for (k, row) in (0..scene.last).zip(rows) {
+                let (control, next) = scene.apply(Action::Torque, k, &state, row, &Control::ZERO);
+                motion.controls[k] = resized_control(&control);
+                motion.states[k + 1] = resized_state(&next);
+                state = next;
+            }
+        });
         motion
     }
 }

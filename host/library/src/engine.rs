@@ -340,9 +340,9 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
     };
     match guess {
         Guess::Heuristic => planned(&InitialGuess::Heuristic),
-        Guess::Given(motion) => planned(&InitialGuess::User(&resized_motion(motion))),
+        Guess::Given(motion) => planned(&InitialGuess::User(&own_motion(motion, joints))),
         Guess::Left(&Nominal { ref reorientation, nodes, duration }, elapsed) => {
-            let reorientation = resized_motion(reorientation);
+            let reorientation = own_motion(reorientation, joints);
             let plan = &Nominal { reorientation, nodes, duration };
             planned(&InitialGuess::Nominal { plan, elapsed })
         }
@@ -355,6 +355,16 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
             }
         }),
     }
+}
+
+/// A motion of an arm of so many joints, which may come from a longer one: all others stand at zero.
+fn own_motion<const M: usize>(motion: &Motion, joints: usize) -> ReorientationTrajectory<NODES, M> {
+    let mut own: ReorientationTrajectory<NODES, M> = resized_motion(motion);
+    for j in joints..M {
+        own.states.iter_mut().for_each(|x| (x.joint_angle[j], x.joint_rate[j]) = (0.0, 0.0));
+        own.controls.iter_mut().for_each(|u| u.joint_torque[j] = 0.0);
+    }
+    own
 }
 
 /// The solver that flies, on the heap and called through a pointer: its code, too, is compiled once.

@@ -12,19 +12,20 @@ use toml::de::{DeTable, DeValue};
 /// A syntax error, an unknown format or key, a value of the wrong type or an array of the wrong length: key, reason
 /// and line.
 pub fn parse<T: DeserializeOwned>(text: &str, format: Option<&str>) -> Result<T, FieldError> {
-    let table: toml::Table =
-        toml::from_str(text).map_err(|error| FieldError::new("", reason(&error, text)))?;
-    if let (Some(found), Some(format)) = (table.get("format").and_then(toml::Value::as_str), format)
-    {
+    let table = DeTable::parse(text).map_err(|error| FieldError::new("", reason(&error, text)))?;
+    let found = table.get_ref().get("format").and_then(|value| value.get_ref().as_str());
+    if let (Some(found), Some(format)) = (found, format) {
         check_format(Some(found), format)?;
     }
-    tracked(&mut <dyn erased_serde::Deserializer<'_>>::erase(table)).map_err(|error| {
+    let reader = toml::Deserializer::from(table);
+    tracked(&mut <dyn erased_serde::Deserializer<'_>>::erase(reader)).map_err(|error| {
         let path = error.path().to_string();
         let path = if path == "." { String::new() } else { path };
         let said = error.inner().to_string();
-        // The lines behind it name keys that the path has.
-        let said = said.lines().next().unwrap_or_default();
-        FieldError::new(path, format!("{said} at line {}", line_of(error.path(), text)))
+        // The lines behind the words name keys that the path has.
+        let words = said.lines().take_while(|line| !line.starts_with("in `"));
+        let words = words.collect::<Vec<_>>().join(" ");
+        FieldError::new(path, format!("{words} at line {}", line_of(error.path(), text)))
     })
 }
 

@@ -174,6 +174,9 @@ impl Planner {
 
     /// Plans for the built-in mission's arm by another clock; `watch` sees each subproblem once it is
     /// solved.
+    ///
+    /// # Panics
+    /// An arm of another number of joints: callers refuse it before.
     pub fn plan_watched(
         &mut self,
         clock: &dyn Clock,
@@ -183,6 +186,7 @@ impl Planner {
         guess: Guess<'_>,
         watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> PlanOutcome {
+        assert_eq!(mission.joints(), LINKS, "subproblems are watched for the built-in arm alone");
         let request = PlanRequest { mission, scenario, method, guess };
         let Self { usual, threads, memories, is_scrubbed, .. } = self;
         let is_scrubbed = *is_scrubbed;

@@ -87,7 +87,7 @@ impl Loops {
             "These loops depend on data. All others run over arrays whose size is part of their type. The \
              table is `remora_core::advanced::bounds::LOOPS`, outermost loops first. Brackets hold the bound \
              for any settings, where it differs from that for the default ones. A test compares the table \
-             with the loops in the code. Stage 2 runs at most twice a plan.",
+             with the loops in the code. Stage 2 runs at most twice a try; all tries share `max_iterations`.",
         );
         page.table(bounds());
         page.command("cargo test -p remora-core --lib bounds");
