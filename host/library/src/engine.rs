@@ -382,3 +382,20 @@ pub fn plan_with(
 ) -> Report {
     planner::plan(mission, scenario, options, &mut solver, workspace)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_guess_keeps_the_arms_own_joints_alone() {
+        let mut motion = Motion::ZERO;
+        motion.states[2].joint_angle.fill(0.5);
+        motion.controls[2].joint_torque.fill(0.25);
+        let own: ReorientationTrajectory<NODES, MAX_JOINTS> = own_motion(&motion, 4);
+        assert_eq!((own.states[2].joint_angle.sum(), own.states[2].joint_angle[4]), (2.0, 0.0));
+        assert_eq!(own.controls[2].joint_torque.sum(), 1.0);
+        let cut: ReorientationTrajectory<NODES, LINKS> = own_motion(&motion, LINKS);
+        assert_eq!(cut.states[2].joint_angle.sum(), 1.5);
+    }
+}

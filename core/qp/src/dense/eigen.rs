@@ -157,6 +157,8 @@ fn dot<const D: usize>(x: &[f64; D], y: &[f64; D]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    mod known;
+
     use super::*;
     use crate::fixed_cases;
     use proptest::prelude::*;
@@ -255,6 +257,3 @@ mod tests {
         assert!(nan[(0, 0)].is_nan());
     }
 }
-
-#[cfg(test)]
-mod known;
