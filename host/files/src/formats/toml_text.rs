@@ -24,7 +24,7 @@ pub fn parse<T: DeserializeOwned>(text: &str, format: Option<&str>) -> Result<T,
         let said = error.inner().to_string();
         // The lines behind the words name keys that the path has.
         let words = said.lines().take_while(|line| !line.starts_with("in `"));
-        let words = words.collect::<Vec<_>>().join(" ");
+        let words = words.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
         FieldError::new(path, format!("{words} at line {}", line_of(error.path(), text)))
     })
 }
