@@ -6,7 +6,7 @@ use crate::history::{self, Sample};
 use crate::pilot::{Pilot, Sortie};
 use crate::row::{FlightRow, Row};
 use remora_host::error::Error;
-use remora_host::formats::{PlanFile, Verdict, make_directory, write_atomically};
+use remora_host::formats::{PlanFile, Verdict, check_arm, make_directory, write_atomically};
 use remora_truth::WorldError;
 use remora_web::Shown;
 use std::path::{Path, PathBuf};
@@ -29,11 +29,9 @@ pub(crate) fn planned(folder: &Path, file: &Path, joints: usize) -> Result<Plan,
     if plan.verdict == Some(Verdict::NotFlyable) {
         return Ok(Plan { file, id, sortie: None });
     }
-    let has = plan.inputs.mission.joints();
-    if has != joints {
-        let reason = format!("has {has} entries; here the arm has {joints} joints");
-        return Err(Error::input(&file, "inputs.mission.servicer.links", reason));
-    }
+    check_arm(plan.inputs.mission.joints(), joints).map_err(|error| {
+        Error::input(&file, format!("inputs.mission.{}", error.field), error.reason)
+    })?;
     let sortie = Sortie::of(&file, &plan)?;
     Ok(Plan { file, id, sortie: Some(sortie) })
 }

@@ -5,7 +5,7 @@ use remora_core::advanced::stages::{LINKS, NODES};
 use remora_host::choice::Choice;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
-use remora_host::formats::{Mission, NamedScenario, ScenarioSet, read_mission};
+use remora_host::formats::{Mission, NamedScenario, ScenarioSet, check_arm, read_mission};
 use remora_host::learned::Learned;
 use remora_host::lineage::Lineage;
 use remora_host::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
@@ -182,13 +182,8 @@ impl MissionArgs {
     /// The mission of a command that is for arms like the built-in mission's.
     pub fn of_default_arm(&self) -> Result<Mission, Error> {
         let mission = self.mission()?;
-        match mission.joints() {
-            LINKS => Ok(mission),
-            joints => {
-                let reason = format!("has {joints} entries; here the arm has {LINKS} joints");
-                Err(Error::input(name_of(self.file()), "servicer.links", reason))
-            }
-        }
+        check_arm(mission.joints(), LINKS).map_err(|error| error.at(name_of(self.file())))?;
+        Ok(mission)
     }
 }
 

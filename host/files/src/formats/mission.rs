@@ -1,5 +1,6 @@
 //! The one mission type of the host, with room for every arm that there is a planner for.
 
+use crate::error::FieldError;
 use nalgebra::SVector;
 use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::model::{
@@ -186,6 +187,18 @@ impl Mission {
             sized.servicer.capture_violation(search, &each(angles.as_slice()))
         })
     }
+}
+
+/// Refuses an arm of `has` joints where one of `joints` joints is needed.
+///
+/// # Errors
+/// The servicer's links, and both numbers.
+pub fn check_arm(has: usize, joints: usize) -> Result<(), FieldError> {
+    if has == joints {
+        return Ok(());
+    }
+    let reason = format!("has {has} entries; here the arm has {joints} joints");
+    Err(FieldError::new("servicer.links", reason))
 }
 
 /// The first of some numbers; zero where there are no more.

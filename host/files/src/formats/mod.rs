@@ -45,7 +45,7 @@ pub use kind::{Kind, is_named_packet};
 pub use lock::{lock, lock_shared};
 use mission::each;
 pub use mission::{
-    JointVector, MAX_JOINTS, Mission, Motion, PLANNED_JOINTS, Scenario, resized_control,
+    JointVector, MAX_JOINTS, Mission, Motion, PLANNED_JOINTS, Scenario, check_arm, resized_control,
     resized_motion, resized_state,
 };
 pub use mission_capture::capture_search;

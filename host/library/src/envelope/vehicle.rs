@@ -2,7 +2,7 @@
 
 use super::cell::{CellPlace, State};
 use crate::error::{Error, FieldError};
-use crate::formats::{Mission, MissionFile, read_mission_file};
+use crate::formats::{Mission, MissionFile, check_arm, read_mission_file};
 use remora_core::advanced::model::forms::degrees::radians;
 use remora_core::advanced::stages::LINKS;
 use std::path::{Path, PathBuf};
@@ -46,11 +46,8 @@ impl Vehicle {
         let mut vehicles: Vec<Self> = Vec::new();
         for file in files {
             let mission = read_mission_file(Some(file))?;
-            let joints = mission.mission().map_err(|error| error.at(file))?.joints();
-            if joints != LINKS {
-                let reason = format!("has {joints} entries; here the arm has {LINKS} joints");
-                return Err(Error::input(file, "servicer.links", reason));
-            }
+            let judged = mission.mission().and_then(|m| check_arm(m.joints(), LINKS));
+            judged.map_err(|error| error.at(file))?;
             let name = name_of(file);
             if vehicles.iter().any(|other| other.name == name) {
                 let reason = format!("there is another vehicle called {name:?}: rename the file");
