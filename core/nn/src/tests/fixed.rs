@@ -1,4 +1,4 @@
-//! What may not change from version to version: codes, names, the bits of answers.
+//! Codes, names and bits of answers, which stay from version to version.
 
 use super::*;
 use crate::error::{ModelError, NetworkError};

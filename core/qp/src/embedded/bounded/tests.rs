@@ -167,7 +167,7 @@ fn the_longest_step_ends_at_a_bound() {
                     false => assert!(after(1e6) > 0.0, "{i} of {scale}"),
                 }
             }
-            // What was worse before stays.
+            // A worse value from before stays.
             let mut kept = [1e9; 4];
             bounded.limit_step(&step, target, &mut kept);
             assert_eq!(kept, [1e9; 4]);

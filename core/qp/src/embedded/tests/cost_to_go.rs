@@ -51,7 +51,7 @@ fn the_schur_complement_is_the_inverse_of_a_sum() {
     assert!(next.schur_complement(&mut indefinite.data.0, [1.0; D], Free::ALL).is_err());
 }
 
-/// What substitution must satisfy: `x+ = y - D lambda`, `lambda = P x+ + p`; fixed components stay.
+/// Equations of substitution: `x+ = y - D lambda`, `lambda = P x+ + p`; fixed components stay.
 fn satisfies(p: &Matrix, d: &Vector, fixed: &[usize], is_rigid: bool, numbers: &mut Numbers) {
     let (mut block, mut next) = (*p, CostToGo::ZERO);
     match is_rigid {

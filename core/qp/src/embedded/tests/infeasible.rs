@@ -27,7 +27,7 @@ fn proved(qp: &Program, multipliers: [f64; 2]) -> bool {
     let mut intervals = [Interval::<1, 1>::ZERO; 3];
     for k in 0..3 {
         intervals[k].pack(&qp.stages[k]);
-        // What the last stage has is no part of it.
+        // The last stage has no interval after it.
         variables[k].dynamics.value[0] = if k < 2 { multipliers[k] } else { 0.0 };
     }
     is_proved(qp, &variables, &intervals)

@@ -45,7 +45,7 @@ fn no_number_of_a_program_or_a_point_is_left_out() {
     let found = numbers(&format!("{qp:?}"));
     // How many stages are left out stays.
     assert_eq!(found.iter().filter(|number| *number != "3.5").count(), 1);
-    // As many as the memory that a program is said to take, and five.
+    // Five more than the memory that a program is said to take.
     assert_eq!(found.len(), 2 * (2 * 9 + 2 * 6 + 4 + 4 * 3 + 3 * 2 + 4) + 5);
     let mut point = Solution::<2, 3, 2, 1>::ZERO;
     point.fill(f64::NAN);

@@ -81,7 +81,7 @@ fn solves<const NX: usize, const NU: usize, const NG: usize>(seed: u64, elastic:
     let mut step = rhs;
     direction(&qp.stages, variables, leading, intervals, initial, &mut step);
     let worst = residual(&qp, variables, dynamics, &rhs, &step);
-    // What is fixed at the end has multipliers of a million.
+    // Variables fixed at the end have multipliers of a million.
     assert!(worst < 1e-8, "{seed}, elastic {elastic}: {worst:e}");
     // The feedback gain is the derivative of the first step by a change of the first state.
     let gain = SMatrix::<f64, NU, NX>::from_fn(|i, j| intervals[0].gain[i][j]);

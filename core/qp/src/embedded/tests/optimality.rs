@@ -83,7 +83,7 @@ fn residuals_are_finite_where_each_is() {
     }
 }
 
-/// What is asked for is the settings' or the program's, whichever is more.
+/// Accuracy asked for: the settings' or the program's, whichever is more.
 #[test]
 fn errors_are_counted_in_what_is_asked_for() {
     let solver = EmbeddedQp::<N, 3, 2, 2>::new();

@@ -36,7 +36,7 @@ fn is_projected<const D: usize>() {
         let size = 1.0 + matrix.amax();
         assert!((projected - expected).amax() < 1e-13 * size, "{D}, kind {kind}");
         assert_eq!(projected, projected.transpose());
-        // What is projected stays where it is.
+        // A projection stays where it is.
         let mut again = projected;
         project_positive(&mut again);
         assert!((again - projected).amax() < 1e-13 * size, "{D}, kind {kind}");
