@@ -32,6 +32,35 @@ fn trapping_division() {
     assert!((black_box(1.0) / black_box(0.0f64)).is_infinite());
 }
 
+/// Stage 1 finds no path with so little force; Stage 2 cannot follow one that begins so far away.
+#[test]
+fn a_host_that_traps_plans_what_cannot_be_flown() {
+    run_test("plans_what_cannot_be_flown");
+}
+
+#[test]
+#[ignore = "runs with traps"]
+fn plans_what_cannot_be_flown() {
+    let strong = Mission::default();
+    let mut weak = Mission::default();
+    weak.servicer.force_limit_n = Vector3::repeat(0.02);
+    let mut planner = Box::new(Planner::new());
+    for (mission, distance) in [(weak, 12.0), (strong, 300.0)] {
+        let mission = mission.validated().unwrap();
+        let position = Vector3::new(0.6, 0.64, -0.48) * distance;
+        let target_rate = Vector3::new(0.6, 0.0, -0.8) * 0.01;
+        let scenario = Scenario { target_rate, position, ..Scenario::default() };
+        let scenario = scenario.validated().unwrap();
+        for integrator in [Integrator::RK4, Integrator::Euler] {
+            let options = Options::builder().integrator(integrator).build().unwrap();
+            let plan = planner.plan(&mission, &scenario, &options).unwrap();
+            let stages = [&plan.report().translation, &plan.report().reorientation];
+            let fails = stages.iter().any(|stage| stage.outcome.status == Status::Infeasible);
+            assert!(fails && !plan.is_verified(), "{distance} m, {integrator}");
+        }
+    }
+}
+
 /// Integrators, modes, guesses.
 #[test]
 fn a_host_that_traps_plans_from_every_guess() {

@@ -239,7 +239,8 @@ impl<const NL: usize> Multibody<'_, NL> {
     ///
     /// Exact for Euler by inverse dynamics, which need no step to know where they lead. For RK4 the known control
     /// is changed by the difference of the inverse dynamics at the midpoints, repeatedly until the tolerance is met
-    /// or the deadline has passed. Cost: a step and two inverse dynamics a round, one or two rounds.
+    /// or the deadline has passed. `None` where that diverges. Cost: a step and two inverse dynamics a round, one or
+    /// two rounds.
     pub fn track_rates(
         &self,
         stepping: &Stepping<'_>,
@@ -247,7 +248,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         goal: (&Vector3<f64>, &SVector<f64, NL>),
         known: Transition<NL>,
         force: &Vector3<f64>,
-    ) -> (Control<NL>, State<NL>) {
+    ) -> Option<(Control<NL>, State<NL>)> {
         let Stepping { integrator, dt, deadline } = *stepping;
         let mean =
             |from: &State<NL>, rate: &Vector3<f64>, joint_rate: &SVector<f64, NL>| Acceleration {
@@ -256,7 +257,13 @@ impl<const NL: usize> Multibody<'_, NL> {
             };
         let wanted = mean(state, goal.0, goal.1);
         if integrator == Integrator::Euler {
-            return (self.torques(state, force, &wanted), state.after(dt, wanted));
+            return Some((self.torques(state, force, &wanted), state.after(dt, wanted)));
+        }
+        // Torques to or from such a state would overflow.
+        let expected = known.expected(dt, state, goal);
+        let near = [&expected, known.state, known.reached];
+        if near.iter().any(|state| stepping.has_diverged(state)) {
+            return None;
         }
         let better = |known: Transition<NL>| {
             let Transition { state: from, reached: to, .. } = known;
@@ -271,13 +278,16 @@ impl<const NL: usize> Multibody<'_, NL> {
         // Bound: rate_tracking.
         for _ in 0..TRACKING_ITERATIONS {
             let error = (goal.0 - reached.rate).amax().max((goal.1 - reached.joint_rate).amax());
+            if stepping.has_diverged(&reached) {
+                return None;
+            }
             if error <= TRACKING_TOLERANCE || deadline.has_passed() {
                 break;
             }
             control = better(Transition { state, control: &control, reached: &reached });
             reached = self.step(integrator, dt, state, &control, force);
         }
-        (control, reached)
+        Some((control, reached))
     }
 }
 

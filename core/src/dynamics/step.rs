@@ -8,6 +8,9 @@ use remora_qp::time::Deadline;
 /// Substeps with derivatives after which the deadline is looked at.
 const LOOKS: usize = 64;
 
+/// Turn of bus or joint in a step [rad] beyond which the dynamics diverge: soon their numbers overflow.
+const DIVERGED: f64 = 100.0;
+
 /// How an interval is integrated, and until when that is worth the while.
 #[derive(Clone, Copy, Debug)]
 pub struct Stepping<'a> {
@@ -23,6 +26,17 @@ impl Stepping<'static> {
     /// Without a deadline.
     pub const fn new(integrator: Integrator, dt: f64) -> Self {
         Self { integrator, dt, deadline: Deadline::never() }
+    }
+}
+
+impl Stepping<'_> {
+    /// Whether a state is not one that steps lead to while they converge.
+    pub(crate) fn has_diverged<const NL: usize>(&self, state: &State<NL>) -> bool {
+        let substeps = match self.integrator {
+            Integrator::Euler => 1,
+            Integrator::Rk4 { substeps } => substeps,
+        };
+        state.diverges(self.dt / substeps as f64)
     }
 }
 
@@ -60,6 +74,11 @@ impl<const NL: usize> State<NL> {
     pub(super) fn after(&self, dt: f64, acceleration: Acceleration<NL>) -> Self {
         let attitude = quaternion::derivative(&self.attitude, &self.rate);
         self.advanced(self, &Rates { attitude, acceleration }, dt).renormalized()
+    }
+
+    /// Whether bus or joints turn so fast that steps of `h` seconds diverge, or are not numbers.
+    fn diverges(&self, h: f64) -> bool {
+        !(self.rate.amax() * h <= DIVERGED && self.joint_rate.amax() * h <= DIVERGED)
     }
 
     fn renormalized(mut self) -> Self {
@@ -141,7 +160,7 @@ impl<const NL: usize> Multibody<'_, NL> {
         }
     }
 
-    /// RK4 in so many substeps, where the state lies.
+    /// RK4 in so many substeps, where the state lies. A state that diverges stays where it is then.
     #[inline(never)]
     pub(crate) fn rk4(
         &self,
@@ -156,6 +175,9 @@ impl<const NL: usize> Multibody<'_, NL> {
         let stages = [(h / 6.0, 0.5 * h), (h / 3.0, 0.5 * h), (h / 3.0, h), (h / 6.0, 0.0)];
         // Bound: substeps.
         for _ in 0..substeps {
+            if x.diverges(h) {
+                break;
+            }
             let (mut stage, mut sum) = (*x, *x);
             for (weight, ahead) in stages {
                 let rates = self.rates(&stage, control, force);

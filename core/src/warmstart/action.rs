@@ -92,8 +92,10 @@ impl<const NL: usize> Scene<'_, NL> {
                 let known = Transition { state, control: held, reached: &there };
                 let goal = (&rate, &joint_rate);
                 let stepping = Stepping { integrator, dt: self.dt, deadline: self.deadline };
-                let (control, reached) = body.track_rates(&stepping, state, goal, known, force);
-                (control, Some(reached))
+                match body.track_rates(&stepping, state, goal, known, force) {
+                    Some((control, reached)) => (control, Some(reached)),
+                    None => (*held, None),
+                }
             }
         };
         let control = wanted.within_limits(&self.mission.servicer);

@@ -86,7 +86,7 @@ impl<const NX: usize> CostToGo<NX> {
         for i in 0..NX {
             sum[i][i] += inverse_d[i];
         }
-        let factored = factor(&mut sum);
+        factor(&mut sum)?;
         // Rows of L^-1 P and of L^-1.
         let (mut rows, mut inverse) = ([[0.0; NX]; NX], [[0.0; NX]; NX]);
         for i in 0..NX {
@@ -118,7 +118,7 @@ impl<const NX: usize> CostToGo<NX> {
                 (p[i][j], p[j][i]) = (better, better);
             }
         }
-        factored
+        Ok(())
     }
 
     /// Schur complement of rigid dynamics, whose fixed components alone have a `D`. Cost: `NX^2` moves.

@@ -36,14 +36,14 @@ pub(super) struct NotPositiveDefinite;
 /// that with whole columns), `R` divisions.
 #[inline(always)]
 pub(super) fn factor<const R: usize>(m: &mut [[f64; R]; R]) -> Result<(), NotPositiveDefinite> {
-    let mut sound = true;
     for j in 0..R {
         let mut column = m[j];
         let pivot = column[j];
-        let is_sound = pivot > 0.0 && pivot < f64::INFINITY;
-        sound &= is_sound;
-        // The results are unused after another pivot, but the operations are valid.
-        let inverse = 1.0 / if is_sound { divisor(pivot) } else { 1.0 };
+        // Written so that NaN fails.
+        if !(pivot > 0.0 && pivot < f64::INFINITY) {
+            return Err(NotPositiveDefinite);
+        }
+        let inverse = 1.0 / divisor(pivot);
         for k in j + 1..R {
             let factor = column[k] * inverse;
             for (l, c) in m[k].iter_mut().zip(&column) {
@@ -56,7 +56,7 @@ pub(super) fn factor<const R: usize>(m: &mut [[f64; R]; R]) -> Result<(), NotPos
         column[j] = inverse;
         m[j] = column;
     }
-    if sound { Ok(()) } else { Err(NotPositiveDefinite) }
+    Ok(())
 }
 
 /// Solves `L D L^T x = b` in place with what [`factor`] left. Cost: `2 R^2` flops.

@@ -110,7 +110,7 @@ multiversion! {
     /// `5 NX^3` for `P~`.
     ///
     /// # Errors
-    /// A block is not positive definite; all stages are visited all the same.
+    /// A block is not positive definite; the intervals before it keep an earlier factor.
     // Not inlined: its frame is released before a direction is computed.
     #[inline(never)]
     pub(super) fn factorise<const NX: usize, const NU: usize, const NG: usize, const S: usize, const C: usize>(
@@ -121,7 +121,6 @@ multiversion! {
         intervals: &mut [Interval<NX, NU>],
         initial: &mut [[f64; NX]; NX],
     ) -> Result<(), NotPositiveDefinite> {
-        let mut result = Ok(());
         // Cost-to-go of the next stage and Hessian of this one, which becomes the next one's.
         let mut memory = [[[0.0; NX]; NX]; 2];
         let [p, block] = &mut memory;
@@ -138,10 +137,9 @@ multiversion! {
                 } else {
                     let scaling = vars.dynamics.scaling();
                     let d = from_fn(|i| scaling[i] + dynamics.regularisation);
-                    result = result.and(next.schur_complement(p, d, after));
+                    next.schur_complement(p, d, after)?;
                 }
-                let eliminated = eliminate(stage, vars, leading, interval, p, block);
-                result = result.and(eliminated);
+                eliminate(stage, vars, leading, interval, p, block)?;
             }
             mirror_lower(block);
             if vars.free_x != Free::ALL {
@@ -154,7 +152,7 @@ multiversion! {
             p[i][i] += 1.0 - free;
         }
         *initial = *p;
-        result.and(factor(initial))
+        factor(initial)
     }
 }
 
@@ -190,7 +188,7 @@ fn eliminate<const NX: usize, const NU: usize, const NG: usize, const S: usize, 
             *entry *= free[i];
         }
     }
-    let factored = factor(&mut control);
+    factor(&mut control)?;
     // G = cross L^-T, then block - G D^-1 G^T, then K^T = G D^-1 L^-1.
     for j in 0..C {
         let mut column = cross[j];
@@ -213,7 +211,7 @@ fn eliminate<const NX: usize, const NU: usize, const NG: usize, const S: usize, 
         interval.gain[j] = column;
     }
     interval.control = control;
-    factored
+    Ok(())
 }
 
 /// Solves the factored system for the direction along which the condensed gradient vanishes: that gradient

@@ -1,7 +1,7 @@
 //! The retraction of Stage 2: a rollout along the dynamics.
 
 use super::{NG, Reorientation, ReorientationTrajectory};
-use crate::dynamics::{Control, Integrator, State, Transition};
+use crate::dynamics::{Control, Integrator, State, Stepping, Transition};
 use crate::executor::ForkJoin;
 use crate::math::quaternion;
 use nalgebra::{SVector, Vector3};
@@ -111,21 +111,18 @@ impl<P: ForkJoin, const N: usize, const NL: usize, const NX: usize, const NU: us
             let transition =
                 Transition { state: &known, control: &to.controls[k], reached: &to.states[k + 1] };
             let (state, force) = (&to.states[k], &self.translation.force[k]);
-            let (control, mut next) =
-                self.body.track_rates(&self.stepping, state, goal, transition, force);
+            let tracked = self
+                .body
+                .track_rates(&self.stepping, state, goal, transition, force)
+                .filter(|(_, next)| next.is_finite());
             // A diverged search is discarded for the control of the last trajectory.
-            let found = next.is_finite();
-            let control = if found { control } else { to.controls[k] };
+            let control = tracked.map_or(to.controls[k], |(control, _)| control);
             let control = control.within_limits(&self.mission.servicer);
-            if !found {
-                next = self.body.step(
-                    self.stepping.integrator,
-                    self.stepping.dt,
-                    state,
-                    &control,
-                    force,
-                );
-            }
+            let Stepping { integrator, dt, .. } = self.stepping;
+            let mut next = match tracked {
+                Some((_, next)) => next,
+                None => self.body.step(integrator, dt, state, &control, force),
+            };
             self.add_slack(k, &slack, &mut next);
             self.project_state(k + 1, &mut next, &mut gap);
             known = to.states[k + 1];
