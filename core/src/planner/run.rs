@@ -2,7 +2,7 @@
 
 use super::kept::Path;
 use super::scrub::Scrubbed;
-use super::tighten::{force_limit_of_wheels, gentler, tightened};
+use super::tighten::{force_limit_of_wheels, gentler, slower, tightened};
 use super::{
     ArmWorkspace, GuessRecord, InitialGuess, MAX_FORCE_TRIALS, MAX_TIGHTENINGS, PhaseTimes,
     PlanSettings, Report, SolveRecord, Solver, StageReport, StageSolveRecord, guess,
@@ -294,8 +294,9 @@ impl<S: Solver<NX, NU>, P: ForkJoin, const NL: usize, const NX: usize, const NU:
             Status::Infeasible if found.residuals.dynamics2 > limits.dynamics => {
                 let Formulation { mission, scenario, integrator, .. } = self.formulation;
                 let needs = mission.needs::<NODES>(scenario, integrator).ok()?;
-                self.formulation =
-                    gentler(&self.formulation, self.workspace.translation(), needs.force)?;
+                let path = self.workspace.translation();
+                self.formulation = slower(&self.formulation, path)
+                    .or_else(|| gentler(&self.formulation, path, needs.force))?;
                 Some(Change::Gentler)
             }
             _ => None,
@@ -495,7 +496,7 @@ enum Change {
     ReorientationMargins,
     /// Wider margins of both stages.
     BothStages,
-    /// Less force in Stage 1, which Stage 2 could not follow.
+    /// Less force, or a slower line of sight, in Stage 1, which Stage 2 could not follow.
     Gentler,
     /// No other change than the iterations that are left.
     Iterations,

@@ -3,6 +3,7 @@
 
 use crate::model::Integrator;
 use crate::stages::{Formulation, NODES, Residuals, TranslationTrajectory};
+use nalgebra::Vector3;
 use remora_qp::dense::{clamp, divisor};
 
 /// Widening of a margin, over the violation.
@@ -75,6 +76,32 @@ pub(super) fn gentler<'a, const NL: usize>(
     (max_force >= SPARE * least).then_some(Formulation { max_force, ..*formulation })
 }
 
+/// The formulation with a line of sight that the bus can follow in Stage 1. The bus turns from rest: while it
+/// speeds up, the target must stay in the field of view. `None` where the path already satisfies this, or
+/// an earlier trial did.
+pub(super) fn slower<'a, const NL: usize>(
+    formulation: &Formulation<'a, NL>,
+    translation: &TranslationTrajectory<NODES>,
+) -> Option<Formulation<'a, NL>> {
+    let Formulation { mission, scenario, sight_rate, .. } = *formulation;
+    let servicer = &mission.servicer;
+    let inertia = servicer.system_inertia(&mission.joint_angle_at_start(scenario)).diagonal().max();
+    let acceleration = servicer.bus_torque_limit_n_m.min() / divisor(inertia);
+    let rate = libm::sqrt(2.0 * acceleration * mission.approach.field_of_view_half_angle_rad);
+    (sight_rate > rate && fastest_sight(translation) > rate)
+        .then_some(Formulation { sight_rate: rate, ..*formulation })
+}
+
+/// Largest rate of the line of sight to the target's centre [rad/s].
+fn fastest_sight(translation: &TranslationTrajectory<NODES>) -> f64 {
+    let states = translation.position.iter().zip(&translation.velocity);
+    let rate = |(r, v): (&Vector3<f64>, &Vector3<f64>)| {
+        let momentum = r.cross(v);
+        libm::sqrt(momentum.dot(&momentum)) / divisor(r.dot(r))
+    };
+    states.map(rate).fold(0.0, f64::max)
+}
+
 /// Limit on each component of Stage 1's force [N] with which the wheels can hold its moment about the
 /// centre of mass, but at least the needed force `least`; and the largest component of the force. `None`
 /// where the force already satisfies the limit.
@@ -145,6 +172,25 @@ mod tests {
         let gentle = gentler(&formulation, &translation, 0.1).unwrap();
         assert_eq!(gentle.max_force, 0.75 * 0.2);
         assert!(gentler(&gentle, &translation, 0.13).is_none());
+    }
+
+    #[test]
+    fn the_line_of_sight_turns_as_fast_as_the_bus_can_follow() {
+        let (mission, scenario) = (Mission::default(), Scenario::default());
+        let formulation = Formulation::new(&mission, &scenario, Integrator::RK4);
+        let mut translation = TranslationTrajectory::<NODES>::ZERO;
+        translation.position[3] = Vector3::new(2.0, 0.0, 0.0);
+        translation.velocity[3] = Vector3::new(-1.0, 0.006, 0.0);
+        assert!(slower(&formulation, &translation).is_none());
+        translation.velocity[3].y = 0.02;
+        let slow = slower(&formulation, &translation).unwrap();
+        // From rest to this rate, the bus falls behind by the field of view's half angle.
+        let servicer = &mission.servicer;
+        let inertia = servicer.system_inertia(&servicer.initial_joint_angle_rad).diagonal().max();
+        let seconds = slow.sight_rate * inertia / servicer.bus_torque_limit_n_m.x;
+        let behind = 0.5 * slow.sight_rate * seconds;
+        assert!((behind / mission.approach.field_of_view_half_angle_rad - 1.0).abs() < 1e-12);
+        assert!(slower(&slow, &translation).is_none());
     }
 
     #[test]

@@ -45,6 +45,8 @@ pub struct Formulation<'a, const NL: usize> {
     pub extra_clearance: f64,
     /// Bound of every force component in planning, beside its own limit [N]; the largest limit at first.
     pub max_force: f64,
+    /// Bound of the rate at which Stage 1 lets the line of sight turn [rad/s]; infinite at first.
+    pub sight_rate: f64,
     /// Deadline of this try.
     pub deadline: Deadline<'a>,
 }
@@ -63,6 +65,7 @@ impl<'a, const NL: usize> Formulation<'a, NL> {
             margins: mission.margins,
             extra_clearance: 0.0,
             max_force: mission.servicer.force_limit_n.max(),
+            sight_rate: f64::INFINITY,
             deadline: Deadline::never(),
         }
     }

@@ -127,6 +127,8 @@ pub struct Translation<'a, const N: usize> {
     transition: HcwTransition,
     mass: f64,
     max_force: Vector3<f64>,
+    /// Bound of the rate of the line of sight [rad/s].
+    sight_rate: f64,
     force_weight: f64,
     change_weight: f64,
     start: (Vector3<f64>, Vector3<f64>),
@@ -184,6 +186,7 @@ impl<'a, const N: usize> Translation<'a, N> {
             transition: HcwTransition::new(n, dt),
             mass: mission.servicer.total_mass(),
             max_force: limits.map(|limit| limit.min(max_force)),
+            sight_rate: formulation.sight_rate,
             force_weight: mission.weights.force,
             change_weight: mission.weights.force_change,
             start: (scenario.position, scenario.velocity),
@@ -353,6 +356,28 @@ impl<'a, const N: usize> Translation<'a, N> {
         (missing, -(rotation * distance.gradient))
     }
 
+    /// Bound of the line of sight's rate at node `k`: the distance that is missing for the velocity across it,
+    /// and its derivatives by position and velocity. `None` where keep-out is `keep_out` and misses more.
+    fn sight_constraint(
+        &self,
+        k: usize,
+        keep_out: f64,
+        trajectory: &TranslationTrajectory<N>,
+    ) -> Option<(f64, [Vector3<f64>; 2])> {
+        if !self.constrained || !self.sight_rate.is_finite() || k == 0 || k == self.last() {
+            return None;
+        }
+        let (r, v) = (trajectory.position.get(k)?, trajectory.velocity.get(k)?);
+        let momentum = r.cross(v);
+        let (size, distance) = (libm::sqrt(momentum.dot(&momentum)), libm::sqrt(r.dot(r)));
+        let (axis, along) = (momentum / divisor(size), r / divisor(distance));
+        let inverse = 1.0 / divisor(self.sight_rate * distance);
+        let needed = size * inverse;
+        let by_position = v.cross(&axis) * inverse - along * (1.0 + needed / divisor(distance));
+        let missing = needed - distance;
+        (missing > keep_out).then_some((missing, [by_position, axis.cross(r) * inverse]))
+    }
+
     /// The initial guess's constraint `i` of node `k`: on the detour's side of the target.
     fn detour_constraint(
         &self,
@@ -419,7 +444,7 @@ impl<'a, const N: usize> Translation<'a, N> {
         quaternion::product(&quaternion::exp(&(rate * (ahead * self.dt))), attitude)
     }
 
-    /// Fills the keep-out constraints of node `k`.
+    /// Fills the path constraints of node `k`: keep-out, at the node or the line of sight's rate.
     fn keep_out_constraints<const NX: usize, const NU: usize>(
         &self,
         k: usize,
@@ -431,10 +456,14 @@ impl<'a, const N: usize> Translation<'a, N> {
             let (offset, normal) = self.keep_out_constraint(k, i, trajectory);
             stage.path_offset[i] = offset;
             let Some(back) = i.checked_sub(1).and_then(|i| self.back.get(i)) else {
-                stage
-                    .path_jacobian
-                    .fixed_view_mut::<1, 3>(0, 0)
-                    .copy_from(&(normal * r).transpose());
+                let (offset, [by_position, by_velocity]) = self
+                    .sight_constraint(k, offset, trajectory)
+                    .unwrap_or((offset, [normal, Vector3::zeros()]));
+                stage.path_offset[i] = offset;
+                for j in 0..3 {
+                    stage.path_jacobian[(i, j)] = by_position[j] * r;
+                    stage.path_jacobian[(i, 3 + j)] = by_velocity[j] * v;
+                }
                 continue;
             };
             let (by_state, by_force) = self.position_within(back);
@@ -486,6 +515,9 @@ impl<'a, const N: usize> Translation<'a, N> {
         stage: &mut QpStage<NX, NU, NG>,
     ) {
         let Some(surface) = self.surface(k, i, trajectory) else { return };
+        if i == 0 && self.sight_constraint(k, surface.missing, trajectory).is_some() {
+            return;
+        }
         let ([r, v], f) = (self.scale, &self.force_scale);
         let mut by = SMatrix::<f64, 3, STATES>::zeros();
         by.fixed_columns_mut::<3>(0).fill_diagonal(r);
@@ -630,7 +662,11 @@ impl<const N: usize, const NX: usize, const NU: usize> Problem<N, NX, NU, NG>
         out.ignored_path.fill(0.0);
         out.clear();
         for (k, row) in out.path.iter_mut().enumerate().take(self.nodes()) {
-            *row = SVector::from_fn(|i, _| self.keep_out_constraint(k, i, trajectory).0);
+            *row = SVector::from_fn(|i, _| {
+                let keep_out = self.keep_out_constraint(k, i, trajectory).0;
+                let sight = self.sight_constraint(k, keep_out, trajectory).filter(|_| i == 0);
+                sight.map_or(keep_out, |(missing, _)| missing)
+            });
         }
         // A rollout's only defect is against the fixed terminal state.
         let (r, v) = self.end_error(trajectory);

@@ -100,6 +100,15 @@ fn starts_opposite_the_port_are_planned() {
     }
 }
 
+/// The bus cannot follow the line of sight of Stage 1's first path: the second turns it slowly.
+#[test]
+fn a_start_far_beside_the_port_is_planned() {
+    let scenarios = [scenario(0, Vector3::new(50.0, 0.0, 0.0), false)];
+    for integrator in [Integrator::RK4, Integrator::Euler] {
+        assert_eq!(not_optimal(integrator, &scenarios), [""; 0]);
+    }
+}
+
 #[test]
 fn starts_in_all_directions_are_planned() {
     let near = starts().into_iter().take(72).step_by(3);
