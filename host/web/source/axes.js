@@ -24,7 +24,7 @@ export function showAxes(drawing, camera) {
       const opacity = 0.6 + 0.4 * Math.max(depth, -1);
       return [
         draw("line", { x1: 0, y1: 0, x2: 30 * x, y2: 30 * y, stroke: colour, opacity }),
-        draw("text", { x: 41 * x, y: 41 * y, fill: colour, opacity: Math.max(opacity, 0.55) }, name),
+        draw("text", { x: 41 * x, y: 41 * y, fill: `color-mix(in srgb, ${colour} 60%, var(--text))` }, name),
       ];
     }),
   );

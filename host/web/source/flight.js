@@ -1,6 +1,7 @@
 // A flight as the page has it: rows over time, by column.
 
 import { endEffector, miss, posture } from "./kinematics.js";
+import { bracket } from "./numbers.js";
 import { add, mix, slerp, turned } from "./vectors.js";
 
 export class Flight {
@@ -18,16 +19,9 @@ export class Flight {
     return miss(this.mission, this.at(this.duration), this.targetAt(this.duration));
   }
 
-  /** The row before a time, and the share of the way to the next one. */
+  /** The rows about a time, and the share of the way between them. */
   #row(time) {
-    const times = this.times;
-    let [low, high] = [0, times.length - 1];
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      [low, high] = times[middle] <= time ? [middle, high] : [low, middle];
-    }
-    const width = times[high] - times[low];
-    return [low, high, width > 0 ? Math.min(Math.max((time - times[low]) / width, 0), 1) : 0];
+    return bracket((i) => this.times[i], this.times.length, time);
   }
 
   /** State of the servicer at a time [s], with the centre of mass that the mission gives it. */

@@ -1,10 +1,9 @@
 // The form that asks for another plan: the target's tumble and where the servicer starts.
 
 import { byId, make } from "./elements.js";
-import { degrees } from "./numbers.js";
+import { degrees, radians } from "./numbers.js";
 import { exponential, product, unit } from "./vectors.js";
 
-const radians = (angle) => (angle * Math.PI) / 180;
 const AXES = ["x", "y", "z"];
 const RTN = ["R", "T", "N"];
 
@@ -34,29 +33,21 @@ export class Form {
       return;
     }
     const { target_rate_body_rad_s: rate, servicer_position_rtn_m: position } = this.scenario;
-    const most = (values, least) => Math.max(least, 1.5 * Math.max(...values.map(Math.abs)));
-    this.rate = fields("Rate", AXES, rate.map(degrees), most(rate.map(degrees), LEAST_RATE));
-    this.turn = fields("Turned", AXES, [0, 0, 0], 180);
-    this.start = fields("Start", RTN, position, most(position, LEAST_DISTANCE));
+    // Label, title, unit, names, values, and the least reach of the sliders.
+    const groups = {
+      rate: ["Rate", "Target's rate", "deg/s, its own axes", AXES, rate.map(degrees), LEAST_RATE],
+      turn: ["Turned", "Target turned further", "deg, its own axes", AXES, [0, 0, 0], 180],
+      start: ["Start", "Servicer's start", "m", RTN, position, LEAST_DISTANCE],
+    };
+    const parts = Object.entries(groups).flatMap(([key, [label, title, unit_, names, values, least]]) => {
+      this[key] = fields(label, names, values, Math.max(least, 1.5 * Math.max(...values.map(Math.abs))));
+      return [make("h3", {}, `${title} `, make("small", {}, unit_)), ...this[key].rows];
+    });
     this.answer = make("p", { id: "answer", role: "status" });
     this.go = make("button", { class: "go" }, "Plan");
-    const button = (text, what) => make("button", { type: "button", onclick: what }, text);
-    this.element.replaceChildren(
-      title("Target's rate", "deg/s, its own axes"),
-      ...this.rate.rows,
-      title("Target turned further", "deg, its own axes"),
-      ...this.turn.rows,
-      title("Servicer's start", "m"),
-      ...this.start.rows,
-      make(
-        "div",
-        { class: "actions" },
-        this.go,
-        button("Draw one", () => this.#random()),
-        button("As it was", () => this.reset(plan)),
-      ),
-      this.answer,
-    );
+    const button = (text, onclick) => make("button", { type: "button", onclick }, text);
+    const others = [button("Draw one", () => this.#random()), button("As it was", () => this.reset(plan))];
+    this.element.replaceChildren(...parts, make("div", { class: "actions" }, this.go, others), this.answer);
     this.element.oninput = () => this.draft(this.asked());
   }
 
@@ -102,8 +93,6 @@ export class Form {
     this.draft(this.asked());
   }
 }
-
-const title = (text, unit_) => make("h3", {}, `${text} `, make("small", {}, unit_));
 
 /** Three sliders with their numbers; untouched ones keep the values that were given. */
 function fields(group, names, given, most) {

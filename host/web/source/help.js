@@ -15,13 +15,8 @@ export const KEYS = [
 ];
 
 export function fillHelp(dialog) {
-  const row = ([keys, what]) =>
-    make(
-      "tr",
-      {},
-      make("td", {}, ...keys.split(" ").flatMap((key) => [make("kbd", {}, key), " "])),
-      make("td", {}, what),
-    );
+  const caps = (keys) => keys.split(" ").flatMap((key) => [make("kbd", {}, key), " "]);
+  const row = ([keys, what]) => make("tr", {}, make("td", {}, caps(keys)), make("td", {}, what));
   dialog.replaceChildren(
     make("h2", {}, "Keys"),
     make("table", {}, ...KEYS.map(row)),

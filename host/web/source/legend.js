@@ -16,24 +16,16 @@ const ENTRIES = [
 
 /** Fills the legend; `hidden` holds the names of what is not shown. */
 export function fillLegend(element, { hasFlight, hidden, toggle }) {
+  const onclick = ({ currentTarget: button }) => {
+    const isShown = button.getAttribute("aria-pressed") === "false";
+    button.setAttribute("aria-pressed", String(isShown));
+    toggle(button.dataset.name, isShown);
+  };
+  const pressed = (name) => ({ "data-name": name, "aria-pressed": String(!hidden.has(name)), onclick });
+  const entry = ([words, tone, kind, name]) => {
+    const attributes = { type: "button", ...(name ? pressed(name) : { tabindex: -1 }) };
+    return make("button", attributes, make("i", { class: `${tone} ${kind}` }), words);
+  };
   const entries = hasFlight ? [...ENTRIES, ["planned", "g", "", "ghost"]] : ENTRIES;
-  element.replaceChildren(
-    ...entries.map(([words, tone, kind, name]) => {
-      const attributes = name ? { "data-name": name, "aria-pressed": String(!hidden.has(name)) } : { tabindex: -1 };
-      const button = make(
-        "button",
-        { type: "button", ...attributes },
-        make("i", { class: `${tone} ${kind}` }),
-        words,
-      );
-      if (name) {
-        button.addEventListener("click", () => {
-          const isShown = button.getAttribute("aria-pressed") === "false";
-          button.setAttribute("aria-pressed", String(isShown));
-          toggle(name, isShown);
-        });
-      }
-      return button;
-    }),
-  );
+  element.replaceChildren(...entries.map(entry));
 }

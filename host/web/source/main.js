@@ -9,7 +9,7 @@ import { Form } from "./form.js";
 import { fillHelp } from "./help.js";
 import { listen } from "./keyboard.js";
 import { fillLegend } from "./legend.js";
-import { showClearances, showFooter, showReadings, showResiduals, showSummary, showVerdict } from "./panel.js";
+import * as panel from "./panel.js";
 import { Plan, readingsOf, replanned } from "./plan.js";
 import { Planning } from "./planning.js";
 import { scenarioOf } from "./scenario.js";
@@ -102,21 +102,19 @@ export class Page {
     this.plan = plan;
     this.flight = flight;
     const name = ({ plan: of, flight: by }) => (by ? `${of.name}, ${by.name}` : of.name);
-    this.stage?.show(plan, flight);
     byId("choice").replaceChildren(...this.shown.map((of, i) => make("option", { value: i }, name(of))));
     byId("choice").value = which;
     document.title = `${name(this.shown[which])} – Remora`;
-    showVerdict(plan);
-    showSummary(plan, flight);
-    showResiduals(plan);
-    showClearances(plan);
-    showFooter(plan);
+    this.series = seriesOf(plan, flight);
+    panel.showPlan(plan, flight, this.series);
     this.form.show(plan, this.#whyNot(plan));
     const duration = Math.max(plan.duration, flight?.duration ?? 0);
     const seek = (time) => this.clock.seek(time);
-    this.strips = seriesOf(plan, flight).map((series) => new Strip(series, duration, seek));
+    this.strips = this.series.map((one) => new Strip(one, duration, seek));
     byId("strips").replaceChildren(...this.strips.map((strip) => strip.element));
     if (this.stage) {
+      // Last: only now its place has its size.
+      this.stage.show(plan, flight);
       const toggle = (part, isShown) => this.stage.toggle(part, isShown);
       fillLegend(byId("legend"), { hasFlight: Boolean(flight), hidden: this.stage.hidden, toggle });
     }
@@ -140,7 +138,7 @@ export class Page {
   set(time) {
     this.strips.forEach((strip) => strip.set(time));
     const motion = this.flight ?? this.plan;
-    showReadings(this.plan, time, readingsOf(this.plan.mission, motion.at(time), motion.targetAt(time)));
+    panel.showReadings(this.plan, time, readingsOf(this.plan.mission, motion.at(time), motion.targetAt(time)));
     if (this.stage && this.stage.time !== time) {
       this.stage.set(time);
     }

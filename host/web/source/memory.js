@@ -1,5 +1,8 @@
 // Structures of remora.h in WebAssembly's memory, read and written by the names of their members.
 
+/** Types of eight bytes by their names in a view of memory; others are unsigned and have four. */
+const WIDE = { double: "Float64", uint64_t: "BigUint64" };
+
 export class Memory {
   /** Of an instance, whose memory grows by what is asked for. */
   constructor(memory, layouts) {
@@ -57,32 +60,23 @@ export class Memory {
   }
 
   #size(type) {
-    return this.structures[type]?.size ?? (type === "double" || type === "uint64_t" ? 8 : 4);
+    return this.structures[type]?.size ?? (WIDE[type] ? 8 : 4);
   }
 
   #number(type, at) {
-    const view = new DataView(this.memory.buffer);
-    switch (type) {
-      case "double":
-        return view.getFloat64(at, true);
-      case "uint64_t":
-        return view.getBigUint64(at, true);
-      default:
-        return this.structures[type] ? this.read(type, at) : view.getUint32(at, true);
-    }
+    return this.structures[type] ? this.read(type, at) : this.#view()[`get${WIDE[type] ?? "Uint32"}`](at, true);
   }
 
   #put(type, at, value) {
-    const view = new DataView(this.memory.buffer);
-    switch (type) {
-      case "double":
-        view.setFloat64(at, value, true);
-        break;
-      case "uint64_t":
-        view.setBigUint64(at, BigInt(value), true);
-        break;
-      default:
-        this.structures[type] ? this.write(type, at, value) : view.setUint32(at, value, true);
+    if (this.structures[type]) {
+      return this.write(type, at, value);
     }
+    const number = type === "uint64_t" ? BigInt(value) : value;
+    return this.#view()[`set${WIDE[type] ?? "Uint32"}`](at, number, true);
+  }
+
+  /** The memory as it is now: growing replaces it. */
+  #view() {
+    return new DataView(this.memory.buffer);
   }
 }

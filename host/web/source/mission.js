@@ -1,7 +1,7 @@
 // The mission of a plan's file as plain numbers, by the names of remora.h: what is drawn, what the page computes
 // with, and what the planner is told.
 
-const radians = (degrees) => (degrees * Math.PI) / 180;
+import { radians } from "./numbers.js";
 
 /** A limit that holds for each of so many joints or axes, or one for each. */
 const each = (limit, count) => (Array.isArray(limit) ? limit : Array(count).fill(limit));
@@ -53,28 +53,22 @@ function servicer(s) {
   };
 }
 
-function approach(a, horizon) {
-  return {
-    duration_s: horizon.duration_s,
-    nodes: horizon.nodes,
-    clearance: switchCode(a.clearance),
-    between_nodes: switchCode(a.between_nodes),
-    keep_out_far_m: a.keep_out_far_m,
-    keep_out_near_m: a.keep_out_near_m,
-    keep_out_near_time_s: a.keep_out_near_s,
-    field_of_view_half_angle_rad: radians(a.field_of_view_half_angle_deg),
-    preset_time_s: a.preset_s,
-    recovery_time_s: a.recovery_s,
+/** A section's members by their names in remora.h: with a prefix, switches as codes, angles in radians. */
+function section(prefix, members) {
+  const named = ([key, value]) => {
+    const name = `${prefix}${key}`;
+    if (typeof value === "string") {
+      return [name, switchCode(value)];
+    }
+    return key.endsWith("_deg") ? [name.replace(/_deg$/, "_rad"), radians(value)] : [name, value];
   };
+  return Object.fromEntries(Object.entries(members).map(named));
 }
 
-/** A section's numbers by their names in remora.h: with a prefix, angles in radians. */
-function section(prefix, numbers) {
-  const named = ([key, value]) =>
-    key.endsWith("_deg")
-      ? [`${prefix}_${key.replace(/_deg$/, "_rad")}`, radians(value)]
-      : [`${prefix}_${key}`, value];
-  return Object.fromEntries(Object.entries(numbers).map(named));
+/** The approach, whose times have longer names in remora.h. */
+function approach(members) {
+  const named = ([key, value]) => [key.replace(/_s$/, "_time_s"), value];
+  return section("", Object.fromEntries(Object.entries(members).map(named)));
 }
 
 /** The mission that stands in a plan, where every number is given. */
@@ -82,23 +76,21 @@ export function missionOf(file) {
   const { orbit, target, weights, tolerances, margins, corridor, typical, roll } = file;
   return {
     gravity_gradient: switchCode(target.gravity_gradient),
-    gravitational_parameter_m3_s2: orbit.gravitational_parameter_m3_s2,
-    semi_major_axis_m: orbit.semi_major_axis_m,
-    eccentricity: orbit.eccentricity,
-    inclination_rad: radians(orbit.inclination_deg),
+    ...section("", orbit),
     target_half_extents_body_m: target.half_extents_m,
     target_inertia_body_kg_m2: target.inertia_kg_m2,
     target_mass_kg: target.mass_kg,
     port_position_target_m: target.port_position_m,
     port_normal_target: target.port_normal,
     ...servicer(file.servicer),
-    ...approach(file.approach, file.horizon),
-    ...section("weight", weights),
-    ...section("tolerance", tolerances),
-    ...section("margin", margins),
-    ...section("corridor", corridor),
+    ...file.horizon,
+    ...approach(file.approach),
+    ...section("weight_", weights),
+    ...section("tolerance_", tolerances),
+    ...section("margin_", margins),
+    ...section("corridor_", corridor),
     has_typical: typical ? 1 : 0,
-    ...(typical ? section("typical", typical) : {}),
+    ...section("typical_", typical ?? {}),
     has_roll: roll ? 1 : 0,
     roll_ee_link: roll?.end_effector ?? [0, 0, 0],
     roll_port_target: roll?.port ?? [0, 0, 0],

@@ -3,6 +3,7 @@
 import { checksumOf } from "./checksum.js";
 import { distanceToBox, endEffector, miss, offBoresight, port, posture } from "./kinematics.js";
 import { meanMotion, missionOf } from "./mission.js";
+import { bracket } from "./numbers.js";
 import { scenarioOf } from "./scenario.js";
 import { tumble } from "./tumble.js";
 import { norm, slerp, sub } from "./vectors.js";
@@ -21,16 +22,17 @@ export class Plan {
     this.duration = this.scenario.duration_s || this.mission.duration_s;
     this.step = this.duration / (this.nodes - 1);
     this.joints = this.mission.links.length;
+    this.times = this.instants(1);
     const hasGradient = file.inputs.in_force.gravity_gradient;
     this.targetStep = this.step / FINER;
-    this.target = tumble(
-      this.mission,
-      meanMotion(this.mission),
-      hasGradient,
-      this.scenario,
-      this.targetStep,
-      FINER * (this.nodes - 1) + 1,
-    );
+    const count = FINER * (this.nodes - 1) + 1;
+    this.target = tumble(this.mission, meanMotion(this.mission), hasGradient, this.scenario, this.targetStep, count);
+  }
+
+  /** Times from the first node to the last, so many to an interval [s]. */
+  instants(perInterval) {
+    const step = this.step / perInterval;
+    return Array.from({ length: perInterval * (this.nodes - 1) + 1 }, (_, i) => i * step);
   }
 
   get name() {
@@ -59,18 +61,11 @@ export class Plan {
     };
   }
 
-  /** The interval that holds a time, and the share of it that has passed. */
-  #interval(time, step, last) {
-    const at = Math.min(Math.max(time / step, 0), last);
-    const k = Math.min(Math.floor(at), last - 1);
-    return [k, at - k];
-  }
-
   /** State of the servicer at a time [s]: cubics through positions and velocities, the shortest turn between
    * attitudes. */
   at(time) {
-    const [k, share] = this.#interval(time, this.step, this.nodes - 1);
-    const [from, to] = [this.node(k), this.node(k + 1)];
+    const [low, high, share] = bracket((i) => this.times[i], this.nodes, time);
+    const [from, to] = [this.node(low), this.node(high)];
     return {
       position: cubic(from.position, from.velocity, to.position, to.velocity, this.step, share),
       attitude: slerp(from.attitude, to.attitude, share),
@@ -80,8 +75,8 @@ export class Plan {
 
   /** The target's attitude at a time [s]. */
   targetAt(time) {
-    const [k, share] = this.#interval(time, this.targetStep, this.target.length - 1);
-    return slerp(this.target[k], this.target[k + 1], share);
+    const [low, high, share] = bracket((i) => i * this.targetStep, this.target.length, time);
+    return slerp(this.target[low], this.target[high], share);
   }
 
   /** The keep-out distance in force at a time [s], in metres. */
@@ -90,9 +85,16 @@ export class Plan {
     return isFar ? this.mission.keep_out_far_m : this.mission.keep_out_near_m;
   }
 
-  /** What is read off beside the picture at a time [s]. */
-  readings(time) {
-    return readingsOf(this.mission, this.at(time), this.targetAt(time));
+  /** Least way of the centre of mass to the far keep-out distance while that is in force, with its time. */
+  keepOutMargin(motion, times) {
+    const { keep_out_far_m: far } = this.mission;
+    const margins = times
+      .filter((time) => this.keepOut(time) === far)
+      .map((time) => ({
+        distance_m: distanceToBox(this.mission, motion.at(time).position, motion.targetAt(time)) - far,
+        time_s: time,
+      }));
+    return margins.reduce((least, margin) => (margin.distance_m < least.distance_m ? margin : least));
   }
 
   /** Change of velocity over the whole plan [m/s]. */
@@ -120,21 +122,7 @@ function cubic(a, da, b, db, step, s) {
 }
 
 /** A plan's file of what the planner answered for another scenario of the same mission. */
-export function replanned(plan, name, scenario, { mode, integrator }, result) {
-  const { inputs } = plan.file;
-  return {
-    ...plan.file,
-    scenario: name,
-    status: result.status,
-    verdict: result.verdict,
-    mode,
-    integrator,
-    warm_start: result.start,
-    inputs: { ...inputs, scenario, scenario_checksum: null },
-    stage1: result.stage1,
-    stage2: result.stage2,
-    residuals: result.residuals,
-    clearances: result.clearances,
-    time_s: result.seconds,
-  };
+export function replanned({ file }, name, scenario, { mode, integrator }, { start, seconds, ...found }) {
+  const inputs = { ...file.inputs, scenario, scenario_checksum: null };
+  return { ...file, ...found, scenario: name, mode, integrator, warm_start: start, inputs, time_s: seconds };
 }

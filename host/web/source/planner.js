@@ -3,24 +3,10 @@
 
 import { hexadecimal } from "./checksum.js";
 import { Memory } from "./memory.js";
+import { RESIDUALS } from "./residuals.js";
 
 const VERDICTS = ["optimal", "verified_not_converged", "not_flyable"];
 const STATUSES = ["solved", "iteration_limit", "infeasible", "deadline", "numerical_failure"];
-// Residuals by the names of a plan's file, and of remora.h where those have units.
-const RESIDUALS = {
-  dynamics1: "dynamics1",
-  keep_out: "keep_out_m",
-  dynamics2: "dynamics2",
-  control: "control",
-  joint: "joint_rad",
-  joint_rate: "joint_rate",
-  pointing: "pointing",
-  preset: "preset",
-  terminal_rate: "terminal_rate",
-  ee_position: "ee_position_m",
-  ee_angle: "ee_angle_rad",
-  clearance: "clearance_m",
-};
 const REFUSED = "18";
 
 /** Room for structures and the model's file behind the workspace. */
@@ -97,7 +83,7 @@ export class Planner {
       status: STATUSES[report.status],
       start: report.start === 1 ? "model" : "heuristic",
       duration: report.duration_s,
-      residuals: Object.fromEntries(Object.entries(RESIDUALS).map(([name, member]) => [name, found[member]])),
+      residuals: Object.fromEntries(RESIDUALS.map(([name, member]) => [name, found[member]])),
       clearances: { arm: closest(found.arm), bus: closest(found.bus), own: closest(found.own) },
       checksum: hexadecimal(report.checksum),
       input: hexadecimal(record.input),

@@ -32,15 +32,8 @@ function slopes(inertia, n, hasGradient) {
     const attitude = unit(q);
     const radial = turnedBack(attitude, [1, 0, 0]);
     const momentum = w.map((x, i) => inertia[i] * x);
-    const gradient = hasGradient
-      ? scale(
-          cross(
-            radial,
-            radial.map((x, i) => inertia[i] * x),
-          ),
-          3 * n * n,
-        )
-      : [0, 0, 0];
+    const arm = radial.map((x, i) => inertia[i] * x);
+    const gradient = scale(cross(radial, arm), hasGradient ? 3 * n * n : 0);
     const torque = sub(gradient, cross(w, momentum));
     // q' = 1/2 (relative rate in RTN, 0) * q = 1/2 q * (relative rate in body axes, 0)
     const relative = sub(w, turnedBack(attitude, [0, 0, n]));

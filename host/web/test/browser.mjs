@@ -1,7 +1,7 @@
 // Chromium without a window, driven over a pipe by its own protocol: no library in between.
 
-import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { execFileSync, spawn } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
@@ -18,8 +18,20 @@ const FLAGS = [
   "--enable-unsafe-swiftshader",
   "--hide-scrollbars",
   "--disable-dev-shm-usage",
-  "--remote-debugging-pipe",
 ];
+const program = process.env.REMORA_CHROMIUM ?? "chromium";
+const makeFolder = () => mkdtempSync(join(tmpdir(), "remora-chromium-"));
+/** Removes a folder once its last process has written. */
+const remove = (folder) => rmSync(folder, { recursive: true, force: true, maxRetries: 30, retryDelay: 100 });
+
+/** A screenshot by the command line, as a PNG file's bytes: it is taken as soon as the page has loaded. */
+export function shoot(url, file, width, height) {
+  const folder = makeFolder();
+  const flags = [`--user-data-dir=${folder}`, `--window-size=${width},${height}`, `--screenshot=${file}`];
+  execFileSync(program, [...FLAGS, ...flags, url], { stdio: "ignore" });
+  remove(folder);
+  return readFileSync(file);
+}
 
 export class Browser {
   #next = 1;
@@ -29,10 +41,10 @@ export class Browser {
   /** Starts the program, which `REMORA_CHROMIUM` may name. */
   static start() {
     const browser = new Browser();
-    browser.folder = mkdtempSync(join(tmpdir(), "remora-chromium-"));
-    const program = process.env.REMORA_CHROMIUM ?? "chromium";
+    browser.folder = makeFolder();
     const stdio = ["ignore", "ignore", "ignore", "pipe", "pipe"];
-    browser.program = spawn(program, [...FLAGS, `--user-data-dir=${browser.folder}`], { stdio });
+    const flags = [...FLAGS, "--remote-debugging-pipe", `--user-data-dir=${browser.folder}`];
+    browser.program = spawn(program, flags, { stdio });
     browser.program.on("error", (error) => browser.#fail(error));
     browser.program.on("exit", (code) => browser.#fail(new Error(`${program} ended with status ${code}`)));
     let text = "";
@@ -76,25 +88,19 @@ export class Browser {
     for (const domain of ["Page", "Runtime", "Log", "Network"]) {
       await tab.send(`${domain}.enable`);
     }
-    await tab.send("Emulation.setDeviceMetricsOverride", {
-      width,
-      height,
-      deviceScaleFactor: scale,
-      mobile: width < 500,
-    });
-    const features = [{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }];
-    await tab.send("Emulation.setEmulatedMedia", { features });
+    await tab.resize(width, height, scale);
+    await tab.prefer(dark ? "dark" : "light");
     await tab.send("Page.navigate", { url });
     return tab;
   }
 
-  /** Ends the program; what it has written goes with it, once its last process has written. */
+  /** Ends the program; what it has written goes with it. */
   async close() {
     this.program.removeAllListeners("exit");
     const ended = new Promise((resolve) => this.program.on("exit", resolve));
     this.send("Browser.close").catch(() => {});
     await ended;
-    rmSync(this.folder, { recursive: true, force: true, maxRetries: 30, retryDelay: 100 });
+    remove(this.folder);
   }
 }
 
@@ -105,6 +111,17 @@ class Tab {
 
   send(method, params) {
     return this.browser.send(method, params, this.session);
+  }
+
+  resize(width, height, deviceScaleFactor = 1) {
+    const metrics = { width, height, deviceScaleFactor, mobile: width < 500 };
+    return this.send("Emulation.setDeviceMetricsOverride", metrics);
+  }
+
+  /** Prefers a theme: light or dark. */
+  prefer(theme) {
+    const features = [{ name: "prefers-color-scheme", value: theme }];
+    return this.send("Emulation.setEmulatedMedia", { features });
   }
 
   heard(method, params) {
@@ -143,9 +160,10 @@ class Tab {
     }
   }
 
-  /** The page as it looks, as a WebP file's bytes. */
-  async picture() {
-    const { data } = await this.send("Page.captureScreenshot", { format: "webp", quality: 88 });
+  /** The page as it looks, as a file's bytes. */
+  async picture(format = "webp") {
+    const quality = format === "webp" ? { quality: 88 } : {};
+    const { data } = await this.send("Page.captureScreenshot", { format, ...quality });
     return Buffer.from(data, "base64");
   }
 }

@@ -3,8 +3,9 @@
 import assert from "node:assert/strict";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
-import { Browser } from "./browser.mjs";
-import { Bench } from "./program.mjs";
+import { Browser, shoot } from "./browser.mjs";
+import { lowContrasts, share } from "./looks.mjs";
+import { Bench, root } from "./program.mjs";
 import { golden, scenarios } from "./scenarios.mjs";
 
 const MOST_BYTES = 1.5e6;
@@ -15,8 +16,19 @@ const AGREE_M = 1e-6;
 const SCENARIOS = Number(process.env.REMORA_SCENARIOS ?? 12);
 /** Whether times are held to their bars; `REMORA_TIMES=0` where others use the machine. */
 const HOLDS_TIMES = process.env.REMORA_TIMES !== "0";
+/** Screenshots by the command line, each of a fresh Chromium. */
+const SHOTS = HOLDS_TIMES ? 9 : 1;
+/** Widths of a phone, a laptop and a large screen, with heights. */
+const SIZES = [
+  [400, 800],
+  [1300, 1100],
+  [1900, 1000],
+];
+/** Least share of the stage that bodies cover; the legend alone covers a tenth of that. */
+const LEAST_PICTURE = 0.01;
 
 const PICTURE = "performance.getEntriesByName('picture')[0]";
+const SEVEN = `${root}/fixtures/arms/seven.mission.toml`;
 let bench;
 let browser;
 let page;
@@ -58,6 +70,9 @@ before(async () => {
   bench = new Bench();
   bench.run("plan --out a.plan.json");
   bench.run("view a.plan.json");
+  bench.run(`draw --mission ${SEVEN} --count 1 --seed 1 --out s.scenarios.json`);
+  bench.run(`plan --mission ${SEVEN} --scenarios s.scenarios.json --mode feasible --out s.plan.json`);
+  bench.run("view s.plan.json");
   browser = Browser.start();
   page = await open("a.html");
   await page.evaluate("remora.page.planning.begin()");
@@ -189,10 +204,6 @@ test("a flight is shown against its plan", async () => {
 });
 
 test("another arm is shown, and why it is not planned for here", async () => {
-  const arm = new URL("../../../fixtures/arms/seven.mission.toml", import.meta.url).pathname;
-  bench.run(`draw --mission ${arm} --count 1 --seed 1 --out s.scenarios.json`);
-  run(`plan --mission ${arm} --scenarios s.scenarios.json --mode feasible --out s.plan.json`);
-  bench.run("view s.plan.json");
   const tab = await open("s.html");
   assert.match(await tab.evaluate("document.querySelector('#form').textContent"), /arms of 3 joints/);
   const miss = await tab.evaluate("remora.page.plan.miss");
@@ -200,15 +211,79 @@ test("another arm is shown, and why it is not planned for here", async () => {
   assert.deepEqual(tab.faults, []);
 });
 
-test("it is read on a phone, light and dark", async () => {
-  for (const dark of [false, true]) {
-    const tab = await open("a.html", { width: 400, height: 800, dark });
-    assert.ok((await tab.evaluate("document.documentElement.scrollWidth")) <= 400);
-    const small = await tab.evaluate(`[...document.querySelectorAll("td, dd, dt, label, footer span, .strip footer")]
-      .filter((element) => parseFloat(getComputedStyle(element).fontSize) < 10).length`);
-    assert.equal(small, 0);
-    assert.equal(await tab.evaluate("document.documentElement.dataset.theme"), dark ? "dark" : "light");
+test("three and seven joints are read and seen at every width, light and dark", async () => {
+  const themes = { "a.html": ["light", "dark"], "s.html": ["dark", "light"] };
+  for (const [name, both] of Object.entries(themes)) {
+    const tab = await open(name);
+    for (const theme of HOLDS_TIMES ? both : both.slice(0, 1)) {
+      await tab.prefer(theme);
+      for (const [width, height] of SIZES) {
+        const at = `${name} ${theme} ${width}`;
+        await tab.resize(width, height);
+        const shot = await tab.picture("png");
+        assert.ok((await share(tab, shot)) > LEAST_PICTURE, at);
+        assert.ok((await tab.evaluate("document.documentElement.scrollWidth")) <= width, at);
+        assert.equal(await tab.evaluate("document.documentElement.dataset.theme"), theme);
+        assert.deepEqual(await tab.evaluate(lowContrasts), [], at);
+        assert.deepEqual(await tab.evaluate(cutOff), [], at);
+      }
+    }
     assert.deepEqual(tab.faults, []);
+  }
+});
+
+/** Texts that are small, or do not fit their chart or table. */
+const cutOff = `[...document.querySelectorAll("td, dd, dt, label, footer span, .strip span, .ticks i")]
+  .filter((element) => {
+    const own = element.getBoundingClientRect();
+    const around = (element.closest(".strip, .card") ?? document.body).getBoundingClientRect();
+    return parseFloat(getComputedStyle(element).fontSize) < 10 || own.right > around.right || own.left < around.left;
+  }).map((element) => element.textContent)`;
+
+test("the headline says delta-v, peak use and the smallest margin; axes have numbers", async () => {
+  const tab = await open("s.html");
+  const text = await tab.evaluate("document.querySelector('#summary').innerText");
+  assert.match(text, /Delta-v\n[\d.]+ mm\/s/);
+  assert.match(text, /Smallest margin\n[\d.]+ %/);
+  assert.match(text, /Force\s+[\d.]+ %[^]*Joint rate\s+[\d.]+ %/);
+  assert.doesNotMatch(text, /e-\d/);
+  const { file } = await tab.evaluate("({ file: remora.page.plan.file })");
+  const most = Math.max(...file.stage2.joint_rate_rad_s.flat().map(Math.abs));
+  const peak = await tab.evaluate("remora.page.series.find(({ title }) => title === 'Joint rate').peak.share");
+  assert.ok(Math.abs(peak - most / file.inputs.mission.servicer.joint_rate_limit_rad_s) < 1e-9);
+  const ticks = await tab.evaluate("[...document.querySelectorAll('.ticks')].map(({ children }) => children.length)");
+  assert.equal(ticks.length, 6);
+  assert.ok(Math.min(...ticks) >= 2, `${ticks}`);
+});
+
+test("a new size has its picture within the same frame", async () => {
+  // Observers are called in the order of their making: this one reads what the page has drawn.
+  const pixels = await page.evaluate(`new Promise((resolve) => {
+    const [stage, canvas] = ["#stage", "#stage canvas"].map((name) => document.querySelector(name));
+    const observer = new ResizeObserver(() => {
+      if (!stage.style.height) {
+        stage.style.height = "320px";
+        return;
+      }
+      observer.disconnect();
+      stage.style.height = "";
+      const gl = canvas.getContext("webgl2");
+      const pixels = new Uint8Array(4 * canvas.width * canvas.height);
+      gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+      resolve(pixels.filter((part, i) => i % 4 === 3 && part > 0).length);
+    });
+    observer.observe(stage);
+  })`);
+  assert.ok(pixels > 10_000, `${pixels}`);
+});
+
+test("the picture stands in every screenshot", async () => {
+  const [width, height] = SIZES[1];
+  await page.resize(width, height);
+  for (let i = 0; i < SHOTS; i++) {
+    const shot = shoot(`file://${bench.path("a.html")}`, bench.path("shot.png"), width, height);
+    const covered = await share(page, shot);
+    assert.ok(covered > LEAST_PICTURE, `screenshot ${i}: ${covered}`);
   }
 });
 

@@ -18,6 +18,7 @@ export class Viewpoint {
     this.controls.minDistance = 0.4;
     this.controls.maxDistance = 120;
     this.controls.addEventListener("change", changed);
+    this.controls.addEventListener("start", () => (this.isMoved = true));
     this.view = "overview";
   }
 
@@ -26,7 +27,7 @@ export class Viewpoint {
     const path = plan.file.stage1.position_rtn_m;
     this.start = path[0];
     const bus = norm(plan.mission.bus_half_extents_body_m);
-    const box = norm(plan.mission.target_half_extents_body_m) + 0.6 * plan.mission.keep_out_far_m;
+    const box = norm(plan.mission.target_half_extents_body_m) + 0.85 * plan.mission.keep_out_far_m;
     this.spheres = [...path.map((point) => [point, bus]), [[0, 0, 0], box]];
     const way = unit(this.start);
     this.up = Math.abs(way[2]) > 0.8 ? [1, 0, 0] : [0, 0, 1];
@@ -37,6 +38,7 @@ export class Viewpoint {
   /** Chooses a view; the free one starts from the side, with all of the path in sight. */
   choose(view) {
     this.view = view;
+    this.isMoved = false;
     this.controls.enabled = view === "overview" || view === "beside";
     this.camera.fov = view === "camera" || view === "port" ? 50 : FIELD;
     this.camera.up.set(...this.up);
@@ -84,9 +86,13 @@ export class Viewpoint {
     return { middle, away: Math.max(...needed) };
   }
 
+  /** Takes a new shape of the picture; an overview that nobody moved fits again. */
   resize(aspect) {
     this.camera.aspect = aspect;
     this.camera.updateProjectionMatrix();
+    if (this.view === "overview" && !this.isMoved) {
+      this.#overview();
+    }
   }
 
   /** Goes along with what is looked at. */

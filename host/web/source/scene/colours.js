@@ -2,37 +2,22 @@
 
 import { Color } from "three";
 
-const LIGHT = {
-  bus: "#4f8fd0",
-  arm: "#35a468",
-  joint: "#1d6b42",
-  tip: "#e07b16",
-  target: "#aab4c0",
-  port: "#e8820c",
-  shell: "#7452a5",
-  path: "#1f6fc4",
-  way: "#2b9460",
-  cone: "#c99a1a",
-  edge: "#22303e",
-  grid: "#8798aa",
-  ghost: "#66788a",
-  start: "#b3261e",
-};
-const DARK = {
-  bus: "#5b9fe6",
-  arm: "#46bd7c",
-  joint: "#1f7d4d",
-  tip: "#ffab4a",
-  target: "#8a97a6",
-  port: "#ffa033",
-  shell: "#a98be0",
-  path: "#6fb4ff",
-  way: "#5fd49a",
-  cone: "#ffd76a",
-  edge: "#d7e2ee",
-  grid: "#5a6b7d",
-  ghost: "#b9c6d4",
-  start: "#ff8f86",
+/** Colours by name: light, dark. */
+const COLOURS = {
+  bus: ["#4f8fd0", "#5b9fe6"],
+  arm: ["#35a468", "#46bd7c"],
+  joint: ["#1d6b42", "#1f7d4d"],
+  tip: ["#e07b16", "#ffab4a"],
+  target: ["#aab4c0", "#8a97a6"],
+  port: ["#e8820c", "#ffa033"],
+  shell: ["#7452a5", "#a98be0"],
+  path: ["#1f6fc4", "#6fb4ff"],
+  way: ["#2b9460", "#5fd49a"],
+  cone: ["#c99a1a", "#ffd76a"],
+  edge: ["#22303e", "#d7e2ee"],
+  grid: ["#8798aa", "#5a6b7d"],
+  ghost: ["#66788a", "#b9c6d4"],
+  start: ["#b3261e", "#ff8f86"],
 };
 
 /** Materials by the name of their colour, so that a change of theme reaches all of them. */
@@ -46,9 +31,8 @@ export class Colours {
   }
 
   set(isDark) {
-    const colours = isDark ? DARK : LIGHT;
     for (const [name, material] of this.#materials) {
-      const colour = new Color(colours[name]);
+      const colour = new Color(COLOURS[name][isDark ? 1 : 0]);
       material.uniforms?.colour ? material.uniforms.colour.value.copy(colour) : material.color.copy(colour);
     }
   }

@@ -13,19 +13,9 @@ export class Path {
     this.group = new Group();
     const line = (opacity, thickness) => {
       const geometry = new LineGeometry().setPositions(points.flat());
-      const material = colours.of(
-        colour,
-        new LineMaterial({
-          linewidth: thickness,
-          transparent: true,
-          opacity,
-          depthWrite: false,
-          dashed: isDashed,
-          dashSize: 0.08,
-          gapSize: 0.06,
-        }),
-      );
-      const path = new Line2(geometry, material);
+      const dashes = { dashed: isDashed, dashSize: 0.08, gapSize: 0.06 };
+      const seen = { linewidth: thickness, transparent: true, opacity, depthWrite: false };
+      const path = new Line2(geometry, colours.of(colour, new LineMaterial({ ...seen, ...dashes })));
       if (isDashed) {
         path.computeLineDistances();
       }
@@ -41,12 +31,5 @@ export class Path {
   set(time) {
     const passed = this.times.filter((at) => at <= time).length - 1;
     this.passed.geometry.instanceCount = Math.max(passed, 0);
-  }
-
-  dispose() {
-    for (const line of this.group.children) {
-      line.geometry.dispose();
-      line.material.dispose();
-    }
   }
 }

@@ -53,17 +53,14 @@ export class Stage {
     this.world.add(...paths.map((path) => path.group));
     this.scene.add(this.world);
     this.colours.set(this.isDark);
-    this.#resize();
     this.viewpoint.show(plan);
     this.set(this.time ?? 0);
-    // At once: what else is made meanwhile need not be waited for.
-    this.#render();
+    this.#resize();
   }
 
   #paths(plan, flight) {
     const { colours } = this;
-    const count = 4 * (plan.nodes - 1) + 1;
-    const times = Array.from({ length: count }, (_, i) => (plan.duration * i) / (count - 1));
+    const times = plan.instants(4);
     const states = times.map((time) => plan.at(time));
     const centre = states.map((state) => state.position);
     const tips = states.map((state) => endEffector(plan.mission, state));
@@ -79,10 +76,8 @@ export class Stage {
   }
 
   #stops(plan) {
-    const material = this.colours.of(
-      "ghost",
-      new LineBasicMaterial({ transparent: true, opacity: 0.34, depthWrite: false }),
-    );
+    const look = { transparent: true, opacity: 0.34, depthWrite: false };
+    const material = this.colours.of("ghost", new LineBasicMaterial(look));
     const group = new Group();
     group.add(...STOPS.map((share) => outline(plan.mission, material, plan.at(share * plan.duration))));
     return group;
@@ -128,19 +123,16 @@ export class Stage {
   #volumes(state, attitude) {
     const { shells, cone, ghost, stops, paths, rings } = this.parts;
     const isFar = this.plan.keepOut(this.time) === this.plan.mission.keep_out_far_m;
-    const isShown = (name) => !this.hidden.has(name);
-    for (const shell of [shells.far, shells.near]) {
-      place(shell, [0, 0, 0], attitude);
-    }
-    shells.far.visible = isFar && isShown("shell");
-    shells.near.visible = !isFar && isShown("shell");
-    cone.visible = isShown("cone") && this.viewpoint.view !== "camera";
-    stops.visible = isShown("stops");
-    rings.visible = isShown("rings");
-    if (ghost) {
-      ghost.group.visible = isShown("ghost");
-    }
-    paths.forEach((path) => (path.group.visible = isShown("path")));
+    const show = (name, object, isUseful = true) => (object.visible = isUseful && !this.hidden.has(name));
+    place(shells.far, [0, 0, 0], attitude);
+    place(shells.near, [0, 0, 0], attitude);
+    show("shell", shells.far, isFar);
+    show("shell", shells.near, !isFar);
+    show("cone", cone, this.viewpoint.view !== "camera");
+    show("stops", stops);
+    show("rings", rings);
+    show("ghost", ghost?.group ?? {});
+    paths.forEach((path) => show("path", path.group));
     place(cone, state.position, state.attitude);
     cone.lookAt(...state.position.map((x, i) => x + turned(state.attitude, this.plan.mission.boresight_bus)[i]));
     const length = norm(state.position);
@@ -170,15 +162,18 @@ export class Stage {
     this.draw();
   }
 
+  /** Takes the size of its place. A new size empties the canvas: the picture is drawn again within the same frame. */
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
-    if (width === 0 || height === 0) {
+    const size = [width, height, Math.min(devicePixelRatio, 2)];
+    if (!this.plan || width === 0 || height === 0 || String(size) === String(this.size)) {
       return;
     }
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.size = size;
+    this.renderer.setPixelRatio(size[2]);
     this.renderer.setSize(width, height, false);
     this.viewpoint.resize(width / height);
-    this.draw();
+    this.#render();
   }
 
   /** Draws with the next frame, once. */
