@@ -24,36 +24,36 @@ BEGIN, END = "<!-- table: ci/supply.py -->", "<!-- end of table -->"
 # The crate above all others that fly.
 TOP = "remora-capi"
 
-# Where code runs: in the image, in the compiler only, or on other platforms than those that fly.
-FLIES, BUILDS, ELSEWHERE = "flies", "builds", "elsewhere"
-WHY = {
-    "approx": (FLIES, "of nalgebra: comparisons of matrices"),
-    "autocfg": (BUILDS, "build script of num-traits"),
-    "byteorder": (FLIES, "of hash32"),
-    "cobs": (FLIES, "of postcard: framing"),
-    "cpufeatures": (FLIES, "asks an x86-64 processor for its vectors"),
-    "hash32": (FLIES, "of heapless: its maps"),
-    "heapless": (FLIES, "vectors and strings of bounded length in a model's header"),
-    "libc": (ELSEWHERE, "of cpufeatures, on platforms that do not fly"),
-    "libm": (FLIES, "elementary functions with the same bits everywhere"),
-    "nalgebra": (FLIES, "matrices of fixed size"),
-    "num-complex": (FLIES, "of simba"),
-    "num-integer": (FLIES, "of num-rational"),
-    "num-rational": (FLIES, "of nalgebra"),
-    "num-traits": (FLIES, "numeric traits of nalgebra"),
-    "postcard": (FLIES, "reads a model's header"),
-    "proc-macro2": (BUILDS, "of derive macros"),
-    "quote": (BUILDS, "of derive macros"),
-    "serde": (FLIES, "traits by which postcard reads"),
-    "serde_core": (FLIES, "the same"),
-    "serde_derive": (BUILDS, "derives them"),
-    "simba": (FLIES, "algebraic traits of nalgebra"),
-    "stable_deref_trait": (FLIES, "of heapless: a trait"),
-    "syn": (BUILDS, "of derive macros"),
-    "thiserror": (FLIES, "of cobs: its errors"),
-    "thiserror-impl": (BUILDS, "derives it"),
-    "typenum": (FLIES, "of nalgebra: numbers in types"),
-    "unicode-ident": (BUILDS, "of derive macros"),
+# Where code runs that does not fly: in the compiler only, or on other platforms. Of all others, their use.
+BUILDS, ELSEWHERE = "builds", "elsewhere"
+USE = {
+    "approx": "of nalgebra",
+    "autocfg": BUILDS,
+    "byteorder": "of hash32",
+    "cobs": "of postcard",
+    "cpufeatures": "finds vector instructions",
+    "hash32": "of heapless",
+    "heapless": "bounded vectors",
+    "libc": ELSEWHERE,
+    "libm": "elementary functions",
+    "nalgebra": "matrices of fixed size",
+    "num-complex": "of simba",
+    "num-integer": "of num-rational",
+    "num-rational": "of nalgebra",
+    "num-traits": "of nalgebra",
+    "postcard": "reads a model's header",
+    "proc-macro2": BUILDS,
+    "quote": BUILDS,
+    "serde": "of postcard",
+    "serde_core": "of postcard",
+    "serde_derive": BUILDS,
+    "simba": "of nalgebra",
+    "stable_deref_trait": "of heapless",
+    "syn": BUILDS,
+    "thiserror": "of cobs",
+    "thiserror-impl": BUILDS,
+    "typenum": "of nalgebra",
+    "unicode-ident": BUILDS,
 }
 
 
@@ -128,9 +128,8 @@ def documents():
         manifest = tomllib.loads((folder / "Cargo.toml").read_text())["package"]
         components.append(component(name, version, lock, manifest))
         lines, unsafe = counts(folder)
-        where, why = WHY[name]
-        rows.append(f"| {name} {version} | {where} | {why} | {manifest['license']} | {lines:,} | {unsafe:,} |")
-    head = "| crate | where | why | licence | lines | `unsafe` |\n| --- | --- | --- | --- | --: | --: |\n"
+        rows.append(f"| {name} {version} | {USE[name]} | {lines:,} | {unsafe:,} |")
+    head = "| crate | use | lines | `unsafe` |\n| --- | --- | --: | --: |\n"
     refs = {name: f"pkg:cargo/{name}@{version}" for name, (version, _) in crates.items()}
     edges = [{"ref": refs[name], "dependsOn": sorted(refs[other] for other in below)}
              for name, (_, below) in crates.items()]

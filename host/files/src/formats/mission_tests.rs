@@ -8,6 +8,11 @@ use remora_core::advanced::model;
 use remora_core::advanced::model::forms::degrees::{degrees, radians};
 
 const DEFAULT: &str = include_str!("../../../../fixtures/missions/default.mission.toml");
+const PAGE: &str = include_str!("../../../../docs/reference/mission-file.md");
+
+fn on_page() -> impl Iterator<Item = &'static str> {
+    PAGE.split("```toml\n").skip(1).map(|block| block.split_once("```").unwrap().0)
+}
 
 /// Every bit of a mission: `Debug` shows the shortest number that reads back the same.
 fn bits(mission: &Mission) -> String {
@@ -21,6 +26,11 @@ fn the_default_is_the_built_in_one() {
     let file = MissionFile::parse(DEFAULT).unwrap();
     assert_eq!(bits(&file.mission().unwrap()), bits(&built_in));
     assert_eq!(bits(&MissionFile::parse("").unwrap().mission().unwrap()), bits(&built_in));
+    // The page's second block has all keys but those of links.
+    let page: Vec<MissionFile> = on_page().map(|text| MissionFile::parse(text).unwrap()).collect();
+    let [_, all, link] = &page[..] else { panic!("{} blocks", page.len()) };
+    assert_eq!(bits(&all.mission().unwrap()), bits(&built_in));
+    assert_eq!(link.joints(), 1);
 }
 
 #[test]
@@ -214,6 +224,10 @@ fn the_default_file_spells_everything_out() {
     written.sort();
     known.sort();
     assert_eq!(written, known);
+    let mut page = Vec::new();
+    keys(&toml::Value::Table(toml::from_str(on_page().nth(1).unwrap()).unwrap()), "", &mut page);
+    known.retain(|key| !page.contains(key) && key != ".format" && !key.contains(".links"));
+    assert_eq!(known, [""; 0]);
 }
 
 #[test]

@@ -24,8 +24,8 @@ impl Map {
             self.seed,
         ));
         page.text(
-            "The table shows the share of verified optimal plans in per cent, by tumble rate and distance ahead \
-             of the port. The last column counts the other plans by reason.",
+            "Share of verified optimal plans in per cent, by tumble rate and distance ahead of the port. The last \
+             column counts the other plans by reason.",
         );
         page.table(self.successes());
         for vehicle in &self.vehicles {
@@ -35,7 +35,7 @@ impl Map {
                     continue;
                 }
                 if let Ok(svg) = self.heat(&vehicle.name, *horizon, &rows).svg() {
-                    let caption = format!("Success of {} in {horizon} s [%]", vehicle.name);
+                    let caption = format!("{}, {horizon} s [%]", vehicle.name);
                     page.plot(&figure(&vehicle.name, *horizon), &caption, svg);
                 }
             }

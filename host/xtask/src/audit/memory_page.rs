@@ -4,7 +4,6 @@ use super::emulation::Emulation;
 use super::firmware::HOST;
 use super::image::{PLANNER, size_tables, stack_tables};
 use super::memory::{ImageMemory, Memory, Part};
-use super::section::Section;
 use super::summary::PAINTED;
 use image_audit::{Kind, Proof, Verdict};
 use remora_host::report::plot::Bars;
@@ -39,26 +38,23 @@ fn parts(head: &str, parts: &[Part]) -> Table {
 pub(super) fn page(memory: &Memory, emulation: Option<&Emulation>) -> Page {
     let mut page = Page::new("memory", "Memory");
     page.text(
-        "The planner allocates nothing: its caller provides all memory. No large object lies on the \
-         stack. [Verification](verification.md#stack-bounds-sizes-and-proofs) tells how sizes, bounds and \
-         proofs are made.",
+        "The caller provides all memory, and no large object lies on the stack. \
+         [Verification](verification.md#stack-bounds-sizes-and-proofs) tells how sizes, bounds and proofs \
+         are made.",
     );
-    page.heading("Static memory").text(
-        "On 64-bit targets; the Cortex-M7 needs a few bytes less. Models lie in read-only memory. \
-         [The planner](../concepts/planner.md) lists its memory by part.",
-    );
-    page.table(held(memory));
-    page.heading("Stack").text(
-        "Each cell holds the bound and the high-water mark in bytes. The host paints no stack.",
-    );
+    page.text(format!(
+        "Bytes on 64-bit targets: {}. The Cortex-M7 needs a few less. Models lie in read-only memory.",
+        held(memory)
+    ));
+    page.heading("Stack").text("Bound and high-water mark in bytes. The host paints no stack.");
     page.table(stack_overview(memory, emulation));
     if let Some(text) = without_figure(memory, emulation) {
         page.text(text);
     }
     let proven = images(memory).filter(|image| open_proofs(image).next().is_none()).count();
     page.heading("Allocations and panics").text(format!(
-        "Symbols prove for {proven} of {} images that no panic can be reached and nothing is allocated. On \
-         the host the program counts its own requests for memory while it plans: {}.",
+        "Symbols prove for {proven} of {} images that nothing can panic or allocate. On the host the program \
+         counts its requests for memory while it plans: {}.",
         images(memory).count(),
         requests(memory)
     ));
@@ -68,21 +64,18 @@ pub(super) fn page(memory: &Memory, emulation: Option<&Emulation>) -> Page {
     page.heading("Code and data").text("In bytes, with the flight code by crate.");
     page.table(code_and_data(memory));
     if let Ok(svg) = split(memory).svg() {
-        page.plot("memory-split", "Memory of each target by part [KiB]", svg);
+        page.plot("memory-split", "Memory by part [KiB]", svg);
     }
-    page.command(super::pages::again(Section::Memory));
     page
 }
 
-/// The planner as a whole, guidance and models.
-fn held(memory: &Memory) -> Table {
-    let mut table = Table::new([("memory of", Align::Left), ("bytes", Align::Right)]);
-    let planner: u64 = memory.parts.iter().map(|part| part.bytes).sum();
-    table.row(["planner".into(), planner.to_string()]);
-    for part in memory.guidance.iter().chain(&memory.models) {
-        table.row([part.name.replace('_', " "), part.bytes.to_string()]);
-    }
-    table
+/// The planner as a whole, guidance and models, with their bytes.
+fn held(memory: &Memory) -> String {
+    let planner = memory.parts.iter().map(|part| part.bytes).sum();
+    let planner = Part { name: "planner".into(), bytes: planner };
+    let all = std::iter::once(&planner).chain(&memory.guidance).chain(&memory.models);
+    let one = |part: &Part| format!("{} {}", part.name.replace('_', " "), part.bytes);
+    all.map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// The sum over all methods, in words.

@@ -40,9 +40,7 @@ fn all(numbers: &Numbers) -> Result<Vec<Page>, FieldError> {
         pages.push(injection_page(&injection));
     }
     if let Some(map) = numbers.findings::<Map>(Section::Envelope)? {
-        let mut page = map.overview();
-        page.command(again(Section::Envelope));
-        pages.push(page);
+        pages.push(map.overview());
     }
     Ok(pages)
 }
@@ -105,38 +103,29 @@ impl Book {
     }
 }
 
-/// The command that measures a part again.
-pub(super) fn again(section: Section) -> String {
-    format!("cargo xtask audit --only {}", section.name())
-}
-
 fn instructions_page(emulation: &Emulation) -> Page {
     let mut page = Page::new("instructions", "Instructions");
     page.text(
-        "Emulation counts the instructions of each plan exactly and repeatably. The scenarios are typical \
-         ones and the hardest of a large sample (`fixtures/README.md`). Each number is the **observed \
-         maximum, emulated**: other scenarios may need more, and an instruction is not a cycle. \
-         [Bare metal](../guides/bare-metal.md) tells how images count.",
+        "[Emulation](../guides/bare-metal.md) counts exactly and repeatably, over typical scenarios and the \
+         hardest of a large sample (`fixtures/README.md`). Each number is the **observed maximum, emulated**: \
+         other scenarios may need more, and an instruction is not a cycle.",
     );
     page.heading("Whole plans [10^6], with the scenario").table(emulation.plan_maxima());
     page.heading("Phases [10^6]").text("Over all integrators and initial guesses.");
     page.table(emulation.phase_maxima());
-    page.heading("Slices and guidance").text(
-        "A slice runs between two pauses of planning. The first step of guidance on a plan costs more than \
-         those after it.",
-    );
-    page.table(emulation.cycle_maxima()).command(again(Section::Instructions));
+    page.heading("Slices and guidance").text("A slice runs between two pauses of planning.");
+    page.table(emulation.cycle_maxima());
     page
 }
 
 fn latency_page(profile: &Profile) -> Page {
     let mut page = Page::new("latency", "Latency");
     page.text(
-        "These are times of pinned threads on the host, after a warm-up. \
-         [Verification](verification.md#latency) defines the words.",
+        "Times of pinned threads on the host, after a warm-up. [Verification](verification.md#latency) \
+         defines the words.",
     );
-    // The last two lines tell definitions and the time it took, which stand elsewhere.
-    profile_preamble(profile).lines().take(4).for_each(|line| {
+    // The rest tells of the timer, definitions and the time it took: `audit.json` has them.
+    profile_preamble(profile).lines().take(3).for_each(|line| {
         page.text(line);
     });
     for (integrator, label) in [(Integrator::Euler, "Euler"), (Integrator::RK4, "RK4")] {
@@ -144,22 +133,21 @@ fn latency_page(profile: &Profile) -> Page {
         let chosen: Vec<_> = profile.configurations.iter().filter(of_integrator).collect();
         let title = format!("Time of a whole plan on one core, {label}");
         if let Ok(svg) = distributions(&title, &chosen).svg() {
-            page.plot(&format!("latency-{integrator}"), &title, svg);
+            page.plot(&format!("latency-{integrator}"), &format!("Times, {label}"), svg);
         }
         let title = format!("Iterations of Stage 2 against the time of the plan, {label}");
         if let Ok(svg) = iterations(&title, &chosen).svg() {
-            page.plot(&format!("iterations-{integrator}"), &title, svg);
+            page.plot(&format!("iterations-{integrator}"), &format!("Iterations, {label}"), svg);
         }
     }
     page.heading("Whole plans [ms]").text(
-        "On one core. *Linearisation* and *throughput* are the gains of a second core. *p99 beside* is the \
-         p99 while that core plans too.",
+        "On one core. A second one speeds up *linearisation* and *throughput*; *p99 beside* is the p99 while \
+         it plans too.",
     );
     page.table(profile.overview());
     if let Some((name, table)) = profile.slowest() {
-        page.heading(format!("Phases of a plan on one core, {name} [ms]")).table(table);
+        page.heading(format!("Phases, {name} [ms]")).table(table);
     }
-    page.command(again(Section::Latency));
     page
 }
 
@@ -193,19 +181,16 @@ fn injection_page(injection: &Injection) -> Page {
     let Injection { seed, integrator, scenarios, total, .. } = injection;
     page.text(format!(
         "Each of {} cases (seed {seed}) flips one bit while the planner plans one of {scenarios} scenarios: \
-         {integrator}, from the built-in model's guess. The verifier judges the plan with a mission and a \
-         scenario without a fault: {} cases are wrong, panicked or hung. \
-         [Verification](verification.md#fault-injection) defines sites and classes.",
+         {integrator}, from the built-in model's guess. Of them {} are wrong, panicked or hung. \
+         [Verification](verification.md#fault-injection) defines sites, classes and judge.",
         total.cases,
         total.classes.forbidden()
     ));
     page.table(injection.overview());
     page.heading("Cost of faults where the plan is solved").table(injection.costs_of_classes());
     page.text(format!(
-        "{} plans without a fault followed one with a fault on the same planner. All have the bits of \
-         before.",
+        "On the same planner {} plans without a fault followed. All have the bits of before.",
         injection.leak_checks
     ));
-    page.command(again(Section::Injection));
     page
 }

@@ -193,20 +193,18 @@ pub const FIRST: &str = "pub-000";
 pub fn pages(numbers: &Numbers, bars: &[Bar], budgets: &Budgets, measured: &Measured) -> [Page; 3] {
     let mut first = Page::new("results", "Results");
     first.text(
-        "On this page you find what the last audit measured. `cargo xtask audit` writes it: do not edit \
-         it. [Verification](verification.md#the-audit) tells how to run an audit. `record.csv` beside \
-         this page holds all numbers, with the commit, compiler and machine of each part.",
+        "On this page you find what the last [audit](verification.md#the-audit) measured. It writes the page: \
+         do not edit it. `record.csv` holds all numbers, with the commit, compiler and machine of each part.",
     );
-    first.table(parts(numbers)).command("cargo xtask audit --only PART");
+    first.text(format!("Its parts took: {}.", parts(numbers)));
     let mut thresholds = Page::new("thresholds", "Thresholds");
-    thresholds.table(bar_table(bars)).command("cargo xtask audit");
+    thresholds.table(bar_table(bars));
     let mut limits = Page::new("budgets", "Budgets");
     limits.text(
-        "Each cell holds the measured number and its budget. `ci/budgets.toml` gives the reason, and the \
-         margin by which a number may exceed its budget. Instructions and stack bound are those of a whole \
-         plan, of `pub-000`.",
+        "Each cell holds the measured number and its budget. `ci/budgets.toml` gives reasons and margins. \
+         Instructions and stack bound are those of a whole plan, of `pub-000`.",
     );
-    limits.table(budgets.table(measured)).command("cargo xtask audit --check");
+    limits.table(budgets.table(measured));
     [first, thresholds, limits]
 }
 
@@ -230,12 +228,11 @@ pub fn bar_table(bars: &[Bar]) -> Table {
 }
 
 /// The section of each part, and how long it took.
-fn parts(numbers: &Numbers) -> Table {
-    let mut table = Table::new([("part", Align::Left), ("took", Align::Right)]);
-    for &section in Section::ALL {
-        let took = numbers.sections.get(&section).map(|finished| finished.took_s.round());
+fn parts(numbers: &Numbers) -> String {
+    let one = |section: &Section| {
+        let took = numbers.sections.get(section).map(|finished| finished.took_s.round());
         let took = took.map_or("not measured".into(), |took| format!("{} s", number(took)));
-        table.row([format!("[{0}](#{0})", section.name()), took]);
-    }
-    table
+        format!("[{0}](#{0}) {took}", section.name())
+    };
+    Section::ALL.iter().map(one).collect::<Vec<_>>().join(", ")
 }

@@ -45,7 +45,7 @@ fn one_part_is_measured_and_written_as_a_page() {
     for part in [
         "\n## Loops\n",
         "| solver_iterations |",
-        "| [memory](#memory) | not measured |",
+        "[memory](#memory) not measured",
         "\n## Requirements\n\n1 requirements, 0 of them missed.",
     ] {
         assert!(page.contains(part), "{part}\n{page}");
