@@ -16,8 +16,8 @@ export PROPTEST_RNG_SEED=${PROPTEST_RNG_SEED:-$(od -An -N4 -tu4 /dev/urandom | t
 target=${CARGO_TARGET_DIR:-$PWD/target}
 seed=$PROPTEST_RNG_SEED
 targets=(thumbv7em-none-eabihf aarch64-unknown-none riscv64gc-unknown-none-elf sparc-unknown-none-elf)
-parts=(quick tests training cross firmware audit upsets campaigns page exports python doors c memory fuzz slurm peers
-    supply mutants)
+parts=(quick tests training cross firmware audit upsets campaigns page exports python doors guides c memory fuzz slurm
+    peers supply mutants)
 # Status of a part that was left out.
 left_out=77
 # shellcheck source=ci/checks.sh
@@ -125,6 +125,14 @@ python() {
 # With the wheel that Python's part has installed.
 doors() {
     PATH=$target/python/test/bin:$PATH ci/doors.sh
+}
+
+# Those commands of the guides, too, that take long.
+guides() {
+    install_missing <<'NEEDED' || true
+parallel parallel
+NEEDED
+    ci/guides.sh --long
 }
 
 c() {

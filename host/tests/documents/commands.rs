@@ -105,7 +105,7 @@ pub fn on_pages() -> (Vec<String>, Vec<&'static str>) {
             called.extend(call(line).map(|call| call.program));
             faults.extend(fault(line, written).map(|text| format!("{}: {text}", page.path)));
         };
-        for fence in page.fences().iter().filter(|fence| fence.language == "sh") {
+        for fence in page.fences().iter().filter(|fence| fence.is_shell()) {
             let text = fence.lines.join("\n").replace("\\\n", " ");
             text.lines().for_each(|line| look(line.trim(), Written::Whole));
         }

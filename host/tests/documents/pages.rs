@@ -25,6 +25,14 @@ pub struct Fence<'a> {
     pub lines: Vec<&'a str>,
 }
 
+impl Fence<'_> {
+    /// Whether it holds commands or a script; words after `sh` are for `ci/guides.sh`.
+    #[allow(dead_code, reason = "two programs of tests use this file")]
+    pub fn is_shell(&self) -> bool {
+        matches!(self.language.split(' ').next(), Some("sh" | "bash"))
+    }
+}
+
 impl Page {
     /// Whether people keep it up to date by hand.
     pub fn is_current(&self) -> bool {
